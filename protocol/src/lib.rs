@@ -1,0 +1,14 @@
+//! What travels between client and server: messages, the snapshot and its codec, and every limit
+//! on them. No IO, no allocation that was not checked first, no panic on any bytes.
+
+pub mod limits;
+pub mod message;
+pub mod snapshot;
+pub mod wire;
+
+pub use message::{Appearance, ClientMessage, Refusal, ServerMessage};
+pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
+pub use wire::DecodeError;
+
+/// Version of everything in this crate; both ends must agree.
+pub const VERSION: u16 = 1;

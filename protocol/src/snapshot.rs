@@ -1,0 +1,89 @@
+//! The snapshot: visible state at a tick, and its codec behind `encode` and `decode`.
+
+use crate::message::Appearance;
+use crate::wire::DecodeError;
+use jostle_sim::{BodyId, Event, Game, Kind, Seat, Shape};
+
+/// One body as clients see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SnapshotBody {
+    /// Its name; a body keeps kind, owner and shape for life.
+    pub id: BodyId,
+    /// What it is.
+    pub kind: Kind,
+    /// Whose it is.
+    pub owner: Option<Seat>,
+    /// Outline.
+    pub shape: Shape,
+    /// Centre in quanta.
+    pub quanta: [i32; 2],
+}
+
+/// One player as clients see them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlayerState {
+    /// The seat.
+    pub seat: Seat,
+    /// Name and colour.
+    pub appearance: Appearance,
+    /// Whether a socket is attached; the seat is held for a while without one.
+    pub connected: bool,
+    /// Newest input that was played.
+    pub input_seq: u32,
+    /// Own hero.
+    pub hero: Option<BodyId>,
+    /// Selected body (chapter project 9.1).
+    pub selected: Option<BodyId>,
+    /// Body that is held by the pointer.
+    pub held: Option<BodyId>,
+    /// Hits scored with packs.
+    pub score: u16,
+    /// Where the player points, in quanta.
+    pub pointer: Option<[i32; 2]>,
+}
+
+/// An event and the tick it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimedEvent {
+    /// Tick of the event.
+    pub tick: u32,
+    /// What happened.
+    pub event: Event,
+}
+
+/// Visible state at a tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Snapshot {
+    /// Ticks played when it was taken.
+    pub tick: u32,
+    /// Bodies in index order.
+    pub bodies: Vec<SnapshotBody>,
+    /// Players in seat order.
+    pub players: Vec<PlayerState>,
+}
+
+impl Snapshot {
+    /// The bodies of a game now. `players` come from the room, which knows names and sockets.
+    pub fn capture(game: &Game, players: Vec<PlayerState>) -> Snapshot {
+        let _ = (game, players);
+        todo!()
+    }
+
+    /// Codes `self` against `baseline` (`None`: a keyframe), with the events after the baseline's
+    /// tick up to this one. The bytes depend on nothing else, so all who hold the same baseline
+    /// share them.
+    pub fn encode(&self, baseline: Option<&Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
+        let _ = (baseline, events);
+        todo!()
+    }
+
+    /// Reads what `encode` wrote. `baseline` is the newest snapshot that this end holds; a delta
+    /// against another tick is refused.
+    pub fn decode(
+        bytes: &[u8],
+        baseline: Option<&Snapshot>,
+    ) -> Result<(Snapshot, Vec<TimedEvent>), DecodeError> {
+        let _ = (bytes, baseline);
+        todo!()
+    }
+}

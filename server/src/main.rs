@@ -1,0 +1,2 @@
+//! Jostle, the host.
+fn main() {}

@@ -1,0 +1,87 @@
+//! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. No
+//! rotation anywhere (chapter row A2.39).
+
+use glam::Vec2;
+
+/// The outline of a body around its centre, in world units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A disc of this radius.
+    Circle {
+        /// Radius, positive and finite.
+        radius: f32,
+    },
+    /// An axis-aligned box.
+    Box {
+        /// Half of width and height, both positive and finite.
+        half: Vec2,
+    },
+}
+
+impl Shape {
+    /// A circle; panics unless the radius is positive and finite.
+    pub fn circle(radius: f32) -> Shape {
+        assert!(radius > 0.0 && radius.is_finite(), "circle radius {radius} must be positive");
+        Shape::Circle { radius }
+    }
+
+    /// A box of this full width and height; panics unless both are positive and finite.
+    pub fn rect(width: f32, height: f32) -> Shape {
+        assert!(width > 0.0 && width.is_finite(), "box width {width} must be positive");
+        assert!(height > 0.0 && height.is_finite(), "box height {height} must be positive");
+        Shape::Box { half: Vec2::new(width, height) * 0.5 }
+    }
+
+    /// Half of the extent on x and y.
+    #[inline]
+    pub fn half_extent(&self) -> Vec2 {
+        match *self {
+            Shape::Circle { radius } => Vec2::splat(radius),
+            Shape::Box { half } => half,
+        }
+    }
+
+    /// Whether a point, given relative to the centre, lies strictly inside (row A1.16).
+    #[inline]
+    pub fn contains(&self, point: Vec2) -> bool {
+        match *self {
+            Shape::Circle { radius } => point.length_squared() < radius * radius,
+            Shape::Box { half } => point.x.abs() < half.x && point.y.abs() < half.y,
+        }
+    }
+}
+
+/// An axis-aligned region of the world, `low` <= `high` on both axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Left, bottom corner.
+    pub low: Vec2,
+    /// Right, top corner.
+    pub high: Vec2,
+}
+
+impl Aabb {
+    /// The region around a centre.
+    #[inline]
+    pub fn around(center: Vec2, half: Vec2) -> Aabb {
+        Aabb { low: center - half, high: center + half }
+    }
+
+    /// Whether the interiors meet; touching edges do not.
+    #[inline]
+    pub fn overlaps(&self, other: &Aabb) -> bool {
+        self.low.x < other.high.x
+            && other.low.x < self.high.x
+            && self.low.y < other.high.y
+            && other.low.y < self.high.y
+    }
+
+    /// Whether a point lies inside or on the edge.
+    #[inline]
+    pub fn contains(&self, point: Vec2) -> bool {
+        point.x >= self.low.x
+            && point.x <= self.high.x
+            && point.y >= self.low.y
+            && point.y <= self.high.y
+    }
+}
