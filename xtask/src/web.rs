@@ -1,0 +1,210 @@
+//! The web client: compiled to wasm, bound to JavaScript, gathered with the page's own files in
+//! `client-web/dist` and compressed, ready to be embedded in the server.
+//!
+//! A file of `dist` is written only when its content changed, so that nothing that depends on it
+//! is rebuilt for nothing.
+
+use crate::shell::{cargo, root, run, say};
+use anyhow::{Context, Result};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+const TARGET: &str = "wasm32-unknown-unknown";
+/// Every browser with WebGL2 that is still kept up has these instructions.
+const FEATURES: &str = r#"target.wasm32-unknown-unknown.rustflags=["-Ctarget-feature=+simd128"]"#;
+/// Smaller files are compressed as well as can be even in a hurry.
+const LARGE_BYTES: usize = 256 << 10;
+
+/// How the client is compiled.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Profile {
+    /// For people: small to download.
+    Small,
+    /// For whoever edits the client: quick to compile.
+    Dev,
+}
+
+impl Profile {
+    fn cargo_name(self) -> &'static str {
+        match self {
+            Profile::Small => "wasm",
+            Profile::Dev => "dev",
+        }
+    }
+
+    /// Where cargo puts what it built with this profile.
+    fn dir(self) -> &'static str {
+        match self {
+            Profile::Small => "wasm",
+            Profile::Dev => "debug",
+        }
+    }
+
+    fn brotli_quality(self, bytes: usize) -> i32 {
+        if self == Profile::Dev && bytes > LARGE_BYTES { 2 } else { 11 }
+    }
+}
+
+/// Builds everything into `client-web/dist`.
+pub fn build(profile: Profile) -> Result<()> {
+    add_target()?;
+    say("web", &format!("compile the client to wasm (profile {})", profile.cargo_name()));
+    let wasm = compile(profile)?;
+    say("web", "bind it to JavaScript");
+    let bound = bind(&wasm)?;
+    say("web", "gather and compress client-web/dist");
+    let dist = root().join("client-web/dist");
+    let files = gather(&bound)?;
+    write_changed(&dist, &files, profile)?;
+    remove_others(&dist, &files)?;
+    report(&dist, &files);
+    Ok(())
+}
+
+/// Adds the wasm target when the toolchain lacks it.
+fn add_target() -> Result<()> {
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let libdir = Command::new(rustc)
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .current_dir(root())
+        .output()
+        .context("cannot start rustc")?;
+    let libdir = String::from_utf8_lossy(&libdir.stdout).trim().to_owned();
+    if Path::new(&libdir).is_dir() {
+        return Ok(());
+    }
+    say("web", &format!("add the target {TARGET}"));
+    run(Command::new("rustup").args(["target", "add", TARGET]).current_dir(root()))
+}
+
+/// Compiles the client in a target directory of its own: other cargo calls may run meanwhile.
+fn compile(profile: Profile) -> Result<PathBuf> {
+    let target_dir = root().join("target/web");
+    let args = ["build", "--package", "jostle-client-web", "--lib", "--target", TARGET];
+    run(cargo(&args)
+        .args(["--profile", profile.cargo_name(), "--config", FEATURES])
+        .arg("--target-dir")
+        .arg(&target_dir))?;
+    Ok(target_dir.join(TARGET).join(profile.dir()).join("jostle_client_web.wasm"))
+}
+
+/// Makes `client.js` and `client_bg.wasm`; returns their directory.
+fn bind(wasm: &Path) -> Result<PathBuf> {
+    let out = root().join("target/web/bound");
+    if out.exists() {
+        fs::remove_dir_all(&out).with_context(|| format!("cannot clear {}", out.display()))?;
+    }
+    let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
+    bindgen.web(true)?;
+    bindgen
+        .input_path(wasm)
+        .out_name("client")
+        .typescript(false)
+        .remove_name_section(true)
+        .remove_producers_section(true)
+        // Otherwise the script could not find its wasm file by itself.
+        .omit_default_module_path(false);
+    bindgen.generate(&out).context("wasm-bindgen")?;
+    Ok(out)
+}
+
+/// Everything the page is made of: path below `dist` -> content.
+fn gather(bound: &Path) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
+    let root = root();
+    let mut files = BTreeMap::new();
+    add_tree(&mut files, bound, Path::new(""))?;
+    add_tree(&mut files, &root.join("client-web/web"), Path::new(""))?;
+    add_tree(&mut files, &root.join("assets/sprites"), Path::new("sprites"))?;
+    add_tree(&mut files, &root.join("assets/pictures"), Path::new("pictures"))?;
+    Ok(files)
+}
+
+/// Adds all files below `dir`, if it exists, under `prefix`.
+fn add_tree(files: &mut BTreeMap<PathBuf, Vec<u8>>, dir: &Path, prefix: &Path) -> Result<()> {
+    if !dir.is_dir() {
+        return Ok(());
+    }
+    for entry in fs::read_dir(dir).with_context(|| format!("cannot list {}", dir.display()))? {
+        let path = entry?.path();
+        let name = prefix.join(path.file_name().expect("a listed entry has a name"));
+        if path.is_dir() {
+            add_tree(files, &path, &name)?;
+        } else {
+            let content =
+                fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            files.insert(name, content);
+        }
+    }
+    Ok(())
+}
+
+fn write_changed(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>, profile: Profile) -> Result<()> {
+    for (name, content) in files {
+        let path = dist.join(name);
+        let packed = packed_name(&path);
+        let same = fs::read(&path).is_ok_and(|old| old == *content);
+        if same && (packed.exists() || !compressible(name)) {
+            continue;
+        }
+        write(&path, content)?;
+        if compressible(name) {
+            write(&packed, &compress(content, profile.brotli_quality(content.len()))?)?;
+        }
+    }
+    Ok(())
+}
+
+fn write(path: &Path, content: &[u8]) -> Result<()> {
+    if let Some(dir) = path.parent() {
+        fs::create_dir_all(dir).with_context(|| format!("cannot make {}", dir.display()))?;
+    }
+    fs::write(path, content).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Pictures are compressed already.
+fn compressible(name: &Path) -> bool {
+    let extension = name.extension().and_then(|extension| extension.to_str());
+    matches!(
+        extension,
+        Some("css" | "html" | "js" | "json" | "svg" | "toml" | "txt" | "wasm" | "webmanifest")
+    )
+}
+
+fn packed_name(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".br");
+    name.into()
+}
+
+fn compress(content: &[u8], quality: i32) -> Result<Vec<u8>> {
+    let parameters = brotli::enc::BrotliEncoderParams { quality, lgwin: 22, ..Default::default() };
+    let mut packed = Vec::new();
+    brotli::BrotliCompress(&mut &content[..], &mut packed, &parameters).context("brotli")?;
+    Ok(packed)
+}
+
+/// Removes what an earlier build left and this one did not make.
+fn remove_others(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<()> {
+    let mut present = BTreeMap::new();
+    add_tree(&mut present, dist, Path::new(""))?;
+    for name in present.keys() {
+        let made = files.contains_key(name)
+            || name.extension().is_some_and(|extension| extension == "br")
+                && files.contains_key(&name.with_extension(""));
+        if !made {
+            let path = dist.join(name);
+            fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))?;
+        }
+    }
+    Ok(())
+}
+
+fn report(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) {
+    let wasm = files.get(Path::new("client_bg.wasm")).map_or(0, Vec::len);
+    let packed = fs::metadata(dist.join("client_bg.wasm.br")).map_or(0, |data| data.len());
+    let count = files.len();
+    let line = format!("{count} files; the program is {wasm} bytes, {packed} as it travels");
+    say("web", &line);
+}
