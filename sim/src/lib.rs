@@ -6,10 +6,12 @@
 //! is + - * / sqrt on f32, and [`math`] holds the few transcendentals. Modules are listed from the
 //! bottom up: a lower one never imports a higher one.
 
+mod bodies;
 pub mod contact;
 pub mod game;
+mod hash;
 pub mod math;
-pub mod pairs;
+mod pairs;
 pub mod particle;
 pub mod relaxation;
 pub mod scene;
@@ -18,6 +20,7 @@ pub mod world;
 
 pub use game::{BodyInfo, Buttons, Event, Game, Input, Kind, PlayerInfo, SEATS_MAX, Seat};
 pub use glam::Vec2;
+pub use hash::StateHasher;
 pub use particle::{EmitterDef, Particles, Recipe, Source};
 pub use scene::{Scene, SceneError, Tools};
 pub use shape::{Aabb, Shape};

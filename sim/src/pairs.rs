@@ -1,1 +1,194 @@
-//! Broad phase.
+//! Broad phase: the sorted list of pairs that may come into contact, with the impulses that they
+//! carry from step to step.
+//!
+//! The list is a pure accelerator. Every box in it is grown by a margin, so that the list stays
+//! valid while bodies stay in their grown boxes; which of its pairs take part in a step is decided
+//! anew each step by an exact test. When and how the list is made therefore cannot change a bit of
+//! the result.
+
+use crate::bodies::Bodies;
+use crate::math::{max, ordered_bits};
+use crate::shape::Aabb;
+use crate::world::GROUPS_MAX;
+use crate::{DT, contact};
+use glam::Vec2;
+
+/// A pair takes part in a step if its boxes are closer than this when the step's passes begin,
+/// world units: room for what the passes themselves push together.
+pub(crate) const REACH: f32 = 0.25;
+
+/// Smallest growth of a box in the list, world units.
+const MARGIN: f32 = 0.4;
+
+/// Two bodies that are close, `a` < `b` by slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pair {
+    pub a: u32,
+    pub b: u32,
+    /// Normal impulse that held the two apart at rest in the last step, not negative.
+    pub normal_impulse: f32,
+    /// Friction impulse that went with it, along the normal turned left.
+    pub tangent_impulse: f32,
+    /// Normal along which this step's warm start pushed; scratch of a step, no state.
+    pub warm_normal: Vec2,
+}
+
+impl Pair {
+    fn key(&self) -> u64 {
+        u64::from(self.a) << 32 | u64::from(self.b)
+    }
+}
+
+/// Which bodies may pair at all.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Filter<'a> {
+    /// Per group, the groups that it meets.
+    pub meets: &'a [u32; GROUPS_MAX],
+    /// Two bodies that nothing can push also pair: contacts are only detected.
+    pub immovable: bool,
+}
+
+/// The list; see the module's description.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PairList {
+    /// Sorted by (a, b).
+    pub pairs: Vec<Pair>,
+    /// By slot: the grown box for which `pairs` is complete.
+    fat: Vec<Aabb>,
+    /// Bodies came since the list was made, or were put elsewhere.
+    stale: bool,
+    /// Scratch: slots sorted by left edge, keys of the pairs found, the list before.
+    order: Vec<u64>,
+    keys: Vec<u64>,
+    before: Vec<Pair>,
+}
+
+impl PairList {
+    /// A body was added, or one outside the moving list was placed elsewhere.
+    pub fn invalidate(&mut self) {
+        self.stale = true;
+    }
+
+    /// A body was removed: its pairs go at once, so that a new body in the slot inherits nothing.
+    pub fn removed(&mut self, slot: u32) {
+        self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
+    }
+
+    /// Makes the list complete for the bodies where they are now.
+    pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) {
+        if self.stale || self.outgrown(bodies) {
+            self.rebuild(bodies, filter);
+        }
+    }
+
+    /// Whether a body's reach left the box for which the list is complete.
+    fn outgrown(&self, bodies: &Bodies) -> bool {
+        bodies.moving.iter().any(|&slot| {
+            let reach = bodies.bounds(slot as usize, REACH);
+            let fat = &self.fat[slot as usize];
+            !(fat.contains(reach.low) && fat.contains(reach.high))
+        })
+    }
+
+    /// Sort and sweep along x.
+    fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
+        self.grow_boxes(bodies);
+        self.sort_by_left_edge(bodies);
+        self.sweep(bodies, filter);
+        self.keys.sort_unstable();
+        self.carry_impulses();
+        self.stale = false;
+    }
+
+    /// Grows each box by what its body may travel in a few steps.
+    fn grow_boxes(&mut self, bodies: &Bodies) {
+        let nowhere = Aabb { low: Vec2::ZERO, high: Vec2::ZERO };
+        self.fat.resize(bodies.alive.len(), nowhere);
+        for slot in bodies.slots() {
+            let slot = slot as usize;
+            let speed = bodies.velocity[slot].length();
+            self.fat[slot] = bodies.bounds(slot, REACH + max(MARGIN, 3.0 * DT * speed));
+        }
+    }
+
+    fn sort_by_left_edge(&mut self, bodies: &Bodies) {
+        let fat = &self.fat;
+        self.order.clear();
+        self.order.extend(
+            bodies.slots().map(|slot| {
+                u64::from(ordered_bits(fat[slot as usize].low.x)) << 32 | u64::from(slot)
+            }),
+        );
+        self.order.sort_unstable();
+    }
+
+    fn sweep(&mut self, bodies: &Bodies, filter: Filter) {
+        self.keys.clear();
+        for (rank, &entry) in self.order.iter().enumerate() {
+            let a = entry as u32;
+            let fat_a = self.fat[a as usize];
+            let right_edge = ordered_bits(fat_a.high.x);
+            let meets_a = filter.meets[usize::from(bodies.group[a as usize])];
+            let movable_a = filter.immovable || bodies.inverse_mass[a as usize] > 0.0;
+            for &other in &self.order[rank + 1..] {
+                if (other >> 32) as u32 >= right_edge {
+                    break;
+                }
+                let b = other as u32;
+                let fat_b = &self.fat[b as usize];
+                let apart = fat_b.low.y >= fat_a.high.y || fat_a.low.y >= fat_b.high.y;
+                if apart || meets_a >> bodies.group[b as usize] & 1 == 0 {
+                    continue;
+                }
+                if movable_a || bodies.inverse_mass[b as usize] > 0.0 {
+                    let (low, high) = if a < b { (a, b) } else { (b, a) };
+                    self.keys.push(u64::from(low) << 32 | u64::from(high));
+                }
+            }
+        }
+    }
+
+    /// Makes `pairs` from the sorted keys; a merge with the list before keeps the impulses.
+    fn carry_impulses(&mut self) {
+        std::mem::swap(&mut self.pairs, &mut self.before);
+        self.pairs.clear();
+        let mut old = self.before.iter().peekable();
+        for &key in &self.keys {
+            while old.next_if(|pair| pair.key() < key).is_some() {}
+            let fresh = Pair {
+                a: (key >> 32) as u32,
+                b: key as u32,
+                normal_impulse: 0.0,
+                tangent_impulse: 0.0,
+                warm_normal: Vec2::ZERO,
+            };
+            self.pairs.push(old.next_if(|pair| pair.key() == key).copied().unwrap_or(fresh));
+        }
+    }
+}
+
+/// Whether two bodies are within [`REACH`] of each other: the exact test that the list serves.
+#[inline]
+pub(crate) fn near(bodies: &Bodies, pair: &Pair) -> bool {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let gap = (bodies.center[b] - bodies.center[a]).abs()
+        - bodies.shape[a].half_extent()
+        - bodies.shape[b].half_extent();
+    gap.x < REACH && gap.y < REACH
+}
+
+/// The overlap of a pair where its bodies are now.
+#[inline]
+pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<contact::Contact> {
+    let (index_a, index_b) = (a as usize, b as usize);
+    contact::collide(
+        bodies.shape[index_a],
+        bodies.center[index_a],
+        bodies.shape[index_b],
+        bodies.center[index_b],
+        (a, b),
+    )
+}
+
+#[cfg(test)]
+mod tests;

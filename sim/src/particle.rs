@@ -1,17 +1,29 @@
 //! Particles, their recipes and emitters. The same code runs on the server and, from emitter
 //! events, on every client, so particles cost no bytes each on the wire.
+//!
+//! A particle is a point with a life; colour and size follow from its age and its own seed and are
+//! never stored. An emitter decides when, where and how many, a recipe decides what.
 
+mod emitter;
+mod obstacles;
+
+pub use emitter::{EmitterDef, Source};
+pub use obstacles::{Obstacle, dequantise, quantise};
+
+use crate::DT;
+use crate::hash::StateHasher;
 use crate::math::Rng;
-use crate::shape::Shape;
 use crate::world::BodyId;
+use emitter::Emitter;
 use glam::Vec2;
+use obstacles::ObstacleGrid;
 
 /// What the particles of a recipe are like; ranges are drawn per particle. Chapter row A3.18.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     /// Name in the scene file.
     pub name: String,
-    /// Life in whole ticks, low..=high, at least 1.
+    /// Life in whole ticks, low..=high, at least 1 (C24c).
     pub life_ticks: [u16; 2],
     /// RGBA at birth; components may exceed 1.
     pub color_start: [f32; 4],
@@ -19,53 +31,31 @@ pub struct Recipe {
     pub color_end: [[f32; 4]; 2],
     /// Width at birth in world units, low and high.
     pub size: [f32; 2],
-    /// Factor on the size every tick; 1 keeps it.
+    /// Factor on the size every tick; 1 keeps it (C24a).
     pub size_factor: f32,
     /// Velocity at birth, low and high corner, units/s.
     pub velocity: [Vec2; 2],
-    /// Acceleration, units/s^2.
+    /// Acceleration, units/s^2; its own, apart from the bodies' gravity (row A3.14).
     pub acceleration: Vec2,
-    /// Factor on the velocity per tick of 1/60 s.
+    /// Factor on the velocity per tick of 1/60 s (C24l).
     pub drag: f32,
 }
 
-/// Where an emitter makes its particles.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Source {
-    /// A fixed place.
-    Point(Vec2),
-    /// The centre of a body, followed until the body is gone.
-    Body(BodyId),
-}
-
-/// An emitter as it is started and as it travels in an event: everything that its particles depend on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EmitterDef {
-    /// Index into the scene's recipes.
-    pub recipe: u8,
-    /// Particles to make in all; the emitter makes exactly so many.
-    pub count: u16,
-    /// Seed of all that is random about them.
-    pub seed: u32,
-    /// Place, or body to follow.
-    pub source: Source,
-}
-
-/// A placed shape that particles are pushed out of. Centres are the quantised ones that clients see.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Obstacle {
-    /// Outline.
-    pub shape: Shape,
-    /// Centre in world units, a multiple of the scene's quantum.
-    pub center: Vec2,
-}
-
-/// All live particles and emitters of a world, as structure of arrays.
-#[derive(Clone, Debug, Default)]
-pub struct Particles {
-    /// Positions, world units.
-    position: Vec<Vec2>,
-    _rest: Option<Rng>,
+impl Default for Recipe {
+    /// The chapter's flame, row A3.18.
+    fn default() -> Recipe {
+        Recipe {
+            name: "fire".to_owned(),
+            life_ticks: [30, 230],
+            color_start: [1.0, 0.0, 0.0, 1.0],
+            color_end: [[3.5, 0.4, 0.3, 0.6], [4.5, 0.5, 0.4, 0.6]],
+            size: [5.5, 6.0],
+            size_factor: 0.98,
+            velocity: [Vec2::new(-10.0, 0.0), Vec2::new(10.0, 10.0)],
+            acceleration: Vec2::new(0.0, -50.0),
+            drag: 0.95,
+        }
+    }
 }
 
 /// What one particle looks like now.
@@ -77,26 +67,127 @@ pub struct Look {
     pub size: f32,
 }
 
+/// All live particles and emitters of a world, particles as structure of arrays.
+#[derive(Clone, Debug, Default)]
+pub struct Particles {
+    recipes: Vec<Recipe>,
+    limit: usize,
+    emitters: Vec<Emitter>,
+    position: Vec<Vec2>,
+    velocity: Vec<Vec2>,
+    /// Ticks lived and ticks to live.
+    age: Vec<u16>,
+    life: Vec<u16>,
+    recipe: Vec<u8>,
+    /// Seed of what is drawn per particle.
+    seed: Vec<u32>,
+    grid: ObstacleGrid,
+}
+
 impl Particles {
     /// No particles; at most `limit` live at a time (emitters past it lose what does not fit).
     pub fn new(recipes: Vec<Recipe>, limit: usize) -> Particles {
-        let _ = (recipes, limit);
-        todo!()
+        assert!(recipes.len() <= 256, "{} recipes, at most 256 fit an emitter", recipes.len());
+        for recipe in &recipes {
+            assert!(recipe.life_ticks[0] >= 1, "recipe {}: a life of 0 ticks", recipe.name);
+            assert!(recipe.life_ticks[0] <= recipe.life_ticks[1], "recipe {}: life", recipe.name);
+        }
+        Particles { recipes, limit, ..Particles::default() }
     }
 
-    /// Adds an emitter; it makes its first particles in the coming `step`.
+    /// Adds an emitter; it makes its first particles in the coming `step`. Panics if its recipe
+    /// does not exist.
     pub fn start(&mut self, emitter: EmitterDef) {
-        let _ = emitter;
-        todo!()
+        let recipe = usize::from(emitter.recipe);
+        assert!(recipe < self.recipes.len(), "recipe {recipe} does not exist");
+        self.emitters.push(Emitter::new(emitter));
     }
 
-    /// One tick: particles move and are pushed out of obstacles, expired ones go, then emitters emit.
+    /// One tick: expired particles go, the others move and are pushed out of obstacles, then
+    /// emitters emit (row A4.7).
     ///
-    /// `locate` gives the quantised centre of a followed body, or `None` once it is gone (the
-    /// emitter then stays where it was last).
+    /// A particle with a life of L ticks moves exactly L times, reaches its end colour and size
+    /// exactly, is seen so for one tick and is gone in the next (C24b). `locate` gives the
+    /// quantised centre of a followed body, or `None` once it is gone (the emitter then stays
+    /// where it was last).
     pub fn step(&mut self, obstacles: &[Obstacle], locate: impl Fn(BodyId) -> Option<Vec2>) {
-        let _ = (obstacles, &locate);
-        todo!()
+        self.remove_expired();
+        self.fly();
+        self.push_out(obstacles);
+        self.emit(locate);
+    }
+
+    /// Stable compaction: nobody is skipped (C24d).
+    fn remove_expired(&mut self) {
+        let mut kept = 0;
+        for index in 0..self.len() {
+            if self.age[index] < self.life[index] {
+                self.position[kept] = self.position[index];
+                self.velocity[kept] = self.velocity[index];
+                self.age[kept] = self.age[index];
+                self.life[kept] = self.life[index];
+                self.recipe[kept] = self.recipe[index];
+                self.seed[kept] = self.seed[index];
+                kept += 1;
+            }
+        }
+        self.position.truncate(kept);
+        self.velocity.truncate(kept);
+        self.age.truncate(kept);
+        self.life.truncate(kept);
+        self.recipe.truncate(kept);
+        self.seed.truncate(kept);
+    }
+
+    /// Row A3.7: v += a dt, v *= drag, x += v dt.
+    fn fly(&mut self) {
+        let bodies = self.position.iter_mut().zip(&mut self.velocity);
+        for (((position, velocity), age), &recipe) in bodies.zip(&mut self.age).zip(&self.recipe) {
+            let recipe = &self.recipes[usize::from(recipe)];
+            *velocity = (*velocity + recipe.acceleration * DT) * recipe.drag;
+            *position += *velocity * DT;
+            *age += 1;
+        }
+    }
+
+    /// Rows A3.15 and A3.16: out by the nearest way, the inward part of the velocity is lost.
+    fn push_out(&mut self, obstacles: &[Obstacle]) {
+        if obstacles.is_empty() || self.is_empty() {
+            return;
+        }
+        self.grid.fill(obstacles);
+        for (position, velocity) in self.position.iter_mut().zip(&mut self.velocity) {
+            for &place in self.grid.candidates(*position) {
+                obstacles[place as usize].push_out(position, velocity);
+            }
+        }
+    }
+
+    fn emit(&mut self, locate: impl Fn(BodyId) -> Option<Vec2>) {
+        let mut emitters = std::mem::take(&mut self.emitters);
+        for emitter in &mut emitters {
+            emitter.follow(&locate);
+            for _ in 0..emitter.next_amount() {
+                let seed = emitter.next_seed();
+                self.spawn(emitter.recipe(), emitter.position(), seed);
+            }
+        }
+        emitters.retain(|emitter| !emitter.is_expired());
+        self.emitters = emitters;
+    }
+
+    /// A particle at a place, unless the limit is reached.
+    fn spawn(&mut self, recipe: u8, position: Vec2, seed: u32) {
+        if self.len() >= self.limit {
+            return;
+        }
+        let birth = Birth::draw(&self.recipes[usize::from(recipe)], seed);
+        self.position.push(position);
+        self.velocity.push(birth.velocity);
+        self.age.push(0);
+        self.life.push(birth.life);
+        self.recipe.push(recipe);
+        self.seed.push(seed);
     }
 
     /// Live particles.
@@ -111,7 +202,7 @@ impl Particles {
 
     /// Running emitters.
     pub fn emitter_count(&self) -> usize {
-        todo!()
+        self.emitters.len()
     }
 
     /// Positions of all live particles, world units.
@@ -121,12 +212,83 @@ impl Particles {
 
     /// Velocities of all live particles, units/s.
     pub fn velocities(&self) -> &[Vec2] {
-        todo!()
+        &self.velocity
     }
 
-    /// Colour and size of particle `index` now (derived from its age and its own seed).
+    /// Ticks lived and ticks to live of particle `index`.
+    pub fn age(&self, index: usize) -> (u16, u16) {
+        (self.age[index], self.life[index])
+    }
+
+    /// Colour and size of particle `index` now, derived from its age and its own seed.
     pub fn look(&self, index: usize) -> Look {
-        let _ = index;
-        todo!()
+        let recipe = &self.recipes[usize::from(self.recipe[index])];
+        let birth = Birth::draw(recipe, self.seed[index]);
+        let (age, life) = (self.age[index], self.life[index]);
+        let lived = if age >= life { 1.0 } else { f32::from(age) / f32::from(life) };
+        let mut color = recipe.color_start;
+        for (channel, end) in color.iter_mut().zip(birth.color_end) {
+            *channel = if age >= life { end } else { *channel + (end - *channel) * lived };
+        }
+        Look { color, size: birth.size * power(recipe.size_factor, age) }
+    }
+
+    /// Adds every bit of the state.
+    pub(crate) fn hash(&self, hasher: &mut StateHasher) {
+        for emitter in &self.emitters {
+            emitter.hash(hasher);
+        }
+        for index in 0..self.len() {
+            hasher.push_vec2(self.position[index]);
+            hasher.push_vec2(self.velocity[index]);
+            hasher.push(u32::from(self.age[index]) << 16 | u32::from(self.life[index]));
+            hasher.push(self.seed[index]);
+            hasher.push(u32::from(self.recipe[index]));
+        }
+    }
+
+    /// Digest of the raw bits of all particles and emitters, to compare two ends of a stream.
+    pub fn digest(&self) -> u64 {
+        let mut hasher = StateHasher::default();
+        self.hash(&mut hasher);
+        hasher.finish()
     }
 }
+
+/// What a recipe and a seed make of one particle.
+struct Birth {
+    life: u16,
+    velocity: Vec2,
+    size: f32,
+    color_end: [f32; 4],
+}
+
+impl Birth {
+    fn draw(recipe: &Recipe, seed: u32) -> Birth {
+        let mut rng = Rng::new(u64::from(seed), 1);
+        let [life_low, life_high] = recipe.life_ticks;
+        let [slow, fast] = recipe.velocity;
+        let [dim, bright] = recipe.color_end;
+        let life = life_low + rng.below(u32::from(life_high - life_low) + 1) as u16;
+        let velocity = Vec2::new(rng.range(slow.x, fast.x), rng.range(slow.y, fast.y));
+        let size = rng.range(recipe.size[0], recipe.size[1]);
+        let color_end = std::array::from_fn(|channel| rng.range(dim[channel], bright[channel]));
+        Birth { life, velocity, size, color_end }
+    }
+}
+
+/// `base` to a whole power by repeated squaring: the same bits on every target.
+fn power(base: f32, mut exponent: u16) -> f32 {
+    let (mut result, mut square) = (1.0, base);
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            result *= square;
+        }
+        square *= square;
+        exponent >>= 1;
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,4 +1,15 @@
-//! The relaxation solver: projection and impulse, all pairs together, N passes.
+//! The relaxation solver: projection and impulse, all pairs of the scene together in id order, N
+//! passes, leaving early when nothing is left to correct.
+//!
+//! A step is `warm_start`, moving the bodies (the world does that), `gather`, `relax`, `store`.
+//! Each pass looks at every pair where its bodies are by then: it finds the contact, applies the
+//! normal impulse, then friction, then moves the two apart by a share of the overlap.
+
+use crate::bodies::Bodies;
+use crate::contact::Contact;
+use crate::math::{clamp, max, min};
+use crate::pairs::{Pair, near, overlap};
+use glam::Vec2;
 
 /// Settings of the relaxation; chapter rows A2.18 to A2.25.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -9,7 +20,7 @@ pub struct Relaxation {
     pub correction: f32,
     /// Overlap left alone, world units, 0..=1. Default 0.005.
     pub slop: f32,
-    /// Closing speed below which nothing bounces, units/s. Default 2.
+    /// Closing speed below which nothing bounces, units/s, not negative. Default 2.
     pub bounce_threshold: f32,
     /// Start each step from the last step's resting impulses. Default true.
     pub warm_start: bool,
@@ -25,4 +36,221 @@ impl Default for Relaxation {
             warm_start: true,
         }
     }
+}
+
+impl Relaxation {
+    /// Panics unless every setting is in its documented range (C22c: nothing is mended silently).
+    pub(crate) fn check(&self) {
+        assert!((1..=240).contains(&self.iterations), "iterations {}", self.iterations);
+        assert!(self.correction > 0.0 && self.correction <= 1.0, "correction {}", self.correction);
+        assert!((0.0..=1.0).contains(&self.slop), "slop {}", self.slop);
+        let threshold = self.bounce_threshold;
+        assert!(threshold >= 0.0 && threshold.is_finite(), "bounce threshold {threshold}");
+    }
+}
+
+/// A pass that changes no velocity by more than this and no overlap by more than
+/// [`DEPTH_TOLERANCE`] is the last one. Units/s.
+const SPEED_TOLERANCE: f32 = 1e-3;
+/// Overlap beyond the slop that counts as none, world units.
+const DEPTH_TOLERANCE: f32 = 1e-4;
+
+/// A pair that takes part in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    pub a: u32,
+    pub b: u32,
+    /// Place in the pair list.
+    pair: u32,
+    /// Largest closing speed met so far in this step, units/s; not negative.
+    pub closing: f32,
+    /// Coulomb coefficient of the pair: geometric mean.
+    friction: f32,
+    /// Restitution of the pair: the smaller one.
+    restitution: f32,
+    /// Normal of the last contact or, before it, of the warm start; from a to b.
+    normal: Vec2,
+    /// Normal impulse that holds the pair apart; can be taken back down to 0.
+    holding: f32,
+    /// Normal impulse spent on bounces; final.
+    bounced: f32,
+    /// Friction impulse along the normal turned left.
+    tangent: f32,
+}
+
+/// Applies the last step's resting impulses to the velocities, before the bodies move.
+///
+/// Only pairs that still overlap count. An impulse is scaled by the smaller [`calmness`] of its
+/// two bodies: what stopped an impact must not be given again (it would add energy).
+pub(crate) fn warm_start(bodies: &mut Bodies, pairs: &mut [Pair]) {
+    for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
+        let Some(contact) = overlap(bodies, pair.a, pair.b) else {
+            pair.normal_impulse = 0.0;
+            pair.tangent_impulse = 0.0;
+            continue;
+        };
+        let trust = min(bodies.calm[pair.a as usize], bodies.calm[pair.b as usize]);
+        pair.normal_impulse *= trust;
+        pair.tangent_impulse *= trust;
+        pair.warm_normal = contact.normal;
+        let impulse =
+            contact.normal * pair.normal_impulse + contact.normal.perp() * pair.tangent_impulse;
+        push(bodies, pair.a, pair.b, impulse);
+    }
+}
+
+/// The pairs that take part in this step, in (a, b) order.
+pub(crate) fn gather(bodies: &Bodies, pairs: &[Pair], rows: &mut Vec<Row>) {
+    rows.clear();
+    for (place, pair) in (0u32..).zip(pairs) {
+        if !near(bodies, pair) {
+            continue;
+        }
+        let (a, b) = (bodies.material[pair.a as usize], bodies.material[pair.b as usize]);
+        rows.push(Row {
+            a: pair.a,
+            b: pair.b,
+            pair: place,
+            closing: 0.0,
+            friction: (a.friction * b.friction).sqrt(),
+            restitution: min(a.restitution, b.restitution),
+            normal: pair.warm_normal,
+            holding: pair.normal_impulse,
+            bounced: 0.0,
+            tangent: pair.tangent_impulse,
+        });
+    }
+}
+
+/// At most N passes over all rows; returns how many were made.
+pub(crate) fn relax(bodies: &mut Bodies, rows: &mut [Row], settings: &Relaxation) -> u32 {
+    for pass in 1..=settings.iterations {
+        let mut busy = false;
+        for row in rows.iter_mut() {
+            busy |= relax_row(bodies, row, settings);
+        }
+        if !busy {
+            return pass;
+        }
+    }
+    settings.iterations
+}
+
+/// One pair in one pass; whether it changed anything worth another pass.
+#[inline]
+fn relax_row(bodies: &mut Bodies, row: &mut Row, settings: &Relaxation) -> bool {
+    let Some(contact) = overlap(bodies, row.a, row.b) else {
+        return row.holding > 0.0 && release(bodies, row);
+    };
+    row.normal = contact.normal;
+    let inverse_mass = bodies.inverse_mass[row.a as usize] + bodies.inverse_mass[row.b as usize];
+    let changed_normal = push_apart(bodies, row, inverse_mass, settings.bounce_threshold);
+    let changed_tangent = rub(bodies, row, inverse_mass);
+    let changed_place = project(bodies, row, contact, inverse_mass, settings);
+    changed_normal || changed_tangent || changed_place
+}
+
+/// Velocity of b relative to a.
+#[inline]
+fn relative_velocity(bodies: &Bodies, row: &Row) -> Vec2 {
+    bodies.velocity[row.b as usize] - bodies.velocity[row.a as usize]
+}
+
+/// Applies an impulse to b and its opposite to a.
+#[inline]
+fn push(bodies: &mut Bodies, a: u32, b: u32, impulse: Vec2) {
+    let (a, b) = (a as usize, b as usize);
+    bodies.velocity[a] -= impulse * bodies.inverse_mass[a];
+    bodies.velocity[b] += impulse * bodies.inverse_mass[b];
+}
+
+/// The normal impulse (row A2.21): a bounce above the threshold, else what stops the approach,
+/// accumulated so that later passes may take back what turned out too much (C16).
+#[inline]
+fn push_apart(bodies: &mut Bodies, row: &mut Row, inverse_mass: f32, threshold: f32) -> bool {
+    let speed = relative_velocity(bodies, row).dot(row.normal);
+    row.closing = max(row.closing, -speed);
+    if -speed > threshold && row.restitution > 0.0 {
+        let impulse = -(1.0 + row.restitution) * speed / inverse_mass;
+        row.bounced += row.holding + impulse;
+        row.holding = 0.0;
+        push(bodies, row.a, row.b, row.normal * impulse);
+        return true;
+    }
+    let wanted = row.holding - speed / inverse_mass;
+    let holding = if wanted > 0.0 { wanted } else { 0.0 };
+    let change = holding - row.holding;
+    row.holding = holding;
+    push(bodies, row.a, row.b, row.normal * change);
+    change.abs() * inverse_mass > SPEED_TOLERANCE
+}
+
+/// Coulomb friction on the relative tangential velocity, limited by the pair's whole normal
+/// impulse in this step (C08 to C14).
+#[inline]
+fn rub(bodies: &mut Bodies, row: &mut Row, inverse_mass: f32) -> bool {
+    let limit = row.friction * (row.holding + row.bounced);
+    if limit <= 0.0 && row.tangent == 0.0 {
+        return false;
+    }
+    let along = row.normal.perp();
+    let slide = relative_velocity(bodies, row).dot(along);
+    let tangent = clamp(row.tangent - slide / inverse_mass, -limit, limit);
+    let change = tangent - row.tangent;
+    row.tangent = tangent;
+    push(bodies, row.a, row.b, along * change);
+    change.abs() * inverse_mass > SPEED_TOLERANCE
+}
+
+/// Positional correction (row A2.19): both move by their share of the overlap beyond the slop.
+#[inline]
+fn project(
+    bodies: &mut Bodies,
+    row: &Row,
+    contact: Contact,
+    inverse_mass: f32,
+    settings: &Relaxation,
+) -> bool {
+    let excess = contact.depth - settings.slop;
+    if excess <= 0.0 {
+        return false;
+    }
+    let (a, b) = (row.a as usize, row.b as usize);
+    let shift = contact.normal * (excess * settings.correction / inverse_mass);
+    bodies.center[a] -= shift * bodies.inverse_mass[a];
+    bodies.center[b] += shift * bodies.inverse_mass[b];
+    excess > DEPTH_TOLERANCE
+}
+
+/// A pair that was held but came apart: the part of its impulse that drives it apart was too much
+/// and is taken back, and the friction that went with it.
+#[inline]
+fn release(bodies: &mut Bodies, row: &mut Row) -> bool {
+    if relative_velocity(bodies, row).dot(row.normal) <= 0.0 {
+        return false;
+    }
+    let inverse_mass = bodies.inverse_mass[row.a as usize] + bodies.inverse_mass[row.b as usize];
+    let changed_normal = push_apart(bodies, row, inverse_mass, f32::INFINITY);
+    rub(bodies, row, inverse_mass) || changed_normal
+}
+
+/// Keeps the resting impulses of the rows for the next step's warm start.
+pub(crate) fn store(rows: &[Row], pairs: &mut [Pair]) {
+    for pair in pairs.iter_mut() {
+        pair.normal_impulse = 0.0;
+        pair.tangent_impulse = 0.0;
+    }
+    for row in rows.iter().filter(|row| row.holding > 0.0) {
+        let pair = &mut pairs[row.pair as usize];
+        pair.normal_impulse = row.holding;
+        pair.tangent_impulse = row.tangent;
+    }
+}
+
+/// How far a body's impulses of a step may be given again: 1 at rest, falling with the change of
+/// velocity in the step beyond what gravity alone does in it (`free_change`, units/s).
+#[inline]
+pub(crate) fn calmness(change: Vec2, free_change: f32) -> f32 {
+    let speed = change.length();
+    if speed <= free_change { 1.0 } else { free_change / speed }
 }

@@ -1,7 +1,13 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
-use crate::particle::{EmitterDef, Particles, Recipe};
-use crate::relaxation::Relaxation;
+use crate::DT;
+use crate::bodies::Bodies;
+use crate::contact::Contact;
+use crate::hash::StateHasher;
+use crate::math::clamp_length;
+use crate::pairs::{Filter, PairList, overlap};
+use crate::particle::{EmitterDef, Obstacle, Particles, Recipe, quantise};
+use crate::relaxation::{self, Relaxation, Row};
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
@@ -25,7 +31,8 @@ pub enum Motion {
     Dynamic,
 }
 
-/// A body as it is created. [`Default`] holds the chapter's values (row A2.7).
+/// A body as it is created. [`Default`] holds the chapter's values (row A2.7): a dynamic circle of
+/// radius 1, mass 1, restitution 0.8, friction 0.3, in group 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyDef {
     /// Outline.
@@ -46,6 +53,22 @@ pub struct BodyDef {
     pub gravity_scale: f32,
     /// Collision group, below [`GROUPS_MAX`].
     pub group: u8,
+}
+
+impl Default for BodyDef {
+    fn default() -> BodyDef {
+        BodyDef {
+            shape: Shape::Circle { radius: 1.0 },
+            position: Vec2::ZERO,
+            velocity: Vec2::ZERO,
+            motion: Motion::Dynamic,
+            mass: 1.0,
+            restitution: 0.8,
+            friction: 0.3,
+            gravity_scale: 1.0,
+            group: 0,
+        }
+    }
 }
 
 /// Collision groups a world can tell apart.
@@ -76,6 +99,25 @@ pub struct WorldSettings {
     pub recipes: Vec<Recipe>,
 }
 
+impl Default for WorldSettings {
+    /// The chapter's gravity and solver, every group meets every other, no particles, room for
+    /// 4096 bodies in a wide kill zone.
+    fn default() -> WorldSettings {
+        WorldSettings {
+            gravity: Vec2::new(0.0, -50.0),
+            relaxation: Some(Relaxation::default()),
+            meets: [u32::MAX; GROUPS_MAX],
+            meets_particles: u32::MAX,
+            kill_zone: Aabb { low: Vec2::splat(-1e5), high: Vec2::splat(1e5) },
+            quantum: 1.0 / 256.0,
+            speed_max: 1e4,
+            bodies_max: 4096,
+            particles_max: 0,
+            recipes: Vec::new(),
+        }
+    }
+}
+
 /// Two bodies that overlap at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Touch {
@@ -97,132 +139,285 @@ pub struct Touch {
 #[derive(Clone, Debug)]
 pub struct World {
     settings: WorldSettings,
+    bodies: Bodies,
+    pairs: PairList,
     particles: Particles,
+    touches: Vec<Touch>,
+    departed: Vec<(BodyId, Vec2)>,
+    passes: u32,
+    /// Scratch of a step: rows of the solver, velocities at the start of the moving bodies, the
+    /// touches of the step before, what particles are pushed out of.
+    rows: Vec<Row>,
+    start_velocity: Vec<Vec2>,
+    touches_before: Vec<Touch>,
+    obstacles: Vec<Obstacle>,
 }
 
 impl World {
-    /// An empty world.
+    /// An empty world. Panics on settings outside their documented ranges.
     pub fn new(settings: WorldSettings) -> World {
-        let _ = settings;
-        todo!()
+        check(&settings);
+        World {
+            particles: Particles::new(settings.recipes.clone(), settings.particles_max),
+            settings,
+            bodies: Bodies::default(),
+            pairs: PairList::default(),
+            touches: Vec::new(),
+            departed: Vec::new(),
+            passes: 0,
+            rows: Vec::new(),
+            start_velocity: Vec::new(),
+            touches_before: Vec::new(),
+            obstacles: Vec::new(),
+        }
     }
 
     /// Adds a body, or returns `None` when `bodies_max` is reached. Panics on a definition outside
     /// the documented ranges.
     pub fn add(&mut self, def: &BodyDef) -> Option<BodyId> {
-        let _ = def;
-        todo!()
+        if self.bodies.count() >= self.settings.bodies_max {
+            return None;
+        }
+        self.pairs.invalidate();
+        Some(self.bodies.add(def))
     }
 
     /// Removes a body; `false` if it was gone already.
     pub fn remove(&mut self, id: BodyId) -> bool {
-        let _ = id;
-        todo!()
+        if !self.bodies.contains(id) {
+            return false;
+        }
+        self.pairs.removed(id.index);
+        self.touches.retain(|touch| touch.a != id && touch.b != id);
+        self.bodies.remove(id);
+        true
     }
 
     /// Whether the body exists.
     pub fn contains(&self, id: BodyId) -> bool {
-        let _ = id;
-        todo!()
+        self.bodies.contains(id)
     }
 
     /// Existing bodies in index order.
     pub fn ids(&self) -> impl Iterator<Item = BodyId> + '_ {
-        std::iter::empty()
+        self.bodies.slots().map(|slot| self.bodies.id(slot))
     }
 
     /// Number of existing bodies.
     pub fn body_count(&self) -> usize {
-        todo!()
+        self.bodies.count()
     }
 
     /// Centre in world units. Panics, like all accessors here, if the body is gone.
     pub fn position(&self, id: BodyId) -> Vec2 {
-        let _ = id;
-        todo!()
+        self.bodies.center[self.bodies.index(id)]
     }
 
     /// Centre rounded to the quantum, in quanta: what clients see.
     pub fn position_quanta(&self, id: BodyId) -> [i32; 2] {
-        let _ = id;
-        todo!()
+        quantise(self.position(id), self.settings.quantum)
     }
 
     /// Velocity, units/s.
     pub fn velocity(&self, id: BodyId) -> Vec2 {
-        let _ = id;
-        todo!()
+        self.bodies.velocity[self.bodies.index(id)]
     }
 
     /// Outline.
     pub fn shape(&self, id: BodyId) -> Shape {
-        let _ = id;
-        todo!()
-    }
-
-    /// Moves a body at once. Panics unless finite.
-    pub fn set_position(&mut self, id: BodyId, position: Vec2) {
-        let _ = (id, position);
-        todo!()
-    }
-
-    /// Sets a velocity. Panics unless finite.
-    pub fn set_velocity(&mut self, id: BodyId, velocity: Vec2) {
-        let _ = (id, velocity);
-        todo!()
+        self.bodies.shape[self.bodies.index(id)]
     }
 
     /// Static, kinematic or dynamic.
     pub fn motion(&self, id: BodyId) -> Motion {
-        let _ = id;
-        todo!()
+        self.bodies.motion[self.bodies.index(id)]
+    }
+
+    /// Collision group.
+    pub fn group(&self, id: BodyId) -> u8 {
+        self.bodies.group[self.bodies.index(id)]
     }
 
     /// 1 / mass; 0 for static and kinematic bodies.
     pub fn inverse_mass(&self, id: BodyId) -> f32 {
-        let _ = id;
-        todo!()
+        self.bodies.inverse_mass[self.bodies.index(id)]
     }
 
-    /// Changes the factor on gravity.
+    /// Bounce, 0..=1.
+    pub fn restitution(&self, id: BodyId) -> f32 {
+        self.bodies.material[self.bodies.index(id)].restitution
+    }
+
+    /// Coulomb coefficient, 0..=10.
+    pub fn friction(&self, id: BodyId) -> f32 {
+        self.bodies.material[self.bodies.index(id)].friction
+    }
+
+    /// Factor on the world's gravity.
+    pub fn gravity_scale(&self, id: BodyId) -> f32 {
+        self.bodies.gravity_scale[self.bodies.index(id)]
+    }
+
+    /// Moves a body at once. Panics unless finite.
+    pub fn set_position(&mut self, id: BodyId, position: Vec2) {
+        assert!(position.is_finite(), "position {position} must be finite");
+        let index = self.bodies.index(id);
+        self.bodies.center[index] = position;
+        self.pairs.invalidate();
+    }
+
+    /// Sets a velocity. Panics unless finite.
+    pub fn set_velocity(&mut self, id: BodyId, velocity: Vec2) {
+        assert!(velocity.is_finite(), "velocity {velocity} must be finite");
+        let index = self.bodies.index(id);
+        self.bodies.velocity[index] = velocity;
+    }
+
+    /// Sets the mass of a dynamic body. Panics unless positive and finite.
+    pub fn set_mass(&mut self, id: BodyId, mass: f32) {
+        assert!(mass > 0.0 && mass.is_finite(), "mass {mass} must be positive and finite");
+        assert!((1.0 / mass).is_finite(), "mass {mass} is out of range");
+        let index = self.bodies.index(id);
+        assert!(self.bodies.motion[index] == Motion::Dynamic, "only dynamic bodies have a mass");
+        self.bodies.inverse_mass[index] = 1.0 / mass;
+    }
+
+    /// Changes the factor on gravity. Panics unless finite.
     pub fn set_gravity_scale(&mut self, id: BodyId, scale: f32) {
-        let _ = (id, scale);
-        todo!()
+        assert!(scale.is_finite(), "gravity scale {scale} must be finite");
+        let index = self.bodies.index(id);
+        self.bodies.gravity_scale[index] = scale;
     }
 
-    /// The existing body with the lowest index that strictly contains the point and satisfies `wanted`.
+    /// The existing body with the lowest index that strictly contains the point and satisfies
+    /// `wanted`.
     pub fn body_at(&self, point: Vec2, wanted: impl Fn(BodyId) -> bool) -> Option<BodyId> {
-        let _ = (point, &wanted);
-        todo!()
+        self.ids().find(|&id| {
+            let index = id.index as usize;
+            self.bodies.shape[index].contains(point - self.bodies.center[index]) && wanted(id)
+        })
     }
 
     /// Advances bodies by one step: integrate, pairs, relax, removal of what left the kill zone.
-    /// Particles move in `step_particles`, so that the rules can act in between.
+    /// Particles move in [`World::step_particles`], so that the rules can act in between.
     pub fn step(&mut self) {
-        todo!()
+        self.accelerate();
+        if self.settings.relaxation.is_some_and(|settings| settings.warm_start) {
+            relaxation::warm_start(&mut self.bodies, &mut self.pairs.pairs);
+        }
+        self.travel();
+        let filter =
+            Filter { meets: &self.settings.meets, immovable: self.settings.relaxation.is_none() };
+        self.pairs.refresh(&self.bodies, filter);
+        relaxation::gather(&self.bodies, &self.pairs.pairs, &mut self.rows);
+        self.passes = 0;
+        if let Some(settings) = &self.settings.relaxation {
+            self.passes = relaxation::relax(&mut self.bodies, &mut self.rows, settings);
+            relaxation::store(&self.rows, &mut self.pairs.pairs);
+            self.judge_calmness();
+        }
+        self.report_touches();
+        self.remove_departed();
+        debug_assert!(self.is_finite(), "a step made a state that is not finite");
     }
 
-    /// Advances particles and emitters by one step, against the bodies where they are now.
+    /// Symplectic Euler, first half: new velocities.
+    fn accelerate(&mut self) {
+        let Bodies { moving, velocity, gravity_scale, motion, .. } = &mut self.bodies;
+        let gain = self.settings.gravity * DT;
+        self.start_velocity.clear();
+        for &slot in moving.iter() {
+            let slot = slot as usize;
+            self.start_velocity.push(velocity[slot]);
+            if motion[slot] == Motion::Dynamic {
+                let faster = velocity[slot] + gain * gravity_scale[slot];
+                velocity[slot] = clamp_length(faster, self.settings.speed_max);
+            }
+        }
+    }
+
+    /// Symplectic Euler, second half: positions from the new velocities.
+    fn travel(&mut self) {
+        let Bodies { moving, velocity, center, .. } = &mut self.bodies;
+        for &slot in moving.iter() {
+            center[slot as usize] += velocity[slot as usize] * DT;
+        }
+    }
+
+    fn judge_calmness(&mut self) {
+        let free_change = self.settings.gravity.length() * DT;
+        let Bodies { moving, velocity, calm, .. } = &mut self.bodies;
+        for (&slot, &start) in moving.iter().zip(&self.start_velocity) {
+            let slot = slot as usize;
+            calm[slot] = relaxation::calmness(velocity[slot] - start, free_change);
+        }
+    }
+
+    /// Lists the overlaps at the end of the step; both lists are in (a, b) order.
+    fn report_touches(&mut self) {
+        std::mem::swap(&mut self.touches, &mut self.touches_before);
+        self.touches.clear();
+        let mut before = self.touches_before.iter().peekable();
+        for row in &self.rows {
+            let Some(contact) = overlap(&self.bodies, row.a, row.b) else { continue };
+            let (a, b) = (self.bodies.id(row.a), self.bodies.id(row.b));
+            while before.next_if(|old| (old.a.index, old.b.index) < (row.a, row.b)).is_some() {}
+            let began = before.next_if(|old| (old.a, old.b) == (a, b)).is_none();
+            let Contact { normal, depth } = contact;
+            self.touches.push(Touch { a, b, normal, depth, closing: row.closing, began });
+        }
+    }
+
+    fn remove_departed(&mut self) {
+        self.departed.clear();
+        for &slot in &self.bodies.moving {
+            let center = self.bodies.center[slot as usize];
+            if !self.settings.kill_zone.contains(center) {
+                self.departed.push((self.bodies.id(slot), center));
+            }
+        }
+        for place in 0..self.departed.len() {
+            self.remove(self.departed[place].0);
+        }
+    }
+
+    /// Advances particles and emitters by one step, against the bodies where they are now, at the
+    /// quantised places that clients see.
     pub fn step_particles(&mut self) {
-        todo!()
+        let quantum = self.settings.quantum;
+        self.obstacles.clear();
+        if !self.particles.is_empty() {
+            for slot in self.bodies.slots() {
+                let slot = slot as usize;
+                if self.settings.meets_particles >> self.bodies.group[slot] & 1 == 1 {
+                    let quanta = quantise(self.bodies.center[slot], quantum);
+                    self.obstacles.push(Obstacle::new(self.bodies.shape[slot], quanta, quantum));
+                }
+            }
+        }
+        let bodies = &self.bodies;
+        self.particles.step(&self.obstacles, |id| {
+            let quanta = quantise(*bodies.center.get(id.index as usize)?, quantum);
+            bodies.contains(id).then(|| crate::particle::dequantise(quanta, quantum))
+        });
     }
 
     /// Overlaps at the end of the last step, in (a, b) order.
     pub fn touches(&self) -> &[Touch] {
-        todo!()
+        &self.touches
     }
 
     /// Bodies that left the kill zone in the last step (they are gone), with their last position.
     pub fn departed(&self) -> &[(BodyId, Vec2)] {
-        todo!()
+        &self.departed
     }
 
     /// Passes that the relaxation needed in the last step.
     pub fn passes(&self) -> u32 {
-        todo!()
+        self.passes
     }
 
-    /// Starts an emitter.
+    /// Starts an emitter. Panics if it names a recipe that the world does not have.
     pub fn start_emitter(&mut self, emitter: EmitterDef) {
         self.particles.start(emitter);
     }
@@ -237,8 +432,51 @@ impl World {
         &self.settings
     }
 
+    /// Whether every position and velocity is finite: a last guard, true after every step.
+    pub fn is_finite(&self) -> bool {
+        let Bodies { center, velocity, .. } = &self.bodies;
+        center.iter().chain(velocity).all(|vector| vector.is_finite())
+    }
+
     /// Digest of the raw bits of all state in id order.
     pub fn hash(&self) -> u64 {
-        todo!()
+        let mut hasher = StateHasher::default();
+        for slot in self.bodies.slots() {
+            let index = slot as usize;
+            hasher.push(slot);
+            hasher.push(self.bodies.generation[index]);
+            hasher.push_vec2(self.bodies.center[index]);
+            hasher.push_vec2(self.bodies.velocity[index]);
+            hasher.push_f32(self.bodies.calm[index]);
+            hasher.push_f32(self.bodies.inverse_mass[index]);
+            hasher.push_f32(self.bodies.gravity_scale[index]);
+        }
+        for pair in self.pairs.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
+            hasher.push(pair.a);
+            hasher.push(pair.b);
+            hasher.push_f32(pair.normal_impulse);
+            hasher.push_f32(pair.tangent_impulse);
+        }
+        self.particles.hash(&mut hasher);
+        hasher.finish()
     }
 }
+
+fn check(settings: &WorldSettings) {
+    assert!(settings.gravity.is_finite(), "gravity {} must be finite", settings.gravity);
+    assert!(settings.quantum > 0.0, "quantum {} must be positive", settings.quantum);
+    assert!(settings.speed_max > 0.0, "speed_max {} must be positive", settings.speed_max);
+    assert!(settings.speed_max.is_finite(), "speed_max must be finite");
+    if let Some(relaxation) = &settings.relaxation {
+        relaxation.check();
+    }
+    for (group, &meets) in settings.meets.iter().enumerate() {
+        for other in 0..GROUPS_MAX {
+            let mirrored = settings.meets[other] >> group & 1;
+            assert!(meets >> other & 1 == mirrored, "groups {group} and {other} must agree");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

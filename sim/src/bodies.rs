@@ -1,0 +1,138 @@
+//! Bodies as plain vectors by slot, and the list of those that move.
+//!
+//! A slot is reused after a removal; its generation then differs. All loops go over slots in
+//! ascending order, so nothing depends on the order of creation but the slots themselves.
+
+use crate::shape::{Aabb, Shape};
+use crate::world::{BodyDef, BodyId, GROUPS_MAX, Motion};
+use glam::Vec2;
+
+/// Bounce and friction of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Material {
+    pub restitution: f32,
+    pub friction: f32,
+}
+
+/// All bodies; every vector has one entry a slot.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bodies {
+    pub shape: Vec<Shape>,
+    pub center: Vec<Vec2>,
+    pub velocity: Vec<Vec2>,
+    /// 1 / mass; 0 for static and kinematic bodies and for free slots.
+    pub inverse_mass: Vec<f32>,
+    /// How far the last step's impulses may be trusted as a start for the next: see `relaxation`.
+    pub calm: Vec<f32>,
+    pub gravity_scale: Vec<f32>,
+    pub material: Vec<Material>,
+    pub motion: Vec<Motion>,
+    pub group: Vec<u8>,
+    pub generation: Vec<u32>,
+    pub alive: Vec<bool>,
+    /// Slots of dynamic and kinematic bodies, ascending: what a step has to look at.
+    pub moving: Vec<u32>,
+    /// Free slots, descending, so that the lowest is taken first.
+    free: Vec<u32>,
+}
+
+impl Bodies {
+    pub fn add(&mut self, def: &BodyDef) -> BodyId {
+        check(def);
+        let slot = self.free.pop().unwrap_or_else(|| self.grow(def));
+        let index = slot as usize;
+        self.shape[index] = def.shape;
+        self.center[index] = def.position;
+        self.velocity[index] = def.velocity;
+        self.inverse_mass[index] = match def.motion {
+            Motion::Dynamic => 1.0 / def.mass,
+            Motion::Static | Motion::Kinematic => 0.0,
+        };
+        self.calm[index] = 1.0;
+        self.gravity_scale[index] = def.gravity_scale;
+        self.material[index] = Material { restitution: def.restitution, friction: def.friction };
+        self.motion[index] = def.motion;
+        self.group[index] = def.group;
+        self.alive[index] = true;
+        if def.motion != Motion::Static {
+            let at = self.moving.partition_point(|&other| other < slot);
+            self.moving.insert(at, slot);
+        }
+        BodyId { index: slot, generation: self.generation[index] }
+    }
+
+    /// A new slot at the end; `add` fills it.
+    fn grow(&mut self, def: &BodyDef) -> u32 {
+        let slot = u32::try_from(self.alive.len()).expect("bodies_max is far below 2^32");
+        self.shape.push(def.shape);
+        self.center.push(Vec2::ZERO);
+        self.velocity.push(Vec2::ZERO);
+        self.inverse_mass.push(0.0);
+        self.calm.push(1.0);
+        self.gravity_scale.push(0.0);
+        self.material.push(Material { restitution: 0.0, friction: 0.0 });
+        self.motion.push(Motion::Static);
+        self.group.push(0);
+        self.generation.push(0);
+        self.alive.push(false);
+        slot
+    }
+
+    pub fn remove(&mut self, id: BodyId) {
+        let index = self.index(id);
+        self.alive[index] = false;
+        self.generation[index] = self.generation[index].wrapping_add(1);
+        self.inverse_mass[index] = 0.0;
+        self.velocity[index] = Vec2::ZERO;
+        if let Ok(at) = self.moving.binary_search(&id.index) {
+            self.moving.remove(at);
+        }
+        let at = self.free.partition_point(|&other| other > id.index);
+        self.free.insert(at, id.index);
+    }
+
+    pub fn contains(&self, id: BodyId) -> bool {
+        let index = id.index as usize;
+        index < self.alive.len() && self.alive[index] && self.generation[index] == id.generation
+    }
+
+    /// The slot of an existing body; panics if it is gone.
+    pub fn index(&self, id: BodyId) -> usize {
+        assert!(self.contains(id), "body {}.{} does not exist", id.index, id.generation);
+        id.index as usize
+    }
+
+    pub fn id(&self, slot: u32) -> BodyId {
+        BodyId { index: slot, generation: self.generation[slot as usize] }
+    }
+
+    pub fn slots(&self) -> impl Iterator<Item = u32> + '_ {
+        (0u32..).zip(&self.alive).filter_map(|(slot, &alive)| alive.then_some(slot))
+    }
+
+    pub fn count(&self) -> usize {
+        self.alive.len() - self.free.len()
+    }
+
+    /// The box around a body, grown by `margin` on every side.
+    #[inline]
+    pub fn bounds(&self, slot: usize, margin: f32) -> Aabb {
+        Aabb::around(self.center[slot], self.shape[slot].half_extent() + Vec2::splat(margin))
+    }
+}
+
+/// Misuse is found where it happens: every field of a definition, one assertion each.
+fn check(def: &BodyDef) {
+    let half = def.shape.half_extent();
+    assert!(half.is_finite(), "body size {half} must be finite");
+    assert!(half.x > 0.0 && half.y > 0.0, "body size {half} must be positive");
+    assert!(def.position.is_finite(), "body position {} must be finite", def.position);
+    assert!(def.velocity.is_finite(), "body velocity {} must be finite", def.velocity);
+    let (mass, inverse) = (def.mass, 1.0 / def.mass);
+    assert!(mass > 0.0 && mass.is_finite(), "body mass {mass} must be positive and finite");
+    assert!(inverse > 0.0 && inverse.is_finite(), "body mass {mass} is out of range");
+    assert!((0.0..=1.0).contains(&def.restitution), "restitution {} not in 0..=1", def.restitution);
+    assert!((0.0..=10.0).contains(&def.friction), "friction {} not in 0..=10", def.friction);
+    assert!(def.gravity_scale.is_finite(), "gravity scale {} not finite", def.gravity_scale);
+    assert!(usize::from(def.group) < GROUPS_MAX, "group {} not below {GROUPS_MAX}", def.group);
+}

@@ -1,0 +1,59 @@
+//! The state hash: xxh3 over raw bits, fed in id order.
+
+use glam::Vec2;
+use xxhash_rust::xxh3::Xxh3;
+
+/// Collects 32-bit words and digests them; the same words give the same digest on every target.
+///
+/// Words are gathered into blocks, because the digest is fast on blocks and slow on single words.
+pub struct StateHasher {
+    block: [u8; BLOCK_BYTES],
+    filled: usize,
+    digest: Xxh3,
+}
+
+const BLOCK_BYTES: usize = 1024;
+
+impl Default for StateHasher {
+    fn default() -> StateHasher {
+        StateHasher { block: [0; BLOCK_BYTES], filled: 0, digest: Xxh3::new() }
+    }
+}
+
+impl StateHasher {
+    /// Adds a word.
+    #[inline]
+    pub fn push(&mut self, word: u32) {
+        self.block[self.filled..self.filled + 4].copy_from_slice(&word.to_le_bytes());
+        self.filled += 4;
+        if self.filled == BLOCK_BYTES {
+            self.digest.update(&self.block);
+            self.filled = 0;
+        }
+    }
+
+    /// Adds two words, the low one first.
+    pub fn push_u64(&mut self, word: u64) {
+        self.push(word as u32);
+        self.push((word >> 32) as u32);
+    }
+
+    /// Adds the bits of a number; both zeros count as one.
+    #[inline]
+    pub fn push_f32(&mut self, value: f32) {
+        self.push((value + 0.0).to_bits());
+    }
+
+    /// Adds both components.
+    #[inline]
+    pub fn push_vec2(&mut self, value: Vec2) {
+        self.push_f32(value.x);
+        self.push_f32(value.y);
+    }
+
+    /// The digest of all words so far.
+    pub fn finish(mut self) -> u64 {
+        self.digest.update(&self.block[..self.filled]);
+        self.digest.digest()
+    }
+}

@@ -1,0 +1,104 @@
+//! Emitters: when, where and how many. They are started by an [`EmitterDef`], which is also what
+//! travels to clients.
+
+use crate::hash::StateHasher;
+use crate::math::Rng;
+use crate::world::BodyId;
+use glam::Vec2;
+
+/// Where an emitter makes its particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// A fixed place.
+    Point(Vec2),
+    /// The centre of a body, followed until the body is gone.
+    Body(BodyId),
+}
+
+/// An emitter as it is started and as it travels in an event: everything that its particles
+/// depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmitterDef {
+    /// Index into the scene's recipes.
+    pub recipe: u8,
+    /// Particles to make in all; the emitter makes exactly so many (C24e).
+    pub count: u16,
+    /// Seed of all that is random about them.
+    pub seed: u32,
+    /// Place, or body to follow.
+    pub source: Source,
+}
+
+/// Fewest particles an update while more than that are left (row A4.4, C24f).
+const AMOUNT_MIN: u32 = 5;
+/// Largest share of what is left that one update makes.
+const SHARE_MAX: f32 = 0.2;
+
+/// A running emitter.
+#[derive(Clone, Debug)]
+pub(super) struct Emitter {
+    def: EmitterDef,
+    left: u16,
+    position: Vec2,
+    rng: Rng,
+}
+
+impl Emitter {
+    pub fn new(def: EmitterDef) -> Emitter {
+        let position = match def.source {
+            Source::Point(point) => point,
+            Source::Body(_) => Vec2::ZERO,
+        };
+        let rng = Rng::new(u64::from(def.seed), 0);
+        Emitter { left: def.count, position, rng, def }
+    }
+
+    /// Takes the place of the followed body; a body that is gone leaves it where it was.
+    pub fn follow(&mut self, locate: impl Fn(BodyId) -> Option<Vec2>) {
+        if let Source::Body(id) = self.def.source
+            && let Some(center) = locate(id)
+        {
+            self.position = center;
+        }
+    }
+
+    /// Particles to make in this update: all if few are left, else a random share of up to 20 %
+    /// of what is left, and at least 5.
+    pub fn next_amount(&mut self) -> u16 {
+        let left = u32::from(self.left);
+        let share = (left as f32 * SHARE_MAX * self.rng.unit()) as u32;
+        let amount = if left <= AMOUNT_MIN {
+            left
+        } else if share < AMOUNT_MIN {
+            AMOUNT_MIN
+        } else {
+            share
+        };
+        self.left -= amount as u16;
+        amount as u16
+    }
+
+    pub fn next_seed(&mut self) -> u32 {
+        self.rng.next_u32()
+    }
+
+    pub fn recipe(&self) -> u8 {
+        self.def.recipe
+    }
+
+    pub fn position(&self) -> Vec2 {
+        self.position
+    }
+
+    pub fn is_expired(&self) -> bool {
+        self.left == 0
+    }
+
+    pub fn hash(&self, hasher: &mut StateHasher) {
+        hasher.push(u32::from(self.def.recipe) << 16 | u32::from(self.left));
+        hasher.push_vec2(self.position);
+        for word in self.rng.state() {
+            hasher.push_u64(word);
+        }
+    }
+}
