@@ -1,12 +1,15 @@
 //! What travels between client and server: messages, the snapshot and its codec, and every limit
 //! on them. No IO, no allocation that was not checked first, no panic on any bytes.
 
+mod appearance;
+mod codec;
 pub mod limits;
 pub mod message;
+mod refusal;
 pub mod snapshot;
 pub mod wire;
 
-pub use message::{Appearance, ClientMessage, Refusal, ServerMessage};
+pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage};
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 pub use wire::DecodeError;
 

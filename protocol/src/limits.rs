@@ -10,9 +10,11 @@ pub const NAME_BYTES_MAX: usize = 64;
 pub const NAME_CHARS_MAX: usize = 20;
 /// Longest room code, bytes.
 pub const ROOM_CODE_BYTES_MAX: usize = 32;
+/// Longest name of a scene, bytes.
+pub const SCENE_NAME_BYTES_MAX: usize = 64;
 /// Longest scene file, bytes.
 pub const SCENE_BYTES_MAX: usize = 64 << 10;
-/// Bodies in a snapshot.
+/// Bodies in a snapshot; indices of bodies are below it too.
 pub const BODIES_MAX: usize = 20_000;
 /// Events between two snapshots.
 pub const EVENTS_MAX: usize = 4096;
@@ -20,3 +22,16 @@ pub const EVENTS_MAX: usize = 4096;
 pub const COLORS: u8 = 8;
 /// Coordinates on the wire, quanta, either sign.
 pub const QUANTA_MAX: i32 = 1 << 24;
+/// Coordinates of a pointer in an input, world units, either sign.
+pub const POINTER_MAX: f32 = 1_048_576.0;
+
+// A client message fits a hello with the longest name; a server message the longest welcome, and a
+// keyframe or delta with the largest bodies and events: 29 and 34 bytes each, 112 a player.
+const _: () = assert!(CLIENT_MESSAGE_BYTES_MAX >= 1 + 2 + 1 + NAME_BYTES_MAX + 1 + 9);
+const _: () = assert!(
+    SERVER_MESSAGE_BYTES_MAX >= 64 + SCENE_BYTES_MAX + SCENE_NAME_BYTES_MAX + ROOM_CODE_BYTES_MAX
+);
+const _: () = assert!(
+    SERVER_MESSAGE_BYTES_MAX
+        >= 64 + 29 * BODIES_MAX + 34 * EVENTS_MAX + 112 * jostle_sim::SEATS_MAX
+);

@@ -1,17 +1,26 @@
 //! Messages in both directions and their binary form: one kind byte, then fields in the order of
-//! declaration, numbers little-endian or LEB128.
+//! declaration, numbers little-endian or LEB128. `docs/protocol.md` lists the bytes.
 
-use crate::wire::DecodeError;
-use jostle_sim::Input;
+pub use crate::appearance::{Appearance, AppearanceError};
+pub use crate::refusal::Refusal;
 
-/// How a player looks to others.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Appearance {
-    /// Shown name: 1..=20 characters after trimming, no control characters.
-    pub name: String,
-    /// Index into the palette of player colours.
-    pub color: u8,
-}
+use crate::VERSION;
+use crate::limits::{
+    CLIENT_MESSAGE_BYTES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
+    SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
+};
+use crate::wire::{DecodeError, Reader, Writer};
+use jostle_sim::{Buttons, Input, SEATS_MAX, Vec2};
+
+const HELLO: u8 = 0;
+const INPUT: u8 = 1;
+const PING: u8 = 2;
+
+const WELCOME: u8 = 0;
+const REFUSED: u8 = 1;
+const DRAINING: u8 = 2;
+const PONG: u8 = 3;
+const SNAPSHOT: u8 = 4;
 
 /// From client to server.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,36 +46,6 @@ pub enum ClientMessage {
         /// Any number; comes back unchanged.
         stamp: u32,
     },
-}
-
-/// Why a session was refused or ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Refusal {
-    /// The client speaks another protocol version.
-    Version,
-    /// Every seat of the room is taken.
-    RoomFull,
-    /// No such room.
-    NoSuchRoom,
-    /// The server has no room for another room.
-    ServerFull,
-    /// The first message was not a valid hello, or came too late.
-    BadHello,
-    /// A message could not be decoded, was too long, or was text.
-    BadMessage,
-    /// Too many messages.
-    Flood,
-    /// Too many sockets from one address.
-    TooManySockets,
-    /// Nothing was heard for too long.
-    Silent,
-    /// Another socket took the seat over.
-    Replaced,
-    /// The server is closing.
-    Closing,
-    /// The room failed; the others are not affected.
-    RoomFailed,
 }
 
 /// From server to client.
@@ -109,39 +88,163 @@ pub enum ServerMessage {
 }
 
 impl ClientMessage {
-    /// Binary form, at most `CLIENT_MESSAGE_BYTES_MAX` long.
+    /// Binary form, at most `CLIENT_MESSAGE_BYTES_MAX` long. Panics on a field that `decode` would
+    /// refuse as too long or not finite.
     pub fn encode(&self) -> Vec<u8> {
-        todo!()
+        let mut writer = Writer::new();
+        match self {
+            ClientMessage::Hello { version, appearance, token } => {
+                writer.byte(HELLO);
+                writer.fixed16(*version);
+                appearance.write(&mut writer);
+                writer.flag(token.is_some());
+                if let Some(token) = token {
+                    writer.fixed64(*token);
+                }
+            }
+            ClientMessage::Input { seq, input } => {
+                writer.byte(INPUT);
+                writer.leb32(*seq);
+                write_input(&mut writer, input);
+            }
+            ClientMessage::Ping { stamp } => {
+                writer.byte(PING);
+                writer.fixed32(*stamp);
+            }
+        }
+        writer.finish()
     }
 
-    /// Reads one message; any bytes are safe.
+    /// Reads one message; any bytes are safe. Of a hello of another version only the version is
+    /// read, because the rest may mean anything: it comes with a placeholder for the appearance.
     pub fn decode(bytes: &[u8]) -> Result<ClientMessage, DecodeError> {
-        let _ = bytes;
-        todo!()
+        check_length(bytes, CLIENT_MESSAGE_BYTES_MAX)?;
+        let mut reader = Reader::new(bytes);
+        let message = match reader.byte("kind")? {
+            HELLO => {
+                let version = reader.fixed16("version")?;
+                if version != VERSION {
+                    let appearance = Appearance { name: "?".to_owned(), color: 0 };
+                    return Ok(ClientMessage::Hello { version, appearance, token: None });
+                }
+                let appearance = Appearance::read(&mut reader)?;
+                let resumes = reader.flag("token")?;
+                let token = resumes.then(|| reader.fixed64("token")).transpose()?;
+                ClientMessage::Hello { version, appearance, token }
+            }
+            INPUT => {
+                let seq = reader.leb32("seq")?;
+                ClientMessage::Input { seq, input: read_input(&mut reader)? }
+            }
+            PING => ClientMessage::Ping { stamp: reader.fixed32("stamp")? },
+            _ => return Err(DecodeError::OutOfRange { field: "kind" }),
+        };
+        reader.end()?;
+        Ok(message)
     }
 }
 
+fn write_input(writer: &mut Writer, input: &Input) {
+    writer.leb32(u32::from(input.buttons.0));
+    writer.flag(input.pointer.is_some());
+    if let Some(pointer) = input.pointer {
+        writer.point(pointer);
+    }
+}
+
+fn read_input(reader: &mut Reader) -> Result<Input, DecodeError> {
+    let buttons = Buttons(reader.leb_up_to(u32::from(Buttons::ALL.0), "buttons")? as u16);
+    let points = reader.flag("pointer")?;
+    let pointer = points.then(|| read_pointer(reader)).transpose()?;
+    Ok(Input { buttons, pointer })
+}
+
+fn read_pointer(reader: &mut Reader) -> Result<Vec2, DecodeError> {
+    let point = reader.point("pointer")?;
+    let inside = point.x.abs() <= POINTER_MAX && point.y.abs() <= POINTER_MAX;
+    if inside { Ok(point) } else { Err(DecodeError::OutOfRange { field: "pointer" }) }
+}
+
+fn check_length(bytes: &[u8], bytes_max: usize) -> Result<(), DecodeError> {
+    let bytes = bytes.len();
+    if bytes > bytes_max { Err(DecodeError::TooLong { bytes, bytes_max }) } else { Ok(()) }
+}
+
 impl ServerMessage {
-    /// Binary form.
+    /// Binary form. Panics on a text that is longer than its limit.
     pub fn encode(&self) -> Vec<u8> {
-        todo!()
+        let mut writer = Writer::new();
+        match self {
+            ServerMessage::Welcome { seat, token, tick, room, scene_name, scene } => {
+                writer.byte(WELCOME);
+                writer.byte(*seat);
+                writer.fixed64(*token);
+                writer.leb32(*tick);
+                writer.text(room, ROOM_CODE_BYTES_MAX);
+                writer.text(scene_name, SCENE_NAME_BYTES_MAX);
+                writer.text(scene, SCENE_BYTES_MAX);
+            }
+            ServerMessage::Refused { refusal } => {
+                writer.byte(REFUSED);
+                writer.byte(*refusal as u8);
+            }
+            ServerMessage::Draining { seconds } => {
+                writer.byte(DRAINING);
+                writer.byte(*seconds);
+            }
+            ServerMessage::Pong { stamp, tick } => {
+                writer.byte(PONG);
+                writer.fixed32(*stamp);
+                writer.leb32(*tick);
+            }
+            ServerMessage::Snapshot(bytes) => {
+                writer.byte(SNAPSHOT);
+                writer.raw(bytes);
+            }
+        }
+        writer.finish()
     }
 
     /// Reads one message; any bytes are safe.
     pub fn decode(bytes: &[u8]) -> Result<ServerMessage, DecodeError> {
-        let _ = bytes;
-        todo!()
+        check_length(bytes, SERVER_MESSAGE_BYTES_MAX)?;
+        let mut reader = Reader::new(bytes);
+        let message = match reader.byte("kind")? {
+            WELCOME => read_welcome(&mut reader)?,
+            REFUSED => {
+                let refusal = Refusal::ALL.get(usize::from(reader.byte("refusal")?));
+                let refusal = *refusal.ok_or(DecodeError::OutOfRange { field: "refusal" })?;
+                ServerMessage::Refused { refusal }
+            }
+            DRAINING => ServerMessage::Draining { seconds: reader.byte("seconds")? },
+            PONG => {
+                let stamp = reader.fixed32("stamp")?;
+                ServerMessage::Pong { stamp, tick: reader.leb32("tick")? }
+            }
+            SNAPSHOT => {
+                ServerMessage::Snapshot(reader.raw(reader.remaining(), "snapshot")?.to_vec())
+            }
+            _ => return Err(DecodeError::OutOfRange { field: "kind" }),
+        };
+        reader.end()?;
+        Ok(message)
     }
 }
 
-impl Refusal {
-    /// WebSocket close code: 1001 closing, 1008 policy, 1011 room failed, 4000 and up otherwise.
-    pub fn close_code(self) -> u16 {
-        todo!()
+fn read_welcome(reader: &mut Reader) -> Result<ServerMessage, DecodeError> {
+    let seat = reader.byte("seat")?;
+    if usize::from(seat) >= SEATS_MAX {
+        return Err(DecodeError::OutOfRange { field: "seat" });
     }
-
-    /// One sentence for the player: what happened and what to do.
-    pub fn message(self) -> &'static str {
-        todo!()
-    }
+    Ok(ServerMessage::Welcome {
+        seat,
+        token: reader.fixed64("token")?,
+        tick: reader.leb32("tick")?,
+        room: reader.text(ROOM_CODE_BYTES_MAX, "room")?.to_owned(),
+        scene_name: reader.text(SCENE_NAME_BYTES_MAX, "scene name")?.to_owned(),
+        scene: reader.text(SCENE_BYTES_MAX, "scene")?.to_owned(),
+    })
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,10 @@
-//! The snapshot: visible state at a tick, and its codec behind `encode` and `decode`.
+//! The snapshot: visible state at a tick. How it travels is behind `encode` and `decode`.
 
+use crate::codec;
+use crate::limits::{BODIES_MAX, QUANTA_MAX};
 use crate::message::Appearance;
 use crate::wire::DecodeError;
-use jostle_sim::{BodyId, Event, Game, Kind, Seat, Shape};
+use jostle_sim::{BodyId, BodyInfo, Event, Game, Kind, Seat, Shape};
 
 /// One body as clients see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,17 +66,24 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// The bodies of a game now. `players` come from the room, which knows names and sockets.
-    pub fn capture(game: &Game, players: Vec<PlayerState>) -> Snapshot {
-        let _ = (game, players);
-        todo!()
+    /// Coordinates past [`QUANTA_MAX`] are brought back to it, far outside of any view.
+    pub fn capture(game: &Game, mut players: Vec<PlayerState>) -> Snapshot {
+        let bodies: Vec<_> = game.bodies().map(visible).collect();
+        assert!(bodies.len() <= BODIES_MAX, "{} bodies exceed {BODIES_MAX}", bodies.len());
+        for player in &mut players {
+            player.pointer = player.pointer.map(limited);
+        }
+        Snapshot { tick: game.tick_count(), bodies, players }
     }
 
     /// Codes `self` against `baseline` (`None`: a keyframe), with the events after the baseline's
     /// tick up to this one. The bytes depend on nothing else, so all who hold the same baseline
     /// share them.
+    ///
+    /// Panics unless bodies and players are in order, the baseline is not newer than `self`, and
+    /// the events are in tick order, at most `EVENTS_MAX`.
     pub fn encode(&self, baseline: Option<&Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
-        let _ = (baseline, events);
-        todo!()
+        codec::encode(self, baseline, events)
     }
 
     /// Reads what `encode` wrote. `baseline` is the newest snapshot that this end holds; a delta
@@ -83,7 +92,15 @@ impl Snapshot {
         bytes: &[u8],
         baseline: Option<&Snapshot>,
     ) -> Result<(Snapshot, Vec<TimedEvent>), DecodeError> {
-        let _ = (bytes, baseline);
-        todo!()
+        codec::decode(bytes, baseline)
     }
+}
+
+fn visible(body: BodyInfo) -> SnapshotBody {
+    let BodyInfo { id, kind, owner, shape, quanta } = body;
+    SnapshotBody { id, kind, owner, shape, quanta: limited(quanta) }
+}
+
+fn limited(quanta: [i32; 2]) -> [i32; 2] {
+    quanta.map(|axis| axis.clamp(-QUANTA_MAX, QUANTA_MAX))
 }

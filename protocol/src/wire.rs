@@ -1,4 +1,8 @@
-//! Bytes: a bounds-checked reader and a writer of LEB128 numbers.
+//! Bytes: a bounds-checked reader and a writer. Numbers are little-endian or LEB128; a LEB128
+//! number has one accepted form, its shortest. Nothing here knows a message.
+
+use crate::limits::QUANTA_MAX;
+use jostle_sim::Vec2;
 
 /// Why bytes were refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,3 +40,324 @@ pub enum DecodeError {
         bytes_max: usize,
     },
 }
+
+/// Appends fields to a message.
+#[derive(Clone, Debug, Default)]
+pub struct Writer {
+    bytes: Vec<u8>,
+}
+
+impl Writer {
+    /// An empty message.
+    pub fn new() -> Writer {
+        Writer::default()
+    }
+
+    /// The message.
+    pub fn finish(self) -> Vec<u8> {
+        self.bytes
+    }
+
+    /// One byte.
+    pub fn byte(&mut self, value: u8) {
+        self.bytes.push(value);
+    }
+
+    /// One byte, 0 or 1.
+    pub fn flag(&mut self, value: bool) {
+        self.byte(u8::from(value));
+    }
+
+    /// Two bytes, little-endian.
+    pub fn fixed16(&mut self, value: u16) {
+        self.bytes.extend_from_slice(&value.to_le_bytes());
+    }
+
+    /// Four bytes, little-endian.
+    pub fn fixed32(&mut self, value: u32) {
+        self.bytes.extend_from_slice(&value.to_le_bytes());
+    }
+
+    /// Eight bytes, little-endian.
+    pub fn fixed64(&mut self, value: u64) {
+        self.bytes.extend_from_slice(&value.to_le_bytes());
+    }
+
+    /// LEB128, 1 to 5 bytes.
+    pub fn leb32(&mut self, value: u32) {
+        self.leb64(u64::from(value));
+    }
+
+    /// LEB128, 1 to 10 bytes.
+    pub fn leb64(&mut self, mut value: u64) {
+        while value >= 0x80 {
+            self.byte(value as u8 | 0x80);
+            value >>= 7;
+        }
+        self.byte(value as u8);
+    }
+
+    /// A length or count; LEB128. Panics past `u32::MAX`, far above every limit.
+    pub fn count(&mut self, value: usize) {
+        self.leb32(u32::try_from(value).expect("counts are limited far below u32::MAX"));
+    }
+
+    /// A signed number as LEB128: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
+    pub fn zigzag(&mut self, value: i32) {
+        self.leb32((value << 1 ^ value >> 31) as u32);
+    }
+
+    /// The bits of a finite number, four bytes. Panics on others: the reader would refuse them.
+    pub fn finite(&mut self, value: f32) {
+        assert!(value.is_finite(), "{value} cannot travel");
+        self.fixed32(value.to_bits());
+    }
+
+    /// Two finite numbers.
+    pub fn point(&mut self, value: Vec2) {
+        self.finite(value.x);
+        self.finite(value.y);
+    }
+
+    /// Length and UTF-8. Panics past `bytes_max`: the reader would refuse it.
+    pub fn text(&mut self, value: &str, bytes_max: usize) {
+        let bytes = value.len();
+        assert!(bytes <= bytes_max, "text of {bytes} bytes exceeds {bytes_max}");
+        self.count(bytes);
+        self.bytes.extend_from_slice(value.as_bytes());
+    }
+
+    /// Bytes as they are, without their length.
+    pub fn raw(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+    }
+
+    /// One bit an item, lowest bit first, the last byte filled with zeros.
+    pub fn bits(&mut self, items: impl Iterator<Item = bool>) {
+        let (mut byte, mut used) = (0u8, 0);
+        for item in items {
+            byte |= u8::from(item) << used;
+            used += 1;
+            if used == 8 {
+                self.byte(byte);
+                (byte, used) = (0, 0);
+            }
+        }
+        if used > 0 {
+            self.byte(byte);
+        }
+    }
+}
+
+/// Takes fields off the front of a message. Every method names its field in the error.
+#[derive(Clone, Debug)]
+pub struct Reader<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Reader<'a> {
+    /// Reads `bytes` from the start.
+    pub fn new(bytes: &'a [u8]) -> Reader<'a> {
+        Reader { bytes }
+    }
+
+    /// Bytes that are left.
+    pub fn remaining(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// The next `count` bytes.
+    pub fn raw(&mut self, count: usize, field: &'static str) -> Result<&'a [u8], DecodeError> {
+        let (taken, rest) =
+            self.bytes.split_at_checked(count).ok_or(DecodeError::Truncated { field })?;
+        self.bytes = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self, field: &'static str) -> Result<[u8; N], DecodeError> {
+        let (taken, rest) =
+            self.bytes.split_first_chunk::<N>().ok_or(DecodeError::Truncated { field })?;
+        self.bytes = rest;
+        Ok(*taken)
+    }
+
+    /// One byte.
+    pub fn byte(&mut self, field: &'static str) -> Result<u8, DecodeError> {
+        Ok(self.array::<1>(field)?[0])
+    }
+
+    /// One byte, 0 or 1.
+    pub fn flag(&mut self, field: &'static str) -> Result<bool, DecodeError> {
+        match self.byte(field)? {
+            0 => Ok(false),
+            1 => Ok(true),
+            _ => Err(DecodeError::OutOfRange { field }),
+        }
+    }
+
+    /// Two bytes, little-endian.
+    pub fn fixed16(&mut self, field: &'static str) -> Result<u16, DecodeError> {
+        Ok(u16::from_le_bytes(self.array(field)?))
+    }
+
+    /// Four bytes, little-endian.
+    pub fn fixed32(&mut self, field: &'static str) -> Result<u32, DecodeError> {
+        Ok(u32::from_le_bytes(self.array(field)?))
+    }
+
+    /// Eight bytes, little-endian.
+    pub fn fixed64(&mut self, field: &'static str) -> Result<u64, DecodeError> {
+        Ok(u64::from_le_bytes(self.array(field)?))
+    }
+
+    /// LEB128 up to `u32::MAX`.
+    pub fn leb32(&mut self, field: &'static str) -> Result<u32, DecodeError> {
+        u32::try_from(self.leb64(field)?).map_err(|_| DecodeError::OutOfRange { field })
+    }
+
+    /// LEB128 up to `u64::MAX`; refused unless in its shortest form.
+    pub fn leb64(&mut self, field: &'static str) -> Result<u64, DecodeError> {
+        let mut value = 0u64;
+        for shift in (0..u64::BITS).step_by(7) {
+            let byte = self.byte(field)?;
+            let group = u64::from(byte & 0x7f);
+            let fits = (group << shift) >> shift == group;
+            let shortest = byte != 0 || shift == 0;
+            if !fits || !shortest {
+                return Err(DecodeError::OutOfRange { field });
+            }
+            value |= group << shift;
+            if byte < 0x80 {
+                return Ok(value);
+            }
+        }
+        Err(DecodeError::OutOfRange { field })
+    }
+
+    /// LEB128 up to `value_max`.
+    pub fn leb_up_to(&mut self, value_max: u32, field: &'static str) -> Result<u32, DecodeError> {
+        let value = self.leb32(field)?;
+        if value <= value_max { Ok(value) } else { Err(DecodeError::OutOfRange { field }) }
+    }
+
+    /// A count of items that take at least `bytes_each`, refused before anything is allocated if
+    /// it exceeds `count_max` or what the rest of the message can hold.
+    pub fn count(
+        &mut self,
+        count_max: usize,
+        bytes_each: usize,
+        field: &'static str,
+    ) -> Result<usize, DecodeError> {
+        let count = self.leb32(field)? as usize;
+        if count > count_max {
+            return Err(DecodeError::OutOfRange { field });
+        }
+        if count > self.remaining() / bytes_each {
+            return Err(DecodeError::Truncated { field });
+        }
+        Ok(count)
+    }
+
+    /// A signed number, see [`Writer::zigzag`].
+    pub fn zigzag(&mut self, field: &'static str) -> Result<i32, DecodeError> {
+        let value = self.leb32(field)?;
+        Ok((value >> 1) as i32 ^ -((value & 1) as i32))
+    }
+
+    /// `base` plus a signed number on both axes, within [`QUANTA_MAX`].
+    pub fn quanta(&mut self, base: [i32; 2], field: &'static str) -> Result<[i32; 2], DecodeError> {
+        let mut quanta = base;
+        for axis in &mut quanta {
+            *axis = axis
+                .checked_add(self.zigzag(field)?)
+                .filter(|sum| (-QUANTA_MAX..=QUANTA_MAX).contains(sum))
+                .ok_or(DecodeError::OutOfRange { field })?;
+        }
+        Ok(quanta)
+    }
+
+    /// A finite number.
+    pub fn finite(&mut self, field: &'static str) -> Result<f32, DecodeError> {
+        let value = f32::from_bits(self.fixed32(field)?);
+        if value.is_finite() { Ok(value) } else { Err(DecodeError::OutOfRange { field }) }
+    }
+
+    /// Two finite numbers.
+    pub fn point(&mut self, field: &'static str) -> Result<Vec2, DecodeError> {
+        Ok(Vec2::new(self.finite(field)?, self.finite(field)?))
+    }
+
+    /// Length and UTF-8, at most `bytes_max` bytes.
+    pub fn text(&mut self, bytes_max: usize, field: &'static str) -> Result<&'a str, DecodeError> {
+        let bytes = self.count(bytes_max, 1, field)?;
+        str::from_utf8(self.raw(bytes, field)?).map_err(|_| DecodeError::OutOfRange { field })
+    }
+
+    /// `count` bits, lowest bit first; the rest of the last byte must be zero.
+    pub fn bits(&mut self, count: usize, field: &'static str) -> Result<Bits<'a>, DecodeError> {
+        let bytes = self.raw(count.div_ceil(8), field)?;
+        let used = count % 8;
+        let padded = used > 0 && bytes.last().is_some_and(|last| last >> used != 0);
+        if padded { Err(DecodeError::OutOfRange { field }) } else { Ok(Bits { bytes }) }
+    }
+
+    /// Refuses what is left over.
+    pub fn end(self) -> Result<(), DecodeError> {
+        match self.remaining() {
+            0 => Ok(()),
+            count => Err(DecodeError::Trailing { count }),
+        }
+    }
+}
+
+/// Bits inside a message.
+#[derive(Clone, Copy, Debug)]
+pub struct Bits<'a> {
+    bytes: &'a [u8],
+}
+
+impl Bits<'_> {
+    /// Whether bit `index` is set; panics past the count that was read.
+    pub fn contains(self, index: usize) -> bool {
+        self.bytes[index / 8] >> (index % 8) & 1 == 1
+    }
+
+    /// Whether no bit is set.
+    pub fn is_empty(self) -> bool {
+        self.bytes.iter().all(|&byte| byte == 0)
+    }
+}
+
+/// A strictly growing list of numbers, each as its distance from the smallest it could be.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Gaps {
+    next: u32,
+}
+
+impl Gaps {
+    /// Writes the next number; panics unless it grows.
+    pub fn write(&mut self, writer: &mut Writer, value: u32) {
+        assert!(value >= self.next, "{value} must be at least {}", self.next);
+        writer.leb32(value - self.next);
+        self.next = value + 1;
+    }
+
+    /// Reads the next number, below `end`.
+    pub fn read(
+        &mut self,
+        reader: &mut Reader,
+        end: usize,
+        field: &'static str,
+    ) -> Result<u32, DecodeError> {
+        let value = self
+            .next
+            .checked_add(reader.leb32(field)?)
+            .filter(|&value| (value as usize) < end && value < u32::MAX)
+            .ok_or(DecodeError::OutOfRange { field })?;
+        self.next = value + 1;
+        Ok(value)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,188 @@
+//! How a player looks to others. Names are cleaned and checked here and nowhere else.
+
+use crate::limits::{COLORS, NAME_BYTES_MAX, NAME_CHARS_MAX};
+use crate::wire::{DecodeError, Reader, Writer};
+
+/// How a player looks to others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Appearance {
+    /// Shown name: 1..=20 characters after trimming, no control characters.
+    pub name: String,
+    /// Index into the palette of player colours.
+    pub color: u8,
+}
+
+/// Why a name or colour was refused; displays as a sentence for the player.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AppearanceError {
+    /// Nothing that can be seen is in the name.
+    #[error("Please enter a name.")]
+    NameEmpty,
+    /// The name is too long.
+    #[error("This name is too long: {NAME_CHARS_MAX} characters at most.")]
+    NameTooLong,
+    /// The name holds a character that is invisible or turns the text around it.
+    #[error("This name holds a character that cannot be shown (U+{:04X}).", u32::from(*character))]
+    NameForbidden {
+        /// The character.
+        character: char,
+    },
+    /// There is no such colour.
+    #[error("There is no colour {color}: allowed are 0 to {}.", COLORS - 1)]
+    Color {
+        /// Found.
+        color: u8,
+    },
+}
+
+impl Appearance {
+    /// Cleans and checks a name: white space of any kind at the ends goes, inside it becomes one
+    /// space. Letters of every script and emoji are fine; what controls the text is not.
+    pub fn new(name: &str, color: u8) -> Result<Appearance, AppearanceError> {
+        if color >= COLORS {
+            return Err(AppearanceError::Color { color });
+        }
+        // Checked before anything is built: the text may be a pasted book.
+        let mut chars = name.trim().chars();
+        if let Some(character) = chars.by_ref().take(NAME_CHARS_MAX * 8).find(|&c| is_forbidden(c))
+        {
+            return Err(AppearanceError::NameForbidden { character });
+        }
+        if chars.next().is_some() {
+            return Err(AppearanceError::NameTooLong);
+        }
+        let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
+        if name.chars().all(is_blank) {
+            return Err(AppearanceError::NameEmpty);
+        }
+        if name.len() > NAME_BYTES_MAX || name.chars().count() > NAME_CHARS_MAX {
+            return Err(AppearanceError::NameTooLong);
+        }
+        Ok(Appearance { name, color })
+    }
+
+    /// The same player with ` 2` or another number after the name, to tell it from a namesake; the
+    /// name is cut where both do not fit. `number` is shown as it is.
+    pub fn numbered(&self, number: usize) -> Appearance {
+        let suffix = format!(" {number}");
+        let mut base = self.name.clone();
+        while base.len() + suffix.len() > NAME_BYTES_MAX
+            || base.chars().count() + suffix.len() > NAME_CHARS_MAX
+        {
+            base.pop();
+        }
+        Appearance { name: base.trim_end().to_owned() + &suffix, color: self.color }
+    }
+
+    pub(crate) fn write(&self, writer: &mut Writer) {
+        writer.text(&self.name, NAME_BYTES_MAX);
+        writer.byte(self.color);
+    }
+
+    /// Refuses a name that `new` would have changed: what travels is clean already.
+    pub(crate) fn read(reader: &mut Reader) -> Result<Appearance, DecodeError> {
+        let name = reader.text(NAME_BYTES_MAX, "name")?;
+        let color = reader.byte("color")?;
+        let appearance = Appearance::new(name, color).map_err(|error| match error {
+            AppearanceError::Color { .. } => DecodeError::OutOfRange { field: "color" },
+            _ => DecodeError::OutOfRange { field: "name" },
+        })?;
+        if appearance.name == name {
+            Ok(appearance)
+        } else {
+            Err(DecodeError::OutOfRange { field: "name" })
+        }
+    }
+}
+
+/// Controls, direction marks and overrides, and format characters without any use in a name.
+/// Joiners (U+200C, U+200D) and variation selectors stay: Persian and emoji need them.
+fn is_forbidden(character: char) -> bool {
+    let control = character.is_control() && !character.is_whitespace();
+    control
+        || matches!(
+            character,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}'
+                | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
+                | '\u{fff9}'..='\u{fffb}'
+        )
+}
+
+/// Characters that are drawn as nothing; a name needs one that is not.
+fn is_blank(character: char) -> bool {
+    character.is_whitespace()
+        || matches!(
+            character,
+            '\u{34f}' | '\u{115f}' | '\u{1160}' | '\u{17b4}' | '\u{17b5}' | '\u{200c}' | '\u{200d}'
+                | '\u{2800}' | '\u{3164}' | '\u{fe00}'..='\u{fe0f}' | '\u{ffa0}'
+                | '\u{e0000}'..='\u{e01ef}'
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn name(text: &str) -> Result<String, AppearanceError> {
+        Appearance::new(text, 0).map(|appearance| appearance.name)
+    }
+
+    #[test]
+    fn spaces_are_trimmed_and_collapsed() {
+        assert_eq!(name("  Ann \t\u{a0} Lee\n"), Ok("Ann Lee".to_owned()));
+    }
+
+    #[test]
+    fn every_script_and_emoji_are_fine() {
+        for text in ["Ørsted", "محمد", "שרה", "日本語", "می‌خواهم", "👩‍👩‍👧", "❤️", "a\u{301}"]
+        {
+            assert_eq!(name(text), Ok(text.to_owned()));
+        }
+    }
+
+    #[test]
+    fn names_without_anything_to_see_are_refused() {
+        for text in ["", "   ", "\u{3164}", "\u{2800} \u{2800}", "\u{200d}\u{fe0f}"] {
+            assert_eq!(name(text), Err(AppearanceError::NameEmpty), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn controls_and_direction_overrides_are_refused() {
+        for character in ['\0', '\u{1b}', '\u{7f}', '\u{9f}', '\u{202e}', '\u{2067}', '\u{200f}'] {
+            let found = name(&format!("Ann{character}Lee"));
+            assert_eq!(found, Err(AppearanceError::NameForbidden { character }));
+        }
+    }
+
+    #[test]
+    fn length_is_limited_in_characters_and_in_bytes() {
+        assert_eq!(name(&"ü".repeat(20)), Ok("ü".repeat(20)));
+        assert_eq!(name(&"ü".repeat(21)), Err(AppearanceError::NameTooLong));
+        assert_eq!(name(&"🙂".repeat(16)), Ok("🙂".repeat(16)));
+        assert_eq!(name(&"🙂".repeat(17)), Err(AppearanceError::NameTooLong));
+        assert_eq!(name(&"x".repeat(100_000)), Err(AppearanceError::NameTooLong));
+    }
+
+    #[test]
+    fn colours_are_limited() {
+        assert!(Appearance::new("Ann", COLORS - 1).is_ok());
+        assert_eq!(Appearance::new("Ann", COLORS), Err(AppearanceError::Color { color: COLORS }));
+    }
+
+    #[test]
+    fn a_number_fits_after_any_name() {
+        for text in ["Ann", "abcdefghij klmnopqr", "🙂🙂🙂🙂🙂🙂🙂🙂🙂🙂🙂🙂🙂🙂🙂🙂"]
+        {
+            let numbered = Appearance::new(text, 3).unwrap().numbered(12);
+            assert!(numbered.name.ends_with(" 12"));
+            assert_eq!(Appearance::new(&numbered.name, 3), Ok(numbered));
+        }
+    }
+
+    #[test]
+    fn errors_are_sentences() {
+        let error = Appearance::new("a\u{202e}", 0).unwrap_err();
+        assert_eq!(error.to_string(), "This name holds a character that cannot be shown (U+202E).");
+    }
+}

@@ -1,0 +1,145 @@
+//! Events in a coded snapshot: each with its distance to the tick of the one before.
+
+use super::bodies::{read_kind, read_seat};
+use super::{read_id, write_id};
+use crate::limits::EVENTS_MAX;
+use crate::snapshot::TimedEvent;
+use crate::wire::{DecodeError, Reader, Writer};
+use jostle_sim::{EmitterDef, Event, Source};
+
+const IMPACT: u8 = 0;
+const PACK_HIT: u8 = 1;
+const BODY_LEFT: u8 = 2;
+const EMITTER_STARTED: u8 = 3;
+const JOINED: u8 = 4;
+const LEFT: u8 = 5;
+
+/// Distance, tag and a seat.
+const EVENT_BYTES_MIN: usize = 3;
+
+/// Writes events with ticks above `after`, up to `tick`.
+pub fn write(writer: &mut Writer, events: &[TimedEvent], after: u32, tick: u32) {
+    assert!(events.len() <= EVENTS_MAX, "{} events exceed {EVENTS_MAX}", events.len());
+    assert!(events[0].tick > after, "event of {} is in the baseline {after}", events[0].tick);
+    assert!(events[events.len() - 1].tick <= tick, "events must not be later than {tick}");
+    assert!(events.is_sorted_by_key(|event| event.tick), "events must be in tick order");
+    writer.count(events.len());
+    let mut before = after;
+    for timed in events {
+        writer.leb32(timed.tick - before);
+        before = timed.tick;
+        write_event(writer, &timed.event);
+    }
+}
+
+fn write_event(writer: &mut Writer, event: &Event) {
+    match *event {
+        Event::Impact { a, b, point, speed } => {
+            writer.byte(IMPACT);
+            write_id(writer, a);
+            write_id(writer, b);
+            writer.point(point);
+            writer.finite(speed);
+        }
+        Event::PackHit { owner, victim, hero, point } => {
+            writer.byte(PACK_HIT);
+            writer.byte(owner.0);
+            writer.flag(victim.is_some());
+            victim.iter().for_each(|seat| writer.byte(seat.0));
+            write_id(writer, hero);
+            writer.point(point);
+        }
+        Event::BodyLeft { kind, body, point } => {
+            writer.byte(BODY_LEFT);
+            writer.byte(kind as u8);
+            write_id(writer, body);
+            writer.point(point);
+        }
+        Event::EmitterStarted(emitter) => {
+            writer.byte(EMITTER_STARTED);
+            write_emitter(writer, &emitter);
+        }
+        Event::Joined(seat) => {
+            writer.byte(JOINED);
+            writer.byte(seat.0);
+        }
+        Event::Left(seat) => {
+            writer.byte(LEFT);
+            writer.byte(seat.0);
+        }
+    }
+}
+
+fn write_emitter(writer: &mut Writer, emitter: &EmitterDef) {
+    writer.byte(emitter.recipe);
+    writer.leb32(u32::from(emitter.count));
+    writer.fixed32(emitter.seed);
+    match emitter.source {
+        Source::Point(point) => {
+            writer.flag(false);
+            writer.point(point);
+        }
+        Source::Body(id) => {
+            writer.flag(true);
+            write_id(writer, id);
+        }
+    }
+}
+
+/// Reads events with ticks above `after`, up to `tick`.
+pub fn read(reader: &mut Reader, after: u32, tick: u32) -> Result<Vec<TimedEvent>, DecodeError> {
+    let count = reader.count(EVENTS_MAX, EVENT_BYTES_MIN, "events")?;
+    if count == 0 {
+        return Err(DecodeError::OutOfRange { field: "events" });
+    }
+    let mut events = Vec::with_capacity(count);
+    let mut before = after;
+    for _ in 0..count {
+        let distance = reader.leb_up_to(tick - before, "event tick")?;
+        before += distance;
+        if before == after {
+            return Err(DecodeError::OutOfRange { field: "event tick" });
+        }
+        events.push(TimedEvent { tick: before, event: read_event(reader)? });
+    }
+    Ok(events)
+}
+
+fn read_event(reader: &mut Reader) -> Result<Event, DecodeError> {
+    match reader.byte("event kind")? {
+        IMPACT => Ok(Event::Impact {
+            a: read_id(reader, "impact")?,
+            b: read_id(reader, "impact")?,
+            point: reader.point("impact point")?,
+            speed: reader.finite("impact speed")?,
+        }),
+        PACK_HIT => {
+            let owner = read_seat(reader)?;
+            let played = reader.flag("victim")?;
+            let victim = played.then(|| read_seat(reader)).transpose()?;
+            let hero = read_id(reader, "hero")?;
+            Ok(Event::PackHit { owner, victim, hero, point: reader.point("hit point")? })
+        }
+        BODY_LEFT => Ok(Event::BodyLeft {
+            kind: read_kind(reader.byte("body kind")?)?,
+            body: read_id(reader, "body")?,
+            point: reader.point("leave point")?,
+        }),
+        EMITTER_STARTED => Ok(Event::EmitterStarted(read_emitter(reader)?)),
+        JOINED => Ok(Event::Joined(read_seat(reader)?)),
+        LEFT => Ok(Event::Left(read_seat(reader)?)),
+        _ => Err(DecodeError::OutOfRange { field: "event kind" }),
+    }
+}
+
+fn read_emitter(reader: &mut Reader) -> Result<EmitterDef, DecodeError> {
+    let recipe = reader.byte("recipe")?;
+    let count = reader.leb_up_to(u32::from(u16::MAX), "particle count")? as u16;
+    let seed = reader.fixed32("emitter seed")?;
+    let source = if reader.flag("emitter source")? {
+        Source::Body(read_id(reader, "emitter body")?)
+    } else {
+        Source::Point(reader.point("emitter point")?)
+    };
+    Ok(EmitterDef { recipe, count, seed, source })
+}

@@ -1,0 +1,281 @@
+//! Players in a coded snapshot. In a usual tick each player's input number grows by the distance
+//! to the baseline: one bit. Other changes name their fields.
+
+use super::bodies::read_seat;
+use super::{read_id, section, write_id, write_quanta};
+use crate::appearance::Appearance;
+use crate::snapshot::{PlayerState, Snapshot};
+use crate::wire::{DecodeError, Reader, Writer};
+use jostle_sim::{BodyId, SEATS_MAX};
+
+/// Fields of a player that may change, one bit each.
+mod field {
+    pub const APPEARANCE: u8 = 1 << 0;
+    pub const CONNECTED: u8 = 1 << 1;
+    pub const HERO: u8 = 1 << 2;
+    pub const SELECTED: u8 = 1 << 3;
+    pub const HELD: u8 = 1 << 4;
+    pub const SCORE: u8 = 1 << 5;
+    pub const POINTER: u8 = 1 << 6;
+    pub const INPUT_SEQ: u8 = 1 << 7;
+}
+
+/// Seat, name of one byte and its length, colour, connected, six empty or small fields.
+const NEW_BYTES_MIN: usize = 11;
+
+/// What happened to the players between two snapshots.
+pub struct Difference<'a> {
+    /// Whether each player of the baseline is gone.
+    gone: Vec<bool>,
+    /// Those in both, as they were and as they are.
+    stayed: Vec<(&'a PlayerState, &'a PlayerState)>,
+    new: Vec<&'a PlayerState>,
+    /// Ticks between the two snapshots.
+    distance: u32,
+}
+
+impl<'a> Difference<'a> {
+    /// Compares by seat.
+    pub fn between(base: &'a Snapshot, snapshot: &'a Snapshot) -> Difference<'a> {
+        let (old, players) = (&base.players, &snapshot.players);
+        assert!(players.is_sorted_by(|a, b| a.seat < b.seat), "players must be in seat order");
+        let seated = |list: &'a [PlayerState], player: &PlayerState| {
+            let place = list.binary_search_by_key(&player.seat, |other| other.seat);
+            place.ok().map(|place| &list[place])
+        };
+        Difference {
+            gone: old.iter().map(|player| seated(players, player).is_none()).collect(),
+            stayed: old.iter().filter_map(|old| Some((old, seated(players, old)?))).collect(),
+            new: players.iter().filter(|player| seated(old, player).is_none()).collect(),
+            distance: snapshot.tick - base.tick,
+        }
+    }
+
+    /// Sections that are not empty.
+    pub fn sections(&self) -> u8 {
+        let bit = |present: bool, section: u8| if present { section } else { 0 };
+        bit(self.gone.contains(&true), section::PLAYERS_GONE)
+            | bit(self.masks().any(|mask| mask != 0), section::PLAYERS_CHANGED)
+            | bit(!self.new.is_empty(), section::PLAYERS_NEW)
+    }
+
+    /// Changed fields of those in both.
+    fn masks(&self) -> impl Iterator<Item = u8> + '_ {
+        self.stayed.iter().map(|&(old, new)| changed_fields(old, new, self.distance))
+    }
+
+    /// Writes the sections that are not empty, and one bit for each player in both snapshots.
+    pub fn write(&self, writer: &mut Writer) {
+        if self.gone.contains(&true) {
+            writer.bits(self.gone.iter().copied());
+        }
+        let advanced =
+            |&(old, new): &(&PlayerState, &PlayerState)| has_advanced(old, new, self.distance);
+        writer.bits(self.stayed.iter().map(advanced));
+        if self.masks().any(|mask| mask != 0) {
+            writer.bits(self.masks().map(|mask| mask != 0));
+            for (&(old, new), mask) in self.stayed.iter().zip(self.masks()) {
+                write_change(writer, old, new, mask);
+            }
+        }
+        if !self.new.is_empty() {
+            writer.count(self.new.len());
+            self.new.iter().for_each(|player| write_new(writer, player));
+        }
+    }
+}
+
+fn has_advanced(old: &PlayerState, new: &PlayerState, distance: u32) -> bool {
+    distance > 0 && new.input_seq == old.input_seq.wrapping_add(distance)
+}
+
+fn changed_fields(old: &PlayerState, new: &PlayerState, distance: u32) -> u8 {
+    let bit = |changed: bool, field: u8| if changed { field } else { 0 };
+    let known_seq = new.input_seq == old.input_seq || has_advanced(old, new, distance);
+    bit(old.appearance != new.appearance, field::APPEARANCE)
+        | bit(old.connected != new.connected, field::CONNECTED)
+        | bit(old.hero != new.hero, field::HERO)
+        | bit(old.selected != new.selected, field::SELECTED)
+        | bit(old.held != new.held, field::HELD)
+        | bit(old.score != new.score, field::SCORE)
+        | bit(old.pointer != new.pointer, field::POINTER)
+        | bit(!known_seq, field::INPUT_SEQ)
+}
+
+/// Writes the fields of `mask`; nothing if it is empty. `CONNECTED` alone says that it turned.
+fn write_change(writer: &mut Writer, old: &PlayerState, new: &PlayerState, mask: u8) {
+    if mask == 0 {
+        return;
+    }
+    writer.byte(mask);
+    if mask & field::APPEARANCE != 0 {
+        new.appearance.write(writer);
+    }
+    let bodies =
+        [(field::HERO, new.hero), (field::SELECTED, new.selected), (field::HELD, new.held)];
+    for (_, body) in bodies.into_iter().filter(|&(field, _)| mask & field != 0) {
+        write_body(writer, body);
+    }
+    if mask & field::SCORE != 0 {
+        writer.leb32(u32::from(new.score));
+    }
+    if mask & field::POINTER != 0 {
+        write_pointer(writer, old.pointer, new.pointer);
+    }
+    if mask & field::INPUT_SEQ != 0 {
+        writer.leb32(new.input_seq);
+    }
+}
+
+fn write_new(writer: &mut Writer, player: &PlayerState) {
+    writer.byte(player.seat.0);
+    player.appearance.write(writer);
+    writer.flag(player.connected);
+    for body in [player.hero, player.selected, player.held] {
+        write_body(writer, body);
+    }
+    writer.leb32(u32::from(player.score));
+    write_pointer(writer, None, player.pointer);
+    writer.leb32(player.input_seq);
+}
+
+fn write_body(writer: &mut Writer, body: Option<BodyId>) {
+    writer.flag(body.is_some());
+    if let Some(id) = body {
+        write_id(writer, id);
+    }
+}
+
+fn write_pointer(writer: &mut Writer, old: Option<[i32; 2]>, new: Option<[i32; 2]>) {
+    writer.flag(new.is_some());
+    if let Some(quanta) = new {
+        write_quanta(writer, old.unwrap_or_default(), quanta);
+    }
+}
+
+/// Reads the sections of players and applies them to the baseline's.
+pub fn read(
+    reader: &mut Reader,
+    sections: u8,
+    base: &[PlayerState],
+    distance: u32,
+) -> Result<Vec<PlayerState>, DecodeError> {
+    let mut players = base.to_vec();
+    if sections & section::PLAYERS_GONE != 0 {
+        let gone = read_some_bits(reader, base.len(), "players gone")?;
+        let mut place = 0..;
+        players.retain(|_| place.next().is_some_and(|place| !gone.contains(place)));
+    }
+    let advanced = reader.bits(players.len(), "inputs advanced")?;
+    for (place, player) in players.iter_mut().enumerate() {
+        if advanced.contains(place) {
+            player.input_seq = player.input_seq.wrapping_add(distance);
+        }
+    }
+    if sections & section::PLAYERS_CHANGED != 0 {
+        let changed = read_some_bits(reader, players.len(), "players changed")?;
+        for (place, player) in players.iter_mut().enumerate() {
+            if changed.contains(place) {
+                read_change(reader, player)?;
+            }
+        }
+    }
+    if sections & section::PLAYERS_NEW != 0 {
+        read_new_players(reader, &mut players)?;
+    }
+    Ok(players)
+}
+
+/// Bits of which at least one is set: else the section would not have been written.
+fn read_some_bits<'a>(
+    reader: &mut Reader<'a>,
+    count: usize,
+    field: &'static str,
+) -> Result<crate::wire::Bits<'a>, DecodeError> {
+    let bits = reader.bits(count, field)?;
+    if bits.is_empty() { Err(DecodeError::OutOfRange { field }) } else { Ok(bits) }
+}
+
+fn read_change(reader: &mut Reader, player: &mut PlayerState) -> Result<(), DecodeError> {
+    let mask = reader.byte("player fields")?;
+    if mask == 0 {
+        return Err(DecodeError::OutOfRange { field: "player fields" });
+    }
+    if mask & field::APPEARANCE != 0 {
+        player.appearance = Appearance::read(reader)?;
+    }
+    player.connected ^= mask & field::CONNECTED != 0;
+    if mask & field::HERO != 0 {
+        player.hero = read_body(reader)?;
+    }
+    if mask & field::SELECTED != 0 {
+        player.selected = read_body(reader)?;
+    }
+    if mask & field::HELD != 0 {
+        player.held = read_body(reader)?;
+    }
+    if mask & field::SCORE != 0 {
+        player.score = read_score(reader)?;
+    }
+    if mask & field::POINTER != 0 {
+        player.pointer = read_pointer(reader, player.pointer)?;
+    }
+    if mask & field::INPUT_SEQ != 0 {
+        player.input_seq = reader.leb32("input seq")?;
+    }
+    Ok(())
+}
+
+fn read_new_players(
+    reader: &mut Reader,
+    players: &mut Vec<PlayerState>,
+) -> Result<(), DecodeError> {
+    let count = reader.count(SEATS_MAX - players.len(), NEW_BYTES_MIN, "players")?;
+    if count == 0 {
+        return Err(DecodeError::OutOfRange { field: "players" });
+    }
+    let mut seat_min = 0;
+    for _ in 0..count {
+        let player = read_new(reader)?;
+        let place = players.binary_search_by_key(&player.seat, |other| other.seat);
+        match place {
+            Err(place) if player.seat.0 >= seat_min => {
+                seat_min = player.seat.0 + 1;
+                players.insert(place, player);
+            }
+            _ => return Err(DecodeError::OutOfRange { field: "seat" }),
+        }
+    }
+    Ok(())
+}
+
+fn read_new(reader: &mut Reader) -> Result<PlayerState, DecodeError> {
+    Ok(PlayerState {
+        seat: read_seat(reader)?,
+        appearance: Appearance::read(reader)?,
+        connected: reader.flag("connected")?,
+        hero: read_body(reader)?,
+        selected: read_body(reader)?,
+        held: read_body(reader)?,
+        score: read_score(reader)?,
+        pointer: read_pointer(reader, None)?,
+        input_seq: reader.leb32("input seq")?,
+    })
+}
+
+fn read_body(reader: &mut Reader) -> Result<Option<BodyId>, DecodeError> {
+    let some = reader.flag("player's body")?;
+    some.then(|| read_id(reader, "player's body")).transpose()
+}
+
+fn read_score(reader: &mut Reader) -> Result<u16, DecodeError> {
+    Ok(reader.leb_up_to(u32::from(u16::MAX), "score")? as u16)
+}
+
+fn read_pointer(
+    reader: &mut Reader,
+    old: Option<[i32; 2]>,
+) -> Result<Option<[i32; 2]>, DecodeError> {
+    let some = reader.flag("pointer")?;
+    some.then(|| reader.quanta(old.unwrap_or_default(), "pointer")).transpose()
+}

@@ -1,0 +1,389 @@
+use crate::limits::{BODIES_MAX, EVENTS_MAX, QUANTA_MAX, SERVER_MESSAGE_BYTES_MAX};
+use crate::{Appearance, DecodeError, PlayerState, Snapshot, SnapshotBody, TimedEvent};
+use jostle_sim::math::Rng;
+use jostle_sim::{BodyId, EmitterDef, Event, Kind, SEATS_MAX, Seat, Shape, Source, Vec2};
+
+fn body(index: u32, x: i32) -> SnapshotBody {
+    SnapshotBody {
+        id: BodyId { index, generation: 0 },
+        kind: Kind::Block,
+        owner: None,
+        shape: Shape::circle(1.5),
+        quanta: [x, 0],
+    }
+}
+
+fn player(seat: u8, name: &str) -> PlayerState {
+    PlayerState {
+        seat: Seat(seat),
+        appearance: Appearance::new(name, seat % 8).unwrap(),
+        connected: true,
+        input_seq: 0,
+        hero: None,
+        selected: None,
+        held: None,
+        score: 0,
+        pointer: None,
+    }
+}
+
+/// Decodes and compares, events included.
+fn assert_round_trip(snapshot: &Snapshot, baseline: Option<&Snapshot>, events: &[TimedEvent]) {
+    let bytes = snapshot.encode(baseline, events);
+    let (decoded, decoded_events) = Snapshot::decode(&bytes, baseline).unwrap();
+    assert_eq!(&decoded, snapshot);
+    assert_eq!(decoded_events, events);
+}
+
+// A world of random changes.
+
+fn random_id(rng: &mut Rng) -> BodyId {
+    BodyId { index: rng.below(BODIES_MAX as u32), generation: rng.next_u32() >> rng.below(32) }
+}
+
+fn random_quanta(rng: &mut Rng) -> [i32; 2] {
+    let range = QUANTA_MAX >> rng.below(20);
+    [0; 2].map(|_| rng.below(2 * range as u32 + 1) as i32 - range)
+}
+
+fn random_point(rng: &mut Rng) -> Vec2 {
+    Vec2::new(rng.range(-100.0, 100.0), rng.range(-100.0, 100.0))
+}
+
+fn random_body(rng: &mut Rng, index: u32) -> SnapshotBody {
+    SnapshotBody {
+        id: BodyId { index, generation: rng.below(3) },
+        kind: Kind::ALL[rng.below(7) as usize],
+        owner: (rng.below(4) == 0).then(|| Seat(rng.below(SEATS_MAX as u32) as u8)),
+        shape: match rng.below(2) {
+            0 => Shape::circle(rng.range(0.1, 9.0)),
+            _ => Shape::rect(rng.range(0.1, 9.0), rng.range(0.1, 9.0)),
+        },
+        quanta: random_quanta(rng),
+    }
+}
+
+fn random_event(rng: &mut Rng) -> Event {
+    let seat = Seat(rng.below(SEATS_MAX as u32) as u8);
+    let point = random_point(rng);
+    match rng.below(6) {
+        0 => {
+            let (a, b) = (random_id(rng), random_id(rng));
+            Event::Impact { a, b, point, speed: rng.range(0.0, 90.0) }
+        }
+        1 => {
+            let victim = (rng.below(2) == 0).then_some(Seat(0));
+            Event::PackHit { owner: seat, victim, hero: random_id(rng), point }
+        }
+        2 => Event::BodyLeft { kind: Kind::Dumb, body: random_id(rng), point },
+        3 => {
+            let source = match rng.below(2) {
+                0 => Source::Point(point),
+                _ => Source::Body(random_id(rng)),
+            };
+            let count = rng.below(1 << 16) as u16;
+            Event::EmitterStarted(EmitterDef { recipe: 3, count, seed: rng.next_u32(), source })
+        }
+        4 => Event::Joined(seat),
+        _ => Event::Left(seat),
+    }
+}
+
+fn change_player(rng: &mut Rng, player: &mut PlayerState) {
+    player.input_seq = player.input_seq.wrapping_add(1);
+    match rng.below(12) {
+        0 => player.input_seq = rng.next_u32(),
+        1 => player.appearance.color = rng.below(8) as u8,
+        2 => player.connected = !player.connected,
+        3 => player.hero = (rng.below(2) == 0).then(|| random_id(rng)),
+        4 => player.selected = (rng.below(2) == 0).then(|| random_id(rng)),
+        5 => player.held = (rng.below(2) == 0).then(|| random_id(rng)),
+        6 => player.score = rng.below(1 << 16) as u16,
+        7 => player.pointer = (rng.below(4) > 0).then(|| random_quanta(rng)),
+        8 => player.input_seq = player.input_seq.wrapping_sub(1),
+        _ => {}
+    }
+}
+
+/// The snapshot `ticks` later: some bodies and players go, change and come.
+fn advance(rng: &mut Rng, snapshot: &Snapshot, ticks: u32) -> Snapshot {
+    let mut next = snapshot.clone();
+    next.tick += ticks;
+    next.bodies.retain(|_| rng.below(20) > 0);
+    for body in &mut next.bodies {
+        body.quanta = match rng.below(9) {
+            0 => random_quanta(rng),
+            1 | 2 => body.quanta.map(|axis| (axis + 3).clamp(-QUANTA_MAX, QUANTA_MAX)),
+            _ => body.quanta,
+        };
+    }
+    for _ in 0..rng.below(4) {
+        let index = rng.below(60);
+        next.bodies.retain(|body| body.id.index != index);
+        next.bodies.push(random_body(rng, index));
+    }
+    next.bodies.sort_by_key(|body| body.id.index);
+    next.players.retain(|_| rng.below(30) > 0);
+    next.players.iter_mut().for_each(|player| change_player(rng, player));
+    let seat = rng.below(12) as u8;
+    if rng.below(10) == 0 && next.players.iter().all(|player| player.seat.0 != seat) {
+        next.players.push(player(seat, "Ørsted 🙂"));
+        next.players.sort_by_key(|player| player.seat);
+    }
+    next
+}
+
+fn random_events(rng: &mut Rng, after: u32, tick: u32) -> Vec<TimedEvent> {
+    let mut ticks: Vec<_> =
+        (0..rng.below(4)).map(|_| after + 1 + rng.below(tick - after)).collect();
+    ticks.sort_unstable();
+    ticks.into_iter().map(|tick| TimedEvent { tick, event: random_event(rng) }).collect()
+}
+
+#[test]
+fn changes_round_trip_from_every_baseline() {
+    let mut rng = Rng::new(1, 0);
+    let mut snapshots = vec![Snapshot { tick: 7, ..Snapshot::default() }];
+    for _ in 0..400 {
+        let ticks = 1 + rng.below(3);
+        let next = advance(&mut rng, &snapshots[snapshots.len() - 1], ticks);
+        assert_round_trip(&next, None, &[]);
+        for skipped in [0, 1, 5, 63] {
+            if let Some(place) = (snapshots.len() - 1).checked_sub(skipped) {
+                let base = &snapshots[place];
+                let events = random_events(&mut rng, base.tick, next.tick);
+                assert_round_trip(&next, Some(base), &events);
+            }
+        }
+        snapshots.push(next);
+    }
+}
+
+#[test]
+fn a_chain_of_deltas_with_gaps_arrives_where_the_game_is() {
+    let mut rng = Rng::new(2, 0);
+    let mut truth = Snapshot { tick: 1, ..Snapshot::default() };
+    let mut sent = truth.clone();
+    let mut held = Snapshot::decode(&truth.encode(None, &[]), None).unwrap().0;
+    for _ in 0..500 {
+        truth = advance(&mut rng, &truth, 1);
+        if rng.below(3) > 0 {
+            held = Snapshot::decode(&truth.encode(Some(&sent), &[]), Some(&held)).unwrap().0;
+            sent = truth.clone();
+            assert_eq!(held, truth);
+        }
+    }
+}
+
+#[test]
+fn the_fullest_snapshot_fits_a_message() {
+    let mut rng = Rng::new(3, 0);
+    let far = |index| SnapshotBody {
+        id: BodyId { index, generation: u32::MAX },
+        owner: Some(Seat(63)),
+        shape: Shape::rect(3.3, 4.4),
+        quanta: [-QUANTA_MAX, QUANTA_MAX],
+        ..body(index, 0)
+    };
+    let base = Snapshot {
+        tick: 1,
+        bodies: (0..BODIES_MAX as u32).map(|index| body(index, QUANTA_MAX)).collect(),
+        players: Vec::new(),
+    };
+    let full = Snapshot {
+        tick: u32::MAX,
+        bodies: (0..BODIES_MAX as u32).map(far).collect(),
+        players: (0..64).map(|seat| player(seat, &"🙂".repeat(16))).collect(),
+    };
+    let events: Vec<_> = (0..EVENTS_MAX)
+        .map(|_| TimedEvent { tick: u32::MAX, event: random_event(&mut rng) })
+        .collect();
+    assert_round_trip(&full, Some(&base), &events);
+    assert!(full.encode(Some(&base), &events).len() < SERVER_MESSAGE_BYTES_MAX);
+    assert!(full.encode(None, &[]).len() < SERVER_MESSAGE_BYTES_MAX);
+}
+
+// Bytes that are known.
+
+fn small() -> Snapshot {
+    let hero = SnapshotBody {
+        id: BodyId { index: 2, generation: 1 },
+        kind: Kind::Hero,
+        owner: Some(Seat(1)),
+        shape: Shape::rect(2.0, 4.0),
+        quanta: [-1, 64],
+    };
+    let players = vec![PlayerState { hero: Some(hero.id), ..player(1, "Ann") }];
+    Snapshot { tick: 300, bodies: vec![body(0, 5), hero], players }
+}
+
+#[test]
+fn a_keyframe_has_the_documented_bytes() {
+    let head = [0xac, 2, 0, 0b10_0100];
+    let block = [0, 0, 6, 0, 0, 0xc0, 0x3f, 10, 0];
+    let hero = [1, 1, 0b1_1000, 1, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 1, 0x80, 1];
+    let ann = [1, 3, b'A', b'n', b'n', 1, 1, 1, 2, 1, 0, 0, 0, 0, 0];
+    let bytes = [&head[..], &[2], &block, &hero, &[1], &ann].concat();
+    assert_eq!(small().encode(None, &[]), bytes);
+}
+
+#[test]
+fn a_delta_has_the_documented_bytes() {
+    let base = small();
+    let mut next = base.clone();
+    next.tick = 302;
+    next.bodies[1].quanta = [-3, 65];
+    next.players[0].input_seq = 2;
+    next.players[0].score = 1;
+    let events = [TimedEvent { tick: 301, event: Event::Joined(Seat(1)) }];
+    let head = [0xae, 2, 3, 0b101_0010];
+    let moves = [1, 1, 3, 2];
+    let players = [1, 1, 0b10_0000, 1];
+    let joined = [1, 1, 4, 1];
+    let bytes = [&head[..], &moves, &players, &joined].concat();
+    assert_eq!(next.encode(Some(&base), &events), bytes);
+}
+
+#[test]
+fn a_tick_without_change_costs_its_head_and_a_bit_a_player() {
+    let mut rng = Rng::new(4, 0);
+    let bodies = (0..900).map(|index| random_body(&mut rng, index)).collect();
+    let players = (0..8).map(|seat| player(seat, "Ann")).collect();
+    let base = Snapshot { tick: 100, bodies, players };
+    let mut next = Snapshot { tick: 101, ..base.clone() };
+    next.players.iter_mut().for_each(|player| player.input_seq += 1);
+    assert_eq!(next.encode(Some(&base), &[]), [101, 2, 0, 0xff]);
+    assert_round_trip(&next, Some(&base), &[]);
+}
+
+#[test]
+fn an_event_of_200_particles_costs_few_bytes() {
+    let emitter = EmitterDef { recipe: 0, count: 200, seed: 9, source: Source::Point(Vec2::ONE) };
+    let base = Snapshot { tick: 1, ..Snapshot::default() };
+    let next = Snapshot { tick: 2, ..Snapshot::default() };
+    let event = TimedEvent { tick: 2, event: Event::EmitterStarted(emitter) };
+    let extra = next.encode(Some(&base), &[event]).len() - next.encode(Some(&base), &[]).len();
+    assert_eq!(extra, 19);
+}
+
+// Bytes that are refused.
+
+#[test]
+fn a_delta_needs_its_very_baseline() {
+    let base = small();
+    let next = Snapshot { tick: 301, ..base.clone() };
+    let other = Snapshot { tick: 299, ..base.clone() };
+    let bytes = next.encode(Some(&base), &[]);
+    let missing = DecodeError::MissingBaseline { tick: 300 };
+    assert_eq!(Snapshot::decode(&bytes, None), Err(missing));
+    assert_eq!(Snapshot::decode(&bytes, Some(&other)), Err(missing));
+    assert!(Snapshot::decode(&bytes, Some(&base)).is_ok());
+    // A keyframe needs none, whatever is held.
+    let keyframe = next.encode(None, &[]);
+    assert_eq!(Snapshot::decode(&keyframe, Some(&other)).unwrap().0, next);
+}
+
+#[test]
+fn fields_out_of_range_are_named() {
+    let base = small();
+    let refused = |bytes: &[u8], field| {
+        let found = Snapshot::decode(bytes, Some(&base));
+        assert_eq!(found, Err(DecodeError::OutOfRange { field }), "{bytes:?}");
+    };
+    const DELTA: [u8; 3] = [0xad, 2, 2];
+    let delta = |rest: &[u8], field| refused(&[&DELTA, rest].concat(), field);
+    refused(&[5, 7, 0], "baseline");
+    refused(&[5, 0, 1], "sections");
+    delta(&[0x80], "sections");
+    delta(&[1, 0], "deaths");
+    delta(&[1, 3, 0, 0, 0], "deaths");
+    delta(&[1, 1, 2, 0], "death");
+    delta(&[2, 1, 2, 2, 2, 0], "move");
+    delta(&[2, 1, 0, 0, 0, 0], "move");
+    delta(&[2, 1, 0, 0xff, 0xff, 0xff, 0xff, 0x0f, 0], "move");
+    delta(&[4, 1, 0, 0, 6, 0, 0, 0xc0, 0x3f, 10, 0, 0], "birth");
+    delta(&[4, 1, 1, 0, 7, 0, 0, 0xc0, 0x3f, 10, 0, 0], "body kind");
+    delta(&[4, 1, 1, 0, 0x26, 0, 0, 0xc0, 0x3f, 10, 0, 0], "body tag");
+    delta(&[4, 1, 1, 0, 6, 0, 0, 0, 0, 10, 0, 0], "body size");
+    delta(&[4, 1, 1, 0, 6, 0, 0, 0xc0, 0xbf, 10, 0, 0], "body size");
+    delta(&[4, 1, 1, 0, 6, 0, 0, 0xc0, 0x7f, 10, 0, 0], "body size");
+    delta(&[8, 0], "players gone");
+    delta(&[8, 2], "players gone");
+    delta(&[0, 2], "inputs advanced");
+    delta(&[16, 0, 0], "players changed");
+    delta(&[16, 0, 1, 0], "player fields");
+    delta(&[32, 0, 1, 1, 1, b'A', 0, 1, 0, 0, 0, 0, 0, 0], "seat");
+    delta(&[32, 0, 1, 64, 1, b'A', 0, 1, 0, 0, 0, 0, 0, 0], "seat");
+    delta(&[64, 0, 0], "events");
+    delta(&[64, 0, 1, 0, 4, 1], "event tick");
+    delta(&[64, 0, 1, 2, 4, 1], "event tick");
+    delta(&[64, 0, 1, 1, 6, 1], "event kind");
+    let trailing = Snapshot::decode(&[0xad, 2, 2, 0, 0, 0], Some(&base));
+    assert_eq!(trailing, Err(DecodeError::Trailing { count: 1 }));
+}
+
+#[test]
+fn a_giant_count_is_refused_before_anything_is_made() {
+    for (section, field) in [(4, "births"), (32, "players"), (64, "events")] {
+        let found = Snapshot::decode(&[1, 0, section, 60, 0, 0, 0, 0, 0], None);
+        assert_eq!(found, Err(DecodeError::Truncated { field }));
+    }
+    let found = Snapshot::decode(&[1, 0, 4, 0xff, 0xff, 0xff, 0xff, 0x0f], None);
+    assert_eq!(found, Err(DecodeError::OutOfRange { field: "births" }));
+    let long = vec![0; SERVER_MESSAGE_BYTES_MAX + 1];
+    assert!(matches!(Snapshot::decode(&long, None), Err(DecodeError::TooLong { .. })));
+}
+
+/// What was accepted must be a snapshot that could have been sent.
+fn assert_sound(snapshot: &Snapshot, events: &[TimedEvent], base: &Snapshot, bytes: &[u8]) {
+    assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));
+    assert!(snapshot.bodies.len() <= BODIES_MAX && events.len() <= EVENTS_MAX);
+    assert!(snapshot.players.is_sorted_by(|a, b| a.seat < b.seat));
+    let inside = |quanta: [i32; 2]| quanta.iter().all(|axis| axis.abs() <= QUANTA_MAX);
+    assert!(snapshot.bodies.iter().all(|body| inside(body.quanta)));
+    // Memory is bounded by what the peer really sent.
+    assert!(snapshot.bodies.capacity() <= base.bodies.len() + bytes.len());
+    assert!(events.iter().all(|event| event.tick <= snapshot.tick));
+    let again = snapshot.encode(None, &[]);
+    assert_eq!(&Snapshot::decode(&again, None).unwrap().0, snapshot);
+}
+
+#[test]
+fn broken_bytes_never_panic() {
+    let mut rng = Rng::new(5, 0);
+    let mut base = Snapshot { tick: 40, ..Snapshot::default() };
+    for _ in 0..30 {
+        base = advance(&mut rng, &base, 1);
+    }
+    let mut accepted = 0;
+    for round in 0..400 {
+        let next = advance(&mut rng, &base, 1);
+        let events = random_events(&mut rng, base.tick, next.tick);
+        let delta = next.encode(Some(&base), &events);
+        let keyframe = next.encode(None, &[]);
+        for _ in 0..250 {
+            let mut bytes = if rng.below(4) == 0 { keyframe.clone() } else { delta.clone() };
+            break_bytes(&mut rng, &mut bytes);
+            if let Ok((found, events)) = Snapshot::decode(&bytes, Some(&base)) {
+                accepted += 1;
+                assert_sound(&found, &events, &base, &bytes);
+            }
+        }
+        if round % 10 == 0 {
+            base = next;
+        }
+    }
+    assert!(accepted > 1_000, "only {accepted} broken messages reached the end of the decoder");
+}
+
+fn break_bytes(rng: &mut Rng, bytes: &mut Vec<u8>) {
+    let place = rng.below(bytes.len() as u32) as usize;
+    match rng.below(8) {
+        0 => bytes.truncate(place),
+        1 => bytes.insert(place, rng.next_u32() as u8),
+        2 => drop(bytes.remove(place)),
+        3 => bytes[place..].iter_mut().for_each(|byte| *byte = rng.next_u32() as u8),
+        4 => bytes[place] = 0xff,
+        _ => bytes[place] ^= 1 << rng.below(8),
+    }
+}

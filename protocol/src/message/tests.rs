@@ -1,0 +1,212 @@
+use super::*;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+fn config(cases: u32) -> ProptestConfig {
+    let mut config = ProptestConfig::with_cases(cases);
+    config.rng_seed = RngSeed::Fixed(0x4a4f_5354);
+    config.failure_persistence = None;
+    config
+}
+
+fn appearances() -> impl Strategy<Value = Appearance> {
+    let made = (any::<String>(), 0..crate::limits::COLORS);
+    let cleaned = made.prop_filter_map("name", |(name, color)| {
+        let name: String = name.chars().take(20).collect();
+        Appearance::new(&name, color).ok()
+    });
+    let letters = ("[a-zäß日🙂 ]{1,15}x", 0..crate::limits::COLORS);
+    prop_oneof![cleaned, letters.prop_map(|(name, color)| Appearance::new(&name, color).unwrap())]
+}
+
+fn inputs() -> impl Strategy<Value = Input> {
+    let axis = || -POINTER_MAX..=POINTER_MAX;
+    let pointer = proptest::option::of((axis(), axis()));
+    (0..=Buttons::ALL.0, pointer).prop_map(|(buttons, pointer)| Input {
+        buttons: Buttons(buttons),
+        pointer: pointer.map(|(x, y)| Vec2::new(x, y)),
+    })
+}
+
+fn client_messages() -> impl Strategy<Value = ClientMessage> {
+    let hello = (appearances(), any::<Option<u64>>()).prop_map(|(appearance, token)| {
+        ClientMessage::Hello { version: VERSION, appearance, token }
+    });
+    let input =
+        (any::<u32>(), inputs()).prop_map(|(seq, input)| ClientMessage::Input { seq, input });
+    prop_oneof![hello, input, any::<u32>().prop_map(|stamp| ClientMessage::Ping { stamp })]
+}
+
+fn server_messages() -> impl Strategy<Value = ServerMessage> {
+    let texts = ("[a-z0-9-]{0,32}", "[a-z-]{0,64}", any::<String>());
+    let welcome = (0..SEATS_MAX as u8, any::<u64>(), any::<u32>(), texts).prop_map(
+        |(seat, token, tick, (room, scene_name, scene))| ServerMessage::Welcome {
+            seat,
+            token,
+            tick,
+            room,
+            scene_name,
+            scene,
+        },
+    );
+    prop_oneof![
+        welcome,
+        proptest::sample::select(&Refusal::ALL[..])
+            .prop_map(|refusal| ServerMessage::Refused { refusal }),
+        any::<u8>().prop_map(|seconds| ServerMessage::Draining { seconds }),
+        (any::<u32>(), any::<u32>()).prop_map(|(stamp, tick)| ServerMessage::Pong { stamp, tick }),
+        any::<Vec<u8>>().prop_map(ServerMessage::Snapshot),
+    ]
+}
+
+proptest! {
+    #![proptest_config(config(2_000))]
+
+    #[test]
+    fn client_messages_round_trip(message in client_messages()) {
+        let bytes = message.encode();
+        prop_assert!(bytes.len() <= CLIENT_MESSAGE_BYTES_MAX);
+        prop_assert_eq!(ClientMessage::decode(&bytes), Ok(message));
+    }
+
+    #[test]
+    fn server_messages_round_trip(message in server_messages()) {
+        prop_assert_eq!(ServerMessage::decode(&message.encode()), Ok(message));
+    }
+
+    #[test]
+    fn every_cut_is_refused(message in client_messages()) {
+        let bytes = message.encode();
+        for end in 0..bytes.len() {
+            let found = ClientMessage::decode(&bytes[..end]);
+            prop_assert!(matches!(found, Err(DecodeError::Truncated { .. })), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn one_byte_more_is_refused(message in client_messages(), more in any::<u8>()) {
+        let mut bytes = message.encode();
+        bytes.push(more);
+        prop_assert_eq!(ClientMessage::decode(&bytes), Err(DecodeError::Trailing { count: 1 }));
+    }
+}
+
+proptest! {
+    #![proptest_config(config(50_000))]
+
+    /// What is accepted has one form only: it encodes to the bytes that it was read from.
+    #[test]
+    fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..6) {
+        let bytes = [&[kind][..], &bytes].concat();
+        if let Ok(message) = ClientMessage::decode(&bytes) {
+            let other = matches!(message, ClientMessage::Hello { version, .. } if version != VERSION);
+            prop_assert!(other || message.encode() == bytes);
+        }
+        if let Ok(message) = ServerMessage::decode(&bytes) {
+            prop_assert_eq!(message.encode(), bytes);
+        }
+    }
+
+    #[test]
+    fn flipped_bits_are_safe(
+        client in client_messages(),
+        server in server_messages(),
+        flips in proptest::collection::vec(any::<prop::sample::Index>(), 1..4),
+    ) {
+        let (mut client, mut server) = (client.encode(), server.encode());
+        for flip in &flips {
+            let bit = flip.index(client.len() * 8);
+            client[bit / 8] ^= 1 << (bit % 8);
+            let bit = flip.index(server.len() * 8);
+            server[bit / 8] ^= 1 << (bit % 8);
+        }
+        if let Ok(message) = ClientMessage::decode(&client) {
+            let other = matches!(message, ClientMessage::Hello { version, .. } if version != VERSION);
+            prop_assert!(other || message.encode() == client);
+        }
+        if let Ok(message) = ServerMessage::decode(&server) {
+            prop_assert_eq!(message.encode(), server);
+        }
+    }
+}
+
+fn hello(version: u16) -> ClientMessage {
+    let appearance = Appearance::new("Ann", 3).unwrap();
+    ClientMessage::Hello { version, appearance, token: Some(0x0807_0605_0403_0201) }
+}
+
+#[test]
+fn client_messages_have_the_documented_bytes() {
+    let bytes = [0, 1, 0, 3, b'A', b'n', b'n', 3, 1, 1, 2, 3, 4, 5, 6, 7, 8];
+    assert_eq!(hello(1).encode(), bytes);
+
+    let input = Input { buttons: Buttons(0x90), pointer: Some(Vec2::new(1.0, -2.5)) };
+    let bytes = [1, 0xac, 2, 0x90, 1, 1, 0, 0, 0x80, 0x3f, 0, 0, 0x20, 0xc0];
+    assert_eq!(ClientMessage::Input { seq: 300, input }.encode(), bytes);
+    let rest = ClientMessage::Input { seq: 1, input: Input::default() };
+    assert_eq!(rest.encode(), [1, 1, 0, 0]);
+
+    assert_eq!(ClientMessage::Ping { stamp: 0x0403_0201 }.encode(), [2, 1, 2, 3, 4]);
+}
+
+#[test]
+fn server_messages_have_the_documented_bytes() {
+    let welcome = ServerMessage::Welcome {
+        seat: 2,
+        token: 0x0807_0605_0403_0201,
+        tick: 200,
+        room: "oak".to_owned(),
+        scene_name: "arena".to_owned(),
+        scene: "x = 1".to_owned(),
+    };
+    let bytes =
+        [&[0, 2, 1, 2, 3, 4, 5, 6, 7, 8, 0xc8, 1, 3][..], b"oak", b"\x05arena", b"\x05x = 1"];
+    assert_eq!(welcome.encode(), bytes.concat());
+    let refused = ServerMessage::Refused { refusal: Refusal::Closing };
+    assert_eq!(refused.encode(), [1, 10]);
+    assert_eq!(ServerMessage::Draining { seconds: 5 }.encode(), [2, 5]);
+    assert_eq!(ServerMessage::Pong { stamp: 7, tick: 128 }.encode(), [3, 7, 0, 0, 0, 0x80, 1]);
+    assert_eq!(ServerMessage::Snapshot(vec![9, 8]).encode(), [4, 9, 8]);
+}
+
+#[test]
+fn a_hello_of_another_version_says_which() {
+    let mut bytes = hello(1).encode();
+    bytes[1] = 2;
+    // Its other fields may be anything.
+    bytes.truncate(5);
+    let found = ClientMessage::decode(&bytes);
+    assert!(matches!(found, Ok(ClientMessage::Hello { version: 2, token: None, .. })), "{found:?}");
+}
+
+#[test]
+fn fields_past_their_range_are_named() {
+    let refused = |bytes: &[u8], field| {
+        assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
+    };
+    refused(&[3], "kind");
+    refused(&[0, 1, 0, 1, b' ', 0, 0], "name");
+    refused(&[0, 1, 0, 2, b' ', b'A', 0, 0], "name");
+    refused(&[0, 1, 0, 1, b'A', 8, 0], "color");
+    refused(&[0, 1, 0, 1, b'A', 0, 2], "token");
+    refused(&[0, 1, 0, 65], "name");
+    refused(&[1, 1, 0x80, 0x20, 0], "buttons");
+    refused(&[1, 1, 0, 1, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0], "pointer");
+    refused(&[1, 1, 0, 1, 0, 0, 0, 0x4a, 0, 0, 0, 0], "pointer");
+    refused(&[1, 0x80, 0, 0, 0], "seq");
+    let found = ServerMessage::decode(&[1, 12]);
+    assert_eq!(found, Err(DecodeError::OutOfRange { field: "refusal" }));
+    let found = ServerMessage::decode(&[0, 64]);
+    assert_eq!(found, Err(DecodeError::OutOfRange { field: "seat" }));
+}
+
+#[test]
+fn messages_past_their_length_are_refused_unread() {
+    let bytes_max = CLIENT_MESSAGE_BYTES_MAX;
+    let found = ClientMessage::decode(&vec![0; bytes_max + 1]);
+    assert_eq!(found, Err(DecodeError::TooLong { bytes: bytes_max + 1, bytes_max }));
+    let bytes_max = SERVER_MESSAGE_BYTES_MAX;
+    let found = ServerMessage::decode(&vec![4; bytes_max + 1]);
+    assert_eq!(found, Err(DecodeError::TooLong { bytes: bytes_max + 1, bytes_max }));
+    assert!(ServerMessage::decode(&vec![4; bytes_max]).is_ok());
+}
