@@ -1,38 +1,55 @@
 //! Scenes: what a TOML file describes, checked and ready to be played.
+//!
+//! `docs/scenes.md` is the reference of the file format. A scene that parsed can be played: every
+//! number is finite and in its range, every name is resolved, everything placed has room.
+
+mod actors;
+mod bodies;
+mod compile;
+mod document;
+mod groups;
+mod kind;
+mod path;
+mod recipes;
+mod tools;
+
+#[cfg(test)]
+mod tests;
+
+pub use actors::{HeroSpec, MinionSpec, PackSpec, Place, Repeater};
+pub use bodies::{Layout, Placed};
+pub use kind::Kind;
+pub use path::Path;
+pub use recipes::{RECIPES_MAX, presets};
+pub use tools::Tools;
 
 use crate::particle::Recipe;
 use crate::relaxation::Relaxation;
-use crate::shape::{Aabb, Shape};
-use crate::world::GROUPS_MAX;
+use crate::shape::Aabb;
+use crate::world::{BodyDef, GROUPS_MAX, WorldSettings};
+use document::{Document, Table};
 use glam::Vec2;
 
-/// What players may do in a scene, one bit each.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub struct Tools(pub u16);
+/// Longest scene file, bytes.
+pub const SCENE_BYTES_MAX: usize = 64 << 10;
+/// Longest name of a scene, bytes.
+pub const SCENE_NAME_BYTES_MAX: usize = 32;
+/// Players in one game.
+pub const SEATS_MAX: usize = 64;
+/// Width and height of a world, world units.
+pub const SIZE_MAX: f32 = 4096.0;
+/// Bodies that a scene may allow at a time.
+pub const BODIES_MAX: u32 = 20_000;
+/// Particles that a scene may allow at a time.
+pub const PARTICLES_MAX: u32 = 20_000;
+/// Dye packs of one player that a scene may allow at a time.
+pub const PACKS_MAX: u32 = 64;
+/// Bodies of one layout.
+pub const LAYOUT_COUNT_MAX: u32 = 4096;
+/// Entries of `emitters`.
+pub const EMITTERS_MAX: usize = 256;
 
-impl Tools {
-    /// WASD steers an own hero.
-    pub const STEER: Tools = Tools(1 << 0);
-    /// A click launches a dye pack at the pointer.
-    pub const LAUNCH: Tools = Tools(1 << 1);
-    /// Z drops a dumb minion at the pointer, one a tick.
-    pub const DUMB: Tools = Tools(1 << 2);
-    /// Z sprays one particle a tick at the pointer.
-    pub const SPRAY: Tools = Tools(1 << 3);
-    /// X holds the dumb minion or block under the pointer.
-    pub const HOLD: Tools = Tools(1 << 4);
-    /// C throws all dumb minions about.
-    pub const AGITATE: Tools = Tools(1 << 5);
-    /// V removes all dumb minions.
-    pub const CLEAR: Tools = Tools(1 << 6);
-    /// H, M and P select the hero, minion and platform; the left button drags the selected one.
-    pub const SELECT: Tools = Tools(1 << 7);
-
-    /// Whether all of `other` are allowed.
-    pub fn contains(self, other: Tools) -> bool {
-        self.0 & other.0 == other.0
-    }
-}
+const NAME_ALLOWED: &str = "1 to 32 lower-case letters, digits and dashes";
 
 /// How the camera frames the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,16 +94,40 @@ pub struct Scene {
     pub kill_zone: Aabb,
     /// World units a quantum of the positions that clients see; a power of two.
     pub quantum: f32,
+    /// Speed cap of every body, units/s.
+    pub speed_max: f32,
+    /// Closing speed above which a contact is reported, units/s.
+    pub impact_speed: f32,
     /// Players at a time.
     pub players_max: u8,
     /// Bodies at a time.
     pub bodies_max: usize,
     /// Particles at a time.
     pub particles_max: usize,
+    /// Dumb minions at a time, beyond which Z makes no more.
+    pub dumb_max: usize,
+    /// Dye packs of one player at a time.
+    pub packs_max: usize,
     /// Particle recipes.
     pub recipes: Vec<Recipe>,
-    /// The owner of this module adds bodies, layouts, emitters and actors.
-    pub placeholder: Option<Shape>,
+    /// Recipe of the particles that Z sprays, with the spray tool.
+    pub spray: Option<u8>,
+    /// Bodies at fixed places.
+    pub bodies: Vec<Placed>,
+    /// Bodies at places that the seed decides.
+    pub layouts: Vec<Layout>,
+    /// Emitters that run by themselves.
+    pub emitters: Vec<Repeater>,
+    /// The players' heroes; `None` where players have none.
+    pub hero: Option<HeroSpec>,
+    /// How minions wander.
+    pub minion: MinionSpec,
+    /// The body of a dumb minion that Z makes, with that tool.
+    pub dumb: Option<BodyDef>,
+    /// Speed at which dumb minions set off to either side, units/s.
+    pub dumb_speed: f32,
+    /// Dye packs, with the launch tool.
+    pub pack: Option<PackSpec>,
 }
 
 /// Why a scene was refused. Displays as `file:line: field: found ..., allowed ...`.
@@ -108,12 +149,71 @@ pub struct SceneError {
 impl Scene {
     /// Parses and checks a scene. `file` is used in errors, and its stem is the scene's name.
     pub fn parse(file: &str, source: &str) -> Result<Scene, SceneError> {
-        let _ = (file, source);
-        todo!()
+        let document = Document { file, source };
+        let name = name_of(&document)?;
+        if source.len() > SCENE_BYTES_MAX {
+            let found = format!("{} bytes", source.len());
+            return Err(document.error(0, "file", found, format!("at most {SCENE_BYTES_MAX}")));
+        }
+        let entries = toml::de::DeTable::parse(source).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let found = error.message().lines().next().unwrap_or("an error").to_owned();
+            document.error(at, "file", found, "TOML".to_owned())
+        })?;
+        let root = Table::root(document, entries.get_ref(), compile::FIELDS)?;
+        compile::scene(name, source, &root)
     }
 
     /// The scenes that Jostle ships, embedded from `assets/scenes`, `arena` first.
     pub fn built_in() -> Vec<Scene> {
-        todo!()
+        let files = BUILT_IN.iter();
+        files
+            .map(|(file, source)| Scene::parse(file, source).expect("a test parses every one"))
+            .collect()
     }
+
+    /// The settings of a World for this scene.
+    pub fn world_settings(&self) -> WorldSettings {
+        WorldSettings {
+            gravity: self.gravity,
+            relaxation: self.relaxation,
+            meets: self.meets,
+            meets_particles: self.meets_particles,
+            kill_zone: self.kill_zone,
+            quantum: self.quantum,
+            speed_max: self.speed_max,
+            bodies_max: self.bodies_max,
+            particles_max: self.particles_max,
+            recipes: self.recipes.clone(),
+        }
+    }
+
+    /// Whether bodies of the two groups collide.
+    pub fn groups_meet(&self, a: u8, b: u8) -> bool {
+        self.meets[usize::from(a)] >> b & 1 == 1
+    }
+}
+
+/// File and text of every shipped scene.
+const BUILT_IN: [(&str, &str); 6] = [
+    ("arena.toml", include_str!("../../assets/scenes/arena.toml")),
+    ("bounds.toml", include_str!("../../assets/scenes/bounds.toml")),
+    ("impulse.toml", include_str!("../../assets/scenes/impulse.toml")),
+    ("particles.toml", include_str!("../../assets/scenes/particles.toml")),
+    ("emitters.toml", include_str!("../../assets/scenes/emitters.toml")),
+    ("pile.toml", include_str!("../../assets/scenes/pile.toml")),
+];
+
+fn name_of(document: &Document) -> Result<String, SceneError> {
+    let stem = std::path::Path::new(document.file).file_stem().and_then(|stem| stem.to_str());
+    let stem = stem.unwrap_or_default();
+    if is_name(stem) {
+        return Ok(stem.to_owned());
+    }
+    Err(document.error(0, "file name", format!("{stem:?}"), NAME_ALLOWED.to_owned()))
+}
+
+fn is_name(text: &str) -> bool {
+    let known = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+    (1..=SCENE_NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(known)
 }

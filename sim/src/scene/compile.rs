@@ -1,0 +1,342 @@
+//! From the tables of a scene file to a [`Scene`]: the top level, and the checks that need more
+//! than one field.
+
+use super::actors::{self, Actors};
+use super::bodies::{self, PLACE, SPEED};
+use super::document::{Field, Range, Table};
+use super::groups::Groups;
+use super::recipes::Recipes;
+use super::{
+    BODIES_MAX, Camera, EMITTERS_MAX, Kind, Layout, PACKS_MAX, PARTICLES_MAX, Placed, Repeater,
+    SEATS_MAX, SIZE_MAX, Scene, SceneError, Tools,
+};
+use crate::contact::collide;
+use crate::relaxation::Relaxation;
+use crate::shape::Aabb;
+use crate::world::{BodyDef, Motion};
+use glam::Vec2;
+
+/// Fields of a scene file.
+pub(super) const FIELDS: &[&str] = &[
+    "title",
+    "about",
+    "size",
+    "gravity",
+    "response",
+    "relaxation",
+    "groups",
+    "pairs",
+    "particles_meet",
+    "tools",
+    "spray",
+    "camera",
+    "kill_zone",
+    "quantum",
+    "speed_max",
+    "impact_speed",
+    "limits",
+    "hero",
+    "minion",
+    "dumb",
+    "pack",
+    "bodies",
+    "layouts",
+    "recipes",
+    "emitters",
+];
+const RELAXATION_FIELDS: &[&str] =
+    &["iterations", "correction", "slop", "bounce_threshold", "warm_start"];
+const LIMIT_FIELDS: &[&str] = &["players", "bodies", "particles", "dumb", "packs"];
+const TITLE_CHARS_MAX: usize = 40;
+const ABOUT_CHARS_MAX: usize = 200;
+
+/// Caps of a scene.
+struct Limits {
+    players: u32,
+    bodies: u32,
+    particles: u32,
+    dumb: u32,
+    packs: u32,
+}
+
+/// Builds the scene from the file's top level.
+pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, SceneError> {
+    let title = root.need("title", "a name for people")?.text(TITLE_CHARS_MAX)?;
+    let size = root.need("size", "[width, height]")?.vector(Range::from(1.0, SIZE_MAX))?;
+    let relaxation = relaxation(root)?;
+    let groups = Groups::read(root)?;
+    let tools = tools(root)?;
+    let mut recipes = Recipes::read(root)?;
+    let actors = actors::actors(root, tools, &groups, &mut recipes)?;
+    let places = Places::read(root, &actors, &groups, &mut recipes)?;
+    let limits = limits(root, &places, &actors)?;
+    let spray = spray(root, tools, &mut recipes)?;
+    let scene = Scene {
+        name,
+        title,
+        about: root.get("about").map_or(Ok(String::new()), |field| field.text(ABOUT_CHARS_MAX))?,
+        source: source.to_owned(),
+        size,
+        gravity: root.vector("gravity", Vec2::new(0.0, -50.0), SPEED)?,
+        relaxation,
+        groups: groups.names,
+        meets: groups.meets,
+        meets_particles: groups.meets_particles,
+        tools,
+        camera: camera(root)?,
+        kill_zone: kill_zone(root, size)?,
+        quantum: quantum(root)?,
+        speed_max: root.number("speed_max", 150.0, Range::from(1.0, 1000.0))?,
+        impact_speed: root.number("impact_speed", 12.0, Range::from(0.0, 1.0e6))?,
+        players_max: limits.players as u8,
+        bodies_max: limits.bodies as usize,
+        particles_max: limits.particles as usize,
+        dumb_max: limits.dumb as usize,
+        packs_max: limits.packs as usize,
+        recipes: recipes.list,
+        spray,
+        bodies: places.bodies,
+        layouts: places.layouts,
+        emitters: places.emitters,
+        hero: actors.hero,
+        minion: actors.minion,
+        dumb: actors.dumb,
+        dumb_speed: actors.dumb_speed,
+        pack: actors.pack,
+    };
+    check_tools(root, &scene)?;
+    check_places(root, &scene)?;
+    check_clear(root, &scene)?;
+    Ok(scene)
+}
+
+/// What stands where.
+struct Places {
+    bodies: Vec<Placed>,
+    layouts: Vec<Layout>,
+    emitters: Vec<Repeater>,
+}
+
+impl Places {
+    fn read(
+        root: &Table,
+        actors: &Actors,
+        groups: &Groups,
+        recipes: &mut Recipes,
+    ) -> Result<Places, SceneError> {
+        let bodies = root.list("bodies")?;
+        refuse_long(root, "bodies", &bodies, BODIES_MAX as usize)?;
+        let placed = |field: &Field| bodies::placed(field, &actors.kinds, groups);
+        let bodies = bodies.iter().map(placed).collect::<Result<Vec<_>, _>>()?;
+        let layouts = root.list("layouts")?;
+        refuse_long(root, "layouts", &layouts, BODIES_MAX as usize)?;
+        let layout = |field: &Field| bodies::layout(field, &actors.kinds, groups);
+        let layouts = layouts.iter().map(layout).collect::<Result<Vec<_>, _>>()?;
+        let emitters = root.list("emitters")?;
+        refuse_long(root, "emitters", &emitters, EMITTERS_MAX)?;
+        let repeater = |field: &Field| actors::repeater(field, &bodies, recipes);
+        let emitters = emitters.iter().map(repeater).collect::<Result<Vec<_>, _>>()?;
+        Ok(Places { bodies, layouts, emitters })
+    }
+}
+
+fn refuse_long(root: &Table, name: &str, list: &[Field], max: usize) -> Result<(), SceneError> {
+    if list.len() <= max {
+        return Ok(());
+    }
+    Err(root.error(name, format!("{} entries", list.len()), format!("at most {max}")))
+}
+
+/// Solver settings. Nothing is mended in silence: what is out of range is refused (C22c).
+fn relaxation(root: &Table) -> Result<Option<Relaxation>, SceneError> {
+    let responses = ["impulse", "none"];
+    let response = root.get("response").map_or(Ok(0), |field| field.choice(&responses))?;
+    let table = root.table("relaxation", RELAXATION_FIELDS)?;
+    if response == 1 {
+        return match table {
+            Some(_) => Err(root.error(
+                "relaxation",
+                "a table beside response = \"none\"".into(),
+                "only one of the two".into(),
+            )),
+            None => Ok(None),
+        };
+    }
+    let base = Relaxation::default();
+    let Some(table) = table else { return Ok(Some(base)) };
+    let warm_start = table.get("warm_start").map(|field| field.truth()).transpose()?;
+    Ok(Some(Relaxation {
+        iterations: table.whole("iterations", base.iterations, 1, 240)?,
+        correction: table.number("correction", base.correction, Range::above(0.0, 1.0))?,
+        slop: table.number("slop", base.slop, Range::from(0.0, 1.0))?,
+        bounce_threshold: table.number(
+            "bounce_threshold",
+            base.bounce_threshold,
+            Range::from(0.0, 100.0),
+        )?,
+        warm_start: warm_start.unwrap_or(base.warm_start),
+    }))
+}
+
+fn tools(root: &Table) -> Result<Tools, SceneError> {
+    let names = Tools::NAMES.map(|(name, _)| name);
+    let mut tools = Tools::default();
+    for field in root.list("tools")? {
+        tools.0 |= Tools::NAMES[field.choice(&names)?].1.0;
+    }
+    Ok(tools)
+}
+
+fn spray(root: &Table, tools: Tools, recipes: &mut Recipes) -> Result<Option<u8>, SceneError> {
+    match root.get("spray") {
+        Some(field) => Ok(Some(recipes.index(&field)?)),
+        None if tools.contains(Tools::SPRAY) => Ok(recipes.resolve("fire")),
+        None => Ok(None),
+    }
+}
+
+fn camera(root: &Table) -> Result<Camera, SceneError> {
+    let Some(field) = root.get("camera") else { return Ok(Camera::Fit) };
+    if field.word() == Some("fit") {
+        return Ok(Camera::Fit);
+    }
+    let allowed = "\"fit\" or { follow = height }";
+    let table = field
+        .table(&["follow"])
+        .map_err(|error| SceneError { allowed: allowed.to_owned(), ..error })?;
+    let height = table.need("follow", "the height of the view")?;
+    Ok(Camera::Follow { height: height.number(Range::from(1.0, SIZE_MAX))? })
+}
+
+/// By default half a world more on every side.
+fn kill_zone(root: &Table, size: Vec2) -> Result<Aabb, SceneError> {
+    let Some(field) = root.get("kill_zone") else {
+        return Ok(Aabb { low: size * -0.5, high: size * 1.5 });
+    };
+    let [low, high] = field.corners(PLACE)?;
+    let zone = Aabb { low, high };
+    if zone.contains(Vec2::ZERO) && zone.contains(size) {
+        return Ok(zone);
+    }
+    Err(field.refuse("corners around the whole world"))
+}
+
+fn quantum(root: &Table) -> Result<f32, SceneError> {
+    let Some(field) = root.get("quantum") else { return Ok(1.0 / 64.0) };
+    let range = Range::from(1.0 / 1024.0, 1.0);
+    let quantum = field.number(range)?;
+    // A power of two has no mantissa bits.
+    if quantum.to_bits() & 0x007f_ffff == 0 {
+        return Ok(quantum);
+    }
+    Err(field.refuse("a power of two from 1/1024 to 1, like 0.015625"))
+}
+
+fn limits(root: &Table, places: &Places, actors: &Actors) -> Result<Limits, SceneError> {
+    let table = actors::table_or_empty(root, "limits", LIMIT_FIELDS)?;
+    let players = table.whole("players", 16, 1, SEATS_MAX as u32)?;
+    let packs = table.whole("packs", 8, 0, PACKS_MAX)?;
+    let dumb = table.whole("dumb", 200, 0, BODIES_MAX)?;
+    let laid_out: u64 = places.layouts.iter().map(|layout| u64::from(layout.count)).sum();
+    let heroes = if actors.hero.is_some() { u64::from(players) } else { 0 };
+    let least = places.bodies.len() as u64 + laid_out + heroes;
+    let made = if actors.pack.is_some() { u64::from(players * packs) } else { 0 };
+    let dropped = if actors.dumb.is_some() { u64::from(dumb) } else { 0 };
+    let roomy = (least + made + dropped).clamp(1, u64::from(BODIES_MAX)) as u32;
+    let bodies = table.whole("bodies", roomy, 1, BODIES_MAX)?;
+    if least > u64::from(bodies) {
+        let found = format!("{bodies} for {least} bodies with layouts and heroes of all players");
+        return Err(table.error("bodies", found, format!("{least} or more, up to {BODIES_MAX}")));
+    }
+    let particles = table.whole("particles", 4096, 0, PARTICLES_MAX)?;
+    Ok(Limits { players, bodies, particles, dumb, packs })
+}
+
+/// Tools that share a key, and tools that lack what they act on.
+fn check_tools(root: &Table, scene: &Scene) -> Result<(), SceneError> {
+    let both = |a: Tools, b: Tools| scene.tools.contains(a) && scene.tools.contains(b);
+    let refuse =
+        |found: &str, allowed: &str| Err(root.error("tools", found.to_owned(), allowed.to_owned()));
+    if both(Tools::DUMB, Tools::SPRAY) {
+        return refuse("dumb and spray, which are both on Z", "one of them");
+    }
+    if both(Tools::LAUNCH, Tools::SELECT) {
+        return refuse("launch and select, which both use the left button", "one of them");
+    }
+    if scene.tools.contains(Tools::STEER) && scene.hero.is_none() {
+        return refuse("steer, but no [hero] table", "steer only where players have heroes");
+    }
+    Ok(())
+}
+
+/// Everything starts inside the kill zone, no path is faster than a body may be, names are unique.
+fn check_places(root: &Table, scene: &Scene) -> Result<(), SceneError> {
+    let zone = scene.kill_zone;
+    let inside = "a place inside the kill zone";
+    for (field, body) in root.list("bodies")?.iter().zip(&scene.bodies) {
+        let outside = match &body.path {
+            Some(path) => !path.points().iter().all(|&point| zone.contains(point)),
+            None => !zone.contains(body.def.position),
+        };
+        if outside {
+            return Err(field
+                .inner(if body.path.is_some() { "path" } else { "position" })
+                .refuse(inside));
+        }
+        let fastest = body.path.as_ref().map_or(0.0, |path| path.speed_max());
+        if fastest > scene.speed_max {
+            let found = format!("a speed of {fastest} on the fastest leg");
+            let allowed = format!("a period that needs at most speed_max = {}", scene.speed_max);
+            return Err(field.inner("period").refuse_as(found, allowed));
+        }
+        let same = |other: &&Placed| other.name.is_some() && other.name == body.name;
+        if scene.bodies.iter().filter(same).count() > 1 {
+            return Err(field.inner("name").refuse("each name once"));
+        }
+    }
+    for (field, layout) in root.list("layouts")?.iter().zip(&scene.layouts) {
+        if !zone.contains(layout.area.low) || !zone.contains(layout.area.high) {
+            return Err(field.inner("area").refuse(inside));
+        }
+    }
+    Ok(())
+}
+
+/// Dynamic bodies and heroes start clear of the immovable ones that they collide with.
+fn check_clear(root: &Table, scene: &Scene) -> Result<(), SceneError> {
+    if scene.relaxation.is_none() {
+        return Ok(());
+    }
+    for (field, body) in root.list("bodies")?.iter().zip(&scene.bodies) {
+        if body.def.motion != Motion::Dynamic {
+            continue;
+        }
+        if let Some(other) = blocking(scene, &body.def) {
+            let found = format!("a start inside bodies[{other}]");
+            return Err(field.inner("position").refuse_as(found, "a place clear of it"));
+        }
+    }
+    let Some(hero) = &scene.hero else { return Ok(()) };
+    let Some(table) = root.get("hero") else { return Ok(()) };
+    for (field, &position) in table.inner("spawns").list()?.iter().zip(&hero.spawns) {
+        if !scene.kill_zone.contains(position) {
+            return Err(field.refuse("a place inside the kill zone"));
+        }
+        if let Some(other) = blocking(scene, &BodyDef { position, ..hero.body }) {
+            let found = format!("a hero inside bodies[{other}]");
+            return Err(field.refuse_as(found, "a place clear of it"));
+        }
+    }
+    Ok(())
+}
+
+/// The first immovable body that overlaps `def` and collides with it.
+fn blocking(scene: &Scene, def: &BodyDef) -> Option<usize> {
+    scene.bodies.iter().position(|other| {
+        other.def.motion != Motion::Dynamic
+            && other.kind != Kind::Pack
+            && scene.groups_meet(def.group, other.def.group)
+            && collide(def.shape, def.position, other.def.shape, other.def.position, (0, 1))
+                .is_some()
+    })
+}
