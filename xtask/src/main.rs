@@ -3,11 +3,17 @@
 //! Each task does the set-up it needs and says what it does, one line a step. Nothing here is
 //! needed to use the crates: plain `cargo build` and `cargo test` work without it.
 
+mod chromium;
+mod play;
 mod shell;
+mod test;
+mod tidy;
 mod web;
+mod workspace;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+use std::net::SocketAddr;
 use std::process::ExitCode;
 
 /// Tasks of the Jostle workspace.
@@ -20,17 +26,38 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Build everything, serve it and open the page
+    Play {
+        /// Where to serve; 0.0.0.0:8080 lets others on your network join
+        #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8080")]
+        listen: SocketAddr,
+        /// Do not open a browser
+        #[arg(long)]
+        no_open: bool,
+    },
+    /// Check everything that continuous integration checks
+    Test {
+        /// Leave the browser tests out
+        #[arg(long)]
+        quick: bool,
+    },
     /// Build the web client into client-web/dist
     Web {
         /// Compile in seconds instead of minutes; the result is larger and slower
         #[arg(long)]
         dev: bool,
     },
+    /// Check the habits of the code base: links, arrows between crates, file sizes
+    Tidy,
+    /// Open a page once its server answers
+    #[command(hide = true)]
+    OpenWhenReady { link: String, address: SocketAddr },
 }
 
 fn main() -> ExitCode {
     match run(Arguments::parse().task) {
-        Ok(code) => code,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("xtask: {error:#}");
             ExitCode::FAILURE
@@ -38,9 +65,14 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(task: Task) -> Result<ExitCode> {
+/// Whether all went well; what did not has been said already.
+fn run(task: Task) -> Result<bool> {
     match task {
+        Task::Play { listen, no_open } => play::play(listen, !no_open)?,
+        Task::Test { quick } => return Ok(test::test(quick)),
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
+        Task::Tidy => tidy::tidy()?,
+        Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(true)
 }

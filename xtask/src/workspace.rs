@@ -1,0 +1,52 @@
+//! What cargo knows of the workspace's own crates.
+
+use crate::shell::{cargo, output_of};
+use anyhow::{Context, Result};
+use serde::Deserialize;
+
+/// A crate of the workspace.
+#[derive(Deserialize)]
+pub struct Package {
+    /// As in its manifest.
+    pub name: String,
+    /// All kinds: normal, development and build.
+    pub dependencies: Vec<Dependency>,
+    /// Libraries, programs, integration tests.
+    pub targets: Vec<Target>,
+}
+
+/// A dependency as declared.
+#[derive(Deserialize)]
+pub struct Dependency {
+    /// Name of the crate depended on.
+    pub name: String,
+}
+
+/// Something that cargo builds.
+#[derive(Deserialize)]
+pub struct Target {
+    /// What `--test` or `--bin` is given.
+    pub name: String,
+    /// `lib`, `bin`, `test` and so on.
+    pub kind: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Metadata {
+    packages: Vec<Package>,
+}
+
+/// The workspace's crates, without what they depend on.
+pub fn packages() -> Result<Vec<Package>> {
+    let text = output_of(&mut cargo(&["metadata", "--no-deps", "--format-version", "1"]))?;
+    let metadata: Metadata = serde_json::from_str(&text).context("cargo metadata")?;
+    Ok(metadata.packages)
+}
+
+impl Package {
+    /// Names of its integration tests.
+    pub fn test_names(&self) -> impl Iterator<Item = &str> {
+        let tests = self.targets.iter().filter(|target| target.kind.iter().any(|k| k == "test"));
+        tests.map(|target| target.name.as_str())
+    }
+}
