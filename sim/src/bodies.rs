@@ -3,6 +3,7 @@
 //! A slot is reused after a removal; its generation then differs. All loops go over slots in
 //! ascending order, so nothing depends on the order of creation but the slots themselves.
 
+use crate::pairs::REACH_MIN;
 use crate::shape::{Aabb, Shape};
 use crate::world::{BodyDef, BodyId, GROUPS_MAX, Motion};
 use glam::Vec2;
@@ -24,6 +25,10 @@ pub(crate) struct Bodies {
     pub inverse_mass: Vec<f32>,
     /// How far the last step's impulses may be trusted as a start for the next: see `relaxation`.
     pub calm: Vec<f32>,
+    /// How far from a body its step looks for others, world units: see `pairs`.
+    pub reach: Vec<f32>,
+    /// How often the solver moved a body; only compared for change, no state.
+    pub moves: Vec<u32>,
     pub gravity_scale: Vec<f32>,
     pub material: Vec<Material>,
     pub motion: Vec<Motion>,
@@ -49,6 +54,7 @@ impl Bodies {
             Motion::Static | Motion::Kinematic => 0.0,
         };
         self.calm[index] = 1.0;
+        self.reach[index] = REACH_MIN;
         self.gravity_scale[index] = def.gravity_scale;
         self.material[index] = Material { restitution: def.restitution, friction: def.friction };
         self.motion[index] = def.motion;
@@ -69,6 +75,8 @@ impl Bodies {
         self.velocity.push(Vec2::ZERO);
         self.inverse_mass.push(0.0);
         self.calm.push(1.0);
+        self.reach.push(REACH_MIN);
+        self.moves.push(0);
         self.gravity_scale.push(0.0);
         self.material.push(Material { restitution: 0.0, friction: 0.0 });
         self.motion.push(Motion::Static);
@@ -112,6 +120,15 @@ impl Bodies {
 
     pub fn count(&self) -> usize {
         self.alive.len() - self.free.len()
+    }
+
+    /// Moves a body and counts it; a shift by nothing, as of a body with infinite mass, is none.
+    #[inline]
+    pub fn shift(&mut self, slot: usize, shift: Vec2) {
+        if shift != Vec2::ZERO {
+            self.center[slot] += shift;
+            self.moves[slot] = self.moves[slot].wrapping_add(1);
+        }
     }
 
     /// The box around a body, grown by `margin` on every side.

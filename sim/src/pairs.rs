@@ -7,15 +7,15 @@
 //! the result.
 
 use crate::bodies::Bodies;
+use crate::contact;
 use crate::math::{max, ordered_bits};
 use crate::shape::Aabb;
 use crate::world::GROUPS_MAX;
-use crate::{DT, contact};
 use glam::Vec2;
 
-/// A pair takes part in a step if its boxes are closer than this when the step's passes begin,
-/// world units: room for what the passes themselves push together.
-pub(crate) const REACH: f32 = 0.25;
+/// Reach of a body at rest, world units. A pair takes part in a step if its boxes are closer than
+/// the two reaches when the step's passes begin: room for what the passes push together.
+pub(crate) const REACH_MIN: f32 = 0.125;
 
 /// Smallest growth of a box in the list, world units.
 const MARGIN: f32 = 0.4;
@@ -84,8 +84,9 @@ impl PairList {
     /// Whether a body's reach left the box for which the list is complete.
     fn outgrown(&self, bodies: &Bodies) -> bool {
         bodies.moving.iter().any(|&slot| {
-            let reach = bodies.bounds(slot as usize, REACH);
-            let fat = &self.fat[slot as usize];
+            let slot = slot as usize;
+            let reach = bodies.bounds(slot, bodies.reach[slot]);
+            let fat = &self.fat[slot];
             !(fat.contains(reach.low) && fat.contains(reach.high))
         })
     }
@@ -106,8 +107,8 @@ impl PairList {
         self.fat.resize(bodies.alive.len(), nowhere);
         for slot in bodies.slots() {
             let slot = slot as usize;
-            let speed = bodies.velocity[slot].length();
-            self.fat[slot] = bodies.bounds(slot, REACH + max(MARGIN, 3.0 * DT * speed));
+            let reach = bodies.reach[slot];
+            self.fat[slot] = bodies.bounds(slot, reach + max(MARGIN, 2.0 * reach));
         }
     }
 
@@ -167,14 +168,15 @@ impl PairList {
     }
 }
 
-/// Whether two bodies are within [`REACH`] of each other: the exact test that the list serves.
+/// Whether two bodies are within reach of each other: the exact test that the list serves.
 #[inline]
-pub(crate) fn near(bodies: &Bodies, pair: &Pair) -> bool {
-    let (a, b) = (pair.a as usize, pair.b as usize);
+pub(crate) fn near(bodies: &Bodies, a: u32, b: u32) -> bool {
+    let (a, b) = (a as usize, b as usize);
     let gap = (bodies.center[b] - bodies.center[a]).abs()
         - bodies.shape[a].half_extent()
         - bodies.shape[b].half_extent();
-    gap.x < REACH && gap.y < REACH
+    let reach = bodies.reach[a] + bodies.reach[b];
+    gap.x < reach && gap.y < reach
 }
 
 /// The overlap of a pair where its bodies are now.

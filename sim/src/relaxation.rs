@@ -62,14 +62,24 @@ pub(crate) struct Row {
     pub b: u32,
     /// Place in the pair list.
     pair: u32,
-    /// Largest closing speed met so far in this step, units/s; not negative.
-    pub closing: f32,
+    /// Values of [`Bodies::moves`] for which `normal` and `depth` hold.
+    seen_a: u32,
+    seen_b: u32,
+    /// Inverse masses of the two.
+    weight_a: f32,
+    weight_b: f32,
+    /// Effective mass: 1 / (sum of the inverse masses).
+    mass: f32,
     /// Coulomb coefficient of the pair: geometric mean.
     friction: f32,
     /// Restitution of the pair: the smaller one.
     restitution: f32,
     /// Normal of the last contact or, before it, of the warm start; from a to b.
     normal: Vec2,
+    /// Overlap, world units; 0 while the two are apart.
+    depth: f32,
+    /// Largest closing speed met so far in this step, units/s; not negative.
+    pub closing: f32,
     /// Normal impulse that holds the pair apart; can be taken back down to 0.
     holding: f32,
     /// Normal impulse spent on bounces; final.
@@ -95,7 +105,9 @@ pub(crate) fn warm_start(bodies: &mut Bodies, pairs: &mut [Pair]) {
         pair.warm_normal = contact.normal;
         let impulse =
             contact.normal * pair.normal_impulse + contact.normal.perp() * pair.tangent_impulse;
-        push(bodies, pair.a, pair.b, impulse);
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        bodies.velocity[a] -= impulse * bodies.inverse_mass[a];
+        bodies.velocity[b] += impulse * bodies.inverse_mass[b];
     }
 }
 
@@ -103,22 +115,79 @@ pub(crate) fn warm_start(bodies: &mut Bodies, pairs: &mut [Pair]) {
 pub(crate) fn gather(bodies: &Bodies, pairs: &[Pair], rows: &mut Vec<Row>) {
     rows.clear();
     for (place, pair) in (0u32..).zip(pairs) {
-        if !near(bodies, pair) {
-            continue;
+        if near(bodies, pair.a, pair.b) {
+            rows.push(Row::new(bodies, pair, place));
         }
-        let (a, b) = (bodies.material[pair.a as usize], bodies.material[pair.b as usize]);
-        rows.push(Row {
+    }
+}
+
+impl Row {
+    fn new(bodies: &Bodies, pair: &Pair, place: u32) -> Row {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
+        let (weight_a, weight_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
+        let mut row = Row {
             a: pair.a,
             b: pair.b,
             pair: place,
-            closing: 0.0,
-            friction: (a.friction * b.friction).sqrt(),
-            restitution: min(a.restitution, b.restitution),
+            seen_a: 0,
+            seen_b: 0,
+            weight_a,
+            weight_b,
+            mass: 1.0 / (weight_a + weight_b),
+            friction: (material_a.friction * material_b.friction).sqrt(),
+            restitution: min(material_a.restitution, material_b.restitution),
             normal: pair.warm_normal,
+            depth: 0.0,
+            closing: 0.0,
             holding: pair.normal_impulse,
             bounced: 0.0,
             tangent: pair.tangent_impulse,
-        });
+        };
+        row.look(bodies);
+        row
+    }
+
+    /// Finds the contact where the bodies are now.
+    #[inline]
+    fn look(&mut self, bodies: &Bodies) {
+        self.seen_a = bodies.moves[self.a as usize];
+        self.seen_b = bodies.moves[self.b as usize];
+        self.depth = 0.0;
+        if let Some(contact) = overlap(bodies, self.a, self.b) {
+            self.normal = contact.normal;
+            self.depth = contact.depth;
+        }
+    }
+
+    /// The same, unless neither body was moved since the last look: the contact is a pure function
+    /// of the two places, and in a settled pile nothing moves.
+    #[inline]
+    fn look_again(&mut self, bodies: &Bodies) {
+        let moved_a = bodies.moves[self.a as usize] != self.seen_a;
+        let moved_b = bodies.moves[self.b as usize] != self.seen_b;
+        if moved_a || moved_b {
+            self.look(bodies);
+        }
+    }
+
+    /// The contact at the end of the step, if the two overlap.
+    pub fn contact(&mut self, bodies: &Bodies) -> Option<Contact> {
+        self.look_again(bodies);
+        (self.depth > 0.0).then_some(Contact { normal: self.normal, depth: self.depth })
+    }
+
+    /// Velocity of b relative to a.
+    #[inline]
+    fn relative_velocity(&self, bodies: &Bodies) -> Vec2 {
+        bodies.velocity[self.b as usize] - bodies.velocity[self.a as usize]
+    }
+
+    /// Applies an impulse to b and its opposite to a.
+    #[inline]
+    fn push(&self, bodies: &mut Bodies, impulse: Vec2) {
+        bodies.velocity[self.a as usize] -= impulse * self.weight_a;
+        bodies.velocity[self.b as usize] += impulse * self.weight_b;
     }
 }
 
@@ -139,99 +208,77 @@ pub(crate) fn relax(bodies: &mut Bodies, rows: &mut [Row], settings: &Relaxation
 /// One pair in one pass; whether it changed anything worth another pass.
 #[inline]
 fn relax_row(bodies: &mut Bodies, row: &mut Row, settings: &Relaxation) -> bool {
-    let Some(contact) = overlap(bodies, row.a, row.b) else {
-        return row.holding > 0.0 && release(bodies, row);
-    };
-    row.normal = contact.normal;
-    let inverse_mass = bodies.inverse_mass[row.a as usize] + bodies.inverse_mass[row.b as usize];
-    let changed_normal = push_apart(bodies, row, inverse_mass, settings.bounce_threshold);
-    let changed_tangent = rub(bodies, row, inverse_mass);
-    let changed_place = project(bodies, row, contact, inverse_mass, settings);
-    changed_normal || changed_tangent || changed_place
-}
-
-/// Velocity of b relative to a.
-#[inline]
-fn relative_velocity(bodies: &Bodies, row: &Row) -> Vec2 {
-    bodies.velocity[row.b as usize] - bodies.velocity[row.a as usize]
-}
-
-/// Applies an impulse to b and its opposite to a.
-#[inline]
-fn push(bodies: &mut Bodies, a: u32, b: u32, impulse: Vec2) {
-    let (a, b) = (a as usize, b as usize);
-    bodies.velocity[a] -= impulse * bodies.inverse_mass[a];
-    bodies.velocity[b] += impulse * bodies.inverse_mass[b];
+    row.look_again(bodies);
+    if row.depth > 0.0 {
+        let changed_normal = push_apart(bodies, row, settings.bounce_threshold);
+        let changed_tangent = rub(bodies, row);
+        let changed_place = project(bodies, row, settings);
+        changed_normal | changed_tangent | changed_place
+    } else {
+        row.holding > 0.0 && release(bodies, row)
+    }
 }
 
 /// The normal impulse (row A2.21): a bounce above the threshold, else what stops the approach,
 /// accumulated so that later passes may take back what turned out too much (C16).
 #[inline]
-fn push_apart(bodies: &mut Bodies, row: &mut Row, inverse_mass: f32, threshold: f32) -> bool {
-    let speed = relative_velocity(bodies, row).dot(row.normal);
+fn push_apart(bodies: &mut Bodies, row: &mut Row, threshold: f32) -> bool {
+    let speed = row.relative_velocity(bodies).dot(row.normal);
     row.closing = max(row.closing, -speed);
     if -speed > threshold && row.restitution > 0.0 {
-        let impulse = -(1.0 + row.restitution) * speed / inverse_mass;
+        let impulse = -(1.0 + row.restitution) * speed * row.mass;
         row.bounced += row.holding + impulse;
         row.holding = 0.0;
-        push(bodies, row.a, row.b, row.normal * impulse);
+        row.push(bodies, row.normal * impulse);
         return true;
     }
-    let wanted = row.holding - speed / inverse_mass;
+    let wanted = row.holding - speed * row.mass;
     let holding = if wanted > 0.0 { wanted } else { 0.0 };
     let change = holding - row.holding;
     row.holding = holding;
-    push(bodies, row.a, row.b, row.normal * change);
-    change.abs() * inverse_mass > SPEED_TOLERANCE
+    row.push(bodies, row.normal * change);
+    change.abs() > SPEED_TOLERANCE * row.mass
 }
 
 /// Coulomb friction on the relative tangential velocity, limited by the pair's whole normal
 /// impulse in this step (C08 to C14).
 #[inline]
-fn rub(bodies: &mut Bodies, row: &mut Row, inverse_mass: f32) -> bool {
+fn rub(bodies: &mut Bodies, row: &mut Row) -> bool {
     let limit = row.friction * (row.holding + row.bounced);
     if limit <= 0.0 && row.tangent == 0.0 {
         return false;
     }
     let along = row.normal.perp();
-    let slide = relative_velocity(bodies, row).dot(along);
-    let tangent = clamp(row.tangent - slide / inverse_mass, -limit, limit);
+    let slide = row.relative_velocity(bodies).dot(along);
+    let tangent = clamp(row.tangent - slide * row.mass, -limit, limit);
     let change = tangent - row.tangent;
     row.tangent = tangent;
-    push(bodies, row.a, row.b, along * change);
-    change.abs() * inverse_mass > SPEED_TOLERANCE
+    row.push(bodies, along * change);
+    change.abs() > SPEED_TOLERANCE * row.mass
 }
 
 /// Positional correction (row A2.19): both move by their share of the overlap beyond the slop.
 #[inline]
-fn project(
-    bodies: &mut Bodies,
-    row: &Row,
-    contact: Contact,
-    inverse_mass: f32,
-    settings: &Relaxation,
-) -> bool {
-    let excess = contact.depth - settings.slop;
-    if excess <= 0.0 {
+fn project(bodies: &mut Bodies, row: &Row, settings: &Relaxation) -> bool {
+    let excess = row.depth - settings.slop;
+    if excess <= DEPTH_TOLERANCE {
         return false;
     }
-    let (a, b) = (row.a as usize, row.b as usize);
-    let shift = contact.normal * (excess * settings.correction / inverse_mass);
-    bodies.center[a] -= shift * bodies.inverse_mass[a];
-    bodies.center[b] += shift * bodies.inverse_mass[b];
-    excess > DEPTH_TOLERANCE
+    let shift = row.normal * (excess * settings.correction * row.mass);
+    bodies.shift(row.a as usize, shift * -row.weight_a);
+    bodies.shift(row.b as usize, shift * row.weight_b);
+    true
 }
 
 /// A pair that was held but came apart: the part of its impulse that drives it apart was too much
 /// and is taken back, and the friction that went with it.
 #[inline]
 fn release(bodies: &mut Bodies, row: &mut Row) -> bool {
-    if relative_velocity(bodies, row).dot(row.normal) <= 0.0 {
+    if row.relative_velocity(bodies).dot(row.normal) <= 0.0 {
         return false;
     }
-    let inverse_mass = bodies.inverse_mass[row.a as usize] + bodies.inverse_mass[row.b as usize];
-    let changed_normal = push_apart(bodies, row, inverse_mass, f32::INFINITY);
-    rub(bodies, row, inverse_mass) || changed_normal
+    let changed_normal = push_apart(bodies, row, f32::INFINITY);
+    rub(bodies, row) | changed_normal
 }
 
 /// Keeps the resting impulses of the rows for the next step's warm start.

@@ -5,7 +5,7 @@ use crate::bodies::Bodies;
 use crate::contact::Contact;
 use crate::hash::StateHasher;
 use crate::math::clamp_length;
-use crate::pairs::{Filter, PairList, overlap};
+use crate::pairs::{Filter, PairList, REACH_MIN};
 use crate::particle::{EmitterDef, Obstacle, Particles, Recipe, quantise};
 use crate::relaxation::{self, Relaxation, Row};
 use crate::shape::{Aabb, Shape};
@@ -338,10 +338,18 @@ impl World {
 
     /// Symplectic Euler, second half: positions from the new velocities.
     fn travel(&mut self) {
-        let Bodies { moving, velocity, center, .. } = &mut self.bodies;
+        let Bodies { moving, velocity, center, reach, .. } = &mut self.bodies;
         for &slot in moving.iter() {
-            center[slot as usize] += velocity[slot as usize] * DT;
+            let path = velocity[slot as usize] * DT;
+            center[slot as usize] += path;
+            reach[slot as usize] = REACH_MIN + path.length();
         }
+    }
+
+    pub(crate) fn refresh_pairs(&mut self) {
+        let filter =
+            Filter { meets: &self.settings.meets, immovable: self.settings.relaxation.is_none() };
+        self.pairs.refresh(&self.bodies, filter);
     }
 
     fn judge_calmness(&mut self) {
@@ -358,8 +366,8 @@ impl World {
         std::mem::swap(&mut self.touches, &mut self.touches_before);
         self.touches.clear();
         let mut before = self.touches_before.iter().peekable();
-        for row in &self.rows {
-            let Some(contact) = overlap(&self.bodies, row.a, row.b) else { continue };
+        for row in &mut self.rows {
+            let Some(contact) = row.contact(&self.bodies) else { continue };
             let (a, b) = (self.bodies.id(row.a), self.bodies.id(row.b));
             while before.next_if(|old| (old.a.index, old.b.index) < (row.a, row.b)).is_some() {}
             let began = before.next_if(|old| (old.a, old.b) == (a, b)).is_none();
@@ -459,6 +467,21 @@ impl World {
         }
         self.particles.hash(&mut hasher);
         hasher.finish()
+    }
+}
+
+#[cfg(test)]
+impl World {
+    pub(crate) fn body_arrays(&self) -> &Bodies {
+        &self.bodies
+    }
+
+    pub(crate) fn pair_list(&self) -> &PairList {
+        &self.pairs
+    }
+
+    pub(crate) fn invalidate_pairs(&mut self) {
+        self.pairs.invalidate();
     }
 }
 
