@@ -5,11 +5,9 @@ mod input_queue;
 mod member;
 
 use history::History;
-use jostle_protocol::limits::{
-    BODIES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX, SCENE_NAME_BYTES_MAX,
-};
+use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot};
-use jostle_sim::{Game, Input, SEATS_MAX, Scene, Seat};
+use jostle_sim::{Game, Input, Scene, Seat};
 use member::{Member, Members};
 use std::sync::Arc;
 
@@ -56,18 +54,13 @@ pub struct Welcome {
 }
 
 impl Room {
-    /// An empty room at tick 0. `code` is the word in its link. Panics if the code or a limit of
-    /// the scene is past what the protocol can carry.
+    /// An empty room at tick 0. `code` is the word in its link. Panics if it is longer than
+    /// `ROOM_CODE_BYTES_MAX`.
     pub fn new(code: &str, scene: Arc<Scene>, seed: u64) -> Room {
         assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
-        assert!(scene.name.len() <= SCENE_NAME_BYTES_MAX, "name {:?} is too long", scene.name);
-        assert!(scene.source.len() <= SCENE_BYTES_MAX, "scene {} is too long", scene.name);
-        assert!(scene.bodies_max <= BODIES_MAX, "scene {} has too many bodies", scene.name);
-        let seats = usize::from(scene.players_max);
-        assert!(seats <= SEATS_MAX, "scene {} has too many players", scene.name);
+        let members = Members::new(usize::from(scene.players_max));
         let game = Game::new(scene, seed);
         let history = History::new(Snapshot::capture(&game, Vec::new()));
-        let members = Members::new(seats);
         Room { code: code.to_owned(), game, members, changes: Vec::new(), history }
     }
 
