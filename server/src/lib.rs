@@ -1,1 +1,65 @@
-//! The server as a library, so that tests can run it.
+//! The host: sockets, sessions, the ticker (the only clock), files and the command line. It holds no
+//! game rules, and lets no client and no room delay another.
+//!
+//! A socket's way: [`listen`] accepts and counts it, [`http`] answers or upgrades it, [`session`]
+//! plays it. A session meets its room at two bounded places only: the inbox that it fills and the
+//! [`outbox`] that it empties. [`ticker`] is the room's thread between them; [`rooms`] lists them.
+
+pub mod assets;
+pub mod cli;
+pub mod http;
+pub mod limits;
+pub mod listen;
+pub mod outbox;
+pub mod peers;
+pub mod rate;
+pub mod rooms;
+pub mod schedule;
+pub mod session;
+pub mod ticker;
+
+pub use listen::run;
+
+use jostle_sim::Scene;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::watch;
+
+/// What a server is started with.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Scenes on offer, at most [`limits::SCENES_MAX`], each name once.
+    pub scenes: Vec<Scene>,
+    /// How long a room stays open with nobody in it.
+    pub room_empty_grace: Duration,
+}
+
+impl Default for Config {
+    /// The built-in scenes.
+    fn default() -> Config {
+        Config { scenes: Scene::built_in(), room_empty_grace: limits::ROOM_EMPTY_GRACE }
+    }
+}
+
+/// How far the server is with its own end. It only moves forward.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Sockets are accepted.
+    Running,
+    /// Players are told.
+    Draining,
+    /// Sockets are closed.
+    Closing,
+}
+
+/// What every connection needs.
+pub struct App {
+    /// Open rooms.
+    pub rooms: Arc<rooms::Rooms>,
+    /// TCP connections.
+    pub connections: Arc<peers::Peers>,
+    /// Game sockets.
+    pub sessions: Arc<peers::Peers>,
+    /// Whether the server is closing.
+    pub phase: watch::Receiver<Phase>,
+}

@@ -1,2 +1,7 @@
-//! Jostle, the host.
-fn main() {}
+//! `jostle`: the command line. Everything it does is in the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    jostle_server::cli::main()
+}

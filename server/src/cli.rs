@@ -1,0 +1,120 @@
+//! The command line: what is asked for, and how it ends. Exit status 0 done, 1 a check failed, 2 bad
+//! usage; errors are one line on stderr.
+
+mod inputs;
+mod plan;
+mod run;
+mod scene;
+mod serve;
+mod trace;
+
+use clap::{Parser, Subcommand};
+use jostle_sim::Scene;
+use std::fmt::Display;
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use tracing_subscriber::EnvFilter;
+
+/// A multiplayer physics playground.
+#[derive(Parser)]
+#[command(name = "jostle", version, arg_required_else_help = true)]
+struct Arguments {
+    /// What to log on stderr: error, warn, info, debug, trace, or a filter like
+    /// `info,jostle_server=debug`. [default: RUST_LOG, else info for `serve` and warn otherwise]
+    #[arg(long, global = true, value_name = "FILTER")]
+    log: Option<String>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Serve(serve::Serve),
+    Run(run::Run),
+    #[command(subcommand)]
+    Scene(scene::SceneCommand),
+}
+
+/// Why a command ended without success.
+#[derive(Debug)]
+enum Failure {
+    /// Something was checked and is wrong, or did not work: status 1.
+    Check(String),
+    /// The command line asks for something that is not there: status 2.
+    Usage(String),
+}
+
+/// Runs the command that the process was started with.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if let Err(failure) = start_log(&arguments) {
+        return fail(failure);
+    }
+    let done = match arguments.command {
+        Command::Serve(serve) => serve.run(),
+        Command::Run(run) => run.run(),
+        Command::Scene(scene) => scene.run(),
+    };
+    done.map_or_else(fail, |()| ExitCode::SUCCESS)
+}
+
+fn fail(failure: Failure) -> ExitCode {
+    let (text, status) = match failure {
+        Failure::Check(text) => (text, 1),
+        Failure::Usage(text) => (text, 2),
+    };
+    eprintln!("error: {text}");
+    ExitCode::from(status)
+}
+
+fn start_log(arguments: &Arguments) -> Result<(), Failure> {
+    let named = arguments.log.clone().or_else(|| std::env::var("RUST_LOG").ok());
+    let usual = if matches!(arguments.command, Command::Serve(_)) { "info" } else { "warn" };
+    let filter = EnvFilter::try_new(named.as_deref().unwrap_or(usual))
+        .map_err(|error| Failure::Usage(format!("--log: {error}")))?;
+    let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_target(false);
+    log.with_ansi(color).with_writer(std::io::stderr).init();
+    Ok(())
+}
+
+/// Prints a line. A closed stdout is a failure and no panic.
+fn say(line: impl Display) -> Result<(), Failure> {
+    writeln!(std::io::stdout(), "{line}")
+        .map_err(|error| Failure::Check(format!("stdout: {error}")))
+}
+
+/// The scene that SCENE means: a built-in name, or a path to a TOML file.
+fn scene_named(name: &str) -> Result<Scene, Failure> {
+    let mut scenes = Scene::built_in();
+    if let Some(index) = scenes.iter().position(|scene| scene.name == name) {
+        return Ok(scenes.swap_remove(index));
+    }
+    if !Path::new(name).exists() {
+        let names: Vec<_> = scenes.iter().map(|scene| scene.name.as_str()).collect();
+        let allowed = names.join(", ");
+        let text = format!("scene: found {name:?}; allowed: {allowed}, or the path of a TOML file");
+        return Err(Failure::Usage(text));
+    }
+    scene_file(Path::new(name))
+}
+
+/// Reads and checks a scene file.
+fn scene_file(path: &Path) -> Result<Scene, Failure> {
+    let file = path.display().to_string();
+    let source = std::fs::read_to_string(path)
+        .map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
+    Scene::parse(&file, &source).map_err(|error| Failure::Check(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,111 @@
+//! `jostle serve`: the scenes, the port, the signals.
+
+use super::{Failure, say, scene_file};
+use crate::{Config, limits, run};
+use jostle_sim::Scene;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use tokio::net::TcpListener;
+
+/// Serve the page and the rooms until SIGTERM or ctrl-c.
+///
+/// Prints one line with the address to open. On SIGTERM or ctrl-c players are told, sockets close
+/// with code 1001, and the status is 0.
+#[derive(clap::Args)]
+pub struct Serve {
+    /// Address and port for the page and the sockets; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    listen: SocketAddr,
+    /// Directory with more scenes (*.toml); one with a built-in name replaces that one
+    #[arg(long, value_name = "DIR")]
+    scenes: Option<PathBuf>,
+}
+
+impl Serve {
+    /// Serves until a signal.
+    pub fn run(self) -> Result<(), Failure> {
+        let mut config = Config::default();
+        if let Some(dir) = &self.scenes {
+            add_scenes(&mut config.scenes, dir)?;
+        }
+        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+        let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
+        let served = runtime.block_on(serve(self.listen, config));
+        // Whatever did not end in time has been logged, and ends with the process.
+        runtime.shutdown_background();
+        served
+    }
+}
+
+async fn serve(listen: SocketAddr, config: Config) -> Result<(), Failure> {
+    let failed = |error| Failure::Check(format!("--listen {listen}: {error}"));
+    let stop = stop_signal().map_err(|error| Failure::Check(format!("signals: {error}")))?;
+    let listener = TcpListener::bind(listen).await.map_err(failed)?;
+    let bound = listener.local_addr().map_err(failed)?;
+    say(format_args!("Jostle is at {}", url(bound)))?;
+    run(listener, config, stop).await.map_err(|error| Failure::Check(error.to_string()))
+}
+
+/// An address that works in a browser on this machine.
+fn url(bound: SocketAddr) -> String {
+    let shown = match bound.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
+        IpAddr::V6(ip) if ip.is_unspecified() => IpAddr::V6(Ipv6Addr::LOCALHOST),
+        ip => ip,
+    };
+    format!("http://{}/", SocketAddr::new(shown, bound.port()))
+}
+
+/// Listens from now on, so that no signal between here and the first await is lost.
+#[cfg(unix)]
+fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    Ok(async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+    })
+}
+
+#[cfg(not(unix))]
+fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
+    Ok(async {
+        // Without a handler there is nothing to wait for; the process can still be killed.
+        if tokio::signal::ctrl_c().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    })
+}
+
+/// Adds the scenes of a directory in the order of their names.
+fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path) -> Result<(), Failure> {
+    for path in scene_paths(dir)? {
+        let scene = scene_file(&path)?;
+        match scenes.iter_mut().find(|known| known.name == scene.name) {
+            Some(known) => *known = scene,
+            None => scenes.push(scene),
+        }
+    }
+    if scenes.len() > limits::SCENES_MAX {
+        let (found, allowed) = (scenes.len(), limits::SCENES_MAX);
+        let text = format!("{}: scenes: found {found} in all; allowed: {allowed}", dir.display());
+        return Err(Failure::Check(text));
+    }
+    Ok(())
+}
+
+fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let failed = |error| Failure::Usage(format!("--scenes {}: {error}", dir.display()));
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(dir).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}

@@ -1,0 +1,89 @@
+//! Limits of the host. Past each of them one peer gets a named answer and nobody else notices.
+//! Limits on what a message may hold are in [`jostle_protocol::limits`].
+
+use std::time::Duration;
+
+// Sockets.
+
+/// TCP connections at a time; one more is closed at once.
+pub const CONNECTIONS_MAX: usize = 4096;
+/// TCP connections of one address at a time (IPv6: of one /64). A school behind one address loads
+/// the page over some six connections a browser, and plays over one.
+pub const ADDRESS_CONNECTIONS_MAX: usize = 512;
+/// Game sockets of one address at a time; one more is told `TooManySockets`.
+pub const ADDRESS_SESSIONS_MAX: usize = 128;
+/// Wait after the listener failed to accept, so that a lack of descriptors does not spin.
+pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
+/// Bytes that the kernel may hold for one socket. What it holds can no longer be replaced by a newer
+/// snapshot, so it is the staleness of a slow reader; it also bounds the bytes in flight, so it must
+/// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
+pub const SEND_BUFFER_BYTES: usize = 64 << 10;
+
+// HTTP.
+
+/// Time to send the head of a request, and to idle between two requests.
+pub const HTTP_HEAD_WAIT: Duration = Duration::from_secs(10);
+/// Headers of a request.
+pub const HTTP_HEADERS_MAX: usize = 64;
+/// Bytes buffered of a request's head.
+pub const HTTP_BUFFER_BYTES_MAX: usize = 16 << 10;
+/// Bytes of a request's body.
+pub const HTTP_BODY_BYTES_MAX: usize = 1 << 10;
+/// Time to send a request's body.
+pub const HTTP_BODY_WAIT: Duration = Duration::from_secs(5);
+/// Life of a connection that serves files; long enough for the page on a slow phone.
+pub const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
+
+// Sessions.
+
+/// Time from the upgrade to a valid hello.
+pub const HELLO_WAIT: Duration = Duration::from_secs(5);
+/// Messages a second in the long run; a page sends 60 inputs and a few pings.
+pub const MESSAGES_PER_SECOND_MAX: u32 = 120;
+/// Messages at once: what an honest client has sent after a network stall of four seconds.
+pub const MESSAGES_BURST_MAX: u32 = 240;
+/// Decoded messages that wait for the room. Twice the burst, so only a room that stands still for
+/// seconds can fill it.
+pub const INBOX_MAX: usize = 512;
+/// Control messages that wait for the socket; pongs past it are dropped.
+pub const OUTBOX_CONTROL_MAX: usize = 16;
+/// Time between two WebSocket pings.
+pub const KEEPALIVE_EVERY: Duration = Duration::from_secs(10);
+/// Silence (not even a pong) after which a session is closed.
+pub const SILENCE_MAX: Duration = Duration::from_secs(30);
+/// Time in which a peer must take one message off our hands.
+pub const STALL_MAX: Duration = Duration::from_secs(20);
+/// Time for the last message, the close frame, and the peer's own closing.
+pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
+/// Bytes read and thrown away while a socket closes, so that a reset does not eat our last message.
+pub const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
+/// Bytes read from a session's socket at a time.
+pub const READ_BUFFER_BYTES: usize = 4 << 10;
+
+// Rooms.
+
+/// Scenes that a server offers.
+pub const SCENES_MAX: usize = 64;
+/// Rooms that people created, at a time; the scenes' standing rooms do not count.
+pub const ROOMS_MAX: usize = 64;
+/// Rooms created from one address, at a time.
+pub const ADDRESS_ROOMS_MAX: usize = 8;
+/// Time for which a room stays open with nobody in it.
+pub const ROOM_EMPTY_GRACE: Duration = Duration::from_secs(120);
+/// Joins that wait for a room's next tick.
+pub const JOINS_WAITING_MAX: usize = 256;
+/// Ticks played in a row to catch up; what is due beyond them is skipped and counted as missed.
+pub const CATCH_UP_TICKS_MAX: u32 = 5;
+/// Time between two log lines about missed ticks of a room.
+pub const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
+
+// Closing.
+
+/// Time between telling the players and closing their sockets.
+pub const DRAIN_NOTICE: Duration = Duration::from_secs(2);
+/// Time after which the server ends even if sockets are left.
+pub const DRAIN_MAX: Duration = Duration::from_secs(3);
+
+const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
+const _: () = assert!(DRAIN_MAX.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
+const _: () = assert!(SILENCE_MAX.as_secs() > 2 * KEEPALIVE_EVERY.as_secs(), "a pong may get lost");

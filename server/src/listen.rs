@@ -1,0 +1,155 @@
+//! The port: accepts connections until it is told to stop, then drains them.
+
+use crate::http::{self, Upgrade};
+use crate::peers::{Peers, Permit};
+use crate::rooms::Rooms;
+use crate::{App, Config, Phase, limits, session};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use std::convert::Infallible;
+use std::io;
+use std::net::SocketAddr;
+use std::pin::pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{mpsc, watch};
+use tokio::time::{sleep, timeout};
+use tracing::{debug, info, warn};
+
+/// Serves until `shutdown` resolves, then tells the players, closes their sockets and returns
+/// within [`limits::DRAIN_NOTICE`] + 2 x [`limits::DRAIN_MAX`].
+pub async fn run(
+    listener: TcpListener,
+    config: Config,
+    shutdown: impl Future<Output = ()>,
+) -> io::Result<()> {
+    check(&config)?;
+    let (phase, followed) = watch::channel(Phase::Running);
+    let app = Arc::new(App {
+        rooms: Rooms::new(config, followed.clone()),
+        connections: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_CONNECTIONS_MAX),
+        sessions: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
+        phase: followed,
+    });
+    // Every connection holds a sender; when the last is dropped, nobody is connected.
+    let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
+    tokio::select! {
+        () = accept(&listener, &app, &alive) => {}
+        () = shutdown => {}
+    }
+    drop((listener, alive));
+    info!("draining");
+    phase.send_replace(Phase::Draining);
+    if timeout(limits::DRAIN_NOTICE, all_gone.recv()).await.is_err() {
+        phase.send_replace(Phase::Closing);
+        if timeout(limits::DRAIN_MAX, all_gone.recv()).await.is_err() {
+            warn!("some sockets did not close in time");
+        }
+    }
+    phase.send_replace(Phase::Closing);
+    let rooms = Arc::clone(&app.rooms);
+    let waited = tokio::task::spawn_blocking(move || rooms.wait());
+    if timeout(limits::DRAIN_MAX, waited).await.is_err() {
+        warn!("some rooms did not close in time");
+    }
+    info!("closed");
+    Ok(())
+}
+
+fn check(config: &Config) -> io::Result<()> {
+    let count = config.scenes.len();
+    if count > limits::SCENES_MAX {
+        let text = format!("{count} scenes; at most {} are allowed", limits::SCENES_MAX);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+    }
+    getrandom::u64().map(drop).map_err(io::Error::other)
+}
+
+async fn accept(listener: &TcpListener, app: &Arc<App>, alive: &mpsc::Sender<Infallible>) {
+    loop {
+        let (stream, peer) = match listener.accept().await {
+            Ok(accepted) => accepted,
+            Err(error) => {
+                warn!(%error, "cannot accept");
+                sleep(limits::ACCEPT_RETRY).await;
+                continue;
+            }
+        };
+        let Some(permit) = app.connections.admit(peer.ip()) else {
+            debug!(address = %peer.ip(), "too many connections");
+            continue;
+        };
+        let (app, alive) = (Arc::clone(app), alive.clone());
+        tokio::spawn(async move {
+            serve(stream, peer, permit, &app).await;
+            drop(alive);
+        });
+    }
+}
+
+/// One connection: HTTP first, then perhaps a session on the same socket.
+async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, app: &Arc<App>) {
+    if let Err(error) = tune(&stream) {
+        debug!(address = %peer.ip(), %error, "socket lost before it was served");
+        return;
+    }
+    let upgrade = match timeout(limits::HTTP_CONNECTION_MAX, speak_http(stream, peer, app)).await {
+        Ok(Some(upgrade)) => upgrade,
+        Ok(None) | Err(_) => return,
+    };
+    let Ok(connection) = upgrade.connection.await else {
+        return;
+    };
+    let parts = connection
+        .downcast::<TokioIo<TcpStream>>()
+        .expect("every connection is served on a TokioIo<TcpStream>");
+    let (stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
+    session::play(stream, read, &upgrade.code, peer.ip(), app).await;
+}
+
+/// Small messages go out at once, and little of what a newer snapshot would replace is buffered.
+fn tune(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    socket2::SockRef::from(stream).set_send_buffer_size(limits::SEND_BUFFER_BYTES)
+}
+
+async fn speak_http(stream: TcpStream, peer: SocketAddr, app: &Arc<App>) -> Option<Upgrade> {
+    let upgraded = Arc::new(Mutex::new(None));
+    let service = service_fn(|request| {
+        let (app, upgraded) = (Arc::clone(app), Arc::clone(&upgraded));
+        async move {
+            let (answer, upgrade) = http::answer(request, peer.ip(), &app).await;
+            if upgrade.is_some() {
+                *upgraded.lock().unwrap_or_else(PoisonError::into_inner) = upgrade;
+            }
+            Ok::<_, Infallible>(answer)
+        }
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(limits::HTTP_HEAD_WAIT)
+        .max_headers(limits::HTTP_HEADERS_MAX)
+        .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX)
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
+    let mut connection = pin!(connection);
+    let mut phase = app.phase.clone();
+    let served = tokio::select! {
+        served = connection.as_mut() => served,
+        () = draining(&mut phase) => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(error) = served {
+        debug!(address = %peer.ip(), %error, "connection ended");
+    }
+    upgraded.lock().unwrap_or_else(PoisonError::into_inner).take()
+}
+
+/// Resolves when the server begins to close.
+async fn draining(phase: &mut watch::Receiver<Phase>) {
+    // An error means that the server is gone, which is the same to a connection.
+    let _ = phase.wait_for(|phase| *phase != Phase::Running).await;
+}

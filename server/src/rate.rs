@@ -1,0 +1,55 @@
+//! A token bucket: so many a second in the long run, so many at once.
+
+use std::time::Instant;
+
+/// The bucket of one session. Time is passed in.
+#[derive(Debug)]
+pub struct TokenBucket {
+    per_second: f64,
+    burst: f64,
+    tokens: f64,
+    filled_at: Instant,
+}
+
+impl TokenBucket {
+    /// A full bucket.
+    pub fn new(per_second: u32, burst: u32, now: Instant) -> TokenBucket {
+        let burst = f64::from(burst);
+        TokenBucket { per_second: per_second.into(), burst, tokens: burst, filled_at: now }
+    }
+
+    /// Takes one token; `false` when none is left.
+    pub fn take(&mut self, now: Instant) -> bool {
+        let gained = now.saturating_duration_since(self.filled_at).as_secs_f64() * self.per_second;
+        self.tokens = (self.tokens + gained).min(self.burst);
+        self.filled_at = now;
+        let allowed = self.tokens >= 1.0;
+        if allowed {
+            self.tokens -= 1.0;
+        }
+        allowed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_burst_is_allowed_once_and_the_rate_for_good() {
+        let mut now = Instant::now();
+        let mut bucket = TokenBucket::new(120, 240, now);
+        assert_eq!((0..500).filter(|_| bucket.take(now)).count(), 240);
+        for _ in 0..1000 {
+            now += Duration::from_micros(8_334);
+            assert!(bucket.take(now), "120 a second");
+        }
+        let faster = (0..1000).filter(|_| {
+            now += Duration::from_millis(4);
+            bucket.take(now)
+        });
+        let allowed = faster.count();
+        assert!((470..=490).contains(&allowed), "250 a second: {allowed} of 1000 in 4 s");
+    }
+}

@@ -1,0 +1,284 @@
+//! One game socket from its upgrade to its end: the hello, then messages in and out until one side
+//! has enough. It decides nothing about the game; it passes inputs to the room's inbox and empties
+//! its outbox.
+
+use crate::limits;
+use crate::outbox::Outbox;
+use crate::rate::TokenBucket;
+use crate::rooms::{Facts, Rooms, random};
+use crate::ticker::{FromSession, Join};
+use crate::{App, Phase};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use jostle_protocol::limits::{CLIENT_MESSAGE_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, VERSION};
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::time::Instant;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::sync::watch;
+use tokio::time::{interval, timeout};
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+use tokio_tungstenite::tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
+use tracing::{debug, info};
+
+type Socket = WebSocketStream<TcpStream>;
+
+/// How a session ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    /// We end it, and say why.
+    Refused(Refusal),
+    /// The peer closed the socket, on purpose or not.
+    Gone,
+}
+
+/// Plays one session on an upgraded connection; `read` holds bytes that came with the upgrade.
+pub async fn play(stream: TcpStream, read: Vec<u8>, code: &str, address: IpAddr, app: &App) {
+    let config = Some(socket_config());
+    let mut socket = WebSocketStream::from_partially_read(stream, read, Role::Server, config).await;
+    let end = serve(&mut socket, code, address, app).await;
+    match end {
+        End::Refused(refusal) => info!(room = %code, %address, reason = ?refusal, "session ended"),
+        End::Gone => debug!(room = %code, %address, "socket closed by the peer"),
+    }
+    // A peer that does not read its last words does not get them.
+    let _ = timeout(limits::CLOSE_WAIT, close(socket, end)).await;
+}
+
+fn socket_config() -> WebSocketConfig {
+    // The write buffer takes one message, because each is flushed before the next, and a pong.
+    WebSocketConfig::default()
+        .max_message_size(Some(CLIENT_MESSAGE_BYTES_MAX))
+        .max_frame_size(Some(CLIENT_MESSAGE_BYTES_MAX))
+        .read_buffer_size(limits::READ_BUFFER_BYTES)
+        .write_buffer_size(0)
+        .max_write_buffer_size(SERVER_MESSAGE_BYTES_MAX + limits::READ_BUFFER_BYTES)
+}
+
+async fn serve(socket: &mut Socket, code: &str, address: IpAddr, app: &App) -> End {
+    let Some(_permit) = app.sessions.admit(address) else {
+        return End::Refused(Refusal::TooManySockets);
+    };
+    if *app.phase.borrow() != Phase::Running {
+        return End::Refused(Refusal::Closing);
+    }
+    if !app.rooms.knows(code) {
+        return End::Refused(Refusal::NoSuchRoom);
+    }
+    let mut phase = app.phase.clone();
+    let hello = tokio::select! {
+        hello = timeout(limits::HELLO_WAIT, hello(socket)) => hello,
+        _ = phase.wait_for(|phase| *phase != Phase::Running) => Ok(Err(End::Refused(Refusal::Closing))),
+    };
+    let (appearance, token) = match hello {
+        Ok(Ok(hello)) => hello,
+        Ok(Err(end)) => return end,
+        Err(_late) => return End::Refused(Refusal::BadHello),
+    };
+    match Seated::new(appearance, token, code, address, &app.rooms) {
+        Ok(seated) => seated.pump(socket, phase).await,
+        Err(refusal) => End::Refused(refusal),
+    }
+}
+
+/// The first message of a socket.
+async fn hello(socket: &mut Socket) -> Result<(Appearance, Option<u64>), End> {
+    loop {
+        let bytes = match socket.next().await {
+            Some(Ok(Message::Binary(bytes))) => bytes,
+            Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
+            Some(Ok(Message::Close(_))) | None => return Err(End::Gone),
+            Some(Err(error)) if is_lost(&error) => return Err(End::Gone),
+            Some(_) => return Err(End::Refused(Refusal::BadMessage)),
+        };
+        return match ClientMessage::decode(&bytes) {
+            Ok(ClientMessage::Hello { version, .. }) if version != VERSION => {
+                Err(End::Refused(Refusal::Version))
+            }
+            Ok(ClientMessage::Hello { appearance, token, .. }) => Ok((appearance, token)),
+            _ => Err(End::Refused(Refusal::BadHello)),
+        };
+    }
+}
+
+/// A session that a room was asked to seat.
+struct Seated {
+    facts: Arc<Facts>,
+    inbox: SyncSender<FromSession>,
+    outbox: Arc<Outbox>,
+}
+
+impl Seated {
+    fn new(
+        appearance: Appearance,
+        token: Option<u64>,
+        code: &str,
+        address: IpAddr,
+        rooms: &Arc<Rooms>,
+    ) -> Result<Seated, Refusal> {
+        let (sender, receiver) = sync_channel(limits::INBOX_MAX);
+        let outbox = Arc::new(Outbox::default());
+        let join = Join {
+            appearance,
+            token,
+            fresh_token: random(),
+            address,
+            inbox: receiver,
+            outbox: Arc::clone(&outbox),
+        };
+        let facts = rooms.join(code, join)?;
+        Ok(Seated { facts, inbox: sender, outbox })
+    }
+
+    /// Reads and writes at once until one side ends.
+    async fn pump(self, socket: &mut Socket, phase: watch::Receiver<Phase>) -> End {
+        let (sink, stream) = socket.split();
+        tokio::select! {
+            end = self.read(stream) => end,
+            end = self.write(sink) => end,
+            refusal = self.outbox.ended() => End::Refused(refusal),
+            end = self.follow(phase) => end,
+        }
+    }
+
+    async fn read(&self, mut stream: SplitStream<&mut Socket>) -> End {
+        let (rate, burst) = (limits::MESSAGES_PER_SECOND_MAX, limits::MESSAGES_BURST_MAX);
+        let mut bucket = TokenBucket::new(rate, burst, Instant::now());
+        loop {
+            let Ok(message) = timeout(limits::SILENCE_MAX, stream.next()).await else {
+                return End::Refused(Refusal::Silent);
+            };
+            if !bucket.take(Instant::now()) {
+                return End::Refused(Refusal::Flood);
+            }
+            let accepted = match message {
+                Some(Ok(Message::Binary(bytes))) => self.accept(&bytes),
+                Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
+                Some(Ok(Message::Close(frame))) => Err(self.leave(frame)),
+                Some(Err(error)) if is_lost(&error) => Err(End::Gone),
+                Some(Err(_) | Ok(_)) => Err(End::Refused(Refusal::BadMessage)),
+                None => Err(End::Gone),
+            };
+            if let Err(end) = accepted {
+                return end;
+            }
+        }
+    }
+
+    fn accept(&self, bytes: &[u8]) -> Result<(), End> {
+        match ClientMessage::decode(bytes) {
+            Ok(ClientMessage::Input { seq, input }) => {
+                self.pass_on(FromSession::Input { seq, input })
+            }
+            Ok(ClientMessage::Ping { stamp }) => {
+                let tick = self.facts.tick.load(Ordering::Relaxed);
+                self.outbox.control(ServerMessage::Pong { stamp, tick }.encode());
+                Ok(())
+            }
+            Ok(ClientMessage::Hello { .. }) | Err(_) => Err(End::Refused(Refusal::BadMessage)),
+        }
+    }
+
+    fn pass_on(&self, message: FromSession) -> Result<(), End> {
+        match self.inbox.try_send(message) {
+            Ok(()) => Ok(()),
+            Err(TrySendError::Full(_)) => Err(End::Refused(Refusal::Flood)),
+            // The room dropped this session; why is in the outbox, and `pump` sees it.
+            Err(TrySendError::Disconnected(_)) => Ok(()),
+        }
+    }
+
+    /// A page that closes with 1000 means it; a reload or a lost network gets the seat back.
+    fn leave(&self, frame: Option<CloseFrame>) -> End {
+        if frame.is_some_and(|frame| frame.code == CloseCode::Normal) {
+            let _ = self.pass_on(FromSession::Leave);
+        }
+        End::Gone
+    }
+
+    async fn write(&self, mut sink: SplitSink<&mut Socket, Message>) -> End {
+        let mut keepalive = interval(limits::KEEPALIVE_EVERY);
+        loop {
+            let message = tokio::select! {
+                bytes = self.outbox.take() => Message::Binary(bytes),
+                _ = keepalive.tick() => Message::Ping(Default::default()),
+            };
+            match timeout(limits::STALL_MAX, sink.send(message)).await {
+                Ok(Ok(())) => {}
+                Ok(Err(_lost)) => return End::Gone,
+                Err(_stalled) => return End::Refused(Refusal::Silent),
+            }
+        }
+    }
+
+    /// Follows the server's own end: first a notice, then the close.
+    async fn follow(&self, mut phase: watch::Receiver<Phase>) -> End {
+        // An error means that the server is gone already, which is an end as well.
+        if phase.wait_for(|phase| *phase != Phase::Running).await.is_ok() {
+            let seconds = limits::DRAIN_NOTICE.as_secs() as u8;
+            self.outbox.control(ServerMessage::Draining { seconds }.encode());
+            let _ = phase.wait_for(|phase| *phase == Phase::Closing).await;
+        }
+        End::Refused(Refusal::Closing)
+    }
+}
+
+/// Whether the error is a lost connection, and not something that the peer said.
+fn is_lost(error: &tokio_tungstenite::tungstenite::Error) -> bool {
+    use tokio_tungstenite::tungstenite::error::{Error, ProtocolError};
+    matches!(
+        error,
+        Error::Io(_)
+            | Error::ConnectionClosed
+            | Error::AlreadyClosed
+            | Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)
+    )
+}
+
+/// What fits a close frame: a control frame holds 125 bytes, two of them the code.
+fn close_reason(message: &str) -> &str {
+    &message[..message.floor_char_boundary(123)]
+}
+
+/// Says why, closes, and reads on until the peer has closed too: closing a socket with unread bytes
+/// would reset it, and the peer would never see our last message.
+async fn close(mut socket: Socket, end: End) {
+    match end {
+        End::Refused(refusal) => {
+            let bytes = ServerMessage::Refused { refusal }.encode();
+            let reason = CloseFrame {
+                code: CloseCode::from(refusal.close_code()),
+                reason: close_reason(refusal.message()).into(),
+            };
+            let said = match socket.send(Message::Binary(bytes.into())).await {
+                Ok(()) => socket.send(Message::Close(Some(reason))).await,
+                lost => lost,
+            };
+            if said.is_err() {
+                return;
+            }
+        }
+        // Answers the peer's close frame, if that is what ended it.
+        End::Gone => {
+            let _ = socket.flush().await;
+        }
+    }
+    let mut stream = socket.into_inner();
+    if stream.shutdown().await.is_err() {
+        return;
+    }
+    let mut scratch = [0; limits::READ_BUFFER_BYTES];
+    let mut discarded = 0;
+    while discarded < limits::CLOSE_DISCARD_BYTES_MAX {
+        match stream.read(&mut scratch).await {
+            Ok(0) | Err(_) => return,
+            Ok(count) => discarded += count,
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The thread of one room: it owns the [`Room`], plays its ticks on schedule and hands snapshots to
+//! the sessions' outboxes. It waits for nothing but the time of the next tick.
+
+use crate::limits;
+use crate::outbox::Outbox;
+use crate::rooms::Rooms;
+use crate::schedule::Schedule;
+use crate::{Phase, rooms::Facts};
+use jostle_protocol::{Appearance, Refusal};
+use jostle_room::Room;
+use jostle_sim::{Input, Seat};
+use std::net::IpAddr;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+use tracing::{error, info, warn};
+
+/// A session that wants a seat. It learns the answer from its outbox: a welcome or the end.
+pub struct Join {
+    /// Name and colour.
+    pub appearance: Appearance,
+    /// Token of a seat held before.
+    pub token: Option<u64>,
+    /// Random token for the new seat.
+    pub fresh_token: u64,
+    /// For the log.
+    pub address: IpAddr,
+    /// What the session sends; a dropped sender is a lost socket.
+    pub inbox: Receiver<FromSession>,
+    /// What the session is sent.
+    pub outbox: Arc<Outbox>,
+}
+
+/// What a session passes on.
+#[derive(Clone, Copy, Debug)]
+pub enum FromSession {
+    /// An input.
+    Input {
+        /// Its number.
+        seq: u32,
+        /// What is down.
+        input: Input,
+    },
+    /// The player closed the socket on purpose: the seat need not be held.
+    Leave,
+}
+
+/// What the thread works on.
+pub struct Ticker {
+    /// Shared with whoever lists rooms.
+    pub facts: Arc<Facts>,
+    /// Where the room is listed.
+    pub rooms: Arc<Rooms>,
+    /// Sessions that want in.
+    pub joins: Receiver<Join>,
+    /// Whether the server is closing.
+    pub phase: watch::Receiver<Phase>,
+    /// How long the room stays open with nobody in it.
+    pub empty_grace: Duration,
+    /// Seed of the game.
+    pub seed: u64,
+    /// Players with a socket.
+    pub members: Vec<Member>,
+}
+
+/// One player with a socket.
+pub struct Member {
+    seat: Seat,
+    inbox: Receiver<FromSession>,
+    outbox: Arc<Outbox>,
+}
+
+/// Why a room's thread ended.
+#[derive(Debug, PartialEq, Eq)]
+enum End {
+    Empty,
+    Closing,
+}
+
+impl Ticker {
+    /// Plays until the room is empty or the server closes. A panic ends this room alone.
+    pub fn run(mut self) {
+        let code = self.facts.code.clone();
+        info!(room = %code, scene = %self.facts.scene.name, seed = self.seed, "room opened");
+        let played = catch_unwind(AssertUnwindSafe(|| self.play()));
+        match played {
+            Ok(end) => info!(room = %code, reason = ?end, "room closed"),
+            Err(_) => {
+                error!(room = %code, players = self.members.len(), "room failed and was closed");
+                self.fail();
+            }
+        }
+    }
+
+    fn play(&mut self) -> End {
+        let mut room = Room::new(&self.facts.code, Arc::clone(&self.facts.scene), self.seed);
+        let mut schedule = Schedule::new(Instant::now());
+        let mut missed = Missed::default();
+        let mut empty_since = Instant::now();
+        loop {
+            std::thread::sleep(schedule.next_at().saturating_duration_since(Instant::now()));
+            let now = Instant::now();
+            let due = schedule.due(now);
+            missed.report(&self.facts.code, schedule.missed(), now);
+            if *self.phase.borrow() == Phase::Closing {
+                return End::Closing;
+            }
+            self.admit(&mut room);
+            for _ in 0..due {
+                self.pass_on(&mut room);
+                room.tick();
+            }
+            self.publish(&mut room);
+            if !self.members.is_empty() {
+                empty_since = now;
+            } else if now - empty_since >= self.empty_grace && self.retire(&mut room) {
+                return End::Empty;
+            }
+        }
+    }
+
+    fn admit(&mut self, room: &mut Room) {
+        while let Ok(join) = self.joins.try_recv() {
+            self.seat(room, join);
+        }
+    }
+
+    fn seat(&mut self, room: &mut Room, join: Join) {
+        let name = join.appearance.name.clone();
+        match room.join(join.appearance, join.token, join.fresh_token) {
+            Ok(welcome) => {
+                self.replace(welcome.seat);
+                info!(
+                    room = %self.facts.code, seat = welcome.seat.0, %name, address = %join.address,
+                    resumed = welcome.resumed, "player joined"
+                );
+                join.outbox.control(welcome.bytes);
+                self.members.push(Member {
+                    seat: welcome.seat,
+                    inbox: join.inbox,
+                    outbox: join.outbox,
+                });
+            }
+            Err(refusal) => join.outbox.end(refusal),
+        }
+    }
+
+    /// The seat has a new socket; an older one, if there still is one, is told so and forgotten.
+    fn replace(&mut self, seat: Seat) {
+        self.members.retain(|member| {
+            if member.seat == seat {
+                member.outbox.end(Refusal::Replaced);
+            }
+            member.seat != seat
+        });
+    }
+
+    /// Moves what the sessions sent into the room; the inboxes are bounded, so this ends.
+    fn pass_on(&mut self, room: &mut Room) {
+        let code = &self.facts.code;
+        self.members.retain(|member| {
+            loop {
+                match member.inbox.try_recv() {
+                    Ok(FromSession::Input { seq, input }) => room.input(member.seat, seq, input),
+                    Ok(FromSession::Leave) => {
+                        info!(room = %code, seat = member.seat.0, "player left");
+                        room.leave(member.seat);
+                        return false;
+                    }
+                    Err(TryRecvError::Empty) => return true,
+                    Err(TryRecvError::Disconnected) => {
+                        info!(room = %code, seat = member.seat.0, "player lost, seat held");
+                        room.disconnect(member.seat);
+                        return false;
+                    }
+                }
+            }
+        });
+    }
+
+    fn publish(&mut self, room: &mut Room) {
+        let tick = room.game().tick_count();
+        for member in &self.members {
+            member.outbox.snapshot(tick, |baseline| room.snapshot_since(baseline));
+        }
+        self.facts.tick.store(tick, Ordering::Relaxed);
+        self.facts.players.store(room.players(), Ordering::Relaxed);
+    }
+
+    /// Takes the room off the list, unless somebody joins at this moment.
+    fn retire(&mut self, room: &mut Room) -> bool {
+        match self.rooms.retire(&self.facts, &self.joins) {
+            None => true,
+            Some(join) => {
+                self.seat(room, join);
+                false
+            }
+        }
+    }
+
+    /// Tells everybody who is in or on the way in.
+    fn fail(&mut self) {
+        self.rooms.remove(&self.facts);
+        for member in &self.members {
+            member.outbox.end(Refusal::RoomFailed);
+        }
+        while let Ok(join) = self.joins.try_recv() {
+            join.outbox.end(Refusal::RoomFailed);
+        }
+    }
+}
+
+/// Missed ticks, told at most once in [`limits::MISSED_LOG_EVERY`].
+#[derive(Default)]
+struct Missed {
+    told: u64,
+    told_at: Option<Instant>,
+}
+
+impl Missed {
+    fn report(&mut self, room: &str, missed: u64, now: Instant) {
+        let quiet = self.told_at.is_some_and(|at| now - at < limits::MISSED_LOG_EVERY);
+        if missed > self.told && !quiet {
+            warn!(%room, ticks = missed - self.told, in_all = missed, "missed ticks");
+            *self = Missed { told: missed, told_at: Some(now) };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
