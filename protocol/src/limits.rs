@@ -1,4 +1,7 @@
 //! Limits of the protocol. Past a limit the peer gets a named answer; nothing grows without one.
+//! Those of a scene are the simulation's own.
+
+use jostle_sim::{SEATS_MAX, scene};
 
 /// Longest message from a client, bytes.
 pub const CLIENT_MESSAGE_BYTES_MAX: usize = 192;
@@ -11,11 +14,11 @@ pub const NAME_CHARS_MAX: usize = 20;
 /// Longest room code, bytes.
 pub const ROOM_CODE_BYTES_MAX: usize = 32;
 /// Longest name of a scene, bytes.
-pub const SCENE_NAME_BYTES_MAX: usize = 64;
+pub const SCENE_NAME_BYTES_MAX: usize = scene::SCENE_NAME_BYTES_MAX;
 /// Longest scene file, bytes.
-pub const SCENE_BYTES_MAX: usize = 64 << 10;
+pub const SCENE_BYTES_MAX: usize = scene::SCENE_BYTES_MAX;
 /// Bodies in a snapshot; indices of bodies are below it too.
-pub const BODIES_MAX: usize = 20_000;
+pub const BODIES_MAX: usize = scene::BODIES_MAX as usize;
 /// Events between two snapshots.
 pub const EVENTS_MAX: usize = 4096;
 /// Player colours, see the palette of the page.
@@ -31,7 +34,5 @@ const _: () = assert!(CLIENT_MESSAGE_BYTES_MAX >= 1 + 2 + 1 + NAME_BYTES_MAX + 1
 const _: () = assert!(
     SERVER_MESSAGE_BYTES_MAX >= 64 + SCENE_BYTES_MAX + SCENE_NAME_BYTES_MAX + ROOM_CODE_BYTES_MAX
 );
-const _: () = assert!(
-    SERVER_MESSAGE_BYTES_MAX
-        >= 64 + 29 * BODIES_MAX + 34 * EVENTS_MAX + 112 * jostle_sim::SEATS_MAX
-);
+const _: () =
+    assert!(SERVER_MESSAGE_BYTES_MAX >= 64 + 29 * BODIES_MAX + 34 * EVENTS_MAX + 112 * SEATS_MAX);

@@ -1,8 +1,17 @@
 //! A Room: one Game and its members, without sockets, files or time. Bytes and ticks in, bytes out.
 
-use jostle_protocol::{Appearance, ClientMessage, Refusal};
+mod history;
+mod input_queue;
+mod member;
+
+use history::History;
+use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot};
 use jostle_sim::{Game, Input, Scene, Seat};
+use member::{Member, Members};
 use std::sync::Arc;
+
+pub use input_queue::{INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX};
 
 /// Ticks for which a seat is held after its socket is lost.
 pub const SEAT_HELD_TICKS: u32 = 45 * 60;
@@ -12,10 +21,24 @@ pub const INPUTS_QUEUED_MAX: usize = 8;
 pub const SILENCE_TICKS: u32 = 15;
 /// Snapshots kept as baselines for late clients.
 pub const HISTORY_TICKS: usize = 64;
+/// Impacts that are reported a tick, the strongest ones; other events are all reported.
+pub const IMPACTS_A_TICK_MAX: usize = 32;
 
 /// One game and its members.
 pub struct Room {
+    code: String,
     game: Game,
+    members: Members,
+    /// Joins and leaves since the last tick, at most two a seat.
+    changes: Vec<Change>,
+    history: History,
+}
+
+/// A join or leave that waits for the next tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    Join(Seat),
+    Leave(Seat),
 }
 
 /// What a player gets on joining.
@@ -23,20 +46,25 @@ pub struct Room {
 pub struct Welcome {
     /// The seat.
     pub seat: Seat,
-    /// Whether an earlier seat was resumed.
+    /// Whether an earlier seat was resumed. If a socket was still attached to it, that one is
+    /// replaced: the caller closes it, and does not report it as lost.
     pub resumed: bool,
     /// Coded [`jostle_protocol::ServerMessage::Welcome`], to be sent first.
     pub bytes: Vec<u8>,
 }
 
 impl Room {
-    /// An empty room at tick 0. `code` is the word in its link.
+    /// An empty room at tick 0. `code` is the word in its link. Panics if it is longer than
+    /// `ROOM_CODE_BYTES_MAX`.
     pub fn new(code: &str, scene: Arc<Scene>, seed: u64) -> Room {
-        let _ = (code, seed);
-        Room { game: Game::new(scene, 0) }
+        assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
+        let members = Members::new(usize::from(scene.players_max));
+        let game = Game::new(scene, seed);
+        let history = History::new(Snapshot::capture(&game, Vec::new()));
+        Room { code: code.to_owned(), game, members, changes: Vec::new(), history }
     }
 
-    /// Takes a free seat, or the held one that `token` names; effective with the next tick.
+    /// Takes the lowest free seat, or the one that `token` names; effective with the next tick.
     /// `fresh_token` (random, from the caller) is what will give the seat back later.
     pub fn join(
         &mut self,
@@ -44,39 +72,121 @@ impl Room {
         token: Option<u64>,
         fresh_token: u64,
     ) -> Result<Welcome, Refusal> {
-        let _ = (appearance, token, fresh_token);
-        todo!()
+        let held = token.and_then(|token| self.members.held_by(token));
+        let seat = held.or_else(|| self.members.free_seat()).ok_or(Refusal::RoomFull)?;
+        let appearance = self.members.distinct(&appearance, held);
+        match self.members.at_mut(seat) {
+            Some(member) => member.resume(appearance, fresh_token),
+            None => {
+                self.members.put(seat, Member::new(appearance, fresh_token));
+                self.changes.push(Change::Join(seat));
+            }
+        }
+        let bytes = self.welcome(seat, fresh_token).encode();
+        Ok(Welcome { seat, resumed: held.is_some(), bytes })
+    }
+
+    fn welcome(&self, seat: Seat, token: u64) -> ServerMessage {
+        let scene = self.game.scene();
+        ServerMessage::Welcome {
+            seat: seat.0,
+            token,
+            tick: self.game.tick_count() + 1,
+            room: self.code.clone(),
+            scene_name: scene.name.clone(),
+            scene: scene.source.clone(),
+        }
     }
 
     /// The seat's socket is gone; the seat is held for [`SEAT_HELD_TICKS`], its hero at rest.
+    /// Nothing happens if the seat is free.
     pub fn disconnect(&mut self, seat: Seat) {
-        let _ = seat;
-        todo!()
+        let tick = self.game.tick_count();
+        if let Some(member) = self.members.at_mut(seat) {
+            member.lost_tick.get_or_insert(tick);
+            member.inputs.rest();
+        }
     }
 
-    /// The player left for good; effective with the next tick.
+    /// The player left for good; effective with the next tick. Nothing happens if the seat is free.
     pub fn leave(&mut self, seat: Seat) {
-        let _ = seat;
-        todo!()
+        if !self.members.remove(seat) {
+            return;
+        }
+        // Who leaves before the tick of joining was never there.
+        match self.changes.iter().position(|&change| change == Change::Join(seat)) {
+            Some(place) => drop(self.changes.remove(place)),
+            None => self.changes.push(Change::Leave(seat)),
+        }
     }
 
-    /// Queues an input; old, repeated and far-future sequence numbers are dropped.
+    /// Queues an input; old, repeated and far-future sequence numbers are dropped, and so is
+    /// everything for a seat without a socket.
     pub fn input(&mut self, seat: Seat, seq: u32, input: Input) {
-        let _ = (seat, seq, input);
-        todo!()
+        let member = self.members.at_mut(seat).filter(|member| member.lost_tick.is_none());
+        if let Some(member) = member {
+            member.token_before = None;
+            member.inputs.push(seq, input);
+        }
     }
 
     /// Plays one tick: joins and leaves, one input per player in seat order, the game, a snapshot.
     pub fn tick(&mut self) {
-        todo!()
+        self.free_abandoned_seats();
+        for change in self.changes.drain(..) {
+            match change {
+                Change::Join(seat) => self.game.join(seat),
+                Change::Leave(seat) => self.game.leave(seat),
+            }
+        }
+        let inputs: Vec<_> = self
+            .members
+            .iter_mut()
+            .filter_map(|(seat, member)| Some((seat, member.inputs.take()?)))
+            .collect();
+        self.game.tick(&inputs);
+        let states = self
+            .game
+            .players()
+            .filter_map(|player| Some(self.members.at(player.seat)?.state(&player)));
+        let snapshot = Snapshot::capture(&self.game, states.collect());
+        self.history.push(snapshot, self.game.events());
+    }
+
+    fn free_abandoned_seats(&mut self) {
+        let tick = self.game.tick_count();
+        let is_over = |member: &Member| {
+            member.lost_tick.is_some_and(|lost_tick| tick - lost_tick >= SEAT_HELD_TICKS)
+        };
+        let abandoned: Vec<_> = self
+            .members
+            .iter()
+            .filter(|(_, member)| is_over(member))
+            .map(|(seat, _)| seat)
+            .collect();
+        abandoned.into_iter().for_each(|seat| self.leave(seat));
     }
 
     /// Coded [`jostle_protocol::ServerMessage::Snapshot`] that takes a client from `baseline` (a
     /// tick it was sent, or `None`) to the newest tick; a keyframe when the baseline is too old.
     /// Encoded once a baseline and tick, then shared.
     pub fn snapshot_since(&mut self, baseline: Option<u32>) -> Arc<[u8]> {
-        let _ = baseline;
-        todo!()
+        self.history.since(baseline)
+    }
+
+    /// The newest snapshot: what `snapshot_since` leads to.
+    pub fn snapshot(&self) -> &Snapshot {
+        self.history.newest()
+    }
+
+    /// The word in the room's link.
+    pub fn code(&self) -> &str {
+        &self.code
+    }
+
+    /// What is played here.
+    pub fn scene(&self) -> &Arc<Scene> {
+        self.game.scene()
     }
 
     /// The game.
@@ -84,16 +194,16 @@ impl Room {
         &self.game
     }
 
-    /// Seats taken, held ones included.
+    /// Seats taken, held ones included; 0 is a room that nobody misses.
     pub fn players(&self) -> usize {
-        todo!()
+        self.members.iter().count()
     }
 
     /// Seats with a socket.
     pub fn connected(&self) -> usize {
-        todo!()
+        self.members.iter().filter(|(_, member)| member.lost_tick.is_none()).count()
     }
-
-    #[doc(hidden)]
-    pub fn _uses(_: ClientMessage) {}
 }
+
+#[cfg(test)]
+mod tests;

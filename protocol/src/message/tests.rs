@@ -38,7 +38,7 @@ fn client_messages() -> impl Strategy<Value = ClientMessage> {
 }
 
 fn server_messages() -> impl Strategy<Value = ServerMessage> {
-    let texts = ("[a-z0-9-]{0,32}", "[a-z-]{0,64}", any::<String>());
+    let texts = ("[a-z0-9-]{0,32}", "[a-z-]{0,32}", any::<String>());
     let welcome = (0..SEATS_MAX as u8, any::<u64>(), any::<u32>(), texts).prop_map(
         |(seat, token, tick, (room, scene_name, scene))| ServerMessage::Welcome {
             seat,

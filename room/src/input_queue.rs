@@ -1,0 +1,230 @@
+//! Inputs of one player between the socket and the tick. They come in bursts and with gaps; one is
+//! played a tick. The queue smooths the bursts, and stays short so that no delay builds up.
+
+use crate::{INPUTS_QUEUED_MAX, SILENCE_TICKS};
+use jostle_protocol::limits::POINTER_MAX;
+use jostle_sim::{Buttons, Input, Vec2};
+use std::collections::VecDeque;
+
+/// Inputs that may wait for long; more of them are delay without use.
+pub const INPUTS_WAITING_GOAL: usize = 2;
+/// Ticks in a row with more inputs than the goal after which the queue is cut down to it.
+pub const LONG_QUEUE_TICKS: u32 = 30;
+/// How far a sequence number may be ahead of the newest one.
+pub const SEQ_AHEAD_MAX: u32 = 60;
+
+/// Inputs of one session, in order.
+#[derive(Clone, Debug, Default)]
+pub struct InputQueue {
+    waiting: VecDeque<Waiting>,
+    seq_newest: u32,
+    seq_played: u32,
+    /// Repeated while nothing new comes.
+    last: Option<Input>,
+    silent_ticks: u32,
+    long_ticks: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    seq: u32,
+    input: Input,
+    /// Buttons of inputs that were dropped before this one: a click must not vanish with them.
+    dropped: Buttons,
+}
+
+impl InputQueue {
+    /// Newest input that was played or dropped in favour of it; 0 before the first.
+    pub fn seq_played(&self) -> u32 {
+        self.seq_played
+    }
+
+    /// Queues an input. Old, repeated and far-future numbers are dropped; past
+    /// [`INPUTS_QUEUED_MAX`] the oldest input is.
+    pub fn push(&mut self, seq: u32, input: Input) {
+        let ahead = seq.checked_sub(self.seq_newest);
+        if !ahead.is_some_and(|ahead| (1..=SEQ_AHEAD_MAX).contains(&ahead)) {
+            return;
+        }
+        self.seq_newest = seq;
+        if self.waiting.len() == INPUTS_QUEUED_MAX {
+            self.drop_oldest();
+        }
+        let buttons = Buttons(input.buttons.0 & Buttons::ALL.0);
+        let input = Input { buttons, pointer: input.pointer.filter(is_usable) };
+        self.waiting.push_back(Waiting { seq, input, dropped: Buttons::default() });
+    }
+
+    /// The input to play in this tick: the next one, or the last one for [`SILENCE_TICKS`], or
+    /// `None` for a player at rest.
+    pub fn take(&mut self) -> Option<Input> {
+        self.shorten();
+        let Some(Waiting { seq, input, dropped }) = self.waiting.pop_front() else {
+            self.silent_ticks = self.silent_ticks.saturating_add(1);
+            if self.silent_ticks > SILENCE_TICKS {
+                self.last = None;
+            }
+            return self.last;
+        };
+        self.seq_played = seq;
+        self.silent_ticks = 0;
+        self.last = Some(input);
+        Some(Input { buttons: Buttons(input.buttons.0 | dropped.0), ..input })
+    }
+
+    /// Forgets what waits and what is held: the player is at rest.
+    pub fn rest(&mut self) {
+        self.waiting.clear();
+        self.last = None;
+    }
+
+    /// Cuts a queue that was too long for a while: it would stay so, and be nothing but delay.
+    fn shorten(&mut self) {
+        if self.waiting.len() <= INPUTS_WAITING_GOAL {
+            self.long_ticks = 0;
+            return;
+        }
+        self.long_ticks += 1;
+        if self.long_ticks >= LONG_QUEUE_TICKS {
+            self.long_ticks = 0;
+            while self.waiting.len() > INPUTS_WAITING_GOAL {
+                self.drop_oldest();
+            }
+        }
+    }
+
+    /// Drops the oldest input; its buttons go to the next one.
+    fn drop_oldest(&mut self) {
+        let oldest = self.waiting.pop_front();
+        if let (Some(oldest), Some(next)) = (oldest, self.waiting.front_mut()) {
+            next.dropped.0 |= oldest.input.buttons.0 | oldest.dropped.0;
+        }
+    }
+}
+
+/// Decoded pointers are; a caller within the same process may send others.
+fn is_usable(pointer: &Vec2) -> bool {
+    pointer.is_finite() && pointer.x.abs() <= POINTER_MAX && pointer.y.abs() <= POINTER_MAX
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn down(buttons: Buttons) -> Input {
+        Input { buttons, pointer: None }
+    }
+
+    fn numbered(seq: u32) -> Input {
+        Input { buttons: Buttons::default(), pointer: Some(Vec2::new(seq as f32, 0.0)) }
+    }
+
+    /// Sequence numbers that `take` plays until the queue is empty.
+    fn played(queue: &mut InputQueue) -> Vec<u32> {
+        let mut seqs = Vec::new();
+        while !queue.waiting.is_empty() {
+            queue.take();
+            seqs.push(queue.seq_played());
+        }
+        seqs
+    }
+
+    #[test]
+    fn one_input_is_played_a_tick_in_order() {
+        let mut queue = InputQueue::default();
+        (1..=2).for_each(|seq| queue.push(seq, numbered(seq)));
+        assert_eq!(queue.seq_played(), 0);
+        for seq in 1..=2 {
+            assert_eq!(queue.take(), Some(numbered(seq)));
+            assert_eq!(queue.seq_played(), seq);
+        }
+    }
+
+    #[test]
+    fn old_repeated_and_far_future_inputs_are_dropped() {
+        let mut queue = InputQueue::default();
+        for seq in [0, 2, 1, 2, 3 + SEQ_AHEAD_MAX, u32::MAX, 4, 3, 4 + SEQ_AHEAD_MAX] {
+            queue.push(seq, numbered(seq));
+        }
+        assert_eq!(played(&mut queue), [2, 4, 4 + SEQ_AHEAD_MAX]);
+    }
+
+    #[test]
+    fn the_last_number_of_all_does_not_overflow() {
+        let mut queue = InputQueue { seq_newest: u32::MAX - 1, ..InputQueue::default() };
+        queue.push(u32::MAX, numbered(1));
+        queue.push(0, numbered(2));
+        assert_eq!(played(&mut queue), [u32::MAX]);
+    }
+
+    #[test]
+    fn the_last_input_is_repeated_and_then_nothing_is_held() {
+        let mut queue = InputQueue::default();
+        assert_eq!(queue.take(), None);
+        let right = down(Buttons::RIGHT);
+        queue.push(1, right);
+        for _ in 0..=SILENCE_TICKS {
+            assert_eq!(queue.take(), Some(right));
+        }
+        assert_eq!(queue.take(), None);
+        queue.push(2, right);
+        assert_eq!(queue.take(), Some(right));
+    }
+
+    #[test]
+    fn a_full_queue_drops_its_oldest_input_but_not_its_click() {
+        let mut queue = InputQueue::default();
+        queue.push(1, down(Buttons::FIRE));
+        for seq in 2..=INPUTS_QUEUED_MAX as u32 + 3 {
+            queue.push(seq, down(Buttons::RIGHT));
+        }
+        assert_eq!(queue.waiting.len(), INPUTS_QUEUED_MAX);
+        let both = Buttons(Buttons::FIRE.0 | Buttons::RIGHT.0);
+        assert_eq!(queue.take(), Some(down(both)));
+        assert_eq!(queue.take(), Some(down(Buttons::RIGHT)));
+    }
+
+    #[test]
+    fn a_dropped_button_is_played_once_and_not_repeated() {
+        let mut queue = InputQueue::default();
+        queue.push(1, down(Buttons::FIRE));
+        queue.push(2, down(Buttons::RIGHT));
+        queue.drop_oldest();
+        assert!(queue.take().unwrap().buttons.contains(Buttons::FIRE));
+        assert_eq!(queue.take(), Some(down(Buttons::RIGHT)));
+    }
+
+    #[test]
+    fn a_queue_that_stays_long_is_cut_down() {
+        let mut queue = InputQueue::default();
+        (1..=5).for_each(|seq| queue.push(seq, numbered(seq)));
+        let mut delays = Vec::new();
+        for seq in 6..100 {
+            queue.take();
+            queue.push(seq, numbered(seq));
+            delays.push(seq - queue.seq_played());
+        }
+        assert_eq!(delays[..LONG_QUEUE_TICKS as usize - 1], [5; LONG_QUEUE_TICKS as usize - 1]);
+        assert_eq!(delays[LONG_QUEUE_TICKS as usize..], [2; 94 - LONG_QUEUE_TICKS as usize]);
+    }
+
+    #[test]
+    fn a_short_burst_is_not_cut() {
+        let mut queue = InputQueue::default();
+        let mut seqs = Vec::new();
+        for burst in 0..20 {
+            (burst * 6 + 1..=burst * 6 + 6).for_each(|seq| queue.push(seq, numbered(seq)));
+            seqs.extend(played(&mut queue));
+        }
+        assert_eq!(seqs, (1..=120).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_taken_out() {
+        let mut queue = InputQueue::default();
+        for (seq, x) in [(1, f32::NAN), (2, f32::INFINITY), (3, 2.0 * POINTER_MAX)] {
+            queue.push(seq, Input { buttons: Buttons(u16::MAX), pointer: Some(Vec2::splat(x)) });
+            assert_eq!(queue.take(), Some(down(Buttons::ALL)));
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Members of a room: who sits where, under which name, and who may come back.
+
+use crate::input_queue::InputQueue;
+use jostle_protocol::limits::COLORS;
+use jostle_protocol::{Appearance, PlayerState};
+use jostle_sim::{PlayerInfo, Seat};
+
+/// Who has a seat.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Name and colour, different from the others'.
+    pub appearance: Appearance,
+    /// Gives the seat back.
+    pub token: u64,
+    /// The token before; valid until the new session proves by an input that it got its own.
+    pub token_before: Option<u64>,
+    /// Tick at which the socket was lost; `None` with a socket.
+    pub lost_tick: Option<u32>,
+    /// What was sent and is not played yet.
+    pub inputs: InputQueue,
+}
+
+impl Member {
+    /// A new member with a socket.
+    pub fn new(appearance: Appearance, token: u64) -> Member {
+        let inputs = InputQueue::default();
+        Member { appearance, token, token_before: None, lost_tick: None, inputs }
+    }
+
+    /// Whether a token gives this seat back.
+    pub fn answers_to(&self, token: u64) -> bool {
+        self.token == token || self.token_before == Some(token)
+    }
+
+    /// A new session takes the seat over.
+    pub fn resume(&mut self, appearance: Appearance, token: u64) {
+        let token_before = Some(self.token);
+        *self = Member { token_before, ..Member::new(appearance, token) };
+    }
+
+    /// The player as the others see it.
+    pub fn state(&self, player: &PlayerInfo) -> PlayerState {
+        PlayerState {
+            seat: player.seat,
+            appearance: self.appearance.clone(),
+            connected: self.lost_tick.is_none(),
+            input_seq: self.inputs.seq_played(),
+            hero: player.hero,
+            selected: player.selected,
+            held: player.held,
+            score: player.score,
+            pointer: player.pointer,
+        }
+    }
+}
+
+/// All seats of a room, taken or free.
+#[derive(Clone, Debug)]
+pub struct Members {
+    seats: Vec<Option<Member>>,
+}
+
+impl Members {
+    /// `count` free seats.
+    pub fn new(count: usize) -> Members {
+        Members { seats: vec![None; count] }
+    }
+
+    /// Who sits there.
+    pub fn at(&self, seat: Seat) -> Option<&Member> {
+        self.seats.get(usize::from(seat.0))?.as_ref()
+    }
+
+    /// Who sits there, to be changed.
+    pub fn at_mut(&mut self, seat: Seat) -> Option<&mut Member> {
+        self.seats.get_mut(usize::from(seat.0))?.as_mut()
+    }
+
+    /// Everybody in seat order.
+    pub fn iter(&self) -> impl Iterator<Item = (Seat, &Member)> {
+        let numbered = self.seats.iter().enumerate();
+        numbered.filter_map(|(seat, member)| Some((Seat(seat as u8), member.as_ref()?)))
+    }
+
+    /// Everybody in seat order, to be changed.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (Seat, &mut Member)> {
+        let numbered = self.seats.iter_mut().enumerate();
+        numbered.filter_map(|(seat, member)| Some((Seat(seat as u8), member.as_mut()?)))
+    }
+
+    /// The lowest free seat.
+    pub fn free_seat(&self) -> Option<Seat> {
+        self.seats.iter().position(Option::is_none).map(|seat| Seat(seat as u8))
+    }
+
+    /// The seat that a token gives back.
+    pub fn held_by(&self, token: u64) -> Option<Seat> {
+        self.iter().find(|(_, member)| member.answers_to(token)).map(|(seat, _)| seat)
+    }
+
+    /// Gives a seat away.
+    pub fn put(&mut self, seat: Seat, member: Member) {
+        self.seats[usize::from(seat.0)] = Some(member);
+    }
+
+    /// Frees a seat; `false` if it was free.
+    pub fn remove(&mut self, seat: Seat) -> bool {
+        self.seats.get_mut(usize::from(seat.0)).is_some_and(|place| place.take().is_some())
+    }
+
+    /// The wanted appearance, changed until nobody but the one at `own` can be mistaken for it: a
+    /// number after the name of a namesake, the next colour that no connected player has. When all
+    /// colours are taken, the wanted one is shared.
+    pub fn distinct(&self, wanted: &Appearance, own: Option<Seat>) -> Appearance {
+        let others =
+            || self.iter().filter(|(seat, _)| Some(*seat) != own).map(|(_, member)| member);
+        let named = |name: &str| others().any(|other| other.appearance.name == name);
+        let colored = |color: u8| {
+            others().any(|other| other.lost_tick.is_none() && other.appearance.color == color)
+        };
+        let mut appearance = wanted.clone();
+        let mut number = 1;
+        while named(&appearance.name) {
+            number += 1;
+            appearance = wanted.numbered(number);
+        }
+        let colors = (0..COLORS).map(|step| (wanted.color + step) % COLORS);
+        appearance.color = colors.into_iter().find(|&c| !colored(c)).unwrap_or(wanted.color);
+        appearance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look(name: &str, color: u8) -> Appearance {
+        Appearance::new(name, color).unwrap()
+    }
+
+    fn members(seated: &[(u8, &str, u8)]) -> Members {
+        let mut members = Members::new(12);
+        for &(seat, name, color) in seated {
+            members.put(Seat(seat), Member::new(look(name, color), u64::from(seat)));
+        }
+        members
+    }
+
+    #[test]
+    fn the_lowest_seat_is_given_first() {
+        let mut members = members(&[(0, "Ann", 0), (1, "Bob", 1), (3, "Cid", 2)]);
+        assert_eq!(members.free_seat(), Some(Seat(2)));
+        assert!(members.remove(Seat(0)));
+        assert!(!members.remove(Seat(0)) && !members.remove(Seat(200)));
+        assert_eq!(members.free_seat(), Some(Seat(0)));
+    }
+
+    #[test]
+    fn namesakes_get_a_number() {
+        let members = members(&[(0, "Ann", 0), (1, "Ann 2", 1), (2, "Bob", 2)]);
+        assert_eq!(members.distinct(&look("Ann", 5), None), look("Ann 3", 5));
+        assert_eq!(members.distinct(&look("Ann 2", 5), None), look("Ann 2 2", 5));
+        assert_eq!(members.distinct(&look("Bob", 5), Some(Seat(2))), look("Bob", 5));
+    }
+
+    #[test]
+    fn a_taken_colour_gives_the_next_free_one() {
+        let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
+        assert_eq!(seated.distinct(&look("D", 6), None).color, 1);
+        assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0))).color, 6);
+        // Who lost the socket does not hold the colour.
+        seated.at_mut(Seat(1)).unwrap().lost_tick = Some(0);
+        assert_eq!(seated.distinct(&look("D", 6), None).color, 7);
+    }
+
+    #[test]
+    fn when_all_colours_are_taken_the_wanted_one_is_shared() {
+        let names = ["A", "B", "C", "D", "E", "F", "G", "H"];
+        let seated: Vec<_> = (0..COLORS).map(|c| (c, names[usize::from(c)], c)).collect();
+        assert_eq!(members(&seated).distinct(&look("I", 3), None), look("I", 3));
+    }
+
+    #[test]
+    fn the_token_before_counts_until_it_is_given_up() {
+        let mut members = members(&[(0, "A", 0), (1, "B", 1)]);
+        members.at_mut(Seat(1)).unwrap().resume(look("B", 1), 77);
+        assert_eq!(members.held_by(77), Some(Seat(1)));
+        assert_eq!(members.held_by(1), Some(Seat(1)));
+        members.at_mut(Seat(1)).unwrap().token_before = None;
+        assert_eq!(members.held_by(1), None);
+        assert_eq!(members.held_by(5), None);
+    }
+}
