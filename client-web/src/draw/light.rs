@@ -1,0 +1,152 @@
+//! The light that particles, packs and bursts throw on matte things: a coarse field over the view,
+//! filled by splatting and spread by a blur. One small texture a frame, whatever the number of lights.
+
+use jostle_sim::Vec2;
+
+/// Cells of the field on each axis.
+pub const LIGHT_CELLS: usize = 64;
+/// How far light reaches, world units: the blur's falloff length.
+const REACH: f32 = 5.0;
+/// Cells beyond each side of the view, so that light from outside comes in.
+const MARGIN_CELLS: f32 = 4.0;
+
+/// Light on a grid of [`LIGHT_CELLS`] squared cells, row 0 at the bottom.
+#[derive(Clone, Debug)]
+pub struct LightField {
+    low: Vec2,
+    cell: f32,
+    cells: Vec<[f32; 3]>,
+    texels: Vec<u8>,
+    lit: bool,
+}
+
+impl Default for LightField {
+    fn default() -> LightField {
+        LightField {
+            low: Vec2::ZERO,
+            cell: 1.0,
+            cells: vec![[0.0; 3]; LIGHT_CELLS * LIGHT_CELLS],
+            texels: vec![0; LIGHT_CELLS * LIGHT_CELLS * 4],
+            lit: false,
+        }
+    }
+}
+
+impl LightField {
+    /// Empties the field and lays it over a view. Cells keep their place in the world while the
+    /// view moves, so that light does not shimmer.
+    pub fn begin(&mut self, center: Vec2, half: Vec2) {
+        let longest = 2.0 * half.x.max(half.y);
+        self.cell = longest / (LIGHT_CELLS as f32 - 2.0 * MARGIN_CELLS);
+        let low = center - Vec2::splat(0.5 * LIGHT_CELLS as f32 * self.cell);
+        self.low = (low / self.cell).floor() * self.cell;
+        if self.lit {
+            self.cells.fill([0.0; 3]);
+        }
+        self.lit = false;
+    }
+
+    /// Adds light at a point, shared among the four nearest cells. `strength` is about 1 for one particle.
+    pub fn add(&mut self, point: Vec2, color: [f32; 3], strength: f32) {
+        let at = (point - self.low) / self.cell - Vec2::splat(0.5);
+        let limit = (LIGHT_CELLS - 1) as f32;
+        if !(at.x >= 0.0 && at.y >= 0.0 && at.x < limit && at.y < limit) {
+            return;
+        }
+        let (x, y) = (at.x as usize, at.y as usize);
+        let (u, v) = (at.x - x as f32, at.y - y as f32);
+        let index = y * LIGHT_CELLS + x;
+        let corners = [
+            (index, (1.0 - u) * (1.0 - v)),
+            (index + 1, u * (1.0 - v)),
+            (index + LIGHT_CELLS, (1.0 - u) * v),
+            (index + LIGHT_CELLS + 1, u * v),
+        ];
+        for (cell, share) in corners {
+            for (sum, part) in self.cells[cell].iter_mut().zip(color) {
+                *sum += part * strength * share;
+            }
+        }
+        self.lit = true;
+    }
+
+    /// Spreads what was added and makes the texels.
+    pub fn finish(&mut self) {
+        if !self.lit {
+            return;
+        }
+        let keep = (-self.cell / REACH).exp();
+        // Two passes of a two-sided exponential are close to a round blur of long tail.
+        for _ in 0..2 {
+            for i in 0..LIGHT_CELLS {
+                blur_line(&mut self.cells, i * LIGHT_CELLS, 1, keep);
+                blur_line(&mut self.cells, i, LIGHT_CELLS, keep);
+            }
+        }
+        // The blur spreads a sum over cells: make it independent of their size.
+        let gain = 0.45 * (REACH / self.cell).powi(2);
+        for (cell, texel) in self.cells.iter().zip(self.texels.as_chunks_mut::<4>().0) {
+            *texel = encode(*cell, gain);
+        }
+    }
+
+    /// Whether there is any light.
+    pub fn is_lit(&self) -> bool {
+        self.lit
+    }
+
+    /// Lower left corner, world units.
+    pub fn low(&self) -> Vec2 {
+        self.low
+    }
+
+    /// Width and height, world units.
+    pub fn size(&self) -> f32 {
+        self.cell * LIGHT_CELLS as f32
+    }
+
+    /// RGBA texels, square roots of the light, row 0 at the bottom of the world.
+    pub fn texels(&self) -> &[u8] {
+        &self.texels
+    }
+
+    /// The light in the cell of a world point, 0..=1, for tests.
+    pub fn at(&self, point: Vec2) -> [f32; 3] {
+        let at = (point - self.low) / self.cell;
+        let index = (at.y as usize * LIGHT_CELLS + at.x as usize) * 4;
+        [0, 1, 2].map(|i| (f32::from(self.texels[index + i]) / 255.0).powi(2))
+    }
+}
+
+/// A two-sided exponential blur in place: each cell becomes the sum of all, weighted by `keep` to
+/// the power of the distance, normalised.
+fn blur_line(cells: &mut [[f32; 3]], start: usize, stride: usize, keep: f32) {
+    let share = 1.0 - keep;
+    let at = |i: usize| start + i * stride;
+    let mut carried = [0.0; 3];
+    for i in 0..LIGHT_CELLS {
+        carried = step(&mut cells[at(i)], carried, keep, share);
+    }
+    carried = [0.0; 3];
+    for i in (0..LIGHT_CELLS).rev() {
+        carried = step(&mut cells[at(i)], carried, keep, share);
+    }
+}
+
+fn step(cell: &mut [f32; 3], carried: [f32; 3], keep: f32, share: f32) -> [f32; 3] {
+    for (value, before) in cell.iter_mut().zip(carried) {
+        *value = *value * share + before * keep;
+    }
+    *cell
+}
+
+/// Compresses light to 0..1 by its brightest channel, which keeps the hue, and stores the root.
+fn encode(light: [f32; 3], gain: f32) -> [u8; 4] {
+    let brightest = light[0].max(light[1]).max(light[2]) * gain;
+    if brightest < 1e-5 {
+        return [0, 0, 0, 255];
+    }
+    let scale = gain * (1.0 - (-brightest).exp()) / brightest;
+    let [r, g, b] = light.map(|c| ((c * scale).clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8);
+    [r, g, b, 255]
+}
