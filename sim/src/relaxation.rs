@@ -221,14 +221,16 @@ fn relax_row(bodies: &mut Bodies, row: &mut Row, settings: &Relaxation) -> bool 
 
 /// The normal impulse (row A2.21): a bounce above the threshold, else what stops the approach,
 /// accumulated so that later passes may take back what turned out too much (C16).
+///
+/// A pair that already holds a load does not bounce: inside a pile the passes make closing speeds
+/// that no impact ever had, and bouncing on them would keep the pile boiling.
 #[inline]
 fn push_apart(bodies: &mut Bodies, row: &mut Row, threshold: f32) -> bool {
     let speed = row.relative_velocity(bodies).dot(row.normal);
     row.closing = max(row.closing, -speed);
-    if -speed > threshold && row.restitution > 0.0 {
+    if -speed > threshold && row.restitution > 0.0 && row.holding <= 0.0 {
         let impulse = -(1.0 + row.restitution) * speed * row.mass;
-        row.bounced += row.holding + impulse;
-        row.holding = 0.0;
+        row.bounced += impulse;
         row.push(bodies, row.normal * impulse);
         return true;
     }

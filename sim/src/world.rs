@@ -306,9 +306,7 @@ impl World {
             relaxation::warm_start(&mut self.bodies, &mut self.pairs.pairs);
         }
         self.travel();
-        let filter =
-            Filter { meets: &self.settings.meets, immovable: self.settings.relaxation.is_none() };
-        self.pairs.refresh(&self.bodies, filter);
+        self.refresh_pairs();
         relaxation::gather(&self.bodies, &self.pairs.pairs, &mut self.rows);
         self.passes = 0;
         if let Some(settings) = &self.settings.relaxation {
