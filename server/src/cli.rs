@@ -1,6 +1,7 @@
 //! The command line: what is asked for, and how it ends. Exit status 0 done, 1 a check failed, 2 bad
 //! usage; errors are one line on stderr.
 
+mod bots;
 mod inputs;
 mod plan;
 mod run;
@@ -34,6 +35,7 @@ enum Command {
     Run(run::Run),
     #[command(subcommand)]
     Scene(scene::SceneCommand),
+    Bots(bots::Bots),
 }
 
 /// Why a command ended without success.
@@ -55,6 +57,7 @@ pub fn main() -> ExitCode {
         Command::Serve(serve) => serve.run(),
         Command::Run(run) => run.run(),
         Command::Scene(scene) => scene.run(),
+        Command::Bots(bots) => bots.run(),
     };
     done.map_or_else(fail, |()| ExitCode::SUCCESS)
 }

@@ -108,6 +108,9 @@ impl Ticker {
             if *self.phase.borrow() == Phase::Closing {
                 return End::Closing;
             }
+            if due == 0 {
+                continue;
+            }
             self.admit(&mut room);
             for _ in 0..due {
                 self.pass_on(&mut room);

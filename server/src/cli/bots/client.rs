@@ -1,0 +1,223 @@
+//! One bot: a real socket, decoded snapshots, and dice for hands.
+
+use super::Target;
+use super::report::ClientReport;
+use futures_util::{SinkExt, StreamExt};
+use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
+use jostle_sim::math::Rng;
+use jostle_sim::{Buttons, Input, Scene, TICKS_PER_SECOND, Vec2};
+use std::time::{Duration, Instant};
+use tokio::net::TcpStream;
+use tokio::time::{interval, sleep, timeout};
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
+use tokio_tungstenite::tungstenite::{Error, Message};
+use tokio_tungstenite::{WebSocketStream, client_async_with_config};
+
+type Socket = WebSocketStream<TcpStream>;
+
+/// Time to connect and to be welcomed.
+const WELCOME_WAIT: Duration = Duration::from_secs(20);
+/// Time between two pings.
+const PING_EVERY: Duration = Duration::from_millis(250);
+
+/// A bot before it plays.
+pub struct Bot {
+    /// Its number, from 0.
+    pub index: u32,
+    /// Seed of all bots.
+    pub seed: u64,
+    /// How long it plays.
+    pub length: Duration,
+    /// Where.
+    pub target: Target,
+}
+
+/// Why a bot stopped early.
+#[derive(Debug, thiserror::Error)]
+enum BotError {
+    #[error("no connection: {0}")]
+    Connect(#[from] std::io::Error),
+    #[error("socket: {0}")]
+    Socket(#[from] Box<Error>),
+    #[error("no welcome within {} s", WELCOME_WAIT.as_secs())]
+    Late,
+    #[error("refused: {0:?}")]
+    Refused(Refusal),
+    #[error("the server closed the socket")]
+    Closed,
+    #[error("the server sent what a client cannot read: {0}")]
+    Decode(#[from] jostle_protocol::DecodeError),
+    #[error("the server sent what a client does not expect")]
+    Unexpected,
+    #[error("the welcome's scene is wrong: {0}")]
+    Scene(Box<jostle_sim::SceneError>),
+}
+
+impl From<Error> for BotError {
+    fn from(error: Error) -> BotError {
+        BotError::Socket(Box::new(error))
+    }
+}
+
+impl Bot {
+    /// Plays to the end or to the first error, and says how it went.
+    pub async fn play(self) -> ClientReport {
+        let mut report = ClientReport::new(self.index);
+        if let Err(error) = self.try_play(&mut report).await {
+            report.error = Some(error.to_string());
+        }
+        report
+    }
+
+    async fn try_play(&self, report: &mut ClientReport) -> Result<(), BotError> {
+        let joined = timeout(WELCOME_WAIT, self.join(report)).await.map_err(|_| BotError::Late)?;
+        let (mut socket, size) = joined?;
+        let mut hands = Hands::new(self.seed, self.index, size);
+        let mut eyes = Eyes::default();
+        let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
+        let mut pings = interval(PING_EVERY);
+        let mut end = std::pin::pin!(sleep(self.length));
+        let started = Instant::now();
+        report.started_at = Some(started);
+        loop {
+            tokio::select! {
+                message = socket.next() => {
+                    let bytes = binary(message)?;
+                    report.bytes += bytes.len() as u64;
+                    eyes.see(&bytes, report)?;
+                }
+                _ = inputs.tick() => send(&mut socket, &hands.next()).await?,
+                _ = pings.tick() => {
+                    let stamp = started.elapsed().as_micros() as u32;
+                    send(&mut socket, &ClientMessage::Ping { stamp }).await?;
+                }
+                () = end.as_mut() => break,
+            }
+        }
+        report.ended_at = Some(Instant::now());
+        let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
+        // The play is over; a server that is gone by now is none of its business.
+        let _ = socket.close(Some(frame)).await;
+        Ok(())
+    }
+
+    /// Connects and says hello; the socket and the size of the world.
+    async fn join(&self, report: &mut ClientReport) -> Result<(Socket, Vec2), BotError> {
+        let stream = TcpStream::connect(&self.target.authority).await?;
+        stream.set_nodelay(true)?;
+        let url = format!("ws://{}/{}", self.target.authority, self.target.room);
+        let config = WebSocketConfig::default().max_message_size(Some(SERVER_MESSAGE_BYTES_MAX));
+        let (mut socket, _) = client_async_with_config(url, stream, Some(config)).await?;
+        let name = format!("bot {}", self.index + 1);
+        let color = (self.index % u32::from(jostle_protocol::limits::COLORS)) as u8;
+        let appearance = Appearance { name, color };
+        let hello = ClientMessage::Hello { version: VERSION, appearance, token: None };
+        send(&mut socket, &hello).await?;
+        match ServerMessage::decode(&binary(socket.next().await)?)? {
+            ServerMessage::Welcome { seat, scene_name, scene, .. } => {
+                report.seat = Some(seat);
+                let file = format!("{scene_name}.toml");
+                let scene = Scene::parse(&file, &scene)
+                    .map_err(|error| BotError::Scene(Box::new(error)))?;
+                Ok((socket, scene.size))
+            }
+            ServerMessage::Refused { refusal } => Err(BotError::Refused(refusal)),
+            _ => Err(BotError::Unexpected),
+        }
+    }
+}
+
+/// The next message's bytes; empty for control frames, which the socket answers by itself.
+fn binary(message: Option<Result<Message, Error>>) -> Result<Vec<u8>, BotError> {
+    match message {
+        Some(Ok(Message::Binary(bytes))) => Ok(bytes.into()),
+        Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(Vec::new()),
+        Some(Ok(Message::Close(_))) | None => Err(BotError::Closed),
+        Some(Ok(_)) => Err(BotError::Unexpected),
+        Some(Err(error)) => Err(error.into()),
+    }
+}
+
+async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<(), BotError> {
+    Ok(socket.send(Message::Binary(message.encode().into())).await?)
+}
+
+/// What a bot sees: the newest snapshot, as a page would hold it.
+#[derive(Default)]
+struct Eyes {
+    newest: Option<Snapshot>,
+}
+
+impl Eyes {
+    fn see(&mut self, bytes: &[u8], report: &mut ClientReport) -> Result<(), BotError> {
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        match ServerMessage::decode(bytes)? {
+            ServerMessage::Snapshot(coded) => {
+                let (snapshot, _events) = Snapshot::decode(&coded, self.newest.as_ref())?;
+                report.saw(snapshot.tick, Instant::now());
+                self.newest = Some(snapshot);
+                Ok(())
+            }
+            ServerMessage::Pong { stamp, .. } => {
+                report.ponged(stamp, Instant::now());
+                Ok(())
+            }
+            ServerMessage::Draining { .. } => Ok(()),
+            ServerMessage::Refused { refusal } => Err(BotError::Refused(refusal)),
+            ServerMessage::Welcome { .. } => Err(BotError::Unexpected),
+        }
+    }
+}
+
+/// What a bot does: a new idea every half second or so, the pointer on its way all the time.
+struct Hands {
+    rng: Rng,
+    size: Vec2,
+    seq: u32,
+    ticks_left: u32,
+    buttons: Buttons,
+    pointer: Vec2,
+    goal: Vec2,
+}
+
+impl Hands {
+    fn new(seed: u64, index: u32, size: Vec2) -> Hands {
+        let rng = Rng::new(seed, index.into());
+        let middle = size * 0.5;
+        let buttons = Buttons::default();
+        Hands { rng, size, seq: 0, ticks_left: 0, buttons, pointer: middle, goal: middle }
+    }
+
+    fn next(&mut self) -> ClientMessage {
+        if self.ticks_left == 0 {
+            self.think();
+        }
+        self.ticks_left -= 1;
+        self.pointer += (self.goal - self.pointer) * 0.1;
+        self.seq += 1;
+        let input = Input { buttons: self.buttons, pointer: Some(self.pointer) };
+        ClientMessage::Input { seq: self.seq, input }
+    }
+
+    fn think(&mut self) {
+        self.ticks_left = 10 + self.rng.below(40);
+        self.goal = Vec2::new(self.rng.unit() * self.size.x, self.rng.unit() * self.size.y);
+        let steer = [Buttons::LEFT, Buttons::RIGHT, Buttons::UP, Buttons::DOWN];
+        // Launching and making are common, a clear of the whole room is rare.
+        let act = match self.rng.below(64) {
+            0..=19 => Buttons::FIRE,
+            20..=27 => Buttons::MAKE,
+            28..=37 => Buttons::HOLD,
+            38..=39 => Buttons::AGITATE,
+            40 => Buttons::CLEAR,
+            _ => Buttons::default(),
+        };
+        let horizontal = steer[self.rng.below(2) as usize];
+        let vertical = steer[2 + self.rng.below(2) as usize];
+        self.buttons = Buttons(horizontal.0 | vertical.0 | act.0);
+    }
+}
