@@ -72,18 +72,21 @@ impl Room {
         token: Option<u64>,
         fresh_token: u64,
     ) -> Result<Welcome, Refusal> {
-        let held = token.and_then(|token| self.members.held_by(token));
-        let seat = held.or_else(|| self.members.free_seat()).ok_or(Refusal::RoomFull)?;
-        let appearance = self.members.distinct(&appearance, held);
-        match self.members.at_mut(seat) {
-            Some(member) => member.resume(appearance, fresh_token),
-            None => {
+        let known = token.and_then(|token| Some((self.members.seat_of(token)?, token)));
+        let seat = match known {
+            Some((seat, _)) => seat,
+            None => self.members.free_seat().ok_or(Refusal::RoomFull)?,
+        };
+        let appearance = self.members.distinct(&appearance, Some(seat));
+        match (known, self.members.at_mut(seat)) {
+            (Some((_, token)), Some(member)) => member.resume(appearance, token, fresh_token),
+            _ => {
                 self.members.put(seat, Member::new(appearance, fresh_token));
                 self.changes.push(Change::Join(seat));
             }
         }
         let bytes = self.welcome(seat, fresh_token).encode();
-        Ok(Welcome { seat, resumed: held.is_some(), bytes })
+        Ok(Welcome { seat, resumed: known.is_some(), bytes })
     }
 
     fn welcome(&self, seat: Seat, token: u64) -> ServerMessage {

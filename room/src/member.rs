@@ -12,7 +12,8 @@ pub struct Member {
     pub appearance: Appearance,
     /// Gives the seat back.
     pub token: u64,
-    /// The token before; valid until the new session proves by an input that it got its own.
+    /// The token that the new session came with; valid until an input proves that the session got
+    /// its own.
     pub token_before: Option<u64>,
     /// Tick at which the socket was lost; `None` with a socket.
     pub lost_tick: Option<u32>,
@@ -32,9 +33,9 @@ impl Member {
         self.token == token || self.token_before == Some(token)
     }
 
-    /// A new session takes the seat over.
-    pub fn resume(&mut self, appearance: Appearance, token: u64) {
-        let token_before = Some(self.token);
+    /// A new session takes the seat over; it came with `token_before`.
+    pub fn resume(&mut self, appearance: Appearance, token_before: u64, token: u64) {
+        let token_before = Some(token_before);
         *self = Member { token_before, ..Member::new(appearance, token) };
     }
 
@@ -94,7 +95,7 @@ impl Members {
     }
 
     /// The seat that a token gives back.
-    pub fn held_by(&self, token: u64) -> Option<Seat> {
+    pub fn seat_of(&self, token: u64) -> Option<Seat> {
         self.iter().find(|(_, member)| member.answers_to(token)).map(|(seat, _)| seat)
     }
 
@@ -183,11 +184,11 @@ mod tests {
     #[test]
     fn the_token_before_counts_until_it_is_given_up() {
         let mut members = members(&[(0, "A", 0), (1, "B", 1)]);
-        members.at_mut(Seat(1)).unwrap().resume(look("B", 1), 77);
-        assert_eq!(members.held_by(77), Some(Seat(1)));
-        assert_eq!(members.held_by(1), Some(Seat(1)));
+        members.at_mut(Seat(1)).unwrap().resume(look("B", 1), 1, 77);
+        assert_eq!(members.seat_of(77), Some(Seat(1)));
+        assert_eq!(members.seat_of(1), Some(Seat(1)));
         members.at_mut(Seat(1)).unwrap().token_before = None;
-        assert_eq!(members.held_by(1), None);
-        assert_eq!(members.held_by(5), None);
+        assert_eq!(members.seat_of(1), None);
+        assert_eq!(members.seat_of(5), None);
     }
 }

@@ -160,6 +160,24 @@ fn changes_round_trip_from_every_baseline() {
 }
 
 #[test]
+fn a_body_that_changed_more_than_its_place_is_another_one() {
+    let base = Snapshot { tick: 1, bodies: vec![body(3, 0), body(4, 0)], players: Vec::new() };
+    let same = base.bodies[0];
+    let others = [
+        SnapshotBody { id: BodyId { index: 3, generation: 1 }, ..same },
+        SnapshotBody { kind: Kind::Pack, ..same },
+        SnapshotBody { owner: Some(Seat(0)), ..same },
+        SnapshotBody { shape: Shape::circle(2.0), ..same },
+        SnapshotBody { quanta: [0, 1], ..same },
+        SnapshotBody { quanta: [1, 0], ..same },
+    ];
+    for other in others {
+        let next = Snapshot { tick: 2, bodies: vec![other, base.bodies[1]], ..base.clone() };
+        assert_round_trip(&next, Some(&base), &[]);
+    }
+}
+
+#[test]
 fn a_chain_of_deltas_with_gaps_arrives_where_the_game_is() {
     let mut rng = Rng::new(2, 0);
     let mut truth = Snapshot { tick: 1, ..Snapshot::default() };
