@@ -8,8 +8,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 }
 
 const INK_OUTSIDE = vec3f(0.035, 0.047, 0.102);
-const INK_LOW = vec3f(0.055, 0.075, 0.148);
-const INK_HIGH = vec3f(0.110, 0.149, 0.275);
+const INK_LOW = vec3f(0.047, 0.064, 0.132);
+const INK_HIGH = vec3f(0.125, 0.168, 0.305);
 
 // Coverage of lines `width` units wide at every multiple of `step`.
 fn lines(point: vec2f, step: f32, width: f32) -> f32 {

@@ -41,6 +41,7 @@ const RING_BOX = 9u;
 const RING_OVAL = 10u;
 const TRAIL = 11u;
 const SLAB = 12u;
+const SMILE = 13u;
 
 @vertex
 fn vertex(in: Vertex) -> Varying {
@@ -89,6 +90,17 @@ fn drop_distance(p: vec2f, radius: f32, tip: f32) -> f32 {
     return dot(q + vec2f(tip, 0.0), vec2f(-slope, along));
 }
 
+// An arc from (-half.x, 0) down to (0, -half.y) and up to (half.x, 0).
+fn arc_distance(p: vec2f, half: vec2f) -> f32 {
+    let radius = dot(half, half) / (2.0 * half.y);
+    let rise = radius - half.y;
+    let q = vec2f(abs(p.x), p.y - rise);
+    if q.x * rise <= -q.y * half.x {
+        return abs(length(q) - radius);
+    }
+    return length(vec2f(q.x - half.x, p.y));
+}
+
 fn signed_distance(in: Varying) -> f32 {
     switch in.kind {
         case OVAL, SHADOW_OVAL, MATTE_OVAL, RING_OVAL: {
@@ -96,6 +108,9 @@ fn signed_distance(in: Varying) -> f32 {
         }
         case DROP: {
             return drop_distance(in.local, in.half.y, in.half.x);
+        }
+        case SMILE: {
+            return arc_distance(in.local, in.half) - 0.5 * in.rounding.y;
         }
         default: {
             return box_distance(in.local, in.half, in.rounding.x);
@@ -130,7 +145,7 @@ fn glow_on(world: vec2f, slope: vec2f) -> vec3f {
         brightness(light_at(world + vec2f(0.0, step)) - light_at(world - vec2f(0.0, step))),
     );
     let toward = ahead / (length(ahead) + 0.02);
-    return light * (0.55 + 1.3 * max(dot(slope, toward), 0.0));
+    return light * (0.6 + 1.8 * max(dot(slope, toward), 0.0));
 }
 
 // Three planks in a frame.
@@ -170,9 +185,11 @@ fn fragment(in: Varying) -> @location(0) vec4f {
             return vec4f(in.fill.rgb * alpha, alpha);
         }
         case TRAIL: {
-            // Wide and opaque at +x, thin and clear at -x.
+            // Wide and opaque with a round head at +x, thin and clear at -x.
             let along = clamp(in.local.x / in.half.x * 0.5 + 0.5, 0.0, 1.0);
-            let across = abs(in.local.y) - in.half.y * along;
+            let head = min((1.0 - along) * 2.0 * in.half.x / in.half.y, 1.0);
+            let width = in.half.y * along * sqrt(head * (2.0 - head));
+            let across = abs(in.local.y) - width;
             let alpha = in.fill.a * along * along * clamp(0.5 - across / unit, 0.0, 1.0);
             return vec4f(in.fill.rgb * alpha, alpha * in.edge.a);
         }
@@ -200,7 +217,10 @@ fn fragment(in: Varying) -> @location(0) vec4f {
             var color = matte(in, -d, outward, 0.55);
             // One lighter edge on top.
             let top = clamp((in.local.y - in.half.y + 0.55) / max(unit, 0.1) + 0.5, 0.0, 1.0);
-            color = mix(color, in.edge.rgb * (color + 0.35), 0.8 * top);
+            color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top);
+            // Walls run on into the dark outside of the world.
+            let beyond = max(max(-in.world, in.world - globals.world), vec2f(0.0));
+            color *= exp(-length(beyond) / 16.0);
             return vec4f(color * cover, cover);
         }
         default: {

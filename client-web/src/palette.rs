@@ -12,8 +12,10 @@ pub const INK: [Rgb; 3] = [[0x09, 0x0c, 0x1a], [0x10, 0x16, 0x2b], [0x1c, 0x26, 
 /// Slabs and walls, from their shaded side to their lit edge.
 pub const SLATE: [Rgb; 4] =
     [[0x2b, 0x35, 0x55], [0x3b, 0x48, 0x6d], [0x56, 0x66, 0x8f], [0x8b, 0x9c, 0xc4]];
-/// Loose toys: crates, their planks, balls.
+/// Crates, from the shaded plank to the lit edge.
 pub const WOOD: [Rgb; 3] = [[0x7a, 0x55, 0x3f], [0xa8, 0x7c, 0x58], [0xd9, 0xb1, 0x83]];
+/// Painted balls: quieter than any player.
+pub const TOYS: [Rgb; 3] = [[0x3f, 0x7d, 0x86], [0x9c, 0x55, 0x4b], [0xa3, 0x8a, 0x4c]];
 /// Wandering minions, body and lit edge.
 pub const MINION: [Rgb; 2] = [[0x6f, 0x63, 0xa8], [0xa9, 0x9d, 0xe0]];
 /// Text on ink: first for reading, second for what may recede. Also eyes and dumb minions.
@@ -55,10 +57,11 @@ pub fn mix(a: Rgb, b: Rgb, share: f32) -> Rgb {
 pub fn css() -> String {
     let mut text =
         String::from("/* Written from client-web/src/palette.rs; edit it there. */\n:root {\n");
-    let groups: [(&str, &[Rgb]); 7] = [
+    let groups: [(&str, &[Rgb]); 8] = [
         ("ink", &INK),
         ("slate", &SLATE),
         ("wood", &WOOD),
+        ("toy", &TOYS),
         ("minion", &MINION),
         ("paper", &PAPER),
         ("player", &PLAYERS),

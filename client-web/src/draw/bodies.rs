@@ -5,7 +5,7 @@ use super::faces;
 use super::motion::{Motion, Pose};
 use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::frame::FrameBody;
-use crate::palette::{self, INK, MINION, PAPER, Rgb, SLATE, WOOD};
+use crate::palette::{self, INK, MINION, PAPER, Rgb, SLATE, TOYS, WOOD};
 use jostle_sim::{Kind, Shape, Vec2};
 
 /// Shadows fall straight down, by this much.
@@ -110,7 +110,8 @@ fn block(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     let tone = (body.id.index.wrapping_mul(2_654_435_761) >> 24) as f32 / 255.0;
     let fill = palette::mix(WOOD[0], WOOD[1], 0.35 + 0.5 * tone);
     if is_round(body) {
-        matte(stage, body, pose, palette::mix(SLATE[2], fill, 0.25 * tone), SLATE[3]);
+        let paint = TOYS[body.id.index as usize % TOYS.len()];
+        matte(stage, body, pose, paint, palette::mix(paint, PAPER[0], 0.6));
         let at = pose.center + pose.half * Vec2::new(-0.28, 0.34);
         let shine = stage.shade(PAPER[0], 0.22);
         stage.quads.push(SolidVertex::new(SolidKind::Oval, at, pose.half * 0.17, shine));
@@ -162,10 +163,10 @@ fn pack(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
 /// A soft outline around what can be dragged.
 fn ring(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     let kind = if is_round(body) { SolidKind::RingOval } else { SolidKind::RingBox };
-    let grown = pose.half + Vec2::splat(1.2);
-    let quad = SolidVertex::new(kind, pose.center, grown, rgba(PAPER[0], 0.85));
-    let width = SolidVertex { edge: [0, 0, 0, 110], ..quad };
-    stage.quads.push(width.rounded(corner(body, pose.half) + 1.2).soft(1.1));
+    let grown = pose.half + Vec2::splat(0.9);
+    let quad = SolidVertex::new(kind, pose.center, grown, rgba(PAPER[0], 0.75));
+    let width = SolidVertex { edge: [0, 0, 0, 70], ..quad };
+    stage.quads.push(width.rounded(corner(body, pose.half) + 0.9).soft(0.8));
 }
 
 fn is_round(body: &FrameBody) -> bool {

@@ -31,18 +31,18 @@ fn spark(stage: &mut Stage, effect: &Effect) {
     if left <= 0.0 {
         return;
     }
-    let heat = palette::mix(EMBER[2], EMBER[0], left);
+    let heat = palette::mix(EMBER[2], EMBER[1], left);
     let mut dice = Dice::of(effect.point);
     let count = 4 + (6.0 * force) as u32;
     for _ in 0..count {
         let way = dice.direction();
         let speed = (14.0 + 46.0 * force) * (0.45 + 0.55 * dice.unit());
         let out = 0.8 + speed * effect.age * (1.0 - 0.35 * effect.age / life_s);
-        let length = (0.6 + speed * 0.035) * left;
+        let length = (0.8 + speed * 0.05) * (0.3 + 0.7 * left);
         let quad = SolidVertex::new(
             SolidKind::Trail,
             effect.point + way * (out + 0.5 * length),
-            Vec2::new(0.5 * length, 0.16 + 0.16 * force),
+            Vec2::new(0.5 * length, 0.18 + 0.16 * force),
             rgba(heat, left),
         );
         stage.quads.push(quad.turned(way).edged([0, 0, 0, 0]));
@@ -76,10 +76,10 @@ fn splash(stage: &mut Stage, effect: &Effect) {
         SolidKind::RingOval,
         effect.point,
         Vec2::splat(reach),
-        rgba(color, 0.7 * left * left),
+        rgba(color, 0.6 * left * left),
     );
     let wave = SolidVertex { edge: [0, 0, 0, 40], ..wave };
-    stage.quads.push(wave.soft(0.4 + 2.2 * left));
+    stage.quads.push(wave.soft(0.3 + 1.3 * left));
     let flash = (1.0 - effect.age / 0.35).max(0.0);
     let heat = palette::mix(EMBER[2], color, flash);
     glow(stage, effect.point, 26.0, heat, 0.55 * flash * flash);
@@ -123,12 +123,15 @@ struct Dice(u32);
 
 impl Dice {
     fn of(point: Vec2) -> Dice {
-        Dice(point.x.to_bits().rotate_left(9) ^ point.y.to_bits() ^ 0x9e37_79b9)
+        // The finaliser of MurmurHash3 (Appleby 2011) spreads neighbouring places far apart.
+        let mut bits = point.x.to_bits().rotate_left(9) ^ point.y.to_bits();
+        bits = (bits ^ bits >> 16).wrapping_mul(0x85eb_ca6b);
+        bits = (bits ^ bits >> 13).wrapping_mul(0xc2b2_ae35);
+        Dice((bits ^ bits >> 16).max(1))
     }
 
     /// The next number in 0..1 (an xorshift of Marsaglia 2003).
     fn unit(&mut self) -> f32 {
-        self.0 = self.0.max(1);
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;

@@ -49,13 +49,20 @@ fn hero(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
             stage.quads.push(SolidVertex::new(SolidKind::Oval, glint, small, white));
         }
     }
-    let mouth = face + Vec2::new(look.x * 0.05 * least, -0.52 * least);
-    let ink = stage.shade(INK[0], 0.62);
-    let line = Vec2::new(0.17 * least, 0.045 * least);
-    let round = Vec2::new(0.10, 0.13) * least;
-    let shape = line.lerp(round, shock);
-    let quad = SolidVertex::new(SolidKind::Box, mouth, shape, ink);
-    stage.quads.push(quad.rounded(shape.x.min(shape.y)));
+    let mouth = face + Vec2::new(look.x * 0.05 * least, -0.44 * least);
+    let ink = stage.shade(INK[0], 0.66);
+    let quad = if shock > 0.3 {
+        SolidVertex::new(
+            SolidKind::Oval,
+            mouth - Vec2::Y * 0.1 * least,
+            Vec2::new(0.10, 0.14) * least,
+            ink,
+        )
+    } else {
+        SolidVertex::new(SolidKind::Smile, mouth, Vec2::new(0.20, 0.09) * least, ink)
+            .soft(0.075 * least)
+    };
+    stage.quads.push(quad);
 }
 
 fn minion(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
@@ -69,10 +76,10 @@ fn minion(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
         let at = face + Vec2::new(side * 0.30 * least, 0.0);
         stage.quads.push(SolidVertex::new(SolidKind::Oval, at, dot, white));
     }
-    let smile = Vec2::new(0.14, 0.035) * least;
-    let at = face - Vec2::new(0.0, 0.36 * least);
-    let quad = SolidVertex::new(SolidKind::Box, at, smile, stage.shade(INK[0], 0.45));
-    stage.quads.push(quad.rounded(smile.y));
+    let at = face - Vec2::new(0.0, 0.27 * least);
+    let ink = stage.shade(INK[0], 0.5);
+    let smile = SolidVertex::new(SolidKind::Smile, at, Vec2::new(0.15, 0.08) * least, ink);
+    stage.quads.push(smile.soft(0.06 * least));
 }
 
 fn dumb(stage: &mut Stage, body: &FrameBody, pose: &Pose) {

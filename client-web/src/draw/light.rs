@@ -6,7 +6,7 @@ use jostle_sim::Vec2;
 /// Cells of the field on each axis.
 pub const LIGHT_CELLS: usize = 64;
 /// How far light reaches, world units: the blur's falloff length.
-const REACH: f32 = 5.0;
+const REACH: f32 = 6.5;
 /// Cells beyond each side of the view, so that light from outside comes in.
 const MARGIN_CELLS: f32 = 4.0;
 
@@ -84,7 +84,7 @@ impl LightField {
             }
         }
         // The blur spreads a sum over cells: make it independent of their size.
-        let gain = 0.45 * (REACH / self.cell).powi(2);
+        let gain = 0.9 * (REACH / self.cell).powi(2);
         for (cell, texel) in self.cells.iter().zip(self.texels.as_chunks_mut::<4>().0) {
             *texel = encode(*cell, gain);
         }

@@ -36,6 +36,8 @@ pub enum SolidKind {
     Trail = 11,
     /// Slab of the world with one lighter top edge.
     Slab = 12,
+    /// Line that hangs from (-half.x, 0) and (half.x, 0) down to (0, -half.y); the width is the soft edge's.
+    Smile = 13,
 }
 
 /// One corner of one solid quad.
