@@ -1,19 +1,22 @@
 //! Writes what `assets/sprites` and `web/palette.css` hold from the code that defines it:
 //! `cargo run -p jostle-client-web --example sprites`. Tests fail while the files differ.
 
-use jostle_client_web::{draw::sprite, palette};
+use jostle_client_web::draw::{icon, sprite};
+use jostle_client_web::palette;
 use std::path::Path;
 
 fn main() -> std::io::Result<()> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let files = [
-        ("../assets/sprites/particle.pgm", sprite::particle_pgm()),
-        ("web/palette.css", palette::css().into_bytes()),
+    let mut files = vec![
+        ("assets/sprites/particle.pgm".to_owned(), sprite::particle_pgm()),
+        ("client-web/web/palette.css".to_owned(), palette::css().into_bytes()),
     ];
+    for (name, side) in icon::ICONS {
+        files.push((format!("assets/sprites/{name}"), icon::icon_png(side)));
+    }
     for (name, bytes) in files {
-        let path = root.join(name);
-        std::fs::write(&path, bytes)?;
-        println!("wrote {}", path.display());
+        std::fs::write(root.join("..").join(&name), bytes)?;
+        println!("wrote {name}");
     }
     Ok(())
 }

@@ -94,7 +94,7 @@ fn skin(body: &FrameBody) -> (Rgb, Rgb) {
         Kind::Dumb => (palette::mix(PAPER[1], PAPER[0], 0.35), WHITE),
         _ => {
             let color = body.color.map_or(NOBODY, palette::player);
-            (palette::mix(color, INK[1], 0.10), palette::mix(color, WHITE, 0.55))
+            (palette::mix(color, INK[1], 0.04), palette::mix(color, WHITE, 0.55))
         }
     }
 }

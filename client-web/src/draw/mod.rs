@@ -6,6 +6,8 @@
 mod bodies;
 mod effects;
 mod faces;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod icon;
 mod light;
 mod motion;
 mod outline;
