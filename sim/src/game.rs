@@ -1,10 +1,29 @@
 //! The Game: a World and the rules of its scene. Heroes, minions, packs, tools.
+//!
+//! The order of a tick is the chapter's (B6): what steers acts on velocities, then the World
+//! steps, then what it reports is acted on, then tools make new bodies, then particles move.
 
-use crate::particle::EmitterDef;
-use crate::scene::Scene;
+mod actor;
+mod hero;
+mod minion;
+mod pack;
+mod placing;
+mod report;
+mod tools;
+
+#[cfg(test)]
+mod tests;
+
 pub use crate::scene::{Kind, SEATS_MAX};
+
+use crate::hash::StateHasher;
+use crate::math::Rng;
+use crate::particle::{EmitterDef, Source, quantise};
+use crate::scene::{Place, Scene};
 use crate::shape::Shape;
 use crate::world::{BodyId, World};
+use crate::{DT, Tools};
+use actor::{Actor, Player, Rule};
 use glam::Vec2;
 use std::sync::Arc;
 
@@ -138,13 +157,57 @@ pub struct PlayerInfo {
 pub struct Game {
     scene: Arc<Scene>,
     world: World,
+    ticks: u32,
+    /// What the bodies are, by body index.
+    actors: Vec<Option<Actor>>,
+    /// In seat order.
+    players: Vec<Player>,
+    /// Bodies of [`Scene::bodies`], in that order, as long as they exist.
+    placed: Vec<Option<BodyId>>,
+    chance: Chance,
+    events: Vec<Event>,
+    /// Joins and leaves since the last tick.
+    pending: Vec<Event>,
+}
+
+/// A generator for each purpose, so that one rule's draws never shift another's.
+#[derive(Clone, Debug)]
+struct Chance {
+    spawn: Rng,
+    drop: Rng,
+    agitate: Rng,
+    emit: Rng,
+}
+
+impl Chance {
+    const LAYOUT_STREAM: u64 = 1;
+
+    fn new(seed: u64) -> Chance {
+        Chance {
+            spawn: Rng::new(seed, 2),
+            drop: Rng::new(seed, 3),
+            agitate: Rng::new(seed, 4),
+            emit: Rng::new(seed, 5),
+        }
+    }
 }
 
 impl Game {
     /// A game at tick 0 with nobody in it. The same scene and seed give the same game.
     pub fn new(scene: Arc<Scene>, seed: u64) -> Game {
-        let _ = (scene, seed);
-        todo!()
+        let mut game = Game {
+            world: World::new(scene.world_settings()),
+            scene,
+            ticks: 0,
+            actors: Vec::new(),
+            players: Vec::new(),
+            placed: Vec::new(),
+            chance: Chance::new(seed),
+            events: Vec::new(),
+            pending: Vec::new(),
+        };
+        game.place_everything(&mut Rng::new(seed, Chance::LAYOUT_STREAM));
+        game
     }
 
     /// The scene.
@@ -159,45 +222,219 @@ impl Game {
 
     /// Ticks played.
     pub fn tick_count(&self) -> u32 {
-        todo!()
+        self.ticks
     }
 
-    /// Seats a player; a hero appears where the scene has heroes. Panics if the seat is taken.
+    /// Seats a player; a hero appears where the scene has heroes, at once if a place is clear.
+    /// Panics if the seat is taken or not below [`SEATS_MAX`].
     pub fn join(&mut self, seat: Seat) {
-        let _ = seat;
-        todo!()
+        assert!(usize::from(seat.0) < SEATS_MAX, "seat {} is past the last one", seat.0);
+        let at = match self.players.binary_search_by_key(&seat, |player| player.seat) {
+            Ok(_) => panic!("seat {} is taken", seat.0),
+            Err(at) => at,
+        };
+        self.players.insert(at, Player::new(seat, self.first_of(Kind::Hero)));
+        self.pending.push(Event::Joined(seat));
+        self.spawn_hero(at);
     }
 
     /// Removes a player with hero and packs. Panics if the seat is empty.
     pub fn leave(&mut self, seat: Seat) {
-        let _ = seat;
-        todo!()
+        let at = match self.players.binary_search_by_key(&seat, |player| player.seat) {
+            Ok(at) => at,
+            Err(_) => panic!("seat {} is empty", seat.0),
+        };
+        self.let_go(at);
+        self.players.remove(at);
+        self.pending.push(Event::Left(seat));
+        for index in 0..self.actors.len() {
+            if let Some(actor) = self.actors[index].filter(|actor| actor.owner == Some(seat)) {
+                self.remove(actor.id);
+            }
+        }
     }
 
     /// Plays one tick. `inputs` holds at most one entry a seat, in seat order; a seat without an
     /// entry is at rest: nothing is down.
     pub fn tick(&mut self, inputs: &[(Seat, Input)]) {
-        let _ = inputs;
-        todo!()
+        let ordered = inputs.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        debug_assert!(ordered, "inputs must be in seat order, one a seat");
+        self.events.clear();
+        self.events.append(&mut self.pending);
+        self.take_inputs(inputs);
+        self.drive_platforms();
+        self.steer_minions();
+        self.spawn_heroes();
+        self.thrust_heroes();
+        self.steer_packs();
+        self.use_tools_on_bodies();
+
+        self.world.step();
+
+        self.report_impacts();
+        self.report_departed();
+        self.turn_minions();
+        self.feel_contacts_of_packs();
+        self.burst_packs();
+        self.make_with_tools();
+        self.start_emitters();
+        self.world.step_particles();
+        self.ticks += 1;
     }
 
     /// What the last tick (and joins and leaves since the one before) reported, in order.
     pub fn events(&self) -> &[Event] {
-        todo!()
+        &self.events
     }
 
     /// Bodies in index order.
     pub fn bodies(&self) -> impl Iterator<Item = BodyInfo> + '_ {
-        std::iter::empty()
+        self.actors.iter().flatten().map(|actor| BodyInfo {
+            id: actor.id,
+            kind: actor.kind,
+            owner: actor.owner,
+            shape: self.world.shape(actor.id),
+            quanta: self.world.position_quanta(actor.id),
+        })
     }
 
     /// Players in seat order.
     pub fn players(&self) -> impl Iterator<Item = PlayerInfo> + '_ {
-        std::iter::empty()
+        self.players.iter().map(|player| PlayerInfo {
+            seat: player.seat,
+            hero: player.hero,
+            selected: player.selected,
+            held: player.held.map(|held| held.body),
+            score: player.score,
+            pointer: player.pointer.map(|pointer| quantise(pointer, self.scene.quantum)),
+        })
     }
 
     /// Digest of the raw bits of the whole state.
     pub fn hash(&self) -> u64 {
-        todo!()
+        let mut hasher = StateHasher::default();
+        hasher.push_u64(self.world.hash());
+        hasher.push(self.ticks);
+        for rng in [&self.chance.spawn, &self.chance.drop, &self.chance.agitate, &self.chance.emit]
+        {
+            let [state, increment] = rng.state();
+            hasher.push_u64(state);
+            hasher.push_u64(increment);
+        }
+        for actor in self.actors.iter().flatten() {
+            actor.hash(&mut hasher);
+        }
+        for player in &self.players {
+            player.hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+
+    /// Buttons, edges and pointers of this tick. A pointer that is not finite or lies outside the
+    /// world is ignored; the last one is kept, as the chapter does (B1).
+    fn take_inputs(&mut self, inputs: &[(Seat, Input)]) {
+        let size = self.scene.size;
+        for player in &mut self.players {
+            let input = match inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat) {
+                Ok(at) => inputs[at].1,
+                Err(_) => Input::default(),
+            };
+            let inside = |pointer: &Vec2| {
+                (0.0..=size.x).contains(&pointer.x) && (0.0..=size.y).contains(&pointer.y)
+            };
+            player.aim = input.pointer.filter(inside);
+            player.pointer = player.aim.or(player.pointer);
+            player.press(Buttons(input.buttons.0 & Buttons::ALL.0));
+        }
+    }
+
+    /// Gives kinematic bodies the velocity that takes them to their place at the end of this tick.
+    fn drive_platforms(&mut self) {
+        for (body, id) in self.scene.bodies.iter().zip(&self.placed) {
+            if let (Some(path), Some(id)) = (&body.path, id) {
+                let way = path.at(self.ticks + 1) - self.world.position(*id);
+                self.world.set_velocity(*id, way / DT);
+            }
+        }
+    }
+
+    /// Emitters of the scene that start in this tick.
+    fn start_emitters(&mut self) {
+        let scene = Arc::clone(&self.scene);
+        let tick = self.ticks;
+        for repeater in scene.emitters.iter().filter(|repeater| repeater.starts_at(tick)) {
+            let source = match repeater.place {
+                Place::Point(point) => Source::Point(point),
+                Place::Body(index) => match self.placed[index] {
+                    Some(id) => Source::Body(id),
+                    None => continue,
+                },
+            };
+            self.emit(repeater.recipe, repeater.count, source);
+        }
+    }
+
+    fn emit(&mut self, recipe: u8, count: u16, source: Source) {
+        let seed = self.chance.emit.next_u32();
+        let emitter = EmitterDef { recipe, count, seed, source };
+        self.world.start_emitter(emitter);
+        self.events.push(Event::EmitterStarted(emitter));
+    }
+
+    /// Adds a body with its rule; `None` when the world is full.
+    fn add(
+        &mut self,
+        def: &crate::BodyDef,
+        kind: Kind,
+        owner: Option<Seat>,
+        rule: Rule,
+    ) -> Option<BodyId> {
+        let id = self.world.add(def)?;
+        let index = id.index as usize;
+        if index >= self.actors.len() {
+            self.actors.resize(index + 1, None);
+        }
+        self.actors[index] = Some(Actor { id, kind, owner, rule });
+        Some(id)
+    }
+
+    /// Removes a body from world and rules.
+    fn remove(&mut self, id: BodyId) {
+        self.world.remove(id);
+        self.forget(id);
+    }
+
+    /// Removes a body that the world has removed already from the rules.
+    fn forget(&mut self, id: BodyId) -> Option<Actor> {
+        for player in &mut self.players {
+            player.forget(id);
+        }
+        if let Some(place) = self.placed.iter_mut().find(|place| **place == Some(id)) {
+            *place = None;
+        }
+        self.actors[id.index as usize].take_if(|actor| actor.id == id)
+    }
+
+    fn allows(&self, tool: Tools) -> bool {
+        self.scene.tools.contains(tool)
+    }
+
+    /// The first body of a kind in the scene file: the one that H, M or P selects.
+    fn first_of(&self, kind: Kind) -> Option<BodyId> {
+        if !self.allows(Tools::SELECT) {
+            return None;
+        }
+        let at = self.scene.bodies.iter().position(|body| body.kind == kind)?;
+        self.placed[at]
+    }
+
+    /// Bodies that tools may still make; places of heroes that may yet come stay free.
+    fn room(&self) -> usize {
+        let heroes = self.players.iter().filter(|player| player.hero.is_some()).count();
+        let reserved = match self.scene.hero {
+            Some(_) => usize::from(self.scene.players_max).saturating_sub(heroes),
+            None => 0,
+        };
+        self.scene.bodies_max.saturating_sub(self.world.body_count() + reserved)
     }
 }

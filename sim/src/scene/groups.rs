@@ -44,11 +44,6 @@ impl Groups {
             table.error("group", found, one_of(&self.names))
         })
     }
-
-    /// Whether bodies of the two groups collide.
-    pub fn meet(&self, a: u8, b: u8) -> bool {
-        self.meets[usize::from(a)] >> b & 1 == 1
-    }
 }
 
 fn names(root: &Table) -> Result<Vec<String>, SceneError> {

@@ -1,0 +1,147 @@
+//! What the rules know about a body and about a player, beyond what the World knows.
+
+use super::{Buttons, Kind, Seat};
+use crate::hash::StateHasher;
+use crate::world::BodyId;
+use glam::Vec2;
+
+/// A body's part in the game.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Actor {
+    pub id: BodyId,
+    pub kind: Kind,
+    pub owner: Option<Seat>,
+    pub rule: Rule,
+}
+
+/// How a body moves by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Rule {
+    /// Not at all.
+    Still,
+    /// A minion.
+    Wander {
+        /// Unit vector.
+        heading: Vec2,
+        /// Units/s, positive.
+        speed: f32,
+    },
+    /// A dye pack.
+    Chase {
+        /// Unit vector of its own motion.
+        front: Vec2,
+        /// What contacts have added to its own motion, units/s.
+        drift: Vec2,
+        /// Velocity that it was given for this step, units/s.
+        driven: Vec2,
+        /// Ticks left.
+        life: u32,
+    },
+}
+
+impl Actor {
+    pub fn hash(&self, hasher: &mut StateHasher) {
+        hasher.push(self.id.index);
+        hasher.push(self.id.generation);
+        hasher.push(self.kind as u32);
+        hasher.push(self.owner.map_or(u32::MAX, |seat| u32::from(seat.0)));
+        match self.rule {
+            Rule::Still => {}
+            Rule::Wander { heading, speed } => {
+                hasher.push_vec2(heading);
+                hasher.push_f32(speed);
+            }
+            Rule::Chase { front, drift, driven, life } => {
+                hasher.push_vec2(front);
+                hasher.push_vec2(drift);
+                hasher.push_vec2(driven);
+                hasher.push(life);
+            }
+        }
+    }
+}
+
+/// A body in a player's hand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Held {
+    pub body: BodyId,
+    /// What the body gets back when it is let go.
+    pub gravity_scale: f32,
+}
+
+/// A seated player.
+#[derive(Clone, Debug)]
+pub(super) struct Player {
+    pub seat: Seat,
+    pub hero: Option<BodyId>,
+    /// Ticks until the next try to place a hero.
+    pub hero_wait: u32,
+    pub selected: Option<BodyId>,
+    pub held: Option<Held>,
+    pub score: u16,
+    /// Where the player pointed last.
+    pub pointer: Option<Vec2>,
+    /// Where the player points in this tick, if inside the world.
+    pub aim: Option<Vec2>,
+    down: Buttons,
+    pressed: Buttons,
+}
+
+impl Player {
+    pub fn new(seat: Seat, selected: Option<BodyId>) -> Player {
+        Player {
+            seat,
+            hero: None,
+            hero_wait: 0,
+            selected,
+            held: None,
+            score: 0,
+            pointer: None,
+            aim: None,
+            down: Buttons::default(),
+            pressed: Buttons::default(),
+        }
+    }
+
+    /// Takes the buttons of a tick.
+    pub fn press(&mut self, down: Buttons) {
+        self.pressed = Buttons(down.0 & !self.down.0);
+        self.down = down;
+    }
+
+    /// Whether a button is down.
+    pub fn holds(&self, button: Buttons) -> bool {
+        self.down.contains(button)
+    }
+
+    /// Whether a button went down in this tick.
+    pub fn pressed(&self, button: Buttons) -> bool {
+        self.pressed.contains(button)
+    }
+
+    /// 1, 0 or -1 for a pair of opposite keys.
+    pub fn axis(&self, positive: Buttons, negative: Buttons) -> f32 {
+        f32::from(u8::from(self.holds(positive))) - f32::from(u8::from(self.holds(negative)))
+    }
+
+    /// Lets go of a body that is gone.
+    pub fn forget(&mut self, body: BodyId) {
+        self.hero.take_if(|hero| *hero == body);
+        self.selected.take_if(|selected| *selected == body);
+        self.held.take_if(|held| held.body == body);
+    }
+
+    pub fn hash(&self, hasher: &mut StateHasher) {
+        hasher.push(u32::from(self.seat.0));
+        for body in [self.hero, self.selected, self.held.map(|held| held.body)] {
+            hasher.push(body.map_or(u32::MAX, |id| id.index));
+            hasher.push(body.map_or(0, |id| id.generation));
+        }
+        hasher.push_f32(self.held.map_or(0.0, |held| held.gravity_scale));
+        hasher.push(self.hero_wait);
+        hasher.push(u32::from(self.score));
+        hasher.push(u32::from(self.pointer.is_some()));
+        hasher.push_vec2(self.pointer.unwrap_or_default());
+        hasher.push(u32::from(self.down.0));
+    }
+}

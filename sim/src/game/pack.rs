@@ -1,0 +1,146 @@
+//! Dye packs: launched by players, they chase a hero and burst on it.
+//!
+//! A pack's velocity is its own motion plus its drift. Its own motion is part of what contacts
+//! see (C21), so it pushes like any body; what they change becomes drift, which dies away, so that
+//! a pack in front of a platform slides along it, and a hero behind a platform has cover (C39).
+
+use super::actor::Rule;
+use super::{Event, Game, Kind, Seat};
+use crate::contact::collide;
+use crate::math::{atan2, clamp, rotate};
+use crate::particle::Source;
+use crate::scene::PackSpec;
+use crate::shape::Shape;
+use crate::world::{BodyDef, BodyId};
+use glam::Vec2;
+use std::sync::Arc;
+
+/// Packs look to the right when they appear (B3).
+const FRONT_AT_START: Vec2 = Vec2::X;
+
+impl Game {
+    /// Turns packs towards their targets, moves them, and removes the worn-out ones.
+    pub(super) fn steer_packs(&mut self) {
+        let scene = Arc::clone(&self.scene);
+        let Some(spec) = &scene.pack else { return };
+        for index in 0..self.actors.len() {
+            let Some(actor) = self.actors[index] else { continue };
+            let Rule::Chase { front, drift, life, .. } = actor.rule else { continue };
+            if life == 0 {
+                self.remove(actor.id);
+                continue;
+            }
+            let front = self.aimed(spec, actor.id, actor.owner, front);
+            let drift = drift * spec.drift;
+            let driven = front * spec.speed + drift;
+            self.world.set_velocity(actor.id, driven);
+            let rule = Rule::Chase { front, drift, driven, life: life - 1 };
+            self.actors[index] = Some(super::Actor { rule, ..actor });
+        }
+    }
+
+    /// The front after turning a share of the signed angle to the target (A4.9).
+    fn aimed(&self, spec: &PackSpec, pack: BodyId, owner: Option<Seat>, front: Vec2) -> Vec2 {
+        let place = self.world.position(pack);
+        let Some(target) = self.target_of(place, owner) else { return front };
+        let way = target - place;
+        let angle = atan2(front.perp_dot(way), front.dot(way));
+        let turned = rotate(front, angle * spec.turn);
+        turned / turned.length()
+    }
+
+    /// The centre of the nearest hero that a pack of `owner` may burst on.
+    fn target_of(&self, place: Vec2, owner: Option<Seat>) -> Option<Vec2> {
+        let mut nearest: Option<(f32, Vec2)> = None;
+        for hero in self.actors.iter().flatten().filter(|actor| actor.kind == Kind::Hero) {
+            let center = self.world.position(hero.id);
+            let distance = (center - place).length_squared();
+            let closer = nearest.is_none_or(|(least, _)| distance < least);
+            if closer && self.is_prey(hero.owner, owner) {
+                nearest = Some((distance, center));
+            }
+        }
+        nearest.map(|(_, center)| center)
+    }
+
+    /// Packs spare their owner's hero, unless the owner plays alone.
+    fn is_prey(&self, hero: Option<Seat>, owner: Option<Seat>) -> bool {
+        hero != owner || self.players.len() == 1
+    }
+
+    /// After a step: what contacts changed of a pack's velocity becomes drift.
+    pub(super) fn feel_contacts_of_packs(&mut self) {
+        for actor in self.actors.iter_mut().flatten() {
+            if let Rule::Chase { drift, driven, .. } = &mut actor.rule {
+                *drift += self.world.velocity(actor.id) - *driven;
+            }
+        }
+    }
+
+    /// Packs that touch a hero are gone; the burst starts in the same tick (A4.8).
+    pub(super) fn burst_packs(&mut self) {
+        let scene = Arc::clone(&self.scene);
+        let Some(spec) = &scene.pack else { return };
+        for index in 0..self.actors.len() {
+            let pack = self.actors[index].filter(|actor| actor.kind == Kind::Pack);
+            let Some(pack) = pack else { continue };
+            let Some((hero, victim, point)) = self.hit_by(pack.id, pack.owner) else { continue };
+            self.remove(pack.id);
+            let Some(owner) = pack.owner else { continue };
+            if victim != Some(owner)
+                && let Some(player) = self.players.iter_mut().find(|player| player.seat == owner)
+            {
+                player.score = player.score.saturating_add(1);
+            }
+            self.events.push(Event::PackHit { owner, victim, hero, point });
+            if spec.burst > 0 {
+                self.emit(spec.recipe, spec.burst, Source::Point(point));
+            }
+        }
+    }
+
+    /// The first hero that the pack touches, its player, and where.
+    fn hit_by(&self, pack: BodyId, owner: Option<Seat>) -> Option<(BodyId, Option<Seat>, Vec2)> {
+        let (shape, center) = (self.world.shape(pack), self.world.position(pack));
+        let heroes = self.actors.iter().flatten().filter(|actor| actor.kind == Kind::Hero);
+        let mut prey = heroes.filter(|hero| self.is_prey(hero.owner, owner));
+        let hero = prey.find(|hero| {
+            let (other, place) = (self.world.shape(hero.id), self.world.position(hero.id));
+            collide(shape, center, other, place, (pack.index, hero.id.index)).is_some()
+        })?;
+        let place = self.world.position(hero.id);
+        let point = nearest_point(self.world.shape(hero.id), place, center);
+        Some((hero.id, hero.owner, point))
+    }
+
+    /// A click launches a pack at the pointer, within the player's cap.
+    pub(super) fn launch_pack(&mut self, seat: Seat, place: Vec2) {
+        let scene = Arc::clone(&self.scene);
+        let Some(spec) = &scene.pack else { return };
+        let own = |actor: &&super::Actor| actor.kind == Kind::Pack && actor.owner == Some(seat);
+        let flying = self.actors.iter().flatten().filter(own).count();
+        if flying >= scene.packs_max || self.room() == 0 {
+            return;
+        }
+        let velocity = FRONT_AT_START * spec.speed;
+        let rule = Rule::Chase {
+            front: FRONT_AT_START,
+            drift: Vec2::ZERO,
+            driven: velocity,
+            life: spec.life_ticks,
+        };
+        let def = BodyDef { position: place, velocity, ..spec.body };
+        self.add(&def, Kind::Pack, Some(seat), rule);
+    }
+}
+
+/// The point of a placed shape that is nearest to `from`; `from` itself if it lies inside.
+fn nearest_point(shape: Shape, center: Vec2, from: Vec2) -> Vec2 {
+    let away = from - center;
+    match shape {
+        Shape::Circle { radius } => center + crate::math::clamp_length(away, radius),
+        Shape::Box { half } => {
+            center + Vec2::new(clamp(away.x, -half.x, half.x), clamp(away.y, -half.y, half.y))
+        }
+    }
+}

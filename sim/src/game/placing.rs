@@ -1,0 +1,104 @@
+//! The start of a game: bodies of the scene file, and layouts at places that the seed decides.
+
+use super::actor::Rule;
+use super::{Game, Kind};
+use crate::math::Rng;
+use crate::scene::{Layout, Path, Scene};
+use crate::shape::{Aabb, Shape};
+use crate::world::{BodyDef, BodyId};
+use glam::Vec2;
+use std::sync::Arc;
+
+/// Places tried for each body of a layout; then it is left out.
+const TRIES: u32 = 64;
+
+impl Game {
+    /// Fills the world: first what has a place, then the layouts in file order.
+    pub(super) fn place_everything(&mut self, rng: &mut Rng) {
+        let scene = Arc::clone(&self.scene);
+        let mut taken = taken_by_heroes(&scene);
+        for body in &scene.bodies {
+            let id = self.place(body.kind, body.def, body.velocity_given, rng);
+            self.placed.push(id);
+            match &body.path {
+                Some(path) => taken.extend(swept(path, body.def.shape)),
+                None => taken.push(Aabb::around(body.def.position, body.def.shape.half_extent())),
+            }
+        }
+        for layout in &scene.layouts {
+            for place in 0..layout.count {
+                let Some(def) = find_room(layout, place, &taken, rng) else { continue };
+                taken.push(Aabb::around(def.position, def.shape.half_extent()));
+                self.place(layout.kind, def, layout.velocity_given, rng);
+            }
+        }
+    }
+
+    /// Adds a body; a minion or dumb minion without a velocity sets off to either side.
+    fn place(
+        &mut self,
+        kind: Kind,
+        mut def: BodyDef,
+        velocity_given: bool,
+        rng: &mut Rng,
+    ) -> Option<BodyId> {
+        let speed = match kind {
+            Kind::Minion => self.scene.minion.speed,
+            Kind::Dumb => self.scene.dumb_speed,
+            _ => 0.0,
+        };
+        if speed > 0.0 && !velocity_given {
+            def.velocity = either_side(speed, rng);
+        }
+        let speed = def.velocity.length();
+        let rule = match kind {
+            Kind::Minion if speed > 0.0 => Rule::Wander { heading: def.velocity / speed, speed },
+            _ => Rule::Still,
+        };
+        self.add(&def, kind, None, rule)
+    }
+}
+
+/// A velocity to the right or to the left.
+pub(super) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
+    if rng.below(2) == 0 { Vec2::new(speed, 0.0) } else { Vec2::new(-speed, 0.0) }
+}
+
+/// Spawn points stay clear of layouts (C37).
+fn taken_by_heroes(scene: &Scene) -> Vec<Aabb> {
+    let Some(hero) = &scene.hero else { return Vec::new() };
+    let half = hero.body.shape.half_extent();
+    hero.spawns.iter().map(|&spawn| Aabb::around(spawn, half)).collect()
+}
+
+/// The regions that a body on a path passes through.
+fn swept(path: &Path, shape: Shape) -> impl Iterator<Item = Aabb> {
+    let half = shape.half_extent();
+    path.points().windows(2).map(move |leg| {
+        let (a, b) = (Aabb::around(leg[0], half), Aabb::around(leg[1], half));
+        Aabb { low: lower(a.low, b.low), high: -lower(-a.high, -b.high) }
+    })
+}
+
+fn lower(a: Vec2, b: Vec2) -> Vec2 {
+    Vec2::new(crate::math::min(a.x, b.x), crate::math::min(a.y, b.y))
+}
+
+/// The layout's next body at a random place of its cell with room around it.
+fn find_room(layout: &Layout, place: u32, taken: &[Aabb], rng: &mut Rng) -> Option<BodyDef> {
+    let [columns, rows] = layout.grid;
+    let cell = place % (columns * rows);
+    let cell_size = (layout.area.high - layout.area.low) / Vec2::new(columns as f32, rows as f32);
+    let corner = Vec2::new((cell % columns) as f32, (cell / columns) as f32) * cell_size;
+    let shape = layout.shapes[rng.below(layout.shapes.len() as u32) as usize];
+    let half = shape.half_extent() + Vec2::splat(layout.gap);
+    for _ in 0..TRIES {
+        let (x, y) = (rng.unit(), rng.unit());
+        let position = layout.area.low + corner + Vec2::new(x, y) * cell_size;
+        let region = Aabb::around(position, half);
+        if taken.iter().all(|other| !other.overlaps(&region)) {
+            return Some(BodyDef { shape, position, ..layout.def });
+        }
+    }
+    None
+}
