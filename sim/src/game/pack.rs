@@ -26,7 +26,7 @@ impl Game {
         for index in 0..self.actors.len() {
             let Some(actor) = self.actors[index] else { continue };
             let Rule::Chase { front, drift, life, .. } = actor.rule else { continue };
-            if life == 0 {
+            if life <= 1 {
                 self.remove(actor.id);
                 continue;
             }

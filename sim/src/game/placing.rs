@@ -9,14 +9,15 @@ use crate::world::{BodyDef, BodyId};
 use glam::Vec2;
 use std::sync::Arc;
 
-/// Places tried for each body of a layout; then it is left out.
-const TRIES: u32 = 64;
+/// Places tried for a body in its cell, and again in the whole area; then it is left out.
+const TRIES: u32 = 256;
 
 impl Game {
     /// Fills the world: first what has a place, then the layouts in file order.
     pub(super) fn place_everything(&mut self, rng: &mut Rng) {
         let scene = Arc::clone(&self.scene);
-        let mut taken = taken_by_heroes(&scene);
+        let spawns = spawn_regions(&scene);
+        let mut taken = Vec::new();
         for body in &scene.bodies {
             let id = self.place(body.kind, body.def, body.velocity_given, rng);
             self.placed.push(id);
@@ -27,7 +28,7 @@ impl Game {
         }
         for layout in &scene.layouts {
             for place in 0..layout.count {
-                let Some(def) = find_room(layout, place, &taken, rng) else { continue };
+                let Some(def) = find_room(layout, place, &taken, &spawns, rng) else { continue };
                 taken.push(Aabb::around(def.position, def.shape.half_extent()));
                 self.place(layout.kind, def, layout.velocity_given, rng);
             }
@@ -65,7 +66,7 @@ pub(super) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
 }
 
 /// Spawn points stay clear of layouts (C37).
-fn taken_by_heroes(scene: &Scene) -> Vec<Aabb> {
+fn spawn_regions(scene: &Scene) -> Vec<Aabb> {
     let Some(hero) = &scene.hero else { return Vec::new() };
     let half = hero.body.shape.half_extent();
     hero.spawns.iter().map(|&spawn| Aabb::around(spawn, half)).collect()
@@ -84,21 +85,40 @@ fn lower(a: Vec2, b: Vec2) -> Vec2 {
     Vec2::new(crate::math::min(a.x, b.x), crate::math::min(a.y, b.y))
 }
 
-/// The layout's next body at a random place of its cell with room around it.
-fn find_room(layout: &Layout, place: u32, taken: &[Aabb], rng: &mut Rng) -> Option<BodyDef> {
-    let [columns, rows] = layout.grid;
-    let cell = place % (columns * rows);
-    let cell_size = (layout.area.high - layout.area.low) / Vec2::new(columns as f32, rows as f32);
-    let corner = Vec2::new((cell % columns) as f32, (cell / columns) as f32) * cell_size;
+/// The layout's next body at a random place with room around it: in its cell of the grid, or
+/// where that is full, anywhere in the area.
+fn find_room(
+    layout: &Layout,
+    place: u32,
+    taken: &[Aabb],
+    spawns: &[Aabb],
+    rng: &mut Rng,
+) -> Option<BodyDef> {
     let shape = layout.shapes[rng.below(layout.shapes.len() as u32) as usize];
-    let half = shape.half_extent() + Vec2::splat(layout.gap);
-    for _ in 0..TRIES {
+    let half = shape.half_extent();
+    let is_free = |position: Vec2| {
+        let roomy = Aabb::around(position, half + Vec2::splat(layout.gap));
+        let tight = Aabb::around(position, half);
+        taken.iter().all(|other| !other.overlaps(&roomy))
+            && spawns.iter().all(|spawn| !spawn.overlaps(&tight))
+    };
+    for attempt in 0..2 * TRIES {
+        let region = if attempt < TRIES { cell(layout, place) } else { layout.area };
         let (x, y) = (rng.unit(), rng.unit());
-        let position = layout.area.low + corner + Vec2::new(x, y) * cell_size;
-        let region = Aabb::around(position, half);
-        if taken.iter().all(|other| !other.overlaps(&region)) {
+        let position = region.low + Vec2::new(x, y) * (region.high - region.low);
+        if is_free(position) {
             return Some(BodyDef { shape, position, ..layout.def });
         }
     }
     None
+}
+
+/// The cell of the layout's grid that its body number `place` belongs to.
+fn cell(layout: &Layout, place: u32) -> Aabb {
+    let [columns, rows] = layout.grid;
+    let place = place % (columns * rows);
+    let size = (layout.area.high - layout.area.low) / Vec2::new(columns as f32, rows as f32);
+    let corner = Vec2::new((place % columns) as f32, (place / columns) as f32) * size;
+    let low = layout.area.low + corner;
+    Aabb { low, high: low + size }
 }

@@ -238,7 +238,7 @@ fn dumb_minions_fall_through_heroes_minions_and_packs_onto_the_floor() {
     );
     game.join(FIRST);
     let dumb = only(&game, Kind::Dumb);
-    for _ in 0..400 {
+    for _ in 0..1500 {
         idle(&mut game, 1);
         assert_eq!(game.world().position(dumb).x, 60.0, "nothing but the floor is met");
     }

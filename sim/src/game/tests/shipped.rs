@@ -110,7 +110,7 @@ fn a_pile_of_200_rests_ten_seconds_after_it_was_dropped() {
         play(
             &mut game,
             &[Buttons::MAKE],
-            at(20.0 + 19.0 * column as f32, 30.0 + 18.0 * row as f32),
+            at(20.0 + 14.5 * column as f32, 20.0 + 15.0 * row as f32),
         );
     }
     assert_eq!(all(&game, Kind::Dumb).len(), 200);
