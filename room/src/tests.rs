@@ -1,1 +1,402 @@
+//! A room in process: who comes, goes and falls silent, and what clients are sent. Clients decode
+//! every message, so that what a test looks at went over the wire.
 
+mod clients;
+
+use super::*;
+use jostle_protocol::{PlayerState, TimedEvent};
+use jostle_sim::{Buttons, Event, Vec2};
+
+/// Three seats, heroes on a floor, a few blocks to run into.
+const YARD: &str = r#"title = "Yard"
+size = [100, 60]
+tools = ["steer", "launch"]
+groups = ["hero", "platform", "block", "pack"]
+pairs = [["hero", "platform"], ["hero", "block"], ["block", "platform"], ["block", "block"],
+    ["hero", "hero"]]
+
+[limits]
+players = 3
+
+[hero]
+spawns = [[20, 20], [50, 20], [80, 20]]
+
+[pack]
+recipe = "fire"
+
+[[bodies]]
+kind = "wall"
+position = [50, 0]
+size = [200, 4]
+
+[[bodies]]
+kind = "block"
+position = [35, 10]
+size = [6, 6]
+
+[[bodies]]
+kind = "block"
+position = [65, 10]
+radius = 3
+"#;
+
+fn yard() -> Room {
+    let scene = Scene::parse("yard.toml", YARD).unwrap_or_else(|error| panic!("{error}"));
+    Room::new("oak", Arc::new(scene), 7)
+}
+
+fn look(name: &str) -> Appearance {
+    Appearance::new(name, 0).unwrap()
+}
+
+/// Joins with a token that is 100 times the number of players before.
+fn join(room: &mut Room, name: &str) -> Seat {
+    let token = 100 * room.players() as u64;
+    room.join(look(name), None, token).unwrap().seat
+}
+
+fn ticks(room: &mut Room, count: u32) {
+    (0..count).for_each(|_| room.tick());
+}
+
+fn down(buttons: Buttons) -> Input {
+    Input { buttons, pointer: None }
+}
+
+fn player(room: &Room, seat: Seat) -> Option<&PlayerState> {
+    room.snapshot().players.iter().find(|player| player.seat == seat)
+}
+
+fn hero_x(room: &Room, seat: Seat) -> i32 {
+    let hero = player(room, seat).unwrap().hero.unwrap();
+    room.snapshot().bodies.iter().find(|body| body.id == hero).unwrap().quanta[0]
+}
+
+/// One end of the wire: remembers the last snapshot and every event it was told.
+#[derive(Default)]
+struct Client {
+    held: Option<Snapshot>,
+    events: Vec<TimedEvent>,
+    bytes: usize,
+}
+
+impl Client {
+    fn receive(&mut self, room: &mut Room) {
+        let bytes = room.snapshot_since(self.held.as_ref().map(|held| held.tick));
+        let ServerMessage::Snapshot(bytes) = ServerMessage::decode(&bytes).unwrap() else {
+            panic!("not a snapshot");
+        };
+        let (found, events) = Snapshot::decode(&bytes, self.held.as_ref()).unwrap();
+        assert_eq!(&found, room.snapshot());
+        self.bytes += bytes.len();
+        self.held = Some(found);
+        self.events.extend(events);
+    }
+}
+
+#[test]
+fn a_new_room_is_empty_at_tick_0() {
+    let mut room = yard();
+    assert_eq!((room.code(), room.scene().name.as_str()), ("oak", "yard"));
+    assert_eq!((room.players(), room.connected(), room.game().tick_count()), (0, 0, 0));
+    let mut client = Client::default();
+    client.receive(&mut room);
+    let held = client.held.unwrap();
+    assert_eq!((held.tick, held.bodies.len(), held.players.len()), (0, 3, 0));
+}
+
+#[test]
+fn a_welcome_says_all_that_a_client_needs() {
+    let mut room = yard();
+    ticks(&mut room, 4);
+    let welcome = room.join(look("Ann"), None, 99).unwrap();
+    assert_eq!((welcome.seat, welcome.resumed), (Seat(0), false));
+    let expected = ServerMessage::Welcome {
+        seat: 0,
+        token: 99,
+        tick: 5,
+        room: "oak".to_owned(),
+        scene_name: "yard".to_owned(),
+        scene: YARD.to_owned(),
+    };
+    assert_eq!(ServerMessage::decode(&welcome.bytes), Ok(expected));
+}
+
+#[test]
+fn two_players_see_each_other_move() {
+    let mut room = yard();
+    let (ann, bob) = (join(&mut room, "Ann"), join(&mut room, "Bob"));
+    assert_eq!((ann, bob), (Seat(0), Seat(1)));
+    room.tick();
+    let (ann_x, bob_x) = (hero_x(&room, ann), hero_x(&room, bob));
+    for seq in 1..=20 {
+        room.input(ann, seq, down(Buttons::RIGHT));
+        room.input(bob, seq, down(Buttons::LEFT));
+        room.tick();
+    }
+    assert!(hero_x(&room, ann) > ann_x && hero_x(&room, bob) < bob_x);
+    let mut client = Client::default();
+    client.receive(&mut room);
+    let players = client.held.unwrap().players;
+    let seen: Vec<_> = players
+        .iter()
+        .map(|p| (p.seat, p.appearance.name.as_str(), p.appearance.color, p.input_seq))
+        .collect();
+    assert_eq!(seen, [(ann, "Ann", 0, 20), (bob, "Bob", 1, 20)]);
+}
+
+#[test]
+fn who_joins_in_mid_game_appears_with_the_next_tick() {
+    let mut room = yard();
+    join(&mut room, "Ann");
+    ticks(&mut room, 50);
+    let mut watcher = Client::default();
+    watcher.receive(&mut room);
+
+    let bob = join(&mut room, "Bob");
+    assert_eq!(room.players(), 2);
+    assert!(player(&room, bob).is_none());
+    room.tick();
+    assert!(player(&room, bob).unwrap().hero.is_some());
+    watcher.receive(&mut room);
+    assert!(watcher.events.contains(&TimedEvent { tick: 51, event: Event::Joined(bob) }));
+    Client::default().receive(&mut room);
+}
+
+#[test]
+fn who_leaves_is_gone_with_the_next_tick_and_the_seat_is_free() {
+    let mut room = yard();
+    let (ann, bob) = (join(&mut room, "Ann"), join(&mut room, "Bob"));
+    room.tick();
+    let mut watcher = Client::default();
+    watcher.receive(&mut room);
+
+    room.leave(ann);
+    assert_eq!(room.players(), 1);
+    assert!(player(&room, ann).is_some());
+    room.tick();
+    watcher.receive(&mut room);
+    assert!(watcher.events.contains(&TimedEvent { tick: 2, event: Event::Left(ann) }));
+    assert_eq!(room.snapshot().players.len(), 1);
+    assert_eq!(room.snapshot().bodies.iter().filter(|body| body.owner.is_some()).count(), 1);
+
+    assert_eq!(join(&mut room, "Cid"), ann);
+    room.leave(bob);
+    room.leave(bob);
+    room.tick();
+    let names: Vec<_> =
+        room.snapshot().players.iter().map(|p| p.appearance.name.as_str()).collect();
+    assert_eq!(names, ["Cid"]);
+}
+
+#[test]
+fn a_seat_changes_hands_within_one_tick() {
+    let mut room = yard();
+    let ann = join(&mut room, "Ann");
+    room.tick();
+    let first = player(&room, ann).unwrap().hero;
+    room.leave(ann);
+    let cid = join(&mut room, "Cid");
+    assert_eq!(cid, ann);
+    room.tick();
+    let now = player(&room, cid).unwrap();
+    assert_eq!(now.appearance.name, "Cid");
+    assert_ne!(now.hero, first);
+}
+
+#[test]
+fn who_leaves_before_the_tick_was_never_there() {
+    let (mut room, mut other) = (yard(), yard());
+    for _ in 0..5 {
+        let ann = join(&mut room, "Ann");
+        room.leave(ann);
+    }
+    assert_eq!(room.changes, []);
+    room.tick();
+    other.tick();
+    assert_eq!(room.game().events(), []);
+    assert_eq!(room.game().hash(), other.game().hash());
+}
+
+#[test]
+fn a_full_room_refuses_and_plays_on() {
+    let mut room = yard();
+    for name in ["Ann", "Bob", "Cid"] {
+        join(&mut room, name);
+    }
+    assert_eq!(room.join(look("Dan"), None, 1), Err(Refusal::RoomFull));
+    assert_eq!(room.join(look("Dan"), Some(12_345), 1), Err(Refusal::RoomFull));
+    ticks(&mut room, 3);
+    assert_eq!((room.players(), room.snapshot().players.len()), (3, 3));
+    room.leave(Seat(1));
+    assert_eq!(join(&mut room, "Dan"), Seat(1));
+}
+
+#[test]
+fn namesakes_and_colours_are_told_apart() {
+    let mut room = yard();
+    for _ in 0..3 {
+        join(&mut room, "Ann");
+    }
+    room.tick();
+    let looks: Vec<_> = room.snapshot().players.iter().map(|p| p.appearance.clone()).collect();
+    let expected = [("Ann", 0), ("Ann 2", 1), ("Ann 3", 2)];
+    assert_eq!(looks, expected.map(|(name, color)| Appearance::new(name, color).unwrap()));
+}
+
+// Inputs.
+
+#[test]
+fn a_silent_player_steers_on_for_a_moment_and_then_not() {
+    let (mut silent, mut spoken) = (yard(), yard());
+    let seat = join(&mut silent, "Ann");
+    join(&mut spoken, "Ann");
+    silent.input(seat, 1, down(Buttons::RIGHT));
+    for seq in 1..200 {
+        let held = seq <= SILENCE_TICKS + 1;
+        spoken.input(seat, seq, if held { down(Buttons::RIGHT) } else { Input::default() });
+        silent.tick();
+        spoken.tick();
+        assert_eq!(silent.game().hash(), spoken.game().hash(), "at tick {seq}");
+    }
+    assert_eq!(player(&silent, seat).unwrap().input_seq, 1);
+}
+
+#[test]
+fn inputs_from_the_past_and_the_future_change_nothing() {
+    let (mut room, mut other) = (yard(), yard());
+    let seat = join(&mut room, "Ann");
+    join(&mut other, "Ann");
+    for seq in 1..100 {
+        for room in [&mut room, &mut other] {
+            room.input(seat, seq, down(Buttons::RIGHT));
+        }
+        for wrong in [0, seq, seq.saturating_sub(5), seq + SEQ_AHEAD_MAX + 1, u32::MAX] {
+            room.input(seat, wrong, down(Buttons::LEFT));
+        }
+        room.input(Seat(2), seq, down(Buttons::LEFT));
+        room.input(Seat(200), seq, down(Buttons::LEFT));
+        room.tick();
+        other.tick();
+        assert_eq!(room.game().hash(), other.game().hash(), "at tick {seq}");
+    }
+}
+
+#[test]
+fn a_burst_of_inputs_is_played_one_a_tick() {
+    let mut room = yard();
+    let seat = join(&mut room, "Ann");
+    (1..=4).for_each(|seq| room.input(seat, seq, Input::default()));
+    for seq in [1, 2, 3, 4, 4] {
+        room.tick();
+        assert_eq!(player(&room, seat).unwrap().input_seq, seq);
+    }
+}
+
+#[test]
+fn a_click_in_a_dropped_input_still_launches() {
+    let mut room = yard();
+    let seat = join(&mut room, "Ann");
+    ticks(&mut room, 2);
+    let at = |buttons| Input { buttons, pointer: Some(Vec2::new(50.0, 50.0)) };
+    room.input(seat, 1, at(Buttons::FIRE));
+    (2..=20).for_each(|seq| room.input(seat, seq, at(Buttons::default())));
+    room.tick();
+    let packs = room.snapshot().bodies.iter().filter(|body| body.kind == jostle_sim::Kind::Pack);
+    assert_eq!(packs.count(), 1);
+}
+
+// Lost sockets.
+
+#[test]
+fn a_token_gives_the_seat_and_its_hero_back() {
+    let mut room = yard();
+    join(&mut room, "Ann");
+    let bob = room.join(look("Bob"), None, 42).unwrap().seat;
+    (1..=30).for_each(|seq| {
+        room.input(bob, seq, down(Buttons::RIGHT));
+        room.tick();
+    });
+    let hero = player(&room, bob).unwrap().hero;
+
+    room.disconnect(bob);
+    ticks(&mut room, SEAT_HELD_TICKS - 1);
+    assert_eq!((room.players(), room.connected()), (2, 1));
+    assert!(!player(&room, bob).unwrap().connected);
+
+    let welcome = room.join(look("Bob"), Some(42), 43).unwrap();
+    assert_eq!((welcome.seat, welcome.resumed), (bob, true));
+    room.input(bob, 1, Input::default());
+    room.tick();
+    let back = player(&room, bob).unwrap();
+    assert!(back.connected && back.hero == hero && back.input_seq == 1);
+    assert_eq!(back.appearance.name, "Bob");
+    ticks(&mut room, SEAT_HELD_TICKS + 1);
+    assert_eq!(room.players(), 2);
+}
+
+#[test]
+fn a_forged_token_gets_a_fresh_seat() {
+    let mut room = yard();
+    let ann = room.join(look("Ann"), None, 42).unwrap().seat;
+    room.tick();
+    room.disconnect(ann);
+    let welcome = room.join(look("Ann"), Some(41), 1).unwrap();
+    assert_eq!((welcome.seat, welcome.resumed), (Seat(1), false));
+    room.tick();
+    assert_eq!(player(&room, Seat(1)).unwrap().appearance.name, "Ann 2");
+    assert!(!player(&room, ann).unwrap().connected);
+}
+
+#[test]
+fn a_used_token_is_worthless_once_the_new_one_arrived() {
+    let mut room = yard();
+    let ann = room.join(look("Ann"), None, 1).unwrap().seat;
+    room.disconnect(ann);
+    // Welcomes may be lost on the way, so token 1 counts until the client is heard.
+    for fresh in [2, 3, 4] {
+        let welcome = room.join(look("Ann"), Some(1), fresh).unwrap();
+        assert_eq!((welcome.seat, welcome.resumed), (ann, true));
+    }
+    room.input(ann, 1, Input::default());
+    assert!(!room.join(look("Ann"), Some(1), 5).unwrap().resumed);
+    assert!(room.join(look("Ann"), Some(4), 6).unwrap().resumed);
+}
+
+#[test]
+fn a_second_socket_takes_the_seat_over() {
+    let mut room = yard();
+    let ann = room.join(look("Ann"), None, 1).unwrap().seat;
+    (1..=9).for_each(|seq| {
+        room.input(ann, seq, Input::default());
+        room.tick();
+    });
+    let welcome = room.join(look("Ann"), Some(1), 2).unwrap();
+    assert_eq!((welcome.seat, welcome.resumed, room.players()), (ann, true, 1));
+    // Its numbers start anew.
+    room.input(ann, 1, Input::default());
+    room.tick();
+    assert_eq!(player(&room, ann).unwrap().input_seq, 1);
+}
+
+#[test]
+fn a_lost_player_rests_at_once_and_is_gone_in_the_end() {
+    let (mut lost, mut resting) = (yard(), yard());
+    let seat = join(&mut lost, "Ann");
+    join(&mut resting, "Ann");
+    for room in [&mut lost, &mut resting] {
+        room.input(seat, 1, down(Buttons::RIGHT));
+        room.tick();
+    }
+    lost.disconnect(seat);
+    lost.input(seat, 2, down(Buttons::RIGHT));
+    for seq in 2..=SEAT_HELD_TICKS + 1 {
+        resting.input(seat, seq, Input::default());
+        lost.tick();
+        resting.tick();
+    }
+    assert_eq!(lost.game().hash(), resting.game().hash());
+    assert_eq!((lost.players(), lost.connected()), (1, 0));
+    lost.tick();
+    assert_eq!((lost.players(), lost.snapshot().players.len()), (0, 0));
+}

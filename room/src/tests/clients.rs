@@ -1,0 +1,122 @@
+//! What clients are sent: on time, late, too late, in every shipped scene, and the same each time.
+
+use super::*;
+use jostle_sim::math::Rng;
+
+const ROOM_TICKS: u32 = 400;
+
+/// A built-in scene with some players who press and point at random.
+struct Play {
+    room: Room,
+    seats: Vec<Seat>,
+    rng: Rng,
+    seq: u32,
+    input: Vec<Input>,
+}
+
+impl Play {
+    fn new(scene: &Scene, players: u8) -> Play {
+        let mut room = Room::new("oak", Arc::new(scene.clone()), 3);
+        let players = players.min(scene.players_max);
+        let seats: Vec<_> = (0..players).map(|_| join(&mut room, "Ann")).collect();
+        let input = vec![Input::default(); seats.len()];
+        Play { room, seats, rng: Rng::new(11, 0), seq: 0, input }
+    }
+
+    fn tick(&mut self) {
+        self.seq += 1;
+        let size = self.room.scene().size;
+        for (seat, input) in self.seats.iter().zip(&mut self.input) {
+            if self.rng.below(12) == 0 {
+                input.buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
+                input.buttons.0 &= !Buttons::CLEAR.0 | self.rng.next_u32() as u16;
+            }
+            if self.rng.below(5) == 0 {
+                let point = Vec2::new(self.rng.range(0.0, size.x), self.rng.range(0.0, size.y));
+                input.pointer = (self.rng.below(6) > 0).then_some(point);
+            }
+            self.room.input(*seat, self.seq, *input);
+        }
+        self.room.tick();
+    }
+}
+
+#[test]
+fn every_client_of_every_scene_sees_the_game_and_each_event_once() {
+    for scene in Scene::built_in() {
+        let mut play = Play::new(&scene, 4);
+        let mut steady = Client::default();
+        let mut skipping = Client::default();
+        let mut slow = Client::default();
+        for client in [&mut steady, &mut skipping, &mut slow] {
+            client.receive(&mut play.room);
+        }
+        for tick in 1..=ROOM_TICKS {
+            play.tick();
+            steady.receive(&mut play.room);
+            if play.rng.below(3) == 0 || tick == ROOM_TICKS {
+                skipping.receive(&mut play.room);
+            }
+            if tick % (HISTORY_TICKS as u32 - 1) == 0 || tick == ROOM_TICKS {
+                slow.receive(&mut play.room);
+            }
+        }
+        assert!(steady.events.len() >= play.seats.len(), "{}: nothing happened", scene.name);
+        assert!(steady.events.is_sorted_by_key(|event| event.tick));
+        assert_eq!(steady.events, skipping.events, "{}", scene.name);
+        assert_eq!(steady.events, slow.events, "{}", scene.name);
+        assert!(slow.bytes < steady.bytes, "{}", scene.name);
+    }
+}
+
+#[test]
+fn what_the_game_reports_is_what_clients_are_told() {
+    let scene = Scene::parse("yard.toml", YARD).unwrap();
+    let mut play = Play::new(&scene, 3);
+    let mut client = Client::default();
+    client.receive(&mut play.room);
+    let mut reported = Vec::new();
+    for _ in 0..ROOM_TICKS {
+        play.tick();
+        let tick = play.room.game().tick_count();
+        reported.extend(play.room.game().events().iter().map(|&event| TimedEvent { tick, event }));
+        client.receive(&mut play.room);
+    }
+    assert_eq!(client.events, reported);
+}
+
+#[test]
+fn a_client_that_is_too_slow_gets_a_keyframe() {
+    let mut play = Play::new(&Scene::parse("yard.toml", YARD).unwrap(), 3);
+    let mut client = Client::default();
+    client.receive(&mut play.room);
+    (0..HISTORY_TICKS - 1).for_each(|_| play.tick());
+    client.receive(&mut play.room);
+    let told = client.events.len();
+    assert!(told >= 3);
+    (0..HISTORY_TICKS).for_each(|_| play.tick());
+    client.receive(&mut play.room);
+    assert_eq!(client.events.len(), told);
+}
+
+#[test]
+fn the_same_calls_give_the_same_hashes_and_bytes() {
+    let arena = &Scene::built_in()[0];
+    let record = || {
+        let mut play = Play::new(arena, 6);
+        let mut record = Vec::new();
+        for tick in 0..ROOM_TICKS {
+            play.tick();
+            match tick {
+                100 => play.room.disconnect(play.seats[1]),
+                150 => play.room.leave(play.seats[2]),
+                200 => drop(play.room.join(look("Eve"), None, 9)),
+                _ => {}
+            }
+            let bytes = play.room.snapshot_since(tick.checked_sub(3));
+            record.push((play.room.game().hash(), bytes));
+        }
+        record
+    };
+    assert!(record() == record());
+}
