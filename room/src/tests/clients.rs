@@ -1,6 +1,7 @@
 //! What clients are sent: on time, late, too late, in every shipped scene, and the same each time.
 
 use super::*;
+use jostle_protocol::limits::POINTER_MAX;
 use jostle_sim::math::Rng;
 
 const ROOM_TICKS: u32 = 400;
@@ -28,12 +29,17 @@ impl Play {
         let size = self.room.scene().size;
         for (seat, input) in self.seats.iter().zip(&mut self.input) {
             if self.rng.below(12) == 0 {
-                input.buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
-                input.buttons.0 &= !Buttons::CLEAR.0 | self.rng.next_u32() as u16;
+                // Clearing is rare, or nothing would pile up.
+                let left_out = if self.rng.below(8) > 0 { Buttons::CLEAR.0 } else { 0 };
+                input.buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0 & !left_out);
             }
             if self.rng.below(5) == 0 {
                 let point = Vec2::new(self.rng.range(0.0, size.x), self.rng.range(0.0, size.y));
-                input.pointer = (self.rng.below(6) > 0).then_some(point);
+                input.pointer = match self.rng.below(12) {
+                    0 => None,
+                    1 => Some(Vec2::new(POINTER_MAX, -POINTER_MAX)),
+                    _ => Some(point),
+                };
             }
             self.room.input(*seat, self.seq, *input);
         }
