@@ -1,3 +1,5 @@
+//! Scene files: what is read, what is refused and where, and that no text makes the reader panic.
+
 use super::*;
 use crate::shape::Shape;
 use crate::world::Motion;
