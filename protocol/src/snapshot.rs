@@ -9,12 +9,14 @@ use jostle_sim::{BodyId, BodyInfo, Event, Game, Kind, Seat, Shape};
 /// One body as clients see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SnapshotBody {
-    /// Its name; a body keeps kind, owner and shape for life.
+    /// Its name; a body keeps kind, owner, group and shape for life.
     pub id: BodyId,
     /// What it is.
     pub kind: Kind,
     /// Whose it is.
     pub owner: Option<Seat>,
+    /// Collision group, an index into the scene's.
+    pub group: u8,
     /// Outline.
     pub shape: Shape,
     /// Centre in quanta.
@@ -97,8 +99,8 @@ impl Snapshot {
 }
 
 fn visible(body: BodyInfo) -> SnapshotBody {
-    let BodyInfo { id, kind, owner, shape, quanta } = body;
-    SnapshotBody { id, kind, owner, shape, quanta: limited(quanta) }
+    let BodyInfo { id, kind, owner, group, shape, quanta } = body;
+    SnapshotBody { id, kind, owner, group, shape, quanta: limited(quanta) }
 }
 
 fn limited(quanta: [i32; 2]) -> [i32; 2] {

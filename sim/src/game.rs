@@ -129,6 +129,8 @@ pub struct BodyInfo {
     pub kind: Kind,
     /// Whose it is: heroes and packs of players.
     pub owner: Option<Seat>,
+    /// Collision group, an index into the scene's.
+    pub group: u8,
     /// Outline.
     pub shape: Shape,
     /// Centre in quanta.
@@ -293,6 +295,7 @@ impl Game {
             id: actor.id,
             kind: actor.kind,
             owner: actor.owner,
+            group: self.world.group(actor.id),
             shape: self.world.shape(actor.id),
             quanta: self.world.position_quanta(actor.id),
         })

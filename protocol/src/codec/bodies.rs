@@ -4,14 +4,15 @@ use super::{section, write_quanta};
 use crate::limits::BODIES_MAX;
 use crate::snapshot::SnapshotBody;
 use crate::wire::{DecodeError, Gaps, Reader, Writer};
+use jostle_sim::world::GROUPS_MAX;
 use jostle_sim::{BodyId, Kind, SEATS_MAX, Seat, Shape, Vec2};
 
 const BOX: u8 = 1 << 3;
 const OWNED: u8 = 1 << 4;
 const TAG_ALL: u8 = (1 << 5) - 1;
 
-/// Gap, generation, tag, radius, and two coordinates.
-const BIRTH_BYTES_MIN: usize = 9;
+/// Gap, generation, tag, group, radius, and two coordinates.
+const BIRTH_BYTES_MIN: usize = 10;
 /// Gap and two coordinates.
 const MOVE_BYTES_MIN: usize = 3;
 
@@ -86,7 +87,11 @@ impl<'a> Difference<'a> {
 
 /// Whether `b` is `a`, maybe at another place.
 fn is_same(a: &SnapshotBody, b: &SnapshotBody) -> bool {
-    a.id == b.id && a.kind == b.kind && a.owner == b.owner && a.shape == b.shape
+    a.id == b.id
+        && a.kind == b.kind
+        && a.owner == b.owner
+        && a.group == b.group
+        && a.shape == b.shape
 }
 
 fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
@@ -95,6 +100,7 @@ fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
     let outline = if matches!(body.shape, Shape::Box { .. }) { BOX } else { 0 };
     let owned = if body.owner.is_some() { OWNED } else { 0 };
     writer.byte(body.kind as u8 | outline | owned);
+    writer.byte(body.group);
     if let Some(seat) = body.owner {
         writer.byte(seat.0);
     }
@@ -172,6 +178,10 @@ fn read_birth(reader: &mut Reader, gaps: &mut Gaps) -> Result<SnapshotBody, Deco
         return Err(DecodeError::OutOfRange { field: "body tag" });
     }
     let kind = read_kind(tag & (BOX - 1))?;
+    let group = reader.byte("group")?;
+    if usize::from(group) >= GROUPS_MAX {
+        return Err(DecodeError::OutOfRange { field: "group" });
+    }
     let owner = (tag & OWNED != 0).then(|| read_seat(reader)).transpose()?;
     let shape = if tag & BOX == 0 {
         Shape::Circle { radius: read_extent(reader)? }
@@ -179,7 +189,7 @@ fn read_birth(reader: &mut Reader, gaps: &mut Gaps) -> Result<SnapshotBody, Deco
         Shape::Box { half: Vec2::new(read_extent(reader)?, read_extent(reader)?) }
     };
     let quanta = reader.quanta([0, 0], "position")?;
-    Ok(SnapshotBody { id, kind, owner, shape, quanta })
+    Ok(SnapshotBody { id, kind, owner, group, shape, quanta })
 }
 
 /// A kind from its place in [`Kind::ALL`].

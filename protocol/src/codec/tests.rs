@@ -8,6 +8,7 @@ fn body(index: u32, x: i32) -> SnapshotBody {
         id: BodyId { index, generation: 0 },
         kind: Kind::Block,
         owner: None,
+        group: 3,
         shape: Shape::circle(1.5),
         quanta: [x, 0],
     }
@@ -54,6 +55,7 @@ fn random_body(rng: &mut Rng, index: u32) -> SnapshotBody {
     SnapshotBody {
         id: BodyId { index, generation: rng.below(3) },
         kind: Kind::ALL[rng.below(7) as usize],
+        group: rng.below(32) as u8,
         owner: (rng.below(4) == 0).then(|| Seat(rng.below(SEATS_MAX as u32) as u8)),
         shape: match rng.below(2) {
             0 => Shape::circle(rng.range(0.1, 9.0)),
@@ -167,6 +169,7 @@ fn a_body_that_changed_more_than_its_place_is_another_one() {
         SnapshotBody { id: BodyId { index: 3, generation: 1 }, ..same },
         SnapshotBody { kind: Kind::Pack, ..same },
         SnapshotBody { owner: Some(Seat(0)), ..same },
+        SnapshotBody { group: 4, ..same },
         SnapshotBody { shape: Shape::circle(2.0), ..same },
         SnapshotBody { quanta: [0, 1], ..same },
         SnapshotBody { quanta: [1, 0], ..same },
@@ -228,6 +231,7 @@ fn small() -> Snapshot {
         id: BodyId { index: 2, generation: 1 },
         kind: Kind::Hero,
         owner: Some(Seat(1)),
+        group: 0,
         shape: Shape::rect(2.0, 4.0),
         quanta: [-1, 64],
     };
@@ -238,8 +242,8 @@ fn small() -> Snapshot {
 #[test]
 fn a_keyframe_has_the_documented_bytes() {
     let head = [0xac, 2, 0, 0b10_0100];
-    let block = [0, 0, 6, 0, 0, 0xc0, 0x3f, 10, 0];
-    let hero = [1, 1, 0b1_1000, 1, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 1, 0x80, 1];
+    let block = [0, 0, 6, 3, 0, 0, 0xc0, 0x3f, 10, 0];
+    let hero = [1, 1, 0b1_1000, 0, 1, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 1, 0x80, 1];
     let ann = [1, 3, b'A', b'n', b'n', 1, 1, 1, 2, 1, 0, 0, 0, 0, 0];
     let bytes = [&head[..], &[2], &block, &hero, &[1], &ann].concat();
     assert_eq!(small().encode(None, &[]), bytes);
@@ -319,12 +323,13 @@ fn fields_out_of_range_are_named() {
     delta(&[2, 1, 2, 2, 2, 0], "move");
     delta(&[2, 1, 0, 0, 0, 0], "move");
     delta(&[2, 1, 0, 0xff, 0xff, 0xff, 0xff, 0x0f, 0], "move");
-    delta(&[4, 1, 0, 0, 6, 0, 0, 0xc0, 0x3f, 10, 0, 0], "birth");
-    delta(&[4, 1, 1, 0, 7, 0, 0, 0xc0, 0x3f, 10, 0, 0], "body kind");
-    delta(&[4, 1, 1, 0, 0x26, 0, 0, 0xc0, 0x3f, 10, 0, 0], "body tag");
-    delta(&[4, 1, 1, 0, 6, 0, 0, 0, 0, 10, 0, 0], "body size");
-    delta(&[4, 1, 1, 0, 6, 0, 0, 0xc0, 0xbf, 10, 0, 0], "body size");
-    delta(&[4, 1, 1, 0, 6, 0, 0, 0xc0, 0x7f, 10, 0, 0], "body size");
+    delta(&[4, 1, 0, 0, 6, 0, 0, 0, 0xc0, 0x3f, 10, 0, 0], "birth");
+    delta(&[4, 1, 1, 0, 7, 0, 0, 0, 0xc0, 0x3f, 10, 0, 0], "body kind");
+    delta(&[4, 1, 1, 0, 0x26, 0, 0, 0, 0xc0, 0x3f, 10, 0, 0], "body tag");
+    delta(&[4, 1, 1, 0, 6, 0, 0, 0, 0, 0, 10, 0, 0], "body size");
+    delta(&[4, 1, 1, 0, 6, 0, 0, 0, 0xc0, 0xbf, 10, 0, 0], "body size");
+    delta(&[4, 1, 1, 0, 6, 0, 0, 0, 0xc0, 0x7f, 10, 0, 0], "body size");
+    delta(&[4, 1, 1, 0, 6, 32, 0, 0, 0xc0, 0x3f, 10, 0, 0], "group");
     delta(&[8, 0], "players gone");
     delta(&[8, 2], "players gone");
     delta(&[0, 2], "inputs advanced");
