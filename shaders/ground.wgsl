@@ -46,7 +46,8 @@ fn fragment(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
     let outside = length(max(beyond, vec2f(0.0)));
     let inside = min(max(beyond.x, beyond.y), 0.0);
     color *= mix(0.72, 1.0, clamp(-inside / 14.0, 0.0, 1.0));
-    color = mix(color, INK_OUTSIDE * exp(-outside / 30.0), clamp(outside / unit, 0.0, 1.0));
+    let dark = INK_OUTSIDE * (0.45 + 0.55 * exp(-outside / 30.0));
+    color = mix(color, dark, clamp(outside / unit, 0.0, 1.0));
 
     return vec4f(color + dither(pixel.xy), 1.0);
 }

@@ -220,7 +220,7 @@ fn fragment(in: Varying) -> @location(0) vec4f {
             color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top);
             // Walls run on into the dark outside of the world.
             let beyond = max(max(-in.world, in.world - globals.world), vec2f(0.0));
-            color *= exp(-length(beyond) / 16.0);
+            color *= 0.25 + 0.75 * exp(-length(beyond) / 16.0);
             return vec4f(color * cover, cover);
         }
         default: {

@@ -5,8 +5,10 @@ use jostle_sim::Vec2;
 
 /// Cells of the field on each axis.
 pub const LIGHT_CELLS: usize = 64;
-/// How far light reaches, world units: the blur's falloff length.
+/// How far light reaches, world units.
 const REACH: f32 = 6.5;
+/// Blurs in a row; more make the light rounder.
+const PASSES: usize = 4;
 /// Cells beyond each side of the view, so that light from outside comes in.
 const MARGIN_CELLS: f32 = 4.0;
 
@@ -75,9 +77,9 @@ impl LightField {
         if !self.lit {
             return;
         }
-        let keep = (-self.cell / REACH).exp();
-        // Two passes of a two-sided exponential are close to a round blur of long tail.
-        for _ in 0..2 {
+        // Widths of blurs in a row add up as squares.
+        let keep = (-self.cell / (REACH * (2.0 / PASSES as f32).sqrt())).exp();
+        for _ in 0..PASSES {
             for i in 0..LIGHT_CELLS {
                 blur_line(&mut self.cells, i * LIGHT_CELLS, 1, keep);
                 blur_line(&mut self.cells, i, LIGHT_CELLS, keep);

@@ -111,7 +111,9 @@ impl DrawList {
             return;
         }
         // A particle of the chapter's recipe is about 5.5 units wide at birth.
-        self.light.add(center, tint, size * size * (1.0 / 30.0));
+        // The light of a fire is warmer than its gas: some of the red counts as orange.
+        let warm = [tint[0], tint[1] + 0.22 * tint[0], tint[2]];
+        self.light.add(center, warm, size * size * (1.0 / 30.0));
         let vertex = ParticleVertex { center: center.into(), size, tint };
         self.particles.extend_from_slice(&[vertex; 4]);
     }
