@@ -25,37 +25,54 @@ struct Varying {
     @location(5) @interpolate(flat, either) edge: vec4f,
     @location(6) @interpolate(flat, either) kind: u32,
     @location(7) world: vec2f,
+    // Direction to the light from glowing things, shorter where it comes from everywhere.
+    @location(8) toward: vec2f,
 }
 
-// The same numbers as `draw::vertex::SolidKind`.
+// The same numbers as `draw::vertex::SolidKind`: first flat shapes, then matte ones.
 const BOX = 0u;
 const OVAL = 1u;
 const SHADOW_BOX = 2u;
 const SHADOW_OVAL = 3u;
 const GLOW = 4u;
-const MATTE_BOX = 5u;
-const MATTE_OVAL = 6u;
-const CRATE = 7u;
-const DROP = 8u;
-const RING_BOX = 9u;
-const RING_OVAL = 10u;
-const TRAIL = 11u;
-const SLAB = 12u;
-const SMILE = 13u;
+const RING_BOX = 5u;
+const RING_OVAL = 6u;
+const TRAIL = 7u;
+const SMILE = 8u;
+const MATTE_BOX = 9u;
+const MATTE_OVAL = 10u;
+const CRATE = 11u;
+const DROP = 12u;
+const SLAB = 13u;
 
 @vertex
 fn vertex(in: Vertex) -> Varying {
     let quarter = in.index & 3u;
     let corner = vec2f(f32(quarter & 1u), f32(quarter >> 1u)) * 2.0 - 1.0;
     let local = corner * (in.half + in.rounding.y + 1.5 * globals.unit_per_pixel);
-    let turned = vec2f(
-        local.x * in.axis.x - local.y * in.axis.y,
-        local.x * in.axis.y + local.y * in.axis.x,
-    );
-    let world = in.center + turned;
+    let world = in.center + turn(local, in.axis);
+    var toward = vec2f(0.0);
+    if globals.light_on > 0.5 && in.kind >= MATTE_BOX {
+        toward = light_direction(world);
+    }
     return Varying(
         to_clip(world), local, in.half, in.axis, in.rounding, in.fill, in.edge, in.kind, world,
+        toward,
     );
+}
+
+fn turn(v: vec2f, axis: vec2f) -> vec2f {
+    return vec2f(v.x * axis.x - v.y * axis.y, v.x * axis.y + v.y * axis.x);
+}
+
+fn light_direction(world: vec2f) -> vec2f {
+    let x = vec2f(2.5, 0.0);
+    let y = vec2f(0.0, 2.5);
+    let ahead = vec2f(
+        brightness(light_at(world + x) - light_at(world - x)),
+        brightness(light_at(world + y) - light_at(world - y)),
+    );
+    return ahead / (length(ahead) + 0.02);
 }
 
 fn box_distance(p: vec2f, half: vec2f, radius: f32) -> f32 {
@@ -118,36 +135,6 @@ fn signed_distance(in: Varying) -> f32 {
     }
 }
 
-// Matte clay under a lamp: `outward` and `depth` (distance below the rim, positive) give a bevel.
-fn matte(in: Varying, depth: f32, outward: vec2f, bevel: f32) -> vec3f {
-    let turned = vec2f(
-        outward.x * in.axis.x - outward.y * in.axis.y,
-        outward.x * in.axis.y + outward.y * in.axis.x,
-    );
-    let rim = 1.0 - clamp(depth / bevel, 0.0, 1.0);
-    let slope = turned * rim * rim;
-    let height = clamp(in.local.y / in.half.y, -1.0, 1.0);
-    var color = in.fill.rgb * (0.93 + 0.09 * height);
-    color = mix(color, in.edge.rgb, 0.75 * max(slope.y, 0.0));
-    color *= 1.0 - 0.42 * max(-slope.y, 0.0) - 0.12 * abs(slope.x);
-    if globals.light_on > 0.5 {
-        color += glow_on(in.world, slope) * (in.fill.rgb + 0.10);
-    }
-    return color;
-}
-
-// Light from glowing things, stronger on the flank that faces it.
-fn glow_on(world: vec2f, slope: vec2f) -> vec3f {
-    let light = light_at(world);
-    let step = 2.5;
-    let ahead = vec2f(
-        brightness(light_at(world + vec2f(step, 0.0)) - light_at(world - vec2f(step, 0.0))),
-        brightness(light_at(world + vec2f(0.0, step)) - light_at(world - vec2f(0.0, step))),
-    );
-    let toward = ahead / (length(ahead) + 0.02);
-    return light * (0.6 + 1.8 * max(dot(slope, toward), 0.0));
-}
-
 // Three planks in a frame.
 fn crate_shade(local: vec2f, half: vec2f) -> f32 {
     let frame = 0.17 * min(half.x, half.y) + 0.12;
@@ -156,75 +143,95 @@ fn crate_shade(local: vec2f, half: vec2f) -> f32 {
     let groove = clamp(0.5 - (abs(inner) - 0.10) / unit, 0.0, 1.0);
     let span = (half.y - frame * 1.6) * 2.0 / 3.0;
     let away = abs(abs(local.y) - span * 0.5);
-    let plank = clamp(0.5 - (away - 0.08) / unit, 0.0, 1.0) * clamp(0.5 - inner / unit, 0.0, 1.0);
     let recess = clamp(0.5 - inner / unit, 0.0, 1.0);
+    let plank = clamp(0.5 - (away - 0.08) / unit, 0.0, 1.0) * recess;
     return (1.0 - 0.16 * recess) * (1.0 - 0.30 * max(groove, plank));
+}
+
+// Matte clay under a lamp. Software GL runs every branch for every fragment: what the kinds share
+// is written once.
+fn matte(in: Varying, d: f32) -> vec3f {
+    let least = min(in.half.x, in.half.y);
+    var bevel = clamp(0.35 * least, 0.5, 2.6);
+    var radius = max(in.rounding.x, bevel);
+    switch in.kind {
+        case MATTE_OVAL: { bevel = 0.6 * least; }
+        case DROP: { bevel = 0.7 * in.half.y; }
+        case CRATE: { bevel = 0.7; radius = in.rounding.x; }
+        case SLAB: { bevel = 0.55; radius = max(in.rounding.x, 0.35); }
+        default: {}
+    }
+    let round = in.kind == MATTE_OVAL || in.kind == DROP;
+    let from_middle = in.local + 1e-6;
+    let outward = select(
+        box_outward(in.local, in.half, radius), from_middle / length(from_middle), round,
+    );
+    let rim = 1.0 - clamp(-d / bevel, 0.0, 1.0);
+    let slope = turn(outward, in.axis) * rim * rim;
+
+    let height = clamp(in.local.y / in.half.y, -1.0, 1.0);
+    var color = in.fill.rgb * (0.93 + 0.09 * height);
+    color = mix(color, in.edge.rgb, 0.75 * max(slope.y, 0.0));
+    color *= 1.0 - 0.42 * max(-slope.y, 0.0) - 0.12 * abs(slope.x);
+    if globals.light_on > 0.5 {
+        let facing = 0.6 + 1.8 * max(dot(slope, in.toward), 0.0);
+        color += light_at(in.world) * facing * (in.fill.rgb + 0.10);
+    }
+    if in.kind == CRATE {
+        color *= crate_shade(in.local, in.half);
+    }
+    if in.kind == SLAB {
+        // One lighter edge on top; walls run on into the dark outside of the world.
+        let unit = globals.unit_per_pixel;
+        let top = clamp((in.local.y - in.half.y + 0.55) / max(unit, 0.1) + 0.5, 0.0, 1.0);
+        color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top);
+        let beyond = max(max(-in.world, in.world - globals.world), vec2f(0.0));
+        color *= 0.25 + 0.75 * exp(-length(beyond) / 16.0);
+    }
+    return color;
 }
 
 @fragment
 fn fragment(in: Varying) -> @location(0) vec4f {
     let unit = globals.unit_per_pixel;
     let soft = in.rounding.y;
-    let d = signed_distance(in);
-    let cover = in.fill.a * clamp(0.5 - d / unit, 0.0, 1.0);
+    var d = signed_distance(in);
+    // Covered up to `low`, clear from `high` on.
+    var low = -0.5 * unit;
+    var high = 0.5 * unit;
+    var alpha = in.fill.a;
+    // Of light that is added instead of covering.
+    var additive = 0.0;
     switch in.kind {
         case SHADOW_BOX, SHADOW_OVAL: {
-            let alpha = in.fill.a * (1.0 - smoothstep(-soft, soft, d));
-            return vec4f(in.fill.rgb * alpha, alpha);
+            low = -soft;
+            high = soft;
+        }
+        case RING_BOX, RING_OVAL: {
+            // A line with its middle on the outline; the part past its width fades.
+            d = abs(d);
+            low = max(0.5 * in.edge.a * soft, 0.5 * unit);
+            high = low + max(soft - low, unit);
         }
         case GLOW: {
             let k = clamp(1.0 - length(in.local / in.half), 0.0, 1.0);
-            return vec4f(in.fill.rgb * (in.fill.a * k * k), 0.0);
-        }
-        case RING_BOX, RING_OVAL: {
-            // A line with its middle on the outline; the part past half its width fades.
-            let width = max(0.5 * in.edge.a * soft, 0.5 * unit);
-            let away = abs(d);
-            let fade = max(soft - width, unit);
-            let alpha = in.fill.a * (1.0 - smoothstep(width, width + fade, away));
-            return vec4f(in.fill.rgb * alpha, alpha);
+            alpha *= k * k;
+            additive = 1.0;
         }
         case TRAIL: {
             // Wide and opaque with a round head at +x, thin and clear at -x.
             let along = clamp(in.local.x / in.half.x * 0.5 + 0.5, 0.0, 1.0);
             let head = min((1.0 - along) * 2.0 * in.half.x / in.half.y, 1.0);
-            let width = in.half.y * along * sqrt(head * (2.0 - head));
-            let across = abs(in.local.y) - width;
-            let alpha = in.fill.a * along * along * clamp(0.5 - across / unit, 0.0, 1.0);
-            return vec4f(in.fill.rgb * alpha, alpha * in.edge.a);
+            d = abs(in.local.y) - in.half.y * along * sqrt(head * (2.0 - head));
+            alpha *= along * along;
+            additive = 1.0 - in.edge.a;
         }
-        case MATTE_BOX: {
-            let bevel = clamp(0.35 * min(in.half.x, in.half.y), 0.5, 2.6);
-            let outward = box_outward(in.local, in.half, max(in.rounding.x, bevel));
-            return vec4f(matte(in, -d, outward, bevel) * cover, cover);
-        }
-        case MATTE_OVAL: {
-            let bevel = 0.6 * min(in.half.x, in.half.y);
-            let outward = in.local / (length(in.local) + 1e-6);
-            return vec4f(matte(in, -d, outward, bevel) * cover, cover);
-        }
-        case DROP: {
-            let outward = normalize(vec2f(max(in.local.x, -0.5 * in.half.y), in.local.y) + 1e-6);
-            return vec4f(matte(in, -d, outward, 0.7 * in.half.y) * cover, cover);
-        }
-        case CRATE: {
-            let outward = box_outward(in.local, in.half, in.rounding.x);
-            let color = matte(in, -d, outward, 0.7) * crate_shade(in.local, in.half);
-            return vec4f(color * cover, cover);
-        }
-        case SLAB: {
-            let outward = box_outward(in.local, in.half, max(in.rounding.x, 0.35));
-            var color = matte(in, -d, outward, 0.55);
-            // One lighter edge on top.
-            let top = clamp((in.local.y - in.half.y + 0.55) / max(unit, 0.1) + 0.5, 0.0, 1.0);
-            color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top);
-            // Walls run on into the dark outside of the world.
-            let beyond = max(max(-in.world, in.world - globals.world), vec2f(0.0));
-            color *= 0.25 + 0.75 * exp(-length(beyond) / 16.0);
-            return vec4f(color * cover, cover);
-        }
-        default: {
-            return vec4f(in.fill.rgb * cover, cover);
-        }
+        default: {}
     }
+    let cover = alpha * (1.0 - smoothstep(low, high, d));
+    var color = in.fill.rgb;
+    if in.kind >= MATTE_BOX {
+        color = matte(in, d);
+    }
+    return vec4f(color * cover, cover * (1.0 - additive));
 }

@@ -66,9 +66,11 @@ fn slab(stage: &mut Stage, body: &FrameBody) {
 fn shadow(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     let kind = if is_round(body) { SolidKind::ShadowOval } else { SolidKind::ShadowBox };
     let alpha = if body.kind == Kind::Pack { 0.3 } else { 0.55 };
-    let below = pose.center - Vec2::new(0.0, SHADOW_DROP);
+    // Small things lie flat on the ground: their shadow is short.
+    let scale = (pose.half.x.min(pose.half.y) / 3.0).min(1.0);
+    let below = pose.center - Vec2::new(0.0, SHADOW_DROP * scale);
     let quad = SolidVertex::new(kind, below, pose.half, rgba(INK[0], alpha));
-    stage.quads.push(quad.rounded(corner(body, pose.half)).soft(SHADOW_SOFT));
+    stage.quads.push(quad.rounded(corner(body, pose.half)).soft(SHADOW_SOFT * scale));
 }
 
 fn toy(stage: &mut Stage, body: &FrameBody, pose: &Pose) {

@@ -20,24 +20,24 @@ pub enum SolidKind {
     ShadowOval = 3,
     /// Additive light, strongest in the middle.
     Glow = 4,
-    /// Box lit from above.
-    MatteBox = 5,
-    /// Ellipse lit from above.
-    MatteOval = 6,
-    /// Box of planks.
-    Crate = 7,
-    /// Disc with a tip behind it at -x; `half` is (tip, radius).
-    Drop = 8,
-    /// Outline of a box.
-    RingBox = 9,
+    /// Outline of a box; edge alpha is the share of the width that is full.
+    RingBox = 5,
     /// Outline of an ellipse.
-    RingOval = 10,
+    RingOval = 6,
     /// Wedge that fades towards -x; edge alpha 0 makes it additive.
-    Trail = 11,
-    /// Slab of the world with one lighter top edge.
-    Slab = 12,
+    Trail = 7,
     /// Line that hangs from (-half.x, 0) and (half.x, 0) down to (0, -half.y); the width is the soft edge's.
-    Smile = 13,
+    Smile = 8,
+    /// Box lit from above.
+    MatteBox = 9,
+    /// Ellipse lit from above.
+    MatteOval = 10,
+    /// Box of planks.
+    Crate = 11,
+    /// Disc with a tip behind it at -x; `half` is (tip, radius).
+    Drop = 12,
+    /// Slab of the world with one lighter top edge.
+    Slab = 13,
 }
 
 /// One corner of one solid quad.
