@@ -38,7 +38,7 @@ fn fragment(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
 
     if globals.light_on > 0.5 {
         let light = light_at(point);
-        color += light * (0.14 + 1.1 * color + 0.16 * min(grid, 1.0));
+        color += light * (0.10 + 1.2 * color + 0.16 * min(grid, 1.0));
     }
 
     // The world ends softly: the stage falls off into the dark.

@@ -158,7 +158,7 @@ fn matte(in: Varying, d: f32) -> vec3f {
         case MATTE_OVAL: { bevel = 0.6 * least; }
         case DROP: { bevel = 0.7 * in.half.y; }
         case CRATE: { bevel = 0.7; radius = in.rounding.x; }
-        case SLAB: { bevel = 0.55; radius = max(in.rounding.x, 0.35); }
+        case SLAB: { bevel = 0.55; radius = in.rounding.x; }
         default: {}
     }
     let round = in.kind == MATTE_OVAL || in.kind == DROP;
@@ -166,10 +166,12 @@ fn matte(in: Varying, d: f32) -> vec3f {
     let outward = select(
         box_outward(in.local, in.half, radius), from_middle / length(from_middle), round,
     );
-    let rim = 1.0 - clamp(-d / bevel, 0.0, 1.0);
+    // Walls have sharp corners and no bevel: they join without a seam.
+    let wall = in.kind == SLAB && in.rounding.x == 0.0;
+    let rim = select(1.0 - clamp(-d / bevel, 0.0, 1.0), 0.0, wall);
     let slope = turn(outward, in.axis) * rim * rim;
 
-    let height = clamp(in.local.y / in.half.y, -1.0, 1.0);
+    let height = select(clamp(in.local.y / in.half.y, -1.0, 1.0), 0.0, wall);
     var color = in.fill.rgb * (0.93 + 0.09 * height);
     color = mix(color, in.edge.rgb, 0.75 * max(slope.y, 0.0));
     color *= 1.0 - 0.42 * max(-slope.y, 0.0) - 0.12 * abs(slope.x);
@@ -184,7 +186,7 @@ fn matte(in: Varying, d: f32) -> vec3f {
         // One lighter edge on top; walls run on into the dark outside of the world.
         let unit = globals.unit_per_pixel;
         let top = clamp((in.local.y - in.half.y + 0.55) / max(unit, 0.1) + 0.5, 0.0, 1.0);
-        color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top);
+        color = mix(color, in.edge.rgb * (0.55 + color), 0.85 * top * in.edge.a);
         let beyond = max(max(-in.world, in.world - globals.world), vec2f(0.0));
         color *= 0.25 + 0.75 * exp(-length(beyond) / 16.0);
     }

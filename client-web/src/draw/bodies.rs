@@ -15,7 +15,7 @@ const SHADOW_SOFT: f32 = 1.5;
 /// How far a body's drawing may reach past its outline, world units.
 const MARGIN: f32 = 8.0;
 /// Colour of a hero that nobody plays.
-const NOBODY: Rgb = [0x9a, 0xa8, 0xbf];
+const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
 
 /// Adds all bodies in view. `posed` is scratch memory.
 pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>) {
@@ -25,12 +25,17 @@ pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>
         if !sees(stage, body) {
             continue;
         }
-        if is_slab(body) {
-            slab(stage, body);
-        } else {
-            posed.push((index as u32, motion.pose(body)));
-        }
+        posed.push((index as u32, motion.pose(body)));
     }
+    // Slabs lie behind everything, and their shadows behind all of them.
+    let slabs = |(index, _): &&(u32, Pose)| is_slab(&bodies[*index as usize]);
+    for (index, pose) in posed.iter().filter(slabs) {
+        shadow(stage, &bodies[*index as usize], pose);
+    }
+    for (index, pose) in posed.iter().filter(slabs) {
+        slab(stage, &bodies[*index as usize], pose);
+    }
+    posed.retain(|(index, _)| !is_slab(&bodies[*index as usize]));
     for (index, pose) in posed.iter() {
         shadow(stage, &bodies[*index as usize], pose);
     }
@@ -48,19 +53,20 @@ fn is_slab(body: &FrameBody) -> bool {
     matches!(body.kind, Kind::Wall | Kind::Platform)
 }
 
-fn slab(stage: &mut Stage, body: &FrameBody) {
-    let half = body.shape.half_extent();
-    let pose = Pose { center: body.center, half };
-    shadow(stage, body, &pose);
+fn slab(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     if body.hot {
-        ring(stage, body, &pose);
+        ring(stage, body, pose);
     }
-    let (fill, edge) = match body.kind {
-        Kind::Wall => (SLATE[0], SLATE[2]),
-        _ => (SLATE[1], SLATE[3]),
+    // Floor, ceiling and walls are one thing; of it only the floor has a lit edge.
+    let floor = pose.half.x > pose.half.y && pose.center.y < 0.5 * stage.frame.world_size.y;
+    let (fill, edge, lit) = match body.kind {
+        Kind::Wall => (SLATE[0], SLATE[2], if floor { 1.0 } else { 0.0 }),
+        _ => (SLATE[1], SLATE[3], 1.0),
     };
-    let quad = SolidVertex::new(SolidKind::Slab, body.center, half, stage.shade(fill, 1.0));
-    stage.quads.push(quad.rounded(corner(body, half)).edged(stage.shade(edge, 1.0)));
+    let fill = stage.shade(fill, 1.0);
+    let edge = stage.shade(edge, lit);
+    let quad = SolidVertex::new(SolidKind::Slab, pose.center, pose.half, fill);
+    stage.quads.push(quad.rounded(corner(body, pose.half)).edged(edge));
 }
 
 fn shadow(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
@@ -93,7 +99,10 @@ fn skin(body: &FrameBody) -> (Rgb, Rgb) {
     const WHITE: Rgb = [255, 255, 255];
     match body.kind {
         Kind::Minion => (MINION[0], MINION[1]),
-        Kind::Dumb => (palette::mix(PAPER[1], PAPER[0], 0.35), WHITE),
+        Kind::Dumb => {
+            let pale = palette::mix(PAPER[1], PAPER[0], 0.45 * tone(body));
+            (palette::mix(pale, INK[2], 0.10), WHITE)
+        }
         _ => {
             let color = body.color.map_or(NOBODY, palette::player);
             (palette::mix(color, INK[1], 0.04), palette::mix(color, WHITE, 0.55))
@@ -108,9 +117,7 @@ fn matte(stage: &mut Stage, body: &FrameBody, pose: &Pose, fill: Rgb, edge: Rgb)
 }
 
 fn block(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
-    // Toys from one box, but not all from one plank.
-    let tone = (body.id.index.wrapping_mul(2_654_435_761) >> 24) as f32 / 255.0;
-    let fill = palette::mix(WOOD[0], WOOD[1], 0.35 + 0.5 * tone);
+    let fill = palette::mix(WOOD[0], WOOD[1], 0.35 + 0.5 * tone(body));
     if is_round(body) {
         let paint = TOYS[body.id.index as usize % TOYS.len()];
         matte(stage, body, pose, paint, palette::mix(paint, PAPER[0], 0.6));
@@ -121,6 +128,11 @@ fn block(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     }
     let quad = SolidVertex::new(SolidKind::Crate, pose.center, pose.half, stage.shade(fill, 1.0));
     stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(WOOD[2], 1.0)));
+}
+
+/// A number in 0..=1 of a body's own: toys of one box are not all of one shade.
+fn tone(body: &FrameBody) -> f32 {
+    (body.id.index.wrapping_mul(2_654_435_761) >> 24) as f32 / 255.0
 }
 
 /// A drop that points where it flies, with a wake and a small glow.
@@ -179,7 +191,7 @@ fn is_round(body: &FrameBody) -> bool {
 fn corner(body: &FrameBody, half: Vec2) -> f32 {
     let least = half.x.min(half.y);
     match body.kind {
-        Kind::Wall => least.min(0.4),
+        Kind::Wall => 0.0,
         Kind::Platform => least.min(0.9),
         Kind::Hero => 0.52 * least,
         Kind::Block => 0.16 * least,

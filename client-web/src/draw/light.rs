@@ -86,7 +86,7 @@ impl LightField {
             }
         }
         // The blur spreads a sum over cells: make it independent of their size.
-        let gain = 0.9 * (REACH / self.cell).powi(2);
+        let gain = 0.55 * (REACH / self.cell).powi(2);
         for (cell, texel) in self.cells.iter().zip(self.texels.as_chunks_mut::<4>().0) {
             *texel = encode(*cell, gain);
         }

@@ -13,6 +13,7 @@ mod motion;
 mod outline;
 mod quads;
 pub mod sprite;
+pub mod still;
 pub mod vertex;
 
 pub use light::{LIGHT_CELLS, LightField};
@@ -51,7 +52,7 @@ struct Stage<'a> {
 impl Stage<'_> {
     /// A body's colour; the bounds view steps all of them back behind its lines.
     fn shade(&self, color: Rgb, alpha: f32) -> [u8; 4] {
-        let back = if self.frame.bounds { 0.45 } else { 0.0 };
+        let back = if self.frame.bounds { 0.22 } else { 0.0 };
         rgba(palette::mix(color, INK[1], back), alpha)
     }
 

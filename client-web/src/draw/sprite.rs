@@ -23,9 +23,9 @@ pub fn particle_pgm() -> Vec<u8> {
         for column in 0..SIDE {
             let x = (column as f32 + 0.5 - half) / half;
             let y = (row as f32 + 0.5 - half) / half;
-            let from_core = ((x * x + y * y).sqrt() - 0.12) / 0.88;
+            let from_core = ((x * x + y * y).sqrt() - 0.10) / 0.90;
             let left = 1.0 - from_core.clamp(0.0, 1.0);
-            let alpha = left * left * (3.0 - 2.0 * left) * left;
+            let alpha = left * left * left * (1.9 - 0.9 * left);
             file.push((alpha * 255.0 + 0.5) as u8);
         }
     }

@@ -36,7 +36,7 @@ pub enum SolidKind {
     Crate = 11,
     /// Disc with a tip behind it at -x; `half` is (tip, radius).
     Drop = 12,
-    /// Slab of the world with one lighter top edge.
+    /// Slab of the world, with one lighter top edge if edge alpha is 1; a wall if its corners are sharp.
     Slab = 13,
 }
 

@@ -1,0 +1,100 @@
+//! Who plays in a picture: bots that use what the scene offers.
+
+use jostle_sim::{Buttons, Game, Input, Scene, Seat, Tools, Vec2};
+
+/// Ticks between two shots of one bot.
+const SHOT_TICKS: u32 = 75;
+
+/// How many bots a scene gets.
+pub fn players(scene: &Scene) -> u8 {
+    let wanted = if scene.name == "arena" { 6 } else { 1 };
+    scene.players_max.min(wanted)
+}
+
+/// What the bots do in a tick, in seat order.
+pub fn inputs(game: &Game, tick: u32) -> Vec<(Seat, Input)> {
+    let heroes: Vec<(Seat, Option<Vec2>)> = game
+        .players()
+        .map(|player| (player.seat, player.hero.map(|hero| game.world().position(hero))))
+        .collect();
+    heroes.iter().map(|&(seat, at)| (seat, input(game, tick, seat, at, &heroes))).collect()
+}
+
+fn input(
+    game: &Game,
+    tick: u32,
+    seat: Seat,
+    at: Option<Vec2>,
+    heroes: &[(Seat, Option<Vec2>)],
+) -> Input {
+    let scene = game.scene();
+    let mut buttons = Buttons::default();
+    let mut pointer = wander(scene, tick, seat, 90);
+    if let Some(at) = at.filter(|_| scene.tools.contains(Tools::STEER)) {
+        buttons = steer(game, tick, seat, at);
+        let others = heroes.iter().filter(|(other, _)| *other != seat).filter_map(|(_, p)| *p);
+        let nearest = others.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)));
+        pointer = nearest.map_or(pointer, |other| other + (at - other).clamp_length_max(24.0));
+    }
+    let busy = (tick + u32::from(seat.0) * 23) % SHOT_TICKS;
+    if scene.tools.contains(Tools::LAUNCH) && busy == 0 {
+        buttons.0 |= Buttons::FIRE.0;
+    }
+    if scene.tools.contains(Tools::SELECT) {
+        pointer = scene.size * Vec2::new(0.42, 0.46);
+        buttons = if tick > 5 { Buttons::FIRE } else { Buttons::PICK_HERO };
+    }
+    if scene.tools.contains(Tools::SPRAY) {
+        buttons.0 |= Buttons::MAKE.0;
+        pointer = spray_point(scene, tick);
+    }
+    if scene.tools.contains(Tools::DUMB)
+        && seat.0 == 0
+        && tick < drop_ticks(scene)
+        && tick % 12 == 0
+    {
+        buttons.0 |= Buttons::MAKE.0;
+        pointer = drop_point(scene, tick);
+    }
+    Input { buttons, pointer: Some(pointer) }
+}
+
+/// Flies towards a place that changes now and then.
+fn steer(game: &Game, tick: u32, seat: Seat, at: Vec2) -> Buttons {
+    let goal = wander(game.scene(), tick, seat, 150);
+    let mut buttons = Buttons::default();
+    if at.x < goal.x - 6.0 {
+        buttons.0 |= Buttons::RIGHT.0;
+    } else if at.x > goal.x + 6.0 {
+        buttons.0 |= Buttons::LEFT.0;
+    }
+    if at.y < goal.y {
+        buttons.0 |= Buttons::UP.0;
+    }
+    buttons
+}
+
+/// A place inside the world that a seat likes for a while.
+fn wander(scene: &Scene, tick: u32, seat: Seat, ticks: u32) -> Vec2 {
+    let mut bits =
+        (tick / ticks).wrapping_mul(0x9e37_79b9) ^ u32::from(seat.0).wrapping_mul(0x85eb_ca6b);
+    bits = (bits ^ bits >> 16).wrapping_mul(0x7feb_352d);
+    bits ^= bits >> 15;
+    let part = |shift: u32| (bits >> shift & 0xff) as f32 / 255.0;
+    scene.size * Vec2::new(0.1 + 0.8 * part(0), 0.15 + 0.6 * part(12))
+}
+
+fn spray_point(scene: &Scene, tick: u32) -> Vec2 {
+    let turn = tick as f32 / 60.0;
+    scene.size * Vec2::new(0.5 + 0.22 * turn.sin(), 0.62 + 0.12 * (turn * 1.7).cos())
+}
+
+/// Ticks for which dumb minions are dropped: long for a pile, short where others are to be seen.
+fn drop_ticks(scene: &Scene) -> u32 {
+    if scene.hero.is_none() { 3000 } else { 200 }
+}
+
+fn drop_point(scene: &Scene, tick: u32) -> Vec2 {
+    let sway = (tick as f32 / 23.0).sin();
+    scene.size * Vec2::new(0.62 + 0.10 * sway, 0.8)
+}
