@@ -1,1 +1,11 @@
-//! Workspace tests.
+//! What the workspace's tests share: a server in this process, a real browser, a page driven by
+//! real keys and pointers, and pictures that can be compared.
+//!
+//! The tests themselves are in `tests/`: one file or directory a subject.
+
+pub mod browser;
+pub mod picture;
+pub mod runner;
+pub mod server;
+pub mod state;
+pub mod tab;

@@ -1,0 +1,169 @@
+//! Pictures of pages: read, written, measured, compared.
+
+use anyhow::{Context, Result, bail};
+use std::fs;
+use std::path::Path;
+
+/// Eight bits a channel, without transparency, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// In pixels.
+    pub width: u32,
+    /// In pixels.
+    pub height: u32,
+    /// Red, green, blue of each pixel.
+    pub rgb: Vec<[u8; 3]>,
+}
+
+/// How far two pictures of one size are apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// Mean of the channels' differences, 0..=255.
+    pub mean: f64,
+    /// Largest difference of a channel.
+    pub max: u8,
+    /// Pixels with a channel that differs by more than the tolerance of [`Picture::compare`].
+    pub outliers: usize,
+}
+
+impl Picture {
+    /// Reads a PNG.
+    pub fn decode(png: &[u8]) -> Result<Picture> {
+        let mut decoder = png::Decoder::new(std::io::Cursor::new(png));
+        decoder.set_transformations(png::Transformations::normalize_to_color8());
+        let mut reader = decoder.read_info().context("not a PNG")?;
+        let size = reader.output_buffer_size().context("a picture too large")?;
+        let mut bytes = vec![0; size];
+        let info = reader.next_frame(&mut bytes).context("a broken PNG")?;
+        let channels = match info.color_type {
+            png::ColorType::Rgb => 3,
+            png::ColorType::Rgba => 4,
+            other => bail!("a PNG in {other:?}, where RGB or RGBA is expected"),
+        };
+        let pixels = bytes[..info.buffer_size()].chunks_exact(channels);
+        let rgb = pixels.map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        Ok(Picture { width: info.width, height: info.height, rgb })
+    }
+
+    /// Writes a PNG, as small as is quick.
+    pub fn encode(&self) -> Result<Vec<u8>> {
+        let mut out = Vec::new();
+        let mut encoder = png::Encoder::new(&mut out, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_compression(png::Compression::High);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(self.rgb.as_flattened())?;
+        writer.finish()?;
+        Ok(out)
+    }
+
+    /// Reads a PNG file.
+    pub fn load(path: &Path) -> Result<Picture> {
+        let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        Picture::decode(&bytes).with_context(|| path.display().to_string())
+    }
+
+    /// Writes a PNG file, and the directories above it.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        if let Some(dir) = path.parent() {
+            fs::create_dir_all(dir)?;
+        }
+        let bytes = self.encode()?;
+        fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+    }
+
+    /// The pixel at a point, clamped into the picture.
+    pub fn pixel(&self, x: f64, y: f64) -> [u8; 3] {
+        let column = (x.max(0.0) as u32).min(self.width - 1);
+        let row = (y.max(0.0) as u32).min(self.height - 1);
+        self.rgb[(row * self.width + column) as usize]
+    }
+
+    /// How many pixels satisfy `test` within `radius` of a point.
+    pub fn count_near(&self, x: f64, y: f64, radius: f64, test: impl Fn([u8; 3]) -> bool) -> usize {
+        let mut count = 0;
+        for (index, pixel) in self.rgb.iter().enumerate() {
+            let column = (index as u32 % self.width) as f64 + 0.5;
+            let row = (index as u32 / self.width) as f64 + 0.5;
+            let near = (column - x).powi(2) + (row - y).powi(2) <= radius * radius;
+            count += usize::from(near && test(*pixel));
+        }
+        count
+    }
+
+    /// How many different colours there are: a picture of nothing has one.
+    pub fn colors(&self) -> usize {
+        let mut colors = self.rgb.clone();
+        colors.sort_unstable();
+        colors.dedup();
+        colors.len()
+    }
+
+    /// Compares with a picture of the same size; `tolerance` decides what an outlier is.
+    pub fn compare(&self, other: &Picture, tolerance: u8) -> Result<Difference> {
+        if (self.width, self.height) != (other.width, other.height) {
+            bail!(
+                "a picture of {} x {} where {} x {} is expected",
+                self.width,
+                self.height,
+                other.width,
+                other.height
+            );
+        }
+        let (mut sum, mut max, mut outliers) = (0_u64, 0, 0);
+        for (left, right) in self.rgb.iter().zip(&other.rgb) {
+            let apart = [0, 1, 2].map(|channel| left[channel].abs_diff(right[channel]));
+            sum += apart.iter().map(|&apart| u64::from(apart)).sum::<u64>();
+            let worst = apart.into_iter().max().unwrap_or(0);
+            max = max.max(worst);
+            outliers += usize::from(worst > tolerance);
+        }
+        let mean = sum as f64 / (3 * self.rgb.len()).max(1) as f64;
+        Ok(Difference { mean, max, outliers })
+    }
+
+    /// Where the two differ, brightened so that one sees it.
+    pub fn difference(&self, other: &Picture) -> Picture {
+        let rgb = self.rgb.iter().zip(&other.rgb);
+        let rgb = rgb
+            .map(|(l, r)| {
+                [0, 1, 2].map(|channel| l[channel].abs_diff(r[channel]).saturating_mul(8))
+            })
+            .collect();
+        Picture { width: self.width, height: self.height, rgb }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(rgb: &[[u8; 3]]) -> Picture {
+        Picture { width: rgb.len() as u32, height: 1, rgb: rgb.to_vec() }
+    }
+
+    #[test]
+    fn a_picture_survives_a_png() {
+        let original = picture(&[[1, 2, 3], [250, 0, 128]]);
+        let png = original.encode().unwrap();
+        assert_eq!(Picture::decode(&png).unwrap(), original);
+        assert!(Picture::decode(&png[..20]).is_err());
+    }
+
+    #[test]
+    fn differences_are_measured() {
+        let (left, right) = (picture(&[[0; 3], [10, 10, 10]]), picture(&[[0; 3], [10, 13, 22]]));
+        let difference = left.compare(&right, 8).unwrap();
+        assert_eq!(difference, Difference { mean: 15.0 / 6.0, max: 12, outliers: 1 });
+        assert!(left.compare(&picture(&[[0; 3]]), 8).is_err());
+    }
+
+    #[test]
+    fn pixels_are_counted_around_a_point() {
+        let row = picture(&[[255; 3], [0; 3], [255; 3], [255; 3]]);
+        assert_eq!(row.count_near(0.5, 0.5, 2.0, |pixel| pixel[0] == 255), 2);
+        assert_eq!(row.colors(), 2);
+        assert_eq!(row.pixel(1.2, 9.0), [0; 3]);
+    }
+}

@@ -1,0 +1,75 @@
+//! Ways into a game: the lobby, its rooms and links, and the layout on a phone.
+
+use anyhow::{Result, ensure};
+use jostle_tests::runner::Stage;
+use jostle_tests::state::State;
+use jostle_tests::tab::Screen;
+use std::sync::Arc;
+
+pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Result<()> {
+    let ada = stage.visit("/", Screen::LAPTOP).await?;
+    ada.until("the lobby", |s| s.state == "lobby").await?;
+    ada.until_true("document.querySelectorAll('#scene-list > *').length >= 5").await?;
+    ada.until_true(
+        "[...document.querySelectorAll('#scene-list img')].every(i => i.complete && i.naturalWidth)",
+    )
+    .await?;
+    ada.fill("#name", "Ada").await?;
+    ada.click_on("#scene-list button, #scene-list a").await?;
+    ada.until("a hero of one's own", State::plays).await?;
+    let link = ada.link().await?;
+    ensure!(link.len() > stage.server.link("/").len(), "{link} names a room");
+
+    // The clipboard needs a permission that nobody can give to a page without a window.
+    ada.eval::<bool>(
+        "(navigator.clipboard.writeText = text => { window.copied = text; return Promise.resolve(); \
+         }, true)",
+    )
+    .await?;
+    ada.click_on("#copy").await?;
+    ada.until_true("window.copied").await?;
+    let copied: String = ada.eval("window.copied").await?;
+    assert_eq!(copied, link);
+
+    let bob = stage.visit_link(&copied, Screen::SMALL).await?;
+    bob.until("two players", |s| s.plays() && s.players == 2).await?;
+    bob.until_true("document.querySelector('#game').innerText.includes('Ada')").await?;
+    ada.click_on("#leave").await?;
+    ada.until("the lobby", |s| s.state == "lobby").await?;
+    bob.until("Ada gone", |s| s.players == 1).await?;
+    Ok(())
+}
+
+pub async fn play_joins_the_room_where_somebody_is(stage: Arc<Stage>) -> Result<()> {
+    let bob = stage.play("particles", Screen::SMALL).await?;
+    let ada = stage.visit("/", Screen::PHONE).await?;
+    ada.until("the lobby", |s| s.state == "lobby").await?;
+    ada.until_true("document.querySelector('#room-list').innerText.includes('1')").await?;
+    ada.click_on("#play").await?;
+    ada.until("a hero of one's own", State::plays).await?;
+    assert_eq!(ada.link().await?, bob.link().await?);
+    bob.until("two players", |s| s.players == 2).await?;
+    Ok(())
+}
+
+pub async fn a_phone_has_a_stick_and_no_page_to_scroll(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.play("arena", Screen::PHONE).await?;
+    let screen = tab.screen();
+    let middle = tab.middle_of("#stick").await?;
+    ensure!(middle[0] < f64::from(screen.width) / 2.0, "the stick is under the left thumb");
+    ensure!(middle[1] > f64::from(screen.height) / 2.0, "and low: {middle:?}");
+    let tools = tab.middle_of("#tools button, #tools > *").await?;
+    ensure!(tools[0] > f64::from(screen.width) / 2.0, "tools under the right: {tools:?}");
+    tab.until_true(
+        "document.documentElement.scrollWidth <= innerWidth && \
+         document.documentElement.scrollHeight <= innerHeight",
+    )
+    .await?;
+    let x = |s: &State| s.own_hero().map_or(f32::NAN, |hero| hero.pos[0]);
+    let before = x(&tab.state().await?);
+    let to = if before < 160.0 { 40.0 } else { -40.0 };
+    tab.touch(middle, false).await?;
+    tab.touch([middle[0] + to, middle[1]], true).await?;
+    tab.until("the stick steering", |s| (x(s) - before) * to.signum() as f32 > 3.0).await?;
+    tab.lift().await
+}

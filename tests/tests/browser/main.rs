@@ -1,0 +1,85 @@
+//! The page in a real Chromium, against a real server: one file a subject.
+
+mod lobby;
+mod pictures;
+mod playing;
+mod trouble;
+
+use jostle_tests::runner::{self, Case};
+use std::process::ExitCode;
+
+/// The order is the one in which things would be looked at by hand.
+const CASES: &[Case] = &[
+    Case {
+        name: "a_key_in_one_page_moves_the_hero_seen_in_another",
+        run: |stage| Box::pin(playing::a_key_in_one_page_moves_the_hero_seen_in_another(stage)),
+    },
+    Case {
+        name: "two_tabs_of_one_visitor_are_two_players",
+        run: |stage| Box::pin(playing::two_tabs_of_one_visitor_are_two_players(stage)),
+    },
+    Case {
+        name: "a_clicked_pack_reaches_the_hero_and_bursts_into_saturated_particles",
+        run: |stage| Box::pin(playing::a_pack_reaches_the_hero_and_bursts(stage)),
+    },
+    Case {
+        name: "impulse_z_drops_x_grabs_c_shakes_v_clears",
+        run: |stage| Box::pin(playing::impulse_tools(stage)),
+    },
+    Case {
+        name: "bounds_h_m_p_select_and_the_mouse_drags",
+        run: |stage| Box::pin(playing::bounds_selection(stage)),
+    },
+    Case {
+        name: "particles_z_sprays_and_the_spray_dies_out",
+        run: |stage| Box::pin(playing::particles_spray(stage)),
+    },
+    Case {
+        name: "a_lost_socket_gives_the_same_seat_back",
+        run: |stage| Box::pin(trouble::a_lost_socket_gives_the_same_seat_back(stage)),
+    },
+    Case {
+        name: "a_restarted_server_is_found_again",
+        run: |stage| Box::pin(trouble::a_restarted_server_is_found_again(stage)),
+    },
+    Case {
+        name: "a_lost_webgl_context_is_drawn_again",
+        run: |stage| Box::pin(trouble::a_lost_webgl_context_is_drawn_again(stage)),
+    },
+    Case {
+        name: "lost_focus_releases_keys",
+        run: |stage| Box::pin(trouble::lost_focus_releases_keys(stage)),
+    },
+    Case {
+        name: "a_wrong_room_is_explained",
+        run: |stage| Box::pin(trouble::a_wrong_room_is_explained(stage)),
+    },
+    Case {
+        name: "a_full_room_is_explained_and_goes_on",
+        run: |stage| Box::pin(trouble::a_full_room_is_explained_and_goes_on(stage)),
+    },
+    Case {
+        name: "a_browser_without_webgl2_is_told_so",
+        run: |stage| Box::pin(trouble::a_browser_without_webgl2_is_told_so(stage)),
+    },
+    Case {
+        name: "the_lobby_opens_a_room_and_copies_its_link",
+        run: |stage| Box::pin(lobby::the_lobby_opens_a_room_and_copies_its_link(stage)),
+    },
+    Case {
+        name: "play_joins_the_room_where_somebody_is",
+        run: |stage| Box::pin(lobby::play_joins_the_room_where_somebody_is(stage)),
+    },
+    Case {
+        name: "a_phone_has_a_stick_and_no_page_to_scroll",
+        run: |stage| Box::pin(lobby::a_phone_has_a_stick_and_no_page_to_scroll(stage)),
+    },
+    Case {
+        name: "frozen_scenes_look_as_they_did",
+        run: |stage| Box::pin(pictures::frozen_scenes_look_as_they_did(stage)),
+    },
+];
+
+fn main() -> ExitCode {
+    runner::main(CASES)
+}

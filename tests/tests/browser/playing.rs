@@ -1,0 +1,191 @@
+//! What players do: steer, throw, drop, grab, shake, clear, select, spray.
+
+use anyhow::{Context, Result};
+use jostle_tests::runner::Stage;
+use jostle_tests::state::{Body, State};
+use jostle_tests::tab::{Screen, Tab};
+use std::sync::Arc;
+
+pub async fn a_key_in_one_page_moves_the_hero_seen_in_another(stage: Arc<Stage>) -> Result<()> {
+    let ada = stage.play("impulse", Screen::SMALL).await?;
+    let bob = stage.play("impulse", Screen::SMALL).await?;
+    let seat = ada.state().await?.seat.context("a player has a seat")?;
+    let seen = bob.until("both players", |s| s.players == 2 && s.hero(seat).is_some()).await?;
+    assert_ne!(seen.seat, Some(seat), "each player has a seat of their own");
+    let before = x_of(&seen, seat);
+    ada.key_down("d").await?;
+    bob.until("Ada's hero to the right", |s| x_of(s, seat) > before + 8.0).await?;
+    ada.key_up("d").await?;
+    let turned = x_of(&bob.state().await?, seat);
+    ada.key_down("a").await?;
+    bob.until("Ada's hero on its way back", |s| x_of(s, seat) < turned - 2.0).await?;
+    ada.key_up("a").await?;
+    for tab in [&ada, &bob] {
+        let drawn = tab.state().await?.drawn_frames;
+        tab.until("both pages drawing", |s| s.drawn_frames > drawn + 10).await?;
+    }
+    Ok(())
+}
+
+fn x_of(state: &State, seat: u8) -> f32 {
+    state.hero(seat).map_or(f32::NAN, |hero| hero.pos[0])
+}
+
+pub async fn two_tabs_of_one_visitor_are_two_players(stage: Arc<Stage>) -> Result<()> {
+    let first = stage.play("impulse", Screen::SMALL).await?;
+    let visitor = stage.last_visitor().context("somebody is here")?;
+    let second = stage.visit_as(&visitor, "/impulse", Screen::SMALL).await?;
+    second.until("a hero of one's own", State::plays).await?;
+    let state = first.until("two players", |s| s.players == 2).await?;
+    assert_eq!(state.state, "playing", "the first tab plays on");
+    assert_ne!(state.seat, second.state().await?.seat);
+    Ok(())
+}
+
+pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.play("emitters", Screen::SMALL).await?;
+    let [x, y] = resting_hero(&tab).await?;
+    let at = tab.to_page([x, y]).await?;
+    let before = tab.picture().await?;
+    let saturated = |pixel: [u8; 3]| pixel.into_iter().any(|channel| channel >= 250);
+    let dark = before.count_near(at[0], at[1], 60.0, saturated);
+
+    tab.record().await?;
+    click(&tab, tab.to_page([x + 30.0, y]).await?).await?;
+    tab.until("an explosion", |s| s.particles >= 150).await?;
+    let lit = tab.picture().await?.count_near(at[0], at[1], 60.0, saturated);
+    assert!(lit > dark + 50, "{lit} saturated pixels around the hero, {dark} before");
+
+    tab.until("no pack left", |s| s.of_kind("pack").is_empty()).await?;
+    tab.until("the fire out", |s| s.particles == 0).await?;
+    let seen = tab.recorded().await?;
+    assert_eq!(seen.most_of("pack"), 1, "one click, one pack: {seen:?}");
+    assert!(seen.emitters >= 1, "an emitter was seen: {seen:?}");
+    assert!((150..=200).contains(&seen.particles), "about 200 particles at once: {seen:?}");
+    Ok(())
+}
+
+/// Waits until the own hero lies on the floor; where it lies.
+async fn resting_hero(tab: &Tab) -> Result<[f32; 2]> {
+    loop {
+        let before = tab.state().await?;
+        let after = tab.ticks(10).await?;
+        let (Some(old), Some(new)) = (before.own_hero(), after.own_hero()) else { continue };
+        if distance(old, new.pos) < 0.01 {
+            return Ok(new.pos);
+        }
+    }
+}
+
+async fn click(tab: &Tab, at: [f64; 2]) -> Result<()> {
+    tab.move_to(at, false).await?;
+    tab.mouse_down(at).await?;
+    // The press itself must do it: the button is up again before the next tick.
+    tab.mouse_up(at).await
+}
+
+fn distance(body: &Body, [x, y]: [f32; 2]) -> f32 {
+    (body.pos[0] - x).hypot(body.pos[1] - y)
+}
+
+pub async fn impulse_tools(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.play("impulse", Screen::SMALL).await?;
+    tab.move_to(tab.to_page([100.0, 20.0]).await?, false).await?;
+
+    tab.key_down("z").await?;
+    tab.until("eight dumb minions", |s| s.of_kind("dumb").len() >= 8).await?;
+    tab.key_up("z").await?;
+    let count = tab.ticks(30).await?.of_kind("dumb").len();
+    assert_eq!(tab.ticks(30).await?.of_kind("dumb").len(), count, "no more once Z is up");
+
+    grab(&tab).await.context("X")?;
+
+    let highest = |s: &State| s.of_kind("dumb").iter().map(|b| b.pos[1]).fold(0.0, f32::max);
+    let calm = settled_height(&tab, highest).await?;
+    tab.key_down("c").await?;
+    tab.until("the pile shaken up", |s| highest(s) > calm + 4.0).await?;
+    tab.key_up("c").await?;
+
+    tab.hold_key("v", 3).await?;
+    tab.until("no dumb minion", |s| s.of_kind("dumb").is_empty()).await?;
+    Ok(())
+}
+
+/// Takes one dumb minion up with X and the mouse, and lets it fall.
+async fn grab(tab: &Tab) -> Result<()> {
+    tab.ticks(120).await?;
+    let state = tab.state().await?;
+    let body = (*state.of_kind("dumb").first().context("some dumb minion")?).clone();
+    let top = [body.pos[0], 28.0];
+    tab.move_to(tab.to_page(body.pos).await?, false).await?;
+    tab.key_down("x").await?;
+    tab.ticks(3).await?;
+    tab.move_to(tab.to_page(top).await?, false).await?;
+    let at_pointer = |s: &State| {
+        let held = s.bodies.iter().filter(|b| b.kind == "dumb" && distance(b, top) < 2.0);
+        held.map(|b| b.id).next()
+    };
+    let held = tab.until("a dumb minion at the pointer", |s| at_pointer(s).is_some()).await?;
+    let id = at_pointer(&held).context("it is held")?;
+    let stays = tab.ticks(30).await?;
+    assert_eq!(at_pointer(&stays), Some(id), "it stays at the pointer while X is down");
+    tab.key_up("x").await?;
+    tab.until("it falls", |s| at_pointer(s) != Some(id)).await?;
+    Ok(())
+}
+
+/// Waits until a height does not change any more.
+async fn settled_height(tab: &Tab, height: impl Fn(&State) -> f32) -> Result<f32> {
+    let mut before = height(&tab.state().await?);
+    loop {
+        let after = height(&tab.ticks(20).await?);
+        if (after - before).abs() < 0.05 {
+            return Ok(after);
+        }
+        before = after;
+    }
+}
+
+pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/bounds", Screen::SMALL).await?;
+    tab.until("the scene", |s| s.state == "playing" && s.bodies.len() >= 15).await?;
+    for (key, kind, goal) in [
+        ("m", "minion", [150.0, 90.0]),
+        ("p", "platform", [60.0, 95.0]),
+        ("h", "hero", [110.0, 20.0]),
+    ] {
+        tab.hold_key(key, 3).await?;
+        let before = tab.state().await?;
+        let start = tab.to_page([goal[0] - 10.0, goal[1]]).await?;
+        let end = tab.to_page(goal).await?;
+        tab.move_to(start, false).await?;
+        tab.mouse_down(start).await?;
+        tab.move_to(end, true).await?;
+        let there = |s: &State| {
+            s.of_kind(kind).iter().find(|body| distance(body, goal) < 1.0).map(|body| body.id)
+        };
+        let state =
+            tab.until(&format!("the {kind} at the pointer"), |s| there(s).is_some()).await?;
+        tab.mouse_up(end).await?;
+        let moved = there(&state).context("it is there")?;
+        let others = state.bodies.iter().filter(|body| body.id != moved);
+        for body in others {
+            let old = before.bodies.iter().find(|old| old.id == body.id).context("it was there")?;
+            assert!(distance(old, body.pos) < 0.1, "only the selected body moves, not {body:?}");
+        }
+        tab.move_to(tab.to_page([30.0, 60.0]).await?, false).await?;
+        assert_eq!(there(&tab.ticks(10).await?), Some(moved), "it stays when the button is up");
+    }
+    Ok(())
+}
+
+pub async fn particles_spray(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.play("particles", Screen::SMALL).await?;
+    assert_eq!(tab.state().await?.particles, 0);
+    tab.move_to(tab.to_page([100.0, 20.0]).await?, false).await?;
+    tab.key_down("z").await?;
+    tab.until("a spray", |s| s.particles >= 40).await?;
+    tab.key_up("z").await?;
+    tab.until("the spray gone", |s| s.particles == 0).await?;
+    Ok(())
+}

@@ -1,0 +1,142 @@
+//! What goes wrong: sockets, servers, graphics, focus, rooms. Each has an end that a player
+//! understands, and nobody else notices.
+
+use anyhow::{Context, Result};
+use jostle_protocol::Refusal;
+use jostle_server::Config;
+use jostle_tests::runner::Stage;
+use jostle_tests::server::Server;
+use jostle_tests::state::State;
+use jostle_tests::tab::{Screen, Tab};
+use std::sync::Arc;
+
+/// What Chromium itself logs when an answer or a socket fails, which these tests bring about.
+fn network_noise(error: &str) -> bool {
+    error.contains("Failed to load resource") || error.contains("WebSocket connection to")
+}
+
+pub async fn a_lost_socket_gives_the_same_seat_back(stage: Arc<Stage>) -> Result<()> {
+    let ada = stage.play("impulse", Screen::SMALL).await?;
+    let bob = stage.play("impulse", Screen::SMALL).await?;
+    let before = ada.until("two players", |s| s.players == 2).await?;
+    ada.record().await?;
+    ada.eval::<serde_json::Value>("window.jostle.drop_socket()").await?;
+    let later = before.tick + 60;
+    let after = ada.until("playing again", |s| s.plays() && s.tick > later).await?;
+    assert_eq!(after.seat, before.seat, "the same seat");
+    let seen = ada.recorded().await?;
+    assert!(seen.states.iter().any(|s| s == "reconnecting"), "the page said so: {seen:?}");
+    let others = bob.state().await?;
+    assert_eq!((others.state.as_str(), others.players), ("playing", 2), "Bob plays on");
+
+    let seat = after.seat.context("a seat")?;
+    let x = others.hero(seat).context("Ada's hero")?.pos[0];
+    ada.key_down("d").await?;
+    bob.until("Ada steering again", |s| s.hero(seat).is_some_and(|h| h.pos[0] > x + 4.0)).await?;
+    ada.key_up("d").await?;
+    ada.forgive(network_noise);
+    Ok(())
+}
+
+pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> {
+    let server = Server::start(Config::default()).await?;
+    let address = server.address;
+    let tab = stage.visit_link(&server.link("/impulse"), Screen::SMALL).await?;
+    tab.until("a hero of one's own", State::plays).await?;
+    server.stop().await?;
+    tab.until("the loss noticed", |s| s.state != "playing").await?;
+    let server = Server::start_at(address, Config::default()).await?;
+    let state = tab.state().await?.state;
+    if state == "refused" {
+        // The server said that it closes; then the player decides when to come back.
+        assert_notice(&tab, Refusal::Closing.message()).await?;
+        tab.click_on("#notice-button").await?;
+    }
+    tab.until("playing on the new server", State::plays).await?;
+    tab.forgive(network_noise);
+    stage.clear().await?;
+    server.stop().await
+}
+
+/// The card in the middle of the page says this.
+async fn assert_notice(tab: &Tab, text: &str) -> Result<()> {
+    let text = serde_json::to_string(text)?;
+    tab.until_true(&format!(
+        "!document.querySelector('#notice').hidden && \
+         document.querySelector('#notice-text').innerText.includes({text})"
+    ))
+    .await
+}
+
+pub async fn a_lost_webgl_context_is_drawn_again(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/?demo=arena&seed=3&ticks=200&bots=3", Screen::SMALL).await?;
+    tab.until("the frozen demo", |s| s.state == "frozen").await?;
+    let before = tab.steady_picture().await?;
+    assert!(before.colors() > 100, "{} colours", before.colors());
+
+    let drawn = tab.state().await?.drawn_frames;
+    let lose = "new Promise(done => { const canvas = document.getElementById('stage'); \
+        canvas.addEventListener('webglcontextlost', () => setTimeout(done, 0), {once: true}); \
+        window.lost = canvas.getContext('webgl2').getExtension('WEBGL_lose_context'); \
+        window.lost.loseContext(); })";
+    tab.eval::<serde_json::Value>(lose).await?;
+    tab.eval::<serde_json::Value>("window.lost.restoreContext()").await?;
+    tab.until("frames after the loss", |s| s.drawn_frames > drawn).await?;
+    let after = tab.steady_picture().await?;
+    let difference = after.compare(&before, 8)?;
+    assert!(difference.max <= 8, "the same picture as before: {difference:?}");
+    Ok(())
+}
+
+pub async fn lost_focus_releases_keys(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.play("impulse", Screen::SMALL).await?;
+    let x = |s: &State| s.own_hero().map_or(f32::NAN, |hero| hero.pos[0]);
+    let before = x(&tab.state().await?);
+    tab.key_down("d").await?;
+    tab.until("running", |s| x(s) > before + 5.0).await?;
+    tab.eval::<bool>("window.dispatchEvent(new Event('blur'))").await?;
+    // The key is still down as far as the browser knows; friction stops a hero that nobody steers.
+    let mut last = x(&tab.state().await?);
+    for _ in 0..40 {
+        let now = x(&tab.ticks(15).await?);
+        if (now - last).abs() < 0.01 {
+            return Ok(());
+        }
+        last = now;
+    }
+    anyhow::bail!("the hero runs on at x = {last} without focus")
+}
+
+pub async fn a_wrong_room_is_explained(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/nosuch", Screen::SMALL).await?;
+    tab.until("a refusal", |s| s.state == "refused").await?;
+    assert_notice(&tab, Refusal::NoSuchRoom.message()).await?;
+    tab.click_on("#notice-button").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    tab.forgive(network_noise);
+    Ok(())
+}
+
+pub async fn a_full_room_is_explained_and_goes_on(stage: Arc<Stage>) -> Result<()> {
+    let mut config = Config::default();
+    for scene in &mut config.scenes {
+        scene.players_max = 1;
+    }
+    let server = Server::start(config).await?;
+    let first = stage.visit_link(&server.link("/impulse"), Screen::SMALL).await?;
+    first.until("a hero of one's own", State::plays).await?;
+    let second = stage.visit_link(&server.link("/impulse"), Screen::SMALL).await?;
+    second.until("a refusal", |s| s.state == "refused").await?;
+    assert_notice(&second, Refusal::RoomFull.message()).await?;
+    let state = first.ticks(30).await?;
+    assert_eq!((state.state.as_str(), state.players), ("playing", 1), "the first plays on");
+    stage.clear().await?;
+    server.stop().await
+}
+
+pub async fn a_browser_without_webgl2_is_told_so(stage: Arc<Stage>) -> Result<()> {
+    let script = "HTMLCanvasElement.prototype.getContext = () => null";
+    let tab = stage.visit_changed(script, "/impulse").await?;
+    tab.until_true("document.documentElement.dataset.state === 'unsupported'").await?;
+    assert_notice(&tab, "browser").await
+}
