@@ -1,6 +1,7 @@
-//! Links between documents: every file and every heading that a document points to exists.
+//! What documents point to exists: files, headings, and the names in the code map.
 
 use super::{File, Finding};
+use std::collections::BTreeSet;
 
 /// Directories whose files documents name in backticks; such a name must exist too.
 const SOURCE_DIRS: [&str; 10] = [
@@ -20,7 +21,7 @@ const BUILT_DIRS: [&str; 2] = ["client-web/dist", "target"];
 
 pub fn check(files: &[File]) -> Vec<Finding> {
     let documents = files.iter().filter(|file| file.path.ends_with(".md"));
-    let mut findings = Vec::new();
+    let mut findings = unknown_symbols(files);
     for document in documents {
         let text = prose(document.text.as_deref().unwrap_or(""));
         for (line, target) in links(&text) {
@@ -95,6 +96,36 @@ fn broken(document: &File, target: &str, files: &[File]) -> Option<String> {
     (!known).then(|| format!("link to #{heading}, which is no heading of {path}"))
 }
 
+/// Names of types and functions that ARCHITECTURE.md mentions and no Rust file knows any more.
+fn unknown_symbols(files: &[File]) -> Vec<Finding> {
+    let Some(map) = files.iter().find(|file| file.path == "ARCHITECTURE.md") else {
+        return Vec::new();
+    };
+    let words = rust_words(files);
+    let text = prose(map.text.as_deref().unwrap_or(""));
+    let mut findings = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        for name in line.split('`').skip(1).step_by(2).filter(|name| is_symbol(name)) {
+            if !name.split("::").all(|part| words.contains(part)) {
+                findings.push(format!("{}:{}: no `{name}` in the code", map.path, index + 1));
+            }
+        }
+    }
+    findings
+}
+
+fn rust_words(files: &[File]) -> BTreeSet<&str> {
+    let sources = files.iter().filter(|file| file.path.ends_with(".rs"));
+    let texts = sources.filter_map(|file| file.text.as_deref());
+    texts.flat_map(|text| text.split(|c: char| !c.is_alphanumeric() && c != '_')).collect()
+}
+
+/// `World`, `World::step`, `LIMIT_MAX`, but no crate, command or file.
+fn is_symbol(name: &str) -> bool {
+    let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || "_:".contains(c));
+    plain && (name.contains("::") || name.starts_with(|c: char| c.is_ascii_uppercase()))
+}
+
 /// A tracked file, or a directory of tracked files.
 fn exists(files: &[File], path: &str) -> bool {
     let dir = format!("{}/", path.trim_end_matches('/'));
@@ -153,6 +184,13 @@ mod tests {
         assert_eq!(problems("[a](a.md#three)"), 1);
         assert_eq!(problems("[a](#none)"), 1);
         assert_eq!(problems("see `docs/gone.md`"), 1);
+    }
+
+    #[test]
+    fn names_that_the_code_lost_are_found() {
+        let map = file("ARCHITECTURE.md", "`World::step` `GONE` `Gone::gone` `sim` `a.rs`\n");
+        let code = file("a.rs", "//! A.\nimpl World { fn step() {} }\n");
+        assert_eq!(check(&[map, code]).len(), 2);
     }
 
     #[test]
