@@ -51,7 +51,7 @@ fn input(
     if scene.tools.contains(Tools::DUMB)
         && seat.0 == 0
         && tick < drop_ticks(scene)
-        && tick % 12 == 0
+        && tick.is_multiple_of(12)
     {
         buttons.0 |= Buttons::MAKE.0;
         pointer = drop_point(scene, tick);

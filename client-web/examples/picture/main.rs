@@ -34,8 +34,8 @@ struct Shot {
 }
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<(f32, f32, f32)>); 6] = [
-    ("arena", 420, Some((178.0, 98.0, 100.0))),
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 6] = [
+    ("arena", 420, Some([178.0, 98.0, 100.0])),
     ("bounds", 100, None),
     ("emitters", 330, None),
     ("impulse", 240, None),
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 out: folder.join(format!("{scene}.png")).to_string_lossy().into_owned(),
                 ticks,
                 size: [640, 360],
-                view: view.map(|(x, y, height)| (Vec2::new(x, y), height)),
+                view: view.map(|[x, y, height]| (Vec2::new(x, y), height)),
                 bounds: false,
             };
             take(&mut headless, &shot)?;
