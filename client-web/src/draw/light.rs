@@ -8,7 +8,7 @@ pub const LIGHT_CELLS: usize = 64;
 /// How far light reaches, world units.
 const REACH: f32 = 6.5;
 /// Blurs in a row; more make the light rounder.
-const PASSES: usize = 4;
+const PASSES: usize = 3;
 /// Cells beyond each side of the view, so that light from outside comes in.
 const MARGIN_CELLS: f32 = 4.0;
 
@@ -80,10 +80,10 @@ impl LightField {
         // Widths of blurs in a row add up as squares.
         let keep = (-self.cell / (REACH * (2.0 / PASSES as f32).sqrt())).exp();
         for _ in 0..PASSES {
-            for i in 0..LIGHT_CELLS {
-                blur_line(&mut self.cells, i * LIGHT_CELLS, 1, keep);
-                blur_line(&mut self.cells, i, LIGHT_CELLS, keep);
+            for row in self.cells.chunks_exact_mut(LIGHT_CELLS) {
+                blur_row(row, keep);
             }
+            blur_columns(&mut self.cells, keep);
         }
         // The blur spreads a sum over cells: make it independent of their size.
         let gain = 0.55 * (REACH / self.cell).powi(2);
@@ -120,26 +120,49 @@ impl LightField {
     }
 }
 
-/// A two-sided exponential blur in place: each cell becomes the sum of all, weighted by `keep` to
-/// the power of the distance, normalised.
-fn blur_line(cells: &mut [[f32; 3]], start: usize, stride: usize, keep: f32) {
-    let share = 1.0 - keep;
-    let at = |i: usize| start + i * stride;
+/// A two-sided exponential blur along a row: what a cell holds flows on to both sides, less by the
+/// factor `keep` a cell.
+fn blur_row(row: &mut [[f32; 3]], keep: f32) {
     let mut carried = [0.0; 3];
-    for i in 0..LIGHT_CELLS {
-        carried = step(&mut cells[at(i)], carried, keep, share);
+    for cell in row.iter_mut() {
+        carried = flow(*cell, carried, keep);
+        *cell = carried;
     }
     carried = [0.0; 3];
-    for i in (0..LIGHT_CELLS).rev() {
-        carried = step(&mut cells[at(i)], carried, keep, share);
+    for cell in row.iter_mut().rev() {
+        carried = flow(*cell, carried, keep);
+        *cell = carried;
     }
 }
 
-fn step(cell: &mut [f32; 3], carried: [f32; 3], keep: f32, share: f32) -> [f32; 3] {
-    for (value, before) in cell.iter_mut().zip(carried) {
-        *value = *value * share + before * keep;
+/// The same along all columns at once, row by row, so that memory is read in order.
+fn blur_columns(cells: &mut [[f32; 3]], keep: f32) {
+    for at in 0..LIGHT_CELLS {
+        let (before, from) = cells.split_at_mut(at * LIGHT_CELLS);
+        flow_row(&mut from[..LIGHT_CELLS], before.rchunks_exact(LIGHT_CELLS).next(), keep);
     }
-    *cell
+    for at in (0..LIGHT_CELLS).rev() {
+        let (until, after) = cells.split_at_mut((at + 1) * LIGHT_CELLS);
+        let row = &mut until[at * LIGHT_CELLS..];
+        flow_row(row, after.chunks_exact(LIGHT_CELLS).next(), keep);
+    }
+}
+
+fn flow_row(row: &mut [[f32; 3]], neighbour: Option<&[[f32; 3]]>, keep: f32) {
+    match neighbour {
+        Some(neighbour) => {
+            for (cell, &carried) in row.iter_mut().zip(neighbour) {
+                *cell = flow(*cell, carried, keep);
+            }
+        }
+        None => row.iter_mut().for_each(|cell| *cell = flow(*cell, [0.0; 3], keep)),
+    }
+}
+
+#[inline]
+fn flow([r, g, b]: [f32; 3], carried: [f32; 3], keep: f32) -> [f32; 3] {
+    let share = 1.0 - keep;
+    [r * share + carried[0] * keep, g * share + carried[1] * keep, b * share + carried[2] * keep]
 }
 
 /// Compresses light to 0..1 by its brightest channel, which keeps the hue, and stores the root.

@@ -140,8 +140,10 @@ impl Headless {
             .slice(..)
             .get_mapped_range()
             .map_err(|error| HeadlessError::ReadBack(error.to_string()))?;
-        let rows = bytes.chunks_exact(row as usize);
-        let rgba = rows.flat_map(|line| &line[..width as usize * 4]).copied().collect();
+        let mut rgba = Vec::with_capacity((width * height * 4) as usize);
+        for line in bytes.chunks_exact(row as usize) {
+            rgba.extend_from_slice(&line[..width as usize * 4]);
+        }
         Ok(Picture { size: [width, height], rgba })
     }
 }
