@@ -18,6 +18,8 @@ struct Globals {
     // How visible the grid is, 0 to 1.
     grid: f32,
     unused: f32,
+    // The palette's ink: outside of the world, shaded stage, lit stage.
+    ink: array<vec4f, 3>,
 }
 
 @group(0) @binding(0) var<uniform> globals: Globals;

@@ -7,10 +7,6 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
     return vec4f(corner * 2.0 - 1.0, 0.0, 1.0);
 }
 
-const INK_OUTSIDE = vec3f(0.035, 0.047, 0.102);
-const INK_LOW = vec3f(0.047, 0.064, 0.132);
-const INK_HIGH = vec3f(0.125, 0.168, 0.305);
-
 // Coverage of lines `width` units wide at every multiple of `step`.
 fn lines(point: vec2f, step: f32, width: f32) -> f32 {
     let away = abs(point - step * round(point / step));
@@ -28,7 +24,8 @@ fn fragment(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
     let lamp = vec2f(0.5, 0.92) * globals.world;
     let reach = 0.62 * max(globals.world.x, globals.world.y);
     let lit = exp(-dot(point - lamp, point - lamp) / (reach * reach));
-    var color = mix(INK_LOW, INK_HIGH, lit);
+    let outside_ink = globals.ink[0].rgb;
+    var color = mix(0.8 * globals.ink[1].rgb, 1.12 * globals.ink[2].rgb, lit);
 
     // Lines are a pixel wide or less; the fine ones leave before they would crowd.
     let fine = clamp(10.0 / unit / 24.0 - 0.4, 0.0, 1.0);
@@ -46,7 +43,7 @@ fn fragment(@builtin(position) pixel: vec4f) -> @location(0) vec4f {
     let outside = length(max(beyond, vec2f(0.0)));
     let inside = min(max(beyond.x, beyond.y), 0.0);
     color *= mix(0.72, 1.0, clamp(-inside / 14.0, 0.0, 1.0));
-    let dark = INK_OUTSIDE * (0.45 + 0.55 * exp(-outside / 30.0));
+    let dark = outside_ink * (0.45 + 0.55 * exp(-outside / 30.0));
     color = mix(color, dark, clamp(outside / unit, 0.0, 1.0));
 
     return vec4f(color + dither(pixel.xy), 1.0);

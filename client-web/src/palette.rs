@@ -32,6 +32,8 @@ pub const PLAYERS: [Rgb; 8] = [
     [0xfc, 0xa2, 0xc1],
     [0xe8, 0xff, 0xef],
 ];
+/// A hero or a pack that nobody owns.
+pub const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
 /// Names of the player colours, for people who choose one.
 pub const PLAYER_NAMES: [&str; 8] =
     ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];

@@ -14,9 +14,6 @@ const SHADOW_DROP: f32 = 1.1;
 const SHADOW_SOFT: f32 = 1.5;
 /// How far a body's drawing may reach past its outline, world units.
 const MARGIN: f32 = 8.0;
-/// Colour of a hero that nobody plays.
-const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
-
 /// Adds all bodies in view. `posed` is scratch memory.
 pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>) {
     let bodies = stage.frame.bodies;
@@ -104,7 +101,7 @@ fn skin(body: &FrameBody) -> (Rgb, Rgb) {
             (palette::mix(pale, INK[2], 0.10), WHITE)
         }
         _ => {
-            let color = body.color.map_or(NOBODY, palette::player);
+            let color = body.color.map_or(palette::NOBODY, palette::player);
             (palette::mix(color, INK[1], 0.04), palette::mix(color, WHITE, 0.55))
         }
     }
@@ -137,7 +134,7 @@ fn tone(body: &FrameBody) -> f32 {
 
 /// A drop that points where it flies, with a wake and a small glow.
 fn pack(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
-    let color = body.color.map_or(NOBODY, palette::player);
+    let color = body.color.map_or(palette::NOBODY, palette::player);
     let radius = pose.half.x.min(pose.half.y);
     let speed = body.velocity.length();
     let forward = if speed > 1.0 { body.velocity / speed } else { Vec2::new(0.0, -1.0) };

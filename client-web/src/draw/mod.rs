@@ -163,6 +163,7 @@ fn globals(frame: &Frame, half: Vec2, light: &LightField) -> Globals {
         light_on: f32::from(u8::from(light.is_lit())),
         grid: 1.0,
         unused: 0.0,
+        ink: INK.map(|ink| rgba(ink, 1.0).map(|part| f32::from(part) / 255.0)),
     }
 }
 

@@ -131,6 +131,8 @@ pub struct Globals {
     pub grid: f32,
     /// Fills the block.
     pub unused: f32,
+    /// The palette's ink, 0..=1, alpha 1.
+    pub ink: [[f32; 4]; 3],
 }
 
 const _: () = assert!(size_of::<Globals>().is_multiple_of(16));
