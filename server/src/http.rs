@@ -103,7 +103,15 @@ fn asset(headers: &HeaderMap, name: &str) -> Answer {
 
 /// Names carry no hash, so browsers must ask again each time; the ETag makes that cheap.
 fn served(headers: &HeaderMap, file: &'static File, status: StatusCode) -> Answer {
-    let packed = assets::find_brotli(file.name);
+    served_from(headers, file, assets::find_brotli(file.name), status)
+}
+
+fn served_from(
+    headers: &HeaderMap,
+    file: &'static File,
+    packed: Option<&'static File>,
+    status: StatusCode,
+) -> Answer {
     let chosen = packed.filter(|_| accepts_brotli(headers)).unwrap_or(file);
     let fresh = status == StatusCode::OK && has_etag(headers, chosen.etag);
     let (status, bytes) =
@@ -328,6 +336,31 @@ mod tests {
         for no in ["gzip", "brotli", "br;q=0", "br; q=0.000", ""] {
             assert!(!accepts_brotli(&headers(header::ACCEPT_ENCODING, no)), "{no}");
         }
+    }
+
+    static PLAIN: File = File { name: "client.js", etag: "\"plain\"", bytes: b"let answer = 42;" };
+    static PACKED: File = File { name: "client.js.br", etag: "\"packed\"", bytes: b"packed" };
+
+    /// Status, ETag and coding of the answer to a browser that sends these two headers.
+    fn asked(accepts: &'static str, holds: &'static str) -> (u16, String, bool) {
+        let mut sent = headers(header::ACCEPT_ENCODING, accepts);
+        sent.insert(header::IF_NONE_MATCH, HeaderValue::from_static(holds));
+        let answer = served_from(&sent, &PLAIN, Some(&PACKED), StatusCode::OK);
+        let got = answer.headers();
+        assert_eq!(got[header::VARY], "accept-encoding");
+        assert_eq!(got[header::CACHE_CONTROL], "no-cache");
+        assert_eq!(got[header::CONTENT_TYPE], "text/javascript; charset=utf-8");
+        let etag = got[header::ETAG].to_str().expect("text").to_owned();
+        (answer.status().as_u16(), etag, got.contains_key(header::CONTENT_ENCODING))
+    }
+
+    #[test]
+    fn the_variant_that_a_browser_holds_is_not_sent_again() {
+        assert_eq!(asked("br", ""), (200, PACKED.etag.into(), true));
+        assert_eq!(asked("gzip", ""), (200, PLAIN.etag.into(), false));
+        assert_eq!(asked("br", "\"packed\""), (304, PACKED.etag.into(), true));
+        assert_eq!(asked("br", "\"plain\""), (200, PACKED.etag.into(), true));
+        assert_eq!(asked("gzip", "W/\"plain\""), (304, PLAIN.etag.into(), false));
     }
 
     #[test]

@@ -20,7 +20,7 @@ use std::time::Instant;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
-use tokio::time::{interval, timeout};
+use tokio::time::{interval_at, timeout};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
@@ -203,7 +203,8 @@ impl Seated {
     }
 
     async fn write(&self, mut sink: SplitSink<&mut Socket, Message>) -> End {
-        let mut keepalive = interval(limits::KEEPALIVE_EVERY);
+        let first = tokio::time::Instant::now() + limits::KEEPALIVE_EVERY;
+        let mut keepalive = interval_at(first, limits::KEEPALIVE_EVERY);
         loop {
             let message = tokio::select! {
                 bytes = self.outbox.take() => Message::Binary(bytes),
@@ -241,11 +242,6 @@ fn is_lost(error: &tokio_tungstenite::tungstenite::Error) -> bool {
     )
 }
 
-/// What fits a close frame: a control frame holds 125 bytes, two of them the code.
-fn close_reason(message: &str) -> &str {
-    &message[..message.floor_char_boundary(123)]
-}
-
 /// Says why, closes, and reads on until the peer has closed too: closing a socket with unread bytes
 /// would reset it, and the peer would never see our last message.
 async fn close(mut socket: Socket, end: End) {
@@ -254,7 +250,7 @@ async fn close(mut socket: Socket, end: End) {
             let bytes = ServerMessage::Refused { refusal }.encode();
             let reason = CloseFrame {
                 code: CloseCode::from(refusal.close_code()),
-                reason: close_reason(refusal.message()).into(),
+                reason: refusal.message().into(),
             };
             let said = match socket.send(Message::Binary(bytes.into())).await {
                 Ok(()) => socket.send(Message::Close(Some(reason))).await,

@@ -1,1 +1,108 @@
+use super::*;
+use crate::Config;
+use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use std::sync::atomic::{AtomicU32, AtomicUsize};
+use std::sync::mpsc::{SyncSender, sync_channel};
 
+/// The parts of a room around its thread.
+struct Outside {
+    rooms: Arc<Rooms>,
+    phase: watch::Sender<Phase>,
+    joins: SyncSender<Join>,
+}
+
+fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
+    let (phase, followed) = watch::channel(Phase::Running);
+    let config = Config::default();
+    let scene = Arc::new(config.scenes[0].clone());
+    let rooms = Rooms::new(config, followed.clone());
+    let (joins, receiver) = sync_channel(4);
+    let facts = Facts {
+        code: code.to_owned(),
+        scene,
+        tick: AtomicU32::new(0),
+        players: AtomicUsize::new(0),
+    };
+    let ticker = Ticker {
+        facts: Arc::new(facts),
+        rooms: Arc::clone(&rooms),
+        joins: receiver,
+        phase: followed,
+        empty_grace,
+        seed: 1,
+        members: Vec::new(),
+    };
+    (ticker, Outside { rooms, phase, joins })
+}
+
+fn join() -> (Join, SyncSender<FromSession>, Arc<Outbox>) {
+    let (sender, inbox) = sync_channel(limits::INBOX_MAX);
+    let outbox = Arc::new(Outbox::default());
+    let join = Join {
+        appearance: Appearance { name: "Ann".to_owned(), color: 0 },
+        token: None,
+        fresh_token: 7,
+        address: IpAddr::from([127, 0, 0, 1]),
+        inbox,
+        outbox: Arc::clone(&outbox),
+    };
+    (join, sender, outbox)
+}
+
+fn end_of(outbox: &Outbox) -> Refusal {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    runtime.block_on(outbox.ended())
+}
+
+#[test]
+fn an_empty_room_ends_and_a_closing_server_ends_a_full_one() {
+    let (mut ticker, _outside) = room("empty", Duration::ZERO);
+    assert_eq!(ticker.play(), End::Empty);
+
+    let (mut ticker, outside) = room("closing", Duration::ZERO);
+    let (join, _inbox, _outbox) = join();
+    outside.joins.send(join).expect("a place");
+    let ended = std::thread::spawn(move || ticker.play());
+    outside.phase.send_replace(Phase::Closing);
+    assert_eq!(ended.join().expect("no panic"), End::Closing);
+}
+
+#[test]
+fn a_room_that_fails_tells_its_players_and_no_other_room_notices() {
+    // A code that the room asserts against makes it panic, as a bug in a game would.
+    let (mut ticker, outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
+    let (seated, _inbox, seated_outbox) = join();
+    ticker.members.push(Member { seat: Seat(0), inbox: seated.inbox, outbox: seated.outbox });
+    let (waiting, _other_inbox, waiting_outbox) = join();
+    outside.joins.send(waiting).expect("a place");
+    let (other, other_inbox, other_outbox) = join();
+    outside.rooms.join("arena", other).expect("another room");
+
+    std::thread::spawn(move || ticker.run()).join().expect("the panic stays inside");
+    assert_eq!(end_of(&seated_outbox), Refusal::RoomFailed);
+    assert_eq!(end_of(&waiting_outbox), Refusal::RoomFailed);
+
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    let messages = runtime.block_on(async {
+        let welcome = other_outbox.take().await;
+        let keyframe = other_outbox.take().await;
+        let delta = other_outbox.take().await;
+        [welcome, keyframe, delta]
+    });
+    assert!(messages.iter().all(|message| !message.is_empty()));
+    drop(other_inbox);
+    outside.phase.send_replace(Phase::Closing);
+    outside.rooms.wait();
+}
+
+#[test]
+fn missed_ticks_are_told_at_most_once_a_second() {
+    let mut missed = Missed::default();
+    let start = Instant::now();
+    missed.report("arena", 3, start);
+    assert_eq!(missed.told, 3);
+    missed.report("arena", 9, start + limits::MISSED_LOG_EVERY / 2);
+    assert_eq!(missed.told, 3);
+    missed.report("arena", 9, start + limits::MISSED_LOG_EVERY);
+    assert_eq!(missed.told, 9);
+}

@@ -3,6 +3,7 @@
 use super::Target;
 use super::report::ClientReport;
 use futures_util::{SinkExt, StreamExt};
+use hyper::body::Bytes;
 use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
 use jostle_sim::math::Rng;
@@ -83,10 +84,11 @@ impl Bot {
         report.started_at = Some(started);
         loop {
             tokio::select! {
-                message = socket.next() => {
-                    let bytes = binary(message)?;
-                    report.bytes += bytes.len() as u64;
-                    eyes.see(&bytes, report)?;
+                frame = socket.next() => {
+                    if let Some(bytes) = binary(frame)? {
+                        report.bytes += bytes.len() as u64;
+                        eyes.see(&bytes, report)?;
+                    }
                 }
                 _ = inputs.tick() => send(&mut socket, &hands.next()).await?,
                 _ = pings.tick() => {
@@ -115,7 +117,12 @@ impl Bot {
         let appearance = Appearance { name, color };
         let hello = ClientMessage::Hello { version: VERSION, appearance, token: None };
         send(&mut socket, &hello).await?;
-        match ServerMessage::decode(&binary(socket.next().await)?)? {
+        let welcome = loop {
+            if let Some(bytes) = binary(socket.next().await)? {
+                break ServerMessage::decode(&bytes)?;
+            }
+        };
+        match welcome {
             ServerMessage::Welcome { seat, scene_name, scene, .. } => {
                 report.seat = Some(seat);
                 let file = format!("{scene_name}.toml");
@@ -129,11 +136,11 @@ impl Bot {
     }
 }
 
-/// The next message's bytes; empty for control frames, which the socket answers by itself.
-fn binary(message: Option<Result<Message, Error>>) -> Result<Vec<u8>, BotError> {
-    match message {
-        Some(Ok(Message::Binary(bytes))) => Ok(bytes.into()),
-        Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(Vec::new()),
+/// The bytes of the next message; `None` is a control frame, which the socket answers by itself.
+fn binary(frame: Option<Result<Message, Error>>) -> Result<Option<Bytes>, BotError> {
+    match frame {
+        Some(Ok(Message::Binary(bytes))) => Ok(Some(bytes)),
+        Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(None),
         Some(Ok(Message::Close(_))) | None => Err(BotError::Closed),
         Some(Ok(_)) => Err(BotError::Unexpected),
         Some(Err(error)) => Err(error.into()),
@@ -152,9 +159,6 @@ struct Eyes {
 
 impl Eyes {
     fn see(&mut self, bytes: &[u8], report: &mut ClientReport) -> Result<(), BotError> {
-        if bytes.is_empty() {
-            return Ok(());
-        }
         match ServerMessage::decode(bytes)? {
             ServerMessage::Snapshot(coded) => {
                 let (snapshot, _events) = Snapshot::decode(&coded, self.newest.as_ref())?;

@@ -1,0 +1,253 @@
+//! Those who do not: each gets its clear answer, and the other player's game goes on.
+
+use crate::client::{Client, LONG};
+use crate::server::Server;
+use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
+use jostle_protocol::{ClientMessage, Refusal, VERSION};
+use jostle_server::limits;
+use jostle_sim::{Buttons, Input};
+use std::time::{Duration, Instant};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_tungstenite::tungstenite::Message;
+
+/// A small scene for two.
+const PAIR: &str = r#"title = "Pair"
+size = [100, 50]
+tools = ["steer"]
+groups = ["hero", "platform"]
+pairs = [["hero", "platform"]]
+
+[limits]
+players = 2
+
+[hero]
+spawns = [[30, 20], [70, 20]]
+
+[[bodies]]
+kind = "wall"
+position = [50, 0]
+size = [100, 4]
+"#;
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn garbage_instead_of_http_is_closed() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    for garbage in [
+        &b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03 a TLS hello\r\n\r\n"[..],
+        b"GET\r\n\r\n",
+        b"GET /arena HTTP/9.9\r\n\r\n",
+        &[0xff; 64 << 10],
+    ] {
+        let mut stream = TcpStream::connect(server.address).await.expect("a connection");
+        // The server may close before it has read everything.
+        let _ = stream.write_all(garbage).await;
+        let mut answer = Vec::new();
+        let closed = timeout(LONG, stream.read_to_end(&mut answer)).await;
+        closed.expect("the server closes").ok();
+        let text = String::from_utf8_lossy(&answer);
+        assert!(text.is_empty() || text.starts_with("HTTP/1.1 4"), "{text}");
+    }
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_broken_upgrade_is_refused_in_http() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    for headers in [
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n",
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 8\r\n\
+         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n",
+        "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n",
+        "Upgrade: h2c\r\nConnection: Upgrade\r\n",
+    ] {
+        let request = format!("GET /arena HTTP/1.1\r\nHost: jostle\r\n{headers}\r\n");
+        let mut stream = TcpStream::connect(server.address).await.expect("a connection");
+        stream.write_all(request.as_bytes()).await.expect("a live socket");
+        let mut answer = [0; 64];
+        let read = timeout(LONG, stream.read(&mut answer)).await.expect("an answer in time");
+        let text = String::from_utf8_lossy(&answer[..read.expect("an answer")]).into_owned();
+        assert!(text.starts_with("HTTP/1.1 400 "), "{headers}: {text}");
+    }
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn another_version_is_told_so() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut old = Client::connect(server.address, "arena").await;
+    old.hello(VERSION + 1, "Old", None).await;
+    old.is_refused(Refusal::Version).await;
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_first_message_that_is_no_hello_is_refused() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let input = ClientMessage::Input { seq: 1, input: Input::default() };
+    for bytes in [input.encode(), vec![0xee; 20], Vec::new()] {
+        let mut client = Client::connect(server.address, "arena").await;
+        client.send_raw(Message::Binary(bytes.into())).await;
+        client.is_refused(Refusal::BadHello).await;
+    }
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn text_garbage_and_oversize_are_refused_before_and_after_the_hello() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let hello_again = ClientMessage::Hello {
+        version: VERSION,
+        appearance: jostle_protocol::Appearance { name: "Again".into(), color: 0 },
+        token: None,
+    };
+    let bad = [
+        Message::Text("hello".into()),
+        Message::Binary(vec![0; CLIENT_MESSAGE_BYTES_MAX + 1].into()),
+        Message::Binary(vec![7; 1 << 20].into()),
+    ];
+    let seated_only = [
+        Message::Binary(vec![0xee; 20].into()),
+        Message::Binary(Vec::new().into()),
+        Message::Binary(hello_again.encode().into()),
+    ];
+    for message in &bad {
+        let mut client = Client::connect(server.address, "arena").await;
+        send_unless_closed(&mut client, message.clone()).await;
+        client.is_refused(Refusal::BadMessage).await;
+    }
+    for message in bad.iter().chain(&seated_only) {
+        let mut client = Client::join(server.address, "arena", "Eve").await;
+        send_unless_closed(&mut client, message.clone()).await;
+        client.is_refused(Refusal::BadMessage).await;
+    }
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_flood_is_cut_off() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut eve = Client::join(server.address, "arena", "Eve").await;
+    for _ in 0..4 * limits::MESSAGES_BURST_MAX {
+        eve.seq += 1;
+        let input = ClientMessage::Input { seq: eve.seq, input: Input::default() };
+        send_unless_closed(&mut eve, Message::Binary(input.encode().into())).await;
+    }
+    eve.is_refused(Refusal::Flood).await;
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_an_honest_client_sends_is_no_flood() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut bob = Client::join(server.address, "arena", "Bob").await;
+    // A stall of two seconds arrives at once, then play goes on at its pace.
+    for _ in 0..120 {
+        bob.input(Buttons::LEFT, None).await;
+    }
+    for _ in 0..60 {
+        bob.input(Buttons::LEFT, None).await;
+        bob.send(&ClientMessage::Ping { stamp: 1 }).await;
+        bob.snapshot().await;
+    }
+    bob.goes_on().await;
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_unknown_room_is_told_so_on_the_socket() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    for code in ["nowhere", "zzzzzz"] {
+        let mut lost = Client::connect(server.address, code).await;
+        lost.is_refused(Refusal::NoSuchRoom).await;
+    }
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_full_room_is_told_so_and_has_room_again_later() {
+    let server = Server::start_with_scene("pair", PAIR).await;
+    let mut ann = Client::join(server.address, "pair", "Ann").await;
+    let mut bob = Client::join(server.address, "pair", "Bob").await;
+    let mut eve = Client::connect(server.address, "pair").await;
+    eve.hello(VERSION, "Eve", None).await;
+    eve.is_refused(Refusal::RoomFull).await;
+    ann.goes_on().await;
+    bob.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_socket_that_never_says_hello_is_closed() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let started = Instant::now();
+    let mut mute = Client::connect(server.address, "arena").await;
+    mute.is_refused(Refusal::BadHello).await;
+    assert!(started.elapsed() >= limits::HELLO_WAIT);
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_half_sent_request_is_closed() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut stream = TcpStream::connect(server.address).await.expect("a connection");
+    stream.write_all(b"GET /arena HTTP/1.1\r\nHost: jos").await.expect("a live socket");
+    let mut answer = Vec::new();
+    let closed = timeout(LONG, stream.read_to_end(&mut answer)).await;
+    closed.expect("the server gives up").expect("a clean end");
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_slow_body_is_closed() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let head = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nContent-Length: 17\r\n\r\n{";
+    let mut stream = TcpStream::connect(server.address).await.expect("a connection");
+    stream.write_all(head.as_bytes()).await.expect("a live socket");
+    let mut answer = [0; 64];
+    let read = timeout(LONG, stream.read(&mut answer)).await.expect("an answer in time");
+    let text = String::from_utf8_lossy(&answer[..read.expect("an answer")]).into_owned();
+    assert!(text.starts_with("HTTP/1.1 408 "), "{text}");
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn sockets_of_one_address_are_counted() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut held = Vec::new();
+    for _ in 1..limits::ADDRESS_SESSIONS_MAX {
+        held.push(Client::connect(server.address, "arena").await);
+    }
+    let refused = async {
+        // The upgrades before this one are counted once the server has seen them.
+        loop {
+            let mut more = Client::connect(server.address, "arena").await;
+            let wait = Duration::from_millis(200);
+            if timeout(wait, more.is_refused(Refusal::TooManySockets)).await.is_ok() {
+                return;
+            }
+            held.push(more);
+        }
+    };
+    timeout(limits::HELLO_WAIT, refused).await.expect("a refusal");
+    ann.goes_on().await;
+}
+
+/// Sends what may be refused while it is still being sent.
+async fn send_unless_closed(client: &mut Client, message: Message) {
+    use futures_util::SinkExt;
+    let _ = timeout(LONG, client.socket.send(message)).await.expect("time");
+}

@@ -1,0 +1,174 @@
+//! A client for tests: what a page does, without a page. Every wait has an end.
+
+use futures_util::{SinkExt, StreamExt};
+use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
+use jostle_protocol::{
+    Appearance, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot, VERSION,
+};
+use jostle_sim::{Buttons, Input, Vec2};
+use std::net::SocketAddr;
+use std::time::Duration;
+use tokio::net::{TcpSocket, TcpStream};
+use tokio::time::timeout;
+use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
+use tokio_tungstenite::tungstenite::{Error, Message};
+use tokio_tungstenite::{WebSocketStream, client_async_with_config};
+
+/// Longer than anything takes, even on a busy machine.
+pub const LONG: Duration = Duration::from_secs(30);
+
+/// One socket, and the newest snapshot that came over it.
+pub struct Client {
+    pub socket: WebSocketStream<TcpStream>,
+    pub seat: u8,
+    pub token: u64,
+    pub newest: Snapshot,
+    /// Bytes of all messages that came.
+    pub bytes: usize,
+    /// Snapshots that came.
+    pub snapshots: u32,
+    pub seq: u32,
+}
+
+impl Client {
+    /// An upgraded socket that has not said hello.
+    pub async fn connect(address: SocketAddr, room: &str) -> Client {
+        let socket = TcpSocket::new_v4().expect("a socket");
+        Client::connect_over(socket, address, room).await
+    }
+
+    /// The same over a prepared socket.
+    pub async fn connect_over(socket: TcpSocket, address: SocketAddr, room: &str) -> Client {
+        let stream = socket.connect(address).await.expect("a connection");
+        stream.set_nodelay(true).expect("a live socket");
+        let url = format!("ws://{address}/{room}");
+        let config = WebSocketConfig::default()
+            .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
+            .read_buffer_size(4096);
+        let (socket, _) =
+            client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
+        let newest = Snapshot::default();
+        Client { socket, seat: u8::MAX, token: 0, newest, bytes: 0, snapshots: 0, seq: 0 }
+    }
+
+    /// A seated player with a first snapshot.
+    pub async fn join(address: SocketAddr, room: &str, name: &str) -> Client {
+        let mut client = Client::connect(address, room).await;
+        client.enter(name, None).await;
+        client
+    }
+
+    /// Says hello, and expects a seat and a first snapshot.
+    pub async fn enter(&mut self, name: &str, token: Option<u64>) {
+        self.hello(VERSION, name, token).await;
+        match self.message().await {
+            ServerMessage::Welcome { seat, token, .. } => {
+                (self.seat, self.token) = (seat, token);
+            }
+            other => panic!("{name}: {other:?} instead of a welcome"),
+        }
+        self.snapshot().await;
+    }
+
+    pub async fn hello(&mut self, version: u16, name: &str, token: Option<u64>) {
+        let appearance = Appearance { name: name.to_owned(), color: 1 };
+        self.send(&ClientMessage::Hello { version, appearance, token }).await;
+    }
+
+    pub async fn send(&mut self, message: &ClientMessage) {
+        self.send_raw(Message::Binary(message.encode().into())).await;
+    }
+
+    pub async fn send_raw(&mut self, message: Message) {
+        timeout(LONG, self.socket.send(message)).await.expect("time").expect("a live socket");
+    }
+
+    pub async fn input(&mut self, buttons: Buttons, pointer: Option<Vec2>) {
+        self.seq += 1;
+        let input = Input { buttons, pointer };
+        self.send(&ClientMessage::Input { seq: self.seq, input }).await;
+    }
+
+    /// The next frame that is not a ping or pong.
+    pub async fn frame(&mut self) -> Option<Result<Message, Error>> {
+        loop {
+            let frame = timeout(LONG, self.socket.next()).await.expect("a frame in time");
+            if !matches!(frame, Some(Ok(Message::Ping(_) | Message::Pong(_)))) {
+                return frame;
+            }
+        }
+    }
+
+    /// The next message; snapshots are decoded into `newest` on the way.
+    pub async fn message(&mut self) -> ServerMessage {
+        let frame = self.frame().await;
+        let Some(Ok(Message::Binary(bytes))) = frame else {
+            panic!("{frame:?} instead of a message");
+        };
+        self.bytes += bytes.len();
+        let message = ServerMessage::decode(&bytes).expect("a readable message");
+        if let ServerMessage::Snapshot(coded) = &message {
+            let baseline = (self.snapshots > 0).then_some(&self.newest);
+            let (snapshot, _) = Snapshot::decode(coded, baseline).expect("a readable snapshot");
+            assert!(baseline.is_none_or(|old| snapshot.tick > old.tick), "ticks go forward");
+            self.newest = snapshot;
+            self.snapshots += 1;
+        }
+        message
+    }
+
+    /// Waits for the next snapshot.
+    pub async fn snapshot(&mut self) -> &Snapshot {
+        while !matches!(self.message().await, ServerMessage::Snapshot(_)) {}
+        &self.newest
+    }
+
+    /// Waits for a snapshot that satisfies `wanted`.
+    pub async fn until(&mut self, what: &str, wanted: impl Fn(&Snapshot) -> bool) {
+        let found = async {
+            while !wanted(&self.newest) {
+                self.snapshot().await;
+            }
+        };
+        timeout(LONG, found).await.unwrap_or_else(|_| panic!("{what} did not happen in time"));
+    }
+
+    /// The own player.
+    pub fn player(&self) -> &PlayerState {
+        let own = self.newest.players.iter().find(|player| player.seat.0 == self.seat);
+        own.expect("a player is in every snapshot after the welcome")
+    }
+
+    /// Shows that this player's game goes on: a second of ticks comes, and an input is played.
+    pub async fn goes_on(&mut self) {
+        self.input(Buttons::RIGHT, None).await;
+        let (seat, seq) = (self.seat, self.seq);
+        let tick = self.newest.tick + 60;
+        self.until("a second of play", |snapshot| {
+            let own = snapshot.players.iter().find(|player| player.seat.0 == seat);
+            snapshot.tick >= tick && own.is_some_and(|own| own.input_seq >= seq)
+        })
+        .await;
+    }
+
+    /// Reads to the end of the socket: why the server ended it, and with which close code.
+    pub async fn refusal(&mut self) -> (Refusal, u16) {
+        let refusal = loop {
+            if let ServerMessage::Refused { refusal } = self.message().await {
+                break refusal;
+            }
+        };
+        match self.frame().await {
+            Some(Ok(Message::Close(Some(CloseFrame { code, reason })))) => {
+                assert_eq!(reason, refusal.message());
+                (refusal, code.into())
+            }
+            other => panic!("{other:?} instead of a close frame after {refusal:?}"),
+        }
+    }
+
+    /// Expects the server to end the socket for this reason, with its close code.
+    pub async fn is_refused(&mut self, expected: Refusal) {
+        assert_eq!(self.refusal().await, (expected, expected.close_code()));
+    }
+}

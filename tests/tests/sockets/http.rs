@@ -1,0 +1,201 @@
+//! The HTTP side: the page, the lists, created rooms, and paths that lead nowhere.
+
+use crate::client::{Client, LONG};
+use crate::server::Server;
+use jostle_protocol::Refusal;
+use jostle_server::{assets, limits};
+use serde_json::Value;
+use std::net::SocketAddr;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+
+/// A parsed answer.
+struct Answer {
+    status: u16,
+    head: String,
+    body: Vec<u8>,
+}
+
+impl Answer {
+    fn header(&self, name: &str) -> Option<&str> {
+        let lines = self.head.lines().filter_map(|line| line.split_once(": "));
+        lines.filter(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value).next()
+    }
+
+    fn json(&self) -> Value {
+        assert_eq!(self.header("content-type"), Some("application/json"));
+        serde_json::from_slice(&self.body).expect("JSON")
+    }
+}
+
+/// Sends one request as it is and reads to the end.
+async fn raw(address: SocketAddr, request: &str) -> Answer {
+    let exchange = async {
+        let mut stream = TcpStream::connect(address).await.expect("a connection");
+        stream.write_all(request.as_bytes()).await.expect("a live socket");
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).await.expect("an answer");
+        bytes
+    };
+    let bytes = timeout(LONG, exchange).await.expect("an answer in time");
+    let split = bytes.windows(4).position(|part| part == b"\r\n\r\n").expect("a head");
+    let head = String::from_utf8(bytes[..split].to_vec()).expect("text");
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
+    Answer { status: status.expect("a status"), head, body: bytes[split + 4..].to_vec() }
+}
+
+async fn get(address: SocketAddr, path: &str) -> Answer {
+    raw(address, &format!("GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n")).await
+}
+
+async fn post(address: SocketAddr, path: &str, body: &str) -> Answer {
+    let length = body.len();
+    let head = format!("POST {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n");
+    raw(address, &format!("{head}Content-Length: {length}\r\n\r\n{body}")).await
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_page_comes_with_headers_that_protect_it() {
+    let server = Server::start().await;
+    for (path, status) in [("/", 200), ("/arena", 200), ("/zzzzzz", 404)] {
+        let answer = get(server.address, path).await;
+        assert_eq!(answer.status, status, "{path}");
+        assert_eq!(answer.header("content-type"), Some("text/html; charset=utf-8"));
+        assert_eq!(answer.header("x-content-type-options"), Some("nosniff"));
+        assert_eq!(answer.header("referrer-policy"), Some("no-referrer"));
+        let policy = answer.header("content-security-policy").expect("a policy");
+        assert!(policy.contains("default-src 'none'") && policy.contains("'wasm-unsafe-eval'"));
+        assert!(
+            answer.body.starts_with(b"<!doctype html>") || assets::find("index.html").is_some()
+        );
+    }
+    let head = "HEAD / HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n";
+    let answer = raw(server.address, head).await;
+    assert_eq!((answer.status, answer.body.len()), (200, 0));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn embedded_files_are_cached_by_their_etag() {
+    let server = Server::start().await;
+    // Whatever the build embedded; without a built client there is nothing to serve.
+    for file in assets::FILES.iter().filter(|file| !file.name.ends_with(".br")) {
+        let path = format!("/assets/{}", file.name);
+        let answer = get(server.address, &path).await;
+        assert_eq!((answer.status, answer.body.as_slice()), (200, file.bytes), "{path}");
+        assert_eq!(answer.header("cache-control"), Some("no-cache"));
+        assert_eq!(answer.header("content-type"), Some(assets::content_type(file.name)));
+        let etag = answer.header("etag").expect("an etag");
+        let again = format!(
+            "GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\nIf-None-Match: {etag}\r\n\r\n"
+        );
+        assert_eq!(raw(server.address, &again).await.status, 304, "{path}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn scenes_are_listed_with_what_a_lobby_shows() {
+    let server = Server::start().await;
+    let answer = get(server.address, "/api/scenes").await;
+    assert_eq!(answer.status, 200);
+    let list = answer.json();
+    let scenes = list["scenes"].as_array().expect("a list");
+    assert_eq!(scenes[0]["name"], "arena");
+    for scene in scenes {
+        assert!(scene["title"].as_str().is_some_and(|title| !title.is_empty()), "{scene}");
+        assert!(scene["about"].as_str().is_some_and(|about| !about.is_empty()), "{scene}");
+        assert!(scene["players_max"].as_u64().is_some_and(|players| players > 0), "{scene}");
+        let picture = &scene["picture"];
+        let expected = format!("/assets/pictures/{}.png", scene["name"].as_str().expect("a name"));
+        assert!(picture.is_null() || *picture == expected.as_str(), "{scene}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_created_room_is_listed_and_can_be_joined() {
+    let server = Server::start().await;
+    assert_eq!(get(server.address, "/api/rooms").await.json()["rooms"], Value::Array(vec![]));
+    let created = post(server.address, "/api/rooms", "{\"scene\":\"impulse\"}").await;
+    assert_eq!(created.status, 201);
+    let code = created.json()["code"].as_str().expect("a code").to_owned();
+    let mut ann = Client::join(server.address, &code, "Ann").await;
+    ann.goes_on().await;
+    let list = get(server.address, "/api/rooms").await.json();
+    let room = &list["rooms"][0];
+    assert_eq!(room["code"], code.as_str());
+    assert_eq!(room["scene"], "impulse");
+    assert_eq!(room["players"], 1);
+    assert!(room["title"].is_string() && room["players_max"].is_u64(), "{room}");
+    assert_eq!(get(server.address, &format!("/{code}")).await.status, 200);
+    // Another room is another world.
+    let bob = Client::join(server.address, "impulse", "Bob").await;
+    assert_eq!(bob.newest.players.len(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn bad_requests_get_a_sentence() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let long = format!("{{\"scene\":\"{}\"}}", "a".repeat(limits::HTTP_BODY_BYTES_MAX));
+    for (body, status) in [
+        ("{\"scene\":\"nothing\"}", 404),
+        ("{\"scene\":7}", 400),
+        ("{\"scene\":\"arena\",\"bodies\":1}", 400),
+        ("", 400),
+        ("\u{1F600}", 400),
+        (long.as_str(), 413),
+    ] {
+        let answer = post(server.address, "/api/rooms", body).await;
+        assert_eq!(answer.status, status, "{body}");
+        assert!(answer.json()["error"].as_str().is_some_and(|error| error.len() > 10), "{body}");
+    }
+    for (method, path) in [("PUT", "/api/rooms"), ("DELETE", "/arena"), ("POST", "/api/scenes")] {
+        let request =
+            format!("{method} {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n");
+        let answer = raw(server.address, &request).await;
+        assert_eq!(answer.status, 405, "{method} {path}");
+        assert!(answer.header("allow").is_some_and(|allow| allow.contains("GET")));
+    }
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn one_address_cannot_take_all_rooms() {
+    let server = Server::start().await;
+    for _ in 0..limits::ADDRESS_ROOMS_MAX {
+        assert_eq!(post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await.status, 201);
+    }
+    let answer = post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await;
+    assert_eq!(answer.status, 429);
+    assert!(answer.json()["error"].as_str().is_some_and(|error| error.contains("limit")));
+    // Standing rooms are still there for everybody.
+    Client::join(server.address, "bounds", "Ann").await.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn no_path_leads_out_of_the_embedded_files() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    for path in [
+        "/assets/../Cargo.toml",
+        "/assets/../../etc/passwd",
+        "/assets/%2e%2e/%2e%2e/etc/passwd",
+        "/assets/..%2f..%2fetc%2fpasswd",
+        "/assets//etc/passwd",
+        "/assets/",
+        "/assets/.",
+        "/..",
+        "//etc/passwd",
+        "/etc/passwd",
+        "/arena/../../etc/passwd",
+        "/Cargo.toml",
+        "/arena%00",
+        "http://elsewhere/assets/../Cargo.toml",
+    ] {
+        let answer = get(server.address, path).await;
+        assert_eq!(answer.status, 404, "{path}: {}", String::from_utf8_lossy(&answer.body));
+    }
+    let mut lost = Client::connect(server.address, "api").await;
+    lost.is_refused(Refusal::NoSuchRoom).await;
+    ann.goes_on().await;
+}

@@ -1,0 +1,10 @@
+//! A real server on a real port, and real clients, most of which misbehave. Each test ends by
+//! showing that another player's game went on meanwhile.
+
+mod bad_clients;
+mod client;
+mod http;
+mod play;
+mod process;
+mod server;
+mod slow_reader;

@@ -1,0 +1,180 @@
+//! Those who behave: joining, playing together, leaving, coming back, the end of the server.
+
+use crate::client::{Client, LONG};
+use crate::server::Server;
+use jostle_protocol::{ClientMessage, Refusal, ServerMessage};
+use jostle_server::{Config, limits};
+use jostle_sim::{Buttons, Vec2};
+use std::time::{Duration, Instant};
+use tokio::time::timeout;
+use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::protocol::CloseFrame;
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_key_of_one_player_moves_the_hero_that_the_other_sees() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut bob = Client::join(server.address, "arena", "Bob").await;
+    let seat = ann.seat;
+    bob.until("Ann in Bob's world", |snapshot| {
+        snapshot.players.iter().any(|player| player.seat.0 == seat && player.hero.is_some())
+    })
+    .await;
+    let hero_x = |client: &Client| {
+        let ann = client.newest.players.iter().find(|player| player.seat.0 == seat)?;
+        let hero = client.newest.bodies.iter().find(|body| Some(body.id) == ann.hero)?;
+        Some(hero.quanta[0])
+    };
+    let before = hero_x(&bob).expect("Ann's hero");
+    let moved = async {
+        // A held key: an input a tick, as a page sends it.
+        while hero_x(&bob) <= Some(before) {
+            ann.input(Buttons::RIGHT, None).await;
+            bob.snapshot().await;
+        }
+    };
+    timeout(LONG, moved).await.expect("the hero moves");
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pings_are_answered_with_the_tick() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    ann.until("some play", |snapshot| snapshot.tick > 10).await;
+    ann.send(&ClientMessage::Ping { stamp: 77 }).await;
+    let tick = loop {
+        if let ServerMessage::Pong { stamp, tick } = ann.message().await {
+            assert_eq!(stamp, 77);
+            break tick;
+        }
+    };
+    assert!(tick > 10, "the pong says {tick}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_lost_socket_gets_its_seat_back_and_a_goodbye_frees_it() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let bob = Client::join(server.address, "arena", "Bob").await;
+    let (seat, token) = (bob.seat, bob.token);
+    drop(bob);
+    ann.until("Bob's lost socket", |snapshot| {
+        snapshot.players.iter().any(|player| player.seat.0 == seat && !player.connected)
+    })
+    .await;
+    let mut bob = Client::connect(server.address, "arena").await;
+    bob.enter("Bob", Some(token)).await;
+    assert_eq!(bob.seat, seat);
+    let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
+    bob.send_raw(Message::Close(Some(frame))).await;
+    ann.until("Bob's leaving", |snapshot| {
+        snapshot.players.iter().all(|player| player.seat.0 != seat)
+    })
+    .await;
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_second_socket_with_the_same_token_replaces_the_first() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut first = Client::join(server.address, "arena", "Bob").await;
+    let mut second = Client::connect(server.address, "arena").await;
+    second.enter("Bob", Some(first.token)).await;
+    assert_eq!(second.seat, first.seat);
+    first.is_refused(Refusal::Replaced).await;
+    drop(first);
+    // The end of the first socket must not be taken for the end of the second.
+    second.goes_on().await;
+    assert!(second.player().connected);
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn fifty_clients_share_a_room() {
+    let server = Server::start().await;
+    let joining: Vec<_> = (0..50)
+        .map(|index| {
+            let name = format!("P{index}");
+            tokio::spawn(async move { Client::join(server.address, "arena", &name).await })
+        })
+        .collect();
+    let mut clients = Vec::new();
+    for client in joining {
+        clients.push(client.await.expect("a seat"));
+    }
+    let mut seats: Vec<_> = clients.iter().map(|client| client.seat).collect();
+    seats.sort_unstable();
+    assert_eq!(seats, (0..50).collect::<Vec<u8>>());
+    let playing: Vec<_> = clients
+        .into_iter()
+        .map(|mut client| {
+            tokio::spawn(async move {
+                client.until("all fifty", |snapshot| snapshot.players.len() == 50).await;
+                client.goes_on().await;
+                client
+            })
+        })
+        .collect();
+    for client in playing {
+        client.await.expect("a game that goes on");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn ticks_follow_the_clock_whatever_players_do() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let (tick, started) = (ann.newest.tick, Instant::now());
+    while started.elapsed() < Duration::from_secs(3) {
+        ann.input(Buttons(Buttons::FIRE.0 | Buttons::MAKE.0), Some(Vec2::new(100.0, 80.0))).await;
+        ann.snapshot().await;
+    }
+    // Never fast; late only by what a busy machine does, of which the server makes up 5 ticks a time.
+    let played = f64::from(ann.newest.tick - tick) / 60.0;
+    let elapsed = started.elapsed().as_secs_f64();
+    assert!(played < elapsed + 0.2, "{played} s of ticks in {elapsed} s");
+    assert!(played > elapsed * 0.5, "{played} s of ticks in {elapsed} s");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_empty_room_is_removed_and_opens_anew() {
+    let grace = Duration::from_millis(100);
+    let server = Server::start_with(Config { room_empty_grace: grace, ..Config::default() }).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    ann.until("some play", |snapshot| snapshot.tick >= 60).await;
+    drop(ann);
+    let anew = async {
+        loop {
+            let bob = Client::join(server.address, "arena", "Bob").await;
+            // A room that went on would be at tick 60 at least, and hold Ann's seat.
+            if bob.newest.tick < 60 && bob.seat == 0 {
+                return bob;
+            }
+            drop(bob);
+            tokio::time::sleep(grace * 2).await;
+        }
+    };
+    timeout(LONG, anew).await.expect("a new room").goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_end_of_the_server_is_announced_and_every_socket_closed() {
+    let mut server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut silent = Client::connect(server.address, "arena").await;
+    server.stop();
+    silent.is_refused(Refusal::Closing).await;
+    let seconds = loop {
+        if let ServerMessage::Draining { seconds } = ann.message().await {
+            break seconds;
+        }
+    };
+    assert_eq!(u64::from(seconds), limits::DRAIN_NOTICE.as_secs());
+    // Play goes on to the end.
+    ann.snapshot().await;
+    ann.is_refused(Refusal::Closing).await;
+    timeout(limits::DRAIN_MAX * 3, server.ended()).await.expect("the end in time");
+}

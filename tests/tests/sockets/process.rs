@@ -1,0 +1,106 @@
+//! The real binary: its one line, its signals, its exit status.
+
+use crate::client::{Client, LONG};
+use jostle_protocol::{Refusal, ServerMessage};
+use jostle_sim::{Buttons, Vec2};
+use std::io::{BufRead, BufReader};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+use tokio::time::timeout;
+
+/// Builds `jostle` with the profile of this test, next to it; a binary from before would lie.
+fn binary() -> PathBuf {
+    let test = std::env::current_exe().expect("the test's own path");
+    let profile_dir = test.ancestors().nth(2).expect("target/PROFILE/deps/test");
+    let target_dir = profile_dir.parent().expect("target/PROFILE");
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--quiet", "--package", "jostle-server", "--bin", "jostle"]);
+    cargo.arg("--target-dir").arg(target_dir);
+    if profile_dir.ends_with("release") {
+        cargo.arg("--release");
+    }
+    assert!(cargo.status().expect("cargo starts").success(), "jostle builds");
+    profile_dir.join(format!("jostle{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// A running `jostle serve`; killed when the test fails.
+struct Process {
+    child: Child,
+    address: SocketAddr,
+}
+
+impl Process {
+    fn serve() -> Process {
+        let mut child = Command::new(binary())
+            .args(["serve", "--listen", "127.0.0.1:0", "--log", "warn"])
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("jostle starts");
+        let stdout = child.stdout.take().expect("a pipe");
+        let mut line = String::new();
+        BufReader::new(stdout).read_line(&mut line).expect("a line");
+        let url = line.trim().rsplit(' ').next().expect("a url");
+        let address = url.trim_start_matches("http://").trim_end_matches('/');
+        Process { child, address: address.parse().unwrap_or_else(|_| panic!("no url in {line:?}")) }
+    }
+
+    fn signal(&self, name: &str) {
+        let id = self.child.id().to_string();
+        let sent = Command::new("kill").args([format!("-{name}"), id]).status();
+        assert!(sent.expect("kill starts").success());
+    }
+
+    async fn exit_status(mut self) -> Option<i32> {
+        let ended = async {
+            loop {
+                if let Some(status) = self.child.try_wait().expect("a child") {
+                    return status.code();
+                }
+                tokio::time::sleep(Duration::from_millis(20)).await;
+            }
+        };
+        timeout(LONG, ended).await.expect("an end in time")
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // Already ended, unless the test failed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Plays until the server says why it stops.
+async fn play_to_the_end(mut client: Client) -> (bool, (Refusal, u16)) {
+    loop {
+        client.input(Buttons::FIRE, Some(Vec2::new(90.0, 60.0))).await;
+        match client.message().await {
+            ServerMessage::Draining { .. } => return (true, client.refusal().await),
+            ServerMessage::Refused { refusal } => panic!("{refusal:?} without a notice"),
+            _ => {}
+        }
+    }
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn signals_under_load_end_the_process_in_good_order() {
+    for signal in ["TERM", "INT"] {
+        let process = tokio::task::spawn_blocking(Process::serve).await.expect("a server");
+        let mut playing = Vec::new();
+        for index in 0..12 {
+            let name = format!("P{index}");
+            let client = Client::join(process.address, "arena", &name).await;
+            playing.push(tokio::spawn(play_to_the_end(client)));
+        }
+        process.signal(signal);
+        for client in playing {
+            let ended = timeout(LONG, client).await.expect("an end in time").expect("no panic");
+            assert_eq!(ended, (true, (Refusal::Closing, 1001)), "{signal}");
+        }
+        assert_eq!(process.exit_status().await, Some(0), "{signal}");
+    }
+}

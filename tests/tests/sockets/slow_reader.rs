@@ -1,0 +1,117 @@
+//! A client that stops reading: it delays nobody, and later gets one joined step to the newest tick.
+
+use crate::client::{Client, LONG};
+use crate::server::Server;
+use jostle_protocol::Snapshot;
+use std::collections::BTreeMap;
+use tokio::net::TcpSocket;
+use tokio::time::timeout;
+
+/// Many bodies that never rest, so that a second of snapshots is more than any buffer holds.
+const RESTLESS: &str = r#"title = "Restless"
+size = [400, 200]
+gravity = [0, 0]
+groups = ["block", "platform"]
+pairs = [["block", "platform"], ["block", "block"]]
+
+[limits]
+players = 4
+bodies = 600
+
+[[bodies]]
+kind = "wall"
+position = [200, -5]
+size = [420, 10]
+
+[[bodies]]
+kind = "wall"
+position = [200, 205]
+size = [420, 10]
+
+[[bodies]]
+kind = "wall"
+position = [-5, 100]
+size = [10, 200]
+
+[[bodies]]
+kind = "wall"
+position = [405, 100]
+size = [10, 200]
+
+[[layouts]]
+kind = "block"
+count = 250
+area = [[10, 10], [390, 95]]
+radius = 2
+velocity = [70, 40]
+restitution = 1
+friction = 0
+
+[[layouts]]
+kind = "block"
+count = 250
+area = [[10, 105], [390, 190]]
+radius = 2
+velocity = [-60, -50]
+restitution = 1
+friction = 0
+"#;
+
+/// More than the kernel holds of one socket on both of its ends.
+const BYTES_MISSED: usize = 512 << 10;
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_slow_reader_delays_nobody_and_gets_the_newest_state() {
+    let server = Server::start_with_scene("restless", RESTLESS).await;
+    let mut ann = Client::join(server.address, "restless", "Ann").await;
+    let small = TcpSocket::new_v4().expect("a socket");
+    small.set_recv_buffer_size(4096).expect("a small buffer");
+    let mut slow = Client::connect_over(small, server.address, "restless").await;
+    slow.enter("Slow", None).await;
+
+    // From here on `slow` reads nothing, until Ann has got what no buffer could have held for it.
+    let (stopped_tick, stopped_bytes) = (slow.newest.tick, ann.bytes);
+    let mut seen = BTreeMap::new();
+    let play = async {
+        while ann.bytes - stopped_bytes < BYTES_MISSED || ann.newest.tick < stopped_tick + 120 {
+            let snapshot = ann.snapshot().await.clone();
+            seen.insert(snapshot.tick, snapshot);
+        }
+    };
+    timeout(LONG, play).await.expect("Ann's game goes on");
+    let resumed_tick = ann.newest.tick;
+    let elapsed = resumed_tick - stopped_tick;
+    let missed = elapsed as usize - seen.range(stopped_tick + 1..).count();
+    assert!(missed * 4 <= elapsed as usize, "Ann missed {missed} of {elapsed} ticks");
+
+    // It catches up at once, over far fewer messages than there were ticks, and is right.
+    let before = slow.snapshots;
+    slow.until("the newest state", |snapshot| snapshot.tick >= resumed_tick).await;
+    let messages = slow.snapshots - before;
+    assert!(messages < elapsed / 2, "{messages} messages for {elapsed} ticks");
+    let equal = same_tick(&mut ann, &mut slow, &mut seen).await;
+    assert!(equal, "both see the same world at the same tick");
+    ann.goes_on().await;
+    slow.goes_on().await;
+}
+
+/// Reads on until both have seen one tick, and compares what they saw.
+async fn same_tick(
+    ann: &mut Client,
+    slow: &mut Client,
+    seen: &mut BTreeMap<u32, Snapshot>,
+) -> bool {
+    let compare = async {
+        loop {
+            while ann.newest.tick < slow.newest.tick {
+                let snapshot = ann.snapshot().await.clone();
+                seen.insert(snapshot.tick, snapshot);
+            }
+            if let Some(snapshot) = seen.get(&slow.newest.tick) {
+                return *snapshot == slow.newest;
+            }
+            slow.snapshot().await;
+        }
+    };
+    timeout(LONG, compare).await.expect("a tick that both saw")
+}
