@@ -1,6 +1,24 @@
 //! The web client: a thin client of a room, and the offline demo.
+//!
+//! What can be decided without a page (time, snapshots, camera, input, words, what is drawn) is
+//! plain Rust with tests; `page` holds everything that touches the browser and exists on wasm only.
 
+pub mod api;
+pub mod camera;
+pub mod clock;
+pub mod demo;
 pub mod draw;
 pub mod frame;
+pub mod input;
+pub mod meter;
+pub mod overlap;
 pub mod palette;
+pub mod reconnect;
 pub mod render;
+pub mod replica;
+pub mod stick;
+pub mod timeline;
+pub mod words;
+
+#[cfg(target_arch = "wasm32")]
+mod page;

@@ -1,0 +1,105 @@
+//! The server's HTTP answers about rooms and scenes, and which room "Play" joins.
+
+use serde::Deserialize;
+
+/// Answer of `GET /api/rooms`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Rooms {
+    /// Open rooms.
+    pub rooms: Vec<Room>,
+}
+
+/// An open room.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct Room {
+    /// The word in its link.
+    pub code: String,
+    /// Name of its scene.
+    pub scene: String,
+    /// Title of its scene.
+    pub title: String,
+    /// Seats taken.
+    pub players: u32,
+    /// Seats.
+    pub players_max: u32,
+}
+
+/// Answer of `GET /api/scenes`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Scenes {
+    /// Scenes that a room can be opened with.
+    pub scenes: Vec<SceneCard>,
+}
+
+/// A scene as the lobby shows it.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct SceneCard {
+    /// Name.
+    pub name: String,
+    /// One line.
+    pub title: String,
+    /// One sentence.
+    pub about: String,
+    /// Seats.
+    pub players_max: u32,
+    /// Address of its picture.
+    pub picture: Option<String>,
+}
+
+/// Answer of `POST /api/rooms`.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(untagged)]
+pub enum Opened {
+    /// The room is open.
+    Code {
+        /// The word in its link.
+        code: String,
+    },
+    /// It was refused.
+    Error {
+        /// Why, for people.
+        error: String,
+    },
+}
+
+/// The liveliest room with a free seat.
+pub fn liveliest(rooms: &[Room]) -> Option<&Room> {
+    let free = rooms.iter().filter(|room| room.players < room.players_max);
+    free.max_by_key(|room| (room.players, std::cmp::Reverse(&room.code)))
+}
+
+/// Body of `POST /api/rooms`.
+pub fn open_room(scene: &str) -> String {
+    serde_json::json!({ "scene": scene }).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn room(code: &str, players: u32) -> Room {
+        let (scene, title) = ("arena".to_owned(), "Arena".to_owned());
+        Room { code: code.to_owned(), scene, title, players, players_max: 8 }
+    }
+
+    #[test]
+    fn play_joins_the_fullest_room_that_has_a_seat() {
+        let rooms = [room("a", 1), room("b", 8), room("c", 5), room("d", 5)];
+        assert_eq!(liveliest(&rooms).map(|r| r.code.as_str()), Some("c"));
+        assert_eq!(liveliest(&rooms[1..2]), None);
+        assert_eq!(liveliest(&[]), None);
+    }
+
+    #[test]
+    fn answers_are_read() {
+        let rooms: Rooms = serde_json::from_str(
+            r#"{"rooms":[{"code":"x","scene":"arena","title":"Arena","players":1,"players_max":8,"more":0}]}"#,
+        )
+        .expect("valid");
+        assert_eq!(rooms.rooms[0].players, 1);
+        let opened: Opened = serde_json::from_str(r#"{"code":"abc"}"#).expect("valid");
+        assert_eq!(opened, Opened::Code { code: "abc".into() });
+        let refused: Opened = serde_json::from_str(r#"{"error":"full"}"#).expect("valid");
+        assert_eq!(refused, Opened::Error { error: "full".into() });
+    }
+}

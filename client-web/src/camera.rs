@@ -1,0 +1,88 @@
+//! Where the view is: the whole world letterboxed, or a smooth walk behind the own hero that never
+//! looks past the world's edge without need.
+
+use crate::frame::View;
+use jostle_sim::Vec2;
+use jostle_sim::scene::Camera as CameraRule;
+
+/// Share of the world added on each side when all of it is shown.
+const MARGIN: f32 = 0.01;
+/// How fast the view closes in on the hero, 1/s.
+const CATCH_UP: f32 = 7.0;
+/// Seconds of the hero's motion that the view looks ahead.
+const LOOK_AHEAD_S: f32 = 0.18;
+/// A following view is at least this many times its nominal height wide.
+const FOLLOW_WIDTH_MIN: f32 = 0.9;
+/// Where the middle of a world is put that leaves room above and below, from the top.
+const TALL_MIDDLE: f32 = 0.42;
+
+/// The moving camera of one game.
+#[derive(Debug)]
+pub struct Camera {
+    rule: CameraRule,
+    world: Vec2,
+    center: Option<Vec2>,
+}
+
+/// What the camera is asked to show in one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Canvas size in device pixels, neither zero.
+    pub pixels: [u32; 2],
+    /// Centre and velocity of the hero to follow.
+    pub hero: Option<(Vec2, Vec2)>,
+    /// Seconds since the last frame.
+    pub elapsed_s: f32,
+}
+
+impl Camera {
+    /// A camera for a world that spans (0, 0) to `world`.
+    pub fn new(rule: CameraRule, world: Vec2) -> Camera {
+        Camera { rule, world, center: None }
+    }
+
+    /// The view of this frame.
+    pub fn view(&mut self, target: Target) -> View {
+        let aspect = target.pixels[0] as f32 / target.pixels[1] as f32;
+        match self.rule {
+            CameraRule::Fit => self.fit(target.pixels, aspect),
+            CameraRule::Follow { height } => self.follow(target, aspect, height),
+        }
+    }
+
+    fn fit(&self, pixels: [u32; 2], aspect: f32) -> View {
+        let needed = self.world * (1.0 + 2.0 * MARGIN);
+        let height = needed.y.max(needed.x / aspect);
+        // On an upright phone the thumbs get the lower part of the free room.
+        let lift = if height > needed.y * 1.5 { (0.5 - TALL_MIDDLE) * height } else { 0.0 };
+        View { center: self.world * 0.5 - Vec2::new(0.0, lift), height, pixels }
+    }
+
+    fn follow(&mut self, target: Target, aspect: f32, nominal: f32) -> View {
+        let whole = self.world.y.max(self.world.x / aspect);
+        let height = nominal.max(nominal * FOLLOW_WIDTH_MIN / aspect).min(whole);
+        let half = Vec2::new(height * aspect, height) * 0.5;
+        let last = self.center.unwrap_or(self.world * 0.5);
+        let wanted = target.hero.map_or(last, |(at, speed)| at + speed * LOOK_AHEAD_S);
+        let wanted = within(wanted, half, self.world);
+        let jump = self.center.is_none() || (wanted - last).length() > height * 1.5;
+        let share = if jump { 1.0 } else { 1.0 - (-CATCH_UP * target.elapsed_s).exp() };
+        let center = within(last + (wanted - last) * share, half, self.world);
+        if target.hero.is_some() {
+            self.center = Some(center);
+        }
+        View { center, height, pixels: target.pixels }
+    }
+}
+
+/// `center` moved so that a view of this half size stays inside the world, or in the world's
+/// middle on an axis where the view is the larger one.
+fn within(center: Vec2, half: Vec2, world: Vec2) -> Vec2 {
+    let axis = |center: f32, half: f32, world: f32| {
+        if half * 2.0 >= world { world * 0.5 } else { center.clamp(half, world - half) }
+    };
+    Vec2::new(axis(center.x, half.x, world.x), axis(center.y, half.y, world.y))
+}
+
+#[cfg(test)]
+mod tests;

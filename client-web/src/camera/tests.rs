@@ -1,0 +1,63 @@
+use super::*;
+
+const WORLD: Vec2 = Vec2::new(200.0, 112.5);
+
+fn target(pixels: [u32; 2], hero: Option<(Vec2, Vec2)>) -> Target {
+    Target { pixels, hero, elapsed_s: 1.0 / 60.0 }
+}
+
+#[test]
+fn fit_shows_the_whole_world_on_any_screen() {
+    for pixels in [[1280, 720], [720, 1480], [3840, 2160], [300, 300]] {
+        let view = Camera::new(CameraRule::Fit, WORLD).view(target(pixels, None));
+        for corner in [Vec2::ZERO, WORLD] {
+            let pixel = view.to_pixel(corner);
+            assert!((0.0..=pixels[0] as f32).contains(&pixel.x), "{pixels:?} {pixel}");
+            assert!((0.0..=pixels[1] as f32).contains(&pixel.y), "{pixels:?} {pixel}");
+        }
+    }
+}
+
+#[test]
+fn fit_leaves_the_lower_part_of_an_upright_phone_to_the_thumbs() {
+    let view = Camera::new(CameraRule::Fit, WORLD).view(target([720, 1480], None));
+    let middle = view.to_pixel(WORLD * 0.5).y;
+    assert!(middle < 0.45 * 1480.0, "middle at {middle}");
+}
+
+#[test]
+fn follow_starts_on_the_hero_and_stays_in_the_world() {
+    let mut camera = Camera::new(CameraRule::Follow { height: 60.0 }, WORLD);
+    let hero = Vec2::new(2.0, 3.0);
+    let view = camera.view(target([1280, 720], Some((hero, Vec2::ZERO))));
+    let half = Vec2::new(60.0 * 1280.0 / 720.0, 60.0) * 0.5;
+    assert_eq!(view.center, half);
+}
+
+#[test]
+fn follow_moves_smoothly_towards_the_hero() {
+    let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
+    camera.view(target([100, 100], Some((Vec2::new(50.0, 50.0), Vec2::ZERO))));
+    let near = camera.view(target([100, 100], Some((Vec2::new(55.0, 50.0), Vec2::ZERO)))).center.x;
+    assert!(near > 50.0 && near < 52.0, "{near}");
+    for _ in 0..120 {
+        camera.view(target([100, 100], Some((Vec2::new(55.0, 50.0), Vec2::ZERO))));
+    }
+    let there = camera.view(target([100, 100], Some((Vec2::new(55.0, 50.0), Vec2::ZERO)))).center.x;
+    assert!((there - 55.0).abs() < 0.1, "{there}");
+}
+
+#[test]
+fn follow_jumps_when_the_hero_is_placed_elsewhere() {
+    let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
+    camera.view(target([100, 100], Some((Vec2::new(50.0, 50.0), Vec2::ZERO))));
+    let view = camera.view(target([100, 100], Some((Vec2::new(150.0, 50.0), Vec2::ZERO))));
+    assert_eq!(view.center.x, 150.0);
+}
+
+#[test]
+fn follow_stays_where_it_was_while_there_is_no_hero() {
+    let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
+    let there = camera.view(target([100, 100], Some((Vec2::new(50.0, 50.0), Vec2::ZERO))));
+    assert_eq!(camera.view(target([100, 100], None)).center, there.center);
+}

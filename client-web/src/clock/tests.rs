@@ -1,0 +1,88 @@
+use super::*;
+
+/// Plays `ticks` ticks whose snapshots arrive `late_ms(tick)` late, with a frame every tick;
+/// returns the clock and the displayed ticks.
+fn play(clock: &mut Clock, ticks: std::ops::Range<u32>, late_ms: impl Fn(u32) -> f64) -> Vec<f64> {
+    let mut arrivals: Vec<(f64, u32)> =
+        ticks.clone().map(|t| (f64::from(t) * TICK_MS + late_ms(t), t)).collect();
+    // A socket keeps the order: nothing overtakes.
+    for i in 1..arrivals.len() {
+        arrivals[i].0 = arrivals[i].0.max(arrivals[i - 1].0);
+    }
+    let mut next = 0;
+    let mut shown = Vec::new();
+    for frame in ticks {
+        let now = f64::from(frame) * TICK_MS + 3.0;
+        while next < arrivals.len() && arrivals[next].0 <= now {
+            clock.arrived(arrivals[next].1, arrivals[next].0);
+            next += 1;
+        }
+        shown.extend(clock.display(now));
+    }
+    shown
+}
+
+#[test]
+fn smooth_arrivals_are_shown_two_and_a_half_ticks_late() {
+    let mut clock = Clock::default();
+    let shown = play(&mut clock, 0..600, |_| 0.0);
+    let server = 599.0 + 3.0 / TICK_MS;
+    assert!((server - shown[599] - DELAY_TICKS_MIN).abs() < 0.01, "shown {}", shown[599]);
+    assert!((clock.delay_ticks() - DELAY_TICKS_MIN).abs() < 1e-9);
+}
+
+#[test]
+fn display_moves_at_the_pace_of_time() {
+    let mut clock = Clock::default();
+    let shown = play(&mut clock, 0..600, |t| f64::from(t % 7));
+    for pair in shown[60..].windows(2) {
+        let step = pair[1] - pair[0];
+        assert!((0.84..1.16).contains(&step), "step of {step} ticks");
+    }
+}
+
+#[test]
+fn delay_grows_until_late_snapshots_are_in_time_and_then_shrinks() {
+    let mut clock = Clock::default();
+    let late = |t: u32| if t % 10 == 9 { 100.0 } else { 0.0 };
+    play(&mut clock, 0..600, late);
+    assert!(clock.delay_ticks() > 6.0, "delay {}", clock.delay_ticks());
+    play(&mut clock, 600..2400, |_| 0.0);
+    assert!(clock.delay_ticks() < 3.0, "delay {}", clock.delay_ticks());
+}
+
+#[test]
+fn skipped_ticks_count_as_late() {
+    let mut clock = Clock::default();
+    for tick in (0..600).step_by(6) {
+        clock.arrived(tick, f64::from(tick) * TICK_MS);
+    }
+    assert!(clock.delay_ticks() > 5.0, "delay {}", clock.delay_ticks());
+}
+
+#[test]
+fn display_stops_soon_after_snapshots_stop() {
+    let mut clock = Clock::default();
+    play(&mut clock, 0..120, |_| 0.0);
+    for frame in 0..300 {
+        let now = f64::from(120 + frame) * TICK_MS;
+        let shown = clock.display(now).expect("there were snapshots");
+        assert!(shown <= 119.0 + AHEAD_TICKS_MAX);
+    }
+}
+
+#[test]
+fn display_jumps_after_a_long_absence() {
+    let mut clock = Clock::default();
+    play(&mut clock, 0..120, |_| 0.0);
+    for tick in 120..2000 {
+        clock.arrived(tick, f64::from(tick) * TICK_MS);
+    }
+    let shown = clock.display(2000.0 * TICK_MS).expect("there were snapshots");
+    assert!(shown > 1990.0, "shown {shown}");
+}
+
+#[test]
+fn nothing_is_shown_before_the_first_snapshot() {
+    assert_eq!(Clock::default().display(100.0), None);
+}

@@ -1,0 +1,167 @@
+//! Keys, pointer and thumbs become [`Input`]s: what is down now, and a queue that sends every
+//! change once, at most sixty a second. Positions arrive in device pixels and leave in world units.
+
+use crate::frame::View;
+use jostle_sim::{Buttons, Input, Vec2};
+use std::collections::VecDeque;
+
+/// Physical keys by `KeyboardEvent.code`, and what each means. One line a key: two keys may mean
+/// the same, and each is held on its own.
+pub const KEYS: [(&str, Buttons); 16] = [
+    ("KeyW", Buttons::UP),
+    ("ArrowUp", Buttons::UP),
+    ("Space", Buttons::UP),
+    ("KeyA", Buttons::LEFT),
+    ("ArrowLeft", Buttons::LEFT),
+    ("KeyS", Buttons::DOWN),
+    ("ArrowDown", Buttons::DOWN),
+    ("KeyD", Buttons::RIGHT),
+    ("ArrowRight", Buttons::RIGHT),
+    ("KeyZ", Buttons::MAKE),
+    ("KeyX", Buttons::HOLD),
+    ("KeyC", Buttons::AGITATE),
+    ("KeyV", Buttons::CLEAR),
+    ("KeyH", Buttons::PICK_HERO),
+    ("KeyM", Buttons::PICK_MINION),
+    ("KeyP", Buttons::PICK_PLATFORM),
+];
+
+/// Inputs a second, the server plays one a tick.
+const RATE_HZ: f64 = 60.0;
+/// Inputs that may leave at once after a pause: a press, its release and a move.
+const BURST: f64 = 3.0;
+/// Inputs that wait when changes come faster than ticks; the oldest moves go first.
+const WAITING_MAX: usize = 8;
+/// Without a change the input is repeated so often, so that the server knows that it still holds.
+const REPEAT_MS: f64 = 80.0;
+
+/// What is down now.
+#[derive(Debug, Default)]
+pub struct Controls {
+    /// One bit a line of [`KEYS`].
+    keys: u32,
+    /// Pointer buttons, on-screen buttons and the stick.
+    pointed: Buttons,
+    /// Last pointer position, device pixels.
+    pointer: Option<Vec2>,
+}
+
+impl Controls {
+    /// A key went down or up; `false` if the code means nothing here.
+    pub fn key(&mut self, code: &str, down: bool) -> bool {
+        let Some(line) = KEYS.iter().position(|(name, _)| *name == code) else { return false };
+        let bit = 1 << line;
+        self.keys = if down { self.keys | bit } else { self.keys & !bit };
+        true
+    }
+
+    /// Sets or clears buttons that are not keys.
+    pub fn press(&mut self, buttons: Buttons, down: bool) {
+        self.pointed.0 =
+            if down { self.pointed.0 | buttons.0 } else { self.pointed.0 & !buttons.0 };
+    }
+
+    /// The stick's four directions, replacing its last ones.
+    pub fn steer(&mut self, directions: Buttons) {
+        let all = Buttons::UP.0 | Buttons::LEFT.0 | Buttons::DOWN.0 | Buttons::RIGHT.0;
+        self.pointed.0 = self.pointed.0 & !all | directions.0 & all;
+    }
+
+    /// Moves the pointer (device pixels), or takes it out of the view.
+    pub fn point(&mut self, pixel: Option<Vec2>) {
+        self.pointer = pixel;
+    }
+
+    /// Lets go of everything: the page lost the focus, or a dialogue opened.
+    pub fn release(&mut self) {
+        *self = Controls { pointer: self.pointer, ..Controls::default() };
+    }
+
+    /// Everything that is down, whichever way it was pressed.
+    pub fn buttons(&self) -> Buttons {
+        let keys = KEYS
+            .iter()
+            .enumerate()
+            .filter(|(line, _)| self.keys >> line & 1 == 1)
+            .fold(0, |all, (_, (_, button))| all | button.0);
+        Buttons(keys | self.pointed.0)
+    }
+
+    /// The pointer in world units.
+    pub fn pointer(&self, view: &View) -> Option<Vec2> {
+        self.pointer.map(|pixel| view.to_world(pixel)).filter(|point| point.is_finite())
+    }
+
+    /// The intent of this moment.
+    pub fn input(&self, view: &View) -> Input {
+        Input { buttons: self.buttons(), pointer: self.pointer(view) }
+    }
+}
+
+/// Inputs on their way out.
+#[derive(Debug)]
+pub struct Outflow {
+    waiting: VecDeque<Input>,
+    last: Option<Input>,
+    sent_ms: f64,
+    allowance: f64,
+    refilled_ms: f64,
+    seq: u32,
+}
+
+impl Default for Outflow {
+    fn default() -> Outflow {
+        Outflow {
+            waiting: VecDeque::new(),
+            last: None,
+            sent_ms: f64::NEG_INFINITY,
+            allowance: BURST,
+            refilled_ms: 0.0,
+            seq: 0,
+        }
+    }
+}
+
+impl Outflow {
+    /// Notes the intent of this moment. A change of buttons is kept, so that a tap shorter than a
+    /// tick still counts; a mere move replaces the move before it.
+    pub fn note(&mut self, input: Input) {
+        if let Some(newest) = self.waiting.back_mut()
+            && newest.buttons == input.buttons
+        {
+            *newest = input;
+            return;
+        }
+        if self.waiting.is_empty() && self.last == Some(input) {
+            return;
+        }
+        if self.waiting.len() == WAITING_MAX {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back(input);
+    }
+
+    /// The next input to send at `now_ms` with its sequence number, if one is due. Call until `None`.
+    pub fn due(&mut self, now_ms: f64) -> Option<(u32, Input)> {
+        self.refill(now_ms);
+        if self.allowance < 1.0 {
+            return None;
+        }
+        let repeat = self.last.filter(|_| now_ms - self.sent_ms >= REPEAT_MS);
+        let input = self.waiting.pop_front().or(repeat)?;
+        self.allowance -= 1.0;
+        self.sent_ms = now_ms;
+        self.last = Some(input);
+        self.seq += 1;
+        Some((self.seq, input))
+    }
+
+    fn refill(&mut self, now_ms: f64) {
+        let elapsed_s = ((now_ms - self.refilled_ms) / 1000.0).max(0.0);
+        self.allowance = (self.allowance + elapsed_s * RATE_HZ).min(BURST);
+        self.refilled_ms = now_ms;
+    }
+}
+
+#[cfg(test)]
+mod tests;

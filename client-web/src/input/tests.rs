@@ -1,0 +1,97 @@
+use super::*;
+
+const VIEW: View = View { center: Vec2::new(100.0, 50.0), height: 100.0, pixels: [2000, 1000] };
+
+fn sent(outflow: &mut Outflow, now_ms: f64) -> Vec<(u32, Input)> {
+    std::iter::from_fn(|| outflow.due(now_ms)).collect()
+}
+
+fn pressed(buttons: Buttons) -> Input {
+    Input { buttons, pointer: None }
+}
+
+#[test]
+fn keys_are_named_by_place_and_released_one_by_one() {
+    let mut controls = Controls::default();
+    assert!(controls.key("KeyW", true));
+    assert!(controls.key("ArrowUp", true));
+    assert!(!controls.key("KeyQ", true));
+    controls.key("KeyW", false);
+    assert_eq!(controls.buttons(), Buttons::UP, "the arrow still holds it");
+    controls.key("ArrowUp", false);
+    assert_eq!(controls.buttons(), Buttons::default());
+}
+
+#[test]
+fn every_button_has_a_key_or_the_pointer() {
+    let keys = KEYS.iter().fold(Buttons::FIRE.0, |all, (_, button)| all | button.0);
+    assert_eq!(Buttons(keys), Buttons::ALL);
+}
+
+#[test]
+fn release_lets_go_of_keys_pointer_buttons_and_stick() {
+    let mut controls = Controls::default();
+    controls.key("KeyD", true);
+    controls.press(Buttons::FIRE, true);
+    controls.steer(Buttons::UP);
+    controls.release();
+    assert_eq!(controls.buttons(), Buttons::default());
+}
+
+#[test]
+fn the_stick_replaces_its_directions_and_nothing_else() {
+    let mut controls = Controls::default();
+    controls.press(Buttons::FIRE, true);
+    controls.steer(Buttons(Buttons::UP.0 | Buttons::LEFT.0));
+    controls.steer(Buttons::RIGHT);
+    assert_eq!(controls.buttons(), Buttons(Buttons::FIRE.0 | Buttons::RIGHT.0));
+}
+
+#[test]
+fn the_pointer_is_in_world_units() {
+    let mut controls = Controls::default();
+    controls.point(Some(Vec2::new(1000.0, 500.0)));
+    assert_eq!(controls.pointer(&VIEW), Some(Vec2::new(100.0, 50.0)));
+    controls.point(Some(Vec2::new(0.0, 0.0)));
+    assert_eq!(controls.pointer(&VIEW), Some(Vec2::new(0.0, 100.0)));
+    controls.point(None);
+    assert_eq!(controls.input(&VIEW).pointer, None);
+}
+
+#[test]
+fn a_change_leaves_at_once_and_only_once() {
+    let mut outflow = Outflow::default();
+    outflow.note(pressed(Buttons::UP));
+    assert_eq!(sent(&mut outflow, 1000.0), [(1, pressed(Buttons::UP))]);
+    outflow.note(pressed(Buttons::UP));
+    assert!(sent(&mut outflow, 1010.0).is_empty());
+}
+
+#[test]
+fn a_tap_within_a_tick_is_not_lost() {
+    let mut outflow = Outflow::default();
+    outflow.note(pressed(Buttons::FIRE));
+    outflow.note(pressed(Buttons::default()));
+    let buttons: Vec<_> = sent(&mut outflow, 5.0).iter().map(|(_, i)| i.buttons).collect();
+    assert_eq!(buttons, [Buttons::FIRE, Buttons::default()]);
+}
+
+#[test]
+fn moves_are_merged_and_the_rate_is_bounded() {
+    let mut outflow = Outflow::default();
+    let mut count = 0;
+    for ms in 0..1000 {
+        let pointer = Some(Vec2::new(ms as f32, 0.0));
+        outflow.note(Input { buttons: Buttons::default(), pointer });
+        count += sent(&mut outflow, f64::from(ms)).len();
+    }
+    assert!((55..=64).contains(&count), "{count} inputs in a second");
+}
+
+#[test]
+fn what_is_held_is_repeated() {
+    let mut outflow = Outflow::default();
+    outflow.note(pressed(Buttons::LEFT));
+    let count: usize = (0..1000).map(|ms| sent(&mut outflow, f64::from(ms)).len()).sum();
+    assert!((11..=14).contains(&count), "{count} inputs in a second");
+}

@@ -1,0 +1,99 @@
+//! Figures of a connection and of drawing, over the last second.
+
+use std::collections::VecDeque;
+
+/// Time over which rates are measured, milliseconds.
+const WINDOW_MS: f64 = 1000.0;
+/// Weight of a new round trip in the shown one.
+const PING_SHARE: f64 = 0.3;
+
+/// Counts what comes in and what is drawn.
+#[derive(Debug, Default)]
+pub struct Meter {
+    received: VecDeque<(f64, usize)>,
+    frames: VecDeque<f64>,
+    ping_ms: Option<f64>,
+}
+
+impl Meter {
+    /// A message of so many bytes came.
+    pub fn received(&mut self, now_ms: f64, bytes: usize) {
+        self.received.push_back((now_ms, bytes));
+        while self.received.front().is_some_and(|(at, _)| *at < now_ms - WINDOW_MS) {
+            self.received.pop_front();
+        }
+    }
+
+    /// A frame was drawn.
+    pub fn drawn(&mut self, now_ms: f64) {
+        self.frames.push_back(now_ms);
+        while self.frames.front().is_some_and(|at| *at < now_ms - WINDOW_MS) {
+            self.frames.pop_front();
+        }
+    }
+
+    /// A ping that was sent at `sent_ms` came back.
+    pub fn ponged(&mut self, sent_ms: f64, now_ms: f64) {
+        let trip = (now_ms - sent_ms).max(0.0);
+        self.ping_ms = Some(self.ping_ms.map_or(trip, |old| old + (trip - old) * PING_SHARE));
+    }
+
+    /// Smoothed round trip, milliseconds.
+    pub fn ping_ms(&self) -> Option<f64> {
+        self.ping_ms
+    }
+
+    /// Bytes received in the last second.
+    pub fn bytes_a_second(&self, now_ms: f64) -> usize {
+        let recent = self.received.iter().filter(|(at, _)| *at >= now_ms - WINDOW_MS);
+        recent.map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Frames drawn in the last second.
+    pub fn frames_a_second(&self, now_ms: f64) -> usize {
+        self.frames.iter().filter(|at| **at >= now_ms - WINDOW_MS).count()
+    }
+
+    /// Bars of the signal mark, 0..=4, for a connection that was last heard `silence_ms` ago.
+    pub fn bars(&self, silence_ms: f64) -> u8 {
+        match self.ping_ms {
+            _ if silence_ms > 1500.0 => 0,
+            None => 4,
+            Some(ping) if ping < 70.0 => 4,
+            Some(ping) if ping < 130.0 => 3,
+            Some(ping) if ping < 250.0 => 2,
+            Some(_) => 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_cover_the_last_second() {
+        let mut meter = Meter::default();
+        for ms in 0..3000 {
+            meter.received(f64::from(ms), 10);
+            if ms % 20 == 0 {
+                meter.drawn(f64::from(ms));
+            }
+        }
+        assert_eq!(meter.bytes_a_second(2999.0), 10_010);
+        assert_eq!(meter.frames_a_second(2999.0), 50);
+        assert_eq!(meter.bytes_a_second(9000.0), 0);
+    }
+
+    #[test]
+    fn bars_fall_with_ping_and_silence() {
+        let mut meter = Meter::default();
+        meter.ponged(0.0, 20.0);
+        assert_eq!(meter.bars(10.0), 4);
+        assert_eq!(meter.bars(5000.0), 0);
+        for _ in 0..40 {
+            meter.ponged(0.0, 400.0);
+        }
+        assert_eq!(meter.bars(10.0), 1);
+    }
+}

@@ -1,0 +1,333 @@
+//! The page as a whole: which screen is on, the loop of frames, and the routes between them.
+//! `/` is the lobby, `/CODE` a room, `/?demo=SCENE` a room in the page.
+
+use super::graphics::{self, Graphics};
+use super::hud::{Hud, Tags};
+use super::lobby::{self, Lobby};
+use super::play::{Play, State};
+use super::socket::SocketEvent;
+use super::touchpad::Touchpad;
+use super::{dom, notice, profile};
+use crate::demo::{Demo, DemoRequest};
+use crate::words::{self, Way};
+use jostle_protocol::Appearance;
+use jostle_sim::{Buttons, Scene};
+use std::cell::RefCell;
+use std::sync::Arc;
+use wasm_bindgen::closure::Closure;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::HtmlElement;
+
+/// Duties besides frames (reconnecting, refreshing the lobby) are looked at so often.
+const PULSE_MS: i32 = 200;
+
+/// The page.
+pub struct App {
+    /// Who plays.
+    pub appearance: Appearance,
+    /// The lobby.
+    pub lobby: Lobby,
+    /// The game that is on, if one is.
+    pub play: Option<Play>,
+    /// Thumbs.
+    pub touchpad: Touchpad,
+    /// The hud.
+    pub hud: Hud,
+    /// Frames drawn since the page was opened.
+    pub drawn_frames: u64,
+    tags: Tags,
+    graphics: Option<Graphics>,
+    /// Why there are no graphics, once it was tried.
+    unsupported: bool,
+    context_lost: bool,
+    shown: Option<&'static str>,
+    calm: bool,
+    keep_pixels: bool,
+}
+
+thread_local! {
+    static APP: RefCell<Option<App>> = const { RefCell::new(None) };
+}
+
+/// Works on the app. Does nothing when called from within such work, which only events of our own
+/// making (a focus that moves) could do.
+pub fn with<R>(work: impl FnOnce(&mut App) -> R) -> Option<R> {
+    APP.with(|cell| {
+        let mut guard = cell.try_borrow_mut().ok()?;
+        guard.as_mut().map(work)
+    })
+}
+
+/// Builds the app, listens to the page, shows what the address asks for.
+pub fn start() {
+    let appearance = profile::load();
+    lobby::wear(appearance.color);
+    let app = App {
+        appearance,
+        lobby: Lobby::default(),
+        play: None,
+        touchpad: Touchpad::default(),
+        hud: Hud::default(),
+        drawn_frames: 0,
+        tags: Tags::default(),
+        graphics: None,
+        unsupported: false,
+        context_lost: false,
+        shown: None,
+        calm: dom::media("(prefers-reduced-motion: reduce)"),
+        keep_pixels: false,
+    };
+    APP.with(|cell| *cell.borrow_mut() = Some(app));
+    lobby::listen();
+    super::controls::listen();
+    notice::listen();
+    graphics::watch_context(
+        || {
+            with(|app| app.context_lost = true);
+        },
+        || {
+            with(App::restore_graphics);
+        },
+    );
+    dom::listen(&dom::window(), "popstate", |_: web_sys::Event| {
+        with(App::route);
+    });
+    dom::listen(&dom::window(), "online", |_: web_sys::Event| {
+        with(|app| app.play.as_mut().map(Play::hurry));
+    });
+    dom::every(PULSE_MS, || {
+        with(App::pulse);
+    });
+    with(App::route);
+    run_frames();
+}
+
+/// Calls `App::frame` for every frame of the browser.
+fn run_frames() {
+    thread_local! {
+        static FRAME: Closure<dyn FnMut(f64)> = Closure::new(|_: f64| {
+            with(App::frame);
+            run_frames();
+        });
+    }
+    FRAME.with(|closure| {
+        dom::window()
+            .request_animation_frame(closure.as_ref().unchecked_ref())
+            .expect("a window draws frames");
+    });
+}
+
+/// Enters a room from the lobby: the address becomes the room's link.
+pub fn enter(code: &str) {
+    go_to(&format!("/{code}"));
+}
+
+/// Back to the lobby.
+pub fn leave() {
+    with(|app| {
+        if let Some(play) = &app.play {
+            profile::set_seat_token(&play.code, None);
+        }
+    });
+    go_to("/");
+}
+
+fn go_to(path: &str) {
+    let history = dom::window().history().expect("a page has a history");
+    if history.push_state_with_url(&JsValue::NULL, "", Some(path)).is_ok() {
+        with(App::route);
+    }
+}
+
+fn report(generation: u32, event: SocketEvent) {
+    with(|app| {
+        if let Some(play) = &mut app.play {
+            play.on_socket(generation, event);
+        }
+        app.show_state();
+    });
+}
+
+impl App {
+    /// Shows what the address asks for.
+    fn route(&mut self) {
+        let location = dom::window().location();
+        let path = location.pathname().unwrap_or_default();
+        let query = location.search().unwrap_or_default();
+        self.end_play();
+        if let Some(request) = DemoRequest::parse(&query) {
+            self.start_demo(&request);
+        } else if let Some(code) = room_code(&path) {
+            self.play = Some(Play::join(code, self.appearance.clone(), report));
+        } else {
+            self.lobby.show(&self.appearance, dom::now_ms());
+        }
+        self.show_state();
+        if self.play.is_some() {
+            let _ = dom::by_id::<HtmlElement>("stage").focus();
+        }
+    }
+
+    fn end_play(&mut self) {
+        self.play = None;
+        self.hud.clear();
+        self.tags.clear();
+        self.touchpad.release();
+        notice::hide();
+        dom::show(&dom::by_id("help"), false);
+    }
+
+    fn start_demo(&mut self, request: &DemoRequest) {
+        let mut scenes = Scene::built_in();
+        let Some(place) = scenes.iter().position(|scene| scene.name == request.scene) else {
+            return notice::show(&words::NO_SUCH_SCENE);
+        };
+        let scene = Arc::new(scenes.swap_remove(place));
+        let demo = Demo::new(scene, request.seed, request.bots, request.ticks.is_some());
+        let appearance = match request.ticks {
+            // The picture must not depend on who looks at it.
+            Some(_) => Appearance { name: "Jo".into(), color: 0 },
+            None => self.appearance.clone(),
+        };
+        let mut play = Play::demo(demo, appearance);
+        self.keep_pixels = true;
+        if let Some(ticks) = request.ticks {
+            play.freeze_at(ticks);
+            dom::set(&dom::root(), "data-hud", if request.hud { "yes" } else { "no" });
+            self.drawn_frames = 0;
+        }
+        self.play = Some(play);
+    }
+
+    /// What `data-state` says now. A frozen picture counts once it is drawn.
+    pub fn state(&self) -> &'static str {
+        match &self.play {
+            _ if self.unsupported && self.play.is_some() => "unsupported",
+            Some(play) if play.state() == State::Frozen && self.drawn_frames == 0 => "connecting",
+            Some(play) => play.state().name(),
+            None if notice::is_shown() => "refused",
+            None => "lobby",
+        }
+    }
+
+    /// Tells the page's styles, tests and reader what state it is in.
+    fn show_state(&mut self) {
+        let state = self.state();
+        if self.shown != Some(state) {
+            self.shown = Some(state);
+            let _ = dom::root().dataset().set("state", state);
+        }
+        let Some(play) = &self.play else { return };
+        match (state, &play.notice) {
+            ("unsupported", _) => notice::show(&words::NO_WEBGL2),
+            ("refused", Some(reason)) => notice::show(reason),
+            ("connecting", _) if play.state() == State::Connecting => {
+                notice::show(&words::connecting(play.attempts()));
+            }
+            ("reconnecting", _) => notice::show(&words::RECONNECTING),
+            _ => notice::hide(),
+        }
+    }
+
+    /// What does not wait for a frame.
+    fn pulse(&mut self) {
+        let now = dom::now_ms();
+        if let Some(play) = &mut self.play {
+            if play.wants_socket(now) {
+                play.connect(report);
+            }
+        } else if !notice::is_shown() {
+            self.lobby.refresh(now);
+        }
+        self.show_state();
+    }
+
+    /// One frame of the browser.
+    fn frame(&mut self) {
+        if self.play.is_none() {
+            return;
+        }
+        self.ready_graphics();
+        let now = dom::now_ms();
+        let size = self.graphics.as_mut().and_then(Graphics::fit);
+        let Some(play) = &mut self.play else { return };
+        play.advance(now, size);
+        if let Some(replica) = play.replica() {
+            self.touchpad.adopt_scene(&replica.scene);
+            let _ = dom::root().dataset().set("tick", &format!("{:.0}", replica.display().floor()));
+        }
+        if size.is_some() && !self.context_lost {
+            self.draw(now);
+        }
+        if let Some(play) = &mut self.play {
+            self.hud.update(play, now);
+        }
+        self.show_state();
+    }
+
+    fn draw(&mut self, now_ms: f64) {
+        let (Some(play), Some(graphics)) = (&mut self.play, &mut self.graphics) else { return };
+        let Some(picture) = play.picture((now_ms / 1000.0) as f32, self.calm) else { return };
+        let drawn = graphics.draw(&picture.frame);
+        let css_per_pixel = css_per_pixel(picture.frame.view.pixels);
+        self.tags.update(picture.replica, &picture.frame.view, css_per_pixel);
+        if drawn {
+            self.drawn_frames += 1;
+            play.meter.drawn(now_ms);
+        }
+    }
+
+    /// Sets up drawing when it is first needed.
+    fn ready_graphics(&mut self) {
+        if self.graphics.is_none() && !self.unsupported && !self.context_lost {
+            self.graphics = Graphics::new(self.keep_pixels);
+            self.unsupported = self.graphics.is_none();
+        }
+    }
+
+    /// The browser gave the context back: nothing that was made with the old one works.
+    fn restore_graphics(&mut self) {
+        self.graphics = None;
+        self.context_lost = false;
+    }
+
+    /// Presses or lets go of buttons that are not keys, and says so at once.
+    pub fn press(&mut self, buttons: Buttons, down: bool) {
+        if let Some(play) = &mut self.play {
+            play.controls.press(buttons, down);
+            play.speak(dom::now_ms());
+        }
+    }
+
+    /// Lets go of everything: no key may stick when its release is never seen.
+    pub fn release(&mut self) {
+        self.touchpad.release();
+        if let Some(play) = &mut self.play {
+            play.controls.release();
+            play.speak(dom::now_ms());
+        }
+    }
+
+    /// Does what the button of a notice says, as far as it concerns this page.
+    pub fn take_way(&mut self, way: Way) {
+        let Some(play) = &mut self.play else { return };
+        match (way, play.state()) {
+            (Way::Again, State::Refused) => play.connect(report),
+            (Way::Again, _) => play.hurry(),
+            (Way::Lobby | Way::Reload, _) => {}
+        }
+        self.show_state();
+    }
+}
+
+/// CSS pixels a device pixel.
+pub fn css_per_pixel(pixels: [u32; 2]) -> f32 {
+    let stage: HtmlElement = dom::by_id("stage");
+    stage.client_width() as f32 / pixels[0].max(1) as f32
+}
+
+/// The room that a path names.
+fn room_code(path: &str) -> Option<&str> {
+    let code = path.trim_matches('/');
+    (!code.is_empty() && code != "index.html").then_some(code)
+}

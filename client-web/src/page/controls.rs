@@ -1,0 +1,257 @@
+//! Listens to keys, pointers and buttons of the game and turns them into controls.
+
+use super::app::{self, App};
+use super::dom;
+use super::touchpad::Touched;
+use jostle_sim::{Buttons, Vec2};
+use wasm_bindgen::JsCast;
+use web_sys::{
+    Element, Event, HtmlElement, HtmlInputElement, KeyboardEvent, MouseEvent, PointerEvent,
+};
+
+/// Starts listening.
+pub fn listen() {
+    listen_keys();
+    listen_pointer();
+    listen_buttons();
+    for (target, kind) in
+        [("window", "blur"), ("window", "pagehide"), ("document", "visibilitychange")]
+    {
+        let release = |_: Event| {
+            app::with(App::release);
+        };
+        match target {
+            "window" => dom::listen(&dom::window(), kind, release),
+            _ => dom::listen(&dom::document(), kind, release),
+        }
+    }
+}
+
+fn listen_keys() {
+    dom::listen_active(&dom::window(), "keydown", |event: KeyboardEvent| {
+        if typing(&event) {
+            return;
+        }
+        // With these held, the system takes keys whose release never comes.
+        if event.ctrl_key() || event.meta_key() || event.alt_key() {
+            app::with(App::release);
+            return;
+        }
+        if command(&event) || !in_play() {
+            event.prevent_default_if(is_command(&event) && in_play());
+            return;
+        }
+        let on_button = dom::target_within(&event, "button, a").is_some();
+        if on_button && matches!(event.code().as_str(), "Space" | "Enter") {
+            return;
+        }
+        if key(&event, true) {
+            event.prevent_default();
+        }
+    });
+    dom::listen(&dom::window(), "keyup", |event: KeyboardEvent| {
+        key(&event, false);
+    });
+}
+
+trait PreventIf {
+    fn prevent_default_if(&self, wanted: bool);
+}
+
+impl PreventIf for KeyboardEvent {
+    fn prevent_default_if(&self, wanted: bool) {
+        if wanted {
+            self.prevent_default();
+        }
+    }
+}
+
+fn is_command(event: &KeyboardEvent) -> bool {
+    matches!(event.code().as_str(), "F2" | "F3") || event.key() == "?"
+}
+
+/// Whether keys steer now: a game is on and nothing covers it.
+fn in_play() -> bool {
+    app::with(|app| app.play.is_some()).unwrap_or(false)
+        && dom::by_id::<HtmlElement>("help").hidden()
+}
+
+/// Whether a key belongs to a text field.
+fn typing(event: &Event) -> bool {
+    let Some(target) = event.target() else { return false };
+    if target.dyn_ref::<HtmlInputElement>().is_some() {
+        return true;
+    }
+    target
+        .dyn_ref::<Element>()
+        .is_some_and(|e| e.closest("[contenteditable]").ok().flatten().is_some())
+}
+
+/// Keys that work on the page and not in the world; `true` if this was one.
+fn command(event: &KeyboardEvent) -> bool {
+    if event.repeat() || !app::with(|app| app.play.is_some()).unwrap_or(false) {
+        return false;
+    }
+    match (event.code().as_str(), event.key().as_str()) {
+        ("F2", _) => {
+            app::with(|app| {
+                if let Some(play) = &mut app.play {
+                    play.bounds_toggled = !play.bounds_toggled;
+                }
+            });
+        }
+        ("F3", _) => {
+            app::with(|app| app.hud.toggle_figures());
+        }
+        (_, "?") => toggle_help(),
+        ("Escape", _) if !dom::by_id::<HtmlElement>("help").hidden() => toggle_help(),
+        _ => return false,
+    }
+    true
+}
+
+fn key(event: &KeyboardEvent, down: bool) -> bool {
+    if event.repeat() {
+        return true;
+    }
+    let known = app::with(|app| {
+        let play = app.play.as_mut()?;
+        let known = play.controls.key(&event.code(), down);
+        play.speak(dom::now_ms());
+        Some(known)
+    });
+    known.flatten().unwrap_or(false)
+}
+
+fn toggle_help() {
+    let help: HtmlElement = dom::by_id("help");
+    let opens = help.hidden();
+    app::with(App::release);
+    dom::show(&help, opens);
+    let focused: HtmlElement = dom::by_id(if opens { "help-close" } else { "stage" });
+    let _ = focused.focus();
+}
+
+fn listen_pointer() {
+    let stage: HtmlElement = dom::by_id("stage");
+    dom::listen_active(&stage, "contextmenu", |event: MouseEvent| event.prevent_default());
+    dom::listen_active(&stage, "pointerdown", |event: PointerEvent| {
+        event.prevent_default();
+        let stage: HtmlElement = dom::by_id("stage");
+        let _ = stage.focus();
+        // Fails for a pointer that is gone again already.
+        let _ = stage.set_pointer_capture(event.pointer_id());
+        notice_touch(&event);
+        app::with(|app| app.pointer_down(&event));
+    });
+    dom::listen(&stage, "pointermove", |event: PointerEvent| {
+        app::with(|app| app.pointer_moved(&event));
+    });
+    for kind in ["pointerup", "pointercancel"] {
+        dom::listen(&stage, kind, |event: PointerEvent| {
+            app::with(|app| app.pointer_up(&event));
+        });
+    }
+    dom::listen(&stage, "pointerleave", |event: PointerEvent| {
+        if event.pointer_type() != "touch" {
+            app::with(App::pointer_left);
+        }
+    });
+}
+
+/// The first touch brings the stick and the tool buttons, also where a mouse is present.
+fn notice_touch(event: &PointerEvent) {
+    let touch = event.pointer_type() == "touch";
+    if touch && dom::root().dataset().get("touch").is_none() {
+        let _ = dom::root().dataset().set("touch", "yes");
+    }
+}
+
+fn place(event: &PointerEvent) -> Vec2 {
+    Vec2::new(event.offset_x() as f32, event.offset_y() as f32)
+}
+
+impl App {
+    fn pointer_down(&mut self, event: &PointerEvent) {
+        if event.pointer_type() == "touch" {
+            let stage: HtmlElement = dom::by_id("stage");
+            let size = Vec2::new(stage.client_width() as f32, stage.client_height() as f32);
+            let touched = self.touchpad.down(event.pointer_id(), place(event), size);
+            return self.touched(touched, event);
+        }
+        self.point(Some(place(event)));
+        if matches!(event.button(), 0 | 2) {
+            self.press(Buttons::FIRE, true);
+        }
+    }
+
+    fn pointer_moved(&mut self, event: &PointerEvent) {
+        if event.pointer_type() == "touch" {
+            let touched = self.touchpad.moved(event.pointer_id(), place(event));
+            return self.touched(touched, event);
+        }
+        self.point(Some(place(event)));
+        // A second button that goes down or up while one is held only shows up as a move.
+        if event.button() >= 0 {
+            self.press(Buttons::FIRE, event.buttons() & 0b11 != 0);
+        }
+    }
+
+    fn pointer_up(&mut self, event: &PointerEvent) {
+        if event.pointer_type() == "touch" {
+            let touched = self.touchpad.up(event.pointer_id());
+            return self.touched(touched, event);
+        }
+        self.press(Buttons::FIRE, event.buttons() & 0b11 != 0);
+    }
+
+    fn pointer_left(&mut self) {
+        self.press(Buttons::FIRE, false);
+        self.point(None);
+    }
+
+    fn touched(&mut self, touched: Touched, event: &PointerEvent) {
+        match touched {
+            Touched::Steer(directions) => {
+                if let Some(play) = &mut self.play {
+                    play.controls.steer(directions);
+                    play.speak(dom::now_ms());
+                }
+            }
+            Touched::Aim(buttons, down) => {
+                self.point(Some(place(event)));
+                self.press(buttons, down);
+            }
+            Touched::Move => self.point(Some(place(event))),
+            Touched::Nothing => {}
+        }
+    }
+
+    fn point(&mut self, css: Option<Vec2>) {
+        let Some(play) = &mut self.play else { return };
+        let scale = app::css_per_pixel(play.view().pixels).max(f32::MIN_POSITIVE);
+        play.controls.point(css.map(|at| at / scale));
+        play.speak(dom::now_ms());
+    }
+}
+
+fn listen_buttons() {
+    dom::listen(&dom::by_id::<HtmlElement>("leave"), "click", |_: Event| app::leave());
+    dom::listen(&dom::by_id::<HtmlElement>("copy"), "click", |_: Event| copy_link());
+    dom::listen(&dom::by_id::<HtmlElement>("help-button"), "click", |_: Event| toggle_help());
+    dom::listen(&dom::by_id::<HtmlElement>("help-close"), "click", |_: Event| toggle_help());
+    dom::listen(&dom::by_id::<HtmlElement>("signal"), "click", |_: Event| {
+        app::with(|app| app.hud.toggle_figures());
+    });
+    if dom::media("(pointer: coarse)") {
+        let _ = dom::root().dataset().set("touch", "yes");
+    }
+}
+
+/// Puts the page's address into the clipboard and says so on the button.
+fn copy_link() {
+    let button: HtmlElement = dom::by_id("copy");
+    let text = if dom::copy_address() { "Copied" } else { "Copy the address above" };
+    dom::set_text(&button, text);
+    dom::after(1500, move || dom::set_text(&button, "Copy link"));
+}

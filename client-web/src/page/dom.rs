@@ -1,0 +1,176 @@
+//! Short words for what the page does with the DOM all the time. Ids are those of `index.html`;
+//! a missing one is a mistake of ours and ends in a panic that names it.
+
+use wasm_bindgen::closure::Closure;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{Document, Element, Event, EventTarget, HtmlElement, Storage, Window};
+
+/// The window.
+pub fn window() -> Window {
+    web_sys::window().expect("the client runs in a page")
+}
+
+/// The document.
+pub fn document() -> Document {
+    window().document().expect("a page has a document")
+}
+
+/// The root element, whose data attributes say what state the page is in.
+pub fn root() -> HtmlElement {
+    document()
+        .document_element()
+        .and_then(|element| element.dyn_into().ok())
+        .expect("a document has a root")
+}
+
+/// Milliseconds since the page was opened; never runs backwards.
+pub fn now_ms() -> f64 {
+    window().performance().map_or(0.0, |performance| performance.now())
+}
+
+/// The element with an id.
+pub fn by_id<T: JsCast>(id: &str) -> T {
+    let element = document().get_element_by_id(id);
+    let element = element.unwrap_or_else(|| panic!("index.html lacks #{id}"));
+    element.dyn_into().unwrap_or_else(|_| panic!("#{id} is of another kind"))
+}
+
+/// A new element with classes.
+pub fn element(tag: &str, class: &str) -> HtmlElement {
+    let element = document().create_element(tag).expect("tags are valid names");
+    element.set_class_name(class);
+    element.dyn_into().expect("only HTML elements are made here")
+}
+
+/// A new element with classes and text.
+pub fn labelled(tag: &str, class: &str, text: &str) -> HtmlElement {
+    let element = element(tag, class);
+    element.set_text_content(Some(text));
+    element
+}
+
+/// Puts an element at the end of another.
+pub fn append(parent: &Element, child: &Element) {
+    parent.append_child(child).expect("a fresh element fits anywhere");
+}
+
+/// Sets an attribute.
+pub fn set(element: &Element, name: &str, value: &str) {
+    element.set_attribute(name, value).expect("attribute names are valid");
+}
+
+/// Sets a style property.
+pub fn style(element: &HtmlElement, name: &str, value: &str) {
+    element.style().set_property(name, value).expect("a live element takes styles");
+}
+
+/// Sets text if it differs: text that stays is not laid out again.
+pub fn set_text(element: &Element, text: &str) {
+    if element.text_content().as_deref() != Some(text) {
+        element.set_text_content(Some(text));
+    }
+}
+
+/// Shows or hides an element.
+pub fn show(element: &HtmlElement, shown: bool) {
+    if element.hidden() == shown {
+        element.set_hidden(!shown);
+    }
+}
+
+/// Calls `react` for every event of a kind, for as long as the page lives.
+pub fn listen<E: JsCast>(target: &EventTarget, kind: &str, react: impl Fn(E) + 'static) {
+    let closure = Closure::<dyn Fn(Event)>::new(move |event: Event| react(event.unchecked_into()));
+    target
+        .add_event_listener_with_callback(kind, closure.as_ref().unchecked_ref())
+        .expect("event targets take listeners");
+    closure.forget();
+}
+
+/// Like [`listen`], for events whose default is to be prevented.
+pub fn listen_active<E: JsCast>(target: &EventTarget, kind: &str, react: impl Fn(E) + 'static) {
+    let closure = Closure::<dyn Fn(Event)>::new(move |event: Event| react(event.unchecked_into()));
+    let options = web_sys::AddEventListenerOptions::new();
+    options.set_passive(false);
+    target
+        .add_event_listener_with_callback_and_add_event_listener_options(
+            kind,
+            closure.as_ref().unchecked_ref(),
+            &options,
+        )
+        .expect("event targets take listeners");
+    closure.forget();
+}
+
+/// Calls `react` every so many milliseconds, for as long as the page lives.
+pub fn every(interval_ms: i32, react: impl Fn() + 'static) {
+    let closure = Closure::<dyn Fn()>::new(react);
+    window()
+        .set_interval_with_callback_and_timeout_and_arguments_0(
+            closure.as_ref().unchecked_ref(),
+            interval_ms,
+        )
+        .expect("a window has timers");
+    closure.forget();
+}
+
+/// The first element at or above an event's target that matches a selector.
+pub fn target_within(event: &Event, selector: &str) -> Option<HtmlElement> {
+    let target: Element = event.target()?.dyn_into().ok()?;
+    target.closest(selector).ok().flatten()?.dyn_into().ok()
+}
+
+/// Whether a media query holds.
+pub fn media(query: &str) -> bool {
+    window().match_media(query).ok().flatten().is_some_and(|list| list.matches())
+}
+
+/// Storage of the browser for this site, if it is allowed.
+pub fn local_storage() -> Option<Storage> {
+    window().local_storage().ok().flatten()
+}
+
+/// Storage of this tab, if it is allowed.
+pub fn session_storage() -> Option<Storage> {
+    window().session_storage().ok().flatten()
+}
+
+/// A line for whoever debugs the page.
+pub fn warn(text: &str) {
+    web_sys::console::warn_1(&JsValue::from_str(text));
+}
+
+/// Calls `react` once, after what runs now is done.
+pub fn later(react: impl FnOnce() + 'static) {
+    let closure = Closure::once_into_js(react);
+    window()
+        .set_timeout_with_callback_and_timeout_and_arguments_0(closure.unchecked_ref(), 0)
+        .expect("a window has timers");
+}
+
+/// Calls `react` once, so many milliseconds from now.
+pub fn after(delay_ms: i32, react: impl FnOnce() + 'static) {
+    let closure = Closure::once_into_js(react);
+    window()
+        .set_timeout_with_callback_and_timeout_and_arguments_0(closure.unchecked_ref(), delay_ms)
+        .expect("a window has timers");
+}
+
+/// Puts the page's address into the clipboard; `false` if the browser does not let it.
+pub fn copy_address() -> bool {
+    let Ok(address) = window().location().href() else { return false };
+    // Outside of a secure context (a plain http address in a LAN) there is no clipboard object.
+    if window().is_secure_context() {
+        let _ = window().navigator().clipboard().write_text(&address);
+        return true;
+    }
+    let field = element("textarea", "");
+    let Some(area) = field.dyn_ref::<web_sys::HtmlTextAreaElement>() else { return false };
+    area.set_value(&address);
+    append(&root(), &field);
+    area.select();
+    let page = document().dyn_into::<web_sys::HtmlDocument>();
+    let copied = page.is_ok_and(|page| page.exec_command("copy").unwrap_or(false));
+    field.remove();
+    copied
+}

@@ -1,0 +1,320 @@
+//! The hud over the canvas: who is here, what happened, which keys do what, how good the
+//! connection is. Plain DOM, touched only where something changed.
+
+use super::dom;
+use super::play::{Play, State};
+use crate::frame::View;
+use crate::replica::{News, Replica};
+use crate::words::{self, Cap};
+use jostle_protocol::{Appearance, PlayerState};
+use jostle_sim::{Buttons, Scene};
+use web_sys::HtmlElement;
+
+/// Key caps are large for so long after joining, milliseconds.
+const CAPS_LARGE_MS: f64 = 10_000.0;
+/// Text is brought up to date so often, milliseconds.
+const TEXT_MS: f64 = 200.0;
+/// Lines in the feed.
+const FEED_LINES_MAX: u32 = 6;
+
+/// What the hud showed last.
+#[derive(Default)]
+pub struct Hud {
+    scene: Option<String>,
+    caps: Vec<(Cap, HtmlElement)>,
+    players: Vec<PlayerState>,
+    pressed: Buttons,
+    figures_shown: bool,
+    text_ms: f64,
+}
+
+impl Hud {
+    /// Brings the hud up to a frame at `now_ms`.
+    pub fn update(&mut self, play: &mut Play, now_ms: f64) {
+        self.adopt_scene(play);
+        self.light_caps(play, now_ms);
+        while let Some(news) = play.replica_mut().and_then(Replica::next_news) {
+            tell(&news);
+        }
+        if now_ms - self.text_ms >= TEXT_MS {
+            self.text_ms = now_ms;
+            self.update_text(play, now_ms);
+        }
+    }
+
+    /// Forgets what was shown: the game is over or starts anew.
+    pub fn clear(&mut self) {
+        *self = Hud { figures_shown: self.figures_shown, ..Hud::default() };
+        for id in ["caps", "feed", "players", "room-title", "room-code"] {
+            dom::by_id::<HtmlElement>(id).set_text_content(None);
+        }
+        dom::show(&dom::by_id("banner"), false);
+    }
+
+    /// Shows or hides the figures.
+    pub fn toggle_figures(&mut self) {
+        self.figures_shown = !self.figures_shown;
+        self.text_ms = 0.0;
+        dom::show(&dom::by_id("figures"), self.figures_shown);
+        dom::set(&dom::by_id("signal"), "aria-pressed", &self.figures_shown.to_string());
+    }
+
+    fn adopt_scene(&mut self, play: &Play) {
+        let Some(replica) = play.replica() else { return };
+        if self.scene.as_ref() == Some(&replica.scene.source) {
+            return;
+        }
+        self.scene = Some(replica.scene.source.clone());
+        dom::set_text(&dom::by_id("room-title"), &replica.scene.title);
+        let code = if play.is_demo() { "demo, offline".into() } else { format!("/{}", play.code) };
+        dom::set_text(&dom::by_id("room-code"), &code);
+        self.caps = make_caps(&replica.scene);
+        fill_help(&replica.scene);
+    }
+
+    fn light_caps(&mut self, play: &Play, now_ms: f64) {
+        let small = play.joined_ms.is_some_and(|joined| now_ms - joined > CAPS_LARGE_MS);
+        let caps: HtmlElement = dom::by_id("caps");
+        if caps.class_list().contains("small") != small {
+            let _ = caps.class_list().toggle_with_force("small", small);
+        }
+        let pressed = play.controls.buttons();
+        if pressed == self.pressed {
+            return;
+        }
+        self.pressed = pressed;
+        for (cap, element) in &self.caps {
+            let _ = element.class_list().toggle_with_force("down", pressed.contains(cap.buttons));
+        }
+    }
+
+    fn update_text(&mut self, play: &Play, now_ms: f64) {
+        let bars = match play.state() {
+            State::Playing | State::Frozen if !play.is_demo() => {
+                play.meter.bars(play.silence_ms(now_ms))
+            }
+            State::Playing | State::Frozen => 4,
+            _ => 0,
+        };
+        dom::set(&dom::by_id("signal"), "data-bars", &bars.to_string());
+        let ping = play.meter.ping_ms().filter(|_| !play.is_demo() && bars > 0);
+        let ping = ping.map_or(String::new(), |ms| format!("{ms:.0} ms"));
+        dom::set_text(&dom::by_id("ping"), &ping);
+        if let Some(replica) = play.replica()
+            && replica.players() != self.players
+        {
+            self.players = replica.players().to_vec();
+            list_players(&self.players, replica);
+        }
+        if self.figures_shown {
+            show_figures(play, now_ms);
+        }
+        show_banner(play, now_ms);
+    }
+}
+
+fn make_caps(scene: &Scene) -> Vec<(Cap, HtmlElement)> {
+    let parent: HtmlElement = dom::by_id("caps");
+    parent.set_text_content(None);
+    let made = words::caps(scene).into_iter().map(|cap| {
+        let element = dom::element("span", "cap");
+        dom::append(&element, &dom::labelled("kbd", "", cap.key));
+        dom::append(&element, &dom::labelled("span", "does", cap.does));
+        dom::append(&parent, &element);
+        (cap, element)
+    });
+    made.collect()
+}
+
+fn fill_help(scene: &Scene) {
+    dom::set_text(&dom::by_id("help-about"), &scene.about);
+    let list: HtmlElement = dom::by_id("help-keys");
+    list.set_text_content(None);
+    let general =
+        [("?", "this help"), ("F2", "bounds of all bodies"), ("F3", "figures of the connection")];
+    let keys = words::caps(scene).into_iter().map(|cap| (cap.key, cap.does)).chain(general);
+    for (key, does) in keys {
+        dom::append(&list, &dom::labelled("dt", "", key));
+        dom::append(&list, &dom::labelled("dd", "", does));
+    }
+}
+
+/// The CSS value of a player colour.
+pub fn color_of(appearance: &Appearance) -> String {
+    format!("var(--player-{})", appearance.color)
+}
+
+/// A name in its colour, kept apart from the direction of the text around it.
+fn name_element(appearance: &Appearance) -> HtmlElement {
+    let name = dom::labelled("bdi", "", &appearance.name);
+    dom::style(&name, "--color", &color_of(appearance));
+    name
+}
+
+fn list_players(players: &[PlayerState], replica: &Replica) {
+    let list: HtmlElement = dom::by_id("players");
+    list.set_text_content(None);
+    let mut order: Vec<&PlayerState> = players.iter().collect();
+    order.sort_by_key(|p| (std::cmp::Reverse(p.score), p.seat));
+    for player in order {
+        let class = match (player.seat == replica.seat, player.connected) {
+            (true, _) => "own",
+            (false, true) => "",
+            (false, false) => "away",
+        };
+        let line = dom::element("li", class);
+        dom::append(&line, &name_element(&player.appearance));
+        let dot = dom::element("i", "");
+        dom::style(&dot, "--color", &color_of(&player.appearance));
+        dom::append(&line, &dot);
+        dom::append(&line, &dom::labelled("span", "score", &player.score.to_string()));
+        dom::append(&list, &line);
+    }
+}
+
+fn tell(news: &News) {
+    let line = dom::element("li", "");
+    let name = |who: &Appearance| dom::append(&line, &name_element(who));
+    let say = |text: &str| dom::append(&line, &dom::labelled("span", "", text));
+    match news {
+        News::Joined(who) => {
+            name(who);
+            say(" joined");
+        }
+        News::Left(who) => {
+            name(who);
+            say(" left");
+        }
+        News::Hit(by, Some(whom)) => {
+            name(by);
+            say(" splashed ");
+            name(whom);
+        }
+        News::Hit(by, None) => {
+            name(by);
+            say(" hit a hero");
+        }
+        News::Fell(who) => {
+            name(who);
+            say(" fell out of the world");
+        }
+    }
+    let feed: HtmlElement = dom::by_id("feed");
+    dom::append(&feed, &line);
+    while feed.child_element_count() > FEED_LINES_MAX {
+        if let Some(oldest) = feed.first_element_child() {
+            oldest.remove();
+        }
+    }
+}
+
+fn show_figures(play: &Play, now_ms: f64) {
+    let clock = play.clock();
+    let bodies = play.replica().map_or(0, |r| r.bodies().len());
+    let particles = play.replica().map_or(0, |r| r.particles().len());
+    let players = play.replica().map_or(0, |r| r.players().len());
+    let tick = clock.server_tick(now_ms).unwrap_or(0.0);
+    let figures = [
+        ("ping", play.meter.ping_ms().map_or("-".into(), |ms| format!("{ms:.0} ms"))),
+        ("jitter", format!("{:.1} ticks", clock.jitter_ticks())),
+        ("delay", format!("{:.1} ticks", clock.delay_ticks())),
+        ("server tick", format!("{tick:.0}")),
+        ("in", format!("{:.1} kB/s", play.meter.bytes_a_second(now_ms) as f64 / 1000.0)),
+        ("frames", format!("{} /s", play.meter.frames_a_second(now_ms))),
+        ("bodies", bodies.to_string()),
+        ("particles", particles.to_string()),
+        ("players", players.to_string()),
+    ];
+    let list: HtmlElement = dom::by_id("figures");
+    list.set_text_content(None);
+    for (name, value) in figures {
+        dom::append(&list, &dom::labelled("dt", "", name));
+        dom::append(&list, &dom::labelled("dd", "", &value));
+    }
+}
+
+fn show_banner(play: &Play, now_ms: f64) {
+    let banner: HtmlElement = dom::by_id("banner");
+    let Some(closing) = play.closing_ms else { return dom::show(&banner, false) };
+    let seconds = ((closing - now_ms) / 1000.0).ceil().max(0.0);
+    dom::set_text(&banner, &format!("The server closes in {seconds:.0} s"));
+    dom::show(&banner, true);
+}
+
+/// Name tags over heroes.
+#[derive(Default)]
+pub struct Tags {
+    tags: Vec<Tag>,
+}
+
+struct Tag {
+    element: HtmlElement,
+    appearance: Option<Appearance>,
+    size: [f32; 2],
+}
+
+impl Tags {
+    /// Puts a tag over every hero in view. Where two would overlap, the first in seat order stays.
+    pub fn update(&mut self, replica: &Replica, view: &View, css_per_pixel: f32) {
+        let mut placed: Vec<[f32; 4]> = Vec::new();
+        let mut used = 0;
+        for player in replica.players() {
+            let hero = player.hero.and_then(|id| replica.bodies().iter().find(|b| b.id == id));
+            let Some(hero) = hero else { continue };
+            let tag = self.take(used, &player.appearance);
+            used += 1;
+            let above = hero.center + jostle_sim::Vec2::new(0.0, hero.shape.half_extent().y);
+            let at = view.to_pixel(above) * css_per_pixel;
+            let [width, height] = tag.size;
+            let left = (at.x - width * 0.5).round();
+            let top = (at.y - height - 6.0).round();
+            let rect = [left, top, left + width, top + height];
+            let free = !placed.iter().any(|other| overlap(&rect, other));
+            let seen = free && in_view(&rect, view, css_per_pixel);
+            if seen {
+                placed.push(rect);
+                let transform = format!("translate({left}px, {top}px)");
+                dom::style(&tag.element, "transform", &transform);
+            }
+            dom::style(&tag.element, "opacity", if seen { "1" } else { "0" });
+        }
+        for tag in &mut self.tags[used..] {
+            dom::style(&tag.element, "opacity", "0");
+        }
+    }
+
+    /// Removes all tags.
+    pub fn clear(&mut self) {
+        for tag in self.tags.drain(..) {
+            tag.element.remove();
+        }
+    }
+
+    fn take(&mut self, place: usize, appearance: &Appearance) -> &mut Tag {
+        if place == self.tags.len() {
+            let element = dom::element("div", "tag");
+            dom::set(&element, "dir", "auto");
+            dom::append(&dom::by_id::<HtmlElement>("tags"), &element);
+            self.tags.push(Tag { element, appearance: None, size: [0.0; 2] });
+        }
+        let tag = &mut self.tags[place];
+        if tag.appearance.as_ref() != Some(appearance) {
+            dom::set_text(&tag.element, &appearance.name);
+            dom::style(&tag.element, "--color", &color_of(appearance));
+            let size = [tag.element.offset_width(), tag.element.offset_height()];
+            tag.size = size.map(|pixels| pixels as f32);
+            tag.appearance = Some(appearance.clone());
+        }
+        tag
+    }
+}
+
+fn overlap(a: &[f32; 4], b: &[f32; 4]) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+fn in_view(rect: &[f32; 4], view: &View, css_per_pixel: f32) -> bool {
+    let width = view.pixels[0] as f32 * css_per_pixel;
+    let height = view.pixels[1] as f32 * css_per_pixel;
+    rect[0] < width && rect[2] > 0.0 && rect[1] > -4.0 && rect[3] < height
+}

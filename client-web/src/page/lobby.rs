@@ -1,0 +1,272 @@
+//! The lobby: name, colour, the big button, open rooms, scenes. The forms are in `index.html`;
+//! here they are filled and listened to.
+
+use super::app;
+use super::{dom, http, profile};
+use crate::api::{self, Opened, Room, Rooms, SceneCard, Scenes};
+use jostle_protocol::Appearance;
+use web_sys::{Event, HtmlElement, HtmlImageElement, HtmlInputElement, MouseEvent, PointerEvent};
+
+/// Rooms are asked for so often, milliseconds.
+const REFRESH_MS: f64 = 3000.0;
+/// The scene that "Play" opens when no room has a seat.
+const FIRST_SCENE: &str = "arena";
+
+/// What the lobby knows.
+#[derive(Default)]
+pub struct Lobby {
+    rooms: Vec<Room>,
+    scenes: Vec<SceneCard>,
+    asked_ms: f64,
+    busy: bool,
+}
+
+/// Listens to the lobby's forms.
+pub fn listen() {
+    dom::listen(&dom::by_id::<HtmlElement>("join"), "submit", |event: Event| {
+        event.prevent_default();
+        if remember() {
+            app::with(|app| app.lobby.play());
+        }
+    });
+    dom::listen(&dom::by_id::<HtmlElement>("join"), "input", |_: Event| {
+        remember();
+    });
+    dom::listen(&dom::by_id::<HtmlElement>("room-list"), "click", |event: MouseEvent| {
+        let plain = !(event.ctrl_key() || event.meta_key() || event.shift_key());
+        let link = dom::target_within(&event, "a").filter(|_| plain);
+        if let Some(code) = link.and_then(|link| link.get_attribute("data-code")) {
+            event.prevent_default();
+            app::enter(&code);
+        }
+    });
+    dom::listen(&dom::by_id::<HtmlElement>("scene-list"), "click", |event: MouseEvent| {
+        let button = dom::target_within(&event, "button");
+        if let Some(scene) = button.and_then(|button| button.get_attribute("data-scene")) {
+            app::with(|app| app.lobby.open(&scene));
+        }
+    });
+    dom::listen(&dom::by_id::<HtmlElement>("lobby"), "pointermove", |event: PointerEvent| {
+        follow(&event);
+    });
+}
+
+/// The wordmark's hero looks at the pointer.
+fn follow(event: &PointerEvent) {
+    let Ok(Some(hero)) = dom::document().query_selector(".block.hero") else { return };
+    let place = hero.get_bounding_client_rect();
+    let dx = f64::from(event.client_x()) - (place.left() + place.width() * 0.5);
+    let dy = f64::from(event.client_y()) - (place.top() + place.height() * 0.5);
+    let length = (dx * dx + dy * dy).sqrt().max(60.0);
+    if let Ok(hero) = wasm_bindgen::JsCast::dyn_into::<HtmlElement>(hero) {
+        dom::style(&hero, "--gaze-x", &format!("{:.2}", dx / length));
+        dom::style(&hero, "--gaze-y", &format!("{:.2}", dy / length));
+    }
+}
+
+/// Reads name and colour from the form and remembers them; `false` if the name is none, which is
+/// said below the form.
+fn remember() -> bool {
+    let input: HtmlInputElement = dom::by_id("name");
+    let checked = dom::document().query_selector("#colors input:checked").ok().flatten();
+    let color = checked.and_then(|e| e.get_attribute("value")).and_then(|v| v.parse().ok());
+    let color = color.unwrap_or(0);
+    wear(color);
+    match Appearance::new(&input.value(), color) {
+        Ok(appearance) => {
+            let _ = input.remove_attribute("aria-invalid");
+            say("", false);
+            profile::save(&appearance);
+            app::with(|app| app.appearance = appearance);
+            true
+        }
+        Err(error) => {
+            dom::set(&input, "aria-invalid", "true");
+            say(&error.to_string(), true);
+            false
+        }
+    }
+}
+
+/// The page takes the player's colour.
+pub fn wear(color: u8) {
+    dom::style(&dom::root(), "--own", &format!("var(--player-{color})"));
+}
+
+fn say(text: &str, bad: bool) {
+    let note: HtmlElement = dom::by_id("lobby-note");
+    dom::set_text(&note, text);
+    let _ = note.class_list().toggle_with_force("bad", bad);
+}
+
+impl Lobby {
+    /// Fills the form for a player and asks the server what there is.
+    pub fn show(&mut self, appearance: &Appearance, now_ms: f64) {
+        dom::by_id::<HtmlInputElement>("name").set_value(&appearance.name);
+        let selector = format!("#colors input[value='{}']", appearance.color);
+        if let Ok(Some(swatch)) = dom::document().query_selector(&selector)
+            && let Ok(swatch) = wasm_bindgen::JsCast::dyn_into::<HtmlInputElement>(swatch)
+        {
+            swatch.set_checked(true);
+        }
+        self.set_busy(false);
+        say("", false);
+        if self.scenes.is_empty() {
+            http::call("GET", "/api/scenes", None, |answer| {
+                app::with(|app| app.lobby.take_scenes(answer));
+            });
+        }
+        self.ask_rooms(now_ms);
+    }
+
+    /// Asks for the rooms again if it is time.
+    pub fn refresh(&mut self, now_ms: f64) {
+        if now_ms - self.asked_ms >= REFRESH_MS && !dom::document().hidden() {
+            self.ask_rooms(now_ms);
+        }
+    }
+
+    fn ask_rooms(&mut self, now_ms: f64) {
+        self.asked_ms = now_ms;
+        http::call("GET", "/api/rooms", None, |answer| {
+            app::with(|app| app.lobby.take_rooms(answer));
+        });
+    }
+
+    fn take_rooms(&mut self, answer: Option<String>) {
+        let rooms = answer.and_then(|text| serde_json::from_str::<Rooms>(&text).ok());
+        let Some(Rooms { rooms }) = rooms else {
+            return say("The server does not answer; the list may be old.", true);
+        };
+        if rooms != self.rooms {
+            self.rooms = rooms;
+            self.list_rooms();
+        }
+    }
+
+    fn take_scenes(&mut self, answer: Option<String>) {
+        let scenes = answer.and_then(|text| serde_json::from_str::<Scenes>(&text).ok());
+        self.scenes = scenes.unwrap_or_default().scenes;
+        self.list_scenes();
+        self.list_rooms();
+    }
+
+    fn list_rooms(&self) {
+        let list: HtmlElement = dom::by_id("room-list");
+        list.set_text_content(None);
+        for room in &self.rooms {
+            let item = dom::element("li", "");
+            dom::append(&item, &self.room_link(room));
+            dom::append(&list, &item);
+        }
+        dom::show(&dom::by_id("no-rooms"), self.rooms.is_empty());
+    }
+
+    fn room_link(&self, room: &Room) -> HtmlElement {
+        let link = dom::element("a", "");
+        dom::set(&link, "href", &format!("/{}", room.code));
+        dom::set(&link, "data-code", &room.code);
+        if room.players >= room.players_max {
+            dom::set(&link, "aria-disabled", "true");
+        }
+        let thumb = dom::element("span", "thumb");
+        let scene = self.scenes.iter().find(|scene| scene.name == room.scene);
+        if let Some(picture) = scene.and_then(|scene| scene.picture.as_ref()) {
+            dom::style(&thumb, "background-image", &format!("url({picture:?})"));
+        }
+        dom::append(&link, &thumb);
+        dom::append(&link, &dom::labelled("strong", "", &room.title));
+        dom::append(&link, &dom::labelled("span", "code", &format!("/{}", room.code)));
+        let seats = dom::element("span", "seats");
+        let text = format!("{} of {}", room.players, room.players_max);
+        dom::set(&seats, "aria-label", &format!("{text} seats taken"));
+        dom::append(&seats, &dom::labelled("span", "", &text));
+        let (bar, level) = (dom::element("span", "bar"), dom::element("i", ""));
+        let share = 100.0 * f64::from(room.players) / f64::from(room.players_max.max(1));
+        dom::style(&level, "width", &format!("{share:.0}%"));
+        dom::append(&bar, &level);
+        dom::append(&seats, &bar);
+        dom::append(&link, &seats);
+        link
+    }
+
+    fn list_scenes(&self) {
+        let list: HtmlElement = dom::by_id("scene-list");
+        list.set_text_content(None);
+        for scene in &self.scenes {
+            let item = dom::element("li", "");
+            dom::append(&item, &scene_button(scene));
+            dom::append(&list, &item);
+        }
+    }
+
+    /// Joins the liveliest room with a free seat, or opens the first scene.
+    pub fn play(&mut self) {
+        match api::liveliest(&self.rooms) {
+            Some(room) => {
+                let code = room.code.clone();
+                dom::later(move || app::enter(&code));
+            }
+            None => self.open(FIRST_SCENE),
+        }
+    }
+
+    /// Opens a room with a scene and enters it.
+    pub fn open(&mut self, scene: &str) {
+        if self.busy {
+            return;
+        }
+        self.set_busy(true);
+        say("Opening a room\u{2026}", false);
+        http::call("POST", "/api/rooms", Some(&api::open_room(scene)), |answer| {
+            app::with(|app| app.lobby.set_busy(false));
+            let opened = answer.and_then(|text| serde_json::from_str::<Opened>(&text).ok());
+            match opened {
+                Some(Opened::Code { code }) => app::enter(&code),
+                Some(Opened::Error { error }) => say(&error, true),
+                None => say("The server does not answer: check the connection.", true),
+            }
+        });
+    }
+
+    fn set_busy(&mut self, busy: bool) {
+        self.busy = busy;
+        let play: HtmlElement = dom::by_id("play");
+        if busy {
+            dom::set(&play, "aria-busy", "true");
+        } else {
+            let _ = play.remove_attribute("aria-busy");
+        }
+    }
+}
+
+fn scene_button(scene: &SceneCard) -> HtmlElement {
+    let button = dom::element("button", "");
+    dom::set(&button, "type", "button");
+    dom::set(&button, "data-scene", &scene.name);
+    match &scene.picture {
+        Some(picture) => {
+            let image = dom::element("img", "picture");
+            dom::set(&image, "alt", "");
+            dom::set(&image, "loading", "lazy");
+            dom::set(&image, "width", "640");
+            dom::set(&image, "height", "360");
+            if let Some(image) = wasm_bindgen::JsCast::dyn_ref::<HtmlImageElement>(&image) {
+                image.set_src(picture);
+            }
+            dom::append(&button, &image);
+        }
+        None => dom::append(&button, &dom::element("span", "picture")),
+    }
+    dom::append(&button, &dom::labelled("strong", "", &scene.title));
+    dom::append(&button, &dom::labelled("span", "about", &scene.about));
+    let go = dom::element("span", "go");
+    let seats = match scene.players_max {
+        1 => "1 player".to_owned(),
+        many => format!("up to {many} players"),
+    };
+    dom::append(&go, &dom::labelled("span", "", &seats));
+    dom::append(&go, &dom::labelled("b", "", "Open"));
+    dom::append(&button, &go);
+    button
+}

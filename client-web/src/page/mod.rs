@@ -1,0 +1,27 @@
+//! Everything that touches the browser. Exists on wasm only.
+
+mod app;
+mod controls;
+mod dom;
+mod graphics;
+mod hooks;
+mod http;
+mod hud;
+mod lobby;
+mod notice;
+mod play;
+mod profile;
+mod socket;
+mod touchpad;
+
+use wasm_bindgen::prelude::wasm_bindgen;
+
+/// Called once, when the wasm is loaded.
+#[wasm_bindgen(start)]
+fn main() {
+    // A panic ends this instance; without a word it would only say "unreachable".
+    std::panic::set_hook(Box::new(|info| {
+        web_sys::console::error_1(&wasm_bindgen::JsValue::from_str(&info.to_string()));
+    }));
+    app::start();
+}

@@ -1,0 +1,478 @@
+//! One game on the page: the link to its room, the copy of the room, time, intent and view. It
+//! decides nothing about the world; it moves bytes in and frames out.
+
+use super::dom;
+use super::profile;
+use super::socket::{Socket, SocketEvent};
+use crate::camera::{Camera, Target};
+use crate::clock::Clock;
+use crate::demo::Demo;
+use crate::frame::{Frame, View};
+use crate::input::{Controls, Outflow};
+use crate::meter::Meter;
+use crate::reconnect::Backoff;
+use crate::replica::{Eye, Replica};
+use crate::words::{self, Notice};
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Snapshot, VERSION};
+use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
+use std::sync::Arc;
+
+/// A socket that says nothing for so long is given up, milliseconds.
+const SILENCE_MS: f64 = 6000.0;
+/// Milliseconds between two pings.
+const PING_MS: f64 = 1000.0;
+/// Without a frame for so long the page is hidden: messages move the display then.
+const UNSEEN_MS: f64 = 500.0;
+
+/// What the page is doing, as `data-state` says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Waiting for the first seat.
+    Connecting,
+    /// Seated.
+    Playing,
+    /// The socket was lost; the world stays on view.
+    Reconnecting,
+    /// The session ended; a notice says why.
+    Refused,
+    /// A scripted demo stands still.
+    Frozen,
+}
+
+impl State {
+    /// The value of `data-state`.
+    pub fn name(self) -> &'static str {
+        match self {
+            State::Connecting => "connecting",
+            State::Playing => "playing",
+            State::Reconnecting => "reconnecting",
+            State::Refused => "refused",
+            State::Frozen => "frozen",
+        }
+    }
+}
+
+/// The other end.
+enum Link {
+    /// A room on the server.
+    Server { socket: Option<Socket>, backoff: Backoff, generation: u32 },
+    /// A room in the page.
+    Demo(Box<Demo>),
+}
+
+/// One game.
+pub struct Play {
+    /// The word in the room's link.
+    pub code: String,
+    /// What the player is to be told, if the session ended.
+    pub notice: Option<Notice>,
+    /// Keys, pointer and thumbs.
+    pub controls: Controls,
+    /// Figures.
+    pub meter: Meter,
+    /// The bounds view was switched from the scene's own choice.
+    pub bounds_toggled: bool,
+    /// When the first seat was taken.
+    pub joined_ms: Option<f64>,
+    /// When the server will close.
+    pub closing_ms: Option<f64>,
+    appearance: Appearance,
+    state: State,
+    link: Link,
+    replica: Option<Replica>,
+    clock: Clock,
+    outflow: Outflow,
+    camera: Option<Camera>,
+    view: View,
+    heard_ms: f64,
+    pinged_ms: f64,
+    framed_ms: f64,
+    opened_ms: f64,
+}
+
+/// Frames are drawn with this.
+pub struct Picture<'a> {
+    /// The copy of the room.
+    pub replica: &'a Replica,
+    /// What to draw.
+    pub frame: Frame<'a>,
+}
+
+impl Play {
+    /// A game in a room of the server. `report` is told what the socket of a generation does.
+    pub fn join(
+        code: &str,
+        appearance: Appearance,
+        report: impl Fn(u32, SocketEvent) + Clone + 'static,
+    ) -> Play {
+        let backoff = Backoff::default();
+        let mut play =
+            Play::new(code, appearance, Link::Server { socket: None, backoff, generation: 0 });
+        play.connect(report);
+        play
+    }
+
+    /// A game in a room of the page.
+    pub fn demo(demo: Demo, appearance: Appearance) -> Play {
+        let mut play = Play::new("demo", appearance, Link::Demo(Box::new(demo)));
+        play.hello();
+        play
+    }
+
+    fn new(code: &str, appearance: Appearance, link: Link) -> Play {
+        let now = dom::now_ms();
+        Play {
+            code: code.to_owned(),
+            notice: None,
+            controls: Controls::default(),
+            meter: Meter::default(),
+            bounds_toggled: false,
+            joined_ms: None,
+            closing_ms: None,
+            appearance,
+            state: State::Connecting,
+            link,
+            replica: None,
+            clock: Clock::default(),
+            outflow: Outflow::default(),
+            camera: None,
+            view: View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] },
+            heard_ms: now,
+            pinged_ms: now,
+            framed_ms: now,
+            opened_ms: now,
+        }
+    }
+
+    /// What the page is doing.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// The copy of the room, once there is one.
+    pub fn replica(&self) -> Option<&Replica> {
+        self.replica.as_ref()
+    }
+
+    /// The copy of the room, to take its news.
+    pub fn replica_mut(&mut self) -> Option<&mut Replica> {
+        self.replica.as_mut()
+    }
+
+    /// Time as this game sees it.
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// The view of the last frame.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// Whether the room is in the page.
+    pub fn is_demo(&self) -> bool {
+        matches!(self.link, Link::Demo(_))
+    }
+
+    /// Milliseconds since the other end was last heard.
+    pub fn silence_ms(&self, now_ms: f64) -> f64 {
+        now_ms - self.heard_ms
+    }
+
+    /// Opens a new socket in place of the old one.
+    pub fn connect(&mut self, report: impl Fn(u32, SocketEvent) + Clone + 'static) {
+        let Link::Server { socket, backoff, generation } = &mut self.link else { return };
+        *generation += 1;
+        let own = *generation;
+        let opened = Socket::open(&format!("/{}", self.code), move |event| report(own, event));
+        if opened.is_none() {
+            backoff.lost(dom::now_ms(), js_sys::Math::random());
+        }
+        *socket = opened;
+        self.opened_ms = dom::now_ms();
+        self.notice = None;
+        if self.state == State::Refused {
+            self.state = State::Connecting;
+        }
+    }
+
+    /// Takes what the socket of a generation reports; an older socket is not listened to.
+    pub fn on_socket(&mut self, from: u32, event: SocketEvent) {
+        if !matches!(&self.link, Link::Server { generation, .. } if *generation == from) {
+            return;
+        }
+        match event {
+            SocketEvent::Opened => self.hello(),
+            SocketEvent::Message(bytes) => {
+                let now = dom::now_ms();
+                self.receive(&bytes, now);
+                self.keep_up_unseen(now);
+            }
+            SocketEvent::Closed { code } => self.closed(code),
+        }
+    }
+
+    fn hello(&mut self) {
+        let appearance = self.appearance.clone();
+        let token = profile::seat_token(&self.code).filter(|_| !self.is_demo());
+        self.heard_ms = dom::now_ms();
+        self.send(&ClientMessage::Hello { version: VERSION, appearance, token });
+    }
+
+    fn send(&mut self, message: &ClientMessage) {
+        let bytes = message.encode();
+        match &mut self.link {
+            Link::Server { socket, .. } => {
+                if let Some(socket) = socket {
+                    socket.send(&bytes);
+                }
+            }
+            Link::Demo(demo) => demo.receive(&bytes),
+        }
+    }
+
+    fn receive(&mut self, bytes: &[u8], now_ms: f64) {
+        self.heard_ms = now_ms;
+        self.meter.received(now_ms, bytes.len());
+        match ServerMessage::decode(bytes) {
+            Ok(ServerMessage::Snapshot(coded)) => self.file(&coded, now_ms),
+            Ok(ServerMessage::Welcome { seat, token, room, scene_name, scene, .. }) => {
+                match Scene::parse(&format!("{scene_name}.toml"), &scene) {
+                    Ok(scene) => self.welcome(Arc::new(scene), Seat(seat), token, room),
+                    Err(error) => {
+                        dom::warn(&format!("the server's scene: {error}"));
+                        self.refuse(words::refused(jostle_protocol::Refusal::Version));
+                    }
+                }
+            }
+            Ok(ServerMessage::Refused { refusal }) => {
+                // The seat is gone, or somebody else's: never ask for it again.
+                if refusal != jostle_protocol::Refusal::Closing {
+                    profile::set_seat_token(&self.code, None);
+                }
+                self.refuse(words::refused(refusal));
+            }
+            Ok(ServerMessage::Draining { seconds }) => {
+                self.closing_ms = Some(now_ms + f64::from(seconds) * 1000.0);
+            }
+            Ok(ServerMessage::Pong { stamp, .. }) => {
+                self.meter.ponged(f64::from(stamp), now_ms.floor());
+            }
+            Err(error) => self.misunderstood(&error.to_string()),
+        }
+    }
+
+    fn welcome(&mut self, scene: Arc<Scene>, seat: Seat, token: u64, room: String) {
+        if !self.is_demo() {
+            profile::set_seat_token(&self.code, Some(token));
+        }
+        if let Link::Server { backoff, .. } = &mut self.link {
+            backoff.reset();
+        }
+        let world = scene.size;
+        let same = self.replica.as_ref().is_some_and(|old| old.scene.source == scene.source);
+        if self.camera.is_none() || !same {
+            self.camera = Some(Camera::new(scene.camera, world));
+        }
+        self.replica = Some(Replica::new(scene, seat, room));
+        self.clock = Clock::default();
+        self.outflow = Outflow::default();
+        self.closing_ms = None;
+        self.joined_ms.get_or_insert(dom::now_ms());
+        self.state = State::Playing;
+    }
+
+    fn file(&mut self, coded: &[u8], now_ms: f64) {
+        let Some(replica) = &mut self.replica else { return };
+        match Snapshot::decode(coded, replica.newest()) {
+            Ok((snapshot, events)) => {
+                self.clock.arrived(snapshot.tick, now_ms);
+                replica.file(snapshot, events);
+            }
+            Err(error) => self.misunderstood(&error.to_string()),
+        }
+    }
+
+    /// What cannot be read cannot be built upon: a new socket gets a keyframe.
+    fn misunderstood(&mut self, why: &str) {
+        dom::warn(&format!("a message of the server cannot be read: {why}"));
+        self.drop_socket();
+    }
+
+    /// Closes the socket as if the network had; the page then reconnects.
+    pub fn drop_socket(&mut self) {
+        let Link::Server { socket, .. } = &mut self.link else { return };
+        if socket.take().is_some() {
+            self.closed(1006);
+        }
+    }
+
+    fn refuse(&mut self, notice: Notice) {
+        self.notice = Some(notice);
+        self.state = State::Refused;
+        self.closing_ms = None;
+    }
+
+    fn closed(&mut self, code: u16) {
+        if self.state == State::Refused {
+            return;
+        }
+        if let Some(refusal) = words::refusal_of_close(code) {
+            return self.refuse(words::refused(refusal));
+        }
+        if self.state == State::Playing {
+            self.state = State::Reconnecting;
+        }
+        self.controls.release();
+        if let Link::Server { backoff, .. } = &mut self.link {
+            backoff.lost(dom::now_ms(), js_sys::Math::random());
+        }
+    }
+
+    /// Attempts since the last good connection.
+    pub fn attempts(&self) -> u32 {
+        match &self.link {
+            Link::Server { backoff, .. } => backoff.attempts(),
+            Link::Demo(_) => 0,
+        }
+    }
+
+    /// Whether a new socket is to be opened now.
+    pub fn wants_socket(&mut self, now_ms: f64) -> bool {
+        if self.state == State::Refused {
+            return false;
+        }
+        self.give_up_silent(now_ms);
+        match &mut self.link {
+            Link::Server { backoff, .. } => backoff.due(now_ms),
+            Link::Demo(_) => false,
+        }
+    }
+
+    /// A link that died without a word never reports its end.
+    fn give_up_silent(&mut self, now_ms: f64) {
+        let quiet_ms = now_ms - self.heard_ms.max(self.opened_ms);
+        if quiet_ms > SILENCE_MS {
+            self.drop_socket();
+        }
+    }
+
+    /// The network is back or the player asks: no more waiting.
+    pub fn hurry(&mut self) {
+        if let Link::Server { backoff, .. } = &mut self.link {
+            backoff.hurry();
+        }
+    }
+
+    /// Sends what is due: an input, a ping.
+    pub fn speak(&mut self, now_ms: f64) {
+        if self.state != State::Playing {
+            return;
+        }
+        self.outflow.note(self.controls.input(&self.view));
+        while let Some((seq, input)) = self.outflow.due(now_ms) {
+            self.send(&ClientMessage::Input { seq, input });
+        }
+        if now_ms - self.pinged_ms >= PING_MS {
+            self.pinged_ms = now_ms;
+            self.send(&ClientMessage::Ping { stamp: now_ms as u32 });
+        }
+    }
+
+    /// Browsers stop the frames of a hidden page but not its messages: they keep the copy new, the
+    /// pings going, and the way back short.
+    fn keep_up_unseen(&mut self, now_ms: f64) {
+        if now_ms - self.framed_ms < UNSEEN_MS {
+            return;
+        }
+        self.speak(now_ms);
+        self.move_display(now_ms);
+    }
+
+    fn move_display(&mut self, now_ms: f64) {
+        let eye = self.eye();
+        if let (Some(replica), Some(tick)) = (&mut self.replica, self.clock.display(now_ms)) {
+            replica.advance(tick, eye);
+        }
+    }
+
+    fn eye(&self) -> Eye {
+        Eye { pointer: self.controls.pointer(&self.view), bounds: self.bounds() }
+    }
+
+    /// Whether bounds are drawn: always where bodies are selected by them, else on demand.
+    pub fn bounds(&self) -> bool {
+        let own = self.replica.as_ref().is_some_and(|r| r.scene.tools.contains(Tools::SELECT));
+        own != self.bounds_toggled
+    }
+
+    /// Brings everything to `now_ms` on a canvas of `pixels`: room in the page, display, camera,
+    /// intent.
+    pub fn advance(&mut self, now_ms: f64, pixels: Option<[u32; 2]>) {
+        let elapsed_s = ((now_ms - self.framed_ms) / 1000.0).clamp(0.0, 0.25) as f32;
+        self.framed_ms = now_ms;
+        if self.state != State::Frozen {
+            if let Link::Demo(demo) = &mut self.link {
+                demo.advance(now_ms);
+            }
+            self.hear_demo(now_ms);
+            self.move_display(now_ms);
+        }
+        self.look(pixels, elapsed_s);
+        self.speak(now_ms);
+    }
+
+    fn hear_demo(&mut self, now_ms: f64) {
+        let Link::Demo(demo) = &mut self.link else { return };
+        for bytes in demo.take() {
+            self.receive(&bytes, now_ms);
+        }
+    }
+
+    fn look(&mut self, pixels: Option<[u32; 2]>, elapsed_s: f32) {
+        let (Some(pixels), Some(camera)) = (pixels, &mut self.camera) else { return };
+        let hero = self.replica.as_ref().and_then(|replica| replica.own_hero());
+        let hero = hero.map(|hero| (hero.center, hero.velocity));
+        self.view = camera.view(Target { pixels, hero, elapsed_s });
+    }
+
+    /// Plays a scripted demo to its end as fast as it goes, and stands still there.
+    pub fn freeze_at(&mut self, ticks: u32) {
+        self.hear_demo(0.0);
+        for _ in 0..ticks {
+            let Link::Demo(demo) = &mut self.link else { return };
+            demo.tick();
+            self.hear_demo(0.0);
+            let eye = Eye { pointer: None, bounds: self.bounds() };
+            if let Some(replica) = &mut self.replica
+                && let Some(tick) = replica.newest().map(|snapshot| snapshot.tick)
+            {
+                replica.advance(f64::from(tick), eye);
+            }
+        }
+        self.state = State::Frozen;
+    }
+
+    /// What to draw now, or `None` before the first snapshot. `time` is the page's age in seconds.
+    pub fn picture(&self, time: f32, calm: bool) -> Option<Picture<'_>> {
+        let replica = self.replica.as_ref().filter(|replica| replica.newest().is_some())?;
+        let frozen = self.state == State::Frozen;
+        let tick_s = (replica.display() / f64::from(TICKS_PER_SECOND)) as f32;
+        let frame = Frame {
+            view: self.view,
+            world_size: replica.scene.size,
+            bodies: replica.bodies(),
+            particles: replica.particles(),
+            recipes: &replica.scene.recipes,
+            particle_lead: if frozen { 0.0 } else { replica.particle_lead() },
+            effects: replica.effects(),
+            time: if frozen { tick_s } else { time },
+            bounds: self.bounds(),
+            calm,
+            own_seat: Some(replica.seat),
+            pointer: if frozen { None } else { self.controls.pointer(&self.view) },
+            dimmed: matches!(self.state, State::Reconnecting | State::Refused),
+        };
+        Some(Picture { replica, frame })
+    }
+}

@@ -1,0 +1,57 @@
+//! Who plays: name and colour, remembered by the browser.
+
+use super::dom;
+use crate::words;
+use jostle_protocol::{Appearance, limits};
+
+const NAME_KEY: &str = "jostle.name";
+const COLOR_KEY: &str = "jostle.color";
+
+/// The remembered player, or a friendly stranger who is remembered from now on.
+pub fn load() -> Appearance {
+    let stored = |key| dom::local_storage().and_then(|s| s.get_item(key).ok().flatten());
+    let color = stored(COLOR_KEY).and_then(|text| text.parse().ok());
+    let color = color.filter(|c| *c < limits::COLORS).unwrap_or_else(random_color);
+    let name = stored(NAME_KEY).unwrap_or_default();
+    Appearance::new(&name, color).unwrap_or_else(|_| {
+        let stranger = Appearance { name: words::friendly_name(random_bits()), color };
+        save(&stranger);
+        stranger
+    })
+}
+
+/// Remembers the player.
+pub fn save(appearance: &Appearance) {
+    if let Some(storage) = dom::local_storage() {
+        // A full or forbidden storage only means that the next visit starts anew.
+        let _ = storage.set_item(NAME_KEY, &appearance.name);
+        let _ = storage.set_item(COLOR_KEY, &appearance.color.to_string());
+    }
+}
+
+/// The token of the seat that this tab had in a room.
+pub fn seat_token(code: &str) -> Option<u64> {
+    let text = dom::session_storage()?.get_item(&seat_key(code)).ok()??;
+    u64::from_str_radix(&text, 16).ok()
+}
+
+/// Remembers the token of a seat, or forgets it.
+pub fn set_seat_token(code: &str, token: Option<u64>) {
+    let Some(storage) = dom::session_storage() else { return };
+    let _ = match token {
+        Some(token) => storage.set_item(&seat_key(code), &format!("{token:x}")),
+        None => storage.remove_item(&seat_key(code)),
+    };
+}
+
+fn seat_key(code: &str) -> String {
+    format!("jostle.seat.{code}")
+}
+
+fn random_bits() -> u32 {
+    (js_sys::Math::random() * f64::from(u32::MAX)) as u32
+}
+
+fn random_color() -> u8 {
+    (random_bits() % u32::from(limits::COLORS)) as u8
+}

@@ -1,0 +1,400 @@
+//! The client's copy of a room: snapshots by tick, the particles that it grows itself from emitter
+//! events, flashes, news, and from all of these what one frame shows.
+
+use crate::frame::{Effect, EffectKind, FrameBody};
+use crate::overlap;
+use crate::timeline::{Sample, Timeline};
+use jostle_protocol::{Appearance, PlayerState, Snapshot, TimedEvent};
+use jostle_sim::particle::{Obstacle, dequantise, quantise};
+use jostle_sim::{
+    BodyId, Event, Kind, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2,
+};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Ticks that are caught up at once after an absence; particles of longer ago are gone anyway.
+const CATCH_UP_TICKS_MAX: u32 = 600;
+/// Ticks for which a flash is shown.
+const EFFECT_TICKS: f64 = TICKS_PER_SECOND as f64;
+/// Flashes at a time; the oldest go first.
+const EFFECTS_MAX: usize = 256;
+/// News that nobody has read; the oldest go first.
+const NEWS_MAX: usize = 32;
+
+/// Something that happened, worth a line.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// A player came.
+    Joined(Appearance),
+    /// A player went.
+    Left(Appearance),
+    /// One player's pack burst on another's hero, or on nobody's.
+    Hit(Appearance, Option<Appearance>),
+    /// A player's hero left the world.
+    Fell(Appearance),
+}
+
+/// What this page's player adds to a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Eye {
+    /// Own pointer in world units.
+    pub pointer: Option<Vec2>,
+    /// The bounds view is on.
+    pub bounds: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Flash {
+    tick: u32,
+    effect: Effect,
+}
+
+/// A room as this page knows it.
+pub struct Replica {
+    /// The scene that is played.
+    pub scene: Arc<Scene>,
+    /// Own seat.
+    pub seat: Seat,
+    /// The word in the room's link.
+    pub room: String,
+    timeline: Timeline,
+    particles: Particles,
+    /// The last tick whose events and particles were played.
+    applied: Option<u32>,
+    waiting: VecDeque<TimedEvent>,
+    flashes: VecDeque<Flash>,
+    news: VecDeque<News>,
+    names: Vec<Option<Appearance>>,
+    /// For each slot the generation in it and the tick at which it was first on display.
+    births: Vec<(u32, f64)>,
+    samples: Vec<Sample>,
+    bodies: Vec<FrameBody>,
+    effects: Vec<Effect>,
+    display: f64,
+}
+
+impl Replica {
+    /// An empty copy of a room that plays `scene`.
+    pub fn new(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
+        Replica {
+            timeline: Timeline::new(scene.quantum),
+            particles: Particles::new(scene.recipes.clone(), scene.particles_max),
+            scene,
+            seat,
+            room,
+            applied: None,
+            waiting: VecDeque::new(),
+            flashes: VecDeque::new(),
+            news: VecDeque::new(),
+            names: vec![None; SEATS_MAX],
+            births: Vec::new(),
+            samples: Vec::new(),
+            bodies: Vec::new(),
+            effects: Vec::new(),
+            display: 0.0,
+        }
+    }
+
+    /// The newest snapshot: what the next one is coded against.
+    pub fn newest(&self) -> Option<&Snapshot> {
+        self.timeline.newest()
+    }
+
+    /// Files a snapshot and the events that led to it.
+    pub fn file(&mut self, snapshot: Snapshot, events: Vec<TimedEvent>) {
+        for player in &snapshot.players {
+            if let Some(name) = self.names.get_mut(usize::from(player.seat.0)) {
+                *name = Some(player.appearance.clone());
+            }
+        }
+        self.waiting.extend(events);
+        self.timeline.file(snapshot);
+    }
+
+    /// Moves the display to fractional `tick`: plays the events and particles of each tick that
+    /// passes, then samples bodies and flashes.
+    pub fn advance(&mut self, tick: f64, eye: Eye) {
+        let Some(newest) = self.newest().map(|s| s.tick) else { return };
+        self.display = tick;
+        let until = (tick.max(0.0) as u32).min(newest);
+        let from = self.applied.unwrap_or_else(|| until.saturating_sub(1));
+        for next in from.max(until.saturating_sub(CATCH_UP_TICKS_MAX)) + 1..=until {
+            self.play_tick(next);
+        }
+        self.applied = Some(from.max(until));
+        self.timeline.sample(tick, &mut self.samples);
+        self.dress(eye);
+        self.collect_effects();
+        self.timeline.forget_before(tick - 1.0);
+    }
+
+    /// Events first, then particles: the order of the server's tick.
+    fn play_tick(&mut self, tick: u32) {
+        while let Some(timed) = self.waiting.pop_front_if(|timed| timed.tick <= tick) {
+            self.play_event(timed);
+        }
+        self.timeline.sample(f64::from(tick), &mut self.samples);
+        let obstacles = obstacles(&self.scene, &self.samples);
+        let samples = &self.samples;
+        let quantum = self.scene.quantum;
+        self.particles.step(&obstacles, |id| {
+            let place = samples.binary_search_by_key(&id.index, |s| s.id.index).ok()?;
+            let body = &samples[place];
+            (body.id == id).then(|| on_grid(body.center, quantum))
+        });
+    }
+
+    fn play_event(&mut self, timed: TimedEvent) {
+        match timed.event {
+            Event::EmitterStarted(emitter) => self.particles.start(emitter),
+            Event::Impact { a, b, point, speed } => {
+                let body = if self.is_hero(b) && !self.is_hero(a) { b } else { a };
+                self.flash(timed.tick, EffectKind::Spark, point, None, speed, Some(body));
+            }
+            Event::PackHit { owner, victim, hero, point } => {
+                let color = self.name(owner).map(|n| n.color);
+                self.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
+                if let Some(by) = self.name(owner) {
+                    let whom = victim.and_then(|seat| self.name(seat));
+                    self.tell(News::Hit(by, whom));
+                }
+            }
+            Event::BodyLeft { kind, body, point } => {
+                let owner = self.owner(body).and_then(|seat| self.name(seat));
+                let color = owner.as_ref().map(|n| n.color);
+                self.flash(timed.tick, EffectKind::Gone, point, color, 0.0, Some(body));
+                if let (Kind::Hero, Some(name)) = (kind, owner) {
+                    self.tell(News::Fell(name));
+                }
+            }
+            Event::Joined(seat) => {
+                if let Some(name) = self.name(seat).filter(|_| seat != self.seat) {
+                    self.tell(News::Joined(name));
+                }
+            }
+            Event::Left(seat) => {
+                if let Some(name) = self.name(seat) {
+                    self.tell(News::Left(name));
+                }
+            }
+        }
+    }
+
+    fn flash(
+        &mut self,
+        tick: u32,
+        kind: EffectKind,
+        point: Vec2,
+        color: Option<u8>,
+        strength: f32,
+        body: Option<BodyId>,
+    ) {
+        if self.flashes.len() == EFFECTS_MAX {
+            self.flashes.pop_front();
+        }
+        let effect = Effect { kind, point, age: 0.0, color, strength, body };
+        self.flashes.push_back(Flash { tick, effect });
+    }
+
+    fn tell(&mut self, news: News) {
+        if self.news.len() == NEWS_MAX {
+            self.news.pop_front();
+        }
+        self.news.push_back(news);
+    }
+
+    fn name(&self, seat: Seat) -> Option<Appearance> {
+        self.names.get(usize::from(seat.0)).cloned().flatten()
+    }
+
+    /// The sample of a body at the last sampled moment.
+    fn sampled(&self, id: BodyId) -> Option<&Sample> {
+        let place = self.samples.binary_search_by_key(&id.index, |s| s.id.index).ok()?;
+        Some(&self.samples[place]).filter(|s| s.id == id)
+    }
+
+    fn is_hero(&self, id: BodyId) -> bool {
+        self.sampled(id).is_some_and(|s| s.kind == Kind::Hero)
+    }
+
+    fn owner(&self, id: BodyId) -> Option<Seat> {
+        self.sampled(id).and_then(|s| s.owner)
+    }
+
+    /// Turns samples into bodies of the frame.
+    fn dress(&mut self, eye: Eye) {
+        let players: &[PlayerState] =
+            self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players);
+        let own = players.iter().find(|p| p.seat == self.seat);
+        let selecting = self.scene.tools.contains(Tools::SELECT);
+        let selected = own.and_then(|p| p.selected).filter(|_| selecting);
+        let hot = eye.pointer.and_then(|point| hot_body(&self.scene, &self.samples, point));
+        self.bodies.clear();
+        for sample in &self.samples {
+            let player = sample.owner.and_then(|seat| players.iter().find(|p| p.seat == seat));
+            let gaze = gaze(sample, player, self.seat, eye.pointer, self.scene.quantum);
+            let held = players.iter().any(|p| p.held == Some(sample.id));
+            self.bodies.push(FrameBody {
+                id: sample.id,
+                kind: sample.kind,
+                color: player.map(|p| p.appearance.color),
+                shape: sample.shape,
+                center: sample.center,
+                velocity: sample.velocity,
+                age: age(&mut self.births, sample.id, self.display),
+                gaze,
+                touching: false,
+                hidden: selected == Some(sample.id),
+                hot: held || hot == Some(sample.id),
+            });
+        }
+        if eye.bounds || selecting {
+            self.mark_touching(selected);
+        }
+    }
+
+    /// In a scene of selecting, what the selected body touches is marked; elsewhere all overlaps.
+    fn mark_touching(&mut self, selected: Option<BodyId>) {
+        let Replica { samples, bodies, scene, .. } = self;
+        if scene.tools.contains(Tools::SELECT) {
+            let Some(id) = selected else { return };
+            let Some(chosen) = samples.iter().find(|s| s.id == id) else { return };
+            for (body, sample) in bodies.iter_mut().zip(samples.iter()) {
+                body.touching = sample.id != id
+                    && meet(scene, chosen, sample)
+                    && overlap::touching(chosen, sample);
+            }
+            return;
+        }
+        let meets = |i: usize, j: usize| meet(scene, &samples[i], &samples[j]);
+        overlap::pairs(samples, meets, |i, j| {
+            bodies[i].touching = true;
+            bodies[j].touching = true;
+        });
+    }
+
+    fn collect_effects(&mut self) {
+        while self
+            .flashes
+            .front()
+            .is_some_and(|flash| self.display - f64::from(flash.tick) > EFFECT_TICKS)
+        {
+            self.flashes.pop_front();
+        }
+        self.effects.clear();
+        self.effects.extend(self.flashes.iter().map(|flash| {
+            let ticks = (self.display - f64::from(flash.tick)).max(0.0);
+            Effect { age: (ticks / f64::from(TICKS_PER_SECOND)) as f32, ..flash.effect }
+        }));
+    }
+
+    /// Bodies of the displayed moment, in index order.
+    pub fn bodies(&self) -> &[FrameBody] {
+        &self.bodies
+    }
+
+    /// Bodies of the displayed moment with their owners, in the same order.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// Flashes of the last second.
+    pub fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    /// Particles as of the last whole tick.
+    pub fn particles(&self) -> &Particles {
+        &self.particles
+    }
+
+    /// The fractional tick on display.
+    pub fn display(&self) -> f64 {
+        self.display
+    }
+
+    /// Seconds since the tick that the particles are at, at most one tick.
+    pub fn particle_lead(&self) -> f32 {
+        let ticks = self.applied.map_or(0.0, |tick| self.display - f64::from(tick));
+        ticks.clamp(0.0, 1.0) as f32 / TICKS_PER_SECOND as f32
+    }
+
+    /// Players of the displayed moment in seat order.
+    pub fn players(&self) -> &[PlayerState] {
+        self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players)
+    }
+
+    /// The own player, once it is in a displayed snapshot.
+    pub fn own(&self) -> Option<&PlayerState> {
+        self.players().iter().find(|p| p.seat == self.seat)
+    }
+
+    /// The own hero on display.
+    pub fn own_hero(&self) -> Option<&FrameBody> {
+        let hero = self.own()?.hero?;
+        self.bodies.iter().find(|b| b.id == hero)
+    }
+
+    /// The next unread news.
+    pub fn next_news(&mut self) -> Option<News> {
+        self.news.pop_front()
+    }
+}
+
+/// Seconds since a body was first on display; a new generation in a slot starts anew.
+fn age(births: &mut Vec<(u32, f64)>, id: BodyId, display: f64) -> f32 {
+    let slot = id.index as usize;
+    if births.len() <= slot {
+        births.resize(slot + 1, (u32::MAX, 0.0));
+    }
+    if births[slot].0 != id.generation {
+        births[slot] = (id.generation, display);
+    }
+    ((display - births[slot].1).max(0.0) / f64::from(TICKS_PER_SECOND)) as f32
+}
+
+/// Where a hero looks. The own one follows the pointer without the way through the server.
+fn gaze(
+    sample: &Sample,
+    player: Option<&PlayerState>,
+    own_seat: Seat,
+    own_pointer: Option<Vec2>,
+    quantum: f32,
+) -> Option<Vec2> {
+    let player = player.filter(|_| sample.kind == Kind::Hero)?;
+    let sent = player.pointer.map(|q| Vec2::new(q[0] as f32, q[1] as f32) * quantum);
+    if player.seat == own_seat { own_pointer.or(sent) } else { sent }
+}
+
+/// The body that the own pointer could grab.
+fn hot_body(scene: &Scene, samples: &[Sample], point: Vec2) -> Option<BodyId> {
+    if !scene.tools.contains(Tools::HOLD) {
+        return None;
+    }
+    let under = |s: &&Sample| {
+        matches!(s.kind, Kind::Dumb | Kind::Block) && s.shape.contains(point - s.center)
+    };
+    samples.iter().find(under).map(|s| s.id)
+}
+
+/// Whether the rules of the scene let two bodies collide.
+fn meet(scene: &Scene, a: &Sample, b: &Sample) -> bool {
+    scene.meets[usize::from(a.group)] >> b.group & 1 == 1
+}
+
+/// What particles are pushed out of, in index order and where clients see it.
+fn obstacles(scene: &Scene, samples: &[Sample]) -> Vec<Obstacle> {
+    samples
+        .iter()
+        .filter(|s| scene.meets_particles >> s.group & 1 == 1)
+        .map(|s| Obstacle::new(s.shape, quantise(s.center, scene.quantum), scene.quantum))
+        .collect()
+}
+
+/// A point rounded to the quantum. Centres that come from a snapshot stay as they are.
+fn on_grid(point: Vec2, quantum: f32) -> Vec2 {
+    dequantise(quantise(point, quantum), quantum)
+}
+
+#[cfg(test)]
+mod tests;

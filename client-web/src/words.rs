@@ -1,0 +1,169 @@
+//! What the page says: names for strangers, tools and their keys, and one sentence and one button
+//! for every way in which a session can end.
+
+use jostle_protocol::Refusal;
+use jostle_sim::{Buttons, Scene, Tools};
+
+const ADJECTIVES: [&str; 16] = [
+    "Brave", "Bouncy", "Calm", "Clever", "Dizzy", "Fuzzy", "Gentle", "Happy", "Jolly", "Lucky",
+    "Mellow", "Nimble", "Quick", "Sunny", "Swift", "Wobbly",
+];
+const ANIMALS: [&str; 16] = [
+    "Badger", "Beaver", "Crab", "Ferret", "Fox", "Gecko", "Heron", "Koala", "Lemur", "Lynx",
+    "Mole", "Newt", "Otter", "Owl", "Panda", "Puffin",
+];
+
+/// A friendly name for somebody who gave none.
+pub fn friendly_name(random: u32) -> String {
+    let adjective = ADJECTIVES[random as usize % ADJECTIVES.len()];
+    let animal = ANIMALS[(random >> 8) as usize % ANIMALS.len()];
+    format!("{adjective} {animal}")
+}
+
+/// A key cap at the bottom of the game.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cap {
+    /// What is printed on it.
+    pub key: &'static str,
+    /// What it does here.
+    pub does: &'static str,
+    /// The buttons that light it.
+    pub buttons: Buttons,
+    /// On a touch screen it is armed first and then used where the world is touched.
+    pub aimed: bool,
+}
+
+const fn cap(key: &'static str, does: &'static str, buttons: Buttons, aimed: bool) -> Cap {
+    Cap { key, does, buttons, aimed }
+}
+
+/// The caps of a scene, in reading order.
+pub fn caps(scene: &Scene) -> Vec<Cap> {
+    let table = [
+        (Tools::STEER, cap("A", "left", Buttons::LEFT, false)),
+        (Tools::STEER, cap("D", "right", Buttons::RIGHT, false)),
+        (Tools::STEER, cap("W", "up", Buttons::UP, false)),
+        (Tools::STEER, cap("S", "down", Buttons::DOWN, false)),
+        (Tools::LAUNCH, cap("Click", "throw dye", Buttons::FIRE, true)),
+        (Tools::DUMB, cap("Z", "drop", Buttons::MAKE, true)),
+        (Tools::SPRAY, cap("Z", "spray", Buttons::MAKE, true)),
+        (Tools::HOLD, cap("X", "grab", Buttons::HOLD, true)),
+        (Tools::AGITATE, cap("C", "shake", Buttons::AGITATE, false)),
+        (Tools::CLEAR, cap("V", "clear", Buttons::CLEAR, false)),
+        (Tools::SELECT, cap("Drag", "move it", Buttons::FIRE, true)),
+        (Tools::SELECT, cap("H", "hero", Buttons::PICK_HERO, false)),
+        (Tools::SELECT, cap("M", "minion", Buttons::PICK_MINION, false)),
+        (Tools::SELECT, cap("P", "platform", Buttons::PICK_PLATFORM, false)),
+    ];
+    table.into_iter().filter(|(tool, _)| scene.tools.contains(*tool)).map(|(_, cap)| cap).collect()
+}
+
+/// What the button of a notice does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Back to the lobby.
+    Lobby,
+    /// Connects again.
+    Again,
+    /// Loads the page again.
+    Reload,
+}
+
+/// What happened and what to do, for a card in the middle of the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// Two or three words.
+    pub title: &'static str,
+    /// One sentence.
+    pub text: &'static str,
+    /// On the button.
+    pub button: &'static str,
+    /// What the button does.
+    pub way: Way,
+    /// Goes away by itself; the button need not have the focus.
+    pub passing: bool,
+}
+
+const fn notice(title: &'static str, text: &'static str, button: &'static str, way: Way) -> Notice {
+    Notice { title, text, button, way, passing: false }
+}
+
+/// The browser cannot draw the game.
+pub const NO_WEBGL2: Notice = notice(
+    "No WebGL 2",
+    "This browser cannot draw the game: turn on hardware acceleration or try another browser.",
+    "Try again",
+    Way::Reload,
+);
+/// The scene named in the address of a demo does not exist.
+pub const NO_SUCH_SCENE: Notice = notice(
+    "No such scene",
+    "This demo names a scene that does not exist.",
+    "See the scenes",
+    Way::Lobby,
+);
+/// The socket was lost.
+pub const RECONNECTING: Notice = Notice {
+    passing: true,
+    ..notice(
+        "Connection lost",
+        "Trying to get back in; your seat is kept for you for 45 seconds.",
+        "Try now",
+        Way::Again,
+    )
+};
+
+/// The card while a seat is asked for, after so many attempts that failed.
+pub fn connecting(attempts: u32) -> Notice {
+    let text = match attempts {
+        0..=1 => "Asking for a seat in the room.",
+        _ => "The server does not answer yet: trying again until it does.",
+    };
+    Notice { passing: true, ..notice("Joining", text, "Back to the lobby", Way::Lobby) }
+}
+
+/// The card for a session that was refused or ended.
+pub fn refused(refusal: Refusal) -> Notice {
+    use Way::{Again, Lobby, Reload};
+    let (title, button, way) = match refusal {
+        Refusal::Version => ("Old version", "Load again", Reload),
+        Refusal::RoomFull => ("Room full", "Find another room", Lobby),
+        Refusal::NoSuchRoom => ("No such room", "Go to the lobby", Lobby),
+        Refusal::ServerFull => ("Server full", "See the rooms", Lobby),
+        Refusal::TooManySockets => ("Too many here", "Try again", Again),
+        Refusal::Flood => ("Slow down", "Join again", Again),
+        Refusal::Silent => ("Are you there?", "Join again", Again),
+        Refusal::Replaced => ("Playing elsewhere", "Play here", Again),
+        Refusal::Closing => ("Server closed", "Try again", Again),
+        Refusal::RoomFailed => ("Room broken", "Go to the lobby", Lobby),
+        Refusal::BadHello | Refusal::BadMessage => ("Misunderstood", "Load again", Reload),
+    };
+    notice(title, refusal.message(), button, way)
+}
+
+/// The refusal that a close code stands for, if its message was lost.
+pub fn refusal_of_close(code: u16) -> Option<Refusal> {
+    let several = [1001, 1008];
+    Refusal::ALL.into_iter().find(|r| r.close_code() == code && !several.contains(&code))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jostle_protocol::Appearance;
+
+    #[test]
+    fn friendly_names_are_valid_names() {
+        for random in 0..=0xFFFF {
+            let name = friendly_name(random);
+            assert_eq!(Appearance::new(&name, 0).map(|a| a.name), Ok(name));
+        }
+    }
+
+    #[test]
+    fn close_codes_that_name_one_refusal_are_understood() {
+        assert_eq!(refusal_of_close(4001), Some(Refusal::RoomFull));
+        assert_eq!(refusal_of_close(1006), None);
+        assert_eq!(refusal_of_close(1001), None, "browsers say so too when the page goes");
+    }
+}

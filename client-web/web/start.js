@@ -1,0 +1,19 @@
+// Loads the client and hands its test hooks to the window. Everything else is in the wasm.
+import init, { drop_socket, state, to_page } from "/assets/client.js";
+
+try {
+  await init();
+  window.jostle = { drop_socket, state, to_page };
+} catch (error) {
+  // No WebAssembly, or the download broke off: say so instead of showing an empty page.
+  const root = document.documentElement;
+  root.dataset.state = "unsupported";
+  document.getElementById("notice-title").textContent = "Cannot start";
+  document.getElementById("notice-text").textContent =
+    "The game could not be loaded: check the connection, then load the page again.";
+  const button = document.getElementById("notice-button");
+  button.textContent = "Load again";
+  button.onclick = () => location.reload();
+  document.getElementById("notice").hidden = false;
+  console.warn(error);
+}
