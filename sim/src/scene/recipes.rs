@@ -50,10 +50,10 @@ fn fire() -> Recipe {
 fn ember() -> Recipe {
     Recipe {
         name: "ember".into(),
-        life_ticks: [60, 150],
-        color_start: [1.0, 0.55, 0.15, 0.9],
+        life_ticks: [60, 160],
+        color_start: [1.0, 0.6, 0.2, 1.0],
         color_end: [[0.5, 0.05, 0.0, 0.0], [0.8, 0.12, 0.0, 0.0]],
-        size: [0.7, 1.3],
+        size: [1.2, 2.2],
         size_factor: 0.995,
         velocity: [Vec2::new(-5.0, 4.0), Vec2::new(5.0, 16.0)],
         acceleration: Vec2::new(0.0, 9.0),
@@ -65,12 +65,12 @@ fn ember() -> Recipe {
 fn torch() -> Recipe {
     Recipe {
         name: "torch".into(),
-        life_ticks: [24, 54],
+        life_ticks: [26, 62],
         color_start: [0.9, 0.4, 0.12, 0.8],
         color_end: [[0.8, 0.05, 0.0, 0.0], [1.0, 0.1, 0.05, 0.0]],
-        size: [3.0, 4.6],
-        size_factor: 0.965,
-        velocity: [Vec2::new(-4.0, 6.0), Vec2::new(4.0, 16.0)],
+        size: [5.0, 7.5],
+        size_factor: 0.96,
+        velocity: [Vec2::new(-5.0, 8.0), Vec2::new(5.0, 22.0)],
         acceleration: Vec2::new(0.0, 24.0),
         drag: 0.96,
     }
@@ -83,9 +83,9 @@ fn explosion() -> Recipe {
         life_ticks: [30, 110],
         color_start: [1.0, 0.45, 0.1, 1.0],
         color_end: [[1.6, 0.1, 0.05, 0.0], [2.4, 0.3, 0.1, 0.0]],
-        size: [2.5, 4.5],
+        size: [4.0, 6.5],
         size_factor: 0.97,
-        velocity: [Vec2::new(-45.0, -35.0), Vec2::new(45.0, 55.0)],
+        velocity: [Vec2::new(-60.0, -45.0), Vec2::new(60.0, 70.0)],
         acceleration: Vec2::new(0.0, -40.0),
         drag: 0.95,
     }
@@ -98,7 +98,7 @@ fn spark() -> Recipe {
         life_ticks: [10, 34],
         color_start: [1.5, 1.3, 0.8, 1.0],
         color_end: [[1.0, 0.3, 0.0, 0.0], [1.2, 0.5, 0.1, 0.0]],
-        size: [0.6, 1.2],
+        size: [1.0, 1.8],
         size_factor: 0.97,
         velocity: [Vec2::new(-50.0, -20.0), Vec2::new(50.0, 60.0)],
         acceleration: Vec2::new(0.0, -80.0),
@@ -113,9 +113,9 @@ fn fountain() -> Recipe {
         life_ticks: [70, 110],
         color_start: [0.25, 0.6, 1.0, 0.7],
         color_end: [[0.05, 0.2, 0.7, 0.0], [0.1, 0.4, 0.9, 0.0]],
-        size: [1.2, 2.2],
+        size: [2.0, 3.4],
         size_factor: 0.995,
-        velocity: [Vec2::new(-7.0, 42.0), Vec2::new(7.0, 52.0)],
+        velocity: [Vec2::new(-8.0, 50.0), Vec2::new(8.0, 66.0)],
         acceleration: Vec2::new(0.0, -50.0),
         drag: 0.995,
     }

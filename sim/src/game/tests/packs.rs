@@ -177,3 +177,39 @@ fn a_player_has_only_so_many_packs() {
     }
     assert_eq!(all(&game, Kind::Pack).len(), 8);
 }
+
+/// C24d and C24j: packs that burst in one tick are all seen, each with its own touch point.
+#[test]
+fn two_packs_that_hit_in_one_tick_burst_at_two_points() {
+    let mut game = built_in("emitters", 1);
+    game.join(FIRST);
+    idle(&mut game, 120);
+    let place = game.world().position(hero_of(&game, FIRST));
+    for side in [-12.0, 12.0] {
+        play(&mut game, &[Buttons::FIRE], Some(place + Vec2::new(side, 0.0)));
+        play(&mut game, &[], None);
+    }
+    let packs = all(&game, Kind::Pack);
+    assert_eq!(packs.len(), 2);
+    for (&pack, side) in packs.iter().zip([-8.5, 8.5]) {
+        game.world.set_position(pack, place + Vec2::new(side, 0.0));
+    }
+    idle(&mut game, 1);
+    let points: Vec<f32> = hits(&game).iter().map(|(_, _, point)| point.x - place.x).collect();
+    assert_eq!(points.len(), 2);
+    assert!((points[0] + 8.0).abs() < 0.6 && (points[1] - 8.0).abs() < 0.6, "{points:?}");
+    assert_eq!(game.world().particles().emitter_count(), 2);
+}
+
+#[test]
+fn packs_of_one_age_wear_out_together() {
+    let mut game = floor_with("");
+    game.join(FIRST);
+    game.join(Seat(1));
+    let click = input(&[Buttons::FIRE], at(390.0, 190.0));
+    game.tick(&[(FIRST, click), (Seat(1), click)]);
+    idle(&mut game, 299);
+    assert_eq!(all(&game, Kind::Pack).len(), 2);
+    idle(&mut game, 1);
+    assert_eq!(all(&game, Kind::Pack).len(), 0);
+}

@@ -130,3 +130,48 @@ fn the_arena_burns_from_the_start_and_is_worth_a_look() {
         assert!(!all(&game, kind).is_empty(), "{}", kind.name());
     }
 }
+
+#[test]
+fn minions_of_the_bounds_scene_are_half_circles_half_boxes() {
+    let mut counts = [0, 0];
+    for seed in 0..100 {
+        let game = built_in("bounds", seed);
+        let laid_out = game.scene().bodies.len();
+        for body in game.bodies().skip(laid_out).filter(|body| body.kind == Kind::Minion) {
+            match body.shape {
+                Shape::Circle { radius } => {
+                    assert_eq!(radius, 7.0);
+                    counts[0] += 1;
+                }
+                Shape::Box { half } => {
+                    assert_eq!(half, Vec2::new(8.5, 7.0));
+                    counts[1] += 1;
+                }
+            }
+        }
+    }
+    assert!(counts[0] > 140 && counts[1] > 140, "{counts:?}");
+}
+
+/// Rows A3.23 and A4.10.
+#[test]
+fn particles_stay_outside_of_platforms_and_heroes() {
+    let mut game = built_in("emitters", 4);
+    game.join(FIRST);
+    idle(&mut game, 120);
+    let platform = all(&game, Kind::Platform)[0];
+    let over_platform = game.world().position(platform) + Vec2::new(0.0, 4.0);
+    let over_hero = game.world().position(hero_of(&game, FIRST)) + Vec2::new(0.0, 15.0);
+    for tick in 0..200 {
+        let aim = if tick % 2 == 0 { over_platform } else { over_hero };
+        play(&mut game, &[Buttons::MAKE], Some(aim));
+        let solid = |body: &BodyInfo| matches!(body.kind, Kind::Platform | Kind::Hero);
+        for body in game.bodies().filter(solid) {
+            let center = Vec2::new(body.quanta[0] as f32, body.quanta[1] as f32) / 64.0;
+            let inside = |place: &&Vec2| body.shape.contains((**place - center) * 1.0001);
+            let found = game.world().particles().positions().iter().find(inside);
+            assert_eq!(found, None, "in {body:?}");
+        }
+    }
+    assert!(game.world().particles().len() > 50);
+}
