@@ -35,6 +35,8 @@ pub struct Recipe {
     pub size_factor: f32,
     /// Velocity at birth, low and high corner, units/s.
     pub velocity: [Vec2; 2],
+    /// Velocities fill the ellipse between the two corners instead of the box: a round burst.
+    pub round: bool,
     /// Acceleration, units/s^2; its own, apart from the bodies' gravity (row A3.14).
     pub acceleration: Vec2,
     /// Factor on the velocity per tick of 1/60 s (C24l).
@@ -52,6 +54,7 @@ impl Default for Recipe {
             size: [5.5, 6.0],
             size_factor: 0.98,
             velocity: [Vec2::new(-10.0, 0.0), Vec2::new(10.0, 10.0)],
+            round: false,
             acceleration: Vec2::new(0.0, -50.0),
             drag: 0.95,
         }
@@ -270,11 +273,22 @@ impl Birth {
         let [slow, fast] = recipe.velocity;
         let [dim, bright] = recipe.color_end;
         let life = life_low + rng.below(u32::from(life_high - life_low) + 1) as u16;
-        let velocity = Vec2::new(rng.range(slow.x, fast.x), rng.range(slow.y, fast.y));
+        let share = Vec2::new(rng.unit(), rng.unit());
+        let share = if recipe.round { into_disc(share) } else { share };
+        let velocity = slow + (fast - slow) * share;
         let size = rng.range(recipe.size[0], recipe.size[1]);
         let color_end = std::array::from_fn(|channel| rng.range(dim[channel], bright[channel]));
         Birth { life, velocity, size, color_end }
     }
+}
+
+/// A point of the unit square, moved into the disc that touches its sides: each line of the square
+/// becomes an arc of an ellipse.
+fn into_disc(point: Vec2) -> Vec2 {
+    let from_middle = point * 2.0 - Vec2::ONE;
+    let (x, y) = (from_middle.x, from_middle.y);
+    let bent = Vec2::new(x * (1.0 - y * y * 0.5).sqrt(), y * (1.0 - x * x * 0.5).sqrt());
+    bent * 0.5 + Vec2::splat(0.5)
 }
 
 /// `base` to a whole power by repeated squaring: the same bits on every target.

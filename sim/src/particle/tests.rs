@@ -181,6 +181,20 @@ fn the_limit_holds_and_the_emitter_still_ends() {
     assert_eq!(particles.emitter_count(), 0);
 }
 
+#[test]
+fn a_round_recipe_fills_the_ellipse_between_its_corners() {
+    let velocity = [Vec2::new(-30.0, -10.0), Vec2::new(30.0, 30.0)];
+    let recipe = Recipe { velocity, round: true, ..still(10) };
+    let (middle, half) = (Vec2::new(0.0, 10.0), Vec2::new(30.0, 20.0));
+    let mut quadrants = [0; 4];
+    for seed in 0..1000 {
+        let offset = (Birth::draw(&recipe, seed).velocity - middle) / half;
+        assert!(offset.length() < 1.0001, "{offset}");
+        quadrants[usize::from(offset.x > 0.0) + 2 * usize::from(offset.y > 0.0)] += 1;
+    }
+    assert!(quadrants.iter().all(|&count| count > 200), "{quadrants:?}");
+}
+
 fn pushed(shape: Shape, offset: Vec2, velocity: Vec2) -> (Vec2, Vec2) {
     let center = Vec2::new(10.0, 20.0);
     let obstacle = Obstacle { shape, center };

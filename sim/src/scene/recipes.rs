@@ -17,6 +17,7 @@ const FIELDS: &[&str] = &[
     "size",
     "size_factor",
     "velocity",
+    "round",
     "acceleration",
     "drag",
 ];
@@ -41,6 +42,7 @@ fn fire() -> Recipe {
         size: [5.5, 6.0],
         size_factor: 0.98,
         velocity: [Vec2::new(-10.0, 0.0), Vec2::new(10.0, 10.0)],
+        round: false,
         acceleration: Vec2::new(0.0, -50.0),
         drag: 0.95,
     }
@@ -56,6 +58,7 @@ fn ember() -> Recipe {
         size: [1.2, 2.2],
         size_factor: 0.995,
         velocity: [Vec2::new(-5.0, 4.0), Vec2::new(5.0, 16.0)],
+        round: true,
         acceleration: Vec2::new(0.0, 9.0),
         drag: 0.98,
     }
@@ -71,6 +74,7 @@ fn torch() -> Recipe {
         size: [5.0, 7.5],
         size_factor: 0.96,
         velocity: [Vec2::new(-5.0, 8.0), Vec2::new(5.0, 22.0)],
+        round: false,
         acceleration: Vec2::new(0.0, 24.0),
         drag: 0.96,
     }
@@ -86,6 +90,7 @@ fn explosion() -> Recipe {
         size: [4.0, 6.5],
         size_factor: 0.97,
         velocity: [Vec2::new(-60.0, -45.0), Vec2::new(60.0, 70.0)],
+        round: true,
         acceleration: Vec2::new(0.0, -40.0),
         drag: 0.95,
     }
@@ -101,6 +106,7 @@ fn spark() -> Recipe {
         size: [1.0, 1.8],
         size_factor: 0.97,
         velocity: [Vec2::new(-50.0, -20.0), Vec2::new(50.0, 60.0)],
+        round: true,
         acceleration: Vec2::new(0.0, -80.0),
         drag: 0.98,
     }
@@ -116,6 +122,7 @@ fn fountain() -> Recipe {
         size: [2.0, 3.4],
         size_factor: 0.995,
         velocity: [Vec2::new(-8.0, 50.0), Vec2::new(8.0, 66.0)],
+        round: false,
         acceleration: Vec2::new(0.0, -50.0),
         drag: 0.995,
     }
@@ -187,6 +194,7 @@ fn recipe(name: &str, field: &Field) -> Result<Recipe, SceneError> {
         size: low_high(&table, "size", base.size)?,
         size_factor: table.number("size_factor", base.size_factor, SIZE_FACTOR)?,
         velocity: table.get("velocity").map_or(Ok(base.velocity), |field| field.corners(SPEED))?,
+        round: table.get("round").map_or(Ok(base.round), |field| field.truth())?,
         acceleration: table.vector("acceleration", base.acceleration, SPEED)?,
         drag: table.number("drag", base.drag, DRAG)?,
     })
