@@ -4,14 +4,13 @@
 //! see (C21), so it pushes like any body; what they change becomes drift, which dies away, so that
 //! a pack in front of a platform slides along it, and a hero behind a platform has cover (C39).
 
-use super::actor::Rule;
+use super::actor::{Actor, Rule};
 use super::{Event, Game, Kind, Seat};
 use crate::contact::collide;
 use crate::math::{atan2, clamp, rotate};
 use crate::particle::Source;
-use crate::scene::PackSpec;
 use crate::shape::Shape;
-use crate::world::{BodyDef, BodyId};
+use crate::world::BodyDef;
 use glam::Vec2;
 use std::sync::Arc;
 
@@ -23,6 +22,7 @@ impl Game {
     pub(super) fn steer_packs(&mut self) {
         let scene = Arc::clone(&self.scene);
         let Some(spec) = &scene.pack else { return };
+        let heroes = self.heroes();
         for index in 0..self.actors.len() {
             let Some(actor) = self.actors[index] else { continue };
             let Rule::Chase { front, drift, life, .. } = actor.rule else { continue };
@@ -30,33 +30,32 @@ impl Game {
                 self.remove(actor.id);
                 continue;
             }
-            let front = self.aimed(spec, actor.id, actor.owner, front);
+            let front = match self.target_of(actor, &heroes) {
+                Some(target) => turned(front, target - self.world.position(actor.id), spec.turn),
+                None => front,
+            };
             let drift = drift * spec.drift;
             let driven = front * spec.speed + drift;
             self.world.set_velocity(actor.id, driven);
             let rule = Rule::Chase { front, drift, driven, life: life - 1 };
-            self.actors[index] = Some(super::Actor { rule, ..actor });
+            self.actors[index] = Some(Actor { rule, ..actor });
         }
     }
 
-    /// The front after turning a share of the signed angle to the target (A4.9).
-    fn aimed(&self, spec: &PackSpec, pack: BodyId, owner: Option<Seat>, front: Vec2) -> Vec2 {
-        let place = self.world.position(pack);
-        let Some(target) = self.target_of(place, owner) else { return front };
-        let way = target - place;
-        let angle = atan2(front.perp_dot(way), front.dot(way));
-        let turned = rotate(front, angle * spec.turn);
-        turned / turned.length()
+    /// All heroes, owned or not, in index order.
+    fn heroes(&self) -> Vec<Actor> {
+        let all = self.actors.iter().flatten();
+        all.filter(|actor| actor.kind == Kind::Hero).copied().collect()
     }
 
-    /// The centre of the nearest hero that a pack of `owner` may burst on.
-    fn target_of(&self, place: Vec2, owner: Option<Seat>) -> Option<Vec2> {
+    /// The centre of the nearest hero that a pack may burst on.
+    fn target_of(&self, pack: Actor, heroes: &[Actor]) -> Option<Vec2> {
+        let place = self.world.position(pack.id);
         let mut nearest: Option<(f32, Vec2)> = None;
-        for hero in self.actors.iter().flatten().filter(|actor| actor.kind == Kind::Hero) {
+        for hero in heroes.iter().filter(|hero| self.is_prey(hero.owner, pack.owner)) {
             let center = self.world.position(hero.id);
             let distance = (center - place).length_squared();
-            let closer = nearest.is_none_or(|(least, _)| distance < least);
-            if closer && self.is_prey(hero.owner, owner) {
+            if nearest.is_none_or(|(least, _)| distance < least) {
                 nearest = Some((distance, center));
             }
         }
@@ -81,10 +80,12 @@ impl Game {
     pub(super) fn burst_packs(&mut self) {
         let scene = Arc::clone(&self.scene);
         let Some(spec) = &scene.pack else { return };
+        let heroes = self.heroes();
         for index in 0..self.actors.len() {
             let pack = self.actors[index].filter(|actor| actor.kind == Kind::Pack);
             let Some(pack) = pack else { continue };
-            let Some((hero, victim, point)) = self.hit_by(pack.id, pack.owner) else { continue };
+            let Some((hero, point)) = self.hit_by(pack, &heroes) else { continue };
+            let victim = hero.owner;
             self.remove(pack.id);
             let Some(owner) = pack.owner else { continue };
             if victim != Some(owner)
@@ -92,32 +93,31 @@ impl Game {
             {
                 player.score = player.score.saturating_add(1);
             }
-            self.events.push(Event::PackHit { owner, victim, hero, point });
+            self.events.push(Event::PackHit { owner, victim, hero: hero.id, point });
             if spec.burst > 0 {
                 self.emit(spec.recipe, spec.burst, Source::Point(point));
             }
         }
     }
 
-    /// The first hero that the pack touches, its player, and where.
-    fn hit_by(&self, pack: BodyId, owner: Option<Seat>) -> Option<(BodyId, Option<Seat>, Vec2)> {
-        let (shape, center) = (self.world.shape(pack), self.world.position(pack));
-        let heroes = self.actors.iter().flatten().filter(|actor| actor.kind == Kind::Hero);
-        let mut prey = heroes.filter(|hero| self.is_prey(hero.owner, owner));
-        let hero = prey.find(|hero| {
+    /// The first hero that the pack touches, and where.
+    fn hit_by(&self, pack: Actor, heroes: &[Actor]) -> Option<(Actor, Vec2)> {
+        let (shape, center) = (self.world.shape(pack.id), self.world.position(pack.id));
+        let touched = |hero: &&Actor| {
             let (other, place) = (self.world.shape(hero.id), self.world.position(hero.id));
-            collide(shape, center, other, place, (pack.index, hero.id.index)).is_some()
-        })?;
+            self.is_prey(hero.owner, pack.owner)
+                && collide(shape, center, other, place, (pack.id.index, hero.id.index)).is_some()
+        };
+        let hero = *heroes.iter().find(touched)?;
         let place = self.world.position(hero.id);
-        let point = nearest_point(self.world.shape(hero.id), place, center);
-        Some((hero.id, hero.owner, point))
+        Some((hero, nearest_point(self.world.shape(hero.id), place, center)))
     }
 
     /// A click launches a pack at the pointer, within the player's cap.
     pub(super) fn launch_pack(&mut self, seat: Seat, place: Vec2) {
         let scene = Arc::clone(&self.scene);
         let Some(spec) = &scene.pack else { return };
-        let own = |actor: &&super::Actor| actor.kind == Kind::Pack && actor.owner == Some(seat);
+        let own = |actor: &&Actor| actor.kind == Kind::Pack && actor.owner == Some(seat);
         let flying = self.actors.iter().flatten().filter(own).count();
         if flying >= scene.packs_max || self.room() == 0 {
             return;
@@ -132,6 +132,13 @@ impl Game {
         let def = BodyDef { position: place, velocity, ..spec.body };
         self.add(&def, Kind::Pack, Some(seat), rule);
     }
+}
+
+/// `front` after turning a share of the signed angle to `way` (A4.9).
+fn turned(front: Vec2, way: Vec2, share: f32) -> Vec2 {
+    let angle = atan2(front.perp_dot(way), front.dot(way));
+    let turned = rotate(front, angle * share);
+    turned / turned.length()
 }
 
 /// The point of a placed shape that is nearest to `from`; `from` itself if it lies inside.
