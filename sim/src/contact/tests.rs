@@ -118,7 +118,7 @@ fn containment_is_strict() {
 #[test]
 fn either_order_gives_the_same_answer_and_a_unit_normal() {
     let mut rng = Rng::new(11, 0);
-    let mut draw_shape = |rng: &mut Rng| {
+    let draw_shape = |rng: &mut Rng| {
         if rng.unit() < 0.5 {
             circle(rng.range(0.01, 4.0))
         } else {

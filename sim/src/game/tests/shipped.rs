@@ -102,7 +102,7 @@ fn z_sprays_one_particle_a_tick_in_the_particle_scene() {
 }
 
 #[test]
-fn a_pile_of_200_rests_ten_seconds_after_it_was_dropped() {
+fn a_pile_of_200_rests_ten_seconds_after_a_drop_after_c_and_after_a_drag() {
     let mut game = built_in("pile", 1);
     game.join(FIRST);
     for tick in 0..200 {
@@ -114,9 +114,25 @@ fn a_pile_of_200_rests_ten_seconds_after_it_was_dropped() {
         );
     }
     assert_eq!(all(&game, Kind::Dumb).len(), 200);
+    let rests = |game: &Game, after: &str| {
+        let rms = rms_speed(game, Kind::Dumb);
+        assert!(rms < 0.05, "10 s after {after}: rms speed {rms}");
+        assert!(deepest(game) < 0.05, "10 s after {after}: overlap {}", deepest(game));
+    };
     idle(&mut game, 600);
-    let rms = rms_speed(&game, Kind::Dumb);
-    assert!(rms < 0.05, "rms speed {rms}");
+    rests(&game, "the drop");
+    for _ in 0..30 {
+        play(&mut game, &[Buttons::AGITATE], None);
+    }
+    idle(&mut game, 600);
+    rests(&game, "C");
+    let grabbed = game.world().position(all(&game, Kind::Dumb)[0]);
+    for tick in 0..180 {
+        let pointer = grabbed.lerp(Vec2::new(290.0, 20.0), tick as f32 / 180.0);
+        play(&mut game, &[Buttons::HOLD], Some(pointer));
+    }
+    idle(&mut game, 600);
+    rests(&game, "a drag through it");
 }
 
 #[test]
