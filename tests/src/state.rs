@@ -12,9 +12,9 @@ pub struct State {
     /// Own seat, while there is one.
     #[serde(default)]
     pub seat: Option<u8>,
-    /// Tick shown.
+    /// Tick shown, with its fraction: a little behind the server.
     #[serde(default)]
-    pub tick: u32,
+    pub tick: Option<f64>,
     /// Bodies shown.
     #[serde(default)]
     pub bodies: Vec<Body>,
@@ -24,9 +24,9 @@ pub struct State {
     /// Emitters at work.
     #[serde(default)]
     pub emitters: u32,
-    /// Players in the room.
+    /// Players in the room, those included whose seat is held.
     #[serde(default)]
-    pub players: u32,
+    pub players: Vec<Player>,
     /// Frames drawn since the page was opened.
     #[serde(default)]
     pub drawn_frames: u64,
@@ -35,8 +35,10 @@ pub struct State {
 /// A body as shown.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Body {
-    /// Its name.
-    pub id: u64,
+    /// Its name; used again for a later body, of the next generation.
+    pub id: u32,
+    /// How many bodies had the name before it.
+    pub generation: u32,
     /// `hero`, `minion`, `dumb`, `pack`, `platform`, `wall`.
     pub kind: String,
     /// Seat of its player.
@@ -46,7 +48,38 @@ pub struct Body {
     pub pos: [f32; 2],
 }
 
+/// A player as shown.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Player {
+    /// Seat in the room.
+    pub seat: u8,
+    /// Chosen name.
+    pub name: String,
+    /// Whether there is a socket.
+    pub connected: bool,
+    /// The body that H, M or P has picked.
+    pub selected: Option<u32>,
+    /// The body that X holds.
+    pub held: Option<u32>,
+}
+
 impl State {
+    /// Whole ticks shown, 0 before the first.
+    pub fn ticks(&self) -> u32 {
+        self.tick.unwrap_or(0.0) as u32
+    }
+
+    /// Players with a socket.
+    pub fn connected(&self) -> usize {
+        self.players.iter().filter(|player| player.connected).count()
+    }
+
+    /// The page's own player.
+    pub fn own_player(&self) -> Option<&Player> {
+        let seat = self.seat?;
+        self.players.iter().find(|player| player.seat == seat)
+    }
+
     /// The hero of a seat.
     pub fn hero(&self, seat: u8) -> Option<&Body> {
         self.bodies.iter().find(|body| body.kind == "hero" && body.owner == Some(seat))

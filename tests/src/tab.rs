@@ -36,7 +36,7 @@ const PICTURES_MAX: usize = 40;
 
 /// The page's state as JSON text, or null while it has none to tell.
 const STATE: &str = "(() => { const state = window.jostle?.state?.(); \
-    return state == null ? null : typeof state === 'string' ? state : JSON.stringify(state); })()";
+    return !state ? null : typeof state === 'string' ? state : JSON.stringify(state); })()";
 
 /// Looks at the state in every frame, so that nothing is missed between two questions.
 const RECORD: &str = r#"(() => {
@@ -188,8 +188,8 @@ impl Tab {
 
     /// Waits until that many more ticks were shown; a measure of game time, not of this machine's.
     pub async fn ticks(&self, count: u32) -> Result<State> {
-        let begin = self.state().await?.tick;
-        self.until(&format!("{count} ticks later"), |s| s.tick >= begin + count).await
+        let begin = self.state().await?.ticks();
+        self.until(&format!("{count} ticks later"), |s| s.ticks() >= begin + count).await
     }
 
     /// Begins to record what the page says in every frame.

@@ -32,11 +32,11 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
     assert_eq!(copied, link);
 
     let bob = stage.visit_link(&copied, Screen::SMALL).await?;
-    bob.until("two players", |s| s.plays() && s.players == 2).await?;
+    bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
     bob.until_true("document.querySelector('#game').innerText.includes('Ada')").await?;
     ada.click_on("#leave").await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
-    bob.until("Ada gone", |s| s.players == 1).await?;
+    bob.until("Ada gone", |s| s.connected() == 1).await?;
     Ok(())
 }
 
@@ -48,7 +48,7 @@ pub async fn play_joins_the_room_where_somebody_is(stage: Arc<Stage>) -> Result<
     ada.click_on("#play").await?;
     ada.until("a hero of one's own", State::plays).await?;
     assert_eq!(ada.link().await?, bob.link().await?);
-    bob.until("two players", |s| s.players == 2).await?;
+    bob.until("two players", |s| s.connected() == 2).await?;
     Ok(())
 }
 

@@ -78,6 +78,10 @@ const CASES: &[Case] = &[
         name: "frozen_scenes_look_as_they_did",
         run: |stage| Box::pin(pictures::frozen_scenes_look_as_they_did(stage)),
     },
+    Case {
+        name: "the_page_plays_a_scene_bit_for_bit_as_the_native_program_does",
+        run: |stage| Box::pin(pictures::the_page_plays_bit_for_bit(stage)),
+    },
 ];
 
 fn main() -> ExitCode {

@@ -3,7 +3,11 @@
 //!
 //! `JOSTLE_UPDATE_GOLDENS=1` takes the pictures anew; look at them before they are committed.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
+use jostle_client_web::demo::Demo;
+use jostle_client_web::replica::{Eye, Replica};
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Snapshot, VERSION};
+use jostle_sim::{Scene, Seat};
 use jostle_tests::picture::Picture;
 use jostle_tests::runner::{Stage, artifacts};
 use jostle_tests::tab::Screen;
@@ -13,6 +17,8 @@ use std::sync::Arc;
 /// Scene and tick; late enough that much is going on.
 const SCENES: [(&str, u32); 5] =
     [("bounds", 90), ("impulse", 300), ("particles", 150), ("emitters", 170), ("arena", 400)];
+const SEED: u64 = 7;
+const BOTS: u8 = 2;
 /// Another version of the software renderer may round differently.
 const MEAN_MAX: f64 = 0.5;
 const CHANNEL_MAX: u8 = 8;
@@ -20,10 +26,9 @@ const CHANNEL_MAX: u8 = 8;
 pub async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>) -> Result<()> {
     let mut problems = Vec::new();
     for (scene, tick) in SCENES {
-        let path = format!("/?demo={scene}&seed=7&ticks={tick}&bots=2");
-        let tab = stage.visit(&path, Screen::SMALL).await?;
+        let tab = stage.visit(&demo_path(scene, tick), Screen::SMALL).await?;
         let state = tab.until("the frozen demo", |s| s.state == "frozen").await?;
-        assert_eq!(state.tick, tick, "{scene} stands still at the tick asked for");
+        assert_eq!(state.tick, Some(f64::from(tick)), "{scene} stands still at the tick asked for");
         let picture = tab.steady_picture().await?;
         assert!(picture.colors() > 50, "{scene} shows only {} colours", picture.colors());
         if let Err(error) = check(scene, &picture) {
@@ -63,4 +68,60 @@ fn check(scene: &str, picture: &Picture) -> Result<()> {
 
 fn goldens() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens")
+}
+
+/// The address of a demo that stands still at a tick.
+fn demo_path(scene: &str, tick: u32) -> String {
+    format!("/?demo={scene}&seed={SEED}&ticks={tick}&bots={BOTS}")
+}
+
+pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
+    for (scene, tick) in [("arena", 900), ("impulse", 900), ("emitters", 300)] {
+        let tab = stage.visit(&demo_path(scene, tick), Screen::SMALL).await?;
+        let page = tab.until("the frozen demo", |s| s.state == "frozen").await?;
+        let native = native_demo(scene, tick)?;
+        assert_eq!(page.bodies.len(), native.samples().len(), "{scene}: bodies");
+        for (shown, sample) in page.bodies.iter().zip(native.samples()) {
+            let name = (sample.id.index, sample.id.generation, sample.kind.name());
+            assert_eq!((shown.id, shown.generation, shown.kind.as_str()), name, "{scene}");
+            let bits = [sample.center.x.to_bits(), sample.center.y.to_bits()];
+            assert_eq!(shown.pos.map(f32::to_bits), bits, "{scene}: {shown:?}, not {sample:?}");
+        }
+        assert_eq!(page.particles as usize, native.particles().len(), "{scene}: particles");
+    }
+    Ok(())
+}
+
+/// What the page does for [`demo_path`], in this process.
+fn native_demo(scene: &str, ticks: u32) -> Result<Replica> {
+    let found = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
+    let scene = Arc::new(found.with_context(|| format!("no scene {scene}"))?);
+    let appearance = Appearance::new("Native", 0).map_err(|error| anyhow!("{error:?}"))?;
+    let mut demo = Demo::new(Arc::clone(&scene), SEED, BOTS, true);
+    demo.receive(&ClientMessage::Hello { version: VERSION, appearance, token: None }.encode());
+    let mut replica = None;
+    for tick in 0..=ticks {
+        for bytes in demo.take() {
+            hear(&scene, &mut replica, &bytes)?;
+        }
+        if let Some(replica) = &mut replica {
+            replica.advance(f64::from(tick), Eye { pointer: None, bounds: false });
+        }
+        demo.tick();
+    }
+    replica.context("the demo gave no seat")
+}
+
+fn hear(scene: &Arc<Scene>, replica: &mut Option<Replica>, bytes: &[u8]) -> Result<()> {
+    match (ServerMessage::decode(bytes)?, replica) {
+        (ServerMessage::Welcome { seat, room, .. }, replica) => {
+            *replica = Some(Replica::new(Arc::clone(scene), Seat(seat), room));
+        }
+        (ServerMessage::Snapshot(coded), Some(replica)) => {
+            let (snapshot, events) = Snapshot::decode(&coded, replica.newest())?;
+            replica.file(snapshot, events);
+        }
+        (other, _) => bail!("a demo sends no {other:?} here"),
+    }
+    Ok(())
 }
