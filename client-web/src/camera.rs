@@ -31,6 +31,8 @@ pub struct Target {
     pub pixels: [u32; 2],
     /// Centre and velocity of the hero to follow.
     pub hero: Option<(Vec2, Vec2)>,
+    /// Device pixels at the bottom that belong to the hud when the whole world is shown.
+    pub bottom: u32,
     /// Seconds since the last frame.
     pub elapsed_s: f32,
 }
@@ -45,17 +47,21 @@ impl Camera {
     pub fn view(&mut self, target: Target) -> View {
         let aspect = target.pixels[0] as f32 / target.pixels[1] as f32;
         match self.rule {
-            CameraRule::Fit => self.fit(target.pixels, aspect),
+            CameraRule::Fit => self.fit(target, aspect),
             CameraRule::Follow { height } => self.follow(target, aspect, height),
         }
     }
 
-    fn fit(&self, pixels: [u32; 2], aspect: f32) -> View {
+    fn fit(&self, target: Target, aspect: f32) -> View {
         let needed = self.world * (1.0 + 2.0 * MARGIN);
-        let height = needed.y.max(needed.x / aspect);
+        let pixels = target.pixels[1] as f32;
+        let free = 1.0 - (target.bottom as f32 / pixels).min(0.5);
+        let height = (needed.y / free).max(needed.x / aspect);
         // On an upright phone the thumbs get the lower part of the free room.
-        let lift = if height > needed.y * 1.5 { (0.5 - TALL_MIDDLE) * height } else { 0.0 };
-        View { center: self.world * 0.5 - Vec2::new(0.0, lift), height, pixels }
+        let tall = height > needed.y * 1.5;
+        let lift = if tall { 0.5 - TALL_MIDDLE } else { 0.5 * (1.0 - free) } * height;
+        let center = self.world * 0.5 - Vec2::new(0.0, lift);
+        View { center, height, pixels: target.pixels }
     }
 
     fn follow(&mut self, target: Target, aspect: f32, nominal: f32) -> View {

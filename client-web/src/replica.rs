@@ -335,6 +335,13 @@ impl Replica {
         self.bodies.iter().find(|b| b.id == hero)
     }
 
+    /// Kind of the body that the own player selected, in scenes of selecting.
+    pub fn selected_kind(&self) -> Option<Kind> {
+        let selecting = self.scene.tools.contains(Tools::SELECT);
+        let id = self.own()?.selected.filter(|_| selecting)?;
+        self.sampled(id).map(|sample| sample.kind)
+    }
+
     /// The next unread news.
     pub fn next_news(&mut self) -> Option<News> {
         self.news.pop_front()

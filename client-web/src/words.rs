@@ -2,7 +2,7 @@
 //! for every way in which a session can end.
 
 use jostle_protocol::Refusal;
-use jostle_sim::{Buttons, Scene, Tools};
+use jostle_sim::{Buttons, Kind, Scene, Tools};
 
 const ADJECTIVES: [&str; 16] = [
     "Brave", "Bouncy", "Calm", "Clever", "Dizzy", "Fuzzy", "Gentle", "Happy", "Jolly", "Lucky",
@@ -25,7 +25,7 @@ pub fn friendly_name(random: u32) -> String {
 pub struct Cap {
     /// What is printed on it.
     pub key: &'static str,
-    /// What it does here.
+    /// What it does here; nothing where the next cap says it for both.
     pub does: &'static str,
     /// The buttons that light it.
     pub buttons: Buttons,
@@ -40,10 +40,10 @@ const fn cap(key: &'static str, does: &'static str, buttons: Buttons, aimed: boo
 /// The caps of a scene, in reading order.
 pub fn caps(scene: &Scene) -> Vec<Cap> {
     let table = [
-        (Tools::STEER, cap("A", "left", Buttons::LEFT, false)),
-        (Tools::STEER, cap("D", "right", Buttons::RIGHT, false)),
-        (Tools::STEER, cap("W", "up", Buttons::UP, false)),
-        (Tools::STEER, cap("S", "down", Buttons::DOWN, false)),
+        (Tools::STEER, cap("W", "", Buttons::UP, false)),
+        (Tools::STEER, cap("A", "", Buttons::LEFT, false)),
+        (Tools::STEER, cap("S", "", Buttons::DOWN, false)),
+        (Tools::STEER, cap("D", "move", Buttons::RIGHT, false)),
         (Tools::LAUNCH, cap("Click", "throw dye", Buttons::FIRE, true)),
         (Tools::DUMB, cap("Z", "drop", Buttons::MAKE, true)),
         (Tools::SPRAY, cap("Z", "spray", Buttons::MAKE, true)),
@@ -56,6 +56,16 @@ pub fn caps(scene: &Scene) -> Vec<Cap> {
         (Tools::SELECT, cap("P", "platform", Buttons::PICK_PLATFORM, false)),
     ];
     table.into_iter().filter(|(tool, _)| scene.tools.contains(*tool)).map(|(_, cap)| cap).collect()
+}
+
+/// The kind of body that a button selects.
+pub fn picks(buttons: Buttons) -> Option<Kind> {
+    match buttons {
+        Buttons::PICK_HERO => Some(Kind::Hero),
+        Buttons::PICK_MINION => Some(Kind::Minion),
+        Buttons::PICK_PLATFORM => Some(Kind::Platform),
+        _ => None,
+    }
 }
 
 /// What the button of a notice does.

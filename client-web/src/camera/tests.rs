@@ -3,7 +3,7 @@ use super::*;
 const WORLD: Vec2 = Vec2::new(200.0, 112.5);
 
 fn target(pixels: [u32; 2], hero: Option<(Vec2, Vec2)>) -> Target {
-    Target { pixels, hero, elapsed_s: 1.0 / 60.0 }
+    Target { pixels, hero, bottom: 0, elapsed_s: 1.0 / 60.0 }
 }
 
 #[test]
@@ -16,6 +16,14 @@ fn fit_shows_the_whole_world_on_any_screen() {
             assert!((0.0..=pixels[1] as f32).contains(&pixel.y), "{pixels:?} {pixel}");
         }
     }
+}
+
+#[test]
+fn fit_keeps_the_floor_above_the_key_caps() {
+    let hud = Target { bottom: 60, ..target([1280, 720], None) };
+    let view = Camera::new(CameraRule::Fit, WORLD).view(hud);
+    assert!(view.to_pixel(Vec2::ZERO).y <= 660.0);
+    assert!(view.to_pixel(WORLD).y >= 0.0);
 }
 
 #[test]

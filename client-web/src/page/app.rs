@@ -4,7 +4,7 @@
 use super::graphics::{self, Graphics};
 use super::hud::{Hud, Tags};
 use super::lobby::{self, Lobby};
-use super::play::{Play, State};
+use super::play::{Canvas, Play, State};
 use super::socket::SocketEvent;
 use super::touchpad::Touchpad;
 use super::{dom, notice, profile};
@@ -41,6 +41,8 @@ pub struct App {
     unsupported: bool,
     context_lost: bool,
     shown: Option<&'static str>,
+    /// A frame of the game that is on was drawn.
+    world_shown: bool,
     calm: bool,
     keep_pixels: bool,
 }
@@ -74,6 +76,7 @@ pub fn start() {
         unsupported: false,
         context_lost: false,
         shown: None,
+        world_shown: false,
         calm: dom::media("(prefers-reduced-motion: reduce)"),
         keep_pixels: false,
     };
@@ -124,11 +127,6 @@ pub fn enter(code: &str) {
 
 /// Back to the lobby.
 pub fn leave() {
-    with(|app| {
-        if let Some(play) = &app.play {
-            profile::set_seat_token(&play.code, None);
-        }
-    });
     go_to("/");
 }
 
@@ -169,7 +167,11 @@ impl App {
     }
 
     fn end_play(&mut self) {
-        self.play = None;
+        if let Some(play) = self.play.take() {
+            play.leave();
+        }
+        self.world_shown = false;
+        dom::root().dataset().delete("world");
         self.hud.clear();
         self.tags.clear();
         self.touchpad.release();
@@ -193,6 +195,7 @@ impl App {
         self.keep_pixels = true;
         if let Some(ticks) = request.ticks {
             play.freeze_at(ticks);
+            lobby::wear(0);
             dom::set(&dom::root(), "data-hud", if request.hud { "yes" } else { "no" });
             self.drawn_frames = 0;
         }
@@ -250,8 +253,13 @@ impl App {
         self.ready_graphics();
         let now = dom::now_ms();
         let size = self.graphics.as_mut().and_then(Graphics::fit);
+        let bottom_css = self.hud.bottom_css();
+        let canvas = size.map(|pixels| {
+            let bottom = (bottom_css / css_per_pixel(pixels)) as u32;
+            Canvas { pixels, bottom }
+        });
         let Some(play) = &mut self.play else { return };
-        play.advance(now, size);
+        play.advance(now, canvas);
         if let Some(replica) = play.replica() {
             self.touchpad.adopt_scene(&replica.scene);
             let _ = dom::root().dataset().set("tick", &format!("{:.0}", replica.display().floor()));
@@ -272,6 +280,10 @@ impl App {
         let css_per_pixel = css_per_pixel(picture.frame.view.pixels);
         self.tags.update(picture.replica, &picture.frame.view, css_per_pixel);
         if drawn {
+            if !self.world_shown {
+                self.world_shown = true;
+                let _ = dom::root().dataset().set("world", "yes");
+            }
             self.drawn_frames += 1;
             play.meter.drawn(now_ms);
         }

@@ -7,7 +7,7 @@ use crate::frame::View;
 use crate::replica::{News, Replica};
 use crate::words::{self, Cap};
 use jostle_protocol::{Appearance, PlayerState};
-use jostle_sim::{Buttons, Scene};
+use jostle_sim::{Buttons, Kind, Scene};
 use web_sys::HtmlElement;
 
 /// Key caps are large for so long after joining, milliseconds.
@@ -24,7 +24,9 @@ pub struct Hud {
     caps: Vec<(Cap, HtmlElement)>,
     players: Vec<PlayerState>,
     pressed: Buttons,
+    selected: Option<Kind>,
     figures_shown: bool,
+    bottom_css: f32,
     text_ms: f64,
 }
 
@@ -40,6 +42,11 @@ impl Hud {
             self.text_ms = now_ms;
             self.update_text(play, now_ms);
         }
+    }
+
+    /// CSS pixels at the bottom of the canvas that the key caps cover.
+    pub fn bottom_css(&self) -> f32 {
+        self.bottom_css
     }
 
     /// Forgets what was shown: the game is over or starts anew.
@@ -79,12 +86,15 @@ impl Hud {
             let _ = caps.class_list().toggle_with_force("small", small);
         }
         let pressed = play.controls.buttons();
-        if pressed == self.pressed {
+        let selected = play.replica().and_then(Replica::selected_kind);
+        if (pressed, selected) == (self.pressed, self.selected) {
             return;
         }
-        self.pressed = pressed;
+        (self.pressed, self.selected) = (pressed, selected);
         for (cap, element) in &self.caps {
             let _ = element.class_list().toggle_with_force("down", pressed.contains(cap.buttons));
+            let picked = selected.is_some_and(|kind| words::picks(cap.buttons) == Some(kind));
+            let _ = element.class_list().toggle_with_force("picked", picked);
         }
     }
 
@@ -110,6 +120,7 @@ impl Hud {
             show_figures(play, now_ms);
         }
         show_banner(play, now_ms);
+        self.bottom_css = dom::by_id::<HtmlElement>("caps").offset_height() as f32;
     }
 }
 
@@ -117,7 +128,7 @@ fn make_caps(scene: &Scene) -> Vec<(Cap, HtmlElement)> {
     let parent: HtmlElement = dom::by_id("caps");
     parent.set_text_content(None);
     let made = words::caps(scene).into_iter().map(|cap| {
-        let element = dom::element("span", "cap");
+        let element = dom::element("span", if cap.does.is_empty() { "cap joined" } else { "cap" });
         dom::append(&element, &dom::labelled("kbd", "", cap.key));
         dom::append(&element, &dom::labelled("span", "does", cap.does));
         dom::append(&parent, &element);
@@ -133,9 +144,14 @@ fn fill_help(scene: &Scene) {
     let general =
         [("?", "this help"), ("F2", "bounds of all bodies"), ("F3", "figures of the connection")];
     let keys = words::caps(scene).into_iter().map(|cap| (cap.key, cap.does)).chain(general);
+    let mut joined = String::new();
     for (key, does) in keys {
-        dom::append(&list, &dom::labelled("dt", "", key));
-        dom::append(&list, &dom::labelled("dd", "", does));
+        joined = if joined.is_empty() { key.to_owned() } else { format!("{joined} {key}") };
+        if !does.is_empty() {
+            dom::append(&list, &dom::labelled("dt", "", &joined));
+            dom::append(&list, &dom::labelled("dd", "", does));
+            joined.clear();
+        }
     }
 }
 

@@ -90,6 +90,15 @@ pub struct Play {
     opened_ms: f64,
 }
 
+/// What a frame is drawn on, device pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Canvas {
+    /// Width and height, neither zero.
+    pub pixels: [u32; 2],
+    /// The part at the bottom that the hud covers.
+    pub bottom: u32,
+}
+
 /// Frames are drawn with this.
 pub struct Picture<'a> {
     /// The copy of the room.
@@ -307,6 +316,16 @@ impl Play {
         }
     }
 
+    /// Gives the seat up: the player went on purpose.
+    pub fn leave(self) {
+        if let Link::Server { socket, .. } = self.link {
+            profile::set_seat_token(&self.code, None);
+            if let Some(socket) = socket {
+                socket.leave();
+            }
+        }
+    }
+
     fn refuse(&mut self, notice: Notice) {
         self.notice = Some(notice);
         self.state = State::Refused;
@@ -406,9 +425,8 @@ impl Play {
         own != self.bounds_toggled
     }
 
-    /// Brings everything to `now_ms` on a canvas of `pixels`: room in the page, display, camera,
-    /// intent.
-    pub fn advance(&mut self, now_ms: f64, pixels: Option<[u32; 2]>) {
+    /// Brings everything to `now_ms` on a canvas: room in the page, display, camera, intent.
+    pub fn advance(&mut self, now_ms: f64, canvas: Option<Canvas>) {
         let elapsed_s = ((now_ms - self.framed_ms) / 1000.0).clamp(0.0, 0.25) as f32;
         self.framed_ms = now_ms;
         if self.state != State::Frozen {
@@ -418,7 +436,7 @@ impl Play {
             self.hear_demo(now_ms);
             self.move_display(now_ms);
         }
-        self.look(pixels, elapsed_s);
+        self.look(canvas, elapsed_s);
         self.speak(now_ms);
     }
 
@@ -429,11 +447,12 @@ impl Play {
         }
     }
 
-    fn look(&mut self, pixels: Option<[u32; 2]>, elapsed_s: f32) {
-        let (Some(pixels), Some(camera)) = (pixels, &mut self.camera) else { return };
+    fn look(&mut self, canvas: Option<Canvas>, elapsed_s: f32) {
+        let (Some(canvas), Some(camera)) = (canvas, &mut self.camera) else { return };
         let hero = self.replica.as_ref().and_then(|replica| replica.own_hero());
         let hero = hero.map(|hero| (hero.center, hero.velocity));
-        self.view = camera.view(Target { pixels, hero, elapsed_s });
+        let Canvas { pixels, bottom } = canvas;
+        self.view = camera.view(Target { pixels, hero, bottom, elapsed_s });
     }
 
     /// Plays a scripted demo to its end as fast as it goes, and stands still there.

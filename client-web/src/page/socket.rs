@@ -4,6 +4,9 @@ use wasm_bindgen::JsCast;
 use wasm_bindgen::closure::Closure;
 use web_sys::{BinaryType, CloseEvent, Event, MessageEvent, WebSocket};
 
+/// Close code of a player who leaves (RFC 6455: a normal closure).
+const LEAVE_CODE: u16 = 1000;
+
 /// What a socket reports.
 pub enum SocketEvent {
     /// It is open: the hello may be sent.
@@ -56,6 +59,11 @@ impl Socket {
             let _ = self.inner.send_with_u8_array(bytes);
         }
     }
+
+    /// Closes it on purpose, which the server can tell from a connection that broke.
+    pub fn leave(self) {
+        let _ = self.inner.close_with_code(LEAVE_CODE);
+    }
 }
 
 impl Drop for Socket {
@@ -63,6 +71,7 @@ impl Drop for Socket {
         self.inner.set_onopen(None);
         self.inner.set_onmessage(None);
         self.inner.set_onclose(None);
+        // Of no use, and harmless, if it was closed with a reason before.
         let _ = self.inner.close();
     }
 }
