@@ -21,11 +21,13 @@ const TOUCHING: [u8; 4] = [255, 0, 0, 255];
 /// Adds the bounds of all bodies in view.
 pub fn fill(stage: &mut Stage) {
     let ring = circle_corners();
+    // Where one body is selected, red is kept for what it touches (row A1.4).
+    let selecting = stage.frame.bodies.iter().any(|body| body.hidden);
     for body in stage.frame.bodies {
         if !stage.quads.sees(body.center, body.shape.half_extent() + Vec2::ONE) {
             continue;
         }
-        let color = color(body);
+        let color = color(body, selecting);
         match body.shape {
             Shape::Circle { radius } => {
                 let corners = ring.map(|corner| body.center + corner * radius);
@@ -44,9 +46,10 @@ pub fn fill(stage: &mut Stage) {
     }
 }
 
-fn color(body: &FrameBody) -> [u8; 4] {
+fn color(body: &FrameBody, selecting: bool) -> [u8; 4] {
     match body.kind {
         _ if body.touching => TOUCHING,
+        _ if selecting => NORMAL,
         Kind::Dumb => DUMB,
         Kind::Platform | Kind::Wall => SLAB,
         _ => NORMAL,
