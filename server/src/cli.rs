@@ -9,6 +9,7 @@ mod scene;
 mod serve;
 mod trace;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use jostle_sim::Scene;
 use std::fmt::Display;
@@ -49,7 +50,12 @@ enum Failure {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        // Help and version, in clap's own layout.
+        Err(error) if is_help(&error) => error.exit(),
+        Err(error) => return fail(Failure::Usage(one_line(&error.to_string()))),
+    };
     if let Err(failure) = start_log(&arguments) {
         return fail(failure);
     }
@@ -82,10 +88,26 @@ fn start_log(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints a line. A closed stdout is a failure and no panic.
+fn is_help(error: &clap::Error) -> bool {
+    !error.use_stderr() || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+}
+
+/// What clap complains about, without its usage and hints, which take several lines.
+fn one_line(complaint: &str) -> String {
+    let complaint = complaint.strip_prefix("error: ").unwrap_or(complaint);
+    let complaint = complaint.split("\n\n").next().unwrap_or_default();
+    let words: Vec<_> = complaint.split_whitespace().collect();
+    format!("{}; see --help", words.join(" "))
+}
+
+/// Prints a line. Whoever closes our stdout, as `head` does, has seen enough.
 fn say(line: impl Display) -> Result<(), Failure> {
-    writeln!(std::io::stdout(), "{line}")
-        .map_err(|error| Failure::Check(format!("stdout: {error}")))
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Check(format!("stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The scene that SCENE means: a built-in name, or a path to a TOML file.

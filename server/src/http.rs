@@ -240,7 +240,7 @@ async fn create_room(request: Request<Incoming>, address: IpAddr, app: &App) -> 
     match app.rooms.create(&create.scene, address) {
         Ok(code) => json(StatusCode::CREATED, &Created { code }),
         Err(error) => {
-            tracing::info!(%address, scene = %create.scene, reason = ?error, "no room created");
+            tracing::info!(%address, scene = ?create.scene, reason = ?error, "no room created");
             failed(refused_status(&error), &error.to_string())
         }
     }

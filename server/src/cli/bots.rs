@@ -53,9 +53,9 @@ impl Bots {
         let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
         let report = runtime.block_on(self.play(&target));
         if self.json { say(json(&report)) } else { say(&report) }?;
-        match report.failed_clients() {
-            0 => Ok(()),
-            failed => Err(Failure::Check(format!("{failed} of {} clients failed", self.clients))),
+        match report.failure() {
+            None => Ok(()),
+            Some(failure) => Err(Failure::Check(failure)),
         }
     }
 

@@ -21,6 +21,8 @@ pub const BUTTONS: [(&str, Buttons); 12] = [
     ("pick-platform", Buttons::PICK_PLATFORM),
 ];
 
+const LINE_ALLOWED: &str = r#"{"tick":60,"seat":0,"buttons":["right"],"pointer":[100,50]}"#;
+
 /// What each seat holds, tick by tick.
 #[derive(Debug, Default)]
 pub struct Inputs {
@@ -97,7 +99,8 @@ impl Inputs {
 }
 
 fn parse_line(line: &str, seats_max: u8) -> Result<Change, String> {
-    let line: Line = serde_json::from_str(line).map_err(|error| error.to_string())?;
+    let line: Line = serde_json::from_str(line)
+        .map_err(|error| format!("line: found {error}; allowed: {LINE_ALLOWED}"))?;
     if line.seat >= seats_max {
         let last = seats_max.saturating_sub(1);
         return Err(format!("seat: found {}; allowed: 0 to {last}", line.seat));
@@ -163,7 +166,7 @@ mod tests {
                 "{\"tick\":1}\n{\"tick\":1,\"buttons\":[\"jump\"]}",
                 "keys.jsonl:2: buttons: found \"jump\"",
             ),
-            ("{\"tick\":-1}", "keys.jsonl:1: invalid value"),
+            ("{\"tick\":-1}", "keys.jsonl:1: line: found invalid value"),
             ("{\"tick\":1,\"pointer\":[1e60,0]}", "keys.jsonl:1: "),
             ("{\"tick\":1,\"keys\":[]}", "unknown field `keys`"),
             ("tick 1", "keys.jsonl:1: "),

@@ -139,6 +139,17 @@ impl Client {
         own.expect("a player is in every snapshot after the welcome")
     }
 
+    /// The server's tick, between the call and its return.
+    pub async fn tick(&mut self) -> u32 {
+        self.send(&ClientMessage::Ping { stamp: 77 }).await;
+        loop {
+            if let ServerMessage::Pong { stamp, tick } = self.message().await {
+                assert_eq!(stamp, 77);
+                return tick;
+            }
+        }
+    }
+
     /// Shows that this player's game goes on: a second of ticks comes, and an input is played.
     pub async fn goes_on(&mut self) {
         self.input(Buttons::RIGHT, None).await;

@@ -80,8 +80,6 @@ impl Bot {
         let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
         let mut pings = interval(PING_EVERY);
         let mut end = std::pin::pin!(sleep(self.length));
-        let started = Instant::now();
-        report.started_at = Some(started);
         loop {
             tokio::select! {
                 frame = socket.next() => {
@@ -92,7 +90,7 @@ impl Bot {
                 }
                 _ = inputs.tick() => send(&mut socket, &hands.next()).await?,
                 _ = pings.tick() => {
-                    let stamp = started.elapsed().as_micros() as u32;
+                    let stamp = report.stamp(Instant::now());
                     send(&mut socket, &ClientMessage::Ping { stamp }).await?;
                 }
                 () = end.as_mut() => break,
@@ -125,6 +123,7 @@ impl Bot {
         match welcome {
             ServerMessage::Welcome { seat, scene_name, scene, .. } => {
                 report.seat = Some(seat);
+                report.started_at = Some(Instant::now());
                 let file = format!("{scene_name}.toml");
                 let scene = Scene::parse(&file, &scene)
                     .map_err(|error| BotError::Scene(Box::new(error)))?;

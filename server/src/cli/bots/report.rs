@@ -59,12 +59,15 @@ impl ClientReport {
         self.last = Some((tick, now));
     }
 
-    /// The answer to a ping came; its stamp is in microseconds from `started_at`.
+    /// What a ping carries: microseconds since `started_at`, which wrap after an hour.
+    pub fn stamp(&self, now: Instant) -> u32 {
+        self.started_at.map_or(0, |started| (now - started).as_micros() as u32)
+    }
+
+    /// The answer to a ping came.
     pub fn ponged(&mut self, stamp: u32, now: Instant) {
-        if let Some(started) = self.started_at {
-            let elapsed_us = (now - started).as_micros() as u32;
-            self.pings_ms.push(f64::from(elapsed_us.wrapping_sub(stamp)) / 1e3);
-        }
+        let elapsed_us = self.stamp(now).wrapping_sub(stamp);
+        self.pings_ms.push(f64::from(elapsed_us) / 1e3);
     }
 
     fn seconds(&self) -> f64 {
@@ -183,9 +186,10 @@ impl Report {
         }
     }
 
-    /// Clients that met an error.
-    pub fn failed_clients(&self) -> usize {
-        self.failed
+    /// How many clients met an error, and the first one's.
+    pub fn failure(&self) -> Option<String> {
+        let error = self.per_client.iter().find_map(|entry| entry.error.as_deref())?;
+        Some(format!("{} of {} clients failed: {error}", self.failed, self.clients))
     }
 }
 
