@@ -13,8 +13,12 @@ const CATCH_UP: f32 = 7.0;
 const LOOK_AHEAD_S: f32 = 0.18;
 /// A following view is at least this many times its nominal height wide.
 const FOLLOW_WIDTH_MIN: f32 = 0.9;
-/// Where the middle of a world is put that leaves room above and below, from the top.
-const TALL_MIDDLE: f32 = 0.42;
+/// A screen on which the whole world leaves more than this much of its height free is upright.
+const UPRIGHT: f32 = 1.5;
+/// Height of an upright view that walks behind a hero, as a multiple of the world's.
+const UPRIGHT_HEIGHT: f32 = 1.32;
+/// Where the middle of the world is on an upright screen, from the top: thumbs are below.
+const UPRIGHT_MIDDLE: f32 = 0.42;
 
 /// The moving camera of one game.
 #[derive(Debug)]
@@ -52,21 +56,32 @@ impl Camera {
         }
     }
 
-    fn fit(&self, target: Target, aspect: f32) -> View {
+    fn fit(&mut self, target: Target, aspect: f32) -> View {
         let needed = self.world * (1.0 + 2.0 * MARGIN);
-        let pixels = target.pixels[1] as f32;
-        let free = 1.0 - (target.bottom as f32 / pixels).min(0.5);
+        let free = 1.0 - (target.bottom as f32 / target.pixels[1] as f32).min(0.5);
         let height = (needed.y / free).max(needed.x / aspect);
-        // On an upright phone the thumbs get the lower part of the free room.
-        let tall = height > needed.y * 1.5;
-        let lift = if tall { 0.5 - TALL_MIDDLE } else { 0.5 * (1.0 - free) } * height;
-        let center = self.world * 0.5 - Vec2::new(0.0, lift);
-        View { center, height, pixels: target.pixels }
+        if height <= needed.y * UPRIGHT {
+            let center = self.world * 0.5 - Vec2::new(0.0, 0.5 * (1.0 - free) * height);
+            return View { center, height, pixels: target.pixels };
+        }
+        // On an upright phone the whole width would make everything tiny: with a hero to walk
+        // behind, the world is as high as it can be above the thumbs.
+        let mut view = match target.hero {
+            Some(_) => self.walk(target, aspect, height.min(needed.y * UPRIGHT_HEIGHT)),
+            None => View { center: self.world * 0.5, height, pixels: target.pixels },
+        };
+        view.center.y -= (0.5 - UPRIGHT_MIDDLE) * view.height;
+        view
     }
 
     fn follow(&mut self, target: Target, aspect: f32, nominal: f32) -> View {
         let whole = self.world.y.max(self.world.x / aspect);
         let height = nominal.max(nominal * FOLLOW_WIDTH_MIN / aspect).min(whole);
+        self.walk(target, aspect, height)
+    }
+
+    /// A view of this height that walks behind the hero.
+    fn walk(&mut self, target: Target, aspect: f32, height: f32) -> View {
         let half = Vec2::new(height * aspect, height) * 0.5;
         let last = self.center.unwrap_or(self.world * 0.5);
         let wanted = target.hero.map_or(last, |(at, speed)| at + speed * LOOK_AHEAD_S);

@@ -13,6 +13,7 @@ pub mod input;
 pub mod meter;
 pub mod overlap;
 pub mod palette;
+pub mod quality;
 pub mod reconnect;
 pub mod render;
 pub mod replica;

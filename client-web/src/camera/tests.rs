@@ -34,6 +34,20 @@ fn fit_leaves_the_lower_part_of_an_upright_phone_to_the_thumbs() {
 }
 
 #[test]
+fn an_upright_phone_walks_behind_the_hero_with_the_full_height_in_view() {
+    let mut camera = Camera::new(CameraRule::Fit, WORLD);
+    let hero = Vec2::new(150.0, 20.0);
+    let view = camera.view(target([720, 1480], Some((hero, Vec2::ZERO))));
+    assert_eq!(view.center.x, 150.0);
+    for y in [0.0, WORLD.y] {
+        let pixel = view.to_pixel(Vec2::new(150.0, y)).y;
+        assert!((0.0..0.82 * 1480.0).contains(&pixel), "{y} at {pixel}");
+    }
+    let wide = Camera::new(CameraRule::Fit, WORLD).view(target([720, 1480], None));
+    assert!(view.height < wide.height * 0.6, "{} of {}", view.height, wide.height);
+}
+
+#[test]
 fn follow_starts_on_the_hero_and_stays_in_the_world() {
     let mut camera = Camera::new(CameraRule::Follow { height: 60.0 }, WORLD);
     let hero = Vec2::new(2.0, 3.0);

@@ -9,6 +9,7 @@ use super::socket::SocketEvent;
 use super::touchpad::Touchpad;
 use super::{dom, notice, profile};
 use crate::demo::{Demo, DemoRequest};
+use crate::quality::Quality;
 use crate::words::{self, Way};
 use jostle_protocol::Appearance;
 use jostle_sim::{Buttons, Scene};
@@ -40,6 +41,7 @@ pub struct App {
     /// Why there are no graphics, once it was tried.
     unsupported: bool,
     context_lost: bool,
+    quality: Quality,
     shown: Option<&'static str>,
     /// A frame of the game that is on was drawn.
     world_shown: bool,
@@ -75,6 +77,7 @@ pub fn start() {
         graphics: None,
         unsupported: false,
         context_lost: false,
+        quality: Quality::default(),
         shown: None,
         world_shown: false,
         calm: dom::media("(prefers-reduced-motion: reduce)"),
@@ -86,10 +89,10 @@ pub fn start() {
     notice::listen();
     graphics::watch_context(
         || {
-            with(|app| app.context_lost = true);
+            with(App::lose_graphics);
         },
         || {
-            with(App::restore_graphics);
+            with(|app| app.context_lost = false);
         },
     );
     dom::listen(&dom::window(), "popstate", |_: web_sys::Event| {
@@ -171,6 +174,7 @@ impl App {
             play.leave();
         }
         self.world_shown = false;
+        self.quality = Quality::default();
         dom::root().dataset().delete("world");
         self.hud.clear();
         self.tags.clear();
@@ -252,7 +256,9 @@ impl App {
         }
         self.ready_graphics();
         let now = dom::now_ms();
-        let size = self.graphics.as_mut().and_then(Graphics::fit);
+        let frozen = self.play.as_ref().is_some_and(|play| play.state() == State::Frozen);
+        let share = if frozen { 1.0 } else { self.quality.frame(now) };
+        let size = self.graphics.as_mut().and_then(|graphics| graphics.fit(share));
         let bottom_css = self.hud.bottom_css();
         let canvas = size.map(|pixels| {
             let bottom = (bottom_css / css_per_pixel(pixels)) as u32;
@@ -297,10 +303,11 @@ impl App {
         }
     }
 
-    /// The browser gave the context back: nothing that was made with the old one works.
-    fn restore_graphics(&mut self) {
+    /// The browser took the context: nothing that was made with it works, also not once there is
+    /// another. The next frame after that makes everything anew.
+    fn lose_graphics(&mut self) {
+        self.context_lost = true;
         self.graphics = None;
-        self.context_lost = false;
     }
 
     /// Presses or lets go of buttons that are not keys, and says so at once.

@@ -237,14 +237,25 @@ impl App {
 
 fn listen_buttons() {
     dom::listen(&dom::by_id::<HtmlElement>("leave"), "click", |_: Event| app::leave());
-    dom::listen(&dom::by_id::<HtmlElement>("copy"), "click", |_: Event| copy_link());
+    dom::listen(&dom::by_id::<HtmlElement>("copy"), "click", |event: MouseEvent| {
+        copy_link();
+        back_to_stage(&event);
+    });
     dom::listen(&dom::by_id::<HtmlElement>("help-button"), "click", |_: Event| toggle_help());
     dom::listen(&dom::by_id::<HtmlElement>("help-close"), "click", |_: Event| toggle_help());
-    dom::listen(&dom::by_id::<HtmlElement>("signal"), "click", |_: Event| {
+    dom::listen(&dom::by_id::<HtmlElement>("signal"), "click", |event: MouseEvent| {
         app::with(|app| app.hud.toggle_figures());
+        back_to_stage(&event);
     });
     if dom::media("(pointer: coarse)") {
         let _ = dom::root().dataset().set("touch", "yes");
+    }
+}
+
+/// After a click (not after a key on a focused button) keys belong to the game again.
+fn back_to_stage(event: &MouseEvent) {
+    if event.detail() > 0 {
+        let _ = dom::by_id::<HtmlElement>("stage").focus();
     }
 }
 

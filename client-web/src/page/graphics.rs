@@ -63,10 +63,10 @@ impl Graphics {
         })
     }
 
-    /// Fits the drawing to the canvas's place on the page; its size in device pixels, or `None`
-    /// while it has none.
-    pub fn fit(&mut self) -> Option<[u32; 2]> {
-        let ratio = dom::window().device_pixel_ratio().clamp(0.5, PIXEL_RATIO_MAX);
+    /// Fits the drawing to the canvas's place on the page, with a share of its device pixels; the
+    /// size in pixels, or `None` while it has none.
+    pub fn fit(&mut self, share: f64) -> Option<[u32; 2]> {
+        let ratio = dom::window().device_pixel_ratio().clamp(0.5, PIXEL_RATIO_MAX) * share;
         let side_max = f64::from(self.device.limits().max_texture_dimension_2d);
         let pixels = |css: i32| (f64::from(css) * ratio).round().min(side_max) as u32;
         let size = [pixels(self.canvas.client_width()), pixels(self.canvas.client_height())];

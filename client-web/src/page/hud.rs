@@ -14,6 +14,8 @@ use web_sys::HtmlElement;
 const CAPS_LARGE_MS: f64 = 10_000.0;
 /// Text is brought up to date so often, milliseconds.
 const TEXT_MS: f64 = 200.0;
+/// Players in the list; the rest is counted.
+const PLAYERS_LISTED_MAX: usize = 10;
 /// Lines in the feed.
 const FEED_LINES_MAX: u32 = 6;
 
@@ -56,6 +58,7 @@ impl Hud {
             dom::by_id::<HtmlElement>(id).set_text_content(None);
         }
         dom::show(&dom::by_id("banner"), false);
+        dom::document().set_title("Jostle");
     }
 
     /// Shows or hides the figures.
@@ -73,6 +76,7 @@ impl Hud {
         }
         self.scene = Some(replica.scene.source.clone());
         dom::set_text(&dom::by_id("room-title"), &replica.scene.title);
+        dom::document().set_title(&format!("{} \u{b7} Jostle", replica.scene.title));
         let code = if play.is_demo() { "demo, offline".into() } else { format!("/{}", play.code) };
         dom::set_text(&dom::by_id("room-code"), &code);
         self.caps = make_caps(&replica.scene);
@@ -172,6 +176,12 @@ fn list_players(players: &[PlayerState], replica: &Replica) {
     list.set_text_content(None);
     let mut order: Vec<&PlayerState> = players.iter().collect();
     order.sort_by_key(|p| (std::cmp::Reverse(p.score), p.seat));
+    let more = order.len().saturating_sub(PLAYERS_LISTED_MAX);
+    let own = order.iter().position(|p| p.seat == replica.seat).unwrap_or(0);
+    if own >= PLAYERS_LISTED_MAX {
+        order.swap(own, PLAYERS_LISTED_MAX - 1);
+    }
+    order.truncate(PLAYERS_LISTED_MAX);
     for player in order {
         let class = match (player.seat == replica.seat, player.connected) {
             (true, _) => "own",
@@ -185,6 +195,9 @@ fn list_players(players: &[PlayerState], replica: &Replica) {
         dom::append(&line, &dot);
         dom::append(&line, &dom::labelled("span", "score", &player.score.to_string()));
         dom::append(&list, &line);
+    }
+    if more > 0 {
+        dom::append(&list, &dom::labelled("li", "quiet", &format!("and {more} more")));
     }
 }
 

@@ -255,10 +255,6 @@ impl Play {
                 }
             }
             Ok(ServerMessage::Refused { refusal }) => {
-                // The seat is gone, or somebody else's: never ask for it again.
-                if refusal != jostle_protocol::Refusal::Closing {
-                    profile::set_seat_token(&self.code, None);
-                }
                 self.refuse(words::refused(refusal));
             }
             Ok(ServerMessage::Draining { seconds }) => {
@@ -458,7 +454,7 @@ impl Play {
     /// Plays a scripted demo to its end as fast as it goes, and stands still there.
     pub fn freeze_at(&mut self, ticks: u32) {
         self.hear_demo(0.0);
-        for _ in 0..ticks {
+        for _ in 0..ticks.max(1) {
             let Link::Demo(demo) = &mut self.link else { return };
             demo.tick();
             self.hear_demo(0.0);
@@ -490,7 +486,7 @@ impl Play {
             calm,
             own_seat: Some(replica.seat),
             pointer: if frozen { None } else { self.controls.pointer(&self.view) },
-            dimmed: matches!(self.state, State::Reconnecting | State::Refused),
+            dimmed: !matches!(self.state, State::Playing | State::Frozen),
         };
         Some(Picture { replica, frame })
     }
