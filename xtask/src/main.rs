@@ -4,6 +4,7 @@
 //! needed to use the crates: plain `cargo build` and `cargo test` work without it.
 
 mod chromium;
+mod pictures;
 mod play;
 mod shell;
 mod test;
@@ -49,6 +50,8 @@ enum Task {
     },
     /// Check the habits of the code base: links, arrows between crates, file sizes
     Tidy,
+    /// Take the README's screenshot from a game with three players
+    Pictures,
     /// Open a page once its server answers
     #[command(hide = true)]
     OpenWhenReady { link: String, address: SocketAddr },
@@ -72,6 +75,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Test { quick } => return Ok(test::test(quick)),
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
         Task::Tidy => tidy::tidy()?,
+        Task::Pictures => pictures::take()?,
         Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,
     }
     Ok(true)

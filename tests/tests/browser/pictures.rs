@@ -80,7 +80,8 @@ pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
         let tab = stage.visit(&demo_path(scene, tick), Screen::SMALL).await?;
         let page = tab.until("the frozen demo", |s| s.state == "frozen").await?;
         let native = native_demo(scene, tick)?;
-        assert_eq!(page.bodies.len(), native.samples().len(), "{scene}: bodies");
+        let stale = "is client-web/dist built from this code? `cargo xtask web` builds it";
+        assert_eq!(page.bodies.len(), native.samples().len(), "{scene}: bodies; {stale}");
         for (shown, sample) in page.bodies.iter().zip(native.samples()) {
             let name = (sample.id.index, sample.id.generation, sample.kind.name());
             assert_eq!((shown.id, shown.generation, shown.kind.as_str()), name, "{scene}");
