@@ -67,10 +67,10 @@ async fn act(tab: &Tab, turn: usize) -> Result<()> {
     let near = others.map(|hero| hero.pos).min_by(|a, b| apart(*a, own).total_cmp(&apart(*b, own)));
     let prey = near.unwrap_or([160.0, 60.0]);
     tab.move_to(tab.to_page(prey).await?, false).await?;
-    match turn % 4 {
-        0 => tab.hold_key(if prey[0] > own[0] { "d" } else { "a" }, 12).await,
-        1 => tab.hold_key("w", 10).await,
-        2 => tab.hold_key("z", 8).await,
+    match turn % 8 {
+        0 | 4 => tab.hold_key(if prey[0] > own[0] { "d" } else { "a" }, 14).await,
+        1 | 3 | 6 => tab.hold_key("w", 16).await,
+        5 if turn.is_multiple_of(3) => tab.hold_key("z", 8).await,
         _ => {
             let [x, y] =
                 tab.to_page([(own[0] + prey[0]) / 2.0, own[1].max(prey[1]) + 12.0]).await?;
