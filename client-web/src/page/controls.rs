@@ -28,52 +28,37 @@ pub fn listen() {
 }
 
 fn listen_keys() {
-    dom::listen_active(&dom::window(), "keydown", |event: KeyboardEvent| {
-        if typing(&event) {
-            return;
-        }
-        // With these held, the system takes keys whose release never comes.
-        if event.ctrl_key() || event.meta_key() || event.alt_key() {
-            app::with(App::release);
-            return;
-        }
-        if command(&event) || !in_play() {
-            event.prevent_default_if(is_command(&event) && in_play());
-            return;
-        }
-        let on_button = dom::target_within(&event, "button, a").is_some();
-        if on_button && matches!(event.code().as_str(), "Space" | "Enter") {
-            return;
-        }
-        if key(&event, true) {
-            event.prevent_default();
-        }
-    });
+    dom::listen_active(&dom::window(), "keydown", |event: KeyboardEvent| key_down(&event));
     dom::listen(&dom::window(), "keyup", |event: KeyboardEvent| {
         key(&event, false);
     });
 }
 
-trait PreventIf {
-    fn prevent_default_if(&self, wanted: bool);
-}
-
-impl PreventIf for KeyboardEvent {
-    fn prevent_default_if(&self, wanted: bool) {
-        if wanted {
-            self.prevent_default();
+fn key_down(event: &KeyboardEvent) {
+    if typing(event) || !app::with(|app| app.play.is_some()).unwrap_or(false) {
+        return;
+    }
+    // With these held, the system takes keys whose release never comes.
+    if event.ctrl_key() || event.meta_key() || event.alt_key() {
+        app::with(App::release);
+        return;
+    }
+    if let Some(command) = command(event) {
+        event.prevent_default();
+        if !event.repeat() {
+            command();
         }
+        return;
+    }
+    let on_button = dom::target_within(event, "button, a").is_some();
+    let presses_it = on_button && matches!(event.code().as_str(), "Space" | "Enter");
+    if !presses_it && !help_is_open() && key(event, true) {
+        event.prevent_default();
     }
 }
 
-fn is_command(event: &KeyboardEvent) -> bool {
-    matches!(event.code().as_str(), "F2" | "F3") || event.key() == "?"
-}
-
-/// Whether keys steer now: a game is on and nothing covers it.
-fn in_play() -> bool {
-    app::with(|app| app.play.is_some()).unwrap_or(false)
-        && dom::by_id::<HtmlElement>("help").hidden()
+fn help_is_open() -> bool {
+    !dom::by_id::<HtmlElement>("help").hidden()
 }
 
 /// Whether a key belongs to a text field.
@@ -87,27 +72,27 @@ fn typing(event: &Event) -> bool {
         .is_some_and(|e| e.closest("[contenteditable]").ok().flatten().is_some())
 }
 
-/// Keys that work on the page and not in the world; `true` if this was one.
-fn command(event: &KeyboardEvent) -> bool {
-    if event.repeat() || !app::with(|app| app.play.is_some()).unwrap_or(false) {
-        return false;
-    }
+/// What a key does to the page, if it does not belong to the world.
+fn command(event: &KeyboardEvent) -> Option<fn()> {
     match (event.code().as_str(), event.key().as_str()) {
-        ("F2", _) => {
-            app::with(|app| {
-                if let Some(play) = &mut app.play {
-                    play.bounds_toggled = !play.bounds_toggled;
-                }
-            });
-        }
-        ("F3", _) => {
-            app::with(|app| app.hud.toggle_figures());
-        }
-        (_, "?") => toggle_help(),
-        ("Escape", _) if !dom::by_id::<HtmlElement>("help").hidden() => toggle_help(),
-        _ => return false,
+        ("F2", _) => Some(toggle_bounds),
+        ("F3", _) => Some(toggle_figures),
+        (_, "?") => Some(toggle_help),
+        ("Escape", _) if help_is_open() => Some(toggle_help),
+        _ => None,
     }
-    true
+}
+
+fn toggle_bounds() {
+    app::with(|app| {
+        if let Some(play) = &mut app.play {
+            play.bounds_toggled = !play.bounds_toggled;
+        }
+    });
+}
+
+fn toggle_figures() {
+    app::with(|app| app.hud.toggle_figures());
 }
 
 fn key(event: &KeyboardEvent, down: bool) -> bool {
@@ -244,7 +229,7 @@ fn listen_buttons() {
     dom::listen(&dom::by_id::<HtmlElement>("help-button"), "click", |_: Event| toggle_help());
     dom::listen(&dom::by_id::<HtmlElement>("help-close"), "click", |_: Event| toggle_help());
     dom::listen(&dom::by_id::<HtmlElement>("signal"), "click", |event: MouseEvent| {
-        app::with(|app| app.hud.toggle_figures());
+        toggle_figures();
         back_to_stage(&event);
     });
     if dom::media("(pointer: coarse)") {

@@ -112,6 +112,12 @@ impl Hud {
         };
         dom::set(&dom::by_id("signal"), "data-bars", &bars.to_string());
         let ping = play.meter.ping_ms().filter(|_| !play.is_demo() && bars > 0);
+        let title = match bars {
+            0 => "No connection",
+            1 | 2 => "Slow connection",
+            _ => "Good connection",
+        };
+        dom::set(&dom::by_id("signal"), "title", title);
         let ping = ping.map_or(String::new(), |ms| format!("{ms:.0} ms"));
         dom::set_text(&dom::by_id("ping"), &ping);
         if let Some(replica) = play.replica()
@@ -145,9 +151,15 @@ fn fill_help(scene: &Scene) {
     dom::set_text(&dom::by_id("help-about"), &scene.about);
     let list: HtmlElement = dom::by_id("help-keys");
     list.set_text_content(None);
+    let touch = [
+        ("Left thumb", "move, where the scene has heroes"),
+        ("Touch", "use the chosen tool there"),
+    ];
+    let by_touch = dom::root().dataset().get("touch").is_some();
     let general =
         [("?", "this help"), ("F2", "bounds of all bodies"), ("F3", "figures of the connection")];
     let keys = words::caps(scene).into_iter().map(|cap| (cap.key, cap.does)).chain(general);
+    let keys = touch.into_iter().filter(|_| by_touch).chain(keys);
     let mut joined = String::new();
     for (key, does) in keys {
         joined = if joined.is_empty() { key.to_owned() } else { format!("{joined} {key}") };
@@ -283,11 +295,16 @@ struct Tag {
 }
 
 impl Tags {
-    /// Puts a tag over every hero in view. Where two would overlap, the first in seat order stays.
+    /// Puts a tag over every hero in view. Where two would overlap, the own one or
+    /// the first in seat order stays.
     pub fn update(&mut self, replica: &Replica, view: &View, css_per_pixel: f32) {
         let mut placed: Vec<[f32; 4]> = Vec::new();
         let mut used = 0;
-        for player in replica.players() {
+        // The own tag wins its place.
+        let own = |player: &&PlayerState| player.seat == replica.seat;
+        let players = replica.players();
+        let others = players.iter().filter(|player| !own(player));
+        for player in players.iter().filter(own).chain(others) {
             let hero = player.hero.and_then(|id| replica.bodies().iter().find(|b| b.id == id));
             let Some(hero) = hero else { continue };
             let tag = self.take(used, &player.appearance);
