@@ -54,8 +54,10 @@ async fn route(
     app: &App,
 ) -> (Answer, Option<Upgrade>) {
     let path = request.uri().path().to_owned();
+    // A CONNECT names no path, and `OPTIONS *` none with a slash.
+    let word = path.strip_prefix('/').unwrap_or_default();
     if request.headers().contains_key(header::UPGRADE) {
-        return upgrade(request, &path[1..]);
+        return upgrade(request, word);
     }
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     let answer = match path.as_str() {
@@ -68,7 +70,7 @@ async fn route(
         "/api/rooms" => json(StatusCode::OK, &rooms(app)),
         _ => match path.strip_prefix("/assets/") {
             Some(name) => asset(request.headers(), name),
-            None => room_page(request.headers(), &path[1..], app),
+            None => room_page(request.headers(), word, app),
         },
     };
     (answer, None)
@@ -223,7 +225,7 @@ struct Failed {
 }
 
 async fn create_room(request: Request<Incoming>, address: IpAddr, app: &App) -> Answer {
-    let body = match timeout(limits::HTTP_BODY_WAIT, read_body(request)).await {
+    let body = match timeout(app.waits.http_body, read_body(request)).await {
         Ok(Ok(body)) => body,
         Ok(Err(answer)) => return answer,
         Err(_late) => {

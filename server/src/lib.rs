@@ -22,7 +22,6 @@ pub use listen::run;
 
 use jostle_sim::Scene;
 use std::sync::Arc;
-use std::time::Duration;
 use tokio::sync::watch;
 
 /// What a server is started with.
@@ -30,14 +29,14 @@ use tokio::sync::watch;
 pub struct Config {
     /// Scenes on offer, at most [`limits::SCENES_MAX`], each name once.
     pub scenes: Vec<Scene>,
-    /// How long a room stays open with nobody in it.
-    pub room_empty_grace: Duration,
+    /// How long it waits for whom.
+    pub waits: limits::Waits,
 }
 
 impl Default for Config {
     /// The built-in scenes.
     fn default() -> Config {
-        Config { scenes: Scene::built_in(), room_empty_grace: limits::ROOM_EMPTY_GRACE }
+        Config { scenes: Scene::built_in(), waits: limits::Waits::default() }
     }
 }
 
@@ -60,6 +59,8 @@ pub struct App {
     pub connections: Arc<peers::Peers>,
     /// Game sockets.
     pub sessions: Arc<peers::Peers>,
+    /// How long the server waits for whom.
+    pub waits: limits::Waits,
     /// Whether the server is closing.
     pub phase: watch::Receiver<Phase>,
 }

@@ -84,6 +84,39 @@ pub const DRAIN_NOTICE: Duration = Duration::from_secs(2);
 /// Time after which the server ends even if sockets are left.
 pub const DRAIN_MAX: Duration = Duration::from_secs(3);
 
+/// The waits that decide when somebody is given up; tests shorten them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Waits {
+    /// [`HTTP_HEAD_WAIT`].
+    pub http_head: Duration,
+    /// [`HTTP_BODY_WAIT`].
+    pub http_body: Duration,
+    /// [`HELLO_WAIT`].
+    pub hello: Duration,
+    /// [`KEEPALIVE_EVERY`].
+    pub keepalive: Duration,
+    /// [`SILENCE_MAX`].
+    pub silence: Duration,
+    /// [`STALL_MAX`].
+    pub stall: Duration,
+    /// [`ROOM_EMPTY_GRACE`].
+    pub room_empty: Duration,
+}
+
+impl Default for Waits {
+    fn default() -> Waits {
+        Waits {
+            http_head: HTTP_HEAD_WAIT,
+            http_body: HTTP_BODY_WAIT,
+            hello: HELLO_WAIT,
+            keepalive: KEEPALIVE_EVERY,
+            silence: SILENCE_MAX,
+            stall: STALL_MAX,
+            room_empty: ROOM_EMPTY_GRACE,
+        }
+    }
+}
+
 const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
 const _: () = assert!(DRAIN_MAX.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
 const _: () = assert!(SILENCE_MAX.as_secs() > 2 * KEEPALIVE_EVERY.as_secs(), "a pong may get lost");

@@ -26,10 +26,12 @@ pub async fn run(
 ) -> io::Result<()> {
     check(&config)?;
     let (phase, followed) = watch::channel(Phase::Running);
+    let waits = config.waits;
     let app = Arc::new(App {
         rooms: Rooms::new(config, followed.clone()),
         connections: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_CONNECTIONS_MAX),
         sessions: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
+        waits,
         phase: followed,
     });
     // Every connection holds a sender; when the last is dropped, nobody is connected.
@@ -128,7 +130,7 @@ async fn speak_http(stream: TcpStream, peer: SocketAddr, app: &Arc<App>) -> Opti
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(limits::HTTP_HEAD_WAIT)
+        .header_read_timeout(app.waits.http_head)
         .max_headers(limits::HTTP_HEADERS_MAX)
         .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX)
         .serve_connection(TokioIo::new(stream), service)

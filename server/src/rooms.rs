@@ -72,7 +72,7 @@ impl Rooms {
     /// No rooms yet.
     pub fn new(config: Config, phase: watch::Receiver<Phase>) -> Arc<Rooms> {
         let scenes = config.scenes.into_iter().map(Arc::new).collect();
-        let empty_grace = config.room_empty_grace;
+        let empty_grace = config.waits.room_empty;
         Arc::new(Rooms { scenes, empty_grace, phase, open: Mutex::default() })
     }
 

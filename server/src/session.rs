@@ -5,7 +5,7 @@
 use crate::limits;
 use crate::outbox::Outbox;
 use crate::rate::TokenBucket;
-use crate::rooms::{Facts, Rooms, random};
+use crate::rooms::{Facts, random};
 use crate::ticker::{FromSession, Join};
 use crate::{App, Phase};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -73,7 +73,7 @@ async fn serve(socket: &mut Socket, code: &str, address: IpAddr, app: &App) -> E
     }
     let mut phase = app.phase.clone();
     let hello = tokio::select! {
-        hello = timeout(limits::HELLO_WAIT, hello(socket)) => hello,
+        hello = timeout(app.waits.hello, hello(socket)) => hello,
         _ = phase.wait_for(|phase| *phase != Phase::Running) => Ok(Err(End::Refused(Refusal::Closing))),
     };
     let (appearance, token) = match hello {
@@ -81,7 +81,7 @@ async fn serve(socket: &mut Socket, code: &str, address: IpAddr, app: &App) -> E
         Ok(Err(end)) => return end,
         Err(_late) => return End::Refused(Refusal::BadHello),
     };
-    match Seated::new(appearance, token, code, address, &app.rooms) {
+    match Seated::new(appearance, token, code, address, app) {
         Ok(seated) => seated.pump(socket, phase).await,
         Err(refusal) => End::Refused(refusal),
     }
@@ -112,6 +112,7 @@ struct Seated {
     facts: Arc<Facts>,
     inbox: SyncSender<FromSession>,
     outbox: Arc<Outbox>,
+    waits: limits::Waits,
 }
 
 impl Seated {
@@ -120,7 +121,7 @@ impl Seated {
         token: Option<u64>,
         code: &str,
         address: IpAddr,
-        rooms: &Arc<Rooms>,
+        app: &App,
     ) -> Result<Seated, Refusal> {
         let (sender, receiver) = sync_channel(limits::INBOX_MAX);
         let outbox = Arc::new(Outbox::default());
@@ -132,8 +133,8 @@ impl Seated {
             inbox: receiver,
             outbox: Arc::clone(&outbox),
         };
-        let facts = rooms.join(code, join)?;
-        Ok(Seated { facts, inbox: sender, outbox })
+        let facts = app.rooms.join(code, join)?;
+        Ok(Seated { facts, inbox: sender, outbox, waits: app.waits })
     }
 
     /// Reads and writes at once until one side ends.
@@ -151,7 +152,7 @@ impl Seated {
         let (rate, burst) = (limits::MESSAGES_PER_SECOND_MAX, limits::MESSAGES_BURST_MAX);
         let mut bucket = TokenBucket::new(rate, burst, Instant::now());
         loop {
-            let Ok(message) = timeout(limits::SILENCE_MAX, stream.next()).await else {
+            let Ok(message) = timeout(self.waits.silence, stream.next()).await else {
                 return End::Refused(Refusal::Silent);
             };
             if !bucket.take(Instant::now()) {
@@ -203,14 +204,14 @@ impl Seated {
     }
 
     async fn write(&self, mut sink: SplitSink<&mut Socket, Message>) -> End {
-        let first = tokio::time::Instant::now() + limits::KEEPALIVE_EVERY;
-        let mut keepalive = interval_at(first, limits::KEEPALIVE_EVERY);
+        let first = tokio::time::Instant::now() + self.waits.keepalive;
+        let mut keepalive = interval_at(first, self.waits.keepalive);
         loop {
             let message = tokio::select! {
                 bytes = self.outbox.take() => Message::Binary(bytes),
                 _ = keepalive.tick() => Message::Ping(Default::default()),
             };
-            match timeout(limits::STALL_MAX, sink.send(message)).await {
+            match timeout(self.waits.stall, sink.send(message)).await {
                 Ok(Ok(())) => {}
                 Ok(Err(_lost)) => return End::Gone,
                 Err(_stalled) => return End::Refused(Refusal::Silent),

@@ -4,10 +4,10 @@ use crate::client::{Client, LONG};
 use crate::server::Server;
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{ClientMessage, Refusal, VERSION};
-use jostle_server::limits;
+use jostle_server::limits::{self, Waits};
 use jostle_sim::{Buttons, Input};
 use std::net::SocketAddr;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
@@ -189,30 +189,45 @@ async fn a_full_room_is_told_so_and_has_room_again_later() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_socket_that_never_says_hello_is_closed() {
-    let server = Server::start().await;
+    let waits = Waits { hello: Duration::from_secs(1), ..Waits::default() };
+    let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let started = Instant::now();
     let mut mute = Client::connect(server.address, "arena").await;
     mute.is_refused(Refusal::BadHello).await;
-    assert!(started.elapsed() >= limits::HELLO_WAIT);
+    assert!(started.elapsed() >= waits.hello);
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_does_not_even_answer_pings_is_given_up() {
+    let waits = Waits { silence: Duration::from_secs(1), ..Waits::default() };
+    let server = Server::start_with_waits(waits).await;
+    let mut mute = Client::join(server.address, "arena", "Mute").await;
+    mute.is_refused(Refusal::Silent).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
     ann.goes_on().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_half_sent_request_is_closed() {
-    let server = Server::start().await;
+    let waits = Waits { http_head: Duration::from_secs(1), ..Waits::default() };
+    let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    let mut stream = TcpStream::connect(server.address).await.expect("a connection");
-    stream.write_all(b"GET /arena HTTP/1.1\r\nHost: jos").await.expect("a live socket");
-    let mut answer = Vec::new();
-    let closed = timeout(LONG, stream.read_to_end(&mut answer)).await;
-    closed.expect("the server gives up").expect("a clean end");
+    for part in ["", "GET /arena HTTP/1.1\r\nHost: jos"] {
+        let mut stream = TcpStream::connect(server.address).await.expect("a connection");
+        stream.write_all(part.as_bytes()).await.expect("a live socket");
+        let mut answer = Vec::new();
+        let closed = timeout(LONG / 5, stream.read_to_end(&mut answer)).await;
+        closed.expect("the server gives up").expect("a clean end");
+    }
     ann.goes_on().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_slow_body_is_closed() {
-    let server = Server::start().await;
+    let waits = Waits { http_body: Duration::from_secs(1), ..Waits::default() };
+    let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let head = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nContent-Length: 17\r\n\r\n{";
     let mut stream = TcpStream::connect(server.address).await.expect("a connection");

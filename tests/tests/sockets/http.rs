@@ -195,6 +195,11 @@ async fn no_path_leads_out_of_the_embedded_files() {
         let answer = get(server.address, path).await;
         assert_eq!(answer.status, 404, "{path}: {}", String::from_utf8_lossy(&answer.body));
     }
+    for line in ["CONNECT elsewhere:80", "OPTIONS *", "GET *", "OPTIONS /"] {
+        let request = format!("{line} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n");
+        let status = raw(server.address, &request).await.status;
+        assert!((400..500).contains(&status), "{line}: {status}");
+    }
     let mut lost = Client::connect(server.address, "api").await;
     lost.is_refused(Refusal::NoSuchRoom).await;
     ann.goes_on().await;

@@ -3,7 +3,7 @@
 use crate::client::{Client, LONG};
 use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage};
-use jostle_server::{Config, limits};
+use jostle_server::limits::{self, Waits};
 use jostle_sim::{Buttons, Vec2};
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -140,7 +140,7 @@ async fn ticks_follow_the_clock_whatever_players_do() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_empty_room_is_removed_and_opens_anew() {
     let grace = Duration::from_millis(100);
-    let server = Server::start_with(Config { room_empty_grace: grace, ..Config::default() }).await;
+    let server = Server::start_with_waits(Waits { room_empty: grace, ..Waits::default() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     ann.until("some play", |snapshot| snapshot.tick >= 60).await;
     drop(ann);
@@ -188,4 +188,18 @@ async fn without_players_the_end_comes_at_once() {
     server.stop();
     server.ended().await;
     assert!(stopped.elapsed() < limits::DRAIN_NOTICE, "{:?}", stopped.elapsed());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_only_watches_is_kept_by_answering_pings() {
+    let (keepalive, silence) = (Duration::from_millis(100), Duration::from_secs(3));
+    let waits = Waits { keepalive, silence, ..Waits::default() };
+    let server = Server::start_with_waits(waits).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let started = Instant::now();
+    while started.elapsed() < silence * 2 {
+        ann.snapshot().await;
+    }
+    assert!(ann.player().connected);
+    ann.goes_on().await;
 }

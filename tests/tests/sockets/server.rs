@@ -1,5 +1,6 @@
 //! The server under test, on a port of its own.
 
+use jostle_server::limits::Waits;
 use jostle_server::{Config, run};
 use jostle_sim::Scene;
 use std::io;
@@ -27,6 +28,11 @@ impl Server {
         let scene = Scene::parse(&format!("{name}.toml"), source);
         config.scenes.push(scene.unwrap_or_else(|error| panic!("{error}")));
         Server::start_with(config).await
+    }
+
+    /// With the built-in scenes and other waits.
+    pub async fn start_with_waits(waits: Waits) -> Server {
+        Server::start_with(Config { waits, ..Config::default() }).await
     }
 
     pub async fn start_with(config: Config) -> Server {

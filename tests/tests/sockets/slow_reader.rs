@@ -3,7 +3,11 @@
 use crate::client::{Client, LONG};
 use crate::server::Server;
 use jostle_protocol::Snapshot;
+use jostle_server::Config;
+use jostle_server::limits::Waits;
+use jostle_sim::Scene;
 use std::collections::BTreeMap;
+use std::time::Duration;
 use tokio::net::TcpSocket;
 use tokio::time::timeout;
 
@@ -64,9 +68,7 @@ const BYTES_MISSED: usize = 512 << 10;
 async fn a_slow_reader_delays_nobody_and_gets_the_newest_state() {
     let server = Server::start_with_scene("restless", RESTLESS).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
-    let small = TcpSocket::new_v4().expect("a socket");
-    small.set_recv_buffer_size(4096).expect("a small buffer");
-    let mut slow = Client::connect_over(small, server.address, "restless").await;
+    let mut slow = connect_small(&server).await;
     slow.enter("Slow", None).await;
 
     // From here on `slow` reads nothing, until Ann has got what no buffer could have held for it.
@@ -93,6 +95,30 @@ async fn a_slow_reader_delays_nobody_and_gets_the_newest_state() {
     assert!(equal, "both see the same world at the same tick");
     ann.goes_on().await;
     slow.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_takes_nothing_for_too_long_is_given_up() {
+    let waits = Waits { stall: Duration::from_secs(1), ..Waits::default() };
+    let mut config = Config { waits, ..Config::default() };
+    config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
+    let server = Server::start_with(config).await;
+    let mut ann = Client::join(server.address, "restless", "Ann").await;
+    let mut stuck = connect_small(&server).await;
+    stuck.enter("Stuck", None).await;
+    let seat = stuck.seat;
+    ann.until("the end of the stuck socket", |snapshot| {
+        snapshot.players.iter().any(|player| player.seat.0 == seat && !player.connected)
+    })
+    .await;
+    ann.goes_on().await;
+}
+
+/// A client whose kernel holds as little as possible for it.
+async fn connect_small(server: &Server) -> Client {
+    let small = TcpSocket::new_v4().expect("a socket");
+    small.set_recv_buffer_size(4096).expect("a small buffer");
+    Client::connect_over(small, server.address, "restless").await
 }
 
 /// Reads on until both have seen one tick, and compares what they saw.
