@@ -1,6 +1,6 @@
 //! The last ticks of a room as clients see them, and the coded way from each of them to now.
 
-use crate::{HISTORY_TICKS, IMPACTS_A_TICK_MAX};
+use crate::HISTORY_TICKS;
 use jostle_protocol::limits::EVENTS_MAX;
 use jostle_protocol::{ServerMessage, Snapshot, TimedEvent};
 use jostle_sim::Event;
@@ -39,7 +39,7 @@ impl History {
     pub fn push(&mut self, snapshot: Snapshot, events: &[Event]) {
         let tick = snapshot.tick;
         debug_assert_eq!(tick, self.newest().tick + 1, "ticks must follow each other");
-        let events = strongest(events).map(|event| TimedEvent { tick, event }).collect();
+        let events = events.iter().map(|&event| TimedEvent { tick, event }).collect();
         if self.moments.len() == HISTORY_TICKS {
             self.moments.pop_front();
         }
@@ -89,26 +89,10 @@ impl History {
     }
 }
 
-/// The events in their order, of impacts only the [`IMPACTS_A_TICK_MAX`] strongest: they are
-/// sparks for the eye, and a falling pile makes thousands.
-fn strongest(events: &[Event]) -> impl Iterator<Item = Event> {
-    let impacts = events.iter().enumerate().filter_map(|(place, event)| match event {
-        Event::Impact { speed, .. } => Some((*speed, place)),
-        _ => None,
-    });
-    let mut impacts: Vec<_> = impacts.collect();
-    // Stable, so that of equals the earlier ones stay.
-    impacts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut weak = vec![false; events.len()];
-    impacts.iter().skip(IMPACTS_A_TICK_MAX).for_each(|&(_, place)| weak[place] = true);
-    events.iter().copied().zip(weak).filter(|(_, weak)| !weak).map(|(event, _)| event)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use jostle_protocol::limits::BODIES_MAX;
-    use jostle_sim::{BodyId, Seat, Vec2};
+    use jostle_sim::Seat;
 
     fn snapshot(tick: u32) -> Snapshot {
         Snapshot { tick, ..Snapshot::default() }
@@ -127,11 +111,6 @@ mod tests {
         let message = ServerMessage::decode(bytes).unwrap();
         let ServerMessage::Snapshot(bytes) = message else { panic!("{message:?}") };
         Snapshot::decode(&bytes, baseline.map(snapshot).as_ref()).unwrap()
-    }
-
-    fn impact(place: u32, speed: f32) -> Event {
-        let id = |index| BodyId { index, generation: 0 };
-        Event::Impact { a: id(place), b: id(BODIES_MAX as u32 - 1), point: Vec2::ZERO, speed }
     }
 
     #[test]
@@ -180,18 +159,5 @@ mod tests {
         assert_eq!(decode(&history.since(Some(1)), Some(1)).1.len(), EVENTS_MAX);
         let keyframe = history.since(None);
         assert!(Arc::ptr_eq(&history.since(Some(0)), &keyframe));
-    }
-
-    #[test]
-    fn the_strongest_impacts_are_kept_in_order_and_all_other_events() {
-        let count = IMPACTS_A_TICK_MAX as u32 + 10;
-        let mut events: Vec<_> = (0..count).map(|place| impact(place, 5.0)).collect();
-        events[3] = Event::Left(Seat(3));
-        events.push(impact(count, 9.0));
-        let kept: Vec<_> = strongest(&events).collect();
-        // One place goes to the strong one at the end, the others to the first of the equals.
-        let mut expected = events[..IMPACTS_A_TICK_MAX].to_vec();
-        expected.push(impact(count, 9.0));
-        assert_eq!(kept, expected);
     }
 }

@@ -21,8 +21,6 @@ pub const INPUTS_QUEUED_MAX: usize = 8;
 pub const SILENCE_TICKS: u32 = 15;
 /// Snapshots kept as baselines for late clients.
 pub const HISTORY_TICKS: usize = 64;
-/// Impacts that are reported a tick, the strongest ones; other events are all reported.
-pub const IMPACTS_A_TICK_MAX: usize = 32;
 
 /// One game and its members.
 pub struct Room {

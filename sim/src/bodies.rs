@@ -145,6 +145,8 @@ fn check(def: &BodyDef) {
     assert!(half.x > 0.0 && half.y > 0.0, "body size {half} must be positive");
     assert!(def.position.is_finite(), "body position {} must be finite", def.position);
     assert!(def.velocity.is_finite(), "body velocity {} must be finite", def.velocity);
+    let still = def.motion != Motion::Static || def.velocity == Vec2::ZERO;
+    assert!(still, "a static body with velocity {}", def.velocity);
     let (mass, inverse) = (def.mass, 1.0 / def.mass);
     assert!(mass > 0.0 && mass.is_finite(), "body mass {mass} must be positive and finite");
     assert!(inverse > 0.0 && inverse.is_finite(), "body mass {mass} is out of range");

@@ -17,7 +17,7 @@ mod tests;
 pub use crate::scene::{Kind, SEATS_MAX};
 
 use crate::hash::StateHasher;
-use crate::math::Rng;
+use crate::math::{Rng, clamp_length};
 use crate::particle::{EmitterDef, Source, quantise};
 use crate::scene::{Place, Scene};
 use crate::shape::Shape;
@@ -356,7 +356,8 @@ impl Game {
         for (body, id) in self.scene.bodies.iter().zip(&self.placed) {
             if let (Some(path), Some(id)) = (&body.path, id) {
                 let way = path.at(self.ticks + 1) - self.world.position(*id);
-                self.world.set_velocity(*id, way / DT);
+                // One that a player dragged off its path comes back no faster than a body may be.
+                self.world.set_velocity(*id, clamp_length(way / DT, self.scene.speed_max));
             }
         }
     }
@@ -380,8 +381,9 @@ impl Game {
     fn emit(&mut self, recipe: u8, count: u16, source: Source) {
         let seed = self.chance.emit.next_u32();
         let emitter = EmitterDef { recipe, count, seed, source };
-        self.world.start_emitter(emitter);
-        self.events.push(Event::EmitterStarted(emitter));
+        if self.world.start_emitter(emitter) {
+            self.events.push(Event::EmitterStarted(emitter));
+        }
     }
 
     /// Adds a body with its rule; `None` when the world is full.

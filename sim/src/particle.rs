@@ -12,7 +12,7 @@ pub use obstacles::{Obstacle, dequantise, quantise};
 
 use crate::DT;
 use crate::hash::StateHasher;
-use crate::math::Rng;
+use crate::math::{Rng, min};
 use crate::world::BodyId;
 use emitter::Emitter;
 use glam::Vec2;
@@ -70,6 +70,12 @@ pub struct Look {
     pub size: f32,
 }
 
+/// A particle never looks larger than this, whatever its factor makes of it; world units.
+const SIZE_MAX: f32 = 256.0;
+
+/// Emitters that may run at a time; one more is not started.
+pub const EMITTERS_RUNNING_MAX: usize = 1024;
+
 /// All live particles and emitters of a world, particles as structure of arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Particles {
@@ -98,12 +104,16 @@ impl Particles {
         Particles { recipes, limit, ..Particles::default() }
     }
 
-    /// Adds an emitter; it makes its first particles in the coming `step`. Panics if its recipe
-    /// does not exist.
-    pub fn start(&mut self, emitter: EmitterDef) {
+    /// Adds an emitter; it makes its first particles in the coming `step`. `false` if
+    /// [`EMITTERS_RUNNING_MAX`] are running. Panics if its recipe does not exist.
+    pub fn start(&mut self, emitter: EmitterDef) -> bool {
         let recipe = usize::from(emitter.recipe);
         assert!(recipe < self.recipes.len(), "recipe {recipe} does not exist");
-        self.emitters.push(Emitter::new(emitter));
+        let fits = self.emitters.len() < EMITTERS_RUNNING_MAX;
+        if fits {
+            self.emitters.push(Emitter::new(emitter));
+        }
+        fits
     }
 
     /// One tick: expired particles go, the others move and are pushed out of obstacles, then
@@ -233,11 +243,13 @@ impl Particles {
         for (channel, end) in color.iter_mut().zip(birth.color_end) {
             *channel = if age >= life { end } else { *channel + (end - *channel) * lived };
         }
-        Look { color, size: birth.size * power(recipe.size_factor, age) }
+        let grown = birth.size * power(recipe.size_factor, age);
+        Look { color, size: min(grown, SIZE_MAX) }
     }
 
     /// Adds every bit of the state.
     pub(crate) fn hash(&self, hasher: &mut StateHasher) {
+        hasher.push(self.emitters.len() as u32);
         for emitter in &self.emitters {
             emitter.hash(hasher);
         }

@@ -52,6 +52,8 @@ impl Relaxation {
 /// A pass that changes no velocity by more than this and no overlap by more than
 /// [`DEPTH_TOLERANCE`] is the last one. Units/s.
 const SPEED_TOLERANCE: f32 = 1e-3;
+/// Cosine below which a contact's normal counts as another one; a rolling contact turns by less.
+const SAME_NORMAL: f32 = 0.7;
 /// Overlap beyond the slop that counts as none, world units.
 const DEPTH_TOLERANCE: f32 = 1e-4;
 
@@ -76,6 +78,8 @@ pub(crate) struct Row {
     restitution: f32,
     /// Normal of the last contact or, before it, of the warm start; from a to b.
     normal: Vec2,
+    /// Normal along which `holding` and `tangent` were applied.
+    acted: Vec2,
     /// Overlap, world units; 0 while the two are apart.
     depth: f32,
     /// Largest closing speed met so far in this step, units/s; not negative.
@@ -138,6 +142,7 @@ impl Row {
             friction: (material_a.friction * material_b.friction).sqrt(),
             restitution: min(material_a.restitution, material_b.restitution),
             normal: pair.warm_normal,
+            acted: pair.warm_normal,
             depth: 0.0,
             closing: 0.0,
             holding: pair.normal_impulse,
@@ -169,6 +174,19 @@ impl Row {
         if moved_a || moved_b {
             self.look(bodies);
         }
+    }
+
+    /// Takes back what was applied along another normal: where the contact of two boxes jumps from
+    /// a top to a side, the load that it held must not become a push along the new normal.
+    #[inline]
+    fn undo_if_turned(&mut self, bodies: &mut Bodies) {
+        let holds = self.holding > 0.0 || self.tangent != 0.0;
+        if holds && self.acted.dot(self.normal) < SAME_NORMAL {
+            self.push(bodies, self.acted * -self.holding - self.acted.perp() * self.tangent);
+            self.holding = 0.0;
+            self.tangent = 0.0;
+        }
+        self.acted = self.normal;
     }
 
     /// The contact at the end of the step, if the two overlap.
@@ -210,6 +228,7 @@ pub(crate) fn relax(bodies: &mut Bodies, rows: &mut [Row], settings: &Relaxation
 fn relax_row(bodies: &mut Bodies, row: &mut Row, settings: &Relaxation) -> bool {
     row.look_again(bodies);
     if row.depth > 0.0 {
+        row.undo_if_turned(bodies);
         let changed_normal = push_apart(bodies, row, settings.bounce_threshold);
         let changed_tangent = rub(bodies, row);
         let changed_place = project(bodies, row, settings);

@@ -266,10 +266,12 @@ impl World {
         self.pairs.invalidate();
     }
 
-    /// Sets a velocity. Panics unless finite.
+    /// Sets a velocity. Panics unless finite, and on a static body unless zero (C20).
     pub fn set_velocity(&mut self, id: BodyId, velocity: Vec2) {
         assert!(velocity.is_finite(), "velocity {velocity} must be finite");
         let index = self.bodies.index(id);
+        let still = self.bodies.motion[index] != Motion::Static || velocity == Vec2::ZERO;
+        assert!(still, "static body {} cannot have velocity {velocity}", id.index);
         self.bodies.velocity[index] = velocity;
     }
 
@@ -378,8 +380,11 @@ impl World {
         self.departed.clear();
         for &slot in &self.bodies.moving {
             let center = self.bodies.center[slot as usize];
+            // A comparison with NaN is false: what is no number is outside too, and goes before it
+            // can touch anything (C03).
             if !self.settings.kill_zone.contains(center) {
-                self.departed.push((self.bodies.id(slot), center));
+                let last = if center.is_finite() { center } else { self.settings.kill_zone.low };
+                self.departed.push((self.bodies.id(slot), last));
             }
         }
         for place in 0..self.departed.len() {
@@ -423,9 +428,10 @@ impl World {
         self.passes
     }
 
-    /// Starts an emitter. Panics if it names a recipe that the world does not have.
-    pub fn start_emitter(&mut self, emitter: EmitterDef) {
-        self.particles.start(emitter);
+    /// Starts an emitter; `false` if too many are running. Panics if it names a recipe that the
+    /// world does not have.
+    pub fn start_emitter(&mut self, emitter: EmitterDef) -> bool {
+        self.particles.start(emitter)
     }
 
     /// Particles and emitters.
@@ -444,18 +450,29 @@ impl World {
         center.iter().chain(velocity).all(|vector| vector.is_finite())
     }
 
-    /// Digest of the raw bits of all state in id order.
+    /// Digest of the raw bits of all state in id order: bodies, what free slots remember, resting
+    /// impulses, particles and emitters.
     pub fn hash(&self) -> u64 {
         let mut hasher = StateHasher::default();
-        for slot in self.bodies.slots() {
+        let bodies = &self.bodies;
+        hasher.push(bodies.alive.len() as u32);
+        for (&alive, &generation) in bodies.alive.iter().zip(&bodies.generation) {
+            hasher.push(generation << 1 | u32::from(alive));
+        }
+        for slot in bodies.slots() {
             let index = slot as usize;
-            hasher.push(slot);
-            hasher.push(self.bodies.generation[index]);
-            hasher.push_vec2(self.bodies.center[index]);
-            hasher.push_vec2(self.bodies.velocity[index]);
-            hasher.push_f32(self.bodies.calm[index]);
-            hasher.push_f32(self.bodies.inverse_mass[index]);
-            hasher.push_f32(self.bodies.gravity_scale[index]);
+            let half = bodies.shape[index].half_extent();
+            let round = matches!(bodies.shape[index], Shape::Circle { .. });
+            let tags = [u8::from(round), bodies.motion[index] as u8, bodies.group[index], 0];
+            hasher.push(u32::from_le_bytes(tags));
+            hasher.push_vec2(half);
+            hasher.push_vec2(bodies.center[index]);
+            hasher.push_vec2(bodies.velocity[index]);
+            hasher.push_f32(bodies.calm[index]);
+            hasher.push_f32(bodies.inverse_mass[index]);
+            hasher.push_f32(bodies.gravity_scale[index]);
+            hasher.push_f32(bodies.material[index].restitution);
+            hasher.push_f32(bodies.material[index].friction);
         }
         for pair in self.pairs.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
             hasher.push(pair.a);

@@ -5,12 +5,14 @@ use super::{Game, Kind};
 use crate::math::Rng;
 use crate::scene::{Layout, Path, Scene};
 use crate::shape::{Aabb, Shape};
-use crate::world::{BodyDef, BodyId};
+use crate::world::{BodyDef, BodyId, Motion};
 use glam::Vec2;
 use std::sync::Arc;
 
 /// Places tried for a body in its cell, and again in the whole area; then it is left out.
 const TRIES: u32 = 256;
+/// Bodies of a layout that find no room one after the other; then the layout is full.
+const FAILURES_MAX: u32 = 8;
 
 impl Game {
     /// Fills the world: first what has a place, then the layouts in file order.
@@ -27,8 +29,16 @@ impl Game {
             }
         }
         for layout in &scene.layouts {
+            let mut failures = 0;
             for place in 0..layout.count {
-                let Some(def) = find_room(layout, place, &taken, &spawns, rng) else { continue };
+                let Some(def) = find_room(layout, place, &taken, &spawns, rng) else {
+                    failures += 1;
+                    if failures == FAILURES_MAX {
+                        break;
+                    }
+                    continue;
+                };
+                failures = 0;
                 taken.push(Aabb::around(def.position, def.shape.half_extent()));
                 self.place(layout.kind, def, layout.velocity_given, rng);
             }
@@ -48,12 +58,14 @@ impl Game {
             Kind::Dumb => self.scene.dumb_speed,
             _ => 0.0,
         };
-        if speed > 0.0 && !velocity_given {
+        if speed > 0.0 && !velocity_given && def.motion == Motion::Dynamic {
             def.velocity = either_side(speed, rng);
         }
         let speed = def.velocity.length();
         let rule = match kind {
-            Kind::Minion if speed > 0.0 => Rule::Wander { heading: def.velocity / speed, speed },
+            Kind::Minion if speed > 0.0 && def.motion == Motion::Dynamic => {
+                Rule::Wander { heading: def.velocity / speed, speed }
+            }
             _ => Rule::Still,
         };
         self.add(&def, kind, None, rule)

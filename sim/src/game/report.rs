@@ -6,18 +6,21 @@ use crate::shape::Shape;
 use crate::world::{Touch, World};
 use glam::Vec2;
 
-/// Impacts that one tick reports; further ones are only felt.
-pub const IMPACTS_PER_TICK_MAX: usize = 16;
+/// Impacts that one tick reports, the hardest ones; further ones are only felt.
+pub const IMPACTS_PER_TICK_MAX: usize = 32;
 
 impl Game {
-    /// Contacts that began harder than the scene's report speed, in id order.
+    /// Contacts that began harder than the scene's report speed, hardest first.
     pub(super) fn report_impacts(&mut self) {
         if self.scene.relaxation.is_none() {
             return;
         }
         let hard = |touch: &&Touch| touch.began && touch.closing > self.scene.impact_speed;
-        let impacts = self.world.touches().iter().filter(hard).take(IMPACTS_PER_TICK_MAX);
-        self.events.extend(impacts.map(|touch| Event::Impact {
+        let mut impacts: Vec<&Touch> = self.world.touches().iter().filter(hard).collect();
+        // Stable: of equally hard ones those with the lower ids stay.
+        impacts.sort_by(|one, other| other.closing.total_cmp(&one.closing));
+        impacts.truncate(IMPACTS_PER_TICK_MAX);
+        self.events.extend(impacts.into_iter().map(|touch| Event::Impact {
             a: touch.a,
             b: touch.b,
             point: contact_point(&self.world, touch),

@@ -119,7 +119,7 @@ impl Game {
         }
     }
 
-    /// The body under the pointer when X goes down is held until X goes up (C44): it is driven
+    /// The first body that comes under the pointer while X is down is held until X goes up (C44): it is driven
     /// towards the pointer, and gravity loads nothing in the meantime.
     fn hold(&mut self, at: usize) {
         if !self.players[at].holds(Buttons::HOLD) {

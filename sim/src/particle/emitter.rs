@@ -96,6 +96,12 @@ impl Emitter {
 
     pub fn hash(&self, hasher: &mut StateHasher) {
         hasher.push(u32::from(self.def.recipe) << 16 | u32::from(self.left));
+        let body = match self.def.source {
+            Source::Point(_) => BodyId { index: u32::MAX, generation: 0 },
+            Source::Body(id) => id,
+        };
+        hasher.push(body.index);
+        hasher.push(body.generation);
         hasher.push_vec2(self.position);
         for word in self.rng.state() {
             hasher.push_u64(word);

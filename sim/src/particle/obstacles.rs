@@ -74,7 +74,8 @@ fn circle_exit(offset: Vec2, radius: f32) -> (Vec2, f32) {
 const CELLS: f32 = 64.0;
 
 /// A uniform grid over the obstacles, rebuilt each tick: the cells' lists of obstacles, in one
-/// array. It only decides who is tested, never the result.
+/// array. A particle is tested against the obstacles of the cell that it flew into; who pushes it
+/// further is found in the next tick.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObstacleGrid {
     low: Vec2,

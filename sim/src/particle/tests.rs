@@ -195,6 +195,26 @@ fn a_round_recipe_fills_the_ellipse_between_its_corners() {
     assert!(quadrants.iter().all(|&count| count > 200), "{quadrants:?}");
 }
 
+#[test]
+fn only_so_many_emitters_run_at_a_time() {
+    let mut particles = Particles::new(vec![still(500)], 10);
+    let def = EmitterDef { recipe: 0, count: 6, seed: 1, source: Source::Point(Vec2::ZERO) };
+    for _ in 0..EMITTERS_RUNNING_MAX {
+        assert!(particles.start(def));
+    }
+    assert!(!particles.start(def));
+}
+
+#[test]
+fn a_growing_particle_stays_finite() {
+    let recipe = Recipe { size_factor: 1.1, ..still(3600) };
+    let mut particles = started(recipe, 1);
+    for _ in 0..3600 {
+        step(&mut particles);
+    }
+    assert!(particles.look(0).size <= 256.0);
+}
+
 fn pushed(shape: Shape, offset: Vec2, velocity: Vec2) -> (Vec2, Vec2) {
     let center = Vec2::new(10.0, 20.0);
     let obstacle = Obstacle { shape, center };

@@ -234,7 +234,7 @@ pub(super) fn placed(field: &Field, kinds: &Kinds, groups: &Groups) -> Result<Pl
         }
         None => table.need("position", "[x, y] of the centre")?.vector(PLACE)?,
     };
-    let velocity = table.vector("velocity", Vec2::ZERO, SPEED)?;
+    let velocity = velocity(&table, traits.motion)?;
     let name = table.get("name").map(|field| field.text(NAME_CHARS_MAX)).transpose()?;
     Ok(Placed {
         kind: traits.kind,
@@ -243,6 +243,16 @@ pub(super) fn placed(field: &Field, kinds: &Kinds, groups: &Groups) -> Result<Pl
         name,
         path,
     })
+}
+
+fn velocity(table: &Table, motion: Motion) -> Result<Vec2, SceneError> {
+    let velocity = table.vector("velocity", Vec2::ZERO, SPEED)?;
+    match table.get("velocity") {
+        Some(field) if motion == Motion::Static && velocity != Vec2::ZERO => {
+            Err(field.refuse("nothing: a static body never moves; make it kinematic or dynamic"))
+        }
+        _ => Ok(velocity),
+    }
 }
 
 fn refuse_beside_path(table: &Table) -> Result<(), SceneError> {
@@ -302,7 +312,7 @@ pub(super) fn layout(field: &Field, kinds: &Kinds, groups: &Groups) -> Result<La
     };
     let count = table.need("count", "how many bodies")?.whole(1, LAYOUT_COUNT_MAX)?;
     let [low, high] = table.need("area", "[[x, y], [x, y]]: corners")?.corners(PLACE)?;
-    let velocity = table.vector("velocity", Vec2::ZERO, SPEED)?;
+    let velocity = velocity(&table, traits.motion)?;
     Ok(Layout {
         kind: traits.kind,
         def: BodyDef { velocity, ..def },

@@ -7,7 +7,7 @@ use super::document::{Field, Range, Table};
 use super::groups::Groups;
 use super::recipes::Recipes;
 use super::{
-    BODIES_MAX, Camera, EMITTERS_MAX, Kind, Layout, PACKS_MAX, PARTICLES_MAX, Placed, Repeater,
+    BODIES_MAX, Camera, EMITTERS_MAX, Layout, PACKS_MAX, PARTICLES_MAX, Placed, Repeater,
     SEATS_MAX, SIZE_MAX, Scene, SceneError, Tools,
 };
 use crate::contact::collide;
@@ -106,6 +106,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
     };
     check_tools(root, &scene)?;
     check_places(root, &scene)?;
+    check_speeds(root, &scene)?;
     check_clear(root, &scene)?;
     Ok(scene)
 }
@@ -283,6 +284,10 @@ fn check_places(root: &Table, scene: &Scene) -> Result<(), SceneError> {
                 .inner(if body.path.is_some() { "path" } else { "position" })
                 .refuse(inside));
         }
+        if body.def.velocity.length() > scene.speed_max {
+            let allowed = format!("a speed of at most speed_max = {}", scene.speed_max);
+            return Err(field.inner("velocity").refuse(allowed));
+        }
         let fastest = body.path.as_ref().map_or(0.0, |path| path.speed_max());
         if fastest > scene.speed_max {
             let found = format!("a speed of {fastest} on the fastest leg");
@@ -294,12 +299,35 @@ fn check_places(root: &Table, scene: &Scene) -> Result<(), SceneError> {
             return Err(field.inner("name").refuse("each name once"));
         }
     }
+    let spawns = scene.hero.as_ref().map_or(&[][..], |hero| &hero.spawns);
+    if let Some(table) = root.get("hero") {
+        for (field, &spawn) in table.inner("spawns").list()?.iter().zip(spawns) {
+            if !zone.contains(spawn) {
+                return Err(field.refuse(inside));
+            }
+        }
+    }
     for (field, layout) in root.list("layouts")?.iter().zip(&scene.layouts) {
         if !zone.contains(layout.area.low) || !zone.contains(layout.area.high) {
             return Err(field.inner("area").refuse(inside));
         }
     }
     Ok(())
+}
+
+/// What moves by itself moves no faster than a body may.
+fn check_speeds(root: &Table, scene: &Scene) -> Result<(), SceneError> {
+    let own = scene.pack.as_ref().map_or(0.0, |pack| pack.speed);
+    if own <= scene.speed_max {
+        return Ok(());
+    }
+    let allowed = format!("at most speed_max = {}", scene.speed_max);
+    match root.get("pack") {
+        Some(pack) => Err(pack.inner("speed").refuse_as(format!("a speed of {own}"), allowed)),
+        None => {
+            Err(root.error("speed_max", scene.speed_max.to_string(), format!("at least {own}")))
+        }
+    }
 }
 
 /// Dynamic bodies and heroes start clear of the immovable ones that they collide with.
@@ -319,9 +347,6 @@ fn check_clear(root: &Table, scene: &Scene) -> Result<(), SceneError> {
     let Some(hero) = &scene.hero else { return Ok(()) };
     let Some(table) = root.get("hero") else { return Ok(()) };
     for (field, &position) in table.inner("spawns").list()?.iter().zip(&hero.spawns) {
-        if !scene.kill_zone.contains(position) {
-            return Err(field.refuse("a place inside the kill zone"));
-        }
         if let Some(other) = blocking(scene, &BodyDef { position, ..hero.body }) {
             let found = format!("a hero inside bodies[{other}]");
             return Err(field.refuse_as(found, "a place clear of it"));
@@ -334,7 +359,6 @@ fn check_clear(root: &Table, scene: &Scene) -> Result<(), SceneError> {
 fn blocking(scene: &Scene, def: &BodyDef) -> Option<usize> {
     scene.bodies.iter().position(|other| {
         other.def.motion != Motion::Dynamic
-            && other.kind != Kind::Pack
             && scene.groups_meet(def.group, other.def.group)
             && collide(def.shape, def.position, other.def.shape, other.def.position, (0, 1))
                 .is_some()
