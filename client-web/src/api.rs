@@ -62,10 +62,13 @@ pub enum Opened {
     },
 }
 
-/// The liveliest room with a free seat.
+/// The scene that "Play" prefers, and opens when nobody plays.
+pub const FIRST_SCENE: &str = "arena";
+
+/// The liveliest room with a free seat, if anybody is in one.
 pub fn liveliest(rooms: &[Room]) -> Option<&Room> {
-    let free = rooms.iter().filter(|room| room.players < room.players_max);
-    free.max_by_key(|room| (room.players, std::cmp::Reverse(&room.code)))
+    let free = rooms.iter().filter(|room| (1..room.players_max).contains(&room.players));
+    free.max_by_key(|room| (room.players, room.scene == FIRST_SCENE, std::cmp::Reverse(&room.code)))
 }
 
 /// Body of `POST /api/rooms`.
@@ -88,6 +91,15 @@ mod tests {
         assert_eq!(liveliest(&rooms).map(|r| r.code.as_str()), Some("c"));
         assert_eq!(liveliest(&rooms[1..2]), None);
         assert_eq!(liveliest(&[]), None);
+    }
+
+    #[test]
+    fn play_joins_no_empty_room_and_prefers_the_arena() {
+        let elsewhere = |code, players| Room { scene: "bounds".to_owned(), ..room(code, players) };
+        assert_eq!(liveliest(&[room("a", 0), elsewhere("b", 0)]), None);
+        let chosen = |rooms: &[Room]| liveliest(rooms).map(|room| room.code.clone());
+        assert_eq!(chosen(&[elsewhere("a", 3), room("b", 3)]).as_deref(), Some("b"));
+        assert_eq!(chosen(&[elsewhere("a", 4), room("b", 3)]).as_deref(), Some("a"));
     }
 
     #[test]

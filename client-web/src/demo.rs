@@ -133,6 +133,11 @@ impl Demo {
         }
     }
 
+    /// Digest of the room's whole state.
+    pub fn state_hash(&self) -> u64 {
+        self.room.game().hash()
+    }
+
     /// Takes what the page is to receive.
     pub fn take(&mut self) -> Vec<Vec<u8>> {
         std::mem::take(&mut self.outbox)

@@ -5,9 +5,8 @@ use crate::frame::View;
 use jostle_sim::{Buttons, Input, Vec2};
 use std::collections::VecDeque;
 
-/// Physical keys by `KeyboardEvent.code`, and what each means. One line a key: two keys may mean
-/// the same, and each is held on its own.
-pub const KEYS: [(&str, Buttons); 16] = [
+/// Keys by their place on the keyboard (`KeyboardEvent.code`): the hand finds them.
+pub const PLACES: [(&str, Buttons); 9] = [
     ("KeyW", Buttons::UP),
     ("ArrowUp", Buttons::UP),
     ("Space", Buttons::UP),
@@ -17,14 +16,28 @@ pub const KEYS: [(&str, Buttons); 16] = [
     ("ArrowDown", Buttons::DOWN),
     ("KeyD", Buttons::RIGHT),
     ("ArrowRight", Buttons::RIGHT),
-    ("KeyZ", Buttons::MAKE),
-    ("KeyX", Buttons::HOLD),
-    ("KeyC", Buttons::AGITATE),
-    ("KeyV", Buttons::CLEAR),
-    ("KeyH", Buttons::PICK_HERO),
-    ("KeyM", Buttons::PICK_MINION),
-    ("KeyP", Buttons::PICK_PLATFORM),
 ];
+/// Keys by their letter (`KeyboardEvent.key`), which the page prints: the eye finds them. Each with
+/// its place on the keyboard of the United States, for keyboards that lack the letter.
+pub const LETTERS: [(&str, &str, Buttons); 7] = [
+    ("z", "KeyZ", Buttons::MAKE),
+    ("x", "KeyX", Buttons::HOLD),
+    ("c", "KeyC", Buttons::AGITATE),
+    ("v", "KeyV", Buttons::CLEAR),
+    ("h", "KeyH", Buttons::PICK_HERO),
+    ("m", "KeyM", Buttons::PICK_MINION),
+    ("p", "KeyP", Buttons::PICK_PLATFORM),
+];
+
+/// What the key at a place with a letter on it stands for. Where they disagree the places to steer
+/// win, then letters: a French keyboard has Z where the hand steers up, and its W makes instead.
+pub fn meaning(place: &str, letter: &str) -> Option<Buttons> {
+    let letter = letter.to_lowercase();
+    let steers = PLACES.iter().find(|(code, _)| *code == place).map(|(_, button)| *button);
+    let named = || LETTERS.iter().find(|(key, ..)| *key == letter).map(|(.., button)| *button);
+    let instead = || LETTERS.iter().find(|(_, code, _)| *code == place).map(|(.., b)| *b);
+    steers.or_else(named).or_else(instead)
+}
 
 /// Inputs a second, the server plays one a tick.
 const RATE_HZ: f64 = 60.0;
@@ -38,8 +51,9 @@ const REPEAT_MS: f64 = 80.0;
 /// What is down now.
 #[derive(Debug, Default)]
 pub struct Controls {
-    /// One bit a line of [`KEYS`].
-    keys: u32,
+    /// Keys that are down, by place, with what each pressed: two may press the same, and a letter
+    /// may change (Shift, another layout) before its key goes up.
+    keys: Vec<(String, Buttons)>,
     /// Pointer buttons, on-screen buttons and the stick.
     pointed: Buttons,
     /// Last pointer position, device pixels.
@@ -47,11 +61,16 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// A key went down or up; `false` if the code means nothing here.
-    pub fn key(&mut self, code: &str, down: bool) -> bool {
-        let Some(line) = KEYS.iter().position(|(name, _)| *name == code) else { return false };
-        let bit = 1 << line;
-        self.keys = if down { self.keys | bit } else { self.keys & !bit };
+    /// A key went down or up; `false` if it means nothing here.
+    pub fn key(&mut self, place: &str, letter: &str, down: bool) -> bool {
+        let held = self.keys.iter().position(|(code, _)| code == place);
+        if !down {
+            return held.map(|index| self.keys.swap_remove(index)).is_some();
+        }
+        let Some(buttons) = meaning(place, letter) else { return false };
+        if held.is_none() {
+            self.keys.push((place.to_owned(), buttons));
+        }
         true
     }
 
@@ -79,11 +98,7 @@ impl Controls {
 
     /// Everything that is down, whichever way it was pressed.
     pub fn buttons(&self) -> Buttons {
-        let keys = KEYS
-            .iter()
-            .enumerate()
-            .filter(|(line, _)| self.keys >> line & 1 == 1)
-            .fold(0, |all, (_, (_, button))| all | button.0);
+        let keys = self.keys.iter().fold(0, |all, (_, buttons)| all | buttons.0);
         Buttons(keys | self.pointed.0)
     }
 

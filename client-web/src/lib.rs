@@ -8,6 +8,7 @@ pub mod camera;
 pub mod clock;
 pub mod demo;
 pub mod draw;
+pub mod fingers;
 pub mod frame;
 pub mod input;
 pub mod meter;

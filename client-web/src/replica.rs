@@ -7,7 +7,7 @@ use crate::timeline::{Sample, Timeline};
 use jostle_protocol::{Appearance, PlayerState, Snapshot, TimedEvent};
 use jostle_sim::particle::{Obstacle, dequantise, quantise};
 use jostle_sim::{
-    BodyId, Event, Kind, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2,
+    BodyId, Event, Kind, Motion, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -77,7 +77,7 @@ impl Replica {
     /// An empty copy of a room that plays `scene`.
     pub fn new(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
         Replica {
-            timeline: Timeline::new(scene.quantum),
+            timeline: Timeline::new(scene.quantum, scene.speed_max),
             particles: Particles::new(scene.recipes.clone(), scene.particles_max),
             scene,
             seat,
@@ -228,7 +228,7 @@ impl Replica {
         let own = players.iter().find(|p| p.seat == self.seat);
         let selecting = self.scene.tools.contains(Tools::SELECT);
         let selected = own.and_then(|p| p.selected).filter(|_| selecting);
-        let hot = eye.pointer.and_then(|point| hot_body(&self.scene, &self.samples, point));
+        let hot = eye.pointer.and_then(|at| hot_body(&self.scene, &self.samples, players, own, at));
         self.bodies.clear();
         for sample in &self.samples {
             let player = sample.owner.and_then(|seat| players.iter().find(|p| p.seat == seat));
@@ -373,15 +373,37 @@ fn gaze(
     if player.seat == own_seat { own_pointer.or(sent) } else { sent }
 }
 
-/// The body that the own pointer could grab.
-fn hot_body(scene: &Scene, samples: &[Sample], point: Vec2) -> Option<BodyId> {
-    if !scene.tools.contains(Tools::HOLD) {
+/// The body that X would grab at a point: the first loose one there that nobody holds, as the
+/// room's rule says. Who holds one grabs no other.
+fn hot_body(
+    scene: &Scene,
+    samples: &[Sample],
+    players: &[PlayerState],
+    own: Option<&PlayerState>,
+    point: Vec2,
+) -> Option<BodyId> {
+    if !scene.tools.contains(Tools::HOLD) || own.is_some_and(|player| player.held.is_some()) {
         return None;
     }
-    let under = |s: &&Sample| {
-        matches!(s.kind, Kind::Dumb | Kind::Block) && s.shape.contains(point - s.center)
-    };
-    samples.iter().find(under).map(|s| s.id)
+    let taken = |id: BodyId| players.iter().any(|player| player.held == Some(id));
+    let grabbed =
+        |s: &&Sample| s.shape.contains(point - s.center) && is_loose(scene, s) && !taken(s.id);
+    samples.iter().find(grabbed).map(|s| s.id)
+}
+
+/// Whether a body of its kind can be grabbed and moves freely. Snapshots do not tell how a body
+/// moves; the scene does: bodies it places one by one have the first slots, in its order.
+fn is_loose(scene: &Scene, sample: &Sample) -> bool {
+    if !matches!(sample.kind, Kind::Dumb | Kind::Block) {
+        return false;
+    }
+    let placed = scene.bodies.get(sample.id.index as usize);
+    if let Some(placed) = placed.filter(|_| sample.id.generation == 0) {
+        return placed.def.motion == Motion::Dynamic;
+    }
+    let fixed = scene.layouts.iter().filter(|layout| layout.def.motion != Motion::Dynamic);
+    let mut alike = fixed.filter(|l| l.kind == sample.kind && l.def.group == sample.group);
+    !alike.any(|layout| layout.shapes.contains(&sample.shape))
 }
 
 /// Whether the rules of the scene let two bodies collide.

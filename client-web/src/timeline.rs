@@ -11,9 +11,11 @@ use std::collections::VecDeque;
 pub const SNAPSHOTS_MAX: usize = 240;
 /// A body is carried on by its last velocity for at most so many ticks past the newest snapshot.
 pub const EXTRAPOLATION_TICKS_MAX: f64 = 2.0;
-/// A body that covered more than this in one tick was placed, not moved; world units. It is twice
-/// what the fastest body of the built-in scenes covers.
-pub const JUMP_UNITS_A_TICK: f32 = 12.0;
+/// What covered more than this in one tick was placed, not moved, unless the scene's bodies may be
+/// so fast; world units.
+const JUMP_UNITS_A_TICK_MIN: f32 = 12.0;
+/// A jump is so many times as long as the way of the fastest body: contacts may push it further.
+const JUMP_FACTOR: f32 = 2.0;
 
 /// A body at the sampled moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,12 +41,17 @@ pub struct Sample {
 pub struct Timeline {
     snapshots: VecDeque<Snapshot>,
     quantum: f32,
+    /// What is a jump, world units a tick.
+    jump: f32,
 }
 
 impl Timeline {
-    /// No snapshots; positions are multiples of `quantum` world units.
-    pub fn new(quantum: f32) -> Timeline {
-        Timeline { snapshots: VecDeque::new(), quantum }
+    /// No snapshots; positions are multiples of `quantum` world units, no body is faster than
+    /// `speed_max` units/s.
+    pub fn new(quantum: f32, speed_max: f32) -> Timeline {
+        let fastest = speed_max / TICKS_PER_SECOND as f32;
+        let jump = (fastest * JUMP_FACTOR).max(JUMP_UNITS_A_TICK_MIN);
+        Timeline { snapshots: VecDeque::new(), quantum, jump }
     }
 
     /// Files a snapshot. One that is not newer than the newest is dropped.
@@ -118,7 +125,7 @@ impl Timeline {
     /// The way between two known places, or none if it was a jump.
     fn step(&self, from: Vec2, to: Vec2, span: u32) -> Vec2 {
         let step = to - from;
-        if step.length() > JUMP_UNITS_A_TICK * span as f32 { Vec2::ZERO } else { step }
+        if step.length() > self.jump * span as f32 { Vec2::ZERO } else { step }
     }
 
     fn sample_of(&self, body: &SnapshotBody, center: Vec2, velocity: Vec2) -> Sample {

@@ -112,6 +112,20 @@ pub const NO_SUCH_SCENE: Notice = notice(
     "See the scenes",
     Way::Lobby,
 );
+/// A mistake of ours ended the page's program.
+pub const CRASHED: Notice = notice(
+    "Something broke",
+    "A mistake in the game stopped it here: load the page again to go on.",
+    "Load again",
+    Way::Reload,
+);
+/// The browser took the drawing context and did not give it back.
+pub const GRAPHICS_LOST: Notice = notice(
+    "Picture lost",
+    "The browser stopped drawing the game: load the page again if it does not come back.",
+    "Load again",
+    Way::Reload,
+);
 /// The socket was lost.
 pub const RECONNECTING: Notice = Notice {
     passing: true,

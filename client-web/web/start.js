@@ -1,9 +1,13 @@
 // Loads the client and hands its test hooks to the window. Everything else is in the wasm.
-import init, { drop_socket, state, to_page } from "/assets/client.js";
+const play = document.getElementById("play");
+// Before the client listens, the form would load the page again.
+play.disabled = true;
 
 try {
+  const { default: init, drop_socket, state, to_page } = await import("/assets/client.js");
   await init();
   window.jostle = { drop_socket, state, to_page };
+  play.disabled = false;
 } catch (error) {
   // No WebAssembly, or the download broke off: say so instead of showing an empty page.
   const root = document.documentElement;

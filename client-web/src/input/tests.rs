@@ -11,27 +11,51 @@ fn pressed(buttons: Buttons) -> Input {
 }
 
 #[test]
-fn keys_are_named_by_place_and_released_one_by_one() {
+fn keys_to_steer_are_found_by_place_and_released_one_by_one() {
     let mut controls = Controls::default();
-    assert!(controls.key("KeyW", true));
-    assert!(controls.key("ArrowUp", true));
-    assert!(!controls.key("KeyQ", true));
-    controls.key("KeyW", false);
+    assert!(controls.key("KeyW", "w", true));
+    assert!(controls.key("ArrowUp", "ArrowUp", true));
+    assert!(!controls.key("KeyQ", "q", true));
+    controls.key("KeyW", "w", false);
     assert_eq!(controls.buttons(), Buttons::UP, "the arrow still holds it");
-    controls.key("ArrowUp", false);
+    controls.key("ArrowUp", "ArrowUp", false);
     assert_eq!(controls.buttons(), Buttons::default());
 }
 
 #[test]
+fn letters_on_the_caps_are_true_on_other_keyboards() {
+    assert_eq!(meaning("KeyY", "z"), Some(Buttons::MAKE), "German Z");
+    assert_eq!(meaning("Semicolon", "m"), Some(Buttons::PICK_MINION), "French M");
+    assert_eq!(meaning("KeyW", "z"), Some(Buttons::UP), "French Z steers");
+    assert_eq!(meaning("KeyZ", "w"), Some(Buttons::MAKE), "and its W makes");
+    assert_eq!(meaning("KeyC", "\u{441}"), Some(Buttons::AGITATE), "Cyrillic has no C");
+    assert_eq!(meaning("KeyV", "V"), Some(Buttons::CLEAR), "Caps Lock");
+    assert_eq!(meaning("KeyQ", "a"), None, "French A is not where the hand steers");
+}
+
+#[test]
+fn a_key_releases_what_it_pressed_though_its_letter_changed() {
+    let mut controls = Controls::default();
+    controls.key("KeyY", "z", true);
+    controls.key("KeyY", "y", true);
+    assert_eq!(controls.buttons(), Buttons::MAKE);
+    assert!(controls.key("KeyY", "y", false));
+    assert_eq!(controls.buttons(), Buttons::default());
+    assert!(!controls.key("KeyY", "z", false), "it is up already");
+}
+
+#[test]
 fn every_button_has_a_key_or_the_pointer() {
-    let keys = KEYS.iter().fold(Buttons::FIRE.0, |all, (_, button)| all | button.0);
+    let places = PLACES.iter().map(|(_, button)| button.0);
+    let letters = LETTERS.iter().map(|(.., button)| button.0);
+    let keys = places.chain(letters).fold(Buttons::FIRE.0, |all, button| all | button);
     assert_eq!(Buttons(keys), Buttons::ALL);
 }
 
 #[test]
 fn release_lets_go_of_keys_pointer_buttons_and_stick() {
     let mut controls = Controls::default();
-    controls.key("KeyD", true);
+    controls.key("KeyD", "d", true);
     controls.press(Buttons::FIRE, true);
     controls.steer(Buttons::UP);
     controls.release();

@@ -22,6 +22,9 @@ use web_sys::HtmlElement;
 /// Duties besides frames (reconnecting, refreshing the lobby) are looked at so often.
 const PULSE_MS: i32 = 200;
 
+/// A lost drawing context that does not come back for so long is spoken of, milliseconds.
+const CONTEXT_WAIT_MS: f64 = 5000.0;
+
 /// The page.
 pub struct App {
     /// Who plays.
@@ -40,7 +43,8 @@ pub struct App {
     graphics: Option<Graphics>,
     /// Why there are no graphics, once it was tried.
     unsupported: bool,
-    context_lost: bool,
+    /// When the browser took the drawing context, until it gives it back.
+    context_lost_ms: Option<f64>,
     quality: Quality,
     shown: Option<&'static str>,
     /// A frame of the game that is on was drawn.
@@ -64,6 +68,7 @@ pub fn with<R>(work: impl FnOnce(&mut App) -> R) -> Option<R> {
 
 /// Builds the app, listens to the page, shows what the address asks for.
 pub fn start() {
+    notice::listen();
     let appearance = profile::load();
     lobby::wear(appearance.color);
     let app = App {
@@ -76,7 +81,7 @@ pub fn start() {
         tags: Tags::default(),
         graphics: None,
         unsupported: false,
-        context_lost: false,
+        context_lost_ms: None,
         quality: Quality::default(),
         shown: None,
         world_shown: false,
@@ -86,13 +91,15 @@ pub fn start() {
     APP.with(|cell| *cell.borrow_mut() = Some(app));
     lobby::listen();
     super::controls::listen();
-    notice::listen();
     graphics::watch_context(
         || {
             with(App::lose_graphics);
         },
         || {
-            with(|app| app.context_lost = false);
+            with(|app| {
+                app.context_lost_ms = None;
+                app.show_state();
+            });
         },
     );
     dom::listen(&dom::window(), "popstate", |_: web_sys::Event| {
@@ -228,6 +235,7 @@ impl App {
         match (state, &play.notice) {
             ("unsupported", _) => notice::show(&words::NO_WEBGL2),
             ("refused", Some(reason)) => notice::show(reason),
+            _ if self.context_is_gone() => notice::show(&words::GRAPHICS_LOST),
             ("connecting", _) if play.state() == State::Connecting => {
                 notice::show(&words::connecting(play.attempts()));
             }
@@ -270,7 +278,7 @@ impl App {
             self.touchpad.adopt_scene(&replica.scene);
             let _ = dom::root().dataset().set("tick", &format!("{:.0}", replica.display().floor()));
         }
-        if size.is_some() && !self.context_lost {
+        if size.is_some() && self.context_lost_ms.is_none() {
             self.draw(now);
         }
         if let Some(play) = &mut self.play {
@@ -297,7 +305,7 @@ impl App {
 
     /// Sets up drawing when it is first needed.
     fn ready_graphics(&mut self) {
-        if self.graphics.is_none() && !self.unsupported && !self.context_lost {
+        if self.graphics.is_none() && !self.unsupported && self.context_lost_ms.is_none() {
             self.graphics = Graphics::new(self.keep_pixels);
             self.unsupported = self.graphics.is_none();
         }
@@ -306,8 +314,12 @@ impl App {
     /// The browser took the context: nothing that was made with it works, also not once there is
     /// another. The next frame after that makes everything anew.
     fn lose_graphics(&mut self) {
-        self.context_lost = true;
+        self.context_lost_ms.get_or_insert(dom::now_ms());
         self.graphics = None;
+    }
+
+    fn context_is_gone(&self) -> bool {
+        self.context_lost_ms.is_some_and(|since| dom::now_ms() - since >= CONTEXT_WAIT_MS)
     }
 
     /// Presses or lets go of buttons that are not keys, and says so at once.

@@ -2,7 +2,9 @@
 
 use super::app::{self, App};
 use super::dom;
-use super::touchpad::Touched;
+use crate::fingers::Touched;
+use crate::input;
+use crate::stick;
 use jostle_sim::{Buttons, Vec2};
 use wasm_bindgen::JsCast;
 use web_sys::{
@@ -95,13 +97,15 @@ fn toggle_figures() {
     app::with(|app| app.hud.toggle_figures());
 }
 
+/// Presses or lets go of what a key stands for; `false` if that is nothing.
 fn key(event: &KeyboardEvent, down: bool) -> bool {
+    let (place, letter) = (event.code(), event.key());
     if event.repeat() {
-        return true;
+        return input::meaning(&place, &letter).is_some();
     }
     let known = app::with(|app| {
         let play = app.play.as_mut()?;
-        let known = play.controls.key(&event.code(), down);
+        let known = play.controls.key(&place, &letter, down);
         play.speak(dom::now_ms());
         Some(known)
     });
@@ -197,18 +201,21 @@ impl App {
 
     fn touched(&mut self, touched: Touched, event: &PointerEvent) {
         match touched {
-            Touched::Steer(directions) => {
-                if let Some(play) = &mut self.play {
-                    play.controls.steer(directions);
-                    play.speak(dom::now_ms());
-                }
-            }
+            Touched::Grip(_) | Touched::Loose => self.steer(Buttons::default()),
+            Touched::Lean(offset) => self.steer(stick::directions(offset)),
             Touched::Aim(buttons, down) => {
                 self.point(Some(place(event)));
                 self.press(buttons, down);
             }
             Touched::Move => self.point(Some(place(event))),
             Touched::Nothing => {}
+        }
+    }
+
+    fn steer(&mut self, directions: Buttons) {
+        if let Some(play) = &mut self.play {
+            play.controls.steer(directions);
+            play.speak(dom::now_ms());
         }
     }
 
@@ -247,7 +254,9 @@ fn back_to_stage(event: &MouseEvent) {
 /// Puts the page's address into the clipboard and says so on the button.
 fn copy_link() {
     let button: HtmlElement = dom::by_id("copy");
-    let text = if dom::copy_address() { "Copied" } else { "Copy the address above" };
-    dom::set_text(&button, text);
-    dom::after(1500, move || dom::set_text(&button, "Copy link"));
+    dom::copy_address(move |copied| {
+        dom::set_text(&button, if copied { "Copied" } else { "Copy the address above" });
+        let button = button.clone();
+        dom::after(1500, move || dom::set_text(&button, "Copy link"));
+    });
 }

@@ -156,17 +156,28 @@ pub fn after(delay_ms: i32, react: impl FnOnce() + 'static) {
         .expect("a window has timers");
 }
 
-/// Puts the page's address into the clipboard; `false` if the browser does not let it.
-pub fn copy_address() -> bool {
-    let Ok(address) = window().location().href() else { return false };
+/// Puts the page's address into the clipboard and says whether the browser let it.
+pub fn copy_address(done: impl Fn(bool) + Clone + 'static) {
+    let Ok(address) = window().location().href() else { return done(false) };
     // Outside of a secure context (a plain http address in a LAN) there is no clipboard object.
-    if window().is_secure_context() {
-        let _ = window().navigator().clipboard().write_text(&address);
-        return true;
+    let navigator = window().navigator();
+    if !js_sys::Reflect::get(&navigator, &"clipboard".into()).is_ok_and(|c| c.is_object()) {
+        return done(copy_by_selection(&address));
     }
+    let denied = done.clone();
+    let copied = Closure::<dyn FnMut(JsValue)>::new(move |_| done(true));
+    let refused = Closure::<dyn FnMut(JsValue)>::new(move |_| denied(false));
+    let _ = navigator.clipboard().write_text(&address).then2(&copied, &refused);
+    // Who is called when is the promise's affair: a few bytes a click.
+    copied.forget();
+    refused.forget();
+}
+
+/// The way of old: a field whose text is selected, and the command of the edit menu.
+fn copy_by_selection(address: &str) -> bool {
     let field = element("textarea", "");
     let Some(area) = field.dyn_ref::<web_sys::HtmlTextAreaElement>() else { return false };
-    area.set_value(&address);
+    area.set_value(address);
     append(&root(), &field);
     area.select();
     let page = document().dyn_into::<web_sys::HtmlDocument>();

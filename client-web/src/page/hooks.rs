@@ -36,11 +36,18 @@ fn describe(app: &app::App) -> Value {
         "newest_tick": replica.and_then(|r| r.newest()).map(|snapshot| snapshot.tick),
         "bodies": bodies,
         "particles": replica.map_or(0, |replica| replica.particles().len()),
+        "particle_digest": replica.map(|replica| hex(replica.particles().digest())),
         "emitters": replica.map_or(0, |replica| replica.particles().emitter_count()),
         "players": players.iter().map(player).collect::<Vec<_>>(),
         "fps": app.play.as_ref().map_or(0, |play| play.meter.frames_a_second(now)),
         "drawn_frames": app.drawn_frames,
+        "hash": app.play.as_ref().and_then(|play| play.state_hash()).map(hex),
     })
+}
+
+/// 16 digits: numbers of JavaScript do not hold 64 bits.
+fn hex(digest: u64) -> String {
+    format!("{digest:016x}")
 }
 
 fn player(player: &PlayerState) -> Value {

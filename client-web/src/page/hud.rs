@@ -291,6 +291,7 @@ pub struct Tags {
 struct Tag {
     element: HtmlElement,
     appearance: Option<Appearance>,
+    own: bool,
     size: [f32; 2],
 }
 
@@ -307,7 +308,7 @@ impl Tags {
         for player in players.iter().filter(own).chain(others) {
             let hero = player.hero.and_then(|id| replica.bodies().iter().find(|b| b.id == id));
             let Some(hero) = hero else { continue };
-            let tag = self.take(used, &player.appearance);
+            let tag = self.take(used, &player.appearance, own(&player));
             used += 1;
             let above = hero.center + jostle_sim::Vec2::new(0.0, hero.shape.half_extent().y);
             let at = view.to_pixel(above) * css_per_pixel;
@@ -336,15 +337,17 @@ impl Tags {
         }
     }
 
-    fn take(&mut self, place: usize, appearance: &Appearance) -> &mut Tag {
+    fn take(&mut self, place: usize, appearance: &Appearance, own: bool) -> &mut Tag {
         if place == self.tags.len() {
             let element = dom::element("div", "tag");
             dom::set(&element, "dir", "auto");
             dom::append(&dom::by_id::<HtmlElement>("tags"), &element);
-            self.tags.push(Tag { element, appearance: None, size: [0.0; 2] });
+            self.tags.push(Tag { element, appearance: None, own: false, size: [0.0; 2] });
         }
         let tag = &mut self.tags[place];
-        if tag.appearance.as_ref() != Some(appearance) {
+        if tag.appearance.as_ref() != Some(appearance) || tag.own != own {
+            let _ = tag.element.class_list().toggle_with_force("own", own);
+            tag.own = own;
             dom::set_text(&tag.element, &appearance.name);
             dom::style(&tag.element, "--color", &color_of(appearance));
             let size = [tag.element.offset_width(), tag.element.offset_height()];

@@ -9,8 +9,8 @@ use web_sys::{Event, HtmlElement, HtmlImageElement, HtmlInputElement, MouseEvent
 
 /// Rooms are asked for so often, milliseconds.
 const REFRESH_MS: f64 = 3000.0;
-/// The scene that "Play" opens when no room has a seat.
-const FIRST_SCENE: &str = "arena";
+/// Said while rooms are asked for in vain.
+const UNANSWERED: &str = "The server does not answer; the list may be old.";
 
 /// What the lobby knows.
 #[derive(Default)]
@@ -99,6 +99,13 @@ fn say(text: &str, bad: bool) {
     let _ = note.class_list().toggle_with_force("bad", bad);
 }
 
+/// Takes a note back, if it is the one that is shown.
+fn unsay(text: &str) {
+    if dom::by_id::<HtmlElement>("lobby-note").text_content().as_deref() == Some(text) {
+        say("", false);
+    }
+}
+
 impl Lobby {
     /// Fills the form for a player and asks the server what there is.
     pub fn show(&mut self, appearance: &Appearance, now_ms: f64) {
@@ -111,23 +118,24 @@ impl Lobby {
         }
         self.set_busy(false);
         say("", false);
-        if self.scenes.is_empty() {
-            http::call("GET", "/api/scenes", None, |answer| {
-                app::with(|app| app.lobby.take_scenes(answer));
-            });
-        }
-        self.ask_rooms(now_ms);
+        self.ask(now_ms);
     }
 
     /// Asks for the rooms again if it is time.
     pub fn refresh(&mut self, now_ms: f64) {
         if now_ms - self.asked_ms >= REFRESH_MS && !dom::document().hidden() {
-            self.ask_rooms(now_ms);
+            self.ask(now_ms);
         }
     }
 
-    fn ask_rooms(&mut self, now_ms: f64) {
+    /// Asks for the rooms, and for the scenes until they are known.
+    fn ask(&mut self, now_ms: f64) {
         self.asked_ms = now_ms;
+        if self.scenes.is_empty() {
+            http::call("GET", "/api/scenes", None, |answer| {
+                app::with(|app| app.lobby.take_scenes(answer));
+            });
+        }
         http::call("GET", "/api/rooms", None, |answer| {
             app::with(|app| app.lobby.take_rooms(answer));
         });
@@ -136,8 +144,9 @@ impl Lobby {
     fn take_rooms(&mut self, answer: Option<String>) {
         let rooms = answer.and_then(|text| serde_json::from_str::<Rooms>(&text).ok());
         let Some(Rooms { rooms }) = rooms else {
-            return say("The server does not answer; the list may be old.", true);
+            return say(UNANSWERED, true);
         };
+        unsay(UNANSWERED);
         if rooms != self.rooms {
             self.rooms = rooms;
             self.list_rooms();
@@ -146,18 +155,26 @@ impl Lobby {
 
     fn take_scenes(&mut self, answer: Option<String>) {
         let scenes = answer.and_then(|text| serde_json::from_str::<Scenes>(&text).ok());
-        self.scenes = scenes.unwrap_or_default().scenes;
-        self.list_scenes();
-        self.list_rooms();
+        let Some(Scenes { scenes }) = scenes else { return };
+        if scenes != self.scenes {
+            self.scenes = scenes;
+            self.list_scenes();
+            self.list_rooms();
+        }
     }
 
     fn list_rooms(&self) {
         let list: HtmlElement = dom::by_id("room-list");
+        let focused = dom::document().active_element().and_then(|e| e.get_attribute("data-code"));
         list.set_text_content(None);
         for room in &self.rooms {
-            let item = dom::element("li", "");
-            dom::append(&item, &self.room_link(room));
+            let (item, link) = (dom::element("li", ""), self.room_link(room));
+            dom::append(&item, &link);
             dom::append(&list, &item);
+            // Who goes through the list by keys stays where they are.
+            if focused.as_ref() == Some(&room.code) {
+                let _ = link.focus();
+            }
         }
         dom::show(&dom::by_id("no-rooms"), self.rooms.is_empty());
     }
@@ -207,7 +224,7 @@ impl Lobby {
                 let code = room.code.clone();
                 dom::later(move || app::enter(&code));
             }
-            None => self.open(FIRST_SCENE),
+            None => self.open(api::FIRST_SCENE),
         }
     }
 

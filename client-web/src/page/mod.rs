@@ -19,9 +19,12 @@ use wasm_bindgen::prelude::wasm_bindgen;
 /// Called once, when the wasm is loaded.
 #[wasm_bindgen(start)]
 fn main() {
-    // A panic ends this instance; without a word it would only say "unreachable".
+    // A panic ends this instance; without a word it would only say "unreachable". The app may be
+    // borrowed for good: only what needs no app works from here on.
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&wasm_bindgen::JsValue::from_str(&info.to_string()));
+        notice::show(&crate::words::CRASHED);
+        let _ = dom::root().dataset().set("state", "refused");
     }));
     app::start();
 }

@@ -2,7 +2,7 @@
 
 use super::app;
 use super::dom;
-use crate::words::{Notice, Way};
+use crate::words::{self, Notice, Way};
 use std::cell::Cell;
 use web_sys::{Event, HtmlElement};
 
@@ -28,7 +28,7 @@ pub fn listen() {
 
 /// Shows a card, unless it is on already.
 pub fn show(notice: &Notice) {
-    if SHOWN.replace(Some(*notice)) == Some(*notice) {
+    if crashed() || SHOWN.replace(Some(*notice)) == Some(*notice) {
         return;
     }
     dom::set_text(&dom::by_id("notice-title"), notice.title);
@@ -43,10 +43,15 @@ pub fn show(notice: &Notice) {
 
 /// Takes the card away.
 pub fn hide() {
-    if SHOWN.replace(None).is_some() {
+    if !crashed() && SHOWN.replace(None).is_some() {
         dom::show(&dom::by_id("notice"), false);
         let _ = dom::by_id::<HtmlElement>("stage").focus();
     }
+}
+
+/// The last card there is.
+fn crashed() -> bool {
+    SHOWN.get() == Some(words::CRASHED)
 }
 
 /// Whether a card is on.

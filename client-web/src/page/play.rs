@@ -21,6 +21,9 @@ use std::sync::Arc;
 const SILENCE_MS: f64 = 6000.0;
 /// Milliseconds between two pings.
 const PING_MS: f64 = 1000.0;
+/// A connection whose snapshots were read for so long after the welcome is good, milliseconds:
+/// the next loss is answered at once. One that fails sooner is retried ever more slowly.
+const PROVEN_MS: f64 = 5000.0;
 /// Without a frame for so long the page is hidden: messages move the display then.
 const UNSEEN_MS: f64 = 500.0;
 
@@ -88,6 +91,8 @@ pub struct Play {
     pinged_ms: f64,
     framed_ms: f64,
     opened_ms: f64,
+    /// When the welcome came, while the connection is not known to be good.
+    unproven_ms: Option<f64>,
 }
 
 /// What a frame is drawn on, device pixels.
@@ -150,6 +155,7 @@ impl Play {
             pinged_ms: now,
             framed_ms: now,
             opened_ms: now,
+            unproven_ms: None,
         }
     }
 
@@ -181,6 +187,14 @@ impl Play {
     /// Whether the room is in the page.
     pub fn is_demo(&self) -> bool {
         matches!(self.link, Link::Demo(_))
+    }
+
+    /// Digest of the whole state of a room in the page.
+    pub fn state_hash(&self) -> Option<u64> {
+        match &self.link {
+            Link::Server { .. } => None,
+            Link::Demo(demo) => Some(demo.state_hash()),
+        }
     }
 
     /// Milliseconds since the other end was last heard.
@@ -217,7 +231,12 @@ impl Play {
                 self.receive(&bytes, now);
                 self.keep_up_unseen(now);
             }
-            SocketEvent::Closed { code } => self.closed(code),
+            SocketEvent::Closed { code } => {
+                if let Link::Server { socket, .. } = &mut self.link {
+                    *socket = None;
+                }
+                self.closed(code);
+            }
         }
     }
 
@@ -271,9 +290,7 @@ impl Play {
         if !self.is_demo() {
             profile::set_seat_token(&self.code, Some(token));
         }
-        if let Link::Server { backoff, .. } = &mut self.link {
-            backoff.reset();
-        }
+        self.unproven_ms = Some(dom::now_ms());
         let world = scene.size;
         let same = self.replica.as_ref().is_some_and(|old| old.scene.source == scene.source);
         if self.camera.is_none() || !same {
@@ -293,8 +310,19 @@ impl Play {
             Ok((snapshot, events)) => {
                 self.clock.arrived(snapshot.tick, now_ms);
                 replica.file(snapshot, events);
+                self.prove(now_ms);
             }
             Err(error) => self.misunderstood(&error.to_string()),
+        }
+    }
+
+    /// A snapshot was read: after some time of that the connection is good.
+    fn prove(&mut self, now_ms: f64) {
+        let proven = self.unproven_ms.take_if(|since| now_ms - *since >= PROVEN_MS).is_some();
+        if let Link::Server { backoff, .. } = &mut self.link
+            && proven
+        {
+            backoff.reset();
         }
     }
 
@@ -329,6 +357,7 @@ impl Play {
     }
 
     fn closed(&mut self, code: u16) {
+        self.unproven_ms = None;
         if self.state == State::Refused {
             return;
         }

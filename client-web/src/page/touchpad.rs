@@ -3,42 +3,21 @@
 
 use super::app;
 use super::dom;
+use crate::fingers::{Fingers, Touched};
 use crate::stick;
 use crate::words::{self, Cap};
 use jostle_sim::{Buttons, Scene, Tools, Vec2};
-use web_sys::{HtmlElement, PointerEvent};
+use web_sys::{HtmlElement, MouseEvent, PointerEvent};
 
-/// Share of the canvas's width that belongs to the stick.
-const STICK_WIDTH: f32 = 0.45;
-/// Share of the canvas's height, from the bottom, that belongs to the stick.
-const STICK_HEIGHT: f32 = 0.6;
-
-/// What a finger on the canvas does.
-#[derive(Clone, Copy, PartialEq)]
-enum Finger {
-    Steers { pointer: i32, from: Vec2 },
-    Aims { pointer: i32 },
-}
+/// A button that is clicked without a pointer (by a key, by a screen reader) is down for so long,
+/// milliseconds: some ticks.
+const CLICK_MS: i32 = 120;
 
 /// Thumbs on the glass.
 #[derive(Default)]
 pub struct Touchpad {
-    fingers: Vec<Finger>,
-    armed: Buttons,
-    steers: bool,
+    fingers: Fingers,
     scene: Option<String>,
-}
-
-/// What a touch asks of the controls.
-pub enum Touched {
-    /// Steer so.
-    Steer(Buttons),
-    /// The armed tool goes down or up at the finger.
-    Aim(Buttons, bool),
-    /// The finger that aims moved.
-    Move,
-    /// Nothing.
-    Nothing,
 }
 
 impl Touchpad {
@@ -48,14 +27,14 @@ impl Touchpad {
             return;
         }
         *self = Touchpad { scene: Some(scene.source.clone()), ..Touchpad::default() };
-        self.steers = scene.tools.contains(Tools::STEER);
-        dom::show(&dom::by_id("stick"), self.steers);
+        self.fingers.steers = scene.tools.contains(Tools::STEER);
+        dom::show(&dom::by_id("stick"), self.fingers.steers);
         let caps = words::caps(scene);
         let directions = [Buttons::UP, Buttons::LEFT, Buttons::DOWN, Buttons::RIGHT];
         let tools: Vec<Cap> =
             caps.into_iter().filter(|cap| !directions.contains(&cap.buttons)).collect();
         let aimed: Vec<&Cap> = tools.iter().filter(|cap| cap.aimed).collect();
-        self.armed = aimed.first().map_or(Buttons::default(), |cap| cap.buttons);
+        self.fingers.armed = aimed.first().map_or(Buttons::default(), |cap| cap.buttons);
         let parent: HtmlElement = dom::by_id("tools");
         parent.set_text_content(None);
         // A lone aimed tool needs no button: touching the world is it.
@@ -68,7 +47,7 @@ impl Touchpad {
 
     /// Arms a tool.
     pub fn arm(&mut self, buttons: Buttons) {
-        self.armed = buttons;
+        self.fingers.armed = buttons;
         self.show_armed();
     }
 
@@ -77,7 +56,7 @@ impl Touchpad {
         for index in 0..buttons.length() {
             let Some(button) = buttons.item(index) else { continue };
             if let Some(bits) = button.get_attribute("data-arm") {
-                let armed = bits == self.armed.0.to_string();
+                let armed = bits == self.fingers.armed.0.to_string();
                 dom::set(&button, "aria-pressed", &armed.to_string());
             }
         }
@@ -85,56 +64,35 @@ impl Touchpad {
 
     /// A finger came down at a place on the canvas of a size (CSS pixels).
     pub fn down(&mut self, pointer: i32, at: Vec2, size: Vec2) -> Touched {
-        let steering = self.fingers.iter().any(|f| matches!(f, Finger::Steers { .. }));
-        let on_stick = at.x < size.x * STICK_WIDTH && at.y > size.y * (1.0 - STICK_HEIGHT);
-        if self.steers && !steering && on_stick {
-            self.fingers.push(Finger::Steers { pointer, from: at });
+        let touched = self.fingers.down(pointer, at, size);
+        if let Touched::Grip(at) = touched {
             place_stick(Some(at));
-            return Touched::Steer(Buttons::default());
         }
-        if self.fingers.iter().any(|f| matches!(f, Finger::Aims { .. })) {
-            return Touched::Nothing;
-        }
-        self.fingers.push(Finger::Aims { pointer });
-        Touched::Aim(self.armed, true)
+        touched
     }
 
     /// A finger moved.
     pub fn moved(&mut self, pointer: i32, at: Vec2) -> Touched {
-        match self.finger(pointer) {
-            Some(Finger::Steers { from, .. }) => {
-                place_knob(stick::knob(at - from));
-                Touched::Steer(stick::directions(at - from))
-            }
-            Some(Finger::Aims { .. }) => Touched::Move,
-            None => Touched::Nothing,
+        let touched = self.fingers.moved(pointer, at);
+        if let Touched::Lean(offset) = touched {
+            place_knob(stick::knob(offset));
         }
+        touched
     }
 
     /// A finger left the glass.
     pub fn up(&mut self, pointer: i32) -> Touched {
-        let finger = self.finger(pointer);
-        self.fingers.retain(|f| Some(*f) != finger);
-        match finger {
-            Some(Finger::Steers { .. }) => {
-                place_stick(None);
-                Touched::Steer(Buttons::default())
-            }
-            Some(Finger::Aims { .. }) => Touched::Aim(self.armed, false),
-            None => Touched::Nothing,
+        let touched = self.fingers.up(pointer);
+        if touched == Touched::Loose {
+            place_stick(None);
         }
+        touched
     }
 
     /// Forgets all fingers.
     pub fn release(&mut self) {
-        self.fingers.clear();
+        self.fingers.release();
         place_stick(None);
-    }
-
-    fn finger(&self, wanted: i32) -> Option<Finger> {
-        self.fingers.iter().copied().find(|finger| match finger {
-            Finger::Steers { pointer, .. } | Finger::Aims { pointer } => *pointer == wanted,
-        })
     }
 }
 
@@ -144,6 +102,9 @@ fn tool_button(cap: &Cap) -> HtmlElement {
     if cap.aimed {
         dom::set(&button, "data-arm", &buttons.0.to_string());
         dom::listen(&button, "pointerdown", move |_: PointerEvent| {
+            app::with(|app| app.touchpad.arm(buttons));
+        });
+        dom::listen(&button, "click", move |_: MouseEvent| {
             app::with(|app| app.touchpad.arm(buttons));
         });
         return button;
@@ -160,6 +121,14 @@ fn tool_button(cap: &Cap) -> HtmlElement {
             app::with(|app| app.press(buttons, down));
         });
     }
+    dom::listen(&button, "click", move |event: MouseEvent| {
+        if event.detail() == 0 {
+            app::with(|app| app.press(buttons, true));
+            dom::after(CLICK_MS, move || {
+                app::with(|app| app.press(buttons, false));
+            });
+        }
+    });
     button
 }
 

@@ -160,3 +160,28 @@ fn a_long_absence_is_caught_up_in_part() {
     replica.advance(1_000_000.0, Eye::default());
     assert_eq!(replica.particle_lead(), 0.0);
 }
+
+#[test]
+fn only_what_x_would_grab_is_lit() {
+    let source = "title = \"Grab\"\nsize = [100, 50]\ngroups = [\"all\"]\ntools = [\"hold\"]\n\
+        [[bodies]]\nkind = \"block\"\nposition = [10, 10]\nradius = 2\ngroup = \"all\"\n\
+        motion = \"static\"\n[[bodies]]\nkind = \"block\"\nposition = [30, 10]\nradius = 2\n\
+        group = \"all\"\n";
+    let scene = Arc::new(Scene::parse("grab.toml", source).expect("a valid scene"));
+    let mut replica = Replica::new(scene, Seat(0), "room".into());
+    let bodies = vec![body(0, Kind::Block, 10.0, None), body(1, Kind::Block, 30.0, None)];
+    let loose = bodies[1].id;
+    let mut lit = |tick, x, held: [bool; 2]| {
+        let players = [0, 1].map(|seat| {
+            let held = held[usize::from(seat)].then_some(loose);
+            PlayerState { held, ..player(seat, None) }
+        });
+        replica.file(snapshot(tick, bodies.clone(), players.into()), vec![]);
+        let pointer = Some(Vec2::new(x, 10.0));
+        replica.advance(f64::from(tick), Eye { pointer, bounds: false });
+        replica.bodies().iter().map(|body| body.hot).collect::<Vec<_>>()
+    };
+    assert_eq!(lit(1, 10.0, [false, false]), [false, false], "it is fixed");
+    assert_eq!(lit(2, 30.0, [false, false]), [false, true]);
+    assert_eq!(lit(3, 50.0, [false, true]), [false, true], "held by another");
+}

@@ -14,7 +14,11 @@ fn body(index: u32, generation: u32, x: f32) -> SnapshotBody {
 }
 
 fn timeline(snapshots: &[(u32, Vec<SnapshotBody>)]) -> Timeline {
-    let mut timeline = Timeline::new(QUANTUM);
+    timeline_of(150.0, snapshots)
+}
+
+fn timeline_of(speed_max: f32, snapshots: &[(u32, Vec<SnapshotBody>)]) -> Timeline {
+    let mut timeline = Timeline::new(QUANTUM, speed_max);
     for (tick, bodies) in snapshots {
         timeline.file(Snapshot { tick: *tick, bodies: bodies.clone(), players: Vec::new() });
     }
@@ -72,6 +76,13 @@ fn a_jump_is_not_smeared() {
     let before = sampled(&timeline, 10.9)[0];
     assert_eq!((before.center.x, before.velocity), (0.0, Vec2::ZERO));
     assert_eq!(sampled(&timeline, 11.5)[0].center.x, 90.0, "and not carried on");
+}
+
+#[test]
+fn what_is_a_jump_depends_on_how_fast_bodies_may_be() {
+    let steps = [(10, vec![body(0, 0, 0.0)]), (11, vec![body(0, 0, 16.0)])];
+    assert_eq!(sampled(&timeline_of(150.0, &steps), 10.5)[0].center.x, 0.0);
+    assert_eq!(sampled(&timeline_of(1000.0, &steps), 10.5)[0].center.x, 8.0);
 }
 
 #[test]
