@@ -146,7 +146,10 @@ impl Replica {
 
     fn play_event(&mut self, timed: TimedEvent) {
         match timed.event {
-            Event::EmitterStarted(emitter) => self.particles.start(emitter),
+            Event::EmitterStarted(emitter) => {
+                // The room reports only those that found a place, and this copy has as many.
+                self.particles.start(emitter);
+            }
             Event::Impact { a, b, point, speed } => {
                 let body = if self.is_hero(b) && !self.is_hero(a) { b } else { a };
                 self.flash(timed.tick, EffectKind::Spark, point, None, speed, Some(body));
