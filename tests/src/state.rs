@@ -15,12 +15,18 @@ pub struct State {
     /// Tick shown, with its fraction: a little behind the server.
     #[serde(default)]
     pub tick: Option<f64>,
+    /// State hash of a demo's game, 16 hex digits.
+    #[serde(default)]
+    pub hash: Option<String>,
     /// Bodies shown.
     #[serde(default)]
     pub bodies: Vec<Body>,
     /// Particles shown.
     #[serde(default)]
     pub particles: u32,
+    /// Digest of the particles shown, 16 hex digits.
+    #[serde(default)]
+    pub particle_digest: Option<String>,
     /// Emitters at work.
     #[serde(default)]
     pub emitters: u32,

@@ -9,6 +9,7 @@ mod play;
 mod shell;
 mod test;
 mod tidy;
+mod traces;
 mod web;
 mod workspace;
 
@@ -41,6 +42,9 @@ enum Task {
         /// Leave the browser tests out
         #[arg(long)]
         quick: bool,
+        /// Play the traces only, and write their final hashes to tests/goldens/hashes.txt
+        #[arg(long, conflicts_with = "quick")]
+        update_hashes: bool,
     },
     /// Build the web client into client-web/dist
     Web {
@@ -72,7 +76,8 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<bool> {
     match task {
         Task::Play { listen, no_open } => play::play(listen, !no_open)?,
-        Task::Test { quick } => return Ok(test::test(quick)),
+        Task::Test { update_hashes: true, .. } => traces::update()?,
+        Task::Test { quick, .. } => return Ok(test::test(quick)),
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
         Task::Tidy => tidy::tidy()?,
         Task::Pictures => pictures::take()?,
