@@ -253,6 +253,40 @@ impl Tab {
         Ok(())
     }
 
+    /// Moves the mouse to a world point; where on the page it was.
+    pub async fn aim(&self, point: [f32; 2]) -> Result<[f64; 2]> {
+        let at = self.to_page(point).await?;
+        self.move_to(at, false).await?;
+        Ok(at)
+    }
+
+    /// As [`Tab::until`], with the mouse on a world point all the while, however the view moves.
+    pub async fn until_aimed(
+        &self,
+        point: [f32; 2],
+        held: bool,
+        wanted: &str,
+        test: impl Fn(&State) -> bool,
+    ) -> Result<State> {
+        let deadline = Instant::now() + DEADLINE;
+        let mut aimed = None;
+        loop {
+            let at = self.to_page(point).await?;
+            if aimed != Some(at) {
+                self.move_to(at, held).await?;
+                aimed = Some(at);
+            }
+            let state = self.state().await?;
+            if test(&state) {
+                return Ok(state);
+            }
+            if Instant::now() > deadline {
+                bail!("not seen in {} s: {wanted}; last state {state:?}", DEADLINE.as_secs());
+            }
+            tokio::time::sleep(ASK_EVERY).await;
+        }
+    }
+
     /// Moves the mouse to a point of the page.
     pub async fn move_to(&self, [x, y]: [f64; 2], held: bool) -> Result<()> {
         let button = if held { MouseButton::Left } else { MouseButton::None };
@@ -355,6 +389,24 @@ impl Tab {
             before = after;
         }
         bail!("the page still changes after {PICTURES_MAX} pictures")
+    }
+
+    /// Waits until the screen shows something, and returns the picture that does.
+    pub async fn until_seen(
+        &self,
+        wanted: &str,
+        test: impl Fn(&Picture) -> bool,
+    ) -> Result<Picture> {
+        let deadline = Instant::now() + DEADLINE;
+        loop {
+            let picture = self.picture().await?;
+            if test(&picture) {
+                return Ok(picture);
+            }
+            if Instant::now() > deadline {
+                bail!("not seen on the screen in {} s: {wanted}", DEADLINE.as_secs());
+            }
+        }
     }
 
     /// What the screen shows, as a PNG.

@@ -31,6 +31,10 @@ const CASES: &[Case] = &[
         run: |stage| Box::pin(playing::bounds_selection(stage)),
     },
     Case {
+        name: "bounds_are_red_where_the_selected_body_touches",
+        run: |stage| Box::pin(playing::bounds_colors(stage)),
+    },
+    Case {
         name: "particles_z_sprays_and_the_spray_dies_out",
         run: |stage| Box::pin(playing::particles_spray(stage)),
     },

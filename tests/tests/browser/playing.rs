@@ -1,6 +1,7 @@
 //! What players do: steer, throw, drop, grab, shake, clear, select, spray.
 
 use anyhow::{Context, Result};
+use jostle_tests::picture::Picture;
 use jostle_tests::runner::Stage;
 use jostle_tests::state::{Body, State};
 use jostle_tests::tab::{Screen, Tab};
@@ -46,15 +47,19 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     let tab = stage.play("emitters", Screen::SMALL).await?;
     let [x, y] = resting_hero(&tab).await?;
     let at = tab.to_page([x, y]).await?;
-    let before = tab.picture().await?;
-    let saturated = |pixel: [u8; 3]| pixel.into_iter().any(|channel| channel >= 250);
-    let dark = before.count_near(at[0], at[1], 60.0, saturated);
+    let saturated = |picture: &Picture| {
+        picture
+            .count_near(at[0], at[1], 60.0, |pixel| pixel.into_iter().any(|channel| channel >= 250))
+    };
+    let dark = saturated(&tab.picture().await?);
 
     tab.record().await?;
-    click(&tab, tab.to_page([x + 30.0, y]).await?).await?;
+    let target = tab.aim([x + 30.0, y]).await?;
+    tab.mouse_down(target).await?;
+    // The press itself must do it: the button is up again before the next tick.
+    tab.mouse_up(target).await?;
     tab.until("an explosion", |s| s.particles >= 150).await?;
-    let lit = tab.picture().await?.count_near(at[0], at[1], 60.0, saturated);
-    assert!(lit > dark + 50, "{lit} saturated pixels around the hero, {dark} before");
+    tab.until_seen("50 more saturated pixels", |picture| saturated(picture) > dark + 50).await?;
 
     tab.until("no pack left", |s| s.of_kind("pack").is_empty()).await?;
     tab.until("the fire out", |s| s.particles == 0).await?;
@@ -77,23 +82,15 @@ async fn resting_hero(tab: &Tab) -> Result<[f32; 2]> {
     }
 }
 
-async fn click(tab: &Tab, at: [f64; 2]) -> Result<()> {
-    tab.move_to(at, false).await?;
-    tab.mouse_down(at).await?;
-    // The press itself must do it: the button is up again before the next tick.
-    tab.mouse_up(at).await
-}
-
 fn distance(body: &Body, [x, y]: [f32; 2]) -> f32 {
     (body.pos[0] - x).hypot(body.pos[1] - y)
 }
 
 pub async fn impulse_tools(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.play("impulse", Screen::SMALL).await?;
-    tab.move_to(tab.to_page([100.0, 20.0]).await?, false).await?;
-
     tab.key_down("z").await?;
-    tab.until("eight dumb minions", |s| s.of_kind("dumb").len() >= 8).await?;
+    let eight = |s: &State| s.of_kind("dumb").len() >= 8;
+    tab.until_aimed([100.0, 20.0], false, "eight dumb minions", eight).await?;
     tab.key_up("z").await?;
     let count = tab.ticks(30).await?.of_kind("dumb").len();
     assert_eq!(tab.ticks(30).await?.of_kind("dumb").len(), count, "no more once Z is up");
@@ -117,18 +114,19 @@ async fn grab(tab: &Tab) -> Result<()> {
     let state = tab.state().await?;
     let body = (*state.of_kind("dumb").first().context("some dumb minion")?).clone();
     let top = [body.pos[0], 28.0];
-    tab.move_to(tab.to_page(body.pos).await?, false).await?;
+    tab.aim(body.pos).await?;
     tab.key_down("x").await?;
     tab.ticks(3).await?;
-    tab.move_to(tab.to_page(top).await?, false).await?;
     let held = |s: &State| {
         let held = s.own_player()?.held?;
         s.bodies.iter().find(|body| body.id == held).cloned()
     };
     let at_pointer = |s: &State| held(s).is_some_and(|body| distance(&body, top) < 2.0);
-    let taken = tab.until("a dumb minion at the pointer", at_pointer).await?;
+    let taken = tab.until_aimed(top, false, "a dumb minion at the pointer", at_pointer).await?;
     assert_eq!(held(&taken).context("it is held")?.kind, "dumb");
-    assert!(at_pointer(&tab.ticks(30).await?), "it stays at the pointer while X is down");
+    let later = taken.ticks() + 30;
+    let stays = |s: &State| s.ticks() > later && at_pointer(s);
+    tab.until_aimed(top, false, "it still at the pointer while X is down", stays).await?;
     tab.key_up("x").await?;
     tab.until("it let go", |s| held(s).is_none()).await?;
     Ok(())
@@ -163,30 +161,48 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
         let before = tab.until(&format!("a {kind} picked"), |s| picked(s).is_some()).await?;
         let selected = picked(&before).context("it is picked")?;
 
-        let [start, end] =
-            [tab.to_page([goal[0] - 10.0, goal[1]]).await?, tab.to_page(goal).await?];
-        tab.move_to(start, false).await?;
-        tab.mouse_down(start).await?;
-        tab.move_to(end, true).await?;
         let there = |s: &State| picked(s).is_some_and(|body| distance(&body, goal) < 1.0);
-        let after = tab.until(&format!("the {kind} at the pointer"), there).await?;
-        tab.mouse_up(end).await?;
+        let start = tab.aim([goal[0] - 10.0, goal[1]]).await?;
+        tab.mouse_down(start).await?;
+        let wanted = format!("the {kind} at the pointer");
+        let after = tab.until_aimed(goal, true, &wanted, there).await?;
+        tab.mouse_up(tab.to_page(goal).await?).await?;
         for body in after.bodies.iter().filter(|body| body.id != selected.id) {
             let old = before.bodies.iter().find(|old| old.id == body.id).context("it was there")?;
             assert!(distance(old, body.pos) < 0.1, "only the selected body moves, not {body:?}");
         }
-        tab.move_to(tab.to_page([30.0, 60.0]).await?, false).await?;
+        tab.aim([30.0, 60.0]).await?;
         assert!(there(&tab.ticks(10).await?), "it stays when the button is up");
     }
+    Ok(())
+}
+
+pub async fn bounds_colors(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/bounds", Screen::SMALL).await?;
+    tab.until("the scene", |s| s.state == "playing" && s.bodies.len() >= 15).await?;
+    // The hero that H picks and the platform that P picks lie on each other at first.
+    let [x, y] = tab.to_page([20.0, 30.0]).await?;
+    let red = move |picture: &Picture| {
+        picture.count_near(x, y, 45.0, |[r, g, b]| r > 180 && g < 90 && b < 90)
+    };
+    tab.hold_key("h", 3).await?;
+    tab.until_seen("red bounds where the picked hero touches", |p| red(p) > 30).await?;
+    tab.hold_key("p", 3).await?;
+    let away = tab.aim([100.0, 60.0]).await?;
+    tab.mouse_down(away).await?;
+    tab.ticks(5).await?;
+    tab.mouse_up(away).await?;
+    tab.hold_key("h", 3).await?;
+    tab.until_seen("no red bounds around the hero any more", |p| red(p) == 0).await?;
     Ok(())
 }
 
 pub async fn particles_spray(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.play("particles", Screen::SMALL).await?;
     assert_eq!(tab.state().await?.particles, 0);
-    tab.move_to(tab.to_page([100.0, 20.0]).await?, false).await?;
     tab.key_down("z").await?;
-    tab.until("a spray", |s| s.particles >= 40).await?;
+    let spray = |s: &State| s.particles >= 40;
+    tab.until_aimed([100.0, 20.0], false, "a spray", spray).await?;
     tab.key_up("z").await?;
     tab.until("the spray gone", |s| s.particles == 0).await?;
     Ok(())
