@@ -46,9 +46,8 @@ async fn play(browser: &Browser, server: &Server) -> Result<Picture> {
     }
     let mut best: Option<Picture> = None;
     for round in 0..ROUNDS {
-        for (player, tab) in tabs.iter().enumerate() {
-            act(tab, round * 3 + player).await?;
-        }
+        let acts = tabs.iter().enumerate().map(|(player, tab)| act(tab, round + player));
+        futures_util::future::try_join_all(acts).await?;
         if round >= QUIET_ROUNDS {
             let picture = tabs[0].picture().await?;
             if best.as_ref().is_none_or(|best| glow(&picture) > glow(best)) {
@@ -59,26 +58,29 @@ async fn play(browser: &Browser, server: &Server) -> Result<Picture> {
     best.context("no picture was taken")
 }
 
-/// One short action: run, fly, throw at another hero, or drop a few dumb minions.
+/// One short action: fly towards the next hero and throw at it; now and then drop dumb minions.
 async fn act(tab: &Tab, turn: usize) -> Result<()> {
     let state = tab.state().await?;
     let own = state.own_hero().context("a hero")?.pos;
     let others = state.of_kind("hero").into_iter().filter(|hero| hero.owner != state.seat);
     let near = others.map(|hero| hero.pos).min_by(|a, b| apart(*a, own).total_cmp(&apart(*b, own)));
     let prey = near.unwrap_or([160.0, 60.0]);
-    tab.move_to(tab.to_page(prey).await?, false).await?;
-    match turn % 8 {
-        0 | 4 => tab.hold_key(if prey[0] > own[0] { "d" } else { "a" }, 14).await,
-        1 | 3 | 6 => tab.hold_key("w", 16).await,
-        5 if turn.is_multiple_of(3) => tab.hold_key("z", 8).await,
-        _ => {
-            let [x, y] =
-                tab.to_page([(own[0] + prey[0]) / 2.0, own[1].max(prey[1]) + 12.0]).await?;
-            tab.move_to([x, y], false).await?;
-            tab.mouse_down([x, y]).await?;
-            tab.mouse_up([x, y]).await
-        }
+    let aside = if prey[0] > own[0] { "d" } else { "a" };
+    // Low heroes rise, high ones glide, so that the picture is not all floor.
+    let rises = own[1] < 40.0 + 20.0 * (turn % 4) as f32;
+    tab.key_down(aside).await?;
+    if rises {
+        tab.key_down("w").await?;
     }
+    let at = tab.aim([(own[0] + prey[0]) / 2.0, own[1].max(prey[1]) + 10.0]).await?;
+    tab.mouse_down(at).await?;
+    tab.mouse_up(at).await?;
+    tab.ticks(14).await?;
+    if turn.is_multiple_of(9) {
+        tab.hold_key("z", 6).await?;
+    }
+    tab.key_up(aside).await?;
+    tab.key_up("w").await
 }
 
 fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
