@@ -3,10 +3,13 @@
 //! A slot is reused after a removal; its generation then differs. All loops go over slots in
 //! ascending order, so nothing depends on the order of creation but the slots themselves.
 
-use crate::pairs::REACH_MIN;
+use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
 use crate::shape::{Aabb, Shape};
-use crate::world::{BodyDef, BodyId, GROUPS_MAX, Motion};
 use glam::Vec2;
+
+/// Reach of a body at rest, world units. A pair takes part in a step if its boxes are closer than
+/// the two reaches when the step's passes begin: room for what the passes push together.
+pub(crate) const REACH_MIN: f32 = 0.125;
 
 /// Bounce and friction of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +47,7 @@ pub(crate) struct Bodies {
 impl Bodies {
     pub fn add(&mut self, def: &BodyDef) -> BodyId {
         check(def);
-        let slot = self.free.pop().unwrap_or_else(|| self.grow(def));
+        let slot = self.free.pop().unwrap_or_else(|| self.grow(0));
         let index = slot as usize;
         self.shape[index] = def.shape;
         self.center[index] = def.position;
@@ -67,10 +70,10 @@ impl Bodies {
         BodyId { index: slot, generation: self.generation[index] }
     }
 
-    /// A new slot at the end; `add` fills it.
-    fn grow(&mut self, def: &BodyDef) -> u32 {
+    /// A new slot at the end, with nobody in it; `add` and `settle` fill it.
+    pub fn grow(&mut self, generation: u32) -> u32 {
         let slot = u32::try_from(self.alive.len()).expect("bodies_max is far below 2^32");
-        self.shape.push(def.shape);
+        self.shape.push(Shape::Circle { radius: 1.0 });
         self.center.push(Vec2::ZERO);
         self.velocity.push(Vec2::ZERO);
         self.inverse_mass.push(0.0);
@@ -81,9 +84,24 @@ impl Bodies {
         self.material.push(Material { restitution: 0.0, friction: 0.0 });
         self.motion.push(Motion::Static);
         self.group.push(0);
-        self.generation.push(0);
+        self.generation.push(generation);
         self.alive.push(false);
         slot
+    }
+
+    /// Brings the body of the last slot to life, once its fields are restored.
+    pub fn settle(&mut self, slot: u32) {
+        self.alive[slot as usize] = true;
+        if self.motion[slot as usize] != Motion::Static {
+            self.moving.push(slot);
+        }
+    }
+
+    /// Lists the free slots, once all are restored.
+    pub fn list_free(&mut self) {
+        let slots = (0u32..).zip(&self.alive).filter_map(|(slot, &alive)| (!alive).then_some(slot));
+        self.free = slots.collect();
+        self.free.reverse();
     }
 
     pub fn remove(&mut self, id: BodyId) {

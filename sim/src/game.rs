@@ -9,6 +9,7 @@ mod minion;
 mod pack;
 mod placing;
 mod report;
+mod state;
 mod tools;
 
 #[cfg(test)]
@@ -16,12 +17,11 @@ mod tests;
 
 pub use crate::scene::{Kind, SEATS_MAX};
 
-use crate::hash::StateHasher;
 use crate::math::{Rng, clamp_length};
-use crate::particle::{EmitterDef, Source, quantise};
+use crate::particle::{EmitterDef, Source, dequantise, quantise};
 use crate::scene::{Place, Scene};
 use crate::shape::Shape;
-use crate::world::{BodyId, World};
+use crate::world::{BodyId, Phase, World};
 use crate::{DT, Tools};
 use actor::{Actor, Player, Rule};
 use glam::Vec2;
@@ -74,8 +74,22 @@ impl Buttons {
 pub struct Input {
     /// What is down.
     pub buttons: Buttons,
-    /// Pointer in world units, finite; `None` while it is outside the view.
+    /// Pointer in world units, finite; `None` while it is outside the view. The game rounds it to
+    /// multiples of [`POINTER_QUANTUM`].
     pub pointer: Option<Vec2>,
+}
+
+/// What pointers are rounded to, world units: finer than anybody points, and few bits to keep.
+pub const POINTER_QUANTUM: f32 = 1.0 / 16.0;
+
+impl Input {
+    /// The input as the game takes it: known buttons, and the pointer rounded.
+    pub fn rounded(self) -> Input {
+        let pointer = self.pointer.filter(|pointer| pointer.is_finite());
+        let buttons = Buttons(self.buttons.0 & Buttons::ALL.0);
+        let rounded = |pointer| dequantise(quantise(pointer, POINTER_QUANTUM), POINTER_QUANTUM);
+        Input { buttons, pointer: pointer.map(rounded) }
+    }
 }
 
 /// A fact that a tick reports, in the order in which it happened.
@@ -259,6 +273,15 @@ impl Game {
     /// Plays one tick. `inputs` holds at most one entry a seat, in seat order; a seat without an
     /// entry is at rest: nothing is down.
     pub fn tick(&mut self, inputs: &[(Seat, Input)]) {
+        self.tick_watched(inputs, &mut |_, _| {});
+    }
+
+    /// [`Game::tick`], shown to `watch` after each phase. What it changes is part of the tick.
+    pub fn tick_watched(
+        &mut self,
+        inputs: &[(Seat, Input)],
+        watch: &mut impl FnMut(Phase, &mut World),
+    ) {
         let ordered = inputs.windows(2).all(|pair| pair[0].0 < pair[1].0);
         debug_assert!(ordered, "inputs must be in seat order, one a seat");
         self.events.clear();
@@ -270,8 +293,9 @@ impl Game {
         self.thrust_heroes();
         self.steer_packs();
         self.use_tools_on_bodies();
+        watch(Phase::Inputs, &mut self.world);
 
-        self.world.step();
+        self.world.step_watched(watch);
 
         self.report_impacts();
         self.report_departed();
@@ -280,7 +304,9 @@ impl Game {
         self.burst_packs();
         self.make_with_tools();
         self.start_emitters();
+        watch(Phase::Events, &mut self.world);
         self.world.step_particles();
+        watch(Phase::Particles, &mut self.world);
         self.ticks += 1;
     }
 
@@ -313,33 +339,13 @@ impl Game {
         })
     }
 
-    /// Digest of the raw bits of the whole state.
-    pub fn hash(&self) -> u64 {
-        let mut hasher = StateHasher::default();
-        hasher.push_u64(self.world.hash());
-        hasher.push(self.ticks);
-        for rng in [&self.chance.spawn, &self.chance.drop, &self.chance.agitate, &self.chance.emit]
-        {
-            let [state, increment] = rng.state();
-            hasher.push_u64(state);
-            hasher.push_u64(increment);
-        }
-        for actor in self.actors.iter().flatten() {
-            actor.hash(&mut hasher);
-        }
-        for player in &self.players {
-            player.hash(&mut hasher);
-        }
-        hasher.finish()
-    }
-
     /// Buttons, edges and pointers of this tick. A pointer that is not finite or lies outside the
     /// world is ignored; the last one is kept, as the chapter does (B1).
     fn take_inputs(&mut self, inputs: &[(Seat, Input)]) {
         let size = self.scene.size;
         for player in &mut self.players {
             let input = match inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat) {
-                Ok(at) => inputs[at].1,
+                Ok(at) => inputs[at].1.rounded(),
                 Err(_) => Input::default(),
             };
             let inside = |pointer: &Vec2| {
@@ -347,7 +353,7 @@ impl Game {
             };
             player.aim = input.pointer.filter(inside);
             player.pointer = player.aim.or(player.pointer);
-            player.press(Buttons(input.buttons.0 & Buttons::ALL.0));
+            player.press(input.buttons);
         }
     }
 

@@ -3,10 +3,10 @@
 //!
 //! One scene, one seed and one input log give one state hash per tick, bit for bit, on every
 //! target. Nothing here does IO, reads a clock, spawns a thread or iterates a hash map; arithmetic
-//! is + - * / sqrt on f32, and [`math`] holds the few transcendentals. Modules are listed from the
-//! bottom up: a lower one never imports a higher one.
+//! is + - * / sqrt on f32, and [`math`] holds the few transcendentals.
 
 mod bodies;
+pub mod body;
 pub mod contact;
 pub mod game;
 mod hash;
@@ -16,6 +16,7 @@ pub mod particle;
 pub mod relaxation;
 pub mod scene;
 pub mod shape;
+pub mod state;
 pub mod world;
 
 pub use game::{BodyInfo, Buttons, Event, Game, Input, Kind, PlayerInfo, SEATS_MAX, Seat};
@@ -24,7 +25,9 @@ pub use hash::StateHasher;
 pub use particle::{EmitterDef, Particles, Recipe, Source};
 pub use scene::{Scene, SceneError, Tools};
 pub use shape::{Aabb, Shape};
-pub use world::{BodyDef, BodyId, Motion, World};
+pub use state::bytes::StateError;
+pub use state::{Difference, Subject};
+pub use world::{BodyDef, BodyId, Motion, Phase, World};
 
 /// Ticks a second of the server's counter; one tick is one step of the World.
 pub const TICKS_PER_SECOND: u32 = 60;

@@ -112,4 +112,9 @@ impl Rng {
     pub fn state(&self) -> [u64; 2] {
         [self.state, self.increment]
     }
+
+    /// The generator that had this [`Rng::state`].
+    pub fn from_state([state, increment]: [u64; 2]) -> Rng {
+        Rng { state, increment }
+    }
 }

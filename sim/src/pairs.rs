@@ -7,15 +7,11 @@
 //! the result.
 
 use crate::bodies::Bodies;
+use crate::body::GROUPS_MAX;
 use crate::contact;
 use crate::math::{max, ordered_bits};
 use crate::shape::Aabb;
-use crate::world::GROUPS_MAX;
 use glam::Vec2;
-
-/// Reach of a body at rest, world units. A pair takes part in a step if its boxes are closer than
-/// the two reaches when the step's passes begin: room for what the passes push together.
-pub(crate) const REACH_MIN: f32 = 0.125;
 
 /// Smallest growth of a box in the list, world units.
 const MARGIN: f32 = 0.4;

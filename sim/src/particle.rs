@@ -6,14 +6,16 @@
 
 mod emitter;
 mod obstacles;
+mod state;
 
 pub use emitter::{EmitterDef, Source};
 pub use obstacles::{Obstacle, dequantise, quantise};
 
 use crate::DT;
+use crate::body::BodyId;
 use crate::hash::StateHasher;
 use crate::math::{Rng, min};
-use crate::world::BodyId;
+use crate::state::{Subject, Words};
 use emitter::Emitter;
 use glam::Vec2;
 use obstacles::ObstacleGrid;
@@ -247,25 +249,27 @@ impl Particles {
         Look { color, size: min(grown, SIZE_MAX) }
     }
 
-    /// Adds every bit of the state.
-    pub(crate) fn hash(&self, hasher: &mut StateHasher) {
-        hasher.push(self.emitters.len() as u32);
-        for emitter in &self.emitters {
-            emitter.hash(hasher);
+    /// Every word of the state.
+    pub(crate) fn words(&self, words: &mut impl Words) {
+        words.bits(Subject::World, "emitters", self.emitters.len() as u32);
+        for (place, emitter) in (0u32..).zip(&self.emitters) {
+            emitter.words(Subject::Emitter(place), words);
         }
         for index in 0..self.len() {
-            hasher.push_vec2(self.position[index]);
-            hasher.push_vec2(self.velocity[index]);
-            hasher.push(u32::from(self.age[index]) << 16 | u32::from(self.life[index]));
-            hasher.push(self.seed[index]);
-            hasher.push(u32::from(self.recipe[index]));
+            let subject = Subject::Particle(index as u32);
+            words.vector(subject, ["position.x", "position.y"], self.position[index]);
+            words.vector(subject, ["velocity.x", "velocity.y"], self.velocity[index]);
+            let ages = u32::from(self.age[index]) << 16 | u32::from(self.life[index]);
+            words.bits(subject, "age and life", ages);
+            words.bits(subject, "seed", self.seed[index]);
+            words.bits(subject, "recipe", u32::from(self.recipe[index]));
         }
     }
 
     /// Digest of the raw bits of all particles and emitters, to compare two ends of a stream.
     pub fn digest(&self) -> u64 {
         let mut hasher = StateHasher::default();
-        self.hash(&mut hasher);
+        self.words(&mut hasher);
         hasher.finish()
     }
 }

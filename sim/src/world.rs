@@ -1,78 +1,18 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
+mod state;
+
+pub use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
+
 use crate::DT;
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, REACH_MIN};
 use crate::contact::Contact;
-use crate::hash::StateHasher;
 use crate::math::clamp_length;
-use crate::pairs::{Filter, PairList, REACH_MIN};
+use crate::pairs::{Filter, PairList};
 use crate::particle::{EmitterDef, Obstacle, Particles, Recipe, quantise};
 use crate::relaxation::{self, Relaxation, Row};
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
-
-/// Names one body for good: `index` is reused after a removal, `generation` then differs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct BodyId {
-    /// Slot in the world's arrays.
-    pub index: u32,
-    /// How often the slot was given out before.
-    pub generation: u32,
-}
-
-/// How a body answers to forces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
-    /// Never moves, infinite mass.
-    Static,
-    /// Moves by its own velocity only, infinite mass: a lift.
-    Kinematic,
-    /// Moved by gravity and contacts.
-    Dynamic,
-}
-
-/// A body as it is created. [`Default`] holds the chapter's values (row A2.7): a dynamic circle of
-/// radius 1, mass 1, restitution 0.8, friction 0.3, in group 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyDef {
-    /// Outline.
-    pub shape: Shape,
-    /// Centre, world units.
-    pub position: Vec2,
-    /// Units/s.
-    pub velocity: Vec2,
-    /// How it moves.
-    pub motion: Motion,
-    /// Mass, positive and finite; only meant for dynamic bodies.
-    pub mass: f32,
-    /// Bounce, 0..=1; a pair takes the smaller of the two.
-    pub restitution: f32,
-    /// Coulomb coefficient, 0..=10; a pair takes the geometric mean.
-    pub friction: f32,
-    /// Factor on the world's gravity; 0 floats.
-    pub gravity_scale: f32,
-    /// Collision group, below [`GROUPS_MAX`].
-    pub group: u8,
-}
-
-impl Default for BodyDef {
-    fn default() -> BodyDef {
-        BodyDef {
-            shape: Shape::Circle { radius: 1.0 },
-            position: Vec2::ZERO,
-            velocity: Vec2::ZERO,
-            motion: Motion::Dynamic,
-            mass: 1.0,
-            restitution: 0.8,
-            friction: 0.3,
-            gravity_scale: 1.0,
-            group: 0,
-        }
-    }
-}
-
-/// Collision groups a world can tell apart.
-pub const GROUPS_MAX: usize = 32;
 
 /// A fixed description of a world.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,6 +73,47 @@ pub struct Touch {
     pub closing: f32,
     /// Whether the two did not touch at the end of the step before.
     pub began: bool,
+}
+
+/// The parts of a tick, in order: where two runs can part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// Players come and go, rules and tools set velocities.
+    Inputs,
+    /// Velocities, then positions.
+    Integrate,
+    /// Which pairs take part.
+    Pairs,
+    /// Contacts are solved.
+    Relax,
+    /// What happened is reported and acted on; tools make new bodies.
+    Events,
+    /// Particles move, emitters make more.
+    Particles,
+}
+
+impl Phase {
+    /// All of them, in order.
+    pub const ALL: [Phase; 6] = [
+        Phase::Inputs,
+        Phase::Integrate,
+        Phase::Pairs,
+        Phase::Relax,
+        Phase::Events,
+        Phase::Particles,
+    ];
+
+    /// Lower-case name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Inputs => "inputs",
+            Phase::Integrate => "integrate",
+            Phase::Pairs => "pairs",
+            Phase::Relax => "relax",
+            Phase::Events => "events",
+            Phase::Particles => "particles",
+        }
+    }
 }
 
 /// Bodies, contacts, particles.
@@ -303,22 +284,38 @@ impl World {
     /// Advances bodies by one step: integrate, pairs, relax, removal of what left the kill zone.
     /// Particles move in [`World::step_particles`], so that the rules can act in between.
     pub fn step(&mut self) {
+        self.step_watched(&mut |_, _| {});
+    }
+
+    /// [`World::step`], shown to `watch` after each phase. What it changes is part of the step.
+    pub fn step_watched(&mut self, watch: &mut impl FnMut(Phase, &mut World)) {
+        self.integrate();
+        watch(Phase::Integrate, self);
+        self.refresh_pairs();
+        relaxation::gather(&self.bodies, &self.pairs.pairs, &mut self.rows);
+        watch(Phase::Pairs, self);
+        self.relax();
+        watch(Phase::Relax, self);
+        self.report_touches();
+        self.remove_departed();
+        debug_assert!(self.is_finite(), "a step made a state that is not finite");
+    }
+
+    fn integrate(&mut self) {
         self.accelerate();
         if self.settings.relaxation.is_some_and(|settings| settings.warm_start) {
             relaxation::warm_start(&mut self.bodies, &mut self.pairs.pairs);
         }
         self.travel();
-        self.refresh_pairs();
-        relaxation::gather(&self.bodies, &self.pairs.pairs, &mut self.rows);
+    }
+
+    fn relax(&mut self) {
         self.passes = 0;
         if let Some(settings) = &self.settings.relaxation {
             self.passes = relaxation::relax(&mut self.bodies, &mut self.rows, settings);
             relaxation::store(&self.rows, &mut self.pairs.pairs);
             self.judge_calmness();
         }
-        self.report_touches();
-        self.remove_departed();
-        debug_assert!(self.is_finite(), "a step made a state that is not finite");
     }
 
     /// Symplectic Euler, first half: new velocities.
@@ -448,40 +445,6 @@ impl World {
     pub fn is_finite(&self) -> bool {
         let Bodies { center, velocity, .. } = &self.bodies;
         center.iter().chain(velocity).all(|vector| vector.is_finite())
-    }
-
-    /// Digest of the raw bits of all state in id order: bodies, what free slots remember, resting
-    /// impulses, particles and emitters.
-    pub fn hash(&self) -> u64 {
-        let mut hasher = StateHasher::default();
-        let bodies = &self.bodies;
-        hasher.push(bodies.alive.len() as u32);
-        for (&alive, &generation) in bodies.alive.iter().zip(&bodies.generation) {
-            hasher.push(generation << 1 | u32::from(alive));
-        }
-        for slot in bodies.slots() {
-            let index = slot as usize;
-            let half = bodies.shape[index].half_extent();
-            let round = matches!(bodies.shape[index], Shape::Circle { .. });
-            let tags = [u8::from(round), bodies.motion[index] as u8, bodies.group[index], 0];
-            hasher.push(u32::from_le_bytes(tags));
-            hasher.push_vec2(half);
-            hasher.push_vec2(bodies.center[index]);
-            hasher.push_vec2(bodies.velocity[index]);
-            hasher.push_f32(bodies.calm[index]);
-            hasher.push_f32(bodies.inverse_mass[index]);
-            hasher.push_f32(bodies.gravity_scale[index]);
-            hasher.push_f32(bodies.material[index].restitution);
-            hasher.push_f32(bodies.material[index].friction);
-        }
-        for pair in self.pairs.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
-            hasher.push(pair.a);
-            hasher.push(pair.b);
-            hasher.push_f32(pair.normal_impulse);
-            hasher.push_f32(pair.tangent_impulse);
-        }
-        self.particles.hash(&mut hasher);
-        hasher.finish()
     }
 }
 

@@ -1,8 +1,8 @@
 //! What the rules know about a body and about a player, beyond what the World knows.
 
 use super::{Buttons, Kind, Seat};
-use crate::hash::StateHasher;
-use crate::world::BodyId;
+use crate::body::BodyId;
+use crate::state::{Subject, Words};
 use glam::Vec2;
 
 /// A body's part in the game.
@@ -40,22 +40,22 @@ pub(super) enum Rule {
 }
 
 impl Actor {
-    pub fn hash(&self, hasher: &mut StateHasher) {
-        hasher.push(self.id.index);
-        hasher.push(self.id.generation);
-        hasher.push(self.kind as u32);
-        hasher.push(self.owner.map_or(u32::MAX, |seat| u32::from(seat.0)));
+    pub fn words(&self, words: &mut impl Words) {
+        let subject = Subject::Body(self.id);
+        words.name(subject, "name", self.id);
+        words.bits(subject, "kind", self.kind as u32);
+        words.bits(subject, "owner", self.owner.map_or(u32::MAX, |seat| u32::from(seat.0)));
         match self.rule {
             Rule::Still => {}
             Rule::Wander { heading, speed } => {
-                hasher.push_vec2(heading);
-                hasher.push_f32(speed);
+                words.vector(subject, ["heading.x", "heading.y"], heading);
+                words.number(subject, "wander speed", speed);
             }
             Rule::Chase { front, drift, driven, life } => {
-                hasher.push_vec2(front);
-                hasher.push_vec2(drift);
-                hasher.push_vec2(driven);
-                hasher.push(life);
+                words.vector(subject, ["front.x", "front.y"], front);
+                words.vector(subject, ["drift.x", "drift.y"], drift);
+                words.vector(subject, ["driven.x", "driven.y"], driven);
+                words.bits(subject, "ticks left", life);
             }
         }
     }
@@ -83,7 +83,7 @@ pub(super) struct Player {
     pub pointer: Option<Vec2>,
     /// Where the player points in this tick, if inside the world.
     pub aim: Option<Vec2>,
-    down: Buttons,
+    pub down: Buttons,
     pressed: Buttons,
 }
 
@@ -131,17 +131,22 @@ impl Player {
         self.held.take_if(|held| held.body == body);
     }
 
-    pub fn hash(&self, hasher: &mut StateHasher) {
-        hasher.push(u32::from(self.seat.0));
-        for body in [self.hero, self.selected, self.held.map(|held| held.body)] {
-            hasher.push(body.map_or(u32::MAX, |id| id.index));
-            hasher.push(body.map_or(0, |id| id.generation));
+    pub fn words(&self, words: &mut impl Words) {
+        let subject = Subject::Player(self.seat.0);
+        words.bits(subject, "seat", u32::from(self.seat.0));
+        let bodies = [
+            ("hero", self.hero),
+            ("selected", self.selected),
+            ("held", self.held.map(|held| held.body)),
+        ];
+        for (field, body) in bodies {
+            words.name(subject, field, body.unwrap_or(BodyId { index: u32::MAX, generation: 0 }));
         }
-        hasher.push_f32(self.held.map_or(0.0, |held| held.gravity_scale));
-        hasher.push(self.hero_wait);
-        hasher.push(u32::from(self.score));
-        hasher.push(u32::from(self.pointer.is_some()));
-        hasher.push_vec2(self.pointer.unwrap_or_default());
-        hasher.push(u32::from(self.down.0));
+        words.number(subject, "gravity scale", self.held.map_or(0.0, |held| held.gravity_scale));
+        words.bits(subject, "wait for a hero", self.hero_wait);
+        words.bits(subject, "score", u32::from(self.score));
+        words.bits(subject, "has pointed", u32::from(self.pointer.is_some()));
+        words.vector(subject, ["pointer.x", "pointer.y"], self.pointer.unwrap_or_default());
+        words.bits(subject, "buttons", u32::from(self.down.0));
     }
 }

@@ -66,6 +66,9 @@ impl Game {
 
     fn agitate_dumb(&mut self) {
         for actor in self.actors.iter().flatten().filter(|actor| actor.kind == Kind::Dumb) {
+            if self.world.motion(actor.id) == Motion::Static {
+                continue;
+            }
             let x = self.chance.agitate.range(-AGITATE_SPEED, AGITATE_SPEED);
             let y = self.chance.agitate.range(-AGITATE_SPEED, AGITATE_SPEED);
             let velocity = self.world.velocity(actor.id) + Vec2::new(x, y);

@@ -1,9 +1,10 @@
 //! Emitters: when, where and how many. They are started by an [`EmitterDef`], which is also what
 //! travels to clients.
 
-use crate::hash::StateHasher;
+use crate::body::BodyId;
 use crate::math::Rng;
-use crate::world::BodyId;
+use crate::state::bytes::{StateError, StateReader, StateWriter};
+use crate::state::{Subject, Words};
 use glam::Vec2;
 
 /// Where an emitter makes its particles.
@@ -94,17 +95,43 @@ impl Emitter {
         self.left == 0
     }
 
-    pub fn hash(&self, hasher: &mut StateHasher) {
-        hasher.push(u32::from(self.def.recipe) << 16 | u32::from(self.left));
+    pub fn words(&self, subject: Subject, words: &mut impl Words) {
+        let (recipe, left) = (u32::from(self.def.recipe), u32::from(self.left));
+        words.bits(subject, "recipe and particles left", recipe << 16 | left);
         let body = match self.def.source {
             Source::Point(_) => BodyId { index: u32::MAX, generation: 0 },
             Source::Body(id) => id,
         };
-        hasher.push(body.index);
-        hasher.push(body.generation);
-        hasher.push_vec2(self.position);
-        for word in self.rng.state() {
-            hasher.push_u64(word);
+        words.name(subject, "followed body", body);
+        words.vector(subject, ["position.x", "position.y"], self.position);
+        for half in self.rng.state() {
+            words.long(subject, "generator", half);
         }
+    }
+
+    pub fn save(&self, out: &mut StateWriter) {
+        out.byte(self.def.recipe);
+        out.short(self.def.count);
+        out.word(self.def.seed);
+        out.short(self.left);
+        match self.def.source {
+            Source::Body(id) => out.body(Some(id)),
+            Source::Point(_) => out.body(None),
+        }
+        out.vector(self.position);
+        self.rng.state().into_iter().for_each(|half| out.long(half));
+    }
+
+    pub fn restore(recipes: usize, bytes: &mut StateReader) -> Result<Emitter, StateError> {
+        let recipe = bytes.byte("recipe of an emitter")?;
+        bytes.check(usize::from(recipe) < recipes, "recipe of an emitter")?;
+        let (count, seed) = (bytes.short("particles of an emitter")?, bytes.word("seed")?);
+        let left = bytes.short("particles left")?;
+        bytes.check((1..=count).contains(&left), "particles left")?;
+        let body = bytes.body("followed body")?;
+        let position = bytes.vector("position of an emitter")?;
+        let source = body.map_or(Source::Point(position), Source::Body);
+        let rng = Rng::from_state([bytes.long("generator")?, bytes.long("generator")?]);
+        Ok(Emitter { def: EmitterDef { recipe, count, seed, source }, left, position, rng })
     }
 }

@@ -1,0 +1,136 @@
+//! Bytes of a kept state: fixed-size little-endian words. What is read may come from anywhere, so
+//! every number is checked where it is read.
+
+use crate::body::BodyId;
+use glam::Vec2;
+
+/// Why bytes are no state of this scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("byte {at} of the state: {field} is {problem}")]
+pub struct StateError {
+    /// Where the field begins.
+    pub at: usize,
+    /// What is wrong.
+    pub field: &'static str,
+    /// "missing" or "out of range".
+    pub problem: &'static str,
+}
+
+/// No body.
+const NOBODY: u32 = u32::MAX;
+
+/// Appends words.
+#[derive(Default)]
+pub(crate) struct StateWriter(pub Vec<u8>);
+
+impl StateWriter {
+    pub fn byte(&mut self, value: u8) {
+        self.0.push(value);
+    }
+
+    pub fn short(&mut self, value: u16) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    pub fn word(&mut self, value: u32) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    pub fn long(&mut self, value: u64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    pub fn number(&mut self, value: f32) {
+        self.word(value.to_bits());
+    }
+
+    pub fn vector(&mut self, value: Vec2) {
+        self.number(value.x);
+        self.number(value.y);
+    }
+
+    pub fn body(&mut self, body: Option<BodyId>) {
+        self.word(body.map_or(NOBODY, |id| id.index));
+        self.word(body.map_or(0, |id| id.generation));
+    }
+}
+
+/// Takes words off the front.
+pub(crate) struct StateReader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> StateReader<'a> {
+    pub fn new(bytes: &'a [u8]) -> StateReader<'a> {
+        StateReader { bytes, at: 0 }
+    }
+
+    /// The error for the field that was read last.
+    pub fn wrong(&self, field: &'static str) -> StateError {
+        StateError { at: self.at, field, problem: "out of range" }
+    }
+
+    pub fn check(&self, fine: bool, field: &'static str) -> Result<(), StateError> {
+        if fine { Ok(()) } else { Err(self.wrong(field)) }
+    }
+
+    /// After the last field.
+    pub fn end(&self) -> Result<(), StateError> {
+        self.check(self.at == self.bytes.len(), "end")
+    }
+
+    fn array<const N: usize>(&mut self, field: &'static str) -> Result<[u8; N], StateError> {
+        let missing = StateError { at: self.at, field, problem: "missing" };
+        let bytes = self.bytes[self.at..].first_chunk::<N>().ok_or(missing)?;
+        self.at += N;
+        Ok(*bytes)
+    }
+
+    pub fn byte(&mut self, field: &'static str) -> Result<u8, StateError> {
+        Ok(self.array::<1>(field)?[0])
+    }
+
+    pub fn short(&mut self, field: &'static str) -> Result<u16, StateError> {
+        Ok(u16::from_le_bytes(self.array(field)?))
+    }
+
+    pub fn word(&mut self, field: &'static str) -> Result<u32, StateError> {
+        Ok(u32::from_le_bytes(self.array(field)?))
+    }
+
+    pub fn long(&mut self, field: &'static str) -> Result<u64, StateError> {
+        Ok(u64::from_le_bytes(self.array(field)?))
+    }
+
+    /// A finite number.
+    pub fn number(&mut self, field: &'static str) -> Result<f32, StateError> {
+        let value = f32::from_bits(self.word(field)?);
+        self.check(value.is_finite(), field)?;
+        Ok(value)
+    }
+
+    /// A finite vector.
+    pub fn vector(&mut self, field: &'static str) -> Result<Vec2, StateError> {
+        Ok(Vec2::new(self.number(field)?, self.number(field)?))
+    }
+
+    pub fn body(&mut self, field: &'static str) -> Result<Option<BodyId>, StateError> {
+        let (index, generation) = (self.word(field)?, self.word(field)?);
+        Ok((index != NOBODY).then_some(BodyId { index, generation }))
+    }
+
+    /// A number of entries of at least `bytes_each`: refused before anything is allocated if it
+    /// exceeds `count_max` or what the rest can hold.
+    pub fn count(
+        &mut self,
+        count_max: usize,
+        bytes_each: usize,
+        field: &'static str,
+    ) -> Result<usize, StateError> {
+        let count = self.word(field)? as usize;
+        let fits = count <= count_max && count <= (self.bytes.len() - self.at) / bytes_each;
+        self.check(fits, field)?;
+        Ok(count)
+    }
+}
