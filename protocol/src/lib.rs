@@ -6,6 +6,7 @@ mod codec;
 pub mod limits;
 pub mod message;
 mod refusal;
+pub mod replay;
 pub mod snapshot;
 pub mod wire;
 

@@ -26,7 +26,17 @@ pub const COLORS: u8 = 8;
 /// Coordinates on the wire, quanta, either sign.
 pub const QUANTA_MAX: i32 = 1 << 24;
 /// Coordinates of a pointer in an input, world units, either sign.
-pub const POINTER_MAX: f32 = 1_048_576.0;
+pub const POINTER_MAX: f32 = jostle_sim::game::POINTER_MAX;
+/// Longest replay that is read, bytes.
+pub const REPLAY_BYTES_MAX: usize = 64 << 20;
+/// Longest record of a replay, packed and unpacked, bytes: a keyframe of the largest scene.
+pub const REPLAY_RECORD_BYTES_MAX: usize = 8 << 20;
+/// Ticks in one record of a replay.
+pub const REPLAY_BLOCK_TICKS_MAX: usize = 600;
+/// Ticks in one replay: some more than a day.
+pub const REPLAY_TICKS_MAX: u32 = 1 << 23;
+/// Longest name of a program version in a replay, bytes.
+pub const PROGRAM_BYTES_MAX: usize = 64;
 
 // A client message fits a hello with the longest name; a server message the longest welcome, and a
 // keyframe or delta with the largest bodies and events: 29 and 34 bytes each, 112 a player.

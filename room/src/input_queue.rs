@@ -2,8 +2,7 @@
 //! played a tick. The queue smooths the bursts, and stays short so that no delay builds up.
 
 use crate::{INPUTS_QUEUED_MAX, SILENCE_TICKS};
-use jostle_protocol::limits::POINTER_MAX;
-use jostle_sim::{Buttons, Input, Vec2};
+use jostle_sim::{Buttons, Input};
 use std::collections::VecDeque;
 
 /// Inputs that may wait for long; more of them are delay without use.
@@ -50,8 +49,7 @@ impl InputQueue {
         if self.waiting.len() == INPUTS_QUEUED_MAX {
             self.drop_oldest();
         }
-        let buttons = Buttons(input.buttons.0 & Buttons::ALL.0);
-        let input = Input { buttons, pointer: input.pointer.filter(is_usable) };
+        let input = input.rounded();
         self.waiting.push_back(Waiting { seq, input, dropped: Buttons::default() });
     }
 
@@ -102,14 +100,11 @@ impl InputQueue {
     }
 }
 
-/// Decoded pointers are; a caller within the same process may send others.
-fn is_usable(pointer: &Vec2) -> bool {
-    pointer.is_finite() && pointer.x.abs() <= POINTER_MAX && pointer.y.abs() <= POINTER_MAX
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use jostle_protocol::limits::POINTER_MAX;
+    use jostle_sim::Vec2;
 
     fn down(buttons: Buttons) -> Input {
         Input { buttons, pointer: None }

@@ -1,17 +1,23 @@
 //! A Room: one Game and its members, without sockets, files or time. Bytes and ticks in, bytes out.
 
+pub mod divergence;
 mod history;
 mod input_queue;
 mod member;
+pub mod playback;
+mod recorder;
 
 use history::History;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use jostle_protocol::replay::{self, Record};
 use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot};
 use jostle_sim::{Game, Input, Scene, Seat};
 use member::{Member, Members};
 use std::sync::Arc;
 
 pub use input_queue::{INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX};
+pub use playback::{Playback, PlaybackError, Played};
+pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
 
 /// Ticks for which a seat is held after its socket is lost.
 pub const SEAT_HELD_TICKS: u32 = 45 * 60;
@@ -25,18 +31,21 @@ pub const HISTORY_TICKS: usize = 64;
 /// One game and its members.
 pub struct Room {
     code: String,
+    seed: u64,
     game: Game,
     members: Members,
-    /// Joins and leaves since the last tick, at most two a seat.
+    /// Joins, leaves and looks since the last tick, at most three a seat.
     changes: Vec<Change>,
     history: History,
+    recorder: Option<Recorder>,
 }
 
-/// A join or leave that waits for the next tick.
+/// A join, a leave or a new look that waits for the next tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Change {
     Join(Seat),
     Leave(Seat),
+    Look(Seat),
 }
 
 /// What a player gets on joining.
@@ -59,7 +68,8 @@ impl Room {
         let members = Members::new(usize::from(scene.players_max));
         let game = Game::new(scene, seed);
         let history = History::new(Snapshot::capture(&game, Vec::new()));
-        Room { code: code.to_owned(), game, members, changes: Vec::new(), history }
+        let code = code.to_owned();
+        Room { code, seed, game, members, changes: Vec::new(), history, recorder: None }
     }
 
     /// Takes the lowest free seat, or the one that `token` names; effective with the next tick.
@@ -77,7 +87,12 @@ impl Room {
         };
         let appearance = self.members.distinct(&appearance, Some(seat));
         match (known, self.members.at_mut(seat)) {
-            (Some((_, token)), Some(member)) => member.resume(appearance, token, fresh_token),
+            (Some((_, token)), Some(member)) => {
+                member.resume(appearance, token, fresh_token);
+                if !self.changes.contains(&Change::Look(seat)) {
+                    self.changes.push(Change::Look(seat));
+                }
+            }
             _ => {
                 self.members.put(seat, Member::new(appearance, fresh_token));
                 self.changes.push(Change::Join(seat));
@@ -114,6 +129,7 @@ impl Room {
         if !self.members.remove(seat) {
             return;
         }
+        self.changes.retain(|&change| change != Change::Look(seat));
         // Who leaves before the tick of joining was never there.
         match self.changes.iter().position(|&change| change == Change::Join(seat)) {
             Some(place) => drop(self.changes.remove(place)),
@@ -134,24 +150,72 @@ impl Room {
     /// Plays one tick: joins and leaves, one input per player in seat order, the game, a snapshot.
     pub fn tick(&mut self) {
         self.free_abandoned_seats();
-        for change in self.changes.drain(..) {
-            match change {
-                Change::Join(seat) => self.game.join(seat),
-                Change::Leave(seat) => self.game.leave(seat),
-            }
-        }
+        let changes = self.apply_changes();
         let inputs: Vec<_> = self
             .members
             .iter_mut()
             .filter_map(|(seat, member)| Some((seat, member.inputs.take()?)))
             .collect();
         self.game.tick(&inputs);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.tick(changes, &inputs, &self.game, || self.members.appearances());
+        }
         let states = self
             .game
             .players()
             .filter_map(|player| Some(self.members.at(player.seat)?.state(&player)));
         let snapshot = Snapshot::capture(&self.game, states.collect());
         self.history.push(snapshot, self.game.events());
+    }
+
+    /// Has players come and go; what was done, for the recorder.
+    fn apply_changes(&mut self) -> Vec<replay::Change> {
+        let look = |members: &Members, seat| {
+            let member = members.at(seat).expect("who joins or comes back has the seat");
+            member.appearance.clone()
+        };
+        let changes = self.changes.drain(..).map(|change| match change {
+            Change::Join(seat) => {
+                self.game.join(seat);
+                replay::Change::Join(seat, look(&self.members, seat))
+            }
+            Change::Leave(seat) => {
+                self.game.leave(seat);
+                replay::Change::Leave(seat)
+            }
+            Change::Look(seat) => replay::Change::Look(seat, look(&self.members, seat)),
+        });
+        changes.collect()
+    }
+
+    /// Records from here on. `program` is the version that plays, `unix_s` the time, 0 if unknown.
+    pub fn record(&mut self, program: &str, unix_s: u64) {
+        let scene = self.game.scene();
+        let start = replay::Start {
+            program: program.to_owned(),
+            unix_s,
+            room: self.code.clone(),
+            scene_name: scene.name.clone(),
+            scene: scene.source.clone(),
+            seed: self.seed,
+            first_tick: self.game.tick_count(),
+        };
+        // Who joins with the next tick is recorded with it.
+        let joins = |seat| self.changes.contains(&Change::Join(seat));
+        let mut members = self.members.appearances();
+        members.retain(|&(seat, _)| !joins(seat));
+        self.recorder = Some(Recorder::new(start, &self.game, members));
+    }
+
+    /// The records that are ready, in order; empty where nothing is recorded.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        self.recorder.as_mut().map(Recorder::take).unwrap_or_default()
+    }
+
+    /// Ends the recording; its last records.
+    pub fn stop_recording(&mut self) -> Vec<Record> {
+        let recorder = self.recorder.take();
+        recorder.map(|recorder| recorder.finish(&self.game)).unwrap_or_default()
     }
 
     fn free_abandoned_seats(&mut self) {

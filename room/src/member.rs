@@ -99,6 +99,11 @@ impl Members {
         self.iter().find(|(_, member)| member.answers_to(token)).map(|(seat, _)| seat)
     }
 
+    /// Name and colour of everybody, in seat order.
+    pub fn appearances(&self) -> Vec<(Seat, Appearance)> {
+        self.iter().map(|(seat, member)| (seat, member.appearance.clone())).collect()
+    }
+
     /// Gives a seat away.
     pub fn put(&mut self, seat: Seat, member: Member) {
         self.seats[usize::from(seat.0)] = Some(member);

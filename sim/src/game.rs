@@ -81,14 +81,18 @@ pub struct Input {
 
 /// What pointers are rounded to, world units: finer than anybody points, and few bits to keep.
 pub const POINTER_QUANTUM: f32 = 1.0 / 16.0;
+/// Largest coordinate of a pointer, world units, either sign: 2^24 quanta.
+pub const POINTER_MAX: f32 = 1_048_576.0;
 
 impl Input {
-    /// The input as the game takes it: known buttons, and the pointer rounded.
+    /// The input as the game takes it: known buttons, and the pointer rounded. A pointer that is
+    /// not finite or past [`POINTER_MAX`] is none.
     pub fn rounded(self) -> Input {
-        let pointer = self.pointer.filter(|pointer| pointer.is_finite());
-        let buttons = Buttons(self.buttons.0 & Buttons::ALL.0);
+        let usable =
+            |pointer: &Vec2| pointer.x.abs() <= POINTER_MAX && pointer.y.abs() <= POINTER_MAX;
         let rounded = |pointer| dequantise(quantise(pointer, POINTER_QUANTUM), POINTER_QUANTUM);
-        Input { buttons, pointer: pointer.map(rounded) }
+        let buttons = Buttons(self.buttons.0 & Buttons::ALL.0);
+        Input { buttons, pointer: self.pointer.filter(usable).map(rounded) }
     }
 }
 

@@ -1,0 +1,273 @@
+//! Reading a replay: every record is looked at once, and what is whole stays.
+
+use super::block::Block;
+use super::record::{FRAME_BYTES, Keyframe, Record, Start, checksum};
+use super::{FORMAT, MAGIC};
+use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX};
+use crate::wire::DecodeError;
+
+/// Why a file is no replay, or where one ends too early; the offset says where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("byte {offset}: {problem}")]
+pub struct ReplayError {
+    /// Where the first bad thing begins, bytes from the start.
+    pub offset: usize,
+    /// What is wrong there.
+    pub problem: Problem,
+}
+
+/// What is wrong with bytes of a replay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Problem {
+    /// Other first bytes.
+    #[error("this is not a replay")]
+    NotAReplay,
+    /// A version that is not understood.
+    #[error("replay format {found}; this program reads format {FORMAT}")]
+    Format {
+        /// Found.
+        found: u16,
+    },
+    /// Past [`REPLAY_BYTES_MAX`].
+    #[error("{bytes} bytes; a replay has at most {REPLAY_BYTES_MAX}")]
+    TooLong {
+        /// Found.
+        bytes: usize,
+    },
+    /// The file ends within a record.
+    #[error("the file ends within a record")]
+    CutOff,
+    /// A record that claims to be longer than any.
+    #[error("a record of {bytes} bytes; at most {REPLAY_RECORD_BYTES_MAX} are allowed")]
+    LongRecord {
+        /// Found.
+        bytes: usize,
+    },
+    /// Bytes of the record changed after it was written.
+    #[error("the record is damaged: its checksum differs")]
+    Checksum,
+    /// The record holds nonsense.
+    #[error("the record cannot be read: {0}")]
+    Record(DecodeError),
+    /// A record that cannot stand here.
+    #[error("{0}")]
+    Order(&'static str),
+    /// The file ends between two records, without the record that says so.
+    #[error("the file ends without an end record")]
+    NoEnd,
+}
+
+/// How a replay ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// Recorded to the end.
+    Whole,
+    /// The rest is missing or damaged; everything up to there is fine.
+    Cut(ReplayError),
+}
+
+/// A replay, checked record by record.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    bytes: Vec<u8>,
+    start: Start,
+    /// Payloads of the blocks, by the tick that each begins with.
+    blocks: Vec<Place>,
+    /// Payloads of the keyframes, by their tick.
+    keyframes: Vec<Place>,
+    last_tick: u32,
+    end_hash: Option<u64>,
+    ending: Ending,
+}
+
+/// Where a record's payload lies.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    tick: u32,
+    at: usize,
+    bytes: usize,
+}
+
+impl Replay {
+    /// Reads a file. What follows the first damaged record is left out, see [`Replay::ending`]; an
+    /// error means that not even the start can be read. Takes memory for the file and one record.
+    pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
+        check_header(&bytes)?;
+        let head = MAGIC.len() + 2;
+        let (Record::Start(start), end) = next(&bytes, head)? else {
+            return Err(wrong(head, "a replay must begin with its start record"));
+        };
+        if start.first_tick >= REPLAY_TICKS_MAX {
+            return Err(wrong(head, "the first tick is out of range"));
+        }
+        let last_tick = start.first_tick;
+        let ending = Ending::Whole;
+        let (blocks, keyframes) = (Vec::new(), Vec::new());
+        let mut replay =
+            Replay { bytes, start, blocks, keyframes, last_tick, end_hash: None, ending };
+        replay.read_records(end);
+        Ok(replay)
+    }
+
+    fn read_records(&mut self, mut at: usize) {
+        while self.end_hash.is_none() {
+            match self.take(at) {
+                Ok(end) => at = end,
+                Err(error) => {
+                    self.ending = Ending::Cut(error);
+                    return;
+                }
+            }
+        }
+        if at < self.bytes.len() {
+            self.ending = Ending::Cut(wrong(at, "there are bytes after the end record"));
+        }
+    }
+
+    /// Files the record at `at`; where it ends.
+    fn take(&mut self, at: usize) -> Result<usize, ReplayError> {
+        let (record, end) = next(&self.bytes, at)?;
+        let place = |tick| Place { tick, at: at + FRAME_BYTES, bytes: end - at - FRAME_BYTES };
+        let needs_state = self.start.first_tick > 0 && self.keyframes.is_empty();
+        match record {
+            Record::Start(_) => return Err(wrong(at, "a second start record")),
+            Record::Ticks(_) | Record::End { .. } if needs_state => {
+                return Err(wrong(at, "a replay that begins later must begin with a keyframe"));
+            }
+            Record::Ticks(block) if block.first != self.last_tick + 1 => {
+                return Err(wrong(at, "these ticks do not follow those before"));
+            }
+            Record::Ticks(block) => {
+                self.blocks.push(place(block.first));
+                self.last_tick = block.last();
+            }
+            Record::Keyframe(keyframe) if keyframe.tick != self.last_tick => {
+                return Err(wrong(at, "a keyframe of another tick"));
+            }
+            Record::Keyframe(keyframe) => self.keyframes.push(place(keyframe.tick)),
+            Record::End { tick, .. } if tick != self.last_tick => {
+                return Err(wrong(at, "an end at another tick"));
+            }
+            Record::End { hash, .. } => self.end_hash = Some(hash),
+        }
+        Ok(end)
+    }
+
+    /// What the replay begins with.
+    pub fn start(&self) -> &Start {
+        &self.start
+    }
+
+    /// Ticks played before the first one that is recorded.
+    pub fn first_tick(&self) -> u32 {
+        self.start.first_tick
+    }
+
+    /// Number of the last recorded tick; [`Replay::first_tick`] if there is none.
+    pub fn last_tick(&self) -> u32 {
+        self.last_tick
+    }
+
+    /// Whether the replay is whole, else where and why it ends.
+    pub fn ending(&self) -> Ending {
+        self.ending
+    }
+
+    /// All bits of the hash after the last tick, if the recording was ended.
+    pub fn end_hash(&self) -> Option<u64> {
+        self.end_hash
+    }
+
+    /// Length of the file, bytes.
+    pub fn byte_count(&self) -> usize {
+        self.bytes.len()
+    }
+
+    /// The file.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Ticks after which there are keyframes, ascending.
+    pub fn keyframe_ticks(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
+        self.keyframes.iter().map(|place| place.tick)
+    }
+
+    /// Bytes that the keyframes take in the file.
+    pub fn keyframe_bytes(&self) -> usize {
+        self.keyframes.iter().map(|place| place.bytes + FRAME_BYTES).sum()
+    }
+
+    /// The block that holds a tick; `None` outside the replay.
+    pub fn block_with(&self, tick: u32) -> Option<Block> {
+        if tick > self.last_tick {
+            return None;
+        }
+        let after = self.blocks.partition_point(|place| place.tick <= tick);
+        match self.record(self.blocks[after.checked_sub(1)?], 2)? {
+            Record::Ticks(block) => Some(block),
+            _ => None,
+        }
+    }
+
+    /// The last keyframe at or before a tick.
+    pub fn keyframe_before(&self, tick: u32) -> Option<Keyframe> {
+        let after = self.keyframes.partition_point(|place| place.tick <= tick);
+        self.keyframe(after.checked_sub(1)?)
+    }
+
+    /// The first keyframe at or after a tick.
+    pub fn keyframe_after(&self, tick: u32) -> Option<Keyframe> {
+        self.keyframe(self.keyframes.partition_point(|place| place.tick < tick))
+    }
+
+    fn keyframe(&self, index: usize) -> Option<Keyframe> {
+        match self.record(*self.keyframes.get(index)?, 3)? {
+            Record::Keyframe(keyframe) => Some(keyframe),
+            _ => None,
+        }
+    }
+
+    /// Reads a record again that was found whole; only its place was kept.
+    fn record(&self, place: Place, kind: u8) -> Option<Record> {
+        Record::read(kind, self.bytes.get(place.at..place.at + place.bytes)?).ok()
+    }
+}
+
+fn check_header(bytes: &[u8]) -> Result<(), ReplayError> {
+    let bad = |offset, problem| Err(ReplayError { offset, problem });
+    if bytes.len() > REPLAY_BYTES_MAX {
+        return bad(REPLAY_BYTES_MAX, Problem::TooLong { bytes: bytes.len() });
+    }
+    let Some(rest) = bytes.strip_prefix(&MAGIC) else { return bad(0, Problem::NotAReplay) };
+    match rest.first_chunk::<2>().map(|version| u16::from_le_bytes(*version)) {
+        Some(FORMAT) => Ok(()),
+        Some(found) => bad(MAGIC.len(), Problem::Format { found }),
+        None => bad(MAGIC.len(), Problem::CutOff),
+    }
+}
+
+/// The record at `at`, and where it ends.
+fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayError> {
+    let bad = |problem| ReplayError { offset: at, problem };
+    let rest = bytes.get(at..).unwrap_or_default();
+    if rest.is_empty() {
+        return Err(bad(Problem::NoEnd));
+    }
+    let (frame, rest) = rest.split_first_chunk::<FRAME_BYTES>().ok_or(bad(Problem::CutOff))?;
+    let [kind, l0, l1, l2, l3, c0, c1, c2, c3] = *frame;
+    let length = u32::from_le_bytes([l0, l1, l2, l3]) as usize;
+    if length > REPLAY_RECORD_BYTES_MAX {
+        return Err(bad(Problem::LongRecord { bytes: length }));
+    }
+    let payload = rest.get(..length).ok_or(bad(Problem::CutOff))?;
+    if checksum(kind, payload) != u32::from_le_bytes([c0, c1, c2, c3]) {
+        return Err(bad(Problem::Checksum));
+    }
+    let record = Record::read(kind, payload).map_err(|error| bad(Problem::Record(error)))?;
+    Ok((record, at + FRAME_BYTES + length))
+}
+
+fn wrong(offset: usize, problem: &'static str) -> ReplayError {
+    ReplayError { offset, problem: Problem::Order(problem) }
+}

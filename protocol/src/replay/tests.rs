@@ -1,0 +1,214 @@
+//! What is written comes back; what is cut or changed is refused with its place.
+
+use super::*;
+use crate::Appearance;
+use jostle_sim::math::Rng;
+use jostle_sim::{Buttons, Input, Seat, Vec2};
+
+fn ann() -> Appearance {
+    Appearance::new("Ann", 3).unwrap()
+}
+
+fn start() -> Start {
+    let [program, room, scene_name, scene] =
+        ["0.1.0", "abc", "arena", "title = \"x\""].map(str::to_owned);
+    Start { program, unix_s: 1_800_000_000, room, scene_name, scene, seed: 7, first_tick: 0 }
+}
+
+/// Somebody who waves about, rests, goes and comes.
+fn play(first: u32, count: u32, rng: &mut Rng) -> Block {
+    let mut at = Vec2::new(50.0, 40.0);
+    let mut held = Buttons::default();
+    let mut ticks = Vec::new();
+    for number in first..first + count {
+        let mut changes = Vec::new();
+        if rng.below(20) == 0 {
+            changes.push(Change::Join(Seat(rng.below(64) as u8), ann()));
+            changes.push(Change::Leave(Seat(3)));
+            changes.push(Change::Look(Seat(0), ann()));
+        }
+        if rng.below(3) > 0 {
+            at += Vec2::new(rng.range(-4.0, 4.0), rng.range(-4.0, 4.0));
+        }
+        if rng.below(9) == 0 {
+            held = Buttons(rng.next_u32() as u16 & Buttons::ALL.0);
+        }
+        let pointer = (rng.below(15) > 0).then_some(at);
+        let mut inputs = Vec::new();
+        if number % 100 < 90 {
+            inputs.push((Seat(1), Input { buttons: held, pointer }.rounded()));
+        }
+        if number % 7 < 5 {
+            inputs.push((Seat(40), Input::default()));
+        }
+        let hash = u64::from(rng.next_u32()) << 32 | u64::from(rng.next_u32());
+        let hash = if keeps_full_hash(number) { hash } else { hash & 0xffff };
+        ticks.push(Tick { changes, inputs, hash });
+    }
+    Block { first, ticks }
+}
+
+fn keyframe(tick: u32) -> Keyframe {
+    let members = vec![(Seat(1), ann()), (Seat(40), ann())];
+    Keyframe { tick, hash: 9, members, state: (0..5000u32).map(|word| word as u8).collect() }
+}
+
+/// A replay of 300 ticks with a keyframe in the middle.
+fn records() -> Vec<Record> {
+    let mut rng = Rng::new(4, 0);
+    vec![
+        Record::Start(start()),
+        Record::Ticks(play(1, 100, &mut rng)),
+        Record::Ticks(play(101, 50, &mut rng)),
+        Record::Keyframe(keyframe(150)),
+        Record::Ticks(play(151, 150, &mut rng)),
+        Record::End { tick: 300, hash: 77 },
+    ]
+}
+
+fn file(records: &[Record]) -> Vec<u8> {
+    let mut bytes = header();
+    records.iter().for_each(|record| bytes.extend(record.seal()));
+    bytes
+}
+
+#[test]
+fn a_replay_comes_back_as_it_was_written() {
+    let records = records();
+    let replay = Replay::read(file(&records)).unwrap();
+    assert_eq!(replay.ending(), Ending::Whole);
+    assert_eq!(*replay.start(), start());
+    assert_eq!((replay.first_tick(), replay.last_tick(), replay.end_hash()), (0, 300, Some(77)));
+    for record in &records {
+        if let Record::Ticks(block) = record {
+            for tick in [block.first, block.last()] {
+                assert_eq!(replay.block_with(tick).as_ref(), Some(block));
+            }
+        }
+    }
+    assert_eq!((replay.block_with(0), replay.block_with(301)), (None, None));
+    assert_eq!(replay.keyframe_before(149), None);
+    assert_eq!(replay.keyframe_before(299), Some(keyframe(150)));
+    assert_eq!(replay.keyframe_after(150), Some(keyframe(150)));
+    assert_eq!(replay.keyframe_after(151), None);
+}
+
+#[test]
+fn only_sixteen_bits_of_most_hashes_are_kept() {
+    let tick = |hash| Tick { changes: Vec::new(), inputs: Vec::new(), hash };
+    assert!(tick(0x1234).agrees(59, 0xabcd_0000_0000_1234));
+    assert!(!tick(0x1234).agrees(60, 0xabcd_0000_0000_1234));
+    assert!(tick(0xabcd_0000_0000_1234).agrees(60, 0xabcd_0000_0000_1234));
+}
+
+#[test]
+fn a_file_that_was_cut_anywhere_is_a_shorter_replay() {
+    let records = records();
+    let whole = file(&records);
+    let mut ends = Vec::new();
+    let mut at = header().len();
+    for record in &records {
+        at += record.seal().len();
+        ends.push(at);
+    }
+    for length in 0..whole.len() {
+        let cut = Replay::read(whole[..length].to_vec());
+        if length < ends[0] {
+            assert!(cut.is_err());
+            continue;
+        }
+        let replay = cut.unwrap();
+        let kept = ends.iter().filter(|&&end| end <= length).count();
+        let last = [0, 100, 150, 150, 300][kept - 1];
+        assert_eq!(replay.last_tick(), last);
+        let Ending::Cut(error) = replay.ending() else { panic!("{length} is not whole") };
+        assert_eq!(error.offset, ends[kept - 1]);
+    }
+}
+
+#[test]
+fn changed_bytes_are_found() {
+    let whole = file(&records());
+    let mut rng = Rng::new(8, 0);
+    for _ in 0..20_000 {
+        let mut bytes = whole.clone();
+        let place = rng.below(bytes.len() as u32) as usize;
+        bytes[place] ^= 1 << rng.below(8);
+        if let Ok(replay) = Replay::read(bytes) {
+            let Ending::Cut(error) = replay.ending() else { panic!("byte {place} went unseen") };
+            assert!(error.offset <= place);
+        }
+    }
+}
+
+/// Nonsense under a right checksum reaches the readers of the records themselves.
+#[test]
+fn nonsense_in_a_sealed_record_never_panics() {
+    let mut rng = Rng::new(9, 0);
+    let records = records();
+    for round in 0..60_000 {
+        let sealed = records[round % records.len()].seal();
+        let (kind, mut payload) = (sealed[0], sealed[record::FRAME_BYTES..].to_vec());
+        for _ in 0..=rng.below(3) {
+            let place = rng.below(payload.len() as u32) as usize;
+            payload[place] = rng.next_u32() as u8;
+        }
+        payload.truncate(payload.len() - rng.below(2) as usize * rng.below(9) as usize);
+        if let Ok(record) = Record::read(kind, &payload) {
+            // What is accepted can be written again.
+            record.seal();
+        }
+    }
+}
+
+/// The packed columns are where most of the reading is done: nonsense in them, packed anew.
+#[test]
+fn nonsense_in_the_columns_never_panics() {
+    let mut rng = Rng::new(10, 0);
+    let block = play(1, 80, &mut rng);
+    let mut writer = crate::wire::Writer::new();
+    block.write(&mut writer);
+    let payload = writer.finish();
+    let plain = 2 + 2 * 79 + 8;
+    let columns = miniz_oxide::inflate::decompress_to_vec(&payload[plain..]).unwrap();
+    for _ in 0..60_000 {
+        let mut columns = columns.clone();
+        let place = rng.below(columns.len() as u32) as usize;
+        columns[place] = rng.next_u32() as u8;
+        let mut payload = payload[..plain].to_vec();
+        payload.extend(miniz_oxide::deflate::compress_to_vec(&columns, 0));
+        if let Ok(record) = Record::read(2, &payload) {
+            record.seal();
+        }
+    }
+}
+
+#[test]
+fn what_is_no_replay_is_told_so() {
+    let problem = |bytes: &[u8]| Replay::read(bytes.to_vec()).unwrap_err().problem;
+    assert_eq!(problem(b""), Problem::NotAReplay);
+    assert_eq!(problem(b"GIF89a and so on"), Problem::NotAReplay);
+    let mut later = header();
+    later[8] = 9;
+    assert_eq!(problem(&later), Problem::Format { found: 9 });
+    let mut bomb = header();
+    bomb.extend([1, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0]);
+    assert_eq!(problem(&bomb), Problem::LongRecord { bytes: u32::MAX as usize });
+}
+
+#[test]
+fn records_in_the_wrong_order_end_the_replay() {
+    let all = records();
+    let ending = |records: &[&Record]| {
+        let records: Vec<Record> = records.iter().map(|&record| record.clone()).collect();
+        Replay::read(file(&records)).map(|replay| replay.ending())
+    };
+    assert!(ending(&[&all[1]]).is_err());
+    for wrong in [[0, 2], [0, 3], [0, 5], [0, 0]] {
+        let Ok(Ending::Cut(error)) = ending(&wrong.map(|at| &all[at])) else { panic!("{wrong:?}") };
+        assert!(matches!(error.problem, Problem::Order(_)), "{error}");
+    }
+    let late = Record::Start(Start { first_tick: 100, ..start() });
+    let Ok(Ending::Cut(error)) = ending(&[&late, &all[2]]) else { panic!("needs a keyframe") };
+    assert!(error.to_string().contains("must begin with a keyframe"));
+}

@@ -1,0 +1,242 @@
+//! Playback: a replay played again, each tick compared with what was recorded.
+
+use jostle_protocol::replay::{Block, Change, Keyframe, Replay};
+use jostle_protocol::{Appearance, PlayerState, Snapshot};
+use jostle_sim::{Game, Phase, Scene, SceneError, Seat, StateError, World};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Kept states of one playback, beside the keyframes of the file.
+const MARKS_MAX: u32 = 128;
+/// Ticks from one kept state to the next at least.
+const MARK_TICKS_MIN: u32 = 600;
+
+/// Why a replay cannot be played, or not further.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlaybackError {
+    /// Its scene is none.
+    #[error("the scene of the replay is refused: {0}")]
+    Scene(SceneError),
+    /// A player comes twice, or one who is not there leaves.
+    #[error("tick {tick}: the replay has seat {seat} change in a way that it cannot")]
+    Change {
+        /// When.
+        tick: u32,
+        /// Who.
+        seat: u8,
+    },
+    /// A keyframe is no state of this scene.
+    #[error("the keyframe of tick {tick} is refused: {error}")]
+    Keyframe {
+        /// Which.
+        tick: u32,
+        /// Why.
+        error: StateError,
+    },
+}
+
+/// One tick that was played again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Played {
+    /// Its number.
+    pub tick: u32,
+    /// Whether its hash is the recorded one.
+    pub agrees: bool,
+}
+
+/// A replay and the game that comes of it.
+#[derive(Clone, Debug)]
+pub struct Playback {
+    replay: Arc<Replay>,
+    moment: Moment,
+    /// The block with the next tick, once it was asked for.
+    block: Option<Block>,
+    /// States on the way, by tick: seeking back starts at one of them.
+    marks: BTreeMap<u32, Mark>,
+}
+
+/// The game at one tick, and who plays.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// The game.
+    pub game: Game,
+    /// Who sits where.
+    pub members: BTreeMap<u8, Appearance>,
+}
+
+#[derive(Clone, Debug)]
+struct Mark {
+    state: Vec<u8>,
+    members: BTreeMap<u8, Appearance>,
+}
+
+impl Moment {
+    /// Before the first tick of a replay.
+    fn first(replay: &Replay) -> Result<Moment, PlaybackError> {
+        let start = replay.start();
+        let file = format!("{}.toml", start.scene_name);
+        let scene = Scene::parse(&file, &start.scene).map_err(PlaybackError::Scene)?;
+        let game = Game::new(Arc::new(scene), start.seed);
+        let moment = Moment { game, members: BTreeMap::new() };
+        match replay.keyframe_before(replay.first_tick()) {
+            Some(keyframe) => moment.at(keyframe),
+            None => Ok(moment),
+        }
+    }
+
+    /// The same game at a keyframe.
+    fn at(&self, keyframe: Keyframe) -> Result<Moment, PlaybackError> {
+        let Keyframe { tick, members, state, .. } = keyframe;
+        let game = Game::restore(Arc::clone(self.game.scene()), &state)
+            .map_err(|error| PlaybackError::Keyframe { tick, error })?;
+        let members = members.into_iter().map(|(seat, appearance)| (seat.0, appearance));
+        Ok(Moment { game, members: members.collect() })
+    }
+
+    /// Plays the next tick of a block that holds it.
+    pub fn step(
+        &mut self,
+        block: &Block,
+        watch: &mut impl FnMut(Phase, &mut World),
+    ) -> Result<Played, PlaybackError> {
+        let tick = self.game.tick_count() + 1;
+        let given = &block.ticks[(tick - block.first) as usize];
+        for change in &given.changes {
+            self.change(tick, change)?;
+        }
+        self.game.tick_watched(&given.inputs, watch);
+        Ok(Played { tick, agrees: given.agrees(tick, self.game.hash()) })
+    }
+
+    fn change(&mut self, tick: u32, change: &Change) -> Result<(), PlaybackError> {
+        let (Change::Join(seat, _) | Change::Leave(seat) | Change::Look(seat, _)) = change;
+        let is_here = self.game.players().any(|player| player.seat == *seat);
+        match change {
+            Change::Join(_, appearance) if !is_here => {
+                self.members.insert(seat.0, appearance.clone());
+                self.game.join(*seat);
+            }
+            Change::Leave(_) if is_here => {
+                self.members.remove(&seat.0);
+                self.game.leave(*seat);
+            }
+            Change::Look(_, appearance) if is_here => {
+                self.members.insert(seat.0, appearance.clone());
+            }
+            _ => return Err(PlaybackError::Change { tick, seat: seat.0 }),
+        }
+        Ok(())
+    }
+}
+
+impl Playback {
+    /// Before the first tick.
+    pub fn new(replay: Arc<Replay>) -> Result<Playback, PlaybackError> {
+        let moment = Moment::first(&replay)?;
+        Ok(Playback { replay, moment, block: None, marks: BTreeMap::new() })
+    }
+
+    /// The replay.
+    pub fn replay(&self) -> &Arc<Replay> {
+        &self.replay
+    }
+
+    /// The game as it is now.
+    pub fn game(&self) -> &Game {
+        &self.moment.game
+    }
+
+    /// The game and its members as they are now.
+    pub fn moment(&self) -> &Moment {
+        &self.moment
+    }
+
+    /// Ticks played.
+    pub fn tick(&self) -> u32 {
+        self.moment.game.tick_count()
+    }
+
+    /// Plays the next tick; `None` at the end of the replay.
+    pub fn step(&mut self) -> Result<Option<Played>, PlaybackError> {
+        self.mark();
+        let Some(block) = self.take_block() else { return Ok(None) };
+        let played = self.moment.step(&block, &mut |_, _| {});
+        self.block = Some(block);
+        played.map(Some)
+    }
+
+    /// The block with the next tick.
+    fn take_block(&mut self) -> Option<Block> {
+        let next = self.tick() + 1;
+        let holds = |block: &Block| (block.first..=block.last()).contains(&next);
+        self.block.take().filter(holds).or_else(|| self.replay.block_with(next))
+    }
+
+    /// Keeps the state now and then.
+    fn mark(&mut self) {
+        let tick = self.tick();
+        let apart = MARK_TICKS_MIN.max(self.replay.last_tick() / MARKS_MAX);
+        if tick.is_multiple_of(apart) && !self.marks.contains_key(&tick) {
+            let Moment { game, members } = &self.moment;
+            self.marks.insert(tick, Mark { state: game.save(), members: members.clone() });
+        }
+    }
+
+    /// Goes to the latest known state at or before a tick, without playing any; [`Playback::step`]
+    /// plays the rest of the way. Stays where it is if that is the best start.
+    pub fn jump(&mut self, tick: u32) -> Result<(), PlaybackError> {
+        let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
+        let now = Some(self.tick()).filter(|&now| now <= tick);
+        let mark = self.marks.range(..=tick).next_back();
+        let mark_tick = mark.map(|(&at, _)| at);
+        let keyframe_tick = self.replay.keyframe_ticks().filter(|&at| at <= tick).last();
+        if now.is_some() && now >= mark_tick && now >= keyframe_tick {
+            return Ok(());
+        }
+        self.moment = match (mark, self.replay.keyframe_before(tick)) {
+            (Some((_, mark)), _) if mark_tick >= keyframe_tick => self.remembered(mark)?,
+            (_, Some(keyframe)) => self.moment.at(keyframe)?,
+            _ => Moment::first(&self.replay)?,
+        };
+        Ok(())
+    }
+
+    fn remembered(&self, mark: &Mark) -> Result<Moment, PlaybackError> {
+        let scene = Arc::clone(self.moment.game.scene());
+        let game = Game::restore(scene, &mark.state)
+            .map_err(|error| PlaybackError::Keyframe { tick: self.tick(), error })?;
+        Ok(Moment { game, members: mark.members.clone() })
+    }
+
+    /// Goes to a tick, playing what has to be played.
+    pub fn seek(&mut self, tick: u32) -> Result<(), PlaybackError> {
+        let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
+        self.jump(tick)?;
+        while self.tick() < tick && self.step()?.is_some() {}
+        Ok(())
+    }
+
+    /// What players saw at this tick.
+    pub fn snapshot(&self) -> Snapshot {
+        let states = self.moment.game.players().map(|player| PlayerState {
+            seat: player.seat,
+            appearance: self.appearance(player.seat),
+            connected: true,
+            input_seq: 0,
+            hero: player.hero,
+            selected: player.selected,
+            held: player.held,
+            score: player.score,
+            pointer: player.pointer,
+        });
+        Snapshot::capture(&self.moment.game, states.collect())
+    }
+
+    fn appearance(&self, seat: Seat) -> Appearance {
+        let known = self.moment.members.get(&seat.0).cloned();
+        known.unwrap_or_else(|| Appearance { name: format!("Player {}", seat.0 + 1), color: 0 })
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;

@@ -1,0 +1,155 @@
+//! Recorded games play again, from every tick of theirs.
+
+use super::*;
+use crate::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Room};
+use jostle_protocol::replay::{Ending, Record, header};
+use jostle_sim::math::Rng;
+use jostle_sim::{Buttons, Input, Vec2};
+
+/// A replay of a room with players who come, play wildly, lose their sockets, come back and go.
+pub fn recorded(scene: &str, ticks: u32, seed: u64) -> Arc<Replay> {
+    Arc::new(Replay::read(file(&records(scene, ticks, seed))).expect("a replay"))
+}
+
+pub fn file(records: &[Record]) -> Vec<u8> {
+    let mut bytes = header();
+    records.iter().for_each(|record| bytes.extend(record.seal()));
+    bytes
+}
+
+pub fn records(scene: &str, ticks: u32, seed: u64) -> Vec<Record> {
+    let scene = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
+    let scene = Arc::new(scene.expect("a shipped scene"));
+    let mut room = Room::new("test", Arc::clone(&scene), seed);
+    room.record("test", 0);
+    let mut rng = Rng::new(seed, 1);
+    let mut records = Vec::new();
+    let mut tokens = Vec::new();
+    for tick in 0..ticks {
+        if tick % 200 == 0 && tokens.len() < 3 {
+            let look = Appearance::new("Ann", tokens.len() as u8).unwrap();
+            let token = u64::from(tick) + 1;
+            tokens.push((room.join(look, None, token).unwrap().seat, token));
+        }
+        if tick == 450 {
+            room.disconnect(tokens[0].0);
+        }
+        if tick == 500 {
+            let look = Appearance::new("Bob", 5).unwrap();
+            room.join(look, Some(tokens[0].1), 77).unwrap();
+        }
+        if tick == 700 {
+            room.leave(tokens[1].0);
+        }
+        for &(seat, _) in &tokens {
+            if rng.below(4) > 0 {
+                room.input(seat, tick + 1, wild(&mut rng, scene.size));
+            }
+        }
+        room.tick();
+        records.extend(room.take_records());
+    }
+    records.extend(room.stop_recording());
+    records
+}
+
+fn wild(rng: &mut Rng, size: Vec2) -> Input {
+    let mut buttons = Buttons((rng.next_u32() & rng.next_u32()) as u16 & Buttons::ALL.0);
+    if rng.below(100) > 0 {
+        buttons.0 &= !Buttons::CLEAR.0;
+    }
+    let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
+    Input { buttons, pointer: Some(pointer) }
+}
+
+#[test]
+fn every_scene_plays_again_as_it_was_recorded() {
+    for scene in Scene::built_in() {
+        let replay = recorded(&scene.name, 900, 5);
+        assert_eq!(replay.ending(), Ending::Whole);
+        assert_eq!(replay.last_tick(), 900);
+        assert_eq!(crate::divergence::verify(&replay, |_| {}), Ok(None), "{}", scene.name);
+    }
+}
+
+#[test]
+fn names_are_those_of_the_time() {
+    let mut playback = Playback::new(recorded("arena", 900, 5)).unwrap();
+    let names = |playback: &Playback| -> Vec<String> {
+        playback.snapshot().players.iter().map(|player| player.appearance.name.clone()).collect()
+    };
+    playback.seek(300).unwrap();
+    assert_eq!(names(&playback), ["Ann", "Ann 2"]);
+    playback.seek(600).unwrap();
+    assert_eq!(names(&playback), ["Bob", "Ann 2", "Ann 3"]);
+    playback.seek(800).unwrap();
+    assert_eq!(names(&playback), ["Bob", "Ann 3"]);
+}
+
+#[test]
+fn seeking_leads_to_the_state_that_playing_leads_to() {
+    let ticks = KEYFRAME_TICKS_MIN + 300;
+    let replay = recorded("impulse", ticks, 9);
+    assert_eq!(replay.keyframe_ticks().collect::<Vec<_>>(), [KEYFRAME_TICKS_MIN]);
+    let mut straight = Playback::new(Arc::clone(&replay)).unwrap();
+    let mut hashes = vec![straight.game().hash()];
+    while let Some(played) = straight.step().unwrap() {
+        assert!(played.agrees, "tick {}", played.tick);
+        hashes.push(straight.game().hash());
+    }
+    let mut rng = Rng::new(1, 1);
+    let mut playback = Playback::new(replay).unwrap();
+    for _ in 0..12 {
+        let tick = rng.below(ticks + 1);
+        playback.seek(tick).unwrap();
+        assert_eq!((playback.tick(), playback.game().hash()), (tick, hashes[tick as usize]));
+    }
+    playback.seek(u32::MAX).unwrap();
+    assert_eq!(playback.tick(), ticks);
+    assert_eq!(playback.step(), Ok(None));
+}
+
+#[test]
+fn a_recording_that_begins_later_begins_with_its_state() {
+    let scene = Arc::new(Scene::built_in().remove(0));
+    let mut room = Room::new("test", scene, 3);
+    room.join(Appearance::new("Ann", 0).unwrap(), None, 1).unwrap();
+    (0..100).for_each(|_| room.tick());
+    room.join(Appearance::new("Bob", 0).unwrap(), None, 2).unwrap();
+    room.record("test", 0);
+    (0..100).for_each(|_| room.tick());
+    let replay = Arc::new(Replay::read(file(&room.stop_recording())).unwrap());
+    assert_eq!((replay.first_tick(), replay.last_tick()), (100, 200));
+    let mut playback = Playback::new(Arc::clone(&replay)).unwrap();
+    assert_eq!(playback.snapshot().players.len(), 1);
+    playback.seek(150).unwrap();
+    assert_eq!(playback.snapshot().players.len(), 2);
+    playback.seek(0).unwrap();
+    assert_eq!(playback.tick(), 100);
+    assert_eq!(crate::divergence::verify(&replay, |_| {}), Ok(None));
+}
+
+#[test]
+fn records_come_as_the_game_goes() {
+    let records = records("pile", 3 * BLOCK_TICKS as u32 + 10, 2);
+    let kinds: Vec<_> = records
+        .iter()
+        .map(|record| match record {
+            Record::Start(_) => "start".to_owned(),
+            Record::Ticks(block) => format!("{}..={}", block.first, block.last()),
+            Record::Keyframe(keyframe) => format!("keyframe {}", keyframe.tick),
+            Record::End { tick, .. } => format!("end {tick}"),
+        })
+        .collect();
+    assert_eq!(kinds, ["start", "1..=300", "301..=600", "601..=900", "901..=910", "end 910"]);
+}
+
+#[test]
+fn changes_that_cannot_be_are_refused() {
+    let mut records = records("pile", 400, 2);
+    let Record::Ticks(block) = &mut records[1] else { panic!("the first block") };
+    block.ticks[50].changes.push(Change::Leave(Seat(9)));
+    let replay = Arc::new(Replay::read(file(&records)).unwrap());
+    let refused = crate::divergence::verify(&replay, |_| {});
+    assert_eq!(refused, Err(PlaybackError::Change { tick: 51, seat: 9 }));
+}

@@ -1,0 +1,86 @@
+//! Recording: what a game was given, tick by tick, as records of a replay. Records wait here until
+//! the caller takes them; packing them is left to the caller, off the tick path.
+
+use jostle_protocol::Appearance;
+use jostle_protocol::replay::{Block, Change, Keyframe, Record, Start, Tick, keeps_full_hash};
+use jostle_sim::{Game, Input, Seat};
+
+/// Ticks after which a record is handed on: what a crash may cost.
+pub const BLOCK_TICKS: usize = 300;
+/// Ticks from one keyframe to the next at least.
+pub const KEYFRAME_TICKS_MIN: u32 = 30 * 60;
+/// Bytes of keyframes a tick, before they are packed: large ones come more rarely.
+const KEYFRAME_BYTES_PER_TICK: usize = 2;
+
+/// Makes a replay of a game.
+#[derive(Clone, Debug)]
+pub struct Recorder {
+    /// The block that is being filled.
+    ticks: Vec<Tick>,
+    next_keyframe: u32,
+    records: Vec<Record>,
+}
+
+impl Recorder {
+    /// Starts with the game as it is. `start.first_tick` is set here.
+    pub fn new(start: Start, game: &Game, members: Vec<(Seat, Appearance)>) -> Recorder {
+        let first_tick = game.tick_count();
+        let records = vec![Record::Start(Start { first_tick, ..start })];
+        let next_keyframe = first_tick + KEYFRAME_TICKS_MIN;
+        let mut recorder = Recorder { ticks: Vec::new(), next_keyframe, records };
+        if first_tick > 0 {
+            recorder.keyframe(game, members);
+        }
+        recorder
+    }
+
+    /// Files the tick that the game has just played. `inputs` are those it was given, `changes`
+    /// what was applied before; `members` are asked for with a keyframe.
+    pub fn tick(
+        &mut self,
+        changes: Vec<Change>,
+        inputs: &[(Seat, Input)],
+        game: &Game,
+        members: impl FnOnce() -> Vec<(Seat, Appearance)>,
+    ) {
+        let (number, hash) = (game.tick_count(), game.hash());
+        let hash = if keeps_full_hash(number) { hash } else { hash & 0xffff };
+        let inputs = inputs.iter().map(|&(seat, input)| (seat, input.rounded())).collect();
+        self.ticks.push(Tick { changes, inputs, hash });
+        let is_keyframe = number >= self.next_keyframe;
+        if self.ticks.len() == BLOCK_TICKS || is_keyframe {
+            self.close_block(number);
+        }
+        if is_keyframe {
+            self.keyframe(game, members());
+        }
+    }
+
+    /// The block up to tick number `last`.
+    fn close_block(&mut self, last: u32) {
+        let ticks = std::mem::take(&mut self.ticks);
+        if !ticks.is_empty() {
+            let first = last + 1 - ticks.len() as u32;
+            self.records.push(Record::Ticks(Block { first, ticks }));
+        }
+    }
+
+    fn keyframe(&mut self, game: &Game, members: Vec<(Seat, Appearance)>) {
+        let (tick, hash, state) = (game.tick_count(), game.hash(), game.save());
+        let pause = (state.len() / KEYFRAME_BYTES_PER_TICK) as u32;
+        self.next_keyframe = tick + pause.max(KEYFRAME_TICKS_MIN);
+        self.records.push(Record::Keyframe(Keyframe { tick, hash, members, state }));
+    }
+
+    /// The records that are ready.
+    pub fn take(&mut self) -> Vec<Record> {
+        std::mem::take(&mut self.records)
+    }
+
+    /// The last records; the game ends here.
+    pub fn finish(mut self, game: &Game) -> Vec<Record> {
+        self.close_block(game.tick_count());
+        self.records.push(Record::End { tick: game.tick_count(), hash: game.hash() });
+        self.records
+    }
+}
