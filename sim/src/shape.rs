@@ -1,6 +1,7 @@
 //! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. No
 //! rotation anywhere (chapter row A2.39).
 
+use crate::math::{max, min};
 use glam::Vec2;
 
 /// The outline of a body around its centre, in world units.
@@ -61,6 +62,15 @@ pub struct Aabb {
 }
 
 impl Aabb {
+    /// The smallest region that holds both.
+    pub fn union(&self, other: &Aabb) -> Aabb {
+        let (low, high) = (other.low, other.high);
+        Aabb {
+            low: Vec2::new(min(self.low.x, low.x), min(self.low.y, low.y)),
+            high: Vec2::new(max(self.high.x, high.x), max(self.high.y, high.y)),
+        }
+    }
+
     /// The region around a centre.
     #[inline]
     pub fn around(center: Vec2, half: Vec2) -> Aabb {

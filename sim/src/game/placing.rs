@@ -87,14 +87,9 @@ fn spawn_regions(scene: &Scene) -> Vec<Aabb> {
 /// The regions that a body on a path passes through.
 fn swept(path: &Path, shape: Shape) -> impl Iterator<Item = Aabb> {
     let half = shape.half_extent();
-    path.points().windows(2).map(move |leg| {
-        let (a, b) = (Aabb::around(leg[0], half), Aabb::around(leg[1], half));
-        Aabb { low: lower(a.low, b.low), high: -lower(-a.high, -b.high) }
-    })
-}
-
-fn lower(a: Vec2, b: Vec2) -> Vec2 {
-    Vec2::new(crate::math::min(a.x, b.x), crate::math::min(a.y, b.y))
+    path.points()
+        .windows(2)
+        .map(move |leg| Aabb::around(leg[0], half).union(&Aabb::around(leg[1], half)))
 }
 
 /// The layout's next body at a random place with room around it: in its cell of the grid, or

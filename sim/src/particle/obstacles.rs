@@ -120,8 +120,7 @@ impl ObstacleGrid {
         let mut region = obstacles[0].bounds();
         for obstacle in obstacles {
             let bounds = obstacle.bounds();
-            region.low = region.low.min(bounds.low);
-            region.high = region.high.max(bounds.high);
+            region = region.union(&bounds);
         }
         let extent = region.high - region.low;
         self.low = region.low;

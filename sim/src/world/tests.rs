@@ -321,7 +321,7 @@ fn all_pairs_relax_together() {
         add(&mut world, crate_at(0.0, 1.0 + 2.0 * i as f32));
     }
     steps(&mut world, 300);
-    let deepest = world.touches().iter().map(|touch| touch.depth).fold(0.0, f32::max);
+    let deepest = world.touches().iter().map(|touch| touch.depth).fold(0.0, crate::math::max);
     assert!(deepest < 2.0 * SLOP, "deepest overlap {deepest} (C22f, C22i)");
     let top = world.ids().last().expect("ten crates");
     close(world.position(top).y, 19.0, 10.0 * SLOP + 0.01);
@@ -337,7 +337,7 @@ fn bodies_at_one_point_separate_and_stay_finite() {
         }
         steps(&mut world, 600);
         assert!(world.is_finite());
-        let deepest = world.touches().iter().map(|touch| touch.depth).fold(0.0, f32::max);
+        let deepest = world.touches().iter().map(|touch| touch.depth).fold(0.0, crate::math::max);
         assert!(deepest < 0.05, "{shape:?} still overlap by {deepest}");
     }
 }
