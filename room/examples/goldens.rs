@@ -1,0 +1,96 @@
+//! Records and checks the golden replays with nothing but this crate, so that it is built for other
+//! processors in seconds: `goldens record DIR SCENE.toml...`, `goldens verify FILE...`.
+
+use jostle_protocol::Appearance;
+use jostle_protocol::replay::{Ending, Record, Replay, header};
+use jostle_room::{Room, divergence};
+use jostle_sim::math::Rng;
+use jostle_sim::{Buttons, Input, Scene, Seat, Vec2};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+const TICKS: u32 = 600;
+const SEED: u64 = 7;
+const PLAYERS: u8 = 3;
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let done = match arguments.split_first() {
+        Some((verb, files)) if verb == "verify" && !files.is_empty() => verify(files),
+        Some((verb, rest)) if verb == "record" && !rest.is_empty() => record(&rest[0], &rest[1..]),
+        _ => Err("usage: goldens record DIR SCENE.toml... | goldens verify FILE...".to_owned()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// One file a scene: the shipped ones, then the given ones.
+fn record(dir: &str, files: &[String]) -> Result<(), String> {
+    let mut scenes = Scene::built_in();
+    for file in files {
+        let source = std::fs::read_to_string(file).map_err(|error| format!("{file}: {error}"))?;
+        scenes.push(Scene::parse(file, &source).map_err(|error| error.to_string())?);
+    }
+    for scene in scenes {
+        let path = Path::new(dir).join(format!("{}.jostle", scene.name));
+        let mut bytes = header();
+        played(scene).iter().for_each(|record| bytes.extend(record.seal()));
+        std::fs::write(&path, bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// Three players who press everything; one of them comes later, one leaves earlier.
+fn played(scene: Scene) -> Vec<Record> {
+    let size = scene.size;
+    let mut room = Room::new("golden", Arc::new(scene), SEED);
+    room.record("golden", 0);
+    let mut rng = Rng::new(SEED, 11);
+    for tick in 0..TICKS {
+        for seat in (0..PLAYERS).filter(|&seat| tick == u32::from(seat) * 60) {
+            let look = Appearance::new(["Ada", "Grace", "Alan"][usize::from(seat)], seat);
+            let look = look.expect("a good name");
+            room.join(look, None, u64::from(seat) + 1).expect("a free seat");
+        }
+        if tick == TICKS * 3 / 4 {
+            room.leave(Seat(1));
+        }
+        for seat in 0..PLAYERS {
+            room.input(Seat(seat), tick + 1, press(&mut rng, size));
+        }
+        room.tick();
+    }
+    room.stop_recording()
+}
+
+/// Each button is down in a quarter of the ticks, V, which clears what was made, in few.
+fn press(rng: &mut Rng, size: Vec2) -> Input {
+    let mut buttons = (rng.next_u32() & rng.next_u32()) as u16 & Buttons::ALL.0;
+    if rng.below(100) > 0 {
+        buttons &= !Buttons::CLEAR.0;
+    }
+    let pointer = Vec2::new(rng.range(0.0, size.x), rng.range(0.0, size.y));
+    Input { buttons: Buttons(buttons), pointer: Some(pointer) }
+}
+
+fn verify(files: &[String]) -> Result<(), String> {
+    for file in files {
+        let bytes = std::fs::read(file).map_err(|error| format!("{file}: {error}"))?;
+        let replay = Arc::new(Replay::read(bytes).map_err(|error| format!("{file}: {error}"))?);
+        if let Ending::Cut(error) = replay.ending() {
+            return Err(format!("{file}: {error}"));
+        }
+        let found = divergence::verify(&replay, |_| {}).map_err(|error| error.to_string())?;
+        if let Some(divergence) = found {
+            return Err(format!("{file}: {divergence}"));
+        }
+        println!("{file}: {} ticks equal", replay.last_tick());
+    }
+    Ok(())
+}
