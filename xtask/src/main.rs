@@ -3,7 +3,9 @@
 //! Each task does the set-up it needs and says what it does, one line a step. Nothing here is
 //! needed to use the crates: plain `cargo build` and `cargo test` work without it.
 
+mod apt;
 mod chromium;
+mod goldens;
 mod pictures;
 mod play;
 mod shell;
@@ -42,7 +44,7 @@ enum Task {
         /// Leave the browser tests out
         #[arg(long)]
         quick: bool,
-        /// Play the traces only, and write their final hashes to tests/goldens/hashes.txt
+        /// Write the golden replays and hashes in tests/goldens anew, and test nothing
         #[arg(long, conflicts_with = "quick")]
         update_hashes: bool,
     },
@@ -76,7 +78,10 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<bool> {
     match task {
         Task::Play { listen, no_open } => play::play(listen, !no_open)?,
-        Task::Test { update_hashes: true, .. } => traces::update()?,
+        Task::Test { update_hashes: true, .. } => {
+            goldens::update()?;
+            traces::update()?;
+        }
         Task::Test { quick, .. } => return Ok(test::test(quick)),
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
         Task::Tidy => tidy::tidy()?,

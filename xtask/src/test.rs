@@ -6,7 +6,7 @@
 
 use crate::shell::{cargo, run};
 use crate::workspace::{Package, packages};
-use crate::{chromium, tidy, traces, web};
+use crate::{chromium, goldens, tidy, traces, web};
 use anyhow::{Result, bail};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -33,7 +33,7 @@ enum When {
 }
 
 /// The browser comes early: it brings the libraries with which the unit tests draw.
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 15] = [
     Step { name: "tidy", when: When::Always, run: tidy::tidy },
     Step { name: "format", when: When::Always, run: format },
     Step { name: "browser, found or installed", when: When::Full, run: chromium::provide },
@@ -46,14 +46,27 @@ const STEPS: [Step; 13] = [
     Step { name: "documentation tests", when: When::Always, run: documentation_tests },
     Step { name: "socket tests", when: When::Always, run: socket_tests },
     Step { name: "traces, debug = release", when: When::Always, run: traces::check },
+    Step { name: "golden replays", when: When::Always, run: goldens::check },
+    Step { name: "golden replays, 64-bit Arm", when: When::Full, run: goldens::check_aarch64 },
     Step { name: "browser tests", when: When::Full, run: browser_tests },
 ];
 
 struct Outcome {
     name: &'static str,
-    error: Option<String>,
+    verdict: Verdict,
     took: Duration,
 }
+
+enum Verdict {
+    Passed,
+    Skipped(String),
+    Failed(String),
+}
+
+/// Why a step cannot be taken on this machine: an error that is no failure.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Skipped(pub String);
 
 /// Runs the steps and prints a table; whether all of them passed.
 pub fn test(quick: bool) -> bool {
@@ -69,26 +82,35 @@ pub fn test(quick: bool) -> bool {
 
 fn timed(step: &Step) -> Outcome {
     let begin = Instant::now();
-    let error = (step.run)().err().map(|error| format!("{error:#}"));
-    if let Some(error) = &error {
+    let verdict = match (step.run)() {
+        Ok(()) => Verdict::Passed,
+        Err(error) if error.is::<Skipped>() => Verdict::Skipped(format!("{error:#}")),
+        Err(error) => Verdict::Failed(format!("{error:#}")),
+    };
+    if let Verdict::Failed(error) = &verdict {
         println!("{}: FAILED: {error}", step.name);
     }
-    Outcome { name: step.name, error, took: begin.elapsed() }
+    Outcome { name: step.name, verdict, took: begin.elapsed() }
 }
 
 fn summarise(outcomes: &[Outcome], quick: bool) -> bool {
     println!("\n=== summary");
-    for outcome in outcomes {
-        let verdict = outcome.error.as_deref().map_or("passed".into(), |e| format!("FAILED: {e}"));
-        println!("{:30}{:>8.1} s  {verdict}", outcome.name, outcome.took.as_secs_f32());
+    let (mut passed, mut skipped, mut failed) = (0, 0, 0);
+    for Outcome { name, verdict, took } in outcomes {
+        let (count, text) = match verdict {
+            Verdict::Passed => (&mut passed, "passed".to_owned()),
+            Verdict::Skipped(why) => (&mut skipped, format!("SKIPPED: {why}")),
+            Verdict::Failed(error) => (&mut failed, format!("FAILED: {error}")),
+        };
+        *count += 1;
+        println!("{name:30}{:>8.1} s  {text}", took.as_secs_f32());
     }
     if quick {
         println!("{:30}{:>8}    left out (--quick)", "browser tests", "-");
     }
     let total: Duration = outcomes.iter().map(|outcome| outcome.took).sum();
     println!("{:30}{:>8.1} s", "all", total.as_secs_f32());
-    let failed = outcomes.iter().filter(|outcome| outcome.error.is_some()).count();
-    println!("{} passed, {failed} failed", outcomes.len() - failed);
+    println!("{passed} passed, {skipped} skipped, {failed} failed");
     failed == 0
 }
 

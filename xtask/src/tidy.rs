@@ -33,6 +33,7 @@ pub fn tidy() -> Result<()> {
     findings.extend(text::check(&files));
     findings.extend(links::check(&files));
     findings.extend(arrows::check(&packages()?));
+    findings.extend(one_set_of_lints(&files));
     for finding in &findings {
         say("tidy", finding);
     }
@@ -44,6 +45,15 @@ pub fn tidy() -> Result<()> {
         return Ok(());
     }
     bail!("{} things to mend", findings.len())
+}
+
+/// The crates that must be deterministic refuse the same things.
+fn one_set_of_lints(files: &[File]) -> Vec<Finding> {
+    let text = |path: &str| files.iter().find(|file| file.path == path)?.text.as_deref();
+    let expected = text("sim/clippy.toml");
+    let others = ["protocol/clippy.toml", "room/clippy.toml"];
+    let differs = others.into_iter().filter(|path| expected.is_none() || text(path) != expected);
+    differs.map(|path| format!("{path}: must be the same as sim/clippy.toml")).collect()
 }
 
 /// Tracked files and new ones that are not ignored.

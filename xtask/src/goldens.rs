@@ -1,0 +1,103 @@
+//! Golden replays: every shipped scene and those of `tests/scenes`, played once and kept with the
+//! hash of each tick. Every build of the simulation must play them again bit for bit; where one
+//! does not, the tick, the phase, the body and the field are named.
+
+use crate::apt;
+use crate::shell::{cargo, in_path, output_of, root, run, say, target_dir};
+use crate::test::Skipped;
+use anyhow::{Context, Result, bail};
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+const REPLAYS: &str = "tests/goldens/replays";
+const SCENES: &str = "tests/scenes";
+/// Linked by Rust's own linker, so that no C compiler for it is needed.
+const AARCH64: &str = "aarch64-unknown-linux-musl";
+const AARCH64_LINKER: &str = "CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_LINKER";
+const EMULATOR: &str = "qemu-aarch64";
+
+/// Debug and release builds, and one for all that this processor can do.
+pub fn check() -> Result<()> {
+    verify("debug", &mut program(&["--package", "jostle-room"]), "debug/examples", &[])?;
+    let release = ["--package", "jostle-room", "--release"];
+    verify("release", &mut program(&release), "release/examples", &[])?;
+    let mut native = program(&release);
+    native.env("RUSTFLAGS", "-Ctarget-cpu=native").args(["--target-dir"]).arg(native_dir());
+    verify("release for this processor", &mut native, "native/release/examples", &[])
+}
+
+/// A build for 64-bit Arm, run by an emulator; skipped where that cannot be had.
+pub fn check_aarch64() -> Result<()> {
+    if cfg!(not(target_os = "linux")) {
+        bail!(Skipped("the emulator runs programs of Linux".into()));
+    }
+    if !in_path(EMULATOR) {
+        apt::provide("the tests for 64-bit Arm", &["qemu-user"])
+            .map_err(|error| Skipped(format!("no {EMULATOR}: {error}")))?;
+    }
+    let mut target = Command::new("rustup");
+    target.args(["target", "add", AARCH64]).current_dir(root());
+    run(&mut target).map_err(|error| Skipped(format!("no Rust for {AARCH64}: {error}")))?;
+    let mut build = program(&["--package", "jostle-room", "--target", AARCH64]);
+    build.env(AARCH64_LINKER, "rust-lld");
+    verify("64-bit Arm", &mut build, &format!("{AARCH64}/debug/examples"), &[EMULATOR])
+}
+
+/// Plays and keeps all of them anew.
+pub fn update() -> Result<()> {
+    run(&mut program(&["--package", "jostle-room"]))?;
+    let mut record = Command::new(target_dir().join("debug/examples/goldens"));
+    record.args(["record", REPLAYS]).args(files(SCENES, "toml")?).current_dir(root());
+    run(&mut record)?;
+    say("goldens", &format!("wrote {REPLAYS}"));
+    Ok(())
+}
+
+fn program(selection: &[&str]) -> Command {
+    let mut build = cargo(&["build", "--example", "goldens"]);
+    build.args(selection);
+    build
+}
+
+fn native_dir() -> PathBuf {
+    target_dir().join("native")
+}
+
+fn verify(name: &str, build: &mut Command, place: &str, runner: &[&str]) -> Result<()> {
+    run(build)?;
+    let program = target_dir().join(place).join("goldens");
+    let mut command = match runner.first() {
+        Some(runner) => Command::new(runner),
+        None => Command::new(&program),
+    };
+    if !runner.is_empty() {
+        command.arg(&program);
+    }
+    let replays = files(REPLAYS, "jostle")?;
+    if replays.is_empty() {
+        bail!("no replays in {REPLAYS}; `cargo xtask test --update-hashes` records them");
+    }
+    output_of(command.arg("verify").args(&replays).current_dir(root())).with_context(|| {
+        format!(
+            "{name}: a golden replay differs (if this is a wanted change, \
+             run `cargo xtask test --update-hashes`)"
+        )
+    })?;
+    say("goldens", &format!("{name}: {} replays, every tick equal", replays.len()));
+    Ok(())
+}
+
+/// Files of a directory by their ending, from the root, in order of their names.
+fn files(dir: &str, ending: &str) -> Result<Vec<String>> {
+    let entries = fs::read_dir(root().join(dir)).with_context(|| format!("no {dir}"))?;
+    let mut names = Vec::new();
+    for entry in entries {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        if name.ends_with(&format!(".{ending}")) {
+            names.push(format!("{dir}/{name}"));
+        }
+    }
+    names.sort();
+    Ok(names)
+}
