@@ -1,6 +1,8 @@
 //! Records and checks the golden replays with nothing but this crate, so that it is built for other
 //! processors in seconds: `goldens record DIR SCENE.toml...`, `goldens verify FILE...`.
 
+#![expect(clippy::disallowed_methods, reason = "a tool beside the room: it reads and writes files")]
+
 use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Ending, Record, Replay, header};
 use jostle_room::{Room, divergence};
