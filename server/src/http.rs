@@ -1,11 +1,13 @@
 //! The HTTP side of the port: the page, its files, the lists of scenes and rooms, and the upgrade
 //! that starts a session. Small on purpose; whatever is not listed in [`route`] is refused.
 
+mod replays;
+
 use crate::App;
 use crate::assets::{self, File};
 use crate::limits;
 use crate::rooms::{CreateError, is_code};
-use http_body_util::{BodyExt, Full, LengthLimitError, Limited};
+use http_body_util::{BodyExt, Either, Full, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::header::{self, HeaderMap, HeaderValue};
 use hyper::upgrade::OnUpgrade;
@@ -17,7 +19,10 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
 
 /// What every answer is.
-pub type Answer = Response<Full<Bytes>>;
+pub type Answer = Response<Body>;
+
+/// Bytes in memory, or a file that is read as it is sent.
+pub type Body = Either<Full<Bytes>, replays::FileBody>;
 
 /// An accepted upgrade: the room's code, and the connection once hyper lets go of it.
 pub struct Upgrade {
@@ -68,12 +73,20 @@ async fn route(
         "/" => page(request.headers(), StatusCode::OK),
         "/api/scenes" => json(StatusCode::OK, &scenes(app)),
         "/api/rooms" => json(StatusCode::OK, &rooms(app)),
-        _ => match path.strip_prefix("/assets/") {
-            Some(name) => asset(request.headers(), name),
-            None => room_page(request.headers(), word, app),
-        },
+        "/api/replays" => replays::list(app),
+        _ => other_path(request.headers(), word, app).await,
     };
     (answer, None)
+}
+
+/// Paths with a name in them.
+async fn other_path(headers: &HeaderMap, word: &str, app: &App) -> Answer {
+    match word.split_once('/') {
+        Some(("assets", name)) => asset(headers, name),
+        Some(("replays", file)) => replays::file(file, app).await,
+        Some(("replay", name)) => page(headers, replays::page_status(name, app)),
+        _ => room_page(headers, word, app),
+    }
 }
 
 // The page and its files.
@@ -275,7 +288,7 @@ fn upgrade(mut request: Request<Incoming>, code: &str) -> (Answer, Option<Upgrad
     if !is_code(code) {
         return (not_found(), None);
     }
-    match create_response_with_body(&request, Full::default) {
+    match create_response_with_body(&request, || Body::Left(Full::default())) {
         Ok(answer) => {
             let connection = hyper::upgrade::on(&mut request);
             (answer, Some(Upgrade { code: code.to_owned(), connection }))
@@ -290,7 +303,7 @@ fn upgrade(mut request: Request<Incoming>, code: &str) -> (Answer, Option<Upgrad
 // Answers.
 
 fn respond(status: StatusCode, content_type: &'static str, body: Bytes) -> Answer {
-    let mut answer = Response::new(Full::new(body));
+    let mut answer = Response::new(Body::Left(Full::new(body)));
     *answer.status_mut() = status;
     answer.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static(content_type));
     answer

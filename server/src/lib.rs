@@ -4,6 +4,7 @@
 //! A socket's way: [`listen`] accepts and counts it, [`http`] answers or upgrades it, [`session`]
 //! plays it. A session meets its room at two bounded places only: the inbox that it fills and the
 //! [`outbox`] that it empties. [`ticker`] is the room's thread between them; [`rooms`] lists them.
+//! [`replays`] takes down what is played, on a thread of its own.
 
 pub mod assets;
 pub mod cli;
@@ -13,6 +14,7 @@ pub mod listen;
 pub mod outbox;
 pub mod peers;
 pub mod rate;
+pub mod replays;
 pub mod rooms;
 pub mod schedule;
 pub mod session;
@@ -31,12 +33,14 @@ pub struct Config {
     pub scenes: Vec<Scene>,
     /// How long it waits for whom.
     pub waits: limits::Waits,
+    /// Where games are recorded; `None` records nothing.
+    pub replays: Option<replays::Settings>,
 }
 
 impl Default for Config {
-    /// The built-in scenes.
+    /// The built-in scenes, nothing recorded.
     fn default() -> Config {
-        Config { scenes: Scene::built_in(), waits: limits::Waits::default() }
+        Config { scenes: Scene::built_in(), waits: limits::Waits::default(), replays: None }
     }
 }
 
@@ -63,4 +67,6 @@ pub struct App {
     pub waits: limits::Waits,
     /// Whether the server is closing.
     pub phase: watch::Receiver<Phase>,
+    /// The replays, if games are recorded.
+    pub replays: Option<Arc<replays::Shelf>>,
 }

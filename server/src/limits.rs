@@ -1,6 +1,8 @@
 //! Limits of the host. Past each of them one peer gets a named answer and nobody else notices.
 //! Limits on what a message may hold are in [`jostle_protocol::limits`].
 
+use jostle_protocol::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX};
+use jostle_sim::TICKS_PER_SECOND;
 use std::time::Duration;
 
 // Sockets.
@@ -77,6 +79,35 @@ pub const CATCH_UP_TICKS_MAX: u32 = 5;
 /// Time between two log lines about missed ticks of a room.
 pub const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
 
+// Replays.
+
+/// Ticks in one file: an hour. Then a new one begins in the middle of the game.
+pub const REPLAY_FILE_TICKS_MAX: u32 = 60 * 60 * TICKS_PER_SECOND;
+/// Bytes of one file, after which a new one begins too; what waits for the writer still fits below
+/// [`REPLAY_BYTES_MAX`].
+pub const REPLAY_FILE_BYTES_MAX: u64 = 32 << 20;
+/// Megabytes of all files in the directory, unless `--replays-mb` says otherwise.
+pub const REPLAYS_MB: u32 = 1024;
+/// Days for which a file is kept, unless `--replays-days` says otherwise.
+pub const REPLAYS_DAYS: u32 = 30;
+/// Batches of records that wait for the writer. Each room hands over one in five seconds, so that
+/// [`ROOMS_MAX`] of them can wait out a disk that stands still for twenty.
+pub const REPLAY_QUEUE_MAX: usize = 256;
+/// Bytes of records that wait for the writer, in memory.
+pub const REPLAY_QUEUE_BYTES_MAX: usize = 64 << 20;
+/// Time after which a room whose recording failed begins a fresh file.
+pub const REPLAY_RETRY: Duration = Duration::from_secs(60);
+/// Time between two looks at the directory, and two log lines of counters.
+pub const REPLAY_LOOK_EVERY: Duration = Duration::from_secs(60);
+/// Files whose names differ by a number alone.
+pub const REPLAY_NAMESAKES_MAX: u32 = 1000;
+/// Replays that are listed; older ones are still there by name.
+pub const REPLAYS_LISTED_MAX: usize = 100;
+/// Replays that are being downloaded at a time.
+pub const REPLAY_READERS_MAX: usize = 64;
+/// Bytes that are read of a replay at a time.
+pub const REPLAY_CHUNK_BYTES: usize = 16 << 10;
+
 // Closing.
 
 /// Time between telling the players and closing their sockets.
@@ -120,3 +151,7 @@ impl Default for Waits {
 const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
 const _: () = assert!(DRAIN_MAX.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
 const _: () = assert!(SILENCE_MAX.as_secs() > 2 * KEEPALIVE_EVERY.as_secs(), "a pong may get lost");
+const _: () = assert!(
+    REPLAY_FILE_BYTES_MAX as usize + 2 * REPLAY_RECORD_BYTES_MAX < REPLAY_BYTES_MAX,
+    "a file that has come to its end can be read"
+);

@@ -2,6 +2,7 @@
 
 use crate::http::{self, Upgrade};
 use crate::peers::{Peers, Permit};
+use crate::replays::Recording;
 use crate::rooms::Rooms;
 use crate::{App, Config, Phase, limits, session};
 use hyper::server::conn::http1;
@@ -18,7 +19,7 @@ use tokio::time::{sleep, timeout};
 use tracing::{debug, info, warn};
 
 /// Serves until `shutdown` resolves, then tells the players, closes their sockets and returns
-/// within [`limits::DRAIN_NOTICE`] + 2 x [`limits::DRAIN_MAX`].
+/// within [`limits::DRAIN_NOTICE`] + 3 x [`limits::DRAIN_MAX`].
 pub async fn run(
     listener: TcpListener,
     config: Config,
@@ -27,12 +28,14 @@ pub async fn run(
     check(&config)?;
     let (phase, followed) = watch::channel(Phase::Running);
     let waits = config.waits;
+    let recording = config.replays.clone().map(Recording::start).transpose()?;
     let app = Arc::new(App {
-        rooms: Rooms::new(config, followed.clone()),
+        rooms: Rooms::new(config, followed.clone(), recording.clone()),
         connections: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_CONNECTIONS_MAX),
         sessions: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
         waits,
         phase: followed,
+        replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),
     });
     // Every connection holds a sender; when the last is dropped, nobody is connected.
     let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
@@ -54,6 +57,12 @@ pub async fn run(
     let waited = tokio::task::spawn_blocking(move || rooms.wait());
     if timeout(limits::DRAIN_MAX, waited).await.is_err() {
         warn!("some rooms did not close in time");
+    }
+    if let Some(recording) = recording {
+        let closed = tokio::task::spawn_blocking(move || recording.close());
+        if timeout(limits::DRAIN_MAX, closed).await.is_err() {
+            warn!("some replays were not written to their end in time");
+        }
     }
     info!("closed");
     Ok(())

@@ -3,6 +3,7 @@
 
 use crate::limits;
 use crate::peers::network;
+use crate::replays::Recording;
 use crate::ticker::{Join, Ticker};
 use crate::{Config, Phase};
 use jostle_protocol::Refusal;
@@ -40,6 +41,7 @@ pub struct Rooms {
     scenes: Vec<Arc<Scene>>,
     empty_grace: Duration,
     phase: watch::Receiver<Phase>,
+    recording: Option<Arc<Recording>>,
     open: Mutex<BTreeMap<String, Open>>,
 }
 
@@ -69,11 +71,15 @@ pub enum CreateError {
 }
 
 impl Rooms {
-    /// No rooms yet.
-    pub fn new(config: Config, phase: watch::Receiver<Phase>) -> Arc<Rooms> {
+    /// No rooms yet. Those that open are recorded if there is a way to.
+    pub fn new(
+        config: Config,
+        phase: watch::Receiver<Phase>,
+        recording: Option<Arc<Recording>>,
+    ) -> Arc<Rooms> {
         let scenes = config.scenes.into_iter().map(Arc::new).collect();
         let empty_grace = config.waits.room_empty;
-        Arc::new(Rooms { scenes, empty_grace, phase, open: Mutex::default() })
+        Arc::new(Rooms { scenes, empty_grace, phase, recording, open: Mutex::default() })
     }
 
     /// The scenes, in the order in which they are offered.
@@ -188,6 +194,7 @@ impl Rooms {
             empty_grace: self.empty_grace,
             seed: random(),
             members: Vec::new(),
+            recording: self.recording.clone(),
         };
         let spawned = std::thread::Builder::new()
             .name(format!("room {code}"))

@@ -3,6 +3,7 @@
 
 use crate::limits;
 use crate::outbox::Outbox;
+use crate::replays::{Recording, Tape};
 use crate::rooms::Rooms;
 use crate::schedule::Schedule;
 use crate::{Phase, rooms::Facts};
@@ -64,6 +65,8 @@ pub struct Ticker {
     pub seed: u64,
     /// Players with a socket.
     pub members: Vec<Member>,
+    /// Where the room is recorded, if it is.
+    pub recording: Option<Arc<Recording>>,
 }
 
 /// One player with a socket.
@@ -100,13 +103,15 @@ impl Ticker {
         let mut schedule = Schedule::new(Instant::now());
         let mut missed = Missed::default();
         let mut empty_since = Instant::now();
-        loop {
+        let recording = self.recording.take();
+        let mut tape = recording.map(|recording| Tape::start(recording, &mut room, Instant::now()));
+        let end = loop {
             std::thread::sleep(schedule.next_at().saturating_duration_since(Instant::now()));
             let now = Instant::now();
             let due = schedule.due(now);
             missed.report(&self.facts.code, schedule.missed(), now);
             if *self.phase.borrow() == Phase::Closing {
-                return End::Closing;
+                break End::Closing;
             }
             if due == 0 {
                 continue;
@@ -117,12 +122,19 @@ impl Ticker {
                 room.tick();
             }
             self.publish(&mut room);
+            if let Some(tape) = &mut tape {
+                tape.after_ticks(&mut room, now);
+            }
             if !self.members.is_empty() {
                 empty_since = now;
             } else if now - empty_since >= self.empty_grace && self.retire(&mut room) {
-                return End::Empty;
+                break End::Empty;
             }
+        };
+        if let Some(tape) = tape {
+            tape.end(&mut room, Instant::now());
         }
+        end
     }
 
     fn admit(&mut self, room: &mut Room) {

@@ -3,8 +3,13 @@
 use super::block::Block;
 use super::record::{FRAME_BYTES, Keyframe, Record, Start, checksum};
 use super::{FORMAT, MAGIC};
-use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX};
+use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX, SCENE_BYTES_MAX};
 use crate::wire::DecodeError;
+
+/// Magic and version.
+const HEADER_BYTES: usize = MAGIC.len() + 2;
+/// The header and the longest start record: texts and a scene that does not pack at all.
+pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX + 1024;
 
 /// Why a file is no replay, or where one ends too early; the offset says where.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -93,7 +98,7 @@ impl Replay {
     /// error means that not even the start can be read. Takes memory for the file and one record.
     pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
         check_header(&bytes)?;
-        let head = MAGIC.len() + 2;
+        let head = HEADER_BYTES;
         let (Record::Start(start), end) = next(&bytes, head)? else {
             return Err(wrong(head, "a replay must begin with its start record"));
         };
@@ -231,6 +236,18 @@ impl Replay {
     /// Reads a record again that was found whole; only its place was kept.
     fn record(&self, place: Place, kind: u8) -> Option<Record> {
         Record::read(kind, self.bytes.get(place.at..place.at + place.bytes)?).ok()
+    }
+}
+
+impl Start {
+    /// What a replay begins with, from its first [`START_BYTES_MAX`] bytes or more; the rest of the
+    /// file is not looked at.
+    pub fn find(bytes: &[u8]) -> Result<Start, ReplayError> {
+        check_header(bytes)?;
+        match next(bytes, HEADER_BYTES)? {
+            (Record::Start(start), _) => Ok(start),
+            _ => Err(wrong(HEADER_BYTES, "a replay must begin with its start record")),
+        }
     }
 }
 

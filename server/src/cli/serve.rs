@@ -1,6 +1,7 @@
 //! `jostle serve`: the scenes, the port, the signals.
 
 use super::{Failure, say, scene_file};
+use crate::replays::{Settings, days};
 use crate::{Config, limits, run};
 use jostle_sim::Scene;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -19,6 +20,18 @@ pub struct Serve {
     /// Directory with more scenes (*.toml); one with a built-in name replaces that one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
+    /// Record every room into this directory, which is made if it is missing. The page lists what
+    /// is in it, and plays it
+    #[arg(long, value_name = "DIR")]
+    replays: Option<PathBuf>,
+    /// Megabytes of replays to keep; the oldest finished ones are deleted first
+    #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_MB, requires = "replays",
+        value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    replays_mb: u32,
+    /// Days for which to keep a replay
+    #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_DAYS, requires = "replays",
+        value_parser = clap::value_parser!(u32).range(1..=36_500))]
+    replays_days: u32,
 }
 
 impl Serve {
@@ -28,6 +41,11 @@ impl Serve {
         if let Some(dir) = &self.scenes {
             add_scenes(&mut config.scenes, dir)?;
         }
+        config.replays = self.replays.map(|dir| Settings {
+            bytes_max: u64::from(self.replays_mb) << 20,
+            age_max: days(self.replays_days),
+            ..Settings::new(dir)
+        });
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
         let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
         let served = runtime.block_on(serve(self.listen, config));

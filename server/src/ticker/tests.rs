@@ -15,7 +15,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let (phase, followed) = watch::channel(Phase::Running);
     let config = Config::default();
     let scene = Arc::new(config.scenes[0].clone());
-    let rooms = Rooms::new(config, followed.clone());
+    let rooms = Rooms::new(config, followed.clone(), None);
     let (joins, receiver) = sync_channel(4);
     let facts = Facts {
         code: code.to_owned(),
@@ -31,6 +31,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
         empty_grace,
         seed: 1,
         members: Vec::new(),
+        recording: None,
     };
     (ticker, Outside { rooms, phase, joins })
 }

@@ -1,0 +1,110 @@
+//! Names of replays: `<scene>-<room code>-<UTC yyyymmdd-hhmmss>`, which sort by time within a room
+//! and lead nowhere but into their directory.
+
+use crate::limits;
+
+/// What the files end with.
+pub const ENDING: &str = ".jostle";
+/// Longest name without the ending: two names of 32 bytes, a time, and a number.
+const NAME_BYTES_MAX: usize = 96;
+
+/// The name for a replay, without a number.
+pub fn name(scene: &str, room: &str, unix_s: u64) -> String {
+    format!("{}-{}-{}", word(scene), word(room), utc(unix_s))
+}
+
+/// The same name, and then those with a number.
+pub fn numbered(name: &str) -> impl Iterator<Item = String> + '_ {
+    let others = (2..=limits::REPLAY_NAMESAKES_MAX).map(move |number| format!("{name}-{number}"));
+    std::iter::once(name.to_owned()).chain(others)
+}
+
+/// Whether this can be the name of a replay.
+pub fn is_name(text: &str) -> bool {
+    (1..=NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(is_allowed)
+}
+
+fn is_allowed(byte: u8) -> bool {
+    byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-'
+}
+
+/// Lower-case letters, digits and dashes; a dash for everything else.
+fn word(text: &str) -> String {
+    let allowed = |char: char| u8::try_from(char).is_ok_and(is_allowed);
+    text.to_lowercase().chars().map(|char| if allowed(char) { char } else { '-' }).collect()
+}
+
+/// Seconds since 1970 as `yyyymmdd-hhmmss`.
+fn utc(unix_s: u64) -> String {
+    // 9999-12-31: the name keeps its length.
+    let unix_s = unix_s.min(253_402_300_799);
+    let (days, second) = (unix_s / 86_400, unix_s % 86_400);
+    let (year, month, day) = date(days);
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
+    format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
+}
+
+/// Year, month and day of a day since 1970, in the Gregorian calendar.
+fn date(mut days: u64) -> (u64, u64, u64) {
+    let mut year = 1970;
+    while days >= year_days(year) {
+        days -= year_days(year);
+        year += 1;
+    }
+    let february = year_days(year) - 337;
+    let mut month = 1;
+    for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
+        if days < length {
+            break;
+        }
+        days -= length;
+        month += 1;
+    }
+    (year, month, days + 1)
+}
+
+fn year_days(year: u64) -> u64 {
+    let is_leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    if is_leap { 366 } else { 365 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_dates() {
+        for (unix_s, text) in [
+            (0, "19700101-000000"),
+            (951_782_399, "20000228-235959"),
+            (951_782_400, "20000229-000000"),
+            (1_078_099_199, "20040229-235959"),
+            (1_735_689_599, "20241231-235959"),
+            (1_735_689_600, "20250101-000000"),
+            (4_107_542_400, "21000301-000000"),
+            (u64::MAX, "99991231-235959"),
+        ] {
+            assert_eq!(utc(unix_s), text);
+        }
+    }
+
+    #[test]
+    fn names_hold_nothing_but_letters_digits_and_dashes() {
+        assert_eq!(name("arena", "k7f3q2", 0), "arena-k7f3q2-19700101-000000");
+        for scene in ["My Scene", "../../etc/passwd", "ünïcode", "a.b", "", &"x".repeat(32)] {
+            let name = name(scene, &"r".repeat(32), 7);
+            assert!(is_name(&name), "{name}");
+            assert!(numbered(&name).all(|name| is_name(&name)));
+        }
+        for text in ["", "a/b", "a.b", "..", "A", "a b", "%61", "é", &"a".repeat(97)] {
+            assert!(!is_name(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_follow_the_plain_name() {
+        let names: Vec<_> = numbered("a").take(3).collect();
+        assert_eq!(names, ["a", "a-2", "a-3"]);
+        assert_eq!(numbered("a").count(), limits::REPLAY_NAMESAKES_MAX as usize);
+    }
+}
