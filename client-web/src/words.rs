@@ -136,6 +136,16 @@ pub const RECONNECTING: Notice = Notice {
         Way::Again,
     )
 };
+/// The server closed; whoever restarts it wants it back soon.
+pub const RESTARTING: Notice = Notice {
+    passing: true,
+    ..notice(
+        "Server closed",
+        "It should be back soon: this page tries again until it is.",
+        "Try now",
+        Way::Again,
+    )
+};
 
 /// The card while a seat is asked for, after so many attempts that failed.
 pub fn connecting(attempts: u32) -> Notice {
@@ -146,8 +156,9 @@ pub fn connecting(attempts: u32) -> Notice {
     Notice { passing: true, ..notice("Joining", text, "Back to the lobby", Way::Lobby) }
 }
 
-/// The card for a session that was refused or ended.
-pub fn refused(refusal: Refusal) -> Notice {
+/// The card for a session that was refused or ended; `None` if that passes by itself, and the page
+/// is to try again until it does.
+pub fn refused(refusal: Refusal) -> Option<Notice> {
     use Way::{Again, Lobby, Reload};
     let (title, button, way) = match refusal {
         Refusal::Version => ("Old version", "Load again", Reload),
@@ -158,11 +169,11 @@ pub fn refused(refusal: Refusal) -> Notice {
         Refusal::Flood => ("Slow down", "Join again", Again),
         Refusal::Silent => ("Are you there?", "Join again", Again),
         Refusal::Replaced => ("Playing elsewhere", "Play here", Again),
-        Refusal::Closing => ("Server closed", "Try again", Again),
+        Refusal::Closing => return None,
         Refusal::RoomFailed => ("Room broken", "Go to the lobby", Lobby),
         Refusal::BadHello | Refusal::BadMessage => ("Misunderstood", "Load again", Reload),
     };
-    notice(title, refusal.message(), button, way)
+    Some(notice(title, refusal.message(), button, way))
 }
 
 /// The refusal that a close code stands for, if its message was lost.
@@ -181,6 +192,14 @@ mod tests {
         for random in 0..=0xFFFF {
             let name = friendly_name(random);
             assert_eq!(Appearance::new(&name, 0).map(|a| a.name), Ok(name));
+        }
+    }
+
+    #[test]
+    fn only_a_server_that_closes_is_waited_for() {
+        for refusal in Refusal::ALL {
+            let stops = refused(refusal).is_some_and(|notice| !notice.passing);
+            assert_eq!(stops, refusal != Refusal::Closing, "{refusal:?}");
         }
     }
 

@@ -239,7 +239,7 @@ impl App {
             ("connecting", _) if play.state() == State::Connecting => {
                 notice::show(&words::connecting(play.attempts()));
             }
-            ("reconnecting", _) => notice::show(&words::RECONNECTING),
+            ("reconnecting", _) => notice::show(play.loss()),
             _ => notice::hide(),
         }
     }

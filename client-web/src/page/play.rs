@@ -13,7 +13,7 @@ use crate::meter::Meter;
 use crate::reconnect::Backoff;
 use crate::replica::{Eye, Replica};
 use crate::words::{self, Notice};
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Snapshot, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
 use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
 
@@ -79,6 +79,8 @@ pub struct Play {
     pub joined_ms: Option<f64>,
     /// When the server will close.
     pub closing_ms: Option<f64>,
+    /// The server closed, and is tried until it is back.
+    restarting: bool,
     appearance: Appearance,
     state: State,
     link: Link,
@@ -143,6 +145,7 @@ impl Play {
             bounds_toggled: false,
             joined_ms: None,
             closing_ms: None,
+            restarting: false,
             appearance,
             state: State::Connecting,
             link,
@@ -269,13 +272,11 @@ impl Play {
                     Ok(scene) => self.welcome(Arc::new(scene), Seat(seat), token, room),
                     Err(error) => {
                         dom::warn(&format!("the server's scene: {error}"));
-                        self.refuse(words::refused(jostle_protocol::Refusal::Version));
+                        self.end(Refusal::Version);
                     }
                 }
             }
-            Ok(ServerMessage::Refused { refusal }) => {
-                self.refuse(words::refused(refusal));
-            }
+            Ok(ServerMessage::Refused { refusal }) => self.end(refusal),
             Ok(ServerMessage::Draining { seconds }) => {
                 self.closing_ms = Some(now_ms + f64::from(seconds) * 1000.0);
             }
@@ -300,6 +301,7 @@ impl Play {
         self.clock = Clock::default();
         self.outflow = Outflow::default();
         self.closing_ms = None;
+        self.restarting = false;
         self.joined_ms.get_or_insert(dom::now_ms());
         self.state = State::Playing;
     }
@@ -350,7 +352,12 @@ impl Play {
         }
     }
 
-    fn refuse(&mut self, notice: Notice) {
+    /// The server ended the session: for good, or as if the network had.
+    fn end(&mut self, refusal: Refusal) {
+        let Some(notice) = words::refused(refusal) else {
+            self.restarting = true;
+            return self.drop_socket();
+        };
         self.notice = Some(notice);
         self.state = State::Refused;
         self.closing_ms = None;
@@ -362,15 +369,22 @@ impl Play {
             return;
         }
         if let Some(refusal) = words::refusal_of_close(code) {
-            return self.refuse(words::refused(refusal));
+            return self.end(refusal);
         }
         if self.state == State::Playing {
             self.state = State::Reconnecting;
         }
+        // A server that said so did close, even if its last word was lost.
+        self.restarting |= self.closing_ms.take().is_some();
         self.controls.release();
         if let Link::Server { backoff, .. } = &mut self.link {
             backoff.lost(dom::now_ms(), js_sys::Math::random());
         }
+    }
+
+    /// What the card says while the way back is looked for.
+    pub fn loss(&self) -> &'static Notice {
+        if self.restarting { &words::RESTARTING } else { &words::RECONNECTING }
     }
 
     /// Attempts since the last good connection.

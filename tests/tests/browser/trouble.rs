@@ -43,16 +43,15 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     let address = server.address;
     let tab = stage.visit_link(&server.link("/impulse"), Screen::SMALL).await?;
     tab.until("a hero of one's own", State::plays).await?;
+    tab.record().await?;
     server.stop().await?;
-    tab.until("the loss noticed", |s| s.state != "playing").await?;
+    tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
+    assert_notice(&tab, "tries again").await?;
     let server = Server::start_at(address, Config::default()).await?;
-    let state = tab.state().await?.state;
-    if state == "refused" {
-        // The server said that it closes; then the player decides when to come back.
-        assert_notice(&tab, Refusal::Closing.message()).await?;
-        tab.click_on("#notice-button").await?;
-    }
+    // Nobody touches the page: it comes back by itself.
     tab.until("playing on the new server", State::plays).await?;
+    let seen = tab.recorded().await?;
+    assert!(!seen.states.iter().any(|s| s == "refused"), "the page never gave up: {seen:?}");
     tab.forgive(network_noise);
     stage.clear().await?;
     server.stop().await
