@@ -58,6 +58,15 @@ pub fn caps(scene: &Scene) -> Vec<Cap> {
     table.into_iter().filter(|(tool, _)| scene.tools.contains(*tool)).map(|(_, cap)| cap).collect()
 }
 
+/// What must be known to read a scene's picture, in one line; most scenes explain themselves.
+pub fn hint(scene: &Scene, by_touch: bool) -> Option<&'static str> {
+    let text = match by_touch {
+        false => "H, M, P pick a body; what it touches turns red.",
+        true => "Pick a body by its button; what it touches turns red.",
+    };
+    scene.tools.contains(Tools::SELECT).then_some(text)
+}
+
 /// The kind of body that a button selects.
 pub fn picks(buttons: Buttons) -> Option<Kind> {
     match buttons {
@@ -200,6 +209,17 @@ mod tests {
         for refusal in Refusal::ALL {
             let stops = refused(refusal).is_some_and(|notice| !notice.passing);
             assert_eq!(stops, refusal != Refusal::Closing, "{refusal:?}");
+        }
+    }
+
+    #[test]
+    fn a_hint_names_the_keys_that_the_scene_has() {
+        for scene in Scene::built_in() {
+            let keys: Vec<&str> = caps(&scene).iter().map(|cap| cap.key).collect();
+            let picks = ["H", "M", "P"].iter().all(|key| keys.contains(key));
+            for by_touch in [false, true] {
+                assert_eq!(hint(&scene, by_touch).is_some(), picks, "{}", scene.name);
+            }
         }
     }
 

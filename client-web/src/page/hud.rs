@@ -57,7 +57,9 @@ impl Hud {
         for id in ["caps", "feed", "players", "room-title", "room-code"] {
             dom::by_id::<HtmlElement>(id).set_text_content(None);
         }
-        dom::show(&dom::by_id("banner"), false);
+        for id in ["banner", "hint"] {
+            dom::show(&dom::by_id(id), false);
+        }
         dom::document().set_title("Jostle");
     }
 
@@ -80,6 +82,7 @@ impl Hud {
         let code = if play.is_demo() { "demo, offline".into() } else { format!("/{}", play.code) };
         dom::set_text(&dom::by_id("room-code"), &code);
         self.caps = make_caps(&replica.scene);
+        show_hint(&replica.scene);
         fill_help(&replica.scene);
     }
 
@@ -147,6 +150,21 @@ fn make_caps(scene: &Scene) -> Vec<(Cap, HtmlElement)> {
     made.collect()
 }
 
+/// One line on the stage and in the help.
+fn show_hint(scene: &Scene) {
+    let hint = words::hint(scene, is_touched());
+    for id in ["hint", "help-hint"] {
+        let line: HtmlElement = dom::by_id(id);
+        dom::set_text(&line, hint.unwrap_or_default());
+        dom::show(&line, hint.is_some());
+    }
+}
+
+/// Whether the page is played with thumbs.
+fn is_touched() -> bool {
+    dom::root().dataset().get("touch").is_some()
+}
+
 fn fill_help(scene: &Scene) {
     dom::set_text(&dom::by_id("help-about"), &scene.about);
     let list: HtmlElement = dom::by_id("help-keys");
@@ -155,11 +173,10 @@ fn fill_help(scene: &Scene) {
         ("Left thumb", "move, where the scene has heroes"),
         ("Touch", "use the chosen tool there"),
     ];
-    let by_touch = dom::root().dataset().get("touch").is_some();
     let general =
         [("?", "this help"), ("F2", "bounds of all bodies"), ("F3", "figures of the connection")];
     let keys = words::caps(scene).into_iter().map(|cap| (cap.key, cap.does)).chain(general);
-    let keys = touch.into_iter().filter(|_| by_touch).chain(keys);
+    let keys = touch.into_iter().filter(|_| is_touched()).chain(keys);
     let mut joined = String::new();
     for (key, does) in keys {
         joined = if joined.is_empty() { key.to_owned() } else { format!("{joined} {key}") };
