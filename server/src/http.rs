@@ -91,13 +91,43 @@ async fn other_path(headers: &HeaderMap, word: &str, app: &App) -> Answer {
 
 // The page and its files.
 
-/// A room's link. The page itself says when there is no such room; the status says it to others.
-fn room_page(headers: &HeaderMap, code: &str, app: &App) -> Answer {
-    match is_code(code) {
-        true if app.rooms.knows(code) => page(headers, StatusCode::OK),
-        true => page(headers, StatusCode::NOT_FOUND),
-        false => not_found(),
+/// A room's link, or what somebody took for one. The page itself says when there is no such room;
+/// the status says it to others.
+fn room_page(headers: &HeaderMap, word: &str, app: &App) -> Answer {
+    match meant_code(word) {
+        _ if app.rooms.knows(word) => page(headers, StatusCode::OK),
+        Some(code) if code != word => see(&code),
+        _ => page(headers, StatusCode::NOT_FOUND),
     }
+}
+
+/// The code that a link was to name before it was typed by hand, capitalised by a phone, or copied
+/// with the space or the slash after it.
+fn meant_code(word: &str) -> Option<String> {
+    let text = percent_decoded(word)?;
+    let code = text.trim_matches(|c: char| c == '/' || c.is_whitespace()).to_ascii_lowercase();
+    is_code(&code).then_some(code)
+}
+
+/// `None` if what stands after a `%` is no byte, or the bytes are no text.
+fn percent_decoded(word: &str) -> Option<String> {
+    let mut parts = word.split('%');
+    let mut bytes = parts.next()?.as_bytes().to_vec();
+    for part in parts {
+        let (digits, rest) = part.split_at_checked(2)?;
+        let byte = digits.bytes().all(|digit| digit.is_ascii_hexdigit()).then_some(digits)?;
+        bytes.push(u8::from_str_radix(byte, 16).ok()?);
+        bytes.extend_from_slice(rest.as_bytes());
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// Sends a browser to a room's own link.
+fn see(code: &str) -> Answer {
+    let mut answer = text(StatusCode::FOUND, "This room has another link.\n");
+    let link = HeaderValue::try_from(format!("/{code}")).expect("codes are plain ASCII");
+    answer.headers_mut().insert(header::LOCATION, link);
+    answer
 }
 
 fn page(headers: &HeaderMap, status: StatusCode) -> Answer {
@@ -283,11 +313,10 @@ async fn read_body(request: Request<Incoming>) -> Result<Bytes, Answer> {
 
 // The upgrade.
 
-/// Any word is accepted as a room here: only on the socket can the page be told what is wrong.
-fn upgrade(mut request: Request<Incoming>, code: &str) -> (Answer, Option<Upgrade>) {
-    if !is_code(code) {
-        return (not_found(), None);
-    }
+/// Any word is accepted as a room here: only on the socket can the page be told what is wrong. One
+/// that cannot be a code becomes none at all, which is no room either.
+fn upgrade(mut request: Request<Incoming>, word: &str) -> (Answer, Option<Upgrade>) {
+    let code = if is_code(word) { word } else { "" };
     match create_response_with_body(&request, || Body::Left(Full::default())) {
         Ok(answer) => {
             let connection = hyper::upgrade::on(&mut request);
@@ -376,6 +405,17 @@ mod tests {
         assert_eq!(asked("br", "\"packed\""), (304, PACKED.etag.into(), true));
         assert_eq!(asked("br", "\"plain\""), (200, PACKED.etag.into(), true));
         assert_eq!(asked("gzip", "W/\"plain\""), (304, PLAIN.etag.into(), false));
+    }
+
+    #[test]
+    fn odd_links_mean_a_room() {
+        for word in ["ABC", "abc/", "/abc", "%20abc", "Abc%20/", "abc%C2%A0", "%41bc"] {
+            assert_eq!(meant_code(word).as_deref(), Some("abc"), "{word}");
+        }
+        for word in ["", "/", "r/abc", "a%20c", "abc%00", "abc%2", "%zz", "%+1", "%ff", "\u{e4}bc"]
+        {
+            assert_eq!(meant_code(word), None, "{word}");
+        }
     }
 
     #[test]

@@ -76,6 +76,24 @@ async fn the_page_comes_with_headers_that_protect_it() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
+    let server = Server::start().await;
+    for path in ["/ARENA", "/arena/", "/%20arena", "/Arena%20/", "//arena"] {
+        let answer = get(server.address, path).await;
+        assert_eq!((answer.status, answer.header("location")), (302, Some("/arena")), "{path}");
+    }
+    // A room that is gone has its own link too.
+    assert_eq!(get(server.address, "/ZZZZZZ").await.header("location"), Some("/zzzzzz"));
+    for path in ["/r/ABC", "/abc.html", "/%ff", "/a%20b"] {
+        let answer = get(server.address, path).await;
+        assert_eq!(answer.status, 404, "{path}");
+        assert_eq!(answer.header("content-type"), Some("text/html; charset=utf-8"), "{path}");
+        let mut lost = Client::connect(server.address, &path[1..]).await;
+        lost.is_refused(Refusal::NoSuchRoom).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn embedded_files_are_cached_by_their_etag() {
     let server = Server::start().await;
     // Whatever the build embedded; without a built client there is nothing to serve.
