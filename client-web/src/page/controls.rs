@@ -30,10 +30,23 @@ pub fn listen() {
 }
 
 fn listen_keys() {
-    dom::listen_active(&dom::window(), "keydown", |event: KeyboardEvent| key_down(&event));
+    dom::listen_active(&dom::window(), "keydown", |event: KeyboardEvent| {
+        note_tabbing(event.code() == "Tab");
+        key_down(&event);
+    });
     dom::listen(&dom::window(), "keyup", |event: KeyboardEvent| {
         key(&event, false);
     });
+}
+
+/// Whether the focus moves by Tab: the browser shows it after any key.
+fn note_tabbing(tabs: bool) {
+    let data = dom::root().dataset();
+    if tabs {
+        let _ = data.set("tabbing", "yes");
+    } else if data.get("tabbing").is_some() {
+        data.delete("tabbing");
+    }
 }
 
 fn key_down(event: &KeyboardEvent) {
@@ -126,6 +139,7 @@ fn listen_pointer() {
     dom::listen_active(&stage, "contextmenu", |event: MouseEvent| event.prevent_default());
     dom::listen_active(&stage, "pointerdown", |event: PointerEvent| {
         event.prevent_default();
+        note_tabbing(false);
         let stage: HtmlElement = dom::by_id("stage");
         let _ = stage.focus();
         // Fails for a pointer that is gone again already.
