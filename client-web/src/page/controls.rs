@@ -265,11 +265,14 @@ fn back_to_stage(event: &MouseEvent) {
     }
 }
 
-/// Puts the page's address into the clipboard and says so on the button.
+/// Puts the page's address into the clipboard and says so on the button, which `style.css` keeps as
+/// wide as the longest of these texts.
 fn copy_link() {
     let button: HtmlElement = dom::by_id("copy");
     dom::copy_address(move |copied| {
-        dom::set_text(&button, if copied { "Copied" } else { "Copy the address above" });
+        dom::set_text(&button, if copied { "Copied" } else { "Not copied" });
+        let title = if copied { "" } else { "The browser forbids it: copy the address above" };
+        dom::set(&button, "title", title);
         let button = button.clone();
         dom::after(1500, move || dom::set_text(&button, "Copy link"));
     });
