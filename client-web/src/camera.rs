@@ -26,6 +26,8 @@ pub struct Camera {
     rule: CameraRule,
     world: Vec2,
     center: Option<Vec2>,
+    /// The next walk behind a hero begins with a jump.
+    cut: bool,
 }
 
 /// What the camera is asked to show in one frame.
@@ -44,7 +46,12 @@ pub struct Target {
 impl Camera {
     /// A camera for a world that spans (0, 0) to `world`.
     pub fn new(rule: CameraRule, world: Vec2) -> Camera {
-        Camera { rule, world, center: None }
+        Camera { rule, world, center: None, cut: true }
+    }
+
+    /// Goes to the hero at once when there is one again: what lies between was not seen.
+    pub fn cut(&mut self) {
+        self.cut = true;
     }
 
     /// The view of this frame.
@@ -86,11 +93,12 @@ impl Camera {
         let last = self.center.unwrap_or(self.world * 0.5);
         let wanted = target.hero.map_or(last, |(at, speed)| at + speed * LOOK_AHEAD_S);
         let wanted = within(wanted, half, self.world);
-        let jump = self.center.is_none() || (wanted - last).length() > height * 1.5;
+        let jump = self.cut || (wanted - last).length() > height * 1.5;
         let share = if jump { 1.0 } else { 1.0 - (-CATCH_UP * target.elapsed_s).exp() };
         let center = within(last + (wanted - last) * share, half, self.world);
         if target.hero.is_some() {
             self.center = Some(center);
+            self.cut = false;
         }
         View { center, height, pixels: target.pixels }
     }

@@ -115,6 +115,9 @@ pub struct Frame<'a> {
     pub own_seat: Option<Seat>,
     /// Own pointer in world units.
     pub pointer: Option<Vec2>,
+    /// Number of the copy of the room; each connection gets a new one, and nothing that moved in
+    /// the last moves on.
+    pub copy: u32,
     /// The world is dimmed while the connection is lost.
     pub dimmed: bool,
 }

@@ -16,6 +16,8 @@ use std::sync::Arc;
 const CATCH_UP_TICKS_MAX: u32 = 600;
 /// Ticks for which a flash is shown.
 const EFFECT_TICKS: f64 = TICKS_PER_SECOND as f64;
+/// Bodies that are in a copy from its beginning were there before it: they count as so old, ticks.
+const KNOWN_TICKS: f64 = 60.0 * TICKS_PER_SECOND as f64;
 /// Flashes at a time; the oldest go first.
 const EFFECTS_MAX: usize = 256;
 /// News that nobody has read; the oldest go first.
@@ -65,7 +67,7 @@ pub struct Replica {
     flashes: VecDeque<Flash>,
     news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
-    /// For each slot the generation in it and the tick at which it was first on display.
+    /// For each slot the generation in it and the tick at which it was born, as far as is known.
     births: Vec<(u32, f64)>,
     samples: Vec<Sample>,
     bodies: Vec<FrameBody>,
@@ -121,8 +123,12 @@ impl Replica {
         for next in from.max(until.saturating_sub(CATCH_UP_TICKS_MAX)) + 1..=until {
             self.play_tick(next);
         }
+        let known_ticks = if self.applied.is_none() { KNOWN_TICKS } else { 0.0 };
         self.applied = Some(from.max(until));
         self.timeline.sample(tick, &mut self.samples);
+        for sample in &self.samples {
+            note_birth(&mut self.births, sample.id, tick - known_ticks);
+        }
         self.dress(eye);
         self.collect_effects();
         self.timeline.forget_before(tick - 1.0);
@@ -244,7 +250,7 @@ impl Replica {
                 shape: sample.shape,
                 center: sample.center,
                 velocity: sample.velocity,
-                age: age(&mut self.births, sample.id, self.display),
+                age: age(self.births[sample.id.index as usize].1, self.display),
                 gaze,
                 touching: false,
                 hidden: selected == Some(sample.id),
@@ -351,16 +357,20 @@ impl Replica {
     }
 }
 
-/// Seconds since a body was first on display; a new generation in a slot starts anew.
-fn age(births: &mut Vec<(u32, f64)>, id: BodyId, display: f64) -> f32 {
+/// Notes when a body was born unless that is known; a new generation in a slot starts anew.
+fn note_birth(births: &mut Vec<(u32, f64)>, id: BodyId, tick: f64) {
     let slot = id.index as usize;
     if births.len() <= slot {
         births.resize(slot + 1, (u32::MAX, 0.0));
     }
     if births[slot].0 != id.generation {
-        births[slot] = (id.generation, display);
+        births[slot] = (id.generation, tick);
     }
-    ((display - births[slot].1).max(0.0) / f64::from(TICKS_PER_SECOND)) as f32
+}
+
+/// Seconds from a tick to the one on display.
+fn age(born: f64, display: f64) -> f32 {
+    ((display - born).max(0.0) / f64::from(TICKS_PER_SECOND)) as f32
 }
 
 /// Where a hero looks. The own one follows the pointer without the way through the server.

@@ -83,3 +83,14 @@ fn follow_stays_where_it_was_while_there_is_no_hero() {
     let there = camera.view(target([100, 100], Some((Vec2::new(50.0, 50.0), Vec2::ZERO))));
     assert_eq!(camera.view(target([100, 100], None)).center, there.center);
 }
+
+#[test]
+fn after_a_cut_the_view_waits_for_a_hero_and_jumps_to_it() {
+    let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
+    let there = camera.view(target([100, 100], Some((Vec2::new(50.0, 50.0), Vec2::ZERO))));
+    camera.cut();
+    assert_eq!(camera.view(target([100, 100], None)).center, there.center);
+    let hero = |x| Some((Vec2::new(x, 50.0), Vec2::ZERO));
+    assert_eq!(camera.view(target([100, 100], hero(55.0))).center.x, 55.0);
+    assert!(camera.view(target([100, 100], hero(60.0))).center.x < 58.0, "smooth again");
+}

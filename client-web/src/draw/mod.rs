@@ -39,6 +39,8 @@ pub struct DrawList {
     particles: Vec<ParticleVertex>,
     light: LightField,
     motion: Motion,
+    /// The copy of the room that moved.
+    copy: u32,
     posed: Vec<(u32, Pose)>,
 }
 
@@ -73,6 +75,10 @@ impl DrawList {
         let half = view_half(&frame.view);
         self.quads.begin(frame.view.center, half, frame.view.unit_per_pixel());
         self.light.begin(frame.view.center, half);
+        if self.copy != frame.copy {
+            self.copy = frame.copy;
+            self.motion = Motion::default();
+        }
         self.motion.begin(frame.time, frame.calm);
 
         let mut stage = Stage { quads: &mut self.quads, light: &mut self.light, frame };

@@ -77,6 +77,7 @@ impl Still {
             calm: false,
             own_seat: None,
             pointer: None,
+            copy: 0,
             dimmed: false,
         }
     }

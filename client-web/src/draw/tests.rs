@@ -36,6 +36,7 @@ fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
         calm: true,
         own_seat: None,
         pointer: None,
+        copy: 0,
         dimmed: false,
     }
 }
@@ -254,6 +255,22 @@ fn a_landing_flattens_a_hero_for_a_moment() {
 
     list.fill(&Frame { time: 4.0, ..frame(&[hero], &particles) });
     assert_eq!(slimness(&list), at_rest, "nothing moves for who wants calm");
+}
+
+#[test]
+fn what_moved_before_the_connection_was_lost_does_not_land_after_it() {
+    let particles = Particles::default();
+    let flatness = |copy| {
+        let mut list = DrawList::new();
+        let mut hero = body(0, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(50.0, 50.0));
+        hero.velocity = Vec2::new(0.0, -30.0);
+        list.fill(&Frame { time: 1.0, calm: false, copy: 1, ..frame(&[hero], &particles) });
+        hero.velocity = Vec2::ZERO;
+        list.fill(&Frame { time: 1.05, calm: false, copy, ..frame(&[hero], &particles) });
+        slimness(&list) / (22.0 / 16.0)
+    };
+    assert!(flatness(1) < 0.99, "a landing");
+    assert_eq!(flatness(2), 1.0, "another copy of the room");
 }
 
 #[test]

@@ -16,6 +16,7 @@ use crate::words::{self, Notice};
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
 use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// A socket that says nothing for so long is given up, milliseconds.
 const SILENCE_MS: f64 = 6000.0;
@@ -26,6 +27,8 @@ const PING_MS: f64 = 1000.0;
 const PROVEN_MS: f64 = 5000.0;
 /// Without a frame for so long the page is hidden: messages move the display then.
 const UNSEEN_MS: f64 = 500.0;
+/// Copies of rooms so far, of all games on this page.
+static COPIES: AtomicU32 = AtomicU32::new(0);
 
 /// What the page is doing, as `data-state` says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +88,8 @@ pub struct Play {
     state: State,
     link: Link,
     replica: Option<Replica>,
+    /// Number of the replica.
+    copy: u32,
     clock: Clock,
     outflow: Outflow,
     camera: Option<Camera>,
@@ -150,6 +155,7 @@ impl Play {
             state: State::Connecting,
             link,
             replica: None,
+            copy: 0,
             clock: Clock::default(),
             outflow: Outflow::default(),
             camera: None,
@@ -294,10 +300,13 @@ impl Play {
         self.unproven_ms = Some(dom::now_ms());
         let world = scene.size;
         let same = self.replica.as_ref().is_some_and(|old| old.scene.source == scene.source);
-        if self.camera.is_none() || !same {
-            self.camera = Some(Camera::new(scene.camera, world));
+        match &mut self.camera {
+            // The view stays, for the pointer's sake, and jumps with the first snapshot.
+            Some(camera) if same => camera.cut(),
+            camera => *camera = Some(Camera::new(scene.camera, world)),
         }
         self.replica = Some(Replica::new(scene, seat, room));
+        self.copy = COPIES.fetch_add(1, Ordering::Relaxed) + 1;
         self.clock = Clock::default();
         self.outflow = Outflow::default();
         self.closing_ms = None;
@@ -529,6 +538,7 @@ impl Play {
             calm,
             own_seat: Some(replica.seat),
             pointer: if frozen { None } else { self.controls.pointer(&self.view) },
+            copy: self.copy,
             dimmed: !matches!(self.state, State::Playing | State::Frozen),
         };
         Some(Picture { replica, frame })

@@ -42,6 +42,7 @@ fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) ->
         calm: true,
         own_seat: None,
         pointer: None,
+        copy: 0,
         dimmed: false,
     }
 }

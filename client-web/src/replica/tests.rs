@@ -162,6 +162,23 @@ fn a_long_absence_is_caught_up_in_part() {
 }
 
 #[test]
+fn only_what_is_born_under_our_eyes_is_young() {
+    let mut replica = replica("arena");
+    let there = || body(0, Kind::Block, 1.0, None);
+    replica.file(snapshot(500, vec![there()], vec![]), vec![]);
+    replica.advance(497.5, Eye::default());
+    assert!(replica.bodies()[0].age > 10.0, "it was there before we came");
+    let reborn = SnapshotBody { id: BodyId { index: 0, generation: 1 }, ..there() };
+    let born = body(1, Kind::Block, 9.0, None);
+    replica.file(snapshot(501, vec![there(), born], vec![]), vec![]);
+    replica.file(snapshot(507, vec![reborn, born], vec![]), vec![]);
+    replica.advance(501.0, Eye::default());
+    replica.advance(507.0, Eye::default());
+    let ages: Vec<f32> = replica.bodies().iter().map(|body| body.age).collect();
+    assert_eq!(ages, [0.0, 0.1], "a new body in an old slot, and one of 6 ticks");
+}
+
+#[test]
 fn only_what_x_would_grab_is_lit() {
     let source = "title = \"Grab\"\nsize = [100, 50]\ngroups = [\"all\"]\ntools = [\"hold\"]\n\
         [[bodies]]\nkind = \"block\"\nposition = [10, 10]\nradius = 2\ngroup = \"all\"\n\
