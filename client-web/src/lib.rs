@@ -12,6 +12,7 @@ pub mod fingers;
 pub mod frame;
 pub mod input;
 pub mod meter;
+pub mod name;
 pub mod overlap;
 pub mod palette;
 pub mod quality;

@@ -4,8 +4,12 @@
 use super::app;
 use super::{dom, http, profile};
 use crate::api::{self, Opened, Room, Rooms, SceneCard, Scenes};
+use crate::name;
 use jostle_protocol::Appearance;
-use web_sys::{Event, HtmlElement, HtmlImageElement, HtmlInputElement, MouseEvent, PointerEvent};
+use wasm_bindgen::JsCast;
+use web_sys::{
+    Event, HtmlElement, HtmlImageElement, HtmlInputElement, InputEvent, MouseEvent, PointerEvent,
+};
 
 /// Rooms are asked for so often, milliseconds.
 const REFRESH_MS: f64 = 3000.0;
@@ -29,8 +33,15 @@ pub fn listen() {
             app::with(|app| app.lobby.play());
         }
     });
-    dom::listen(&dom::by_id::<HtmlElement>("join"), "input", |_: Event| {
+    dom::listen(&dom::by_id::<HtmlElement>("join"), "input", |event: Event| {
+        // What is still being composed is the input method's until it is done.
+        if !event.dyn_ref::<InputEvent>().is_some_and(InputEvent::is_composing) {
+            fit_name();
+        }
         remember();
+    });
+    dom::listen(&dom::by_id::<HtmlElement>("name"), "compositionend", |_: Event| {
+        fit_name();
     });
     dom::listen(&dom::by_id::<HtmlElement>("room-list"), "click", |event: MouseEvent| {
         let plain = !(event.ctrl_key() || event.meta_key() || event.shift_key());
@@ -58,9 +69,23 @@ fn follow(event: &PointerEvent) {
     let dx = f64::from(event.client_x()) - (place.left() + place.width() * 0.5);
     let dy = f64::from(event.client_y()) - (place.top() + place.height() * 0.5);
     let length = (dx * dx + dy * dy).sqrt().max(60.0);
-    if let Ok(hero) = wasm_bindgen::JsCast::dyn_into::<HtmlElement>(hero) {
+    if let Ok(hero) = hero.dyn_into::<HtmlElement>() {
         dom::style(&hero, "--gaze-x", &format!("{:.2}", dx / length));
         dom::style(&hero, "--gaze-y", &format!("{:.2}", dy / length));
+    }
+}
+
+/// Cuts what is in the field to a name's length; the browser would count halves of characters.
+fn fit_name() {
+    let input: HtmlInputElement = dom::by_id("name");
+    let typed = input.value();
+    let fitting = name::fit(&typed);
+    if fitting.len() < typed.len() {
+        let caret = input.selection_end().ok().flatten();
+        input.set_value(fitting);
+        if let Some(caret) = caret {
+            let _ = input.set_selection_range(caret, caret);
+        }
     }
 }
 
@@ -72,7 +97,7 @@ fn remember() -> bool {
     let color = checked.and_then(|e| e.get_attribute("value")).and_then(|v| v.parse().ok());
     let color = color.unwrap_or(0);
     wear(color);
-    match Appearance::new(&input.value(), color) {
+    match Appearance::new(name::finished(&input.value()), color) {
         Ok(appearance) => {
             let _ = input.remove_attribute("aria-invalid");
             say("", false);
@@ -112,7 +137,7 @@ impl Lobby {
         dom::by_id::<HtmlInputElement>("name").set_value(&appearance.name);
         let selector = format!("#colors input[value='{}']", appearance.color);
         if let Ok(Some(swatch)) = dom::document().query_selector(&selector)
-            && let Ok(swatch) = wasm_bindgen::JsCast::dyn_into::<HtmlInputElement>(swatch)
+            && let Ok(swatch) = swatch.dyn_into::<HtmlInputElement>()
         {
             swatch.set_checked(true);
         }
@@ -268,7 +293,7 @@ fn scene_button(scene: &SceneCard) -> HtmlElement {
             dom::set(&image, "loading", "lazy");
             dom::set(&image, "width", "640");
             dom::set(&image, "height", "360");
-            if let Some(image) = wasm_bindgen::JsCast::dyn_ref::<HtmlImageElement>(&image) {
+            if let Some(image) = image.dyn_ref::<HtmlImageElement>() {
                 image.set_src(picture);
             }
             dom::append(&button, &image);

@@ -1,7 +1,7 @@
 //! Who plays: name and colour, remembered by the browser.
 
 use super::dom;
-use crate::words;
+use crate::{name, words};
 use jostle_protocol::{Appearance, limits};
 
 const NAME_KEY: &str = "jostle.name";
@@ -13,7 +13,7 @@ pub fn load() -> Appearance {
     let color = stored(COLOR_KEY).and_then(|text| text.parse().ok());
     let color = color.filter(|c| *c < limits::COLORS).unwrap_or_else(random_color);
     let name = stored(NAME_KEY).unwrap_or_default();
-    Appearance::new(&name, color).unwrap_or_else(|_| {
+    Appearance::new(name::finished(&name), color).unwrap_or_else(|_| {
         let stranger = Appearance { name: words::friendly_name(random_bits()), color };
         save(&stranger);
         stranger
