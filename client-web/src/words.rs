@@ -86,6 +86,8 @@ pub enum Way {
     Again,
     /// Loads the page again.
     Reload,
+    /// Into the arena.
+    Arena,
 }
 
 /// What happened and what to do, for a card in the middle of the page.
@@ -99,12 +101,19 @@ pub struct Notice {
     pub button: &'static str,
     /// What the button does.
     pub way: Way,
+    /// A second button, less inviting, and what it does.
+    pub other: Option<(&'static str, Way)>,
     /// Goes away by itself; the button need not have the focus.
     pub passing: bool,
 }
 
 const fn notice(title: &'static str, text: &'static str, button: &'static str, way: Way) -> Notice {
-    Notice { title, text, button, way, passing: false }
+    Notice { title, text, button, way, other: None, passing: false }
+}
+
+const fn notice_elsewhere(title: &'static str, text: &'static str) -> Notice {
+    let other = Some(("All rooms", Way::Lobby));
+    Notice { other, ..notice(title, text, "Play in the arena", Way::Arena) }
 }
 
 /// The browser cannot draw the game.
@@ -135,6 +144,9 @@ pub const GRAPHICS_LOST: Notice = notice(
     "Load again",
     Way::Reload,
 );
+/// The room of somebody who was in it is gone: the server was restarted, or they were away for long.
+pub const ROOM_GONE: Notice =
+    notice_elsewhere("Room closed", "This room closed while you were away.");
 /// The socket was lost.
 pub const RECONNECTING: Notice = Notice {
     passing: true,
@@ -172,7 +184,9 @@ pub fn refused(refusal: Refusal) -> Option<Notice> {
     let (title, button, way) = match refusal {
         Refusal::Version => ("Old version", "Load again", Reload),
         Refusal::RoomFull => ("Room full", "Find another room", Lobby),
-        Refusal::NoSuchRoom => ("No such room", "Go to the lobby", Lobby),
+        Refusal::NoSuchRoom => {
+            return Some(notice_elsewhere("No such room", refusal.message()));
+        }
         Refusal::ServerFull => ("Server full", "See the rooms", Lobby),
         Refusal::TooManySockets => ("Too many here", "Try again", Again),
         Refusal::Flood => ("Slow down", "Join again", Again),
@@ -209,6 +223,14 @@ mod tests {
         for refusal in Refusal::ALL {
             let stops = refused(refusal).is_some_and(|notice| !notice.passing);
             assert_eq!(stops, refusal != Refusal::Closing, "{refusal:?}");
+        }
+    }
+
+    #[test]
+    fn who_finds_no_room_is_shown_others() {
+        for notice in [refused(Refusal::NoSuchRoom).expect("an end"), ROOM_GONE] {
+            assert_eq!(notice.way, Way::Arena);
+            assert_eq!(notice.other.map(|(_, way)| way), Some(Way::Lobby));
         }
     }
 

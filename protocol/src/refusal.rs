@@ -75,7 +75,7 @@ impl Refusal {
                 "Every seat of this room is taken; try again soon or pick another room."
             }
             Refusal::NoSuchRoom => {
-                "This room does not exist any more; pick another one or make it."
+                "This room closed when its last player left, or the link is wrong."
             }
             Refusal::ServerFull => "The server cannot hold another room; join one of its rooms.",
             Refusal::BadHello => "The server did not understand this page; please reload it.",

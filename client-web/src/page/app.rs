@@ -345,7 +345,7 @@ impl App {
         match (way, play.state()) {
             (Way::Again, State::Refused) => play.connect(report),
             (Way::Again, _) => play.hurry(),
-            (Way::Lobby | Way::Reload, _) => {}
+            (Way::Lobby | Way::Reload | Way::Arena, _) => {}
         }
         self.show_state();
     }

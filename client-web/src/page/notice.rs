@@ -1,7 +1,8 @@
-//! The card in the middle of the page: what happened, what to do, one button.
+//! The card in the middle of the page: what happened, what to do, one button or two.
 
 use super::app;
 use super::dom;
+use crate::api;
 use crate::words::{self, Notice, Way};
 use std::cell::Cell;
 use web_sys::{Event, HtmlElement};
@@ -10,20 +11,28 @@ thread_local! {
     static SHOWN: Cell<Option<Notice>> = const { Cell::new(None) };
 }
 
-/// Listens to the card's button.
+/// Listens to the card's buttons.
 pub fn listen() {
     dom::listen(&dom::by_id::<HtmlElement>("notice-button"), "click", |_: Event| {
-        match SHOWN.get().map(|notice| notice.way) {
-            Some(Way::Lobby) => app::leave(),
-            Some(Way::Reload) => {
-                let _ = dom::window().location().reload();
-            }
-            Some(Way::Again) => {
-                app::with(|app| app.take_way(Way::Again));
-            }
-            None => {}
-        }
+        take(SHOWN.get().map(|notice| notice.way));
     });
+    dom::listen(&dom::by_id::<HtmlElement>("notice-other"), "click", |_: Event| {
+        take(SHOWN.get().and_then(|notice| notice.other).map(|(_, way)| way));
+    });
+}
+
+fn take(way: Option<Way>) {
+    match way {
+        Some(Way::Lobby) => app::leave(),
+        Some(Way::Arena) => app::enter(api::FIRST_SCENE),
+        Some(Way::Reload) => {
+            let _ = dom::window().location().reload();
+        }
+        Some(Way::Again) => {
+            app::with(|app| app.take_way(Way::Again));
+        }
+        None => {}
+    }
 }
 
 /// Shows a card, unless it is on already.
@@ -35,6 +44,9 @@ pub fn show(notice: &Notice) {
     dom::set_text(&dom::by_id("notice-text"), notice.text);
     let button: HtmlElement = dom::by_id("notice-button");
     dom::set_text(&button, notice.button);
+    let other: HtmlElement = dom::by_id("notice-other");
+    dom::set_text(&other, notice.other.map_or("", |(label, _)| label));
+    dom::show(&other, notice.other.is_some());
     dom::show(&dom::by_id("notice"), true);
     if !notice.passing {
         let _ = button.focus();

@@ -363,7 +363,12 @@ impl Play {
 
     /// The server ended the session: for good, or as if the network had.
     fn end(&mut self, refusal: Refusal) {
-        let Some(notice) = words::refused(refusal) else {
+        let known_room = self.joined_ms.is_some();
+        let notice = match refusal {
+            Refusal::NoSuchRoom if known_room => Some(words::ROOM_GONE),
+            _ => words::refused(refusal),
+        };
+        let Some(notice) = notice else {
             self.restarting = true;
             return self.drop_socket();
         };

@@ -110,11 +110,13 @@ pub async fn a_wrong_room_is_explained(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/nosuch", Screen::SMALL).await?;
     tab.until("a refusal", |s| s.state == "refused").await?;
     assert_notice(&tab, Refusal::NoSuchRoom.message()).await?;
-    tab.click_on("#notice-button").await?;
+    tab.click_on("#notice-other").await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
     tab.go(&stage.server.link("/r/ABC")).await?;
     tab.until("a refusal", |s| s.state == "refused").await?;
-    assert_notice(&tab, Refusal::NoSuchRoom.message()).await?;
+    tab.click_on("#notice-button").await?;
+    tab.until("a hero of one's own", State::plays).await?;
+    assert_eq!(tab.link().await?, stage.server.link("/arena"));
     tab.go(&stage.server.link("/Impulse/")).await?;
     tab.until("a hero of one's own", State::plays).await?;
     assert_eq!(tab.link().await?, stage.server.link("/impulse"));
