@@ -11,6 +11,7 @@ pub mod draw;
 pub mod fingers;
 pub mod frame;
 pub mod input;
+pub mod layers;
 pub mod meter;
 pub mod name;
 pub mod overlap;

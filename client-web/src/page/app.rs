@@ -7,7 +7,7 @@ use super::lobby::{self, Lobby};
 use super::play::{Canvas, Play, State};
 use super::socket::SocketEvent;
 use super::touchpad::Touchpad;
-use super::{dom, notice, profile};
+use super::{dom, modal, notice, profile};
 use crate::demo::{Demo, DemoRequest};
 use crate::quality::Quality;
 use crate::words::{self, Way};
@@ -187,7 +187,7 @@ impl App {
         self.tags.clear();
         self.touchpad.release();
         notice::hide();
-        dom::show(&dom::by_id("help"), false);
+        modal::set_help(false);
     }
 
     fn start_demo(&mut self, request: &DemoRequest) {
@@ -297,6 +297,7 @@ impl App {
             if !self.world_shown {
                 self.world_shown = true;
                 let _ = dom::root().dataset().set("world", "yes");
+                modal::rescue_focus();
             }
             self.drawn_frames += 1;
             play.meter.drawn(now_ms);

@@ -1,9 +1,10 @@
 //! Listens to keys, pointers and buttons of the game and turns them into controls.
 
 use super::app::{self, App};
-use super::dom;
+use super::{dom, modal};
 use crate::fingers::Touched;
 use crate::input;
+use crate::layers::Layer;
 use crate::stick;
 use jostle_sim::{Buttons, Vec2};
 use wasm_bindgen::JsCast;
@@ -67,13 +68,9 @@ fn key_down(event: &KeyboardEvent) {
     }
     let on_button = dom::target_within(event, "button, a").is_some();
     let presses_it = on_button && matches!(event.code().as_str(), "Space" | "Enter");
-    if !presses_it && !help_is_open() && key(event, true) {
+    if !presses_it && modal::top() == Layer::Page && key(event, true) {
         event.prevent_default();
     }
-}
-
-fn help_is_open() -> bool {
-    !dom::by_id::<HtmlElement>("help").hidden()
 }
 
 /// Whether a key belongs to a text field.
@@ -93,7 +90,7 @@ fn command(event: &KeyboardEvent) -> Option<fn()> {
         ("F2", _) => Some(toggle_bounds),
         ("F3", _) => Some(toggle_figures),
         (_, "?") => Some(toggle_help),
-        ("Escape", _) if help_is_open() => Some(toggle_help),
+        ("Escape", _) if modal::top() == Layer::Help => Some(toggle_help),
         _ => None,
     }
 }
@@ -126,12 +123,13 @@ fn key(event: &KeyboardEvent, down: bool) -> bool {
 }
 
 fn toggle_help() {
-    let help: HtmlElement = dom::by_id("help");
-    let opens = help.hidden();
     app::with(App::release);
-    dom::show(&help, opens);
-    let focused: HtmlElement = dom::by_id(if opens { "help-close" } else { "stage" });
-    let _ = focused.focus();
+    // Under a notice that waits for an answer there is nothing to help with.
+    match modal::top() {
+        Layer::Page => modal::set_help(true),
+        Layer::Help => modal::set_help(false),
+        Layer::Notice => {}
+    }
 }
 
 fn listen_pointer() {
@@ -247,7 +245,10 @@ fn listen_buttons() {
         copy_link();
         back_to_stage(&event);
     });
-    dom::listen(&dom::by_id::<HtmlElement>("help-button"), "click", |_: Event| toggle_help());
+    dom::listen(&dom::by_id::<HtmlElement>("help-button"), "click", |event: MouseEvent| {
+        back_to_stage(&event);
+        toggle_help();
+    });
     dom::listen(&dom::by_id::<HtmlElement>("help-close"), "click", |_: Event| toggle_help());
     dom::listen(&dom::by_id::<HtmlElement>("signal"), "click", |event: MouseEvent| {
         toggle_figures();

@@ -8,6 +8,7 @@ mod hooks;
 mod http;
 mod hud;
 mod lobby;
+mod modal;
 mod notice;
 mod play;
 mod profile;

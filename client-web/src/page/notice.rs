@@ -1,7 +1,7 @@
 //! The card in the middle of the page: what happened, what to do, one button or two.
 
 use super::app;
-use super::dom;
+use super::{dom, modal};
 use crate::api;
 use crate::words::{self, Notice, Way};
 use std::cell::Cell;
@@ -47,17 +47,13 @@ pub fn show(notice: &Notice) {
     let other: HtmlElement = dom::by_id("notice-other");
     dom::set_text(&other, notice.other.map_or("", |(label, _)| label));
     dom::show(&other, notice.other.is_some());
-    dom::show(&dom::by_id("notice"), true);
-    if !notice.passing {
-        let _ = button.focus();
-    }
+    modal::set_notice(true, !notice.passing);
 }
 
 /// Takes the card away.
 pub fn hide() {
     if !crashed() && SHOWN.replace(None).is_some() {
-        dom::show(&dom::by_id("notice"), false);
-        let _ = dom::by_id::<HtmlElement>("stage").focus();
+        modal::set_notice(false, false);
     }
 }
 

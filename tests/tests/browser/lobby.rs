@@ -52,6 +52,27 @@ pub async fn play_joins_the_room_where_somebody_is(stage: Arc<Stage>) -> Result<
     Ok(())
 }
 
+pub async fn the_help_takes_the_focus_and_gives_it_back(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.play("impulse", Screen::SMALL).await?;
+    let focused = "document.activeElement.id";
+    tab.eval::<bool>("(document.querySelector('#signal').focus(), true)").await?;
+    tab.key_down("?").await?;
+    tab.key_up("?").await?;
+    tab.until_true(&format!("{focused} === 'help-close'")).await?;
+    tab.until_true("document.querySelector('#game').inert").await?;
+    tab.key_down("Escape").await?;
+    tab.key_up("Escape").await?;
+    tab.until_true(&format!("{focused} === 'signal'")).await?;
+    tab.until_true("!document.querySelector('#game').inert").await?;
+
+    // Who clicks plays on: the next key is the game's, not the button's.
+    tab.click_on("#help-button").await?;
+    tab.until_true(&format!("{focused} === 'help-close'")).await?;
+    tab.click_on("#help-close").await?;
+    tab.until_true(&format!("{focused} === 'stage'")).await?;
+    Ok(())
+}
+
 pub async fn a_phone_has_a_stick_and_no_page_to_scroll(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.play("arena", Screen::PHONE).await?;
     let screen = tab.screen();

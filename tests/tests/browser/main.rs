@@ -75,6 +75,10 @@ const CASES: &[Case] = &[
         run: |stage| Box::pin(lobby::play_joins_the_room_where_somebody_is(stage)),
     },
     Case {
+        name: "the_help_takes_the_focus_and_gives_it_back",
+        run: |stage| Box::pin(lobby::the_help_takes_the_focus_and_gives_it_back(stage)),
+    },
+    Case {
         name: "a_phone_has_a_stick_and_no_page_to_scroll",
         run: |stage| Box::pin(lobby::a_phone_has_a_stick_and_no_page_to_scroll(stage)),
     },
