@@ -175,6 +175,7 @@ impl Scene {
     /// The settings of a World for this scene.
     pub fn world_settings(&self) -> WorldSettings {
         WorldSettings {
+            dt: crate::DT,
             gravity: self.gravity,
             relaxation: self.relaxation,
             meets: self.meets,

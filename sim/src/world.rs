@@ -14,9 +14,15 @@ use crate::relaxation::{self, Relaxation, Row};
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
+/// Longest step that a world takes, seconds.
+pub const STEP_MAX: f32 = 0.1;
+
 /// A fixed description of a world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSettings {
+    /// Seconds in one step of the bodies, above 0 and at most [`STEP_MAX`]. The rules, the scenes and
+    /// the particles count in steps of [`DT`], the default; measurements take others.
+    pub dt: f32,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
     /// Solver settings; `None` detects contacts and solves nothing (chapter project 9.1).
@@ -44,6 +50,7 @@ impl Default for WorldSettings {
     /// 4096 bodies in a wide kill zone.
     fn default() -> WorldSettings {
         WorldSettings {
+            dt: DT,
             gravity: Vec2::new(0.0, -50.0),
             relaxation: Some(Relaxation::default()),
             meets: [u32::MAX; GROUPS_MAX],
@@ -321,7 +328,7 @@ impl World {
     /// Symplectic Euler, first half: new velocities.
     fn accelerate(&mut self) {
         let Bodies { moving, velocity, gravity_scale, motion, .. } = &mut self.bodies;
-        let gain = self.settings.gravity * DT;
+        let gain = self.settings.gravity * self.settings.dt;
         self.start_velocity.clear();
         for &slot in moving.iter() {
             let slot = slot as usize;
@@ -337,7 +344,7 @@ impl World {
     fn travel(&mut self) {
         let Bodies { moving, velocity, center, reach, .. } = &mut self.bodies;
         for &slot in moving.iter() {
-            let path = velocity[slot as usize] * DT;
+            let path = velocity[slot as usize] * self.settings.dt;
             center[slot as usize] += path;
             reach[slot as usize] = REACH_MIN + path.length();
         }
@@ -350,7 +357,7 @@ impl World {
     }
 
     fn judge_calmness(&mut self) {
-        let free_change = self.settings.gravity.length() * DT;
+        let free_change = self.settings.gravity.length() * self.settings.dt;
         let Bodies { moving, velocity, calm, .. } = &mut self.bodies;
         for (&slot, &start) in moving.iter().zip(&self.start_velocity) {
             let slot = slot as usize;
@@ -425,6 +432,12 @@ impl World {
         self.passes
     }
 
+    /// What the solver did in the last step, in pairs: a pair counts once a pass. A measure of work
+    /// that no machine changes.
+    pub fn pair_solves(&self) -> u64 {
+        u64::from(self.passes) * self.rows.len() as u64
+    }
+
     /// Starts an emitter; `false` if too many are running. Panics if it names a recipe that the
     /// world does not have.
     pub fn start_emitter(&mut self, emitter: EmitterDef) -> bool {
@@ -464,6 +477,7 @@ impl World {
 }
 
 fn check(settings: &WorldSettings) {
+    assert!(settings.dt > 0.0 && settings.dt <= STEP_MAX, "dt {} must be a step", settings.dt);
     assert!(settings.gravity.is_finite(), "gravity {} must be finite", settings.gravity);
     assert!(settings.quantum > 0.0, "quantum {} must be positive", settings.quantum);
     assert!(settings.speed_max > 0.0, "speed_max {} must be positive", settings.speed_max);

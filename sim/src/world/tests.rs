@@ -605,6 +605,35 @@ fn without_a_solver_contacts_are_found_and_nothing_moves() {
 }
 
 #[test]
+fn a_shorter_step_halves_the_error_of_a_flight() {
+    let error = |share: f32| {
+        let settings = WorldSettings { dt: crate::DT * share, ..WorldSettings::default() };
+        let mut world = World::new(settings);
+        let id = add(&mut world, crate_at(0.0, 0.0));
+        steps(&mut world, (60.0 / share) as usize);
+        world.position(id).y + 25.0
+    };
+    // Symplectic Euler: g * h * t / 2 too low after t = 1 s.
+    close(error(1.0), -50.0 / 120.0, 1e-3);
+    close(error(0.25), -50.0 / 480.0, 1e-3);
+}
+
+#[test]
+#[should_panic(expected = "must be a step")]
+fn a_step_of_no_time_is_refused() {
+    World::new(WorldSettings { dt: 0.0, ..WorldSettings::default() });
+}
+
+#[test]
+fn a_pair_at_rest_is_solved_at_least_once_a_step() {
+    let mut world = world(Relaxation::default(), 50.0);
+    floor(&mut world, 0.3);
+    add(&mut world, crate_at(0.0, 1.0));
+    steps(&mut world, 60);
+    assert_eq!(world.pair_solves(), u64::from(world.passes()));
+}
+
+#[test]
 fn speed_is_capped() {
     let settings = WorldSettings { speed_max: 20.0, ..WorldSettings::default() };
     let mut world = World::new(settings);
