@@ -9,7 +9,7 @@ mod read;
 mod record;
 
 pub use block::{Block, Change, Tick};
-pub use read::{Ending, Problem, Replay, ReplayError, START_BYTES_MAX};
+pub use read::{Ending, Problem, Replay, ReplayError, START_BYTES_MAX, Sizes};
 pub use record::{Keyframe, Record, Start, header};
 
 /// First bytes of every replay.

@@ -2,8 +2,10 @@
 //! usage; errors are one line on stderr.
 
 mod bots;
+mod hands;
 mod inputs;
 mod plan;
+mod replay;
 mod run;
 mod scene;
 mod serve;
@@ -37,6 +39,8 @@ enum Command {
     #[command(subcommand)]
     Scene(scene::SceneCommand),
     Bots(bots::Bots),
+    #[command(subcommand)]
+    Replay(replay::ReplayCommand),
 }
 
 /// Why a command ended without success.
@@ -64,6 +68,7 @@ pub fn main() -> ExitCode {
         Command::Run(run) => run.run(),
         Command::Scene(scene) => scene.run(),
         Command::Bots(bots) => bots.run(),
+        Command::Replay(replay) => replay.run(),
     };
     done.map_or_else(fail, |()| ExitCode::SUCCESS)
 }
@@ -128,8 +133,13 @@ fn scene_named(name: &str) -> Result<Scene, Failure> {
 /// Reads and checks a scene file.
 fn scene_file(path: &Path) -> Result<Scene, Failure> {
     let file = path.display().to_string();
-    let source = std::fs::read_to_string(path)
-        .map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
+    let bytes = std::fs::read(path).map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
+    let source = String::from_utf8(bytes).map_err(|error| {
+        let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let found = "found bytes that are not UTF-8; allowed: UTF-8 text";
+        Failure::Check(format!("{file}:{line}: file: {found}"))
+    })?;
     Scene::parse(&file, &source).map_err(|error| Failure::Check(error.to_string()))
 }
 

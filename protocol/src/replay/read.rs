@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::record::{FRAME_BYTES, Keyframe, Record, Start, checksum};
-use super::{FORMAT, MAGIC};
+use super::{FORMAT, MAGIC, keeps_full_hash};
 use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX, SCENE_BYTES_MAX};
 use crate::wire::DecodeError;
 
@@ -83,6 +83,27 @@ pub struct Replay {
     last_tick: u32,
     end_hash: Option<u64>,
     ending: Ending,
+    /// Where the start record ends.
+    start_bytes: usize,
+    /// Where the whole part ends.
+    whole_bytes: usize,
+}
+
+/// What the bytes of a replay are spent on; they add up to the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Sizes {
+    /// Header and start record: mostly the scene.
+    pub start: usize,
+    /// Hashes of ticks.
+    pub hashes: usize,
+    /// Inputs, players who come and go, and what frames them.
+    pub inputs: usize,
+    /// Keyframes.
+    pub keyframes: usize,
+    /// The end record.
+    pub end: usize,
+    /// What follows the whole part.
+    pub lost: usize,
 }
 
 /// Where a record's payload lies.
@@ -108,8 +129,17 @@ impl Replay {
         let last_tick = start.first_tick;
         let ending = Ending::Whole;
         let (blocks, keyframes) = (Vec::new(), Vec::new());
-        let mut replay =
-            Replay { bytes, start, blocks, keyframes, last_tick, end_hash: None, ending };
+        let mut replay = Replay {
+            bytes,
+            start,
+            blocks,
+            keyframes,
+            last_tick,
+            end_hash: None,
+            ending,
+            start_bytes: end,
+            whole_bytes: end,
+        };
         replay.read_records(end);
         Ok(replay)
     }
@@ -117,7 +147,7 @@ impl Replay {
     fn read_records(&mut self, mut at: usize) {
         while self.end_hash.is_none() {
             match self.take(at) {
-                Ok(end) => at = end,
+                Ok(end) => (at, self.whole_bytes) = (end, end),
                 Err(error) => {
                     self.ending = Ending::Cut(error);
                     return;
@@ -201,6 +231,23 @@ impl Replay {
     /// Bytes that the keyframes take in the file.
     pub fn keyframe_bytes(&self) -> usize {
         self.keyframes.iter().map(|place| place.bytes + FRAME_BYTES).sum()
+    }
+
+    /// What the bytes are spent on.
+    pub fn sizes(&self) -> Sizes {
+        let ticks = self.first_tick() + 1..=self.last_tick;
+        let full = ticks.clone().filter(|&tick| keeps_full_hash(tick)).count();
+        let hashes = 8 * full + 2 * (ticks.count() - full);
+        let blocks: usize = self.blocks.iter().map(|place| place.bytes + FRAME_BYTES).sum();
+        let (start, keyframes) = (self.start_bytes, self.keyframe_bytes());
+        Sizes {
+            start,
+            hashes,
+            inputs: blocks - hashes,
+            keyframes,
+            end: self.whole_bytes - start - keyframes - blocks,
+            lost: self.bytes.len() - self.whole_bytes,
+        }
     }
 
     /// The block that holds a tick; `None` outside the replay.

@@ -94,6 +94,45 @@ fn a_replay_comes_back_as_it_was_written() {
 }
 
 #[test]
+fn the_start_is_found_and_every_byte_is_spent_on_something() {
+    let records = records();
+    let whole = file(&records);
+    assert_eq!(Start::find(&whole), Ok(start()));
+    assert_eq!(Start::find(&whole[..header().len() + records[0].seal().len()]), Ok(start()));
+    assert!(Start::find(&whole[..header().len() + 5]).is_err());
+    for length in [whole.len(), whole.len() - 1, whole.len() / 2] {
+        let sizes = Replay::read(whole[..length].to_vec()).unwrap().sizes();
+        let Sizes { start, hashes, inputs, keyframes, end, lost } = sizes;
+        assert_eq!(start + hashes + inputs + keyframes + end + lost, length, "{sizes:?}");
+        assert_eq!(lost == 0, length == whole.len());
+    }
+    let sizes = Replay::read(whole).unwrap().sizes();
+    assert_eq!(sizes.hashes, 5 * 8 + 295 * 2);
+    assert_eq!(sizes.keyframes, records[3].seal().len());
+    assert_eq!(sizes.end, records[5].seal().len());
+}
+
+/// The longest start: texts as long as they may be, and a scene that deflate only makes longer.
+#[test]
+fn the_longest_start_fits_the_bytes_that_are_read_of_it() {
+    use crate::limits::{PROGRAM_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX};
+    let mut rng = Rng::new(1, 0);
+    // Random letters above 7 bits: as dense as valid text can be.
+    let dense = std::iter::repeat_with(|| char::from_u32(0x10000 + rng.below(0xf_0000)).unwrap());
+    let start = Start {
+        program: "p".repeat(PROGRAM_BYTES_MAX),
+        unix_s: u64::MAX,
+        room: "r".repeat(ROOM_CODE_BYTES_MAX),
+        scene_name: "s".repeat(crate::limits::SCENE_NAME_BYTES_MAX),
+        scene: dense.take(SCENE_BYTES_MAX / 4).collect(),
+        seed: u64::MAX,
+        first_tick: u32::MAX,
+    };
+    let length = header().len() + Record::Start(start).seal().len();
+    assert!(length <= START_BYTES_MAX, "{length}");
+}
+
+#[test]
 fn only_sixteen_bits_of_most_hashes_are_kept() {
     let tick = |hash| Tick { changes: Vec::new(), inputs: Vec::new(), hash };
     assert!(tick(0x1234).agrees(59, 0xabcd_0000_0000_1234));

@@ -1,19 +1,24 @@
 //! `jostle run`: plays a scene without sockets, as fast as it goes, and says what happened.
 
+mod bots;
+mod record;
+
 use super::inputs::Inputs;
-use super::trace::{self, Sums};
+use super::trace::{self, Sink, Sums};
 use super::{Failure, say, scene_named};
-use jostle_sim::Game;
+use bots::Bots;
+use jostle_protocol::replay::Change;
+use jostle_sim::{Game, Input, Scene, Seat};
+use record::ReplayFile;
 use serde::Serialize;
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
 /// Play a scene headless: the same scene, seed and inputs give the same trace, byte for byte.
 ///
-/// Seat 0 takes part from tick 0, and so does every seat that the inputs name. Ticks count from 1.
+/// Seat 0 takes part from tick 0, and so does every seat that the inputs name; or bots play, in seats
+/// from 0 on, who come and go by the seed. Ticks count from 1.
 ///
 /// INPUTS are JSON lines. Each says all that one seat holds from a tick on, until its next line:
 ///
@@ -40,7 +45,13 @@ pub struct Run {
     /// What the seats hold, as JSON lines
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
-    /// Where to write the trace
+    /// Let so many bots play instead; what they do follows from the seed
+    #[arg(long, value_name = "N", conflicts_with = "inputs", value_parser = clap::value_parser!(u8).range(1..))]
+    bots: Option<u8>,
+    /// Where to write a replay of the run
+    #[arg(long, value_name = "FILE.jostle")]
+    replay: Option<PathBuf>,
+    /// Where to write the trace; - is stdout, which then gets no sentence at the end
     #[arg(long, value_name = "FILE.jsonl")]
     trace: Option<PathBuf>,
     /// Trace only every K-th tick
@@ -69,39 +80,86 @@ struct Summary {
     step_ms_max: f64,
 }
 
+/// Who plays.
+enum Players {
+    Scripted(Inputs),
+    Bots(Bots),
+}
+
+impl Players {
+    /// Who comes and goes before a tick, and what the others do in it.
+    fn next(&mut self, tick: u32) -> (Vec<Change>, &[(Seat, Input)]) {
+        match self {
+            Players::Bots(bots) => bots.next(tick),
+            Players::Scripted(inputs) => {
+                let joins: Vec<_> = match tick {
+                    1 => inputs.seats().map(join).collect(),
+                    _ => Vec::new(),
+                };
+                (joins, inputs.at(tick))
+            }
+        }
+    }
+}
+
+fn join(seat: Seat) -> Change {
+    Change::Join(seat, bots::appearance(seat))
+}
+
 impl Run {
     /// Plays and reports.
     pub fn run(self) -> Result<(), Failure> {
         let scene = Arc::new(scene_named(&self.scene)?);
-        let mut inputs = match &self.inputs {
-            Some(path) => Inputs::read(path, scene.players_max)?,
-            None => Inputs::none(),
-        };
-        let mut sink = match &self.trace {
-            Some(path) => Some(TraceFile::create(path)?),
+        let mut players = self.players(&scene)?;
+        let mut sink = self.trace.as_deref().map(Sink::create).transpose()?;
+        let mut game = Game::new(scene, self.seed);
+        let mut replay = match &self.replay {
+            Some(path) => Some(ReplayFile::create(path, &game, self.seed)?),
             None => None,
         };
-        let mut game = Game::new(scene, self.seed);
-        inputs.seats().for_each(|seat| game.join(seat));
         let (mut elapsed_ms, mut step_ms_max) = (0.0, 0.0f64);
         for tick in 1..=self.ticks {
-            let inputs = inputs.at(tick);
+            let (changes, inputs) = players.next(tick);
             let started = Instant::now();
+            changes.iter().for_each(|change| apply(&mut game, change));
             game.tick(inputs);
             let step_ms = started.elapsed().as_secs_f64() * 1e3;
             elapsed_ms += step_ms;
             step_ms_max = step_ms_max.max(step_ms);
+            if let Some(replay) = &mut replay {
+                replay.tick(changes, inputs, &game)?;
+            }
             if let Some(sink) = &mut sink
                 && tick.is_multiple_of(self.every)
             {
-                sink.write(&game)?;
+                sink.write(&trace::line(&game))?;
             }
         }
-        if let Some(sink) = sink {
-            sink.finish()?;
-        }
+        let is_traced_to_stdout = sink.as_ref().is_some_and(Sink::is_stdout);
+        sink.map(Sink::finish).transpose()?;
+        replay.map(|replay| replay.finish(&game)).transpose()?;
         let summary = self.summary(&game, elapsed_ms, step_ms_max);
-        if self.json { say(json(&summary)) } else { say(summary.sentence()) }
+        match (self.json, is_traced_to_stdout) {
+            (true, _) => say(json(&summary)),
+            (false, false) => say(summary.sentence()),
+            (false, true) => Ok(()),
+        }
+    }
+
+    fn players(&self, scene: &Scene) -> Result<Players, Failure> {
+        if let Some(count) = self.bots {
+            if count > scene.players_max {
+                let (name, max) = (&scene.name, scene.players_max);
+                let text = format!("--bots: found {count}; allowed: 1 to {max}, as {name} says");
+                return Err(Failure::Usage(text));
+            }
+            return Ok(Players::Bots(Bots::new(count, self.seed, scene)));
+        }
+        let inputs = match &self.inputs {
+            Some(path) => Inputs::read(path, scene.players_max)?,
+            None => Inputs::none(),
+        };
+        Ok(Players::Scripted(inputs))
     }
 
     fn summary(&self, game: &Game, elapsed_ms: f64, step_ms_max: f64) -> Summary {
@@ -147,28 +205,10 @@ pub fn json(report: &impl Serialize) -> String {
     serde_json::to_string(report).expect("reports hold strings and numbers only")
 }
 
-struct TraceFile {
-    path: PathBuf,
-    file: BufWriter<File>,
-}
-
-impl TraceFile {
-    fn create(path: &Path) -> Result<TraceFile, Failure> {
-        let failed = |error| Failure::Usage(format!("--trace {}: {error}", path.display()));
-        let file = BufWriter::new(File::create(path).map_err(failed)?);
-        Ok(TraceFile { path: path.to_owned(), file })
+fn apply(game: &mut Game, change: &Change) {
+    match change {
+        Change::Join(seat, _) => game.join(*seat),
+        Change::Leave(seat) => game.leave(*seat),
+        Change::Look(..) => {}
     }
-
-    fn write(&mut self, game: &Game) -> Result<(), Failure> {
-        let line = json(&trace::line(game));
-        writeln!(self.file, "{line}").map_err(|error| failed_write(&self.path, &error))
-    }
-
-    fn finish(mut self) -> Result<(), Failure> {
-        self.file.flush().map_err(|error| failed_write(&self.path, &error))
-    }
-}
-
-fn failed_write(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::Check(format!("{}: {error}", path.display()))
 }

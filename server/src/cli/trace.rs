@@ -1,8 +1,13 @@
 //! What a run looked like at a tick, as one JSON object. Numbers are printed with the fewest digits
 //! that read back as the same number, so equal states give equal bytes.
 
+use super::Failure;
+use super::run::json;
 use jostle_sim::{BodyId, Game, Motion, World};
 use serde::Serialize;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
 
 /// One line of a trace.
 #[derive(Debug, Serialize)]
@@ -93,4 +98,69 @@ pub fn sums(world: &World) -> Sums {
         sums.momentum[1] += mass * y;
     }
     sums
+}
+
+/// Where a trace goes.
+pub struct Sink {
+    /// The file as it is named in errors; `None` for stdout.
+    file: Option<String>,
+    out: BufWriter<Box<dyn Write>>,
+    /// Whether whoever read it has seen enough.
+    is_closed: bool,
+}
+
+impl Sink {
+    /// Begins a file; `-` is stdout.
+    pub fn create(path: &Path) -> Result<Sink, Failure> {
+        if path == Path::new("-") {
+            return Ok(Sink::stdout());
+        }
+        let file = path.display().to_string();
+        let out: Box<dyn Write> = match File::create(path) {
+            Ok(file) => Box::new(file),
+            Err(error) => return Err(Failure::Usage(format!("--trace {file}: {error}"))),
+        };
+        Ok(Sink { file: Some(file), out: BufWriter::new(out), is_closed: false })
+    }
+
+    /// Stdout.
+    pub fn stdout() -> Sink {
+        let out: Box<dyn Write> = Box::new(io::stdout());
+        Sink { file: None, out: BufWriter::new(out), is_closed: false }
+    }
+
+    /// Whether it is stdout.
+    pub fn is_stdout(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// Adds a line of JSON.
+    pub fn write(&mut self, line: &impl Serialize) -> Result<(), Failure> {
+        if self.is_closed {
+            return Ok(());
+        }
+        let written = writeln!(self.out, "{}", json(line));
+        self.check(written)
+    }
+
+    /// Ends it.
+    pub fn finish(mut self) -> Result<(), Failure> {
+        let flushed = self.out.flush();
+        self.check(flushed)
+    }
+
+    /// Whoever closes our stdout, as `head` does, has seen enough.
+    fn check(&mut self, done: io::Result<()>) -> Result<(), Failure> {
+        match done {
+            Err(error) if self.is_stdout() && error.kind() == io::ErrorKind::BrokenPipe => {
+                self.is_closed = true;
+                Ok(())
+            }
+            Err(error) => {
+                let file = self.file.as_deref().unwrap_or("stdout");
+                Err(Failure::Check(format!("{file}: {error}")))
+            }
+            Ok(()) => Ok(()),
+        }
+    }
 }

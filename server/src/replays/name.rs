@@ -36,12 +36,17 @@ fn word(text: &str) -> String {
 
 /// Seconds since 1970 as `yyyymmdd-hhmmss`.
 fn utc(unix_s: u64) -> String {
-    // 9999-12-31: the name keeps its length.
+    let [year, month, day, hour, minute, second] = calendar(unix_s);
+    format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
+}
+
+/// Year, month, day, hour, minute and second of a second since 1970, UTC. Later ones than the last
+/// of the year 9999 are that one, so that what is printed keeps its length.
+pub fn calendar(unix_s: u64) -> [u64; 6] {
     let unix_s = unix_s.min(253_402_300_799);
     let (days, second) = (unix_s / 86_400, unix_s % 86_400);
     let (year, month, day) = date(days);
-    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
-    format!("{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
+    [year, month, day, second / 3600, second / 60 % 60, second % 60]
 }
 
 /// Year, month and day of a day since 1970, in the Gregorian calendar.

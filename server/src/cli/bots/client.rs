@@ -1,13 +1,13 @@
-//! One bot: a real socket, decoded snapshots, and dice for hands.
+//! One bot: a real socket, decoded snapshots, and [`Hands`].
 
 use super::Target;
 use super::report::ClientReport;
+use crate::cli::hands::Hands;
 use futures_util::{SinkExt, StreamExt};
 use hyper::body::Bytes;
 use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
-use jostle_sim::math::Rng;
-use jostle_sim::{Buttons, Input, Scene, TICKS_PER_SECOND, Vec2};
+use jostle_sim::{Scene, TICKS_PER_SECOND, Vec2};
 use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio::time::{interval, sleep, timeout};
@@ -76,6 +76,7 @@ impl Bot {
         let joined = timeout(WELCOME_WAIT, self.join(report)).await.map_err(|_| BotError::Late)?;
         let (mut socket, size) = joined?;
         let mut hands = Hands::new(self.seed, self.index, size);
+        let mut seq = 0;
         let mut eyes = Eyes::default();
         let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
         let mut pings = interval(PING_EVERY);
@@ -88,7 +89,11 @@ impl Bot {
                         eyes.see(&bytes, report)?;
                     }
                 }
-                _ = inputs.tick() => send(&mut socket, &hands.next()).await?,
+                _ = inputs.tick() => {
+                    seq += 1;
+                    let input = hands.next_input();
+                    send(&mut socket, &ClientMessage::Input { seq, input }).await?;
+                }
                 _ = pings.tick() => {
                     let stamp = report.stamp(Instant::now());
                     send(&mut socket, &ClientMessage::Ping { stamp }).await?;
@@ -173,54 +178,5 @@ impl Eyes {
             ServerMessage::Refused { refusal } => Err(BotError::Refused(refusal)),
             ServerMessage::Welcome { .. } => Err(BotError::Unexpected),
         }
-    }
-}
-
-/// What a bot does: a new idea every half second or so, the pointer on its way all the time.
-struct Hands {
-    rng: Rng,
-    size: Vec2,
-    seq: u32,
-    ticks_left: u32,
-    buttons: Buttons,
-    pointer: Vec2,
-    goal: Vec2,
-}
-
-impl Hands {
-    fn new(seed: u64, index: u32, size: Vec2) -> Hands {
-        let rng = Rng::new(seed, index.into());
-        let middle = size * 0.5;
-        let buttons = Buttons::default();
-        Hands { rng, size, seq: 0, ticks_left: 0, buttons, pointer: middle, goal: middle }
-    }
-
-    fn next(&mut self) -> ClientMessage {
-        if self.ticks_left == 0 {
-            self.think();
-        }
-        self.ticks_left -= 1;
-        self.pointer += (self.goal - self.pointer) * 0.1;
-        self.seq += 1;
-        let input = Input { buttons: self.buttons, pointer: Some(self.pointer) };
-        ClientMessage::Input { seq: self.seq, input }
-    }
-
-    fn think(&mut self) {
-        self.ticks_left = 10 + self.rng.below(40);
-        self.goal = Vec2::new(self.rng.unit() * self.size.x, self.rng.unit() * self.size.y);
-        let steer = [Buttons::LEFT, Buttons::RIGHT, Buttons::UP, Buttons::DOWN];
-        // Launching and making are common, a clear of the whole room is rare.
-        let act = match self.rng.below(64) {
-            0..=19 => Buttons::FIRE,
-            20..=27 => Buttons::MAKE,
-            28..=37 => Buttons::HOLD,
-            38..=39 => Buttons::AGITATE,
-            40 => Buttons::CLEAR,
-            _ => Buttons::default(),
-        };
-        let horizontal = steer[self.rng.below(2) as usize];
-        let vertical = steer[2 + self.rng.below(2) as usize];
-        self.buttons = Buttons(horizontal.0 | vertical.0 | act.0);
     }
 }

@@ -1,5 +1,7 @@
 //! The command line as scripts see it: exit status, one line of error, traces and reports.
 
+mod replays;
+
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -51,6 +53,8 @@ fn bad_usage_is_status_2_and_one_line() {
     fails(&["serve", "--listen", "here"], 2, "--listen");
     fails(&["serve", "--scenes", "/no/such/directory"], 2, "/no/such/directory");
     fails(&["bots", "http://localhost/arena", "--clients", "1", "--seconds", "1"], 2, "ws://");
+    fails(&["serve", "--replays-mb", "5"], 2, "--replays");
+    fails(&["serve", "--replays", "there", "--replays-days", "0"], 2, "--replays-days");
     fails(&["dance"], 2, "dance");
     fails(&["scene", "list", "--log", "=,="], 2, "--log");
 }
@@ -66,6 +70,26 @@ fn a_refused_scene_is_status_1_with_file_line_and_field() {
     fails(&["run", file], 1, &format!("{file}:2: size"));
     fails(&["scene", "plan", file], 1, &format!("{file}:2: size"));
     fails(&["serve", "--scenes", path_text(&directory)], 1, "wrong.toml:2: size");
+}
+
+#[test]
+fn a_scene_that_is_no_text_is_refused_with_its_line() {
+    let file = directory("bytes").join("wrong.toml");
+    std::fs::write(&file, b"title = \"Wrong\"\nabout = \"\xff\"\n").expect("a written file");
+    let file = path_text(&file);
+    let part = format!("{file}:2: file: found bytes that are not UTF-8; allowed: UTF-8 text");
+    fails(&["scene", "check", file], 1, &part);
+    fails(&["run", file, "--trace", "-"], 1, &part);
+}
+
+#[test]
+fn a_trace_can_go_to_stdout_alone() {
+    let file = directory("stdout").join("trace.jsonl");
+    let run = ["run", "pile", "--ticks", "40", "--every", "10", "--trace"];
+    let printed = succeeds(&[&run[..], &["-"]].concat());
+    let said = succeeds(&[&run[..], &[path_text(&file)]].concat());
+    assert_eq!(printed, std::fs::read_to_string(&file).expect("a trace"));
+    assert_eq!((printed.lines().count(), said.lines().count()), (4, 1));
 }
 
 #[test]

@@ -1,0 +1,73 @@
+//! Bots that play a scene without a server: seeded hands, and somebody goes and comes back now and
+//! then.
+
+use crate::cli::hands::Hands;
+use jostle_protocol::Appearance;
+use jostle_protocol::limits::COLORS;
+use jostle_protocol::replay::Change;
+use jostle_sim::math::Rng;
+use jostle_sim::{Input, Scene, Seat, TICKS_PER_SECOND};
+
+/// Stream of the dice that say who leaves; the hands have those from 0 on.
+const LEAVE_STREAM: u64 = 1 << 32;
+
+/// All bots of a run, in seats from 0 on.
+pub struct Bots {
+    bots: Vec<Bot>,
+    rng: Rng,
+    inputs: Vec<(Seat, Input)>,
+}
+
+struct Bot {
+    seat: Seat,
+    hands: Hands,
+    is_here: bool,
+    /// Tick before which it stays or stays away.
+    until: u32,
+}
+
+impl Bots {
+    /// So many bots; they come before the first tick.
+    pub fn new(count: u8, seed: u64, scene: &Scene) -> Bots {
+        let bot = |index: u8| Bot {
+            seat: Seat(index),
+            hands: Hands::new(seed, index.into(), scene.size),
+            is_here: false,
+            until: 0,
+        };
+        let bots = (0..count).map(bot).collect();
+        Bots { bots, rng: Rng::new(seed, LEAVE_STREAM), inputs: Vec::new() }
+    }
+
+    /// Who comes and goes before a tick, and what those who are here do. Ticks must be asked for in
+    /// order.
+    pub fn next(&mut self, tick: u32) -> (Vec<Change>, &[(Seat, Input)]) {
+        let changes = self.changes(tick);
+        let here = self.bots.iter_mut().filter(|bot| bot.is_here);
+        self.inputs.clear();
+        self.inputs.extend(here.map(|bot| (bot.seat, bot.hands.next_input())));
+        (changes, &self.inputs)
+    }
+
+    fn changes(&mut self, tick: u32) -> Vec<Change> {
+        let mut changes = Vec::new();
+        for bot in self.bots.iter_mut().filter(|bot| tick >= bot.until) {
+            bot.is_here = !bot.is_here;
+            let seconds = match bot.is_here {
+                true => 120 + self.rng.below(360),
+                false => 1 + self.rng.below(6),
+            };
+            bot.until = tick.max(1) + seconds * TICKS_PER_SECOND;
+            changes.push(match bot.is_here {
+                true => Change::Join(bot.seat, appearance(bot.seat)),
+                false => Change::Leave(bot.seat),
+            });
+        }
+        changes
+    }
+}
+
+/// How a seat of a run looks.
+pub fn appearance(seat: Seat) -> Appearance {
+    Appearance { name: format!("Bot {}", seat.0 + 1), color: seat.0 % COLORS }
+}
