@@ -66,6 +66,7 @@ pub struct Shelf {
 }
 
 /// A replay that somebody may read.
+#[derive(Debug)]
 pub struct Readable {
     /// Where it is.
     pub path: PathBuf,
