@@ -16,6 +16,7 @@ pub mod particle;
 pub mod relaxation;
 pub mod scene;
 pub mod shape;
+pub mod solver;
 pub mod state;
 pub mod world;
 
@@ -25,6 +26,7 @@ pub use hash::StateHasher;
 pub use particle::{EmitterDef, Particles, Recipe, Source};
 pub use scene::{Scene, SceneError, Tools};
 pub use shape::{Aabb, Shape};
+pub use solver::Solver;
 pub use state::bytes::StateError;
 pub use state::{Difference, Subject};
 pub use world::{BodyDef, BodyId, Motion, Phase, World};

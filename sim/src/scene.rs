@@ -24,8 +24,8 @@ pub use recipes::{RECIPES_MAX, presets};
 pub use tools::Tools;
 
 use crate::particle::Recipe;
-use crate::relaxation::Relaxation;
 use crate::shape::Aabb;
+use crate::solver::Solver;
 use crate::world::{BodyDef, GROUPS_MAX, WorldSettings};
 use document::{Document, Table};
 use glam::Vec2;
@@ -78,8 +78,8 @@ pub struct Scene {
     pub size: Vec2,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
-    /// Solver settings; `None` where contacts are only detected.
-    pub relaxation: Option<Relaxation>,
+    /// What solves the contacts; `None` where they are only detected.
+    pub solver: Option<Solver>,
     /// Names of the collision groups, at most [`GROUPS_MAX`].
     pub groups: Vec<String>,
     /// For each group the set of groups that it meets.
@@ -177,7 +177,7 @@ impl Scene {
         WorldSettings {
             dt: crate::DT,
             gravity: self.gravity,
-            relaxation: self.relaxation,
+            solver: self.solver,
             meets: self.meets,
             meets_particles: self.meets_particles,
             kill_zone: self.kill_zone,

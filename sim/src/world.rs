@@ -10,8 +10,9 @@ use crate::contact::Contact;
 use crate::math::clamp_length;
 use crate::pairs::{Filter, PairList};
 use crate::particle::{EmitterDef, Obstacle, Particles, Recipe, quantise};
-use crate::relaxation::{self, Relaxation, Row};
+use crate::relaxation::{self, Row};
 use crate::shape::{Aabb, Shape};
+use crate::solver::Solver;
 use glam::Vec2;
 
 /// Longest step that a world takes, seconds.
@@ -25,8 +26,8 @@ pub struct WorldSettings {
     pub dt: f32,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
-    /// Solver settings; `None` detects contacts and solves nothing (chapter project 9.1).
-    pub relaxation: Option<Relaxation>,
+    /// What solves the contacts; `None` detects them and solves nothing (chapter project 9.1).
+    pub solver: Option<Solver>,
     /// For each group, the set of groups that it meets, one bit each; symmetric.
     pub meets: [u32; GROUPS_MAX],
     /// Groups that push particles out, one bit each.
@@ -52,7 +53,7 @@ impl Default for WorldSettings {
         WorldSettings {
             dt: DT,
             gravity: Vec2::new(0.0, -50.0),
-            relaxation: Some(Relaxation::default()),
+            solver: Some(Solver::default()),
             meets: [u32::MAX; GROUPS_MAX],
             meets_particles: u32::MAX,
             kill_zone: Aabb { low: Vec2::splat(-1e5), high: Vec2::splat(1e5) },
@@ -310,7 +311,9 @@ impl World {
 
     fn integrate(&mut self) {
         self.accelerate();
-        if self.settings.relaxation.is_some_and(|settings| settings.warm_start) {
+        if let Some(Solver::Relaxation(settings)) = &self.settings.solver
+            && settings.warm_start
+        {
             relaxation::warm_start(&mut self.bodies, &mut self.pairs.pairs);
         }
         self.travel();
@@ -318,7 +321,7 @@ impl World {
 
     fn relax(&mut self) {
         self.passes = 0;
-        if let Some(settings) = &self.settings.relaxation {
+        if let Some(Solver::Relaxation(settings)) = &self.settings.solver {
             self.passes = relaxation::relax(&mut self.bodies, &mut self.rows, settings);
             relaxation::store(&self.rows, &mut self.pairs.pairs);
             self.judge_calmness();
@@ -352,7 +355,7 @@ impl World {
 
     pub(crate) fn refresh_pairs(&mut self) {
         let filter =
-            Filter { meets: &self.settings.meets, immovable: self.settings.relaxation.is_none() };
+            Filter { meets: &self.settings.meets, immovable: self.settings.solver.is_none() };
         self.pairs.refresh(&self.bodies, filter);
     }
 
@@ -427,7 +430,7 @@ impl World {
         &self.departed
     }
 
-    /// Passes that the relaxation needed in the last step.
+    /// Passes that the solver needed in the last step.
     pub fn passes(&self) -> u32 {
         self.passes
     }
@@ -482,8 +485,8 @@ fn check(settings: &WorldSettings) {
     assert!(settings.quantum > 0.0, "quantum {} must be positive", settings.quantum);
     assert!(settings.speed_max > 0.0, "speed_max {} must be positive", settings.speed_max);
     assert!(settings.speed_max.is_finite(), "speed_max must be finite");
-    if let Some(relaxation) = &settings.relaxation {
-        relaxation.check();
+    if let Some(solver) = &settings.solver {
+        solver.check();
     }
     for (group, &meets) in settings.meets.iter().enumerate() {
         for other in 0..GROUPS_MAX {

@@ -101,7 +101,7 @@ impl Plan {
             name: name.clone(),
             particles: scene.meets_particles >> index & 1 == 1,
         });
-        let solver = scene.relaxation.map(|settings| Solver {
+        let solver = scene.solver.map(|jostle_sim::Solver::Relaxation(settings)| Solver {
             iterations: settings.iterations,
             correction: settings.correction,
             slop: settings.slop,

@@ -12,7 +12,7 @@ pub const IMPACTS_PER_TICK_MAX: usize = 32;
 impl Game {
     /// Contacts that began harder than the scene's report speed, hardest first.
     pub(super) fn report_impacts(&mut self) {
-        if self.scene.relaxation.is_none() {
+        if self.scene.solver.is_none() {
             return;
         }
         let hard = |touch: &&Touch| touch.began && touch.closing > self.scene.impact_speed;

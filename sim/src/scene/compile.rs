@@ -13,6 +13,7 @@ use super::{
 use crate::contact::collide;
 use crate::relaxation::Relaxation;
 use crate::shape::Aabb;
+use crate::solver::Solver;
 use crate::world::{BodyDef, Motion};
 use glam::Vec2;
 
@@ -63,7 +64,7 @@ struct Limits {
 pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, SceneError> {
     let title = root.need("title", "a name for people")?.text(TITLE_CHARS_MAX)?;
     let size = root.need("size", "[width, height]")?.vector(Range::from(1.0, SIZE_MAX))?;
-    let relaxation = relaxation(root)?;
+    let solver = solver(root)?;
     let groups = Groups::read(root)?;
     let tools = tools(root)?;
     let mut recipes = Recipes::read(root)?;
@@ -78,7 +79,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         source: source.to_owned(),
         size,
         gravity: root.vector("gravity", Vec2::new(0.0, -50.0), SPEED)?,
-        relaxation,
+        solver,
         groups: groups.names,
         meets: groups.meets,
         meets_particles: groups.meets_particles,
@@ -149,7 +150,7 @@ fn refuse_long(root: &Table, name: &str, list: &[Field], max: usize) -> Result<(
 }
 
 /// Solver settings. Nothing is mended in silence: what is out of range is refused (C22c).
-fn relaxation(root: &Table) -> Result<Option<Relaxation>, SceneError> {
+fn solver(root: &Table) -> Result<Option<Solver>, SceneError> {
     let responses = ["impulse", "none"];
     let response = root.get("response").map_or(Ok(0), |field| field.choice(&responses))?;
     let table = root.table("relaxation", RELAXATION_FIELDS)?;
@@ -164,9 +165,9 @@ fn relaxation(root: &Table) -> Result<Option<Relaxation>, SceneError> {
         };
     }
     let base = Relaxation::default();
-    let Some(table) = table else { return Ok(Some(base)) };
+    let Some(table) = table else { return Ok(Some(Solver::Relaxation(base))) };
     let warm_start = table.get("warm_start").map(|field| field.truth()).transpose()?;
-    Ok(Some(Relaxation {
+    Ok(Some(Solver::Relaxation(Relaxation {
         iterations: table.whole("iterations", base.iterations, 1, 240)?,
         correction: table.number("correction", base.correction, Range::above(0.0, 1.0))?,
         slop: table.number("slop", base.slop, Range::from(0.0, 1.0))?,
@@ -176,7 +177,7 @@ fn relaxation(root: &Table) -> Result<Option<Relaxation>, SceneError> {
             Range::from(0.0, 100.0),
         )?,
         warm_start: warm_start.unwrap_or(base.warm_start),
-    }))
+    })))
 }
 
 fn tools(root: &Table) -> Result<Tools, SceneError> {
@@ -332,7 +333,7 @@ fn check_speeds(root: &Table, scene: &Scene) -> Result<(), SceneError> {
 
 /// Dynamic bodies and heroes start clear of the immovable ones that they collide with.
 fn check_clear(root: &Table, scene: &Scene) -> Result<(), SceneError> {
-    if scene.relaxation.is_none() {
+    if scene.solver.is_none() {
         return Ok(());
     }
     for (field, body) in root.list("bodies")?.iter().zip(&scene.bodies) {

@@ -1,6 +1,7 @@
 //! Scene files: what is read, what is refused and where, and that no text makes the reader panic.
 
 use super::*;
+use crate::relaxation::Relaxation;
 use crate::shape::Shape;
 use crate::world::Motion;
 use proptest::prelude::*;
@@ -195,7 +196,8 @@ fn solver_settings_out_of_range_are_refused() {
     }
     let scene = Scene::parse("a.toml", &SMALL.replace("correction = 0.8", "correction = 1"))
         .expect("1 is full");
-    assert_eq!(scene.relaxation.expect("solved").correction, 1.0);
+    let expected = Relaxation { correction: 1.0, ..Relaxation::default() };
+    assert_eq!(scene.solver, Some(Solver::Relaxation(expected)));
     refused(
         "gravity = [0, -10]",
         "response = \"none\"",

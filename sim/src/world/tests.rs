@@ -9,7 +9,7 @@ const SLOP: f32 = 0.005;
 fn world(relaxation: Relaxation, gravity: f32) -> World {
     World::new(WorldSettings {
         gravity: Vec2::new(0.0, -gravity),
-        relaxation: Some(relaxation),
+        solver: Some(Solver::Relaxation(relaxation)),
         ..WorldSettings::default()
     })
 }
@@ -588,8 +588,7 @@ fn what_leaves_the_kill_zone_is_removed_and_reported() {
 
 #[test]
 fn without_a_solver_contacts_are_found_and_nothing_moves() {
-    let settings =
-        WorldSettings { relaxation: None, gravity: Vec2::ZERO, ..WorldSettings::default() };
+    let settings = WorldSettings { solver: None, gravity: Vec2::ZERO, ..WorldSettings::default() };
     let mut world = World::new(settings);
     let fixed = BodyDef { motion: Motion::Static, ..crate_at(0.0, 0.0) };
     let a = add(&mut world, fixed);
@@ -607,7 +606,7 @@ fn without_a_solver_contacts_are_found_and_nothing_moves() {
 #[test]
 fn a_shorter_step_halves_the_error_of_a_flight() {
     let error = |share: f32| {
-        let settings = WorldSettings { dt: crate::DT * share, ..WorldSettings::default() };
+        let settings = WorldSettings { dt: DT * share, ..WorldSettings::default() };
         let mut world = World::new(settings);
         let id = add(&mut world, crate_at(0.0, 0.0));
         steps(&mut world, (60.0 / share) as usize);

@@ -1,9 +1,8 @@
 //! The rain scene, made once for every engine: numbers in f64, rounded to f32 once.
 
 use jostle_sim::contact::collide;
-use jostle_sim::relaxation::Relaxation;
 use jostle_sim::world::WorldSettings;
-use jostle_sim::{BodyDef, Motion, Shape, Vec2, World};
+use jostle_sim::{BodyDef, Motion, Shape, Solver, Vec2, World};
 
 /// Friction of every body and wall; restitution is 0.
 pub const FRICTION: f32 = 0.3;
@@ -81,7 +80,7 @@ pub fn mass(shape: Shape) -> f32 {
 pub fn world(scene: &Rain) -> World {
     let mut world = World::new(WorldSettings {
         gravity: GRAVITY,
-        relaxation: Some(Relaxation::default()),
+        solver: Some(Solver::default()),
         bodies_max: scene.bodies.len() + scene.walls.len(),
         ..WorldSettings::default()
     });
