@@ -8,6 +8,7 @@ mod chromium;
 mod goldens;
 mod pictures;
 mod play;
+mod report;
 mod shell;
 mod test;
 mod tidy;
@@ -18,6 +19,7 @@ mod workspace;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Tasks of the Jostle workspace.
@@ -56,6 +58,18 @@ enum Task {
     },
     /// Check the habits of the code base: links, arrows between crates, file sizes
     Tidy,
+    /// Measure error against run time, and stability; write a page with plots and tables
+    Report {
+        /// A few minutes instead of an hour: fewer runs, no largest variants
+        #[arg(long)]
+        quick: bool,
+        /// Measure Box2D and rapier2d beside Jostle; compiles them
+        #[arg(long)]
+        peers: bool,
+        /// Where the page goes
+        #[arg(long, value_name = "DIR", default_value = "target/report")]
+        out: PathBuf,
+    },
     /// Take the README's screenshot from a game with three players
     Pictures,
     /// Open a page once its server answers
@@ -86,6 +100,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
         Task::Tidy => tidy::tidy()?,
         Task::Pictures => pictures::take()?,
+        Task::Report { quick, peers, out } => report::report(quick, peers, &out)?,
         Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,
     }
     Ok(true)

@@ -4,7 +4,7 @@ use super::Finding;
 use crate::workspace::Package;
 
 /// Every crate of the workspace and those of ours that it may depend on, tests included.
-const ARROWS: [(&str, &[&str]); 7] = [
+const ARROWS: [(&str, &[&str]); 8] = [
     ("jostle-sim", &[]),
     ("jostle-protocol", &["jostle-sim"]),
     ("jostle-room", &["jostle-sim", "jostle-protocol"]),
@@ -14,6 +14,7 @@ const ARROWS: [(&str, &[&str]); 7] = [
         "jostle-tests",
         &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],
     ),
+    ("jostle-report", &["jostle-sim"]),
     (
         "xtask",
         &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],

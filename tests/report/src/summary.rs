@@ -1,0 +1,96 @@
+//! The summary in Markdown: the page's tables without its plots.
+
+use crate::findings::comparisons;
+use crate::methods::Family;
+use crate::number::short;
+use crate::page::Results;
+use std::fmt::Write;
+
+/// The whole file.
+pub fn markdown(results: &Results) -> String {
+    let origin = &results.origin;
+    let effort = if origin.quick { "quick run" } else { "full run" };
+    let mut text = format!(
+        "# Error against run time, and stability\n\n{}; commit {}; {}; {}; {effort}.\n\n\
+         ## Error against time\n\n\
+         Times are microseconds of processor time a tick, best of interleaved runs.\n\n\
+         | problem | error | default: error | time | best of Jostle: error | time | f32 floor | peers |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+        origin.machine, origin.commit, origin.date, origin.compiler
+    );
+    for study in &results.studies {
+        let norm = &study.problem.norms[0];
+        let unit = if norm.unit.is_empty() { String::new() } else { format!(", {}", norm.unit) };
+        let cells = |point: Option<(&crate::study::Curve, &crate::study::Point)>| match point {
+            Some((_, point)) => format!("{} | {}", short(point.errors[0]), short(point.best_us)),
+            None => "n/a | n/a".into(),
+        };
+        let peers: Vec<String> = comparisons(study)
+            .iter()
+            .map(|c| {
+                format!("{} {}", if c.is_won() { "better than" } else { "NOT better than" }, c.peer)
+            })
+            .collect();
+        let _ = writeln!(
+            text,
+            "| {} {} | {}{unit} | {} | {} | {} | {} |",
+            study.problem.id,
+            study.problem.title,
+            norm.name,
+            cells(study.default_point()),
+            cells(study.best(Family::Jostle)),
+            short(study.problem.floor()),
+            if peers.is_empty() { "not measured".into() } else { peers.join("; ") }
+        );
+    }
+    stability(results, &mut text);
+    omissions(results, &mut text);
+    text
+}
+
+fn stability(results: &Results, text: &mut String) {
+    let solvers = results.solvers();
+    let _ = write!(
+        text,
+        "\n## Stability\n\nFailed figures are listed with what was accepted.\n\n| case |"
+    );
+    for solver in &solvers {
+        let _ = write!(text, " {solver} |");
+    }
+    let _ = writeln!(text, "\n| --- |{}", " --- |".repeat(solvers.len()));
+    for case in &results.cases {
+        let _ = write!(text, "| {} {} |", case.case.id, case.case.title);
+        for outcome in &case.outcomes {
+            let cell = match outcome.verdict() {
+                None => {
+                    format!("not applicable: {}", outcome.not_applicable.as_deref().unwrap_or(""))
+                }
+                Some(true) => "green".into(),
+                Some(false) => {
+                    let failed = outcome.checks.iter().filter(|check| !check.passes());
+                    let figure = |check: &crate::stability::Check| {
+                        let (found, most) = (short(check.measured), short(check.accepted));
+                        format!("{} {} {found} (≤ {most})", check.variant, check.metric)
+                    };
+                    let listed: Vec<String> = failed.map(figure).collect();
+                    format!("red: {}", listed.join("; "))
+                }
+            };
+            let _ = write!(text, " {cell} |");
+        }
+        text.push('\n');
+    }
+}
+
+fn omissions(results: &Results, text: &mut String) {
+    text.push_str("\n## Omissions\n\n");
+    for study in &results.studies {
+        for omission in &study.omissions {
+            let _ = writeln!(
+                text,
+                "- {} {}: {}: {}.",
+                study.problem.id, study.problem.title, omission.what, omission.why
+            );
+        }
+    }
+}
