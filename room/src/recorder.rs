@@ -9,8 +9,9 @@ use jostle_sim::{Game, Input, Seat};
 pub const BLOCK_TICKS: usize = 300;
 /// Ticks from one keyframe to the next at least.
 pub const KEYFRAME_TICKS_MIN: u32 = 30 * 60;
-/// Bytes of keyframes a tick, before they are packed: large ones come more rarely.
-const KEYFRAME_BYTES_PER_TICK: usize = 2;
+/// Bytes of keyframes a tick, before they are packed: large ones come more rarely. An hour of it,
+/// packed, is about a fifth of the megabyte that an hour of one player may take.
+const KEYFRAME_BYTES_PER_TICK: usize = 1;
 
 /// Makes a replay of a game.
 #[derive(Clone, Debug)]

@@ -200,7 +200,8 @@ fn nonsense_in_a_sealed_record_never_panics() {
     }
 }
 
-/// The packed columns are where most of the reading is done: nonsense in them, packed anew.
+/// The moves and the packed columns are where most of the reading is done: nonsense in them, packed
+/// anew.
 #[test]
 fn nonsense_in_the_columns_never_panics() {
     let mut rng = Rng::new(10, 0);
@@ -209,17 +210,42 @@ fn nonsense_in_the_columns_never_panics() {
     block.write(&mut writer);
     let payload = writer.finish();
     let plain = 2 + 2 * 79 + 8;
-    let columns = miniz_oxide::inflate::decompress_to_vec(&payload[plain..]).unwrap();
-    for _ in 0..60_000 {
-        let mut columns = columns.clone();
-        let place = rng.below(columns.len() as u32) as usize;
-        columns[place] = rng.next_u32() as u8;
-        let mut payload = payload[..plain].to_vec();
-        payload.extend(miniz_oxide::deflate::compress_to_vec(&columns, 0));
-        if let Ok(record) = Record::read(2, &payload) {
+    let mut reader = crate::wire::Reader::new(&payload[plain..]);
+    let count = reader.count(usize::MAX, 1, "moves").unwrap();
+    let moves = reader.raw(count, "moves").unwrap();
+    let columns = reader.raw(reader.remaining(), "columns").unwrap();
+    let columns = miniz_oxide::inflate::decompress_to_vec(columns).unwrap();
+    assert!(moves.len() > 20 && columns.len() > 20);
+    for round in 0..60_000 {
+        let (mut moves, mut columns) = (moves.to_vec(), columns.clone());
+        let changed = if round % 4 == 0 { &mut moves } else { &mut columns };
+        let place = rng.below(changed.len() as u32) as usize;
+        changed[place] = rng.next_u32() as u8;
+        let mut writer = crate::wire::Writer::new();
+        writer.raw(&payload[..plain]);
+        writer.count(moves.len());
+        writer.raw(&moves);
+        record::pack(&mut writer, &columns);
+        if let Ok(record) = Record::read(2, &writer.finish()) {
             record.seal();
         }
     }
+}
+
+/// Somebody with a mouse is what most of a replay is of.
+#[test]
+fn a_steady_hand_takes_little_more_than_its_hashes() {
+    let mut rng = Rng::new(11, 0);
+    let (mut at, mut way) = (Vec2::new(50.0, 40.0), Vec2::ZERO);
+    let tick = |_| {
+        way = way * 0.98 + Vec2::new(rng.range(-0.2, 0.2), rng.range(-0.2, 0.2));
+        at += way;
+        let input = Input { buttons: Buttons::FIRE, pointer: Some(at) }.rounded();
+        Tick { changes: Vec::new(), inputs: vec![(Seat(2), input)], hash: 0 }
+    };
+    let block = Block { first: 1, ticks: (0..300).map(tick).collect() };
+    let bytes = Record::Ticks(block).seal().len() - 295 * 2 - 5 * 8;
+    assert!(bytes < 350, "{bytes} bytes for 300 ticks");
 }
 
 #[test]

@@ -1,0 +1,197 @@
+//! Numbers of a few bits each, by a Rice code that learns how large they are (as FLAC and JPEG-LS
+//! do): short blocks have no room for a table of frequencies.
+
+use crate::wire::DecodeError;
+
+/// Ones after which a number is written plainly: none is hundreds of times what was expected.
+const QUOTIENT_MAX: u32 = 20;
+/// Eight times the size that is expected at first.
+const MEAN_START: u64 = 24;
+
+/// Appends bits, the lowest of each byte first.
+#[derive(Clone, Debug, Default)]
+pub struct BitWriter {
+    bytes: Vec<u8>,
+    count: usize,
+}
+
+impl BitWriter {
+    /// The low `count` bits of a number, the lowest first.
+    fn push(&mut self, value: u32, count: u32) {
+        for at in 0..count {
+            if self.count.is_multiple_of(8) {
+                self.bytes.push(0);
+            }
+            let last = self.bytes.last_mut().expect("a byte was begun");
+            *last |= ((value >> at & 1) as u8) << (self.count % 8);
+            self.count += 1;
+        }
+    }
+
+    /// Bits so far.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// All of them, the last byte filled with zeros.
+    pub fn finish(self) -> Vec<u8> {
+        self.bytes
+    }
+}
+
+/// Takes bits off the front.
+#[derive(Clone, Debug)]
+pub struct BitReader<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> BitReader<'a> {
+    /// Reads `bytes` from the start.
+    pub fn new(bytes: &'a [u8]) -> BitReader<'a> {
+        BitReader { bytes, at: 0 }
+    }
+
+    fn take(&mut self, count: u32, field: &'static str) -> Result<u32, DecodeError> {
+        let mut value = 0;
+        for place in 0..count {
+            let byte = self.bytes.get(self.at / 8).ok_or(DecodeError::Truncated { field })?;
+            value |= u32::from(byte >> (self.at % 8) & 1) << place;
+            self.at += 1;
+        }
+        Ok(value)
+    }
+
+    /// Refuses what is left over, but for the zeros in the last byte.
+    pub fn end(mut self, field: &'static str) -> Result<(), DecodeError> {
+        let left = 8 * self.bytes.len() - self.at;
+        if left >= 8 {
+            return Err(DecodeError::Trailing { count: left / 8 });
+        }
+        match self.take(left as u32, field)? {
+            0 => Ok(()),
+            _ => Err(DecodeError::OutOfRange { field }),
+        }
+    }
+}
+
+/// The code of one row of numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Rice {
+    /// Eight times the running mean of what was coded.
+    mean: u64,
+}
+
+impl Rice {
+    /// Nothing learned yet.
+    pub fn new() -> Rice {
+        Rice { mean: MEAN_START }
+    }
+
+    /// Low bits that are written plainly: as many as make the rest short.
+    fn plain_bits(self) -> u32 {
+        let mut bits = 0;
+        while bits < 31 && 80u64 << bits < self.mean * 7 {
+            bits += 1;
+        }
+        bits
+    }
+
+    fn learn(&mut self, folded: u32) {
+        self.mean = self.mean - (self.mean >> 3) + u64::from(folded);
+    }
+
+    /// Appends a number.
+    pub fn write(&mut self, value: i32, out: &mut BitWriter) {
+        let folded = (value << 1 ^ value >> 31) as u32;
+        let plain = self.plain_bits();
+        let quotient = folded >> plain;
+        if quotient < QUOTIENT_MAX {
+            out.push((1 << quotient) - 1, quotient + 1);
+            out.push(folded, plain);
+        } else {
+            out.push((1 << QUOTIENT_MAX) - 1, QUOTIENT_MAX);
+            out.push(folded, 32);
+        }
+        self.learn(folded);
+    }
+
+    /// Reads a number.
+    pub fn read(&mut self, bits: &mut BitReader, field: &'static str) -> Result<i32, DecodeError> {
+        let plain = self.plain_bits();
+        let mut quotient = 0;
+        while quotient < QUOTIENT_MAX && bits.take(1, field)? == 1 {
+            quotient += 1;
+        }
+        let folded = match quotient {
+            QUOTIENT_MAX => bits.take(32, field)?,
+            _ if quotient > u32::MAX >> plain => return Err(DecodeError::OutOfRange { field }),
+            _ => quotient << plain | bits.take(plain, field)?,
+        };
+        self.learn(folded);
+        Ok((folded >> 1) as i32 ^ -((folded & 1) as i32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jostle_sim::math::Rng;
+
+    /// Numbers of all sizes, in phases.
+    fn numbers() -> Vec<i32> {
+        let mut rng = Rng::new(3, 0);
+        let mut numbers = vec![0, -1, 1, i32::MAX, i32::MIN, 0, 0, -5];
+        for phase in 0..400 {
+            let shift = phase * 7 % 32;
+            numbers.extend((0..20).map(|_| rng.next_u32() as i32 >> shift));
+        }
+        numbers
+    }
+
+    fn coded(numbers: &[i32]) -> BitWriter {
+        let (mut rice, mut out) = (Rice::new(), BitWriter::default());
+        numbers.iter().for_each(|&number| rice.write(number, &mut out));
+        out
+    }
+
+    #[test]
+    fn numbers_come_back() {
+        let numbers = numbers();
+        let bytes = coded(&numbers).finish();
+        let (mut rice, mut bits) = (Rice::new(), BitReader::new(&bytes));
+        for number in numbers {
+            assert_eq!(rice.read(&mut bits, "number"), Ok(number));
+        }
+        assert_eq!(bits.end("number"), Ok(()));
+    }
+
+    #[test]
+    fn small_numbers_take_few_bits() {
+        let mut rng = Rng::new(4, 0);
+        let small: Vec<_> = (0..1000).map(|_| rng.below(7) as i32 - 3).collect();
+        assert!(coded(&small).count() < 3600, "{}", coded(&small).count());
+        assert!(coded(&[0; 1000]).count() < 1020);
+    }
+
+    #[test]
+    fn what_is_missing_or_left_over_is_refused() {
+        let bytes = coded(&[1, 2, 3, 4, 5]).finish();
+        let mut rice = Rice::new();
+        let mut bits = BitReader::new(&bytes[..1]);
+        let read: Result<Vec<_>, _> = (0..5).map(|_| rice.read(&mut bits, "number")).collect();
+        assert_eq!(read, Err(DecodeError::Truncated { field: "number" }));
+        assert!(BitReader::new(&bytes).end("number").is_err());
+        assert_eq!(BitReader::new(&[2]).end("number"), Err(DecodeError::Trailing { count: 1 }));
+    }
+
+    #[test]
+    fn no_bits_panic() {
+        let mut rng = Rng::new(5, 0);
+        for _ in 0..20_000 {
+            let bytes: Vec<u8> = (0..rng.below(40)).map(|_| rng.next_u32() as u8 | 0x11).collect();
+            let (mut rice, mut bits) = (Rice::new(), BitReader::new(&bytes));
+            while rice.read(&mut bits, "number").is_ok() {}
+        }
+    }
+}
