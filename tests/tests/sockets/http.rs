@@ -11,19 +11,19 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 /// A parsed answer.
-struct Answer {
-    status: u16,
+pub struct Answer {
+    pub status: u16,
     head: String,
-    body: Vec<u8>,
+    pub body: Vec<u8>,
 }
 
 impl Answer {
-    fn header(&self, name: &str) -> Option<&str> {
+    pub fn header(&self, name: &str) -> Option<&str> {
         let lines = self.head.lines().filter_map(|line| line.split_once(": "));
         lines.filter(|(key, _)| key.eq_ignore_ascii_case(name)).map(|(_, value)| value).next()
     }
 
-    fn json(&self) -> Value {
+    pub fn json(&self) -> Value {
         assert_eq!(self.header("content-type"), Some("application/json"));
         serde_json::from_slice(&self.body).expect("JSON")
     }
@@ -45,7 +45,7 @@ async fn raw(address: SocketAddr, request: &str) -> Answer {
     Answer { status: status.expect("a status"), head, body: bytes[split + 4..].to_vec() }
 }
 
-async fn get(address: SocketAddr, path: &str) -> Answer {
+pub async fn get(address: SocketAddr, path: &str) -> Answer {
     raw(address, &format!("GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n")).await
 }
 

@@ -6,5 +6,6 @@ mod client;
 mod http;
 mod play;
 mod process;
+mod replays;
 mod server;
 mod slow_reader;

@@ -26,16 +26,19 @@ fn binary() -> PathBuf {
 }
 
 /// A running `jostle serve`; killed when the test fails.
-struct Process {
+pub struct Process {
     child: Child,
-    address: SocketAddr,
+    pub address: SocketAddr,
 }
 
 impl Process {
-    fn serve() -> Process {
+    /// With more arguments; its log goes to `log`.
+    pub fn serve(more: &[&str], log: Stdio) -> Process {
         let mut child = Command::new(binary())
             .args(["serve", "--listen", "127.0.0.1:0", "--log", "warn"])
+            .args(more)
             .stdout(Stdio::piped())
+            .stderr(log)
             .spawn()
             .expect("jostle starts");
         let stdout = child.stdout.take().expect("a pipe");
@@ -46,13 +49,13 @@ impl Process {
         Process { child, address: address.parse().unwrap_or_else(|_| panic!("no url in {line:?}")) }
     }
 
-    fn signal(&self, name: &str) {
+    pub fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
         let sent = Command::new("kill").args([format!("-{name}"), id]).status();
         assert!(sent.expect("kill starts").success());
     }
 
-    async fn exit_status(mut self) -> Option<i32> {
+    pub async fn exit_status(mut self) -> Option<i32> {
         let ended = async {
             loop {
                 if let Some(status) = self.child.try_wait().expect("a child") {
@@ -89,7 +92,8 @@ async fn play_to_the_end(mut client: Client) -> (bool, (Refusal, u16)) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn signals_under_load_end_the_process_in_good_order() {
     for signal in ["TERM", "INT"] {
-        let process = tokio::task::spawn_blocking(Process::serve).await.expect("a server");
+        let serve = || Process::serve(&[], Stdio::inherit());
+        let process = tokio::task::spawn_blocking(serve).await.expect("a server");
         let mut playing = Vec::new();
         for index in 0..12 {
             let name = format!("P{index}");
