@@ -10,7 +10,7 @@ mod record;
 
 pub use block::{Block, Change, Tick};
 pub use read::{Ending, Problem, Replay, ReplayError, START_BYTES_MAX, Sizes};
-pub use record::{Keyframe, Record, Start, header};
+pub use record::{Keyframe, Record, Start, frame, header};
 
 /// First bytes of every replay.
 pub const MAGIC: [u8; 8] = *b"jostle\x1a\n";

@@ -95,12 +95,7 @@ impl Record {
                 writer.fixed64(*hash);
             }
         }
-        let payload = writer.finish();
-        let mut sealed = vec![self.kind()];
-        sealed.extend((payload.len() as u32).to_le_bytes());
-        sealed.extend(checksum(self.kind(), &payload).to_le_bytes());
-        sealed.extend(payload);
-        sealed
+        frame(self.kind(), &writer.finish())
     }
 
     /// Reads what a sealed record holds; the checksum was compared by then.
@@ -116,6 +111,16 @@ impl Record {
         reader.end()?;
         Ok(record)
     }
+}
+
+/// A payload with its kind, length and checksum before it: a record as it stands in a file. For those
+/// who test readers with payloads that no [`Record`] has.
+pub fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
+    let mut framed = vec![kind];
+    framed.extend((payload.len() as u32).to_le_bytes());
+    framed.extend(checksum(kind, payload).to_le_bytes());
+    framed.extend(payload);
+    framed
 }
 
 /// Digest of a record's kind, length and payload.

@@ -40,7 +40,9 @@ impl Dir {
 
     /// All replays in it; a file that was made this very moment is none yet.
     fn replays(&self) -> Vec<Arc<Replay>> {
-        let paths = fs::read_dir(&self.0).expect("a directory").map(|entry| entry.unwrap().path());
+        let paths = fs::read_dir(&self.0)
+            .expect("a directory")
+            .map(|entry| entry.expect("an entry").path());
         let bytes = paths.map(|path| fs::read(path).expect("a file"));
         bytes.filter_map(|bytes| Some(Arc::new(Replay::read(bytes).ok()?))).collect()
     }
