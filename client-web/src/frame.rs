@@ -27,6 +27,9 @@ pub struct FrameBody {
     pub hidden: bool,
     /// Under the pointer and can be dragged, or is held.
     pub hot: bool,
+    /// By what share it is flatter than its outline, or `None` to have the drawing find that out
+    /// from how it moves from frame to frame.
+    pub squash: Option<f32>,
 }
 
 /// Something that flares up and fades.
@@ -101,7 +104,7 @@ pub struct Frame<'a> {
     pub particles: &'a Particles,
     /// Their recipes.
     pub recipes: &'a [Recipe],
-    /// Seconds since that tick, 0..=1/60, to draw particles where they are by now.
+    /// Seconds since that tick, at most 1/60 either way, to draw particles where they are by now.
     pub particle_lead: f32,
     /// Flashes of the last second.
     pub effects: &'a [Effect],

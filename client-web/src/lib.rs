@@ -8,6 +8,7 @@ pub mod camera;
 pub mod clock;
 pub mod demo;
 pub mod draw;
+pub mod film;
 pub mod fingers;
 pub mod frame;
 pub mod input;

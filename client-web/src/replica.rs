@@ -97,6 +97,12 @@ impl Replica {
         }
     }
 
+    /// A copy that grows no particles of its own: they are drawn from the game itself.
+    pub fn without_particles(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
+        let none = Particles::new(scene.recipes.clone(), 0);
+        Replica { particles: none, ..Replica::new(scene, seat, room) }
+    }
+
     /// The newest snapshot: what the next one is coded against.
     pub fn newest(&self) -> Option<&Snapshot> {
         self.timeline.newest()
@@ -117,7 +123,6 @@ impl Replica {
     /// passes, then samples bodies and flashes.
     pub fn advance(&mut self, tick: f64, eye: Eye) {
         let Some(newest) = self.newest().map(|s| s.tick) else { return };
-        self.display = tick;
         let until = (tick.max(0.0) as u32).min(newest);
         let from = self.applied.unwrap_or_else(|| until.saturating_sub(1));
         for next in from.max(until.saturating_sub(CATCH_UP_TICKS_MAX)) + 1..=until {
@@ -129,9 +134,20 @@ impl Replica {
         for sample in &self.samples {
             note_birth(&mut self.births, sample.id, tick - known_ticks);
         }
+        self.present(tick, eye);
+        self.timeline.forget_before(tick - 1.0);
+    }
+
+    /// Moves the display to fractional `tick` without playing anything.
+    pub fn show(&mut self, tick: f64, eye: Eye) {
+        self.timeline.sample(tick, &mut self.samples);
+        self.present(tick, eye);
+    }
+
+    fn present(&mut self, tick: f64, eye: Eye) {
+        self.display = tick;
         self.dress(eye);
         self.collect_effects();
-        self.timeline.forget_before(tick - 1.0);
     }
 
     /// Events first, then particles: the order of the server's tick.
@@ -250,11 +266,12 @@ impl Replica {
                 shape: sample.shape,
                 center: sample.center,
                 velocity: sample.velocity,
-                age: age(self.births[sample.id.index as usize].1, self.display),
+                age: age(&self.births, sample.id, self.display),
                 gaze,
                 touching: false,
                 hidden: selected == Some(sample.id),
                 hot: held || hot == Some(sample.id),
+                squash: None,
             });
         }
         if eye.bounds || selecting {
@@ -368,8 +385,10 @@ fn note_birth(births: &mut Vec<(u32, f64)>, id: BodyId, tick: f64) {
     }
 }
 
-/// Seconds from a tick to the one on display.
-fn age(born: f64, display: f64) -> f32 {
+/// Seconds from a body's birth, as far as it is known, to the tick on display.
+fn age(births: &[(u32, f64)], id: BodyId, display: f64) -> f32 {
+    let birth = births.get(id.index as usize).filter(|birth| birth.0 == id.generation);
+    let born = birth.map_or(display - KNOWN_TICKS, |birth| birth.1);
     ((display - born).max(0.0) / f64::from(TICKS_PER_SECOND)) as f32
 }
 

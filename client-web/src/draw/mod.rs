@@ -9,7 +9,7 @@ mod faces;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod icon;
 mod light;
-mod motion;
+pub(crate) mod motion;
 mod outline;
 mod quads;
 pub mod sprite;

@@ -17,9 +17,15 @@ const KICK_MIN: f32 = 4.0;
 const POP_S: f32 = 0.18;
 
 #[derive(Clone, Copy)]
-struct Spring {
+struct Sprung {
     id: BodyId,
     seen_frame: u32,
+    spring: Spring,
+}
+
+/// How flat a body is, and how fast that changes.
+#[derive(Clone, Copy, Debug)]
+pub struct Spring {
     velocity: Vec2,
     squash: f32,
     rate: f32,
@@ -37,7 +43,7 @@ pub struct Pose {
 /// Springs of all bodies, by index.
 #[derive(Default)]
 pub struct Motion {
-    springs: Vec<Option<Spring>>,
+    springs: Vec<Option<Sprung>>,
     time: f32,
     step_s: f32,
     frame: u32,
@@ -59,7 +65,11 @@ impl Motion {
         if matches!(body.kind, Kind::Wall | Kind::Platform) {
             return Pose { center: body.center, half };
         }
-        let squash = if self.calm { 0.0 } else { self.squash(body) };
+        let squash = match body.squash {
+            _ if self.calm => 0.0,
+            Some(known) => known,
+            None => self.squash(body),
+        };
         let half = half * pop(body.age);
         // Flatter means wider; the lower edge keeps its place, so that feet stay on the floor.
         let squashed = Vec2::new(half.x * (1.0 + 0.8 * squash), half.y * (1.0 - squash));
@@ -84,27 +94,32 @@ impl Motion {
         if index >= self.springs.len() {
             self.springs.resize(index + 1, None);
         }
-        let fresh = Spring {
-            id: body.id,
-            seen_frame: self.frame,
-            velocity: body.velocity,
-            squash: 0.0,
-            rate: 0.0,
-        };
         let slot = &mut self.springs[index];
         let mut spring = match *slot {
-            Some(old) if old.id == body.id && old.seen_frame == self.frame.wrapping_sub(1) => old,
-            _ => fresh,
+            Some(old) if old.id == body.id && old.seen_frame == self.frame.wrapping_sub(1) => {
+                old.spring
+            }
+            _ => Spring::at_rest(body.velocity),
         };
         spring.advance(body.velocity, self.step_s);
-        spring.seen_frame = self.frame;
-        *slot = Some(spring);
+        *slot = Some(Sprung { id: body.id, seen_frame: self.frame, spring });
         spring.squash
     }
 }
 
 impl Spring {
-    fn advance(&mut self, velocity: Vec2, step_s: f32) {
+    /// Of a body that has moved like this for long.
+    pub fn at_rest(velocity: Vec2) -> Spring {
+        Spring { velocity, squash: 0.0, rate: 0.0 }
+    }
+
+    /// By what share the body is flatter.
+    pub fn squash(&self) -> f32 {
+        self.squash
+    }
+
+    /// Goes on by so many seconds with a velocity.
+    pub fn advance(&mut self, velocity: Vec2, step_s: f32) {
         let change = (velocity - self.velocity).abs();
         self.velocity = velocity;
         if change.x.max(change.y) > KICK_MIN {

@@ -100,6 +100,7 @@ fn body(game: &Game, players: &[PlayerInfo], info: &BodyInfo, age: f32) -> Frame
         touching: false,
         hidden: players.iter().any(|player| player.selected == Some(info.id)),
         hot: players.iter().any(|player| player.held == Some(info.id)),
+        squash: None,
     }
 }
 

@@ -19,6 +19,7 @@ fn body(index: u32, kind: Kind, shape: Shape, center: Vec2) -> FrameBody {
         touching: false,
         hidden: false,
         hot: false,
+        squash: None,
     }
 }
 

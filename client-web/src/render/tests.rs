@@ -155,5 +155,6 @@ fn body(kind: Kind, shape: Shape) -> FrameBody {
         touching: false,
         hidden: false,
         hot: false,
+        squash: None,
     }
 }
