@@ -46,6 +46,42 @@ pub struct SceneCard {
     pub picture: Option<String>,
 }
 
+/// Answer of `GET /api/replays`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Replays {
+    /// Newest first.
+    pub replays: Vec<ReplayCard>,
+}
+
+/// A replay as the lobby shows it.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct ReplayCard {
+    /// Its name: `/replays/NAME.jostle` is the file, `/replay/NAME` the page that plays it.
+    pub name: String,
+    /// Name of its scene.
+    pub scene: String,
+    /// Code of the room.
+    pub room: String,
+    /// When it began, seconds since 1970; 0 if unknown.
+    pub unix_s: u64,
+    /// Length of the file by now.
+    pub bytes: u64,
+    /// Whether it still grows.
+    pub recording: bool,
+}
+
+/// Where the file of a replay is.
+pub fn replay_file(name: &str) -> String {
+    format!("/replays/{name}.jostle")
+}
+
+/// The replay that a path of the page names.
+pub fn replay_name(path: &str) -> Option<&str> {
+    let name = path.strip_prefix("/replay/")?.trim_end_matches('/');
+    let name = name.strip_suffix(".jostle").unwrap_or(name);
+    (!name.is_empty()).then_some(name)
+}
+
 /// Answer of `POST /api/rooms`.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(untagged)]
@@ -109,9 +145,24 @@ mod tests {
         )
         .expect("valid");
         assert_eq!(rooms.rooms[0].players, 1);
+        let replays: Replays = serde_json::from_str(
+            r#"{"replays":[{"name":"a-1","scene":"arena","room":"x","unix_s":1,"bytes":2,"recording":true}],"errors":0,"dropped":0}"#,
+        )
+        .expect("valid");
+        assert!(replays.replays[0].recording);
         let opened: Opened = serde_json::from_str(r#"{"code":"abc"}"#).expect("valid");
         assert_eq!(opened, Opened::Code { code: "abc".into() });
         let refused: Opened = serde_json::from_str(r#"{"error":"full"}"#).expect("valid");
         assert_eq!(refused, Opened::Error { error: "full".into() });
+    }
+
+    #[test]
+    fn a_link_to_a_replay_names_it() {
+        assert_eq!(replay_name("/replay/arena-1"), Some("arena-1"));
+        assert_eq!(replay_name("/replay/arena-1.jostle/"), Some("arena-1"));
+        assert_eq!(replay_name("/replay/"), None);
+        assert_eq!(replay_name("/replay"), None);
+        assert_eq!(replay_name("/arena"), None);
+        assert_eq!(replay_file("arena-1"), "/replays/arena-1.jostle");
     }
 }

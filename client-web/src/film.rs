@@ -28,8 +28,8 @@ pub use error::FilmError;
 use crate::camera::{Camera, Target};
 use crate::frame::{Frame, FrameBody, View};
 use crate::replica::Replica;
+use jostle_protocol::PlayerState;
 use jostle_protocol::replay::{Ending, Replay};
-use jostle_protocol::{Appearance, PlayerState};
 use jostle_room::{Playback, PlaybackError};
 use jostle_sim::scene::Camera as CameraRule;
 use jostle_sim::{Particles, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
@@ -61,6 +61,8 @@ pub struct Film {
     seek: Option<Seek>,
     /// Where to go when the present seek is done.
     wish: Option<u32>,
+    /// How often something else than the next moment came on display.
+    jumps: u32,
     followed: Option<Seat>,
     bounds_toggled: bool,
     /// Why it ends before the last recorded tick, and at which.
@@ -102,6 +104,7 @@ impl Film {
             speed: 1.0,
             seek: None,
             wish: None,
+            jumps: 0,
             followed: None,
             bounds_toggled: false,
             trouble: None,
@@ -332,6 +335,7 @@ impl Film {
         let rebuilt = self.seek.take().and_then(|seek| seek.rebuilt);
         if let Some(rebuilt) = rebuilt {
             self.reel = rebuilt.reel.unwrap_or_else(|| Reel::begin(&self.playback));
+            self.jumps += 1;
         }
         self.playhead = f64::from(self.playback.tick());
         self.show();
@@ -411,13 +415,6 @@ impl Film {
         self.replica().players()
     }
 
-    /// How the followed player looks, if there now.
-    pub fn followed_look(&self) -> Option<&Appearance> {
-        let seat = self.followed?;
-        let player = self.players().iter().find(|player| player.seat == seat);
-        player.map(|player| &player.appearance)
-    }
-
     /// Centre and velocity of the followed hero.
     pub fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
         let seat = self.followed?;
@@ -426,10 +423,15 @@ impl Film {
         Some((hero.center, hero.velocity))
     }
 
-    /// A camera for the whole world, or for who is followed.
+    /// How often something else than the next moment came on display: a camera is to cut then.
+    pub fn jumps(&self) -> u32 {
+        self.jumps
+    }
+
+    /// A camera for the whole world, or for the hero that is followed, if there is one now.
     pub fn camera(&self) -> Camera {
         let scene = self.scene();
-        let rule = match (self.followed, scene.camera) {
+        let rule = match (self.followed_hero(), scene.camera) {
             (None, _) => CameraRule::Fit,
             (Some(_), CameraRule::Fit) => {
                 CameraRule::Follow { height: scene.size.y * FOLLOW_SHARE }
@@ -482,7 +484,7 @@ impl Film {
             calm: false,
             own_seat: self.followed,
             pointer: None,
-            copy: 0,
+            copy: self.jumps,
             dimmed: false,
         }
     }

@@ -2,7 +2,7 @@
 //! for every way in which a session can end.
 
 use jostle_protocol::Refusal;
-use jostle_sim::{Buttons, Kind, Scene, Tools};
+use jostle_sim::{Buttons, Kind, Scene, TICKS_PER_SECOND, Tools};
 
 const ADJECTIVES: [&str; 16] = [
     "Brave", "Bouncy", "Calm", "Clever", "Dizzy", "Fuzzy", "Gentle", "Happy", "Jolly", "Lucky",
@@ -88,6 +88,12 @@ pub enum Way {
     Reload,
     /// Into the arena.
     Arena,
+    /// Takes the card away.
+    Stay,
+    /// Asks for a replay file.
+    File,
+    /// Asks the server again.
+    Refetch,
 }
 
 /// What happened and what to do, for a card in the middle of the page.
@@ -168,6 +174,107 @@ pub const RESTARTING: Notice = Notice {
     )
 };
 
+/// A replay is on its way.
+pub const FETCHING: Notice = Notice {
+    passing: true,
+    ..notice("Fetching", "Getting the replay from the server.", "Back to the lobby", Way::Lobby)
+};
+/// The replay named in the address does not exist.
+pub const NO_SUCH_REPLAY: Notice = Notice {
+    other: Some(("Open a file", Way::File)),
+    ..notice(
+        "No such replay",
+        "The server keeps no replay of this name: it was removed to make room, or the link is not whole.",
+        "See all replays",
+        Way::Lobby,
+    )
+};
+/// The server gave no replay, for now.
+pub const REPLAY_REFUSED: Notice = Notice {
+    other: Some(("All rooms", Way::Lobby)),
+    ..notice(
+        "No answer",
+        "The server did not hand the replay out: check the connection, or wait a little and try again.",
+        "Try again",
+        Way::Refetch,
+    )
+};
+/// A replay is shorter than it was.
+pub const REPLAY_CUT: Notice = notice("Cut short", "", "Watch what is there", Way::Stay);
+
+/// The card for a file that cannot be watched, while nothing or another one is being watched.
+pub fn bad_replay(title: &'static str, text: &'static str, watching: bool) -> Notice {
+    let other = if watching { ("Watch on", Way::Stay) } else { ("All rooms", Way::Lobby) };
+    Notice { other: Some(other), ..notice(title, text, "Open another file", Way::File) }
+}
+
+/// What a cut replay still has.
+pub fn cut_at(ticks: u32) -> String {
+    match ticks {
+        0 => "Nothing but the start of this replay can be read: get the file again from where it came from.".into(),
+        _ => format!(
+            "The end of this replay is missing or damaged. Its first {} are as they were.",
+            span(ticks)
+        ),
+    }
+}
+
+/// Minutes and seconds of so many ticks, with tenths if wanted.
+pub fn clock(ticks: f64, tenths: bool) -> String {
+    let seconds = ticks / f64::from(TICKS_PER_SECOND);
+    let (minutes, seconds) = ((seconds / 60.0).floor(), seconds % 60.0);
+    match tenths {
+        true => format!("{minutes:.0}:{:04.1}", (seconds * 10.0).floor() / 10.0),
+        false => format!("{minutes:.0}:{:02.0}", seconds.floor()),
+    }
+}
+
+/// So many ticks as one would say it.
+fn span(ticks: u32) -> String {
+    match ticks / TICKS_PER_SECOND {
+        0 => "moments".into(),
+        1 => "second".into(),
+        seconds if seconds < 120 => format!("{seconds} seconds"),
+        seconds => format!("{} minutes", seconds / 60),
+    }
+}
+
+/// How long ago something was.
+pub fn ago(seconds: f64) -> String {
+    let (count, unit) = match seconds {
+        s if s < 60.0 => return "just now".into(),
+        s if s < 3600.0 => (s / 60.0, "minute"),
+        s if s < 86_400.0 => (s / 3600.0, "hour"),
+        s => (s / 86_400.0, "day"),
+    };
+    let count = count.floor();
+    let plural = if count == 1.0 { "" } else { "s" };
+    format!("{count} {unit}{plural} ago")
+}
+
+/// A length in bytes.
+pub fn size(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} B"),
+        1000..1_000_000 => format!("{} kB", bytes / 1000),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
+/// Keys of somebody who watches a replay, and what they do.
+pub const REPLAY_KEYS: [(&str, &str); 10] = [
+    ("Space", "play, pause"),
+    (", .", "one tick back, one on"),
+    ("\u{2190} \u{2192}", "a second back, a second on"),
+    ("Home End", "to the start, to the end"),
+    ("\u{2191} \u{2193}", "faster, slower"),
+    ("1 to 9", "follow a player; again for the whole world"),
+    ("0", "the whole world"),
+    ("F2", "bounds of all bodies"),
+    ("?", "this help"),
+    ("Drop", "a .jostle file to watch it"),
+];
+
 /// The card while a seat is asked for, after so many attempts that failed.
 pub fn connecting(attempts: u32) -> Notice {
     let text = match attempts {
@@ -243,6 +350,21 @@ mod tests {
                 assert_eq!(hint(&scene, by_touch).is_some(), picks, "{}", scene.name);
             }
         }
+    }
+
+    #[test]
+    fn times_and_sizes_are_said_as_people_do() {
+        assert_eq!(clock(0.0, false), "0:00");
+        assert_eq!(clock(59.99 * 60.0, false), "0:59");
+        assert_eq!(clock(59.99 * 60.0, true), "0:59.9");
+        assert_eq!(clock(738.0, true), "0:12.3");
+        assert_eq!(clock(3600.0 * 75.0, false), "75:00");
+        assert_eq!(
+            [ago(-3.0), ago(119.0), ago(7200.0), ago(9e5)],
+            ["just now", "1 minute ago", "2 hours ago", "10 days ago"]
+        );
+        assert_eq!([size(12), size(12_345), size(1_234_567)], ["12 B", "12 kB", "1.2 MB"]);
+        assert!(cut_at(600).ends_with("Its first 10 seconds are as they were."));
     }
 
     #[test]

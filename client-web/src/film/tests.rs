@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::demo::scripted_input;
+use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Problem, Record, header};
 use jostle_room::Room;
 

@@ -1,5 +1,6 @@
 //! The page as a whole: which screen is on, the loop of frames, and the routes between them.
-//! `/` is the lobby, `/CODE` a room, `/?demo=SCENE` a room in the page.
+//! `/` is the lobby, `/CODE` a room, `/replay/NAME` a replay of the server, `/?demo=SCENE` a room
+//! in the page.
 
 use super::graphics::{self, Graphics};
 use super::hud::{Hud, Tags};
@@ -7,10 +8,12 @@ use super::lobby::{self, Lobby};
 use super::play::{Canvas, Play, State};
 use super::socket::SocketEvent;
 use super::touchpad::Touchpad;
-use super::{dom, modal, notice, profile};
+use super::watch::Screening;
+use super::{deck, dom, files, modal, notice, profile};
+use crate::api;
 use crate::demo::{Demo, DemoRequest};
 use crate::quality::Quality;
-use crate::words::{self, Way};
+use crate::words::{self, Notice, Way};
 use jostle_protocol::Appearance;
 use jostle_sim::{Buttons, Scene};
 use std::cell::RefCell;
@@ -21,6 +24,9 @@ use web_sys::HtmlElement;
 
 /// Duties besides frames (reconnecting, refreshing the lobby) are looked at so often.
 const PULSE_MS: i32 = 200;
+
+/// In the address while a file of this machine is watched.
+const FILE_HASH: &str = "#file";
 
 /// A lost drawing context that does not come back for so long is spoken of, milliseconds.
 const CONTEXT_WAIT_MS: f64 = 5000.0;
@@ -33,6 +39,10 @@ pub struct App {
     pub lobby: Lobby,
     /// The game that is on, if one is.
     pub play: Option<Play>,
+    /// The replay that is on, if one is.
+    pub screening: Option<Screening>,
+    /// What is said of a replay.
+    pub card: Option<Notice>,
     /// Thumbs.
     pub touchpad: Touchpad,
     /// The hud.
@@ -75,6 +85,8 @@ pub fn start() {
         appearance,
         lobby: Lobby::default(),
         play: None,
+        screening: None,
+        card: None,
         touchpad: Touchpad::default(),
         hud: Hud::default(),
         drawn_frames: 0,
@@ -91,6 +103,8 @@ pub fn start() {
     APP.with(|cell| *cell.borrow_mut() = Some(app));
     lobby::listen();
     super::controls::listen();
+    deck::listen();
+    files::listen();
     graphics::watch_context(
         || {
             with(App::lose_graphics);
@@ -140,6 +154,17 @@ pub fn leave() {
     go_to("/");
 }
 
+/// Watches a file; going back leads to where one was.
+pub fn open_file(name: String, bytes: Vec<u8>) {
+    with(|app| app.open_replay(None, name, bytes));
+    let watching = with(|app| app.watch().is_some_and(|watch| watch.name.is_none()));
+    let here = dom::window().location().hash().unwrap_or_default();
+    if watching == Some(true) && here != FILE_HASH {
+        let history = dom::window().history().expect("a page has a history");
+        let _ = history.push_state_with_url(&JsValue::NULL, "", Some(&format!("/{FILE_HASH}")));
+    }
+}
+
 fn go_to(path: &str) {
     let history = dom::window().history().expect("a page has a history");
     if history.push_state_with_url(&JsValue::NULL, "", Some(path)).is_ok() {
@@ -165,6 +190,8 @@ impl App {
         self.end_play();
         if let Some(request) = DemoRequest::parse(&query) {
             self.start_demo(&request);
+        } else if let Some(name) = api::replay_name(&path) {
+            self.fetch_replay(name);
         } else if let Some(code) = room_code(&path) {
             self.play = Some(Play::join(code, self.appearance.clone(), report));
         } else {
@@ -176,7 +203,10 @@ impl App {
         }
     }
 
-    fn end_play(&mut self) {
+    /// Leaves game or replay.
+    pub fn end_play(&mut self) {
+        self.screening = None;
+        self.card = None;
         if let Some(play) = self.play.take() {
             play.leave();
         }
@@ -215,6 +245,13 @@ impl App {
 
     /// What `data-state` says now. A frozen picture counts once it is drawn.
     pub fn state(&self) -> &'static str {
+        match &self.screening {
+            Some(Screening::On(_)) if self.unsupported => return "unsupported",
+            Some(Screening::On(_)) => return "replay",
+            Some(Screening::Fetching(_)) => return "connecting",
+            Some(Screening::Failed) => return "refused",
+            None => {}
+        }
         match &self.play {
             _ if self.unsupported && self.play.is_some() => "unsupported",
             Some(play) if play.state() == State::Frozen && self.drawn_frames == 0 => "connecting",
@@ -225,11 +262,18 @@ impl App {
     }
 
     /// Tells the page's styles, tests and reader what state it is in.
-    fn show_state(&mut self) {
+    pub fn show_state(&mut self) {
         let state = self.state();
         if self.shown != Some(state) {
             self.shown = Some(state);
             let _ = dom::root().dataset().set("state", state);
+        }
+        match &self.screening {
+            Some(Screening::Fetching(_)) => notice::show(&words::FETCHING),
+            Some(Screening::On(_)) if self.unsupported => notice::show(&words::NO_WEBGL2),
+            Some(Screening::On(_)) if self.context_is_gone() => notice::show(&words::GRAPHICS_LOST),
+            Some(Screening::On(_)) if self.card.is_none() => notice::hide(),
+            _ => {}
         }
         let Some(play) = &self.play else { return };
         match (state, &play.notice) {
@@ -251,7 +295,7 @@ impl App {
             if play.wants_socket(now) {
                 play.connect(report);
             }
-        } else if !notice::is_shown() {
+        } else if self.screening.is_none() && !notice::is_shown() {
             self.lobby.refresh(now);
         }
         self.show_state();
@@ -259,6 +303,9 @@ impl App {
 
     /// One frame of the browser.
     fn frame(&mut self) {
+        if self.watch().is_some() {
+            return self.frame_of_film();
+        }
         if self.play.is_none() {
             return;
         }
@@ -287,6 +334,64 @@ impl App {
         self.show_state();
     }
 
+    /// One frame of the browser while a film is on.
+    fn frame_of_film(&mut self) {
+        let anew = self.graphics.is_none();
+        self.ready_graphics();
+        let now = dom::now_ms();
+        let playing = self.watch().is_some_and(|watch| watch.film.is_playing());
+        // What stands still has the time to be sharp.
+        let share = if playing { self.quality.frame(now) } else { 1.0 };
+        let size = self.graphics.as_mut().and_then(|graphics| graphics.fit(share));
+        let covered = dom::by_id::<HtmlElement>("deck").get_bounding_client_rect();
+        let stage_css = f64::from(dom::by_id::<HtmlElement>("stage").client_height());
+        let bottom_css = (stage_css - covered.top()).max(0.0) as f32;
+        let canvas = size.map(|pixels| {
+            let bottom = (bottom_css / css_per_pixel(pixels)) as u32;
+            Canvas { pixels, bottom }
+        });
+        let ready = size.is_some() && self.context_lost_ms.is_none();
+        let Some(Screening::On(watch)) = &mut self.screening else { return };
+        watch.advance(now, canvas);
+        if anew {
+            watch.forget_drawn();
+        }
+        let _ = dom::root().dataset().set("tick", &watch.film.tick().to_string());
+        if ready {
+            self.draw_film(now);
+        }
+        if let Some(Screening::On(watch)) = &mut self.screening {
+            watch.deck.update(&mut watch.film, now);
+        }
+        self.show_state();
+    }
+
+    fn draw_film(&mut self, now_ms: f64) {
+        let (Some(Screening::On(watch)), Some(graphics)) =
+            (&mut self.screening, &mut self.graphics)
+        else {
+            return;
+        };
+        let Some(frame) = watch.picture(self.calm) else { return };
+        let drawn = graphics.draw(&frame);
+        let view = frame.view;
+        self.tags.update(watch.film.replica(), &view, css_per_pixel(view.pixels));
+        if !drawn {
+            return watch.forget_drawn();
+        }
+        watch.meter.drawn(now_ms);
+        self.note_drawn();
+    }
+
+    fn note_drawn(&mut self) {
+        if !self.world_shown {
+            self.world_shown = true;
+            let _ = dom::root().dataset().set("world", "yes");
+            modal::rescue_focus();
+        }
+        self.drawn_frames += 1;
+    }
+
     fn draw(&mut self, now_ms: f64) {
         let (Some(play), Some(graphics)) = (&mut self.play, &mut self.graphics) else { return };
         let Some(picture) = play.picture((now_ms / 1000.0) as f32, self.calm) else { return };
@@ -294,13 +399,8 @@ impl App {
         let css_per_pixel = css_per_pixel(picture.frame.view.pixels);
         self.tags.update(picture.replica, &picture.frame.view, css_per_pixel);
         if drawn {
-            if !self.world_shown {
-                self.world_shown = true;
-                let _ = dom::root().dataset().set("world", "yes");
-                modal::rescue_focus();
-            }
-            self.drawn_frames += 1;
             play.meter.drawn(now_ms);
+            self.note_drawn();
         }
     }
 
@@ -342,11 +442,19 @@ impl App {
 
     /// Does what the button of a notice says, as far as it concerns this page.
     pub fn take_way(&mut self, way: Way) {
+        match way {
+            Way::Stay => {
+                self.card = None;
+                notice::hide();
+            }
+            Way::Refetch => self.route(),
+            _ => {}
+        }
         let Some(play) = &mut self.play else { return };
         match (way, play.state()) {
             (Way::Again, State::Refused) => play.connect(report),
             (Way::Again, _) => play.hurry(),
-            (Way::Lobby | Way::Reload | Way::Arena, _) => {}
+            _ => {}
         }
         self.show_state();
     }

@@ -1,7 +1,7 @@
 //! Listens to keys, pointers and buttons of the game and turns them into controls.
 
 use super::app::{self, App};
-use super::{dom, modal};
+use super::{deck, dom, modal};
 use crate::fingers::Touched;
 use crate::input;
 use crate::layers::Layer;
@@ -51,6 +51,9 @@ fn note_tabbing(tabs: bool) {
 }
 
 fn key_down(event: &KeyboardEvent) {
+    if app::with(|app| app.watch().is_some()).unwrap_or(false) {
+        return film_key_down(event);
+    }
     if typing(event) || !app::with(|app| app.play.is_some()).unwrap_or(false) {
         return;
     }
@@ -71,6 +74,16 @@ fn key_down(event: &KeyboardEvent) {
     if !presses_it && modal::top() == Layer::Page && key(event, true) {
         event.prevent_default();
     }
+}
+
+fn film_key_down(event: &KeyboardEvent) {
+    match (event.code().as_str(), event.key().as_str()) {
+        ("F2", _) if !event.repeat() => deck::toggle_bounds(),
+        (_, "?") if !event.repeat() => toggle_help(),
+        ("Escape", _) if modal::top() == Layer::Help => toggle_help(),
+        _ => return deck::key_down(event),
+    }
+    event.prevent_default();
 }
 
 /// Whether a key belongs to a text field.
@@ -174,6 +187,9 @@ fn place(event: &PointerEvent) -> Vec2 {
 
 impl App {
     fn pointer_down(&mut self, event: &PointerEvent) {
+        if self.play.is_none() {
+            return;
+        }
         if event.pointer_type() == "touch" {
             let stage: HtmlElement = dom::by_id("stage");
             let size = Vec2::new(stage.client_width() as f32, stage.client_height() as f32);

@@ -125,6 +125,16 @@ pub fn media(query: &str) -> bool {
     window().match_media(query).ok().flatten().is_some_and(|list| list.matches())
 }
 
+/// A time in milliseconds since 1970 as people here write it.
+pub fn date_and_time(unix_ms: f64) -> String {
+    let date = js_sys::Date::new(&unix_ms.into());
+    let options = js_sys::Object::new();
+    for (name, value) in [("dateStyle", "medium"), ("timeStyle", "short")] {
+        let _ = js_sys::Reflect::set(&options, &name.into(), &value.into());
+    }
+    String::from(date.to_locale_string("default", &options))
+}
+
 /// Storage of the browser for this site, if it is allowed.
 pub fn local_storage() -> Option<Storage> {
     window().local_storage().ok().flatten()

@@ -1,6 +1,8 @@
 //! What tests may ask of the page: `window.jostle` is made of these.
 
 use super::app;
+use super::watch::Watch;
+use crate::replica::Replica;
 use jostle_protocol::PlayerState;
 use jostle_sim::Vec2;
 use serde_json::{Value, json};
@@ -14,7 +16,13 @@ pub fn state() -> String {
 
 fn describe(app: &app::App) -> Value {
     let now = super::dom::now_ms();
-    let replica = app.play.as_ref().and_then(|play| play.replica());
+    let watch = app.watch();
+    let replica = match watch {
+        Some(watch) => Some(watch.film.replica()),
+        None => app.play.as_ref().and_then(|play| play.replica()),
+    };
+    let particles = watch.map(|watch| watch.film.particles());
+    let particles = particles.or(replica.map(Replica::particles));
     let bodies: Vec<Value> = replica.map_or(Vec::new(), |replica| {
         let bodies = replica.samples().iter().map(|body| {
             json!({
@@ -27,22 +35,53 @@ fn describe(app: &app::App) -> Value {
         });
         bodies.collect()
     });
+    let meter = app.play.as_ref().map(|play| &play.meter).or(watch.map(|watch| &watch.meter));
     let players = replica.map_or(&[][..], |replica| replica.players());
     json!({
         "state": app.state(),
-        "seat": replica.map(|replica| replica.seat.0),
+        "seat": replica.filter(|_| watch.is_none()).map(|replica| replica.seat.0),
         "room": replica.map(|replica| replica.room.clone()),
         "tick": replica.map(|replica| replica.display()),
         "newest_tick": replica.and_then(|r| r.newest()).map(|snapshot| snapshot.tick),
         "bodies": bodies,
-        "particles": replica.map_or(0, |replica| replica.particles().len()),
-        "particle_digest": replica.map(|replica| hex(replica.particles().digest())),
-        "emitters": replica.map_or(0, |replica| replica.particles().emitter_count()),
+        "particles": particles.map_or(0, |particles| particles.len()),
+        "particle_digest": particles.map(|particles| hex(particles.digest())),
+        "emitters": particles.map_or(0, |particles| particles.emitter_count()),
         "players": players.iter().map(player).collect::<Vec<_>>(),
-        "fps": app.play.as_ref().map_or(0, |play| play.meter.frames_a_second(now)),
+        "fps": meter.map_or(0, |meter| meter.frames_a_second(now)),
         "drawn_frames": app.drawn_frames,
         "hash": app.play.as_ref().and_then(|play| play.state_hash()).map(hex),
+        "replay": watch.map(replay),
     })
+}
+
+fn replay(watch: &Watch) -> Value {
+    let (film, view) = (&watch.film, watch.view());
+    json!({
+        "tick": film.tick(),
+        "playhead": film.playhead(),
+        "first": film.first_tick(),
+        "last": film.last_tick(),
+        "playing": film.is_playing(),
+        "speed": film.speed(),
+        "seeking": film.is_seeking(),
+        "hash": film.hash().map(hex),
+        "agrees_until": film.checks().agrees_until(),
+        "differs_at": film.checks().differs_at(),
+        "compared": film.checks().count(),
+        "followed": film.followed().map(|seat| seat.0),
+        "view": { "center": [view.center.x, view.center.y], "height": view.height,
+            "pixels": view.pixels },
+    })
+}
+
+/// Sets out for a tick of the replay, standing still; `state().replay.seeking` says when it is there.
+#[wasm_bindgen]
+pub fn seek(tick: u32) {
+    super::watch::with_film(|film| {
+        film.pause();
+        film.aim(tick);
+    });
 }
 
 /// 16 digits: numbers of JavaScript do not hold 64 bits.
@@ -73,7 +112,10 @@ pub fn drop_socket() {
 #[wasm_bindgen]
 pub fn to_page(x: f32, y: f32) -> js_sys::Array {
     let at = app::with(|app| {
-        let view = *app.play.as_ref()?.view();
+        let view = match app.watch() {
+            Some(watch) => *watch.view(),
+            None => *app.play.as_ref()?.view(),
+        };
         Some(view.to_pixel(Vec2::new(x, y)) * app::css_per_pixel(view.pixels))
     });
     let at = at.flatten().unwrap_or(Vec2::ZERO);

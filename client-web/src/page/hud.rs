@@ -57,9 +57,10 @@ impl Hud {
         for id in ["caps", "feed", "players", "room-title", "room-code"] {
             dom::by_id::<HtmlElement>(id).set_text_content(None);
         }
-        for id in ["banner", "hint"] {
+        for id in ["banner", "hint", "help-hint"] {
             dom::show(&dom::by_id(id), false);
         }
+        dom::show(&dom::by_id("copy"), true);
         dom::document().set_title("Jostle");
     }
 
@@ -83,7 +84,7 @@ impl Hud {
         dom::set_text(&dom::by_id("room-code"), &code);
         self.caps = make_caps(&replica.scene);
         show_hint(&replica.scene);
-        fill_help(&replica.scene);
+        fill_game_help(&replica.scene);
     }
 
     fn light_caps(&mut self, play: &Play, now_ms: f64) {
@@ -165,10 +166,7 @@ fn is_touched() -> bool {
     dom::root().dataset().get("touch").is_some()
 }
 
-fn fill_help(scene: &Scene) {
-    dom::set_text(&dom::by_id("help-about"), &scene.about);
-    let list: HtmlElement = dom::by_id("help-keys");
-    list.set_text_content(None);
+fn fill_game_help(scene: &Scene) {
     let touch = [
         ("Left thumb", "move, where the scene has heroes"),
         ("Touch", "use the chosen tool there"),
@@ -177,6 +175,21 @@ fn fill_help(scene: &Scene) {
         [("?", "this help"), ("F2", "bounds of all bodies"), ("F3", "figures of the connection")];
     let keys = words::caps(scene).into_iter().map(|cap| (cap.key, cap.does)).chain(general);
     let keys = touch.into_iter().filter(|_| is_touched()).chain(keys);
+    fill_help("How to play", &scene.about, "Back to the game", keys);
+}
+
+/// Fills the help with keys and what they do; a key that does nothing of its own joins the next.
+pub fn fill_help(
+    title: &str,
+    about: &str,
+    back: &str,
+    keys: impl IntoIterator<Item = (&'static str, &'static str)>,
+) {
+    dom::set_text(&dom::by_id("help-title"), title);
+    dom::set_text(&dom::by_id("help-about"), about);
+    dom::set_text(&dom::by_id("help-close"), back);
+    let list: HtmlElement = dom::by_id("help-keys");
+    list.set_text_content(None);
     let mut joined = String::new();
     for (key, does) in keys {
         joined = if joined.is_empty() { key.to_owned() } else { format!("{joined} {key}") };
@@ -230,7 +243,8 @@ fn list_players(players: &[PlayerState], replica: &Replica) {
     }
 }
 
-fn tell(news: &News) {
+/// Puts a line into the feed.
+pub fn tell(news: &News) {
     let line = dom::element("li", "");
     let name = |who: &Appearance| dom::append(&line, &name_element(who));
     let say = |text: &str| dom::append(&line, &dom::labelled("span", "", text));

@@ -3,8 +3,9 @@
 
 use super::app;
 use super::{dom, http, profile};
-use crate::api::{self, Opened, Room, Rooms, SceneCard, Scenes};
+use crate::api::{self, Opened, ReplayCard, Replays, Room, Rooms, SceneCard, Scenes};
 use crate::name;
+use crate::words;
 use jostle_protocol::Appearance;
 use wasm_bindgen::JsCast;
 use web_sys::{
@@ -13,6 +14,8 @@ use web_sys::{
 
 /// Rooms are asked for so often, milliseconds.
 const REFRESH_MS: f64 = 3000.0;
+/// Replays are asked for so often, milliseconds: each answer may be long.
+const REPLAYS_MS: f64 = 15_000.0;
 /// Said while rooms are asked for in vain.
 const UNANSWERED: &str = "The server does not answer; the list may be old.";
 
@@ -21,7 +24,9 @@ const UNANSWERED: &str = "The server does not answer; the list may be old.";
 pub struct Lobby {
     rooms: Vec<Room>,
     scenes: Vec<SceneCard>,
+    replays: Vec<ReplayCard>,
     asked_ms: f64,
+    replays_asked_ms: Option<f64>,
     busy: bool,
 }
 
@@ -43,14 +48,16 @@ pub fn listen() {
     dom::listen(&dom::by_id::<HtmlElement>("name"), "compositionend", |_: Event| {
         fit_name();
     });
-    dom::listen(&dom::by_id::<HtmlElement>("room-list"), "click", |event: MouseEvent| {
-        let plain = !(event.ctrl_key() || event.meta_key() || event.shift_key());
-        let link = dom::target_within(&event, "a").filter(|_| plain);
-        if let Some(code) = link.and_then(|link| link.get_attribute("data-code")) {
-            event.prevent_default();
-            app::enter(&code);
-        }
-    });
+    for list in ["room-list", "replay-list"] {
+        dom::listen(&dom::by_id::<HtmlElement>(list), "click", |event: MouseEvent| {
+            let plain = !(event.ctrl_key() || event.meta_key() || event.shift_key());
+            let link = dom::target_within(&event, "a").filter(|_| plain);
+            if let Some(word) = link.and_then(|link| link.get_attribute("data-code")) {
+                event.prevent_default();
+                app::enter(&word);
+            }
+        });
+    }
     dom::listen(&dom::by_id::<HtmlElement>("scene-list"), "click", |event: MouseEvent| {
         let button = dom::target_within(&event, "button");
         if let Some(scene) = button.and_then(|button| button.get_attribute("data-scene")) {
@@ -143,6 +150,7 @@ impl Lobby {
         }
         self.set_busy(false);
         say("", false);
+        self.replays_asked_ms = None;
         self.ask(now_ms);
     }
 
@@ -164,6 +172,21 @@ impl Lobby {
         http::call("GET", "/api/rooms", None, |answer| {
             app::with(|app| app.lobby.take_rooms(answer));
         });
+        if self.replays_asked_ms.is_none_or(|asked_ms| now_ms - asked_ms >= REPLAYS_MS) {
+            self.replays_asked_ms = Some(now_ms);
+            http::call("GET", "/api/replays", None, |answer| {
+                app::with(|app| app.lobby.take_replays(answer));
+            });
+        }
+    }
+
+    fn take_replays(&mut self, answer: Option<String>) {
+        let replays = answer.and_then(|text| serde_json::from_str::<Replays>(&text).ok());
+        let Some(Replays { replays }) = replays else { return };
+        if replays != self.replays {
+            self.replays = replays;
+            self.list_replays();
+        }
     }
 
     fn take_rooms(&mut self, answer: Option<String>) {
@@ -185,38 +208,56 @@ impl Lobby {
             self.scenes = scenes;
             self.list_scenes();
             self.list_rooms();
+            self.list_replays();
         }
     }
 
     fn list_rooms(&self) {
-        let list: HtmlElement = dom::by_id("room-list");
-        let focused = dom::document().active_element().and_then(|e| e.get_attribute("data-code"));
-        list.set_text_content(None);
-        for room in &self.rooms {
-            let (item, link) = (dom::element("li", ""), self.room_link(room));
-            dom::append(&item, &link);
-            dom::append(&list, &item);
-            // Who goes through the list by keys stays where they are.
-            if focused.as_ref() == Some(&room.code) {
-                let _ = link.focus();
-            }
-        }
+        list_links("room-list", self.rooms.iter().map(|room| self.room_link(room)));
         dom::show(&dom::by_id("no-rooms"), self.rooms.is_empty());
     }
 
-    fn room_link(&self, room: &Room) -> HtmlElement {
-        let link = dom::element("a", "");
-        dom::set(&link, "href", &format!("/{}", room.code));
-        dom::set(&link, "data-code", &room.code);
-        if room.players >= room.players_max {
-            dom::set(&link, "aria-disabled", "true");
+    fn list_replays(&self) {
+        list_links("replay-list", self.replays.iter().map(|replay| self.replay_link(replay)));
+    }
+
+    fn replay_link(&self, replay: &ReplayCard) -> HtmlElement {
+        let link = self.link_with_picture(&format!("replay/{}", replay.name), &replay.scene);
+        let scene = self.scenes.iter().find(|scene| scene.name == replay.scene);
+        let title = scene.map_or(&replay.scene, |scene| &scene.title);
+        dom::append(&link, &dom::labelled("strong", "", title));
+        let ago = words::ago(js_sys::Date::now() / 1000.0 - replay.unix_s as f64);
+        let when = if replay.unix_s == 0 { replay.name.clone() } else { ago };
+        let about = format!("/{} \u{b7} {when}", replay.room);
+        dom::append(&link, &dom::labelled("span", "code", &about));
+        let size = dom::element("span", "seats");
+        dom::append(&size, &dom::labelled("span", "", &words::size(replay.bytes)));
+        if replay.recording {
+            dom::append(&size, &dom::labelled("span", "live", "recording"));
         }
+        dom::append(&link, &size);
+        link
+    }
+
+    /// A link to a word of this server, with the picture of a scene.
+    fn link_with_picture(&self, word: &str, scene: &str) -> HtmlElement {
+        let link = dom::element("a", "");
+        dom::set(&link, "href", &format!("/{word}"));
+        dom::set(&link, "data-code", word);
         let thumb = dom::element("span", "thumb");
-        let scene = self.scenes.iter().find(|scene| scene.name == room.scene);
+        let scene = self.scenes.iter().find(|known| known.name == scene);
         if let Some(picture) = scene.and_then(|scene| scene.picture.as_ref()) {
             dom::style(&thumb, "background-image", &format!("url({picture:?})"));
         }
         dom::append(&link, &thumb);
+        link
+    }
+
+    fn room_link(&self, room: &Room) -> HtmlElement {
+        let link = self.link_with_picture(&room.code, &room.scene);
+        if room.players >= room.players_max {
+            dom::set(&link, "aria-disabled", "true");
+        }
         dom::append(&link, &dom::labelled("strong", "", &room.title));
         dom::append(&link, &dom::labelled("span", "code", &format!("/{}", room.code)));
         let seats = dom::element("span", "seats");
@@ -278,6 +319,21 @@ impl Lobby {
             dom::set(&play, "aria-busy", "true");
         } else {
             let _ = play.remove_attribute("aria-busy");
+        }
+    }
+}
+
+/// Fills a list anew. Who goes through it by keys stays where they are.
+fn list_links(id: &str, links: impl Iterator<Item = HtmlElement>) {
+    let list: HtmlElement = dom::by_id(id);
+    let focused = dom::document().active_element().and_then(|e| e.get_attribute("data-code"));
+    list.set_text_content(None);
+    for link in links {
+        let item = dom::element("li", "");
+        dom::append(&item, &link);
+        dom::append(&list, &item);
+        if focused.is_some() && focused == link.get_attribute("data-code") {
+            let _ = link.focus();
         }
     }
 }

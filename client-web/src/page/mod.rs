@@ -2,7 +2,9 @@
 
 mod app;
 mod controls;
+mod deck;
 mod dom;
+mod files;
 mod graphics;
 mod hooks;
 mod http;
@@ -14,6 +16,7 @@ mod play;
 mod profile;
 mod socket;
 mod touchpad;
+mod watch;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -1,7 +1,7 @@
 //! The card in the middle of the page: what happened, what to do, one button or two.
 
 use super::app;
-use super::{dom, modal};
+use super::{dom, files, modal};
 use crate::api;
 use crate::words::{self, Notice, Way};
 use std::cell::Cell;
@@ -28,8 +28,9 @@ fn take(way: Option<Way>) {
         Some(Way::Reload) => {
             let _ = dom::window().location().reload();
         }
-        Some(Way::Again) => {
-            app::with(|app| app.take_way(Way::Again));
+        Some(Way::File) => files::choose(),
+        Some(way @ (Way::Again | Way::Stay | Way::Refetch)) => {
+            app::with(|app| app.take_way(way));
         }
         None => {}
     }
@@ -37,11 +38,22 @@ fn take(way: Option<Way>) {
 
 /// Shows a card, unless it is on already.
 pub fn show(notice: &Notice) {
-    if crashed() || SHOWN.replace(Some(*notice)) == Some(*notice) {
+    if SHOWN.get() != Some(*notice) {
+        show_saying(notice, notice.text, "");
+    }
+}
+
+/// Shows a card with a text of its own, and a line about what exactly was found.
+pub fn show_saying(notice: &Notice, text: &str, detail: &str) {
+    if crashed() {
         return;
     }
+    SHOWN.set(Some(*notice));
     dom::set_text(&dom::by_id("notice-title"), notice.title);
-    dom::set_text(&dom::by_id("notice-text"), notice.text);
+    dom::set_text(&dom::by_id("notice-text"), text);
+    let line: HtmlElement = dom::by_id("notice-detail");
+    dom::set_text(&line, detail);
+    dom::show(&line, !detail.is_empty());
     let button: HtmlElement = dom::by_id("notice-button");
     dom::set_text(&button, notice.button);
     let other: HtmlElement = dom::by_id("notice-other");
