@@ -20,6 +20,7 @@ mod chapters;
 mod checks;
 mod error;
 mod reel;
+mod seek;
 
 pub use chapters::{Chapter, Chapters};
 pub use checks::Checks;
@@ -34,6 +35,7 @@ use jostle_room::{Playback, PlaybackError};
 use jostle_sim::scene::Camera as CameraRule;
 use jostle_sim::{Particles, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use reel::Reel;
+use seek::{Rebuilt, Seek};
 use std::sync::Arc;
 
 /// Ticks that are played unseen before a tick that was jumped to: twice as long as anything that
@@ -41,9 +43,6 @@ use std::sync::Arc;
 pub const LEAD_TICKS: u32 = 120;
 /// Speeds to choose from, as multiples of real time.
 pub const SPEEDS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// A seek with more than this left to play is given up for a new one; a shorter one is finished
-/// first, so that something is seen while the slider is dragged.
-const FINISHED_TICKS_MAX: u32 = 1500;
 /// Height of what is seen around a followed player, where the scene does not say, as a share of
 /// the world's.
 const FOLLOW_SHARE: f32 = 0.6;
@@ -67,24 +66,6 @@ pub struct Film {
     bounds_toggled: bool,
     /// Why it ends before the last recorded tick, and at which.
     trouble: Option<(u32, PlaybackError)>,
-}
-
-/// A seek on its way.
-struct Seek {
-    goal: u32,
-    /// The tick at which playing began.
-    begin: u32,
-    /// What the last seconds before the goal come into, unless what is on display just goes on.
-    rebuilt: Option<Rebuilt>,
-}
-
-struct Rebuilt {
-    /// The tick at which the lead begins.
-    lead: u32,
-    reel: Option<Reel>,
-    /// What is on display meanwhile.
-    particles: Particles,
-    particle_lead: f32,
 }
 
 impl Film {
@@ -239,111 +220,6 @@ impl Film {
         self.show();
     }
 
-    /// Goes to a tick at once, however long that takes. It stands still there.
-    pub fn seek(&mut self, tick: u32) {
-        self.playing = false;
-        self.wish = None;
-        self.begin_seek(tick);
-        self.work(|| true);
-    }
-
-    /// Sets out for a tick; [`Film::work`] gets there.
-    pub fn aim(&mut self, tick: u32) {
-        match &self.seek {
-            Some(seek) if seek.left(&self.playback) <= FINISHED_TICKS_MAX => self.wish = Some(tick),
-            _ => {
-                self.wish = None;
-                self.begin_seek(tick);
-            }
-        }
-    }
-
-    /// Whether it is on its way to a tick.
-    pub fn is_seeking(&self) -> bool {
-        self.seek.is_some()
-    }
-
-    /// The tick that it is on its way to, else the one on display.
-    pub fn goal(&self) -> u32 {
-        let goal = self.seek.as_ref().map(|seek| seek.goal);
-        self.wish.or(goal).unwrap_or(self.tick())
-    }
-
-    /// Share of the way to the goal, 0..=1.
-    pub fn progress(&self) -> f64 {
-        self.seek.as_ref().map_or(1.0, |seek| {
-            let way = f64::from(seek.goal - seek.begin).max(1.0);
-            1.0 - f64::from(seek.left(&self.playback)) / way
-        })
-    }
-
-    fn begin_seek(&mut self, tick: u32) {
-        let goal = tick.clamp(self.first_tick(), self.last_tick());
-        let now = self.playback.tick();
-        let goes_on = self.seek.as_ref().is_none_or(|seek| seek.rebuilt.is_none());
-        if goes_on && goal >= now && goal - now <= LEAD_TICKS {
-            self.seek = Some(Seek { goal, begin: now, rebuilt: None });
-            return;
-        }
-        let (particles, particle_lead) = match self.seek.take().and_then(|seek| seek.rebuilt) {
-            Some(rebuilt) => (rebuilt.particles, rebuilt.particle_lead),
-            None => (self.playback.game().world().particles().clone(), self.particle_lead()),
-        };
-        let lead = goal.saturating_sub(LEAD_TICKS).max(self.first_tick());
-        if let Err(error) = self.playback.jump(lead) {
-            self.fail(error);
-            return;
-        }
-        let rebuilt = Some(Rebuilt { lead, reel: None, particles, particle_lead });
-        self.seek = Some(Seek { goal, begin: self.playback.tick(), rebuilt });
-    }
-
-    /// Plays on towards the goal of a seek for as long as `more` says so.
-    pub fn work(&mut self, mut more: impl FnMut() -> bool) {
-        while self.seek.is_some() {
-            let moved = self.seek_on(&mut more);
-            if !moved {
-                return;
-            }
-            self.arrive();
-        }
-    }
-
-    /// Plays up to the goal; `false` if there was no time for it.
-    fn seek_on(&mut self, more: &mut impl FnMut() -> bool) -> bool {
-        while let Some(seek) = &mut self.seek {
-            let tick = self.playback.tick();
-            let rebuilt = seek.rebuilt.as_mut();
-            if let Some(rebuilt) = rebuilt.filter(|r| r.reel.is_none() && r.lead <= tick) {
-                rebuilt.reel = Some(Reel::begin(&self.playback));
-            }
-            if tick >= seek.goal {
-                return true;
-            }
-            if !more() {
-                return false;
-            }
-            if !self.step() {
-                return true;
-            }
-        }
-        true
-    }
-
-    /// The goal was reached, or nothing past this tick can be.
-    fn arrive(&mut self) {
-        let rebuilt = self.seek.take().and_then(|seek| seek.rebuilt);
-        if let Some(rebuilt) = rebuilt {
-            self.reel = rebuilt.reel.unwrap_or_else(|| Reel::begin(&self.playback));
-            self.jumps += 1;
-        }
-        self.playhead = f64::from(self.playback.tick());
-        self.show();
-        if let Some(wish) = self.wish.take() {
-            self.begin_seek(wish);
-        }
-    }
-
     /// Plays one tick into what is being shown or rebuilt; `false` at the end.
     fn step(&mut self) -> bool {
         let played = match self.playback.step() {
@@ -442,9 +318,20 @@ impl Film {
     }
 
     /// The view in which a camera comes to rest while the film stands still. `bottom` are pixels
-    /// that something else covers.
+    /// that something else covers: what is to be seen is above them.
     pub fn still_view(&self, pixels: [u32; 2], bottom: u32) -> View {
-        self.camera().view(Target { pixels, hero: self.followed_hero(), bottom, elapsed_s: 0.0 })
+        self.view(&mut self.camera(), pixels, bottom, 0.0)
+    }
+
+    /// The view of a camera of this film, so many seconds after its last one.
+    pub fn view(&self, camera: &mut Camera, pixels: [u32; 2], bottom: u32, elapsed_s: f32) -> View {
+        let [width, height] = pixels;
+        let free = height - bottom.min(height / 2);
+        let hero = self.followed_hero();
+        let above = camera.view(Target { pixels: [width, free], hero, bottom: 0, elapsed_s });
+        let unit = above.unit_per_pixel();
+        let down = Vec2::new(0.0, 0.5 * unit * (height - free) as f32);
+        View { center: above.center - down, height: unit * height as f32, pixels }
     }
 
     /// Bodies on display.
@@ -487,13 +374,6 @@ impl Film {
             copy: self.jumps,
             dimmed: false,
         }
-    }
-}
-
-impl Seek {
-    /// Ticks that are left to play.
-    fn left(&self, playback: &Playback) -> u32 {
-        self.goal.saturating_sub(playback.tick())
     }
 }
 

@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 /// A page at one moment.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct State {
-    /// `lobby`, `connecting`, `playing`, `reconnecting`, `refused`, `frozen` or `unsupported`.
+    /// `lobby`, `connecting`, `playing`, `reconnecting`, `refused`, `frozen`, `replay` or
+    /// `unsupported`.
     #[serde(default)]
     pub state: String,
     /// Own seat, while there is one.
@@ -36,6 +37,47 @@ pub struct State {
     /// Frames drawn since the page was opened.
     #[serde(default)]
     pub drawn_frames: u64,
+    /// The replay that is watched.
+    #[serde(default)]
+    pub replay: Option<Shown>,
+}
+
+/// A replay as it is watched.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Shown {
+    /// Whole tick on display.
+    pub tick: u32,
+    /// Last tick that can be shown.
+    pub last: u32,
+    /// Whether it plays.
+    pub playing: bool,
+    /// Multiple of real time.
+    pub speed: f64,
+    /// Whether it is on its way to a tick.
+    pub seeking: bool,
+    /// State hash of the tick on display, 16 hex digits; none while it is seeking.
+    pub hash: Option<String>,
+    /// All ticks up to this one were compared, and equal.
+    pub agrees_until: u32,
+    /// First tick known to differ.
+    pub differs_at: Option<u32>,
+    /// Ticks compared so far.
+    pub compared: u32,
+    /// Seat of the player who is followed.
+    pub followed: Option<u8>,
+    /// What the camera shows.
+    pub view: ShownView,
+}
+
+/// What a camera shows.
+#[derive(Clone, Debug, Deserialize)]
+pub struct ShownView {
+    /// World point in the middle.
+    pub center: [f32; 2],
+    /// World units from bottom to top.
+    pub height: f32,
+    /// Width and height.
+    pub pixels: [u32; 2],
 }
 
 /// A body as shown.

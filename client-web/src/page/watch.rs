@@ -5,11 +5,12 @@ use super::app::App;
 use super::deck::Deck;
 use super::http::{self, Fetched};
 use super::play::Canvas;
-use super::{app, dom, notice};
+use super::{app, dom, modal, notice};
 use crate::api;
-use crate::camera::{Camera, Target};
+use crate::camera::Camera;
 use crate::film::{Film, FilmError};
 use crate::frame::{Frame, View};
+use crate::layers::Layer;
 use crate::meter::Meter;
 use crate::words::{self, Notice};
 use jostle_protocol::replay::{Ending, Problem};
@@ -92,7 +93,10 @@ impl Watch {
         if self.film.is_seeking() {
             self.film.work(within(SEEK_MS));
         } else {
-            self.film.advance(elapsed_s, within(PLAY_MS));
+            // Nothing is missed while a card is read.
+            if modal::top() == Layer::Page {
+                self.film.advance(elapsed_s, within(PLAY_MS));
+            }
             self.film.look_ahead(within(AHEAD_MS));
         }
         if let Some(canvas) = canvas {
@@ -101,8 +105,8 @@ impl Watch {
     }
 
     fn look(&mut self, canvas: Canvas, elapsed_s: f32) {
-        let hero = self.film.followed_hero();
-        let aimed = (self.film.followed(), hero.is_some(), self.film.jumps());
+        let there = self.film.followed_hero().is_some();
+        let aimed = (self.film.followed(), there, self.film.jumps());
         if self.aimed != aimed {
             self.aimed = aimed;
             self.camera = self.film.camera();
@@ -110,7 +114,7 @@ impl Watch {
         let Canvas { pixels, bottom } = canvas;
         // What moves faster is followed faster.
         let elapsed_s = elapsed_s * self.film.speed().max(1.0) as f32;
-        self.view = self.camera.view(Target { pixels, hero, bottom, elapsed_s });
+        self.view = self.film.view(&mut self.camera, pixels, bottom, elapsed_s);
     }
 
     /// What to draw, if it is not what was drawn last.

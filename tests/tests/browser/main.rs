@@ -3,6 +3,7 @@
 mod lobby;
 mod pictures;
 mod playing;
+mod replay;
 mod trouble;
 
 use jostle_tests::runner::{self, Case};
@@ -89,6 +90,30 @@ const CASES: &[Case] = &[
     Case {
         name: "the_page_plays_a_scene_bit_for_bit_as_the_native_program_does",
         run: |stage| Box::pin(pictures::the_page_plays_bit_for_bit(stage)),
+    },
+    Case {
+        name: "a_dropped_replay_plays_and_every_tick_is_equal",
+        run: |stage| Box::pin(replay::a_dropped_replay_plays_and_every_tick_is_equal(stage)),
+    },
+    Case {
+        name: "the_page_plays_the_golden_replays",
+        run: |stage| Box::pin(replay::the_page_plays_the_golden_replays(stage)),
+    },
+    Case {
+        name: "a_wrong_hash_turns_the_mark_of_a_replay_red",
+        run: |stage| Box::pin(replay::a_wrong_hash_turns_the_mark_red(stage)),
+    },
+    Case {
+        name: "bad_replay_files_are_explained",
+        run: |stage| Box::pin(replay::bad_files_are_explained(stage)),
+    },
+    Case {
+        name: "a_server_lists_its_replays_and_links_to_them",
+        run: |stage| Box::pin(replay::a_server_lists_its_replays_and_links_to_them(stage)),
+    },
+    Case {
+        name: "a_paused_replay_looks_as_it_does_natively",
+        run: |stage| Box::pin(replay::a_paused_replay_looks_as_it_does_natively(stage)),
     },
 ];
 

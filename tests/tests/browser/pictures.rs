@@ -17,11 +17,11 @@ use std::sync::Arc;
 const SEED: u64 = 7;
 const BOTS: u8 = 2;
 /// Another version of the software renderer may round differently, and edges by a lot.
-const MEAN_MAX: f64 = 0.5;
+pub const MEAN_MAX: f64 = 0.5;
 /// Beyond it a pixel counts as another one.
-const CHANNEL_MAX: u8 = 8;
+pub const CHANNEL_MAX: u8 = 8;
 /// Share of such pixels.
-const OUTLIERS_MAX: f64 = 0.001;
+pub const OUTLIERS_MAX: f64 = 0.001;
 
 pub async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>) -> Result<()> {
     let mut problems = Vec::new();
@@ -80,7 +80,7 @@ fn check(scene: &str, picture: &Picture) -> Result<()> {
     )
 }
 
-fn goldens() -> PathBuf {
+pub fn goldens() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens")
 }
 

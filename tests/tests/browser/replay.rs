@@ -1,0 +1,301 @@
+//! Replays on the page: dropped, played, sought, compared tick by tick, and drawn as natively.
+
+use super::pictures::{CHANNEL_MAX, MEAN_MAX, OUTLIERS_MAX, goldens};
+use anyhow::{Context, Result, anyhow, ensure};
+use jostle_client_web::demo::scripted_input;
+use jostle_client_web::draw::DrawList;
+use jostle_client_web::film::Film;
+use jostle_client_web::frame::View;
+use jostle_client_web::render::headless::Headless;
+use jostle_protocol::Appearance;
+use jostle_protocol::replay::{Record, Replay, header};
+use jostle_room::{Playback, Room};
+use jostle_server::Config;
+use jostle_server::replays::Settings;
+use jostle_sim::{Scene, Vec2};
+use jostle_tests::picture::Picture;
+use jostle_tests::runner::{Stage, artifacts};
+use jostle_tests::server::Server;
+use jostle_tests::state::{Shown, State};
+use jostle_tests::tab::{Screen, Tab};
+use std::sync::Arc;
+
+/// Ten seconds.
+const TICKS: u32 = 600;
+const NAMES: [&str; 3] = ["Ada", "Grace", "Alan"];
+/// Everything over the world.
+const HIDE_HUD: &str = "(() => { const style = document.createElement('style'); \
+    style.textContent = '.hud, #tags, .deck { visibility: hidden !important }'; \
+    document.head.append(style); return true; })()";
+
+/// A game of three scripted players in the arena.
+fn records() -> Result<Vec<Record>> {
+    let found = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
+    let scene = Arc::new(found.context("the arena")?);
+    let mut room = Room::new("browser", Arc::clone(&scene), 11);
+    room.record("test", 0);
+    let mut seats = Vec::new();
+    for (color, name) in (0..).zip(NAMES) {
+        let look = Appearance::new(name, color).map_err(|error| anyhow!("{error}"))?;
+        let joined = room.join(look, None, u64::from(color) + 1);
+        seats.push(joined.map_err(|refusal| anyhow!("{refusal:?}"))?.seat);
+    }
+    for tick in 0..TICKS {
+        for &seat in &seats {
+            room.input(seat, tick + 1, scripted_input(&scene, seat, tick));
+        }
+        room.tick();
+    }
+    Ok(room.stop_recording())
+}
+
+fn file(records: &[Record]) -> Vec<u8> {
+    let mut bytes = header();
+    records.iter().for_each(|record| bytes.extend(record.seal()));
+    bytes
+}
+
+/// Drops a file onto the page as a hand would.
+async fn drop_file(tab: &Tab, name: &str, bytes: &[u8]) -> Result<()> {
+    let numbers = serde_json::to_string(bytes)?;
+    tab.eval::<bool>(&format!(
+        "(() => {{ const data = new DataTransfer(); \
+         data.items.add(new File([new Uint8Array({numbers})], '{name}')); \
+         document.body.dispatchEvent(new DragEvent('drop', \
+         {{dataTransfer: data, bubbles: true, cancelable: true}})); return true; }})()"
+    ))
+    .await
+    .map(drop)
+}
+
+/// The lobby with a file dropped onto it.
+async fn watch(stage: &Stage, bytes: &[u8], screen: Screen) -> Result<Tab> {
+    let tab = stage.visit("/", screen).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    drop_file(&tab, "game.jostle", bytes).await?;
+    tab.until("the replay", |s| s.state == "replay" && s.replay.is_some()).await?;
+    Ok(tab)
+}
+
+async fn press(tab: &Tab, key: &str) -> Result<()> {
+    tab.key_down(key).await?;
+    tab.key_up(key).await
+}
+
+/// Waits until the replay shown is as wanted.
+async fn until(tab: &Tab, wanted: &str, test: impl Fn(&Shown) -> bool) -> Result<Shown> {
+    let seen = |state: &State| state.replay.as_ref().is_some_and(&test);
+    tab.until(wanted, seen).await?.replay.context("a replay")
+}
+
+/// Goes to a tick by the slider, as a hand does.
+async fn slide_to(tab: &Tab, tick: u32) -> Result<Shown> {
+    tab.eval::<bool>(&format!(
+        "(() => {{ const slider = document.querySelector('#seek'); slider.value = {tick}; \
+         return slider.dispatchEvent(new Event('input', {{bubbles: true}})); }})()"
+    ))
+    .await?;
+    until(tab, &format!("tick {tick}"), |shown| !shown.seeking && shown.tick == tick).await
+}
+
+fn hash_at(playback: &mut Playback, tick: u32) -> Result<Option<String>> {
+    playback.seek(tick)?;
+    Ok(Some(format!("{:016x}", playback.game().hash())))
+}
+
+/// Waits for a text in the mark that tells of the hashes.
+async fn until_verdict(tab: &Tab, verdict: &str, text: &str) -> Result<()> {
+    let check = "document.querySelector('#check')";
+    tab.until_true(&format!(
+        "{check}.dataset.verdict === '{verdict}' && {check}.innerText.includes('{text}')"
+    ))
+    .await
+}
+
+pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -> Result<()> {
+    let bytes = file(&records()?);
+    let mut native = Playback::new(Arc::new(Replay::read(bytes.clone())?))?;
+    let tab = watch(&stage, &bytes, Screen::SMALL).await?;
+    until(&tab, "playing", |shown| shown.playing && shown.tick > 5).await?;
+    tab.until_true("document.querySelectorAll('#cast button').length === 3").await?;
+    press(&tab, " ").await?;
+    let paused = until(&tab, "a pause", |shown| !shown.playing).await?;
+    assert_eq!(paused.hash, hash_at(&mut native, paused.tick)?, "tick {}", paused.tick);
+
+    let middle = slide_to(&tab, TICKS / 2).await?;
+    assert_eq!(middle.hash, hash_at(&mut native, TICKS / 2)?, "sought");
+    let digits = middle.hash.context("a hash")?;
+    let text = format!("tick {} \u{b7} hash {}\u{2026} equal", TICKS / 2, &digits[..4]);
+    until_verdict(&tab, "equal", &text).await?;
+    for (key, tick) in [(".", TICKS / 2 + 1), (",", TICKS / 2), (",", TICKS / 2 - 1)] {
+        press(&tab, key).await?;
+        let shown = until(&tab, "one tick", |s| !s.seeking && s.tick == tick).await?;
+        assert_eq!((shown.playing, shown.hash), (false, hash_at(&mut native, tick)?), "{key}");
+    }
+
+    tab.click_on("#cast button").await?;
+    let near = until(&tab, "a followed player", |shown| shown.followed == Some(0)).await?;
+    tab.click_on("#cast button").await?;
+    let far = until(&tab, "the whole world", |shown| shown.followed.is_none()).await?;
+    ensure!(near.view.height < far.view.height, "nearer: {near:?}, {far:?}");
+
+    tab.click_on("#speeds label:last-child").await?;
+    tab.click_on("#play-pause").await?;
+    until(&tab, "eight times as fast", |shown| shown.playing && shown.speed == 8.0).await?;
+    let end = until(&tab, "the end", |s| !s.playing && s.tick == TICKS).await?;
+    assert_eq!(end.hash, hash_at(&mut native, TICKS)?, "the end");
+    until_verdict(&tab, "whole", &format!("all {TICKS} ticks equal")).await?;
+    let end = until(&tab, "all compared", |shown| shown.compared == TICKS).await?;
+    assert_eq!((end.agrees_until, end.differs_at), (TICKS, None));
+    tab.click_on("#leave").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await.map(drop)
+}
+
+pub async fn the_page_plays_the_golden_replays(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/", Screen::SMALL).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    let mut files = std::fs::read_dir(goldens().join("replays"))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<Result<Vec<_>>>()?;
+    files.sort();
+    ensure!(!files.is_empty(), "no golden replays");
+    for path in files {
+        let bytes = std::fs::read(&path)?;
+        let last = Replay::read(bytes.clone())?.last_tick();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        drop_file(&tab, &name, &bytes).await?;
+        let title = format!("document.querySelector('#room-code').innerText === '{name}'");
+        tab.until_true(&title).await?;
+        let shown = until(&tab, &name, |shown| shown.compared == last).await?;
+        assert_eq!((shown.differs_at, shown.agrees_until), (None, last), "{name}");
+    }
+    Ok(())
+}
+
+pub async fn a_wrong_hash_turns_the_mark_red(stage: Arc<Stage>) -> Result<()> {
+    let mut records = records()?;
+    for record in &mut records {
+        if let Record::Ticks(block) = record
+            && (block.first..=block.last()).contains(&345)
+        {
+            block.ticks[(345 - block.first) as usize].hash ^= 1;
+        }
+    }
+    let tab = watch(&stage, &file(&records), Screen::SMALL).await?;
+    until_verdict(&tab, "differs", "tick 345").await?;
+    let shown = slide_to(&tab, 20).await?;
+    assert_eq!((shown.agrees_until, shown.differs_at), (344, Some(345)));
+    until_verdict(&tab, "differs", "tick 345").await
+}
+
+/// The card in the middle of the page says all of this.
+async fn until_card(tab: &Tab, texts: &[&str]) -> Result<()> {
+    let texts = serde_json::to_string(texts)?;
+    tab.until_true(&format!(
+        "!document.querySelector('#notice').hidden && \
+         {texts}.every(text => document.querySelector('#notice').innerText.includes(text))"
+    ))
+    .await
+}
+
+pub async fn bad_files_are_explained(stage: Arc<Stage>) -> Result<()> {
+    let whole = file(&records()?);
+    let tab = stage.visit("/", Screen::PHONE).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    drop_file(&tab, "cat.gif", b"GIF89a").await?;
+    until_card(&tab, &["Not a replay", "byte 0", "Open another file"]).await?;
+    let mut damaged = whole.clone();
+    damaged[40] ^= 1;
+    drop_file(&tab, "damaged.jostle", &damaged).await?;
+    until_card(&tab, &["Damaged replay", "byte 10", "checksum"]).await?;
+    tab.click_on("#notice-other").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+
+    // What a cut file has is shown, and what it has not is told.
+    drop_file(&tab, "cut.jostle", &whole[..whole.len() - 40]).await?;
+    until_card(&tab, &["Cut short", "5 seconds", "ends within a record"]).await?;
+    tab.click_on("#notice-button").await?;
+    tab.until_true("document.querySelector('#hint').innerText.includes('0:05')").await?;
+    until(&tab, "the end of what is there", |s| s.tick == 300 && s.last == 300).await?;
+    until_verdict(&tab, "whole", "all 300 ticks equal").await?;
+    drop_file(&tab, "cat.gif", b"GIF89a").await?;
+    until_card(&tab, &["Not a replay", "Watch on"]).await?;
+    tab.click_on("#notice-other").await?;
+    tab.until("the replay as before", |s| s.replay.as_ref().is_some_and(|r| r.tick == 300)).await?;
+    tab.until_true("document.querySelector('#notice').hidden").await
+}
+
+pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> Result<()> {
+    let dir = std::env::temp_dir().join(format!("jostle-replays-{}", std::process::id()));
+    std::fs::create_dir_all(&dir)?;
+    let name = "arena-browser-20260102-030405";
+    std::fs::write(dir.join(format!("{name}.jostle")), file(&records()?))?;
+    let config = Config { replays: Some(Settings::new(dir.clone())), ..Config::default() };
+    let server = Server::start(config).await?;
+    let tab = stage.visit_link(&server.link("/"), Screen::LAPTOP).await?;
+    tab.until_true("document.querySelectorAll('#replay-list a').length === 1").await?;
+    tab.click_on("#replay-list a").await?;
+    until(&tab, "playing", |shown| shown.playing && shown.tick > 5).await?;
+    assert_eq!(tab.link().await?, server.link(&format!("/replay/{name}")));
+    tab.until_true("document.querySelector('#copy').offsetWidth > 0").await?;
+    // The link alone leads there too.
+    let other = stage.visit_link(&tab.link().await?, Screen::SMALL).await?;
+    until(&other, "playing", |shown| shown.playing && shown.tick > 5).await?;
+    other.go(&server.link("/replay/arena-gone-20260102-030405")).await?;
+    until_card(&other, &["No such replay", "arena-gone"]).await?;
+    other.forgive(|error| error.contains("Failed to load resource"));
+    other.click_on("#notice-button").await?;
+    other.until("the lobby", |s| s.state == "lobby").await?;
+    stage.clear().await?;
+    server.stop().await?;
+    std::fs::remove_dir_all(dir).context("the replays")
+}
+
+pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Result<()> {
+    let bytes = file(&records()?);
+    let tab = watch(&stage, &bytes, Screen::SMALL).await?;
+    tab.eval::<bool>(HIDE_HUD).await?;
+    until(&tab, "something to see", |shown| shown.tick > 200).await?;
+    press(&tab, " ").await?;
+    let shown = until(&tab, "a pause", |shown| !shown.playing).await?;
+    let played = tab.steady_picture().await?;
+    slide_to(&tab, 10).await?;
+    slide_to(&tab, shown.tick).await?;
+    let sought = tab.steady_picture().await?;
+    let apart = played.compare(&sought, 0)?;
+    assert_eq!(apart.max, 0, "sought as played, tick {}: {apart:?}", shown.tick);
+    match native_picture(bytes, &shown) {
+        Ok(native) => compare(&sought, &native, shown.tick),
+        Err(error) if std::env::var_os("JOSTLE_NEEDS_GPU").is_none() => {
+            println!("    SKIPPED the native picture: {error:#}");
+            Ok(())
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// The same tick in the same view, drawn in this process.
+fn native_picture(bytes: Vec<u8>, shown: &Shown) -> Result<Picture> {
+    let mut headless = Headless::open()?;
+    let mut film = Film::open(bytes)?;
+    film.seek(shown.tick);
+    let [x, y] = shown.view.center;
+    let pixels = shown.view.pixels;
+    let view = View { center: Vec2::new(x, y), height: shown.view.height, pixels };
+    let mut list = DrawList::new();
+    list.fill(&film.frame(view));
+    let drawn = headless.picture(pixels, &list)?;
+    let rgb = drawn.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    Ok(Picture { width: pixels[0], height: pixels[1], rgb })
+}
+
+fn compare(page: &Picture, native: &Picture, tick: u32) -> Result<()> {
+    let apart = page.compare(native, CHANNEL_MAX)?;
+    let outliers = apart.outliers as f64 / page.rgb.len() as f64;
+    if apart.mean < MEAN_MAX && outliers < OUTLIERS_MAX {
+        return Ok(());
+    }
+    page.save(&artifacts().join("replay-page.png"))?;
+    native.save(&artifacts().join("replay-native.png"))?;
+    Err(anyhow!("page and native program differ at tick {tick}: {apart:?}"))
+}
