@@ -133,11 +133,12 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
         assert_eq!((shown.playing, shown.hash), (false, hash_at(&mut native, tick)?), "{key}");
     }
 
+    let whole = until(&tab, "the whole world", |shown| shown.followed.is_none()).await?.view.height;
     tab.click_on("#cast button").await?;
-    let near = until(&tab, "a followed player", |shown| shown.followed == Some(0)).await?;
+    let near = |shown: &Shown| shown.followed == Some(0) && shown.view.height < 0.8 * whole;
+    until(&tab, "a followed player, from near", near).await?;
     tab.click_on("#cast button").await?;
-    let far = until(&tab, "the whole world", |shown| shown.followed.is_none()).await?;
-    ensure!(near.view.height < far.view.height, "nearer: {near:?}, {far:?}");
+    until(&tab, "the whole world again", |shown| shown.view.height == whole).await?;
 
     tab.click_on("#speeds label:last-child").await?;
     tab.click_on("#play-pause").await?;
