@@ -77,7 +77,9 @@ fn differences(golden: &str, played: &[String]) -> Vec<String> {
 /// Plays each scene twice in a debug build and once in a release build; a golden line for each.
 fn play_all() -> Result<Vec<String>> {
     run(&mut cargo(&["build", "--workspace", "--bin", "jostle"]))?;
-    run(&mut cargo(&["build", "--release", "--package", "jostle-server", "--bin", "jostle"]))?;
+    let mut release =
+        cargo(&["build", "--release", "--package", "jostle-server", "--bin", "jostle"]);
+    run(release.arg("--no-default-features"))?;
     let dir = target_dir().join("traces");
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
     scenes()?.iter().map(|scene| play_thrice(scene, &dir)).collect()

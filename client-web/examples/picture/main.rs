@@ -13,7 +13,7 @@ mod cast;
 use jostle_client_web::draw::DrawList;
 use jostle_client_web::draw::still::Still;
 use jostle_client_web::frame::View;
-use jostle_client_web::render::headless::{Headless, Picture};
+use jostle_client_web::render::headless::Headless;
 use jostle_sim::{Game, Scene, Seat, Vec2};
 use std::error::Error;
 use std::path::Path;
@@ -119,7 +119,7 @@ fn take(headless: &mut Headless, shot: &Shot) -> Result<(), Box<dyn Error>> {
         }
     }
     let picture = headless.picture(shot.size, &list)?;
-    let bytes = encode(&picture)?;
+    let bytes = picture.png()?;
     std::fs::write(&shot.out, &bytes)?;
     println!(
         "{}: {} bytes, {} bodies, {} particles, by {}",
@@ -137,16 +137,4 @@ fn view(scene: &Scene, shot: &Shot) -> View {
     let whole = (scene.size * 0.5, scene.size.y.max(scene.size.x / aspect));
     let (center, height) = shot.view.unwrap_or(whole);
     View { center, height, pixels: shot.size }
-}
-
-fn encode(picture: &Picture) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, picture.size[0], picture.size[1]);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::High);
-    let rgb: Vec<u8> = picture.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&rgb)?;
-    writer.finish()?;
-    Ok(bytes)
 }

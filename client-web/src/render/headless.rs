@@ -16,6 +16,11 @@ pub enum HeadlessError {
     NoAdapter(wgpu::RequestAdapterError),
     /// The adapter gives no device with WebGL2's limits.
     NoDevice(wgpu::RequestDeviceError),
+    /// The adapter has no targets as large as the picture.
+    TooLarge {
+        /// Largest width and height, pixels.
+        side_max: u32,
+    },
     /// The pixels could not be read back.
     ReadBack(String),
 }
@@ -30,6 +35,9 @@ impl std::fmt::Display for HeadlessError {
                 )
             }
             HeadlessError::NoDevice(error) => write!(f, "the adapter gives no device: {error}"),
+            HeadlessError::TooLarge { side_max } => {
+                write!(f, "the adapter draws pictures of at most {side_max} x {side_max} pixels")
+            }
             HeadlessError::ReadBack(error) => write!(f, "reading the picture back failed: {error}"),
         }
     }
@@ -51,6 +59,19 @@ impl Picture {
     pub fn pixel(&self, x: u32, y: u32) -> [u8; 4] {
         let at = (y * self.size[0] + x) as usize * 4;
         [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2], self.rgba[at + 3]]
+    }
+
+    /// The picture as a PNG file, without its alpha.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.size[0], self.size[1]);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_compression(png::Compression::High);
+        let rgb: Vec<u8> = self.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&rgb)?;
+        writer.finish()?;
+        Ok(bytes)
     }
 }
 
@@ -95,6 +116,10 @@ impl Headless {
 
     /// Draws a list into a new target and reads it back.
     pub fn picture(&mut self, size: [u32; 2], list: &DrawList) -> Result<Picture, HeadlessError> {
+        let side_max = self.device.limits().max_texture_dimension_2d;
+        if size[0] > side_max || size[1] > side_max {
+            return Err(HeadlessError::TooLarge { side_max });
+        }
         let target = self.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },

@@ -223,6 +223,11 @@ impl Replay {
         &self.bytes
     }
 
+    /// The file, given back.
+    pub fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
     /// Ticks after which there are keyframes, ascending.
     pub fn keyframe_ticks(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
         self.keyframes.iter().map(|place| place.tick)

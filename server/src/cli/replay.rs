@@ -1,6 +1,7 @@
 //! `jostle replay`: what a replay holds, whether it plays again as it was recorded, and how.
 
 mod info;
+mod render;
 mod trace;
 mod verify;
 
@@ -15,6 +16,7 @@ pub enum ReplayCommand {
     Info(info::Info),
     Verify(verify::Verify),
     Trace(trace::Trace),
+    Render(render::Render),
 }
 
 impl ReplayCommand {
@@ -24,6 +26,7 @@ impl ReplayCommand {
             ReplayCommand::Info(info) => info.run(),
             ReplayCommand::Verify(verify) => verify.run(),
             ReplayCommand::Trace(trace) => trace.run(),
+            ReplayCommand::Render(render) => render.run(),
         }
     }
 }

@@ -8,7 +8,8 @@ const ARROWS: [(&str, &[&str]); 8] = [
     ("jostle-sim", &[]),
     ("jostle-protocol", &["jostle-sim"]),
     ("jostle-room", &["jostle-sim", "jostle-protocol"]),
-    ("jostle-server", &["jostle-sim", "jostle-protocol", "jostle-room"]),
+    // It draws pictures of replays with the page's renderer.
+    ("jostle-server", &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-client-web"]),
     ("jostle-client-web", &["jostle-sim", "jostle-protocol", "jostle-room"]),
     (
         "jostle-tests",
