@@ -266,10 +266,10 @@ impl Film {
         self.show();
     }
 
-    /// Uses time to compare further hashes and to find chapters, wherever the film stands.
+    /// Uses time to compare further hashes and to find chapters, wherever the film stands. Seeking
+    /// to what was looked at is quick from then on.
     pub fn look_ahead(&mut self, more: impl FnMut() -> bool) {
-        let replay = Arc::clone(self.playback.replay());
-        self.checks.run(&replay, &mut self.chapters, more);
+        self.checks.run(&mut self.playback, &mut self.chapters, more);
     }
 
     /// Brings what is drawn to the playhead.

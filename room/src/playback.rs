@@ -158,7 +158,7 @@ impl Playback {
 
     /// Plays the next tick; `None` at the end of the replay.
     pub fn step(&mut self) -> Result<Option<Played>, PlaybackError> {
-        self.mark();
+        remember(&mut self.marks, &self.replay, &self.moment);
         let Some(block) = self.take_block() else { return Ok(None) };
         let played = self.moment.step(&block, &mut |_, _| {});
         self.block = Some(block);
@@ -172,14 +172,9 @@ impl Playback {
         self.block.take().filter(holds).or_else(|| self.replay.block_with(next))
     }
 
-    /// Keeps the state now and then.
-    fn mark(&mut self) {
-        let tick = self.tick();
-        let apart = MARK_TICKS_MIN.max(self.replay.last_tick() / MARKS_MAX);
-        if tick.is_multiple_of(apart) && !self.marks.contains_key(&tick) {
-            let Moment { game, members } = &self.moment;
-            self.marks.insert(tick, Mark { state: game.save(), members: members.clone() });
-        }
+    /// Learns of a moment to which the same replay was played elsewhere: seeking may begin there.
+    pub fn learn(&mut self, moment: &Moment) {
+        remember(&mut self.marks, &self.replay, moment);
     }
 
     /// Goes to the latest known state at or before a tick, without playing any; [`Playback::step`]
@@ -235,6 +230,17 @@ impl Playback {
     fn appearance(&self, seat: Seat) -> Appearance {
         let known = self.moment.members.get(&seat.0).cloned();
         known.unwrap_or_else(|| Appearance { name: format!("Player {}", seat.0 + 1), color: 0 })
+    }
+}
+
+/// Keeps the state of a moment now and then.
+fn remember(marks: &mut BTreeMap<u32, Mark>, replay: &Replay, moment: &Moment) {
+    let Moment { game, members } = moment;
+    let tick = game.tick_count();
+    let apart = MARK_TICKS_MIN.max(replay.last_tick() / MARKS_MAX);
+    if tick.is_multiple_of(apart) {
+        let mark = || Mark { state: game.save(), members: members.clone() };
+        marks.entry(tick).or_insert_with(mark);
     }
 }
 

@@ -5,6 +5,7 @@ use super::chapters::Chapters;
 use jostle_protocol::replay::{Block, Replay};
 use jostle_room::playback::Moment;
 use jostle_room::{Playback, Played};
+use std::sync::Arc;
 
 /// What is known of a replay's hashes.
 pub struct Checks {
@@ -61,14 +62,18 @@ impl Checks {
     /// Runs on through the replay for as long as `more` says so.
     pub(super) fn run(
         &mut self,
-        replay: &Replay,
+        playback: &mut Playback,
         chapters: &mut Chapters,
         mut more: impl FnMut() -> bool,
     ) {
+        let replay = Arc::clone(playback.replay());
         while self.ahead.is_some() && more() {
             let Some(ahead) = &mut self.ahead else { return };
-            match ahead.step(replay, chapters) {
-                Some(played) => self.note(played),
+            match ahead.step(&replay, chapters) {
+                Some(played) => {
+                    playback.learn(&ahead.moment);
+                    self.note(played);
+                }
                 None => self.ahead = None,
             }
         }

@@ -176,6 +176,27 @@ fn what_is_not_watched_is_compared_in_spare_time() {
 }
 
 #[test]
+fn what_was_looked_at_is_near() {
+    let file = file(&records("arena", 1400));
+    let way = |mut film: Film| {
+        film.aim(1350);
+        let mut ticks = 0;
+        film.work(|| {
+            ticks += 1;
+            true
+        });
+        assert_eq!(film.tick(), 1350);
+        (ticks, film.hash())
+    };
+    let open = || Film::open(file.clone()).expect("a replay");
+    let (far, hash) = way(open());
+    let mut looked = open();
+    looked.look_ahead(|| true);
+    let (near, same) = way(looked);
+    assert_eq!((far, near, same), (1350, 150, hash));
+}
+
+#[test]
 fn a_wrong_hash_is_found_at_its_tick() {
     let mut records = records("impulse", TICKS);
     for record in &mut records {

@@ -17,11 +17,13 @@ use jostle_protocol::replay::{Ending, Problem};
 use jostle_sim::{Seat, Vec2};
 
 /// Time that a frame may take to go on with a seek, milliseconds.
-const SEEK_MS: f64 = 8.0;
+const SEEK_MS: f64 = 11.0;
 /// Time that a frame may take to play, milliseconds; past it the film runs slower.
 const PLAY_MS: f64 = 12.0;
 /// Time that a frame may take to compare what is not watched yet, milliseconds.
 const AHEAD_MS: f64 = 3.0;
+/// The same while the film stands still.
+const AHEAD_STILL_MS: f64 = 8.0;
 /// A frame that came later than this came after a pause that nobody watched, seconds.
 const FRAME_S_MAX: f64 = 0.25;
 
@@ -97,7 +99,8 @@ impl Watch {
             if modal::top() == Layer::Page {
                 self.film.advance(elapsed_s, within(PLAY_MS));
             }
-            self.film.look_ahead(within(AHEAD_MS));
+            let ahead_ms = if self.film.is_playing() { AHEAD_MS } else { AHEAD_STILL_MS };
+            self.film.look_ahead(within(ahead_ms));
         }
         if let Some(canvas) = canvas {
             self.look(canvas, elapsed_s as f32);
