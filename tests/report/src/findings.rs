@@ -3,6 +3,7 @@
 
 use crate::methods::Family;
 use crate::number::short;
+use crate::stability::{Outcome, Verdicts};
 use crate::study::{Curve, Point, Study};
 
 /// A claim against a peer needs this share of its error at equal time ...
@@ -26,6 +27,15 @@ impl Comparison {
     pub fn is_won(&self) -> bool {
         self.error_share <= ERROR_SHARE && self.time_share <= TIME_SHARE
     }
+
+    /// In words.
+    pub fn verdict(&self) -> &'static str {
+        match (self.is_won(), self.error_share < 1.0 && self.time_share < 1.0) {
+            (true, _) => "better by both margins",
+            (false, true) => "ahead, but short of the margins",
+            (false, false) => "LOSS",
+        }
+    }
 }
 
 /// One comparison a peer that has a curve.
@@ -46,6 +56,45 @@ pub fn comparisons(study: &Study) -> Vec<Comparison> {
         Comparison { peer: curve.method.name, error_share, time_share }
     };
     study.curves.iter().filter(of(Family::Peer)).map(compare).collect()
+}
+
+/// Problems on which Jostle is better than every peer that took part, those with peers at all, and
+/// a sentence on each loss.
+pub fn tally(studies: &[Study]) -> (usize, usize, Vec<String>) {
+    let (mut won, mut compared, mut losses) = (0, 0, Vec::new());
+    for study in studies {
+        let comparisons = comparisons(study);
+        let lost = comparisons.iter().filter(|comparison| !comparison.is_won());
+        compared += usize::from(!comparisons.is_empty());
+        won += usize::from(!comparisons.is_empty() && lost.clone().count() == 0);
+        losses.extend(
+            lost.map(|c| format!("{} {}. {}", study.problem.id, study.problem.title, on_peer(c))),
+        );
+    }
+    (won, compared, losses)
+}
+
+/// What the drawn runs of a case show, a sentence a solver.
+pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
+    let of = |(solver, outcome): (&&str, &Outcome)| {
+        let (_, samples) = outcome.series.as_ref()?;
+        let (start, last) = (samples.first()?, samples.last()?);
+        let deepest = samples[1..].iter().max_by(|a, b| a.overlap.total_cmp(&b.overlap))?;
+        let gain = samples.iter().map(|sample| sample.energy - start.energy).fold(0.0, f64::max);
+        let share = gain / start.energy.abs().max(f64::MIN_POSITIVE);
+        // Where everything starts at rest and without height, a share of it says nothing.
+        let gained = match start.energy == 0.0 {
+            true => String::new(),
+            false => format!("largest energy gain {} of the start; ", short(share)),
+        };
+        Some(format!(
+            "{solver}: deepest overlap {} at {} s; {gained}rms speed {} at the end.",
+            short(deepest.overlap),
+            short(deepest.time_s),
+            short(last.rms)
+        ))
+    };
+    solvers.iter().zip(&verdicts.outcomes).filter_map(of).collect()
 }
 
 /// Sentences on a problem.

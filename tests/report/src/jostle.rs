@@ -3,6 +3,7 @@
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Drag, Motion, Scene, Shape};
 use glam::DVec2;
+use jostle_sim::body::GROUPS_MAX;
 use jostle_sim::world::WorldSettings;
 use jostle_sim::{
     Aabb, BodyDef, BodyId, DT, EmitterDef, Particles, Recipe, Solver, Source, Vec2, World,
@@ -33,6 +34,7 @@ impl Jostle {
             dt: step_of(scene, steps),
             gravity: scene.gravity.as_vec2(),
             solver: Some(solver),
+            meets: [if scene.collides { u32::MAX } else { 0 }; GROUPS_MAX],
             kill_zone: Aabb { low: Vec2::splat(-1e9), high: Vec2::splat(1e9) },
             bodies_max: scene.bodies.len() + BODIES_SPARE,
             ..WorldSettings::default()

@@ -1,7 +1,7 @@
 //! The page: one HTML file with all plots in it, nothing loaded from elsewhere.
 
 use crate::figures;
-use crate::findings::{comparisons, seen};
+use crate::findings::{comparisons, seen, seen_over_time, tally};
 use crate::methods::{Family, Method};
 use crate::number::short;
 use crate::plot::escape;
@@ -138,6 +138,22 @@ fn overview(results: &Results, page: &mut String) {
         );
     }
     page.push_str("</tbody>\n</table>\n");
+    let (won, compared, losses) = tally(&results.studies);
+    if compared == 0 {
+        page.push_str("<p>Peers were not measured in this run (<code>--peers</code>).</p>\n");
+        return;
+    }
+    let _ = writeln!(
+        page,
+        "<p>Better than every peer on <b>{won} of {compared}</b> problems that peers can play. Better \
+         means: at each of the peer's settings, at most a tenth of its error in its time and at most \
+         a third of its time for its error, with errors below the floor of f32 counted as the \
+         floor.</p>\n<p><b>Losses, and leads short of the margins.</b></p>\n<ul>"
+    );
+    for loss in losses {
+        let _ = writeln!(page, "<li>{}</li>", escape(&loss));
+    }
+    page.push_str("</ul>\n");
 }
 
 fn against_peers(study: &Study) -> String {
@@ -145,8 +161,7 @@ fn against_peers(study: &Study) -> String {
         .iter()
         .map(|c| {
             let class = if c.is_won() { "pass" } else { "fail" };
-            let word = if c.is_won() { "better" } else { "not better" };
-            format!("<span class=\"{class}\">{word}</span> than {}", escape(c.peer))
+            format!("{}: <span class=\"{class}\">{}</span>", escape(c.peer), c.verdict())
         })
         .collect();
     if verdicts.is_empty() { "not measured".into() } else { verdicts.join("<br>") }
@@ -258,6 +273,8 @@ fn stability(results: &Results, page: &mut String) {
             escape(variant),
             figure.svg()
         );
+        let sentences = seen_over_time(case, &solvers);
+        let _ = writeln!(page, "<p>{}</p>", escape(&sentences.join(" ")));
     }
 }
 

@@ -138,6 +138,8 @@ pub struct Scene {
     pub drag: Drag,
     /// A spring from every dynamic body to the origin: w^2 in 1/s^2; 0 is none.
     pub spring: f64,
+    /// Whether bodies meet; otherwise they fly through each other.
+    pub collides: bool,
     /// In the order in which an engine gets them.
     pub bodies: Vec<Body>,
 }
@@ -151,6 +153,7 @@ impl Scene {
             bounce_threshold: 2.0,
             drag: Drag::None,
             spring: 0.0,
+            collides: true,
             bodies: Vec::new(),
         }
     }
@@ -169,7 +172,7 @@ impl Scene {
 
     /// Whether bodies can meet at all.
     pub fn has_contacts(&self) -> bool {
-        self.bodies.len() > 1
+        self.collides && self.bodies.len() > 1
     }
 
     /// The four walls of the shared scenes around (0, 0)-(w, h), 20 thick.

@@ -1,6 +1,6 @@
 //! The summary in Markdown: the page's tables without its plots.
 
-use crate::findings::comparisons;
+use crate::findings::{comparisons, tally};
 use crate::methods::Family;
 use crate::number::short;
 use crate::page::Results;
@@ -25,12 +25,8 @@ pub fn markdown(results: &Results) -> String {
             Some((_, point)) => format!("{} | {}", short(point.errors[0]), short(point.best_us)),
             None => "n/a | n/a".into(),
         };
-        let peers: Vec<String> = comparisons(study)
-            .iter()
-            .map(|c| {
-                format!("{} {}", if c.is_won() { "better than" } else { "NOT better than" }, c.peer)
-            })
-            .collect();
+        let peers: Vec<String> =
+            comparisons(study).iter().map(|c| format!("{}: {}", c.peer, c.verdict())).collect();
         let _ = writeln!(
             text,
             "| {} {} | {}{unit} | {} | {} | {} | {} |",
@@ -42,6 +38,14 @@ pub fn markdown(results: &Results) -> String {
             short(study.problem.floor()),
             if peers.is_empty() { "not measured".into() } else { peers.join("; ") }
         );
+    }
+    let (won, compared, losses) = tally(&results.studies);
+    if compared > 0 {
+        let _ = writeln!(
+            text,
+            "\nBetter than every peer on {won} of {compared} problems. Losses, and leads short of the margins:\n"
+        );
+        losses.iter().for_each(|loss| text.push_str(&format!("- {loss}\n")));
     }
     stability(results, &mut text);
     omissions(results, &mut text);

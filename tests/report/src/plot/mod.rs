@@ -94,7 +94,7 @@ pub struct Figure {
 }
 
 const PANEL_WIDTH: f64 = 390.0;
-const LEFT: f64 = 66.0;
+const LEFT: f64 = 74.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 28.0;
 const BOTTOM: f64 = 48.0;
@@ -205,7 +205,7 @@ impl Frame {
              stroke=\"#555\"/>"
         );
         text((left + right) / 2.0, bottom + 37.0, "middle", &panel.x.label, svg);
-        let (x, y) = (left - 51.0, (top + bottom) / 2.0);
+        let (x, y) = (left - 59.0, (top + bottom) / 2.0);
         let _ = writeln!(
             svg,
             "<text transform=\"translate({x} {y}) rotate(-90)\" text-anchor=\"middle\">{}</text>",

@@ -18,6 +18,8 @@ pub enum Scale {
         low: f64,
         /// At the end.
         high: f64,
+        /// Between two ticks.
+        step: f64,
     },
     /// Whole decades, by the exponents at both ends. With `zero`, the lowest decade stands for
     /// values of 0, which have no logarithm.
@@ -70,13 +72,13 @@ impl Scale {
             (low, high) = (low - room, high + room);
         }
         let step = nice_step(high - low);
-        Scale::Linear { low: (low / step).floor() * step, high: (high / step).ceil() * step }
+        Scale::Linear { low: (low / step).floor() * step, high: (high / step).ceil() * step, step }
     }
 
     /// 0 at the origin, 1 at the end; what lies outside is moved to the nearer end.
     pub fn place(self, value: f64) -> f64 {
         let share = match self {
-            Scale::Linear { low, high } => (value - low) / (high - low),
+            Scale::Linear { low, high, .. } => (value - low) / (high - low),
             Scale::Log { low, high, .. } if value > 0.0 => {
                 (value.log10() - f64::from(low)) / f64::from(high - low)
             }
@@ -88,8 +90,7 @@ impl Scale {
     /// Labelled and minor ticks, ascending.
     pub fn ticks(self) -> Vec<Tick> {
         match self {
-            Scale::Linear { low, high } => {
-                let step = nice_step(high - low);
+            Scale::Linear { low, high, step } => {
                 let count = ((high - low) / step).round() as i32;
                 let value = |i: i32| low + f64::from(i) * step;
                 (0..=count)
@@ -187,11 +188,15 @@ mod tests {
     #[test]
     fn linear_ends_are_round() {
         let scale = Scale::linear([0.13, 9.2].into_iter());
-        assert_eq!(scale, Scale::Linear { low: 0.0, high: 10.0 });
+        assert_eq!(scale, Scale::Linear { low: 0.0, high: 10.0, step: 2.0 });
         let labels: Vec<String> = scale.ticks().into_iter().map(|tick| tick.label).collect();
         assert_eq!(labels, ["0", "2", "4", "6", "8", "10"]);
         assert_eq!(Scale::linear([5.0].into_iter()).place(5.0), 0.5);
-        assert_eq!(Scale::linear(std::iter::empty()), Scale::Linear { low: 0.0, high: 1.0 });
+        let labels = |values: [f64; 2]| -> Vec<String> {
+            Scale::linear(values.into_iter()).ticks().into_iter().map(|tick| tick.label).collect()
+        };
+        assert_eq!(labels([-0.41, 0.08]), ["-0.5", "-0.4", "-0.3", "-0.2", "-0.1", "0.0", "0.1"]);
+        assert_eq!(Scale::linear(std::iter::empty()).place(1.0), 1.0);
     }
 
     #[test]

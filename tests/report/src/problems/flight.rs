@@ -120,7 +120,7 @@ pub const PROBLEMS: [Problem; 5] = [
     Problem {
         id: "12",
         title: "Particles of an emitter",
-        about: "200 particles leave one point within a cone, under gravity 50 and drag 2/s, for 3 s. \
+        about: "200 particles, which do not meet, leave one point within a cone, under gravity 50 and drag 2/s, for 3 s. \
                 Time and error are those of all particles.",
         reference: "problem 2's closed form for each particle",
         scene: fountain,
@@ -152,7 +152,7 @@ fn dragged(drag: Drag) -> Scene {
 }
 
 fn fountain() -> Scene {
-    let mut scene = Scene { drag: Drag::Linear(RATE), ..Scene::new(GRAVITY) };
+    let mut scene = Scene { drag: Drag::Linear(RATE), collides: false, ..Scene::new(GRAVITY) };
     let mut draws = Mulberry(12);
     for _ in 0..PARTICLES {
         let (x, y) = (draws.range(-20.0, 20.0), draws.range(20.0, 50.0));

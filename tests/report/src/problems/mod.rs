@@ -3,6 +3,8 @@
 mod contact;
 mod flight;
 mod gas;
+mod impact;
+mod pile;
 mod stack;
 
 use crate::study::Problem;
@@ -14,6 +16,8 @@ pub fn all() -> Vec<Problem> {
     problems.extend(contact::PROBLEMS);
     problems.extend(stack::PROBLEMS);
     problems.extend(gas::PROBLEMS);
+    problems.extend(impact::PROBLEMS);
+    problems.extend(pile::PROBLEMS);
     problems.sort_by_key(|problem| order(problem.id));
     problems
 }

@@ -3,4 +3,5 @@
 
 pub mod closed;
 pub mod events;
+pub mod moreau;
 pub mod program;

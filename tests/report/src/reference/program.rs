@@ -57,8 +57,13 @@ impl Program {
 
     /// Gauss-Seidel from zero until nothing changes by more than `tolerance`, units/s.
     pub fn gauss_seidel(&self, tolerance: f64, sweeps_max: u32) -> Solution {
-        let mut velocities = self.free.clone();
-        let mut impulses = vec![0.0; self.contacts.len()];
+        self.gauss_seidel_from(&vec![0.0; self.contacts.len()], tolerance, sweeps_max)
+    }
+
+    /// The same from impulses that may be near the answer.
+    pub fn gauss_seidel_from(&self, start: &[f64], tolerance: f64, sweeps_max: u32) -> Solution {
+        let mut velocities = self.velocities(start);
+        let mut impulses = start.to_vec();
         for sweep in 1..=sweeps_max {
             let mut largest = 0f64;
             for (contact, impulse) in self.contacts.iter().zip(&mut impulses) {

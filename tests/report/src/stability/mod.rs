@@ -1,7 +1,9 @@
 //! The stability cases: stiff and extreme scenes, each with what is accepted and what was measured.
 //! Nothing is tuned to pass; a red case stays red, with its figure.
 
+mod extreme;
 mod moving;
+mod piles;
 mod resting;
 mod watch;
 
@@ -109,6 +111,8 @@ pub fn all() -> Vec<Case> {
     let mut cases: Vec<Case> = Vec::new();
     cases.extend(resting::CASES);
     cases.extend(moving::CASES);
+    cases.extend(piles::CASES);
+    cases.extend(extreme::CASES);
     cases.sort_by_key(|case| case.id[1..].parse().unwrap_or(u32::MAX));
     cases
 }
