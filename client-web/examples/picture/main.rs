@@ -11,16 +11,19 @@
 mod cast;
 
 use jostle_client_web::draw::DrawList;
-use jostle_client_web::draw::still::Still;
+use jostle_client_web::film::Film;
 use jostle_client_web::frame::View;
 use jostle_client_web::render::headless::Headless;
+use jostle_protocol::Appearance;
+use jostle_protocol::limits::COLORS;
+use jostle_protocol::replay::{Change, Start, header};
+use jostle_room::Recorder;
 use jostle_sim::{Game, Scene, Seat, Vec2};
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Frames drawn before the one that is kept, so that squash and stretch have a past.
-const LEAD_TICKS: u32 = 40;
+const SEED: u64 = 7;
 
 /// One picture.
 struct Shot {
@@ -102,22 +105,12 @@ fn take(headless: &mut Headless, shot: &Shot) -> Result<(), Box<dyn Error>> {
         .find(|scene| scene.name == shot.scene)
         .ok_or_else(|| format!("there is no scene {}", shot.scene))?;
     let view = view(&scene, shot);
-    let mut game = Game::new(Arc::new(scene), 7);
-    let mut still = Still::default();
+    let mut film = Film::open(played(scene, shot.ticks)?)?;
+    film.seek(shot.ticks);
+    let mut frame = film.frame(view);
+    frame.bounds |= shot.bounds;
     let mut list = DrawList::new();
-    for seat in 0..cast::players(game.scene()) {
-        game.join(Seat(seat));
-    }
-    for tick in 0..shot.ticks {
-        let inputs = cast::inputs(&game, tick);
-        game.tick(&inputs);
-        still.watch(&game);
-        if tick + LEAD_TICKS >= shot.ticks {
-            let mut frame = still.frame(&game, view);
-            frame.bounds |= shot.bounds;
-            list.fill(&frame);
-        }
-    }
+    list.fill(&frame);
     let picture = headless.picture(shot.size, &list)?;
     let bytes = picture.png()?;
     std::fs::write(&shot.out, &bytes)?;
@@ -125,11 +118,32 @@ fn take(headless: &mut Headless, shot: &Shot) -> Result<(), Box<dyn Error>> {
         "{}: {} bytes, {} bodies, {} particles, by {}",
         shot.out,
         bytes.len(),
-        game.world().body_count(),
-        game.world().particles().len(),
+        frame.bodies.len(),
+        frame.particles.len(),
         headless.adapter()
     );
     Ok(())
+}
+
+/// A replay of the scene with its bots.
+fn played(scene: Scene, ticks: u32) -> Result<Vec<u8>, Box<dyn Error>> {
+    let (name, source) = (scene.name.clone(), scene.source.clone());
+    let start = Start { scene_name: name, scene: source, seed: SEED, ..Start::default() };
+    let mut game = Game::new(Arc::new(scene), SEED);
+    let mut recorder = Recorder::new(start, &game, Vec::new());
+    for tick in 0..ticks {
+        let mut changes = Vec::new();
+        for seat in (0..cast::players(game.scene())).filter(|_| tick == 0) {
+            changes.push(Change::Join(Seat(seat), Appearance::new("Bot", seat % COLORS)?));
+            game.join(Seat(seat));
+        }
+        let inputs = cast::inputs(&game, tick);
+        game.tick(&inputs);
+        recorder.tick(changes, &inputs, &game, Vec::new);
+    }
+    let mut bytes = header();
+    recorder.finish(&game).iter().for_each(|record| bytes.extend(record.seal()));
+    Ok(bytes)
 }
 
 fn view(scene: &Scene, shot: &Shot) -> View {

@@ -13,7 +13,6 @@ pub(crate) mod motion;
 mod outline;
 mod quads;
 pub mod sprite;
-pub mod still;
 pub mod vertex;
 
 pub use light::{LIGHT_CELLS, LightField};

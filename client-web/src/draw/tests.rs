@@ -320,24 +320,6 @@ fn the_icon_files_are_the_generators() {
 }
 
 #[test]
-fn a_game_can_be_looked_at_directly() {
-    let scene = jostle_sim::Scene::built_in().into_iter().find(|s| s.name == "arena");
-    let mut game = jostle_sim::Game::new(std::sync::Arc::new(scene.expect("an arena")), 1);
-    let mut still = still::Still::default();
-    game.join(jostle_sim::Seat(3));
-    for _ in 0..90 {
-        game.tick(&[]);
-        still.watch(&game);
-    }
-    let frame = still.frame(&game, VIEW);
-    assert_eq!(frame.bodies.len(), game.bodies().count());
-    let heroes: Vec<_> = frame.bodies.iter().filter(|b| b.kind == Kind::Hero).collect();
-    assert_eq!(heroes.len(), 1);
-    assert_eq!(heroes[0].color, Some(3));
-    assert!((heroes[0].age - 89.0 / 60.0).abs() < 1e-3, "{}", heroes[0].age);
-}
-
-#[test]
 fn every_scene_has_a_picture() {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/pictures"));
     for scene in jostle_sim::Scene::built_in() {
