@@ -73,7 +73,7 @@ fn circle_circle(offset: Vec2, radius_a: f32, radius_b: f32, ids: (u32, u32)) ->
 /// The direction in which two circles with one centre part: +y for the first pair, then turning by
 /// the golden angle with the two ids.
 #[cold]
-fn parting_normal((id_a, id_b): (u32, u32)) -> Vec2 {
+pub(crate) fn parting_normal((id_a, id_b): (u32, u32)) -> Vec2 {
     let (low, high) = if id_a < id_b { (id_a, id_b) } else { (id_b, id_a) };
     let turn = low.wrapping_mul(31).wrapping_add(high).wrapping_sub(1) % 1024;
     let normal = math::rotate(Vec2::Y, turn as f32 * GOLDEN_ANGLE);
@@ -127,7 +127,7 @@ fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Contact> {
 /// Unit normal and distance from a box corner; a distance whose square underflows points outward
 /// along the longer axis.
 #[inline]
-fn corner_normal(difference: Vec2, squared: f32) -> (Vec2, f32) {
+pub(crate) fn corner_normal(difference: Vec2, squared: f32) -> (Vec2, f32) {
     if squared > f32::MIN_POSITIVE {
         let distance = squared.sqrt();
         return (difference / distance, distance);
@@ -155,7 +155,7 @@ pub fn nearest_exit(point: Vec2, half: Vec2) -> Contact {
 
 /// -1 for negative numbers, else +1.
 #[inline]
-fn side(value: f32) -> f32 {
+pub(crate) fn side(value: f32) -> f32 {
     if value < 0.0 { -1.0 } else { 1.0 }
 }
 

@@ -7,6 +7,7 @@
 
 mod bodies;
 pub mod body;
+pub mod conjugate;
 pub mod contact;
 pub mod game;
 mod hash;

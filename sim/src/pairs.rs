@@ -16,6 +16,16 @@ use glam::Vec2;
 /// Smallest growth of a box in the list, world units.
 const MARGIN: f32 = 0.4;
 
+/// The axis of the face of a box that pressed on the other body in the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Axis {
+    /// None did, or the solver does not ask.
+    #[default]
+    Free,
+    X,
+    Y,
+}
+
 /// Two bodies that are close, `a` < `b` by slot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pair {
@@ -25,6 +35,8 @@ pub(crate) struct Pair {
     pub normal_impulse: f32,
     /// Friction impulse that went with it, along the normal turned left.
     pub tangent_impulse: f32,
+    /// Kept where `normal_impulse` is positive, else free.
+    pub axis: Axis,
     /// Normal along which this step's warm start pushed; scratch of a step, no state.
     pub warm_normal: Vec2,
 }
@@ -157,6 +169,7 @@ impl PairList {
                 b: key as u32,
                 normal_impulse: 0.0,
                 tangent_impulse: 0.0,
+                axis: Axis::Free,
                 warm_normal: Vec2::ZERO,
             };
             self.pairs.push(old.next_if(|pair| pair.key() == key).copied().unwrap_or(fresh));

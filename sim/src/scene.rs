@@ -11,6 +11,7 @@ mod groups;
 mod kind;
 mod path;
 mod recipes;
+mod solver;
 mod tools;
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Which method solves the contacts of a world.
 
+use crate::conjugate::Conjugate;
 use crate::relaxation::Relaxation;
 
 /// A method and its settings.
@@ -7,6 +8,8 @@ use crate::relaxation::Relaxation;
 pub enum Solver {
     /// The chapter's: projection and impulse, a fixed number of passes.
     Relaxation(Relaxation),
+    /// Velocities that satisfy all contacts at once, by sweeps until they have converged.
+    Conjugate(Conjugate),
 }
 
 impl Default for Solver {
@@ -20,6 +23,7 @@ impl Solver {
     pub(crate) fn check(&self) {
         match self {
             Solver::Relaxation(settings) => settings.check(),
+            Solver::Conjugate(settings) => settings.check(),
         }
     }
 }

@@ -1,11 +1,13 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
+mod conjugate;
 mod state;
 
 pub use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
 
 use crate::DT;
 use crate::bodies::{Bodies, REACH_MIN};
+use crate::conjugate::Workspace;
 use crate::contact::Contact;
 use crate::math::clamp_length;
 use crate::pairs::{Filter, PairList};
@@ -140,6 +142,8 @@ pub struct World {
     start_velocity: Vec<Vec2>,
     touches_before: Vec<Touch>,
     obstacles: Vec<Obstacle>,
+    /// The same of the conjugate solver.
+    workspace: Workspace,
 }
 
 impl World {
@@ -158,6 +162,7 @@ impl World {
             start_velocity: Vec::new(),
             touches_before: Vec::new(),
             obstacles: Vec::new(),
+            workspace: Workspace::default(),
         }
     }
 
@@ -297,6 +302,15 @@ impl World {
 
     /// [`World::step`], shown to `watch` after each phase. What it changes is part of the step.
     pub fn step_watched(&mut self, watch: &mut impl FnMut(Phase, &mut World)) {
+        match self.settings.solver {
+            Some(Solver::Conjugate(settings)) => self.step_conjugate(settings, watch),
+            Some(Solver::Relaxation(_)) | None => self.step_relaxation(watch),
+        }
+        self.remove_departed();
+        debug_assert!(self.is_finite(), "a step made a state that is not finite");
+    }
+
+    fn step_relaxation(&mut self, watch: &mut impl FnMut(Phase, &mut World)) {
         self.integrate();
         watch(Phase::Integrate, self);
         self.refresh_pairs();
@@ -305,8 +319,6 @@ impl World {
         self.relax();
         watch(Phase::Relax, self);
         self.report_touches();
-        self.remove_departed();
-        debug_assert!(self.is_finite(), "a step made a state that is not finite");
     }
 
     fn integrate(&mut self) {
@@ -438,7 +450,10 @@ impl World {
     /// What the solver did in the last step, in pairs: a pair counts once a pass. A measure of work
     /// that no machine changes.
     pub fn pair_solves(&self) -> u64 {
-        u64::from(self.passes) * self.rows.len() as u64
+        match self.settings.solver {
+            Some(Solver::Conjugate(_)) => self.workspace.work,
+            _ => u64::from(self.passes) * self.rows.len() as u64,
+        }
     }
 
     /// Starts an emitter; `false` if too many are running. Panics if it names a recipe that the
@@ -472,6 +487,10 @@ impl World {
 
     pub(crate) fn pair_list(&self) -> &PairList {
         &self.pairs
+    }
+
+    pub(crate) fn workspace_rows(&self) -> usize {
+        self.workspace.rows.len()
     }
 
     pub(crate) fn invalidate_pairs(&mut self) {

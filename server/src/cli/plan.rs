@@ -33,12 +33,69 @@ pub struct Plan {
 }
 
 #[derive(Debug, Serialize)]
-struct Solver {
-    iterations: u32,
-    correction: f32,
-    slop: f32,
-    bounce_threshold: f32,
-    warm_start: bool,
+#[serde(tag = "method", rename_all = "lowercase")]
+enum Solver {
+    Relaxation {
+        iterations: u32,
+        correction: f32,
+        slop: f32,
+        bounce_threshold: f32,
+        warm_start: bool,
+    },
+    Conjugate {
+        tolerance: f32,
+        sweeps_max: u32,
+        work_max: u32,
+        bounce_threshold: f32,
+        slop: f32,
+        correction: f32,
+        correction_max: f32,
+        position_passes: u32,
+    },
+}
+
+impl Solver {
+    fn of(solver: jostle_sim::Solver) -> Solver {
+        match solver {
+            jostle_sim::Solver::Relaxation(settings) => Solver::Relaxation {
+                iterations: settings.iterations,
+                correction: settings.correction,
+                slop: settings.slop,
+                bounce_threshold: settings.bounce_threshold,
+                warm_start: settings.warm_start,
+            },
+            jostle_sim::Solver::Conjugate(settings) => Solver::Conjugate {
+                tolerance: settings.tolerance,
+                sweeps_max: settings.sweeps_max,
+                work_max: settings.work_max,
+                bounce_threshold: settings.bounce_threshold,
+                slop: settings.slop,
+                correction: settings.correction,
+                correction_max: settings.correction_max,
+                position_passes: settings.position_passes,
+            },
+        }
+    }
+}
+
+impl fmt::Display for Solver {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Solver::Relaxation { iterations, correction, slop, bounce_threshold, warm_start } => {
+                let start = if *warm_start { "warm" } else { "cold" };
+                write!(
+                    f,
+                    "{iterations} iterations, correction {correction}, slop {slop}, \
+                     bounce from {bounce_threshold}, {start} start"
+                )
+            }
+            Solver::Conjugate { tolerance, sweeps_max, bounce_threshold, slop, .. } => write!(
+                f,
+                "conjugate to {tolerance}, at most {sweeps_max} sweeps, slop {slop}, \
+                 bounce from {bounce_threshold}"
+            ),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -101,18 +158,11 @@ impl Plan {
             name: name.clone(),
             particles: scene.meets_particles >> index & 1 == 1,
         });
-        let solver = scene.solver.map(|jostle_sim::Solver::Relaxation(settings)| Solver {
-            iterations: settings.iterations,
-            correction: settings.correction,
-            slop: settings.slop,
-            bounce_threshold: settings.bounce_threshold,
-            warm_start: settings.warm_start,
-        });
         let tools = Tools::NAMES.iter().filter(|(_, tool)| scene.tools.contains(*tool));
         Plan {
             size: scene.size.to_array(),
             gravity: scene.gravity.to_array(),
-            solver,
+            solver: scene.solver.map(Solver::of),
             groups: groups.collect(),
             pairs: pairs(&scene, &bodies),
             shape_pairs: shape_pairs(&scene, &bodies),
@@ -267,15 +317,7 @@ impl fmt::Display for Plan {
         writeln!(f, "{}: {}", self.scene, self.title)?;
         writeln!(f, "world        {width} x {height}, gravity ({gravity_x}, {gravity_y})")?;
         match &self.solver {
-            Some(solver) => writeln!(
-                f,
-                "solver       {} iterations, correction {}, slop {}, bounce from {}, {}",
-                solver.iterations,
-                solver.correction,
-                solver.slop,
-                solver.bounce_threshold,
-                if solver.warm_start { "warm start" } else { "cold start" }
-            )?,
+            Some(solver) => writeln!(f, "solver       {solver}")?,
             None => writeln!(f, "solver       none: contacts are only found")?,
         }
         for bodies in &self.bodies {

@@ -125,7 +125,7 @@ impl Game {
         let held = self.read_body("held body", bytes)?;
         let loose = held.is_none_or(|id| self.world.motion(id) == Motion::Dynamic);
         bytes.check(loose, "held body")?;
-        let gravity_scale = bytes.number("gravity scale")?;
+        let gravity_scale = bytes.plausible_number("gravity scale")?;
         player.held = held.map(|body| Held { body, gravity_scale });
         player.score = bytes.short("score")?;
         let pointed = bytes.byte("has pointed")?;
@@ -225,11 +225,14 @@ fn read_actor(scene: &Scene, id: BodyId, bytes: &mut StateReader) -> Result<Acto
     bytes.check(owner == NOBODY || usize::from(owner) < SEATS_MAX, "owner")?;
     let rule = match tag >> 4 {
         0 => Rule::Still,
-        1 => Rule::Wander { heading: bytes.vector("heading")?, speed: bytes.number("speed")? },
+        1 => Rule::Wander {
+            heading: bytes.plausible("heading")?,
+            speed: bytes.plausible_number("speed")?,
+        },
         2 if scene.pack.is_some() => Rule::Chase {
-            front: bytes.vector("front")?,
-            drift: bytes.vector("drift")?,
-            driven: bytes.vector("driven")?,
+            front: bytes.plausible("front")?,
+            drift: bytes.plausible("drift")?,
+            driven: bytes.plausible("driven")?,
             life: bytes.word("ticks left")?,
         },
         _ => return Err(bytes.wrong("rule")),

@@ -6,14 +6,13 @@ use super::bodies::{self, PLACE, SPEED};
 use super::document::{Field, Range, Table};
 use super::groups::Groups;
 use super::recipes::Recipes;
+use super::solver;
 use super::{
     BODIES_MAX, Camera, EMITTERS_MAX, Layout, PACKS_MAX, PARTICLES_MAX, Placed, Repeater,
     SEATS_MAX, SIZE_MAX, Scene, SceneError, Tools,
 };
 use crate::contact::collide;
-use crate::relaxation::Relaxation;
 use crate::shape::Aabb;
-use crate::solver::Solver;
 use crate::world::{BodyDef, Motion};
 use glam::Vec2;
 
@@ -24,7 +23,9 @@ pub(super) const FIELDS: &[&str] = &[
     "size",
     "gravity",
     "response",
+    "solver",
     "relaxation",
+    "conjugate",
     "groups",
     "pairs",
     "particles_meet",
@@ -45,8 +46,6 @@ pub(super) const FIELDS: &[&str] = &[
     "recipes",
     "emitters",
 ];
-const RELAXATION_FIELDS: &[&str] =
-    &["iterations", "correction", "slop", "bounce_threshold", "warm_start"];
 const LIMIT_FIELDS: &[&str] = &["players", "bodies", "particles", "dumb", "packs"];
 const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
@@ -64,7 +63,7 @@ struct Limits {
 pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, SceneError> {
     let title = root.need("title", "a name for people")?.text(TITLE_CHARS_MAX)?;
     let size = root.need("size", "[width, height]")?.vector(Range::from(1.0, SIZE_MAX))?;
-    let solver = solver(root)?;
+    let solver = solver::solver(root)?;
     let groups = Groups::read(root)?;
     let tools = tools(root)?;
     let mut recipes = Recipes::read(root)?;
@@ -147,37 +146,6 @@ fn refuse_long(root: &Table, name: &str, list: &[Field], max: usize) -> Result<(
         return Ok(());
     }
     Err(root.error(name, format!("{} entries", list.len()), format!("at most {max}")))
-}
-
-/// Solver settings. Nothing is mended in silence: what is out of range is refused (C22c).
-fn solver(root: &Table) -> Result<Option<Solver>, SceneError> {
-    let responses = ["impulse", "none"];
-    let response = root.get("response").map_or(Ok(0), |field| field.choice(&responses))?;
-    let table = root.table("relaxation", RELAXATION_FIELDS)?;
-    if response == 1 {
-        return match table {
-            Some(_) => Err(root.error(
-                "relaxation",
-                "a table beside response = \"none\"".into(),
-                "only one of the two".into(),
-            )),
-            None => Ok(None),
-        };
-    }
-    let base = Relaxation::default();
-    let Some(table) = table else { return Ok(Some(Solver::Relaxation(base))) };
-    let warm_start = table.get("warm_start").map(|field| field.truth()).transpose()?;
-    Ok(Some(Solver::Relaxation(Relaxation {
-        iterations: table.whole("iterations", base.iterations, 1, 240)?,
-        correction: table.number("correction", base.correction, Range::above(0.0, 1.0))?,
-        slop: table.number("slop", base.slop, Range::from(0.0, 1.0))?,
-        bounce_threshold: table.number(
-            "bounce_threshold",
-            base.bounce_threshold,
-            Range::from(0.0, 100.0),
-        )?,
-        warm_start: warm_start.unwrap_or(base.warm_start),
-    })))
 }
 
 fn tools(root: &Table) -> Result<Tools, SceneError> {

@@ -1,6 +1,7 @@
 //! Scene files: what is read, what is refused and where, and that no text makes the reader panic.
 
 use super::*;
+use crate::conjugate::Conjugate;
 use crate::relaxation::Relaxation;
 use crate::shape::Shape;
 use crate::world::Motion;
@@ -182,6 +183,41 @@ fn sizes_must_be_positive_and_finite() {
 }
 
 /// C22c: a wrong setting is refused, never mended in silence.
+#[test]
+fn a_scene_names_its_solver() {
+    let text = SMALL.replace("gravity = [0, -10]", "solver = \"conjugate\"");
+    let start = text.find("[relaxation]").expect("the table");
+    let end = start + text[start..].find("\n\n").expect("its end");
+    let text = |table: &str| text[..start].to_owned() + table + &text[end..];
+    let solver = |table: &str| Scene::parse("a.toml", &text(table)).expect(table).solver;
+    assert_eq!(solver(""), Some(Solver::Conjugate(Conjugate::default())));
+    let given = Conjugate {
+        tolerance: 0.25,
+        sweeps_max: 7,
+        work_max: 5000,
+        bounce_threshold: 0.0,
+        slop: 0.5,
+        correction: 1.0,
+        correction_max: 2.0,
+        position_passes: 0,
+    };
+    let table = "[conjugate]\ntolerance = 0.25\nsweeps_max = 7\nwork_max = 5000\n\
+        bounce_threshold = 0\nslop = 0.5\ncorrection = 1\ncorrection_max = 2\nposition_passes = 0";
+    assert_eq!(solver(table), Some(Solver::Conjugate(given)));
+    for (table, field) in [
+        ("[conjugate]\ntolerance = 0", "conjugate.tolerance"),
+        ("[conjugate]\nsweeps_max = 0", "conjugate.sweeps_max"),
+        ("[conjugate]\nwork_max = 999", "conjugate.work_max"),
+        ("[conjugate]\nposition_passes = 61", "conjugate.position_passes"),
+        ("[relaxation]\niterations = 4", "relaxation"),
+    ] {
+        let error = Scene::parse("a.toml", &text(table)).expect_err(table);
+        assert_eq!(error.field, field);
+    }
+    let both = SMALL.replace("[relaxation]", "[conjugate]\nslop = 0\n\n[relaxation]");
+    assert_eq!(Scene::parse("a.toml", &both).expect_err("both").field, "conjugate");
+}
+
 #[test]
 fn solver_settings_out_of_range_are_refused() {
     let whole = "a whole number from 1 to 240";

@@ -16,6 +16,8 @@ pub struct StateError {
     pub problem: &'static str,
 }
 
+/// Above every number of a game, and small enough that a step with it stays finite.
+pub(crate) const PLAUSIBLE_MAX: f32 = 1e9;
 /// No body.
 const NOBODY: u32 = u32::MAX;
 
@@ -113,6 +115,18 @@ impl<'a> StateReader<'a> {
     /// A finite vector.
     pub fn vector(&mut self, field: &'static str) -> Result<Vec2, StateError> {
         Ok(Vec2::new(self.number(field)?, self.number(field)?))
+    }
+
+    /// A number of at most [`PLAUSIBLE_MAX`], either sign.
+    pub fn plausible_number(&mut self, field: &'static str) -> Result<f32, StateError> {
+        let value = self.number(field)?;
+        self.check(value.abs() < PLAUSIBLE_MAX, field)?;
+        Ok(value)
+    }
+
+    /// A vector of such numbers.
+    pub fn plausible(&mut self, field: &'static str) -> Result<Vec2, StateError> {
+        Ok(Vec2::new(self.plausible_number(field)?, self.plausible_number(field)?))
     }
 
     pub fn body(&mut self, field: &'static str) -> Result<Option<BodyId>, StateError> {

@@ -3,9 +3,10 @@
 
 use super::bytes::StateWriter;
 use super::*;
+use crate::conjugate::Conjugate;
 use crate::game::{Buttons, Game, Input, Seat};
 use crate::math::Rng;
-use crate::{Phase, Scene};
+use crate::{Phase, Scene, Solver};
 use std::sync::Arc;
 
 /// What two busy players hold in a tick.
@@ -24,10 +25,14 @@ fn inputs(rng: &mut Rng, game: &Game) -> Vec<(Seat, Input)> {
     seats.map(|seat| (seat, input())).collect()
 }
 
-/// A game of each shipped scene with two players.
+/// A game of each shipped scene with two players, by its own solver and by the conjugate one.
 fn games() -> Vec<Game> {
-    let scenes = Scene::built_in().into_iter().map(Arc::new);
+    let solved = Scene::built_in().into_iter().filter(|scene| scene.solver.is_some());
+    let conjugate = Some(Solver::Conjugate(Conjugate::default()));
+    let again = solved.map(|scene| Scene { solver: conjugate, ..scene });
+    let scenes = Scene::built_in().into_iter().chain(again);
     scenes
+        .map(Arc::new)
         .map(|scene| {
             let mut game = Game::new(scene, 3);
             game.join(Seat(0));

@@ -9,10 +9,10 @@ use super::{Touch, World, WorldSettings};
 use crate::bodies::{Bodies, Material};
 use crate::body::{GROUPS_MAX, Motion};
 use crate::hash::StateHasher;
-use crate::pairs::{Pair, overlap};
+use crate::pairs::{Axis, Pair, overlap};
 use crate::particle::Particles;
 use crate::shape::Shape;
-use crate::state::bytes::{StateError, StateReader, StateWriter};
+use crate::state::bytes::{PLAUSIBLE_MAX, StateError, StateReader, StateWriter};
 use crate::state::{Difference, Listing, Subject, Words};
 use glam::Vec2;
 use std::collections::BTreeMap;
@@ -31,11 +31,14 @@ struct Sort {
 const SORT_BYTES: usize = 27;
 const SLOT_BYTES_MIN: usize = 6;
 const CONTACT_BYTES: usize = 17;
-/// Above every number of a game, and small enough that a step with it stays finite.
-const PLAUSIBLE_MAX: f32 = 1e9;
+/// Above every impulse: the heaviest stack of the heaviest bodies.
+const IMPULSE_MAX: f32 = 1e15;
 /// In place of a sort: the slot is free.
 const FREE: u16 = u16::MAX;
+/// Flags of a contact.
 const TOUCHING: u8 = 1;
+const ALONG_X: u8 = 2;
+const ALONG_Y: u8 = 4;
 
 impl World {
     /// Digest of the raw bits of all state in id order: bodies, what free slots remember, resting
@@ -63,8 +66,9 @@ impl World {
 
     fn words_in_step(&self, words: &mut impl Words) {
         self.words(words);
-        for row in &self.rows {
-            words.bits(Subject::Contact { a: row.a, b: row.b }, "taking part", 1);
+        let rows = self.rows.iter().map(|row| (row.a, row.b));
+        for (a, b) in rows.chain(self.workspace.rows.iter().map(|row| (row.a, row.b))) {
+            words.bits(Subject::Contact { a, b }, "taking part", 1);
         }
     }
 
@@ -82,6 +86,9 @@ impl World {
             words.bits(subject, "bodies", pair.b);
             words.number(subject, "normal impulse", pair.normal_impulse);
             words.number(subject, "tangent impulse", pair.tangent_impulse);
+            if pair.axis != Axis::Free {
+                words.bits(subject, "axis", pair.axis as u32);
+            }
         }
         self.particles.words(words);
     }
@@ -117,10 +124,15 @@ impl World {
     fn save_contacts(&self, out: &mut StateWriter) {
         let mut contacts = BTreeMap::new();
         for pair in self.pairs.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
-            contacts.insert((pair.a, pair.b), (0, pair.normal_impulse, pair.tangent_impulse));
+            let flags = match pair.axis {
+                Axis::Free => 0,
+                Axis::X => ALONG_X,
+                Axis::Y => ALONG_Y,
+            };
+            contacts.insert((pair.a, pair.b), (flags, pair.normal_impulse, pair.tangent_impulse));
         }
         for touch in &self.touches {
-            contacts.entry((touch.a.index, touch.b.index)).or_insert((0, 0.0, 0.0)).0 = TOUCHING;
+            contacts.entry((touch.a.index, touch.b.index)).or_insert((0, 0.0, 0.0)).0 |= TOUCHING;
         }
         out.word(contacts.len() as u32);
         for ((a, b), (flags, normal_impulse, tangent_impulse)) in contacts {
@@ -153,16 +165,23 @@ impl World {
             let lives = |slot: u32| slot < slots && self.bodies.alive[slot as usize];
             bytes.check(a < b && lives(a) && lives(b) && last < Some((a, b)), "contact")?;
             last = Some((a, b));
-            let touching = bytes.byte("contact flags")? & TOUCHING != 0;
+            let flags = bytes.byte("contact flags")?;
+            let axis = match flags & (ALONG_X | ALONG_Y) {
+                0 => Axis::Free,
+                ALONG_X => Axis::X,
+                ALONG_Y => Axis::Y,
+                _ => return Err(bytes.wrong("contact flags")),
+            };
             let normal_impulse = bytes.number("normal impulse")?;
-            bytes.check((0.0..PLAUSIBLE_MAX).contains(&normal_impulse), "normal impulse")?;
+            bytes.check((0.0..IMPULSE_MAX).contains(&normal_impulse), "normal impulse")?;
             let tangent_impulse = bytes.number("tangent impulse")?;
-            bytes.check(tangent_impulse.abs() < PLAUSIBLE_MAX, "tangent impulse")?;
+            bytes.check(tangent_impulse.abs() < IMPULSE_MAX, "tangent impulse")?;
             if normal_impulse > 0.0 {
                 let warm_normal = Vec2::ZERO;
-                self.pairs.pairs.push(Pair { a, b, normal_impulse, tangent_impulse, warm_normal });
+                let pair = Pair { a, b, normal_impulse, tangent_impulse, axis, warm_normal };
+                self.pairs.pairs.push(pair);
             }
-            if touching {
+            if flags & TOUCHING != 0 {
                 self.touches.push(touch_again(&self.bodies, a, b));
             }
         }
@@ -276,7 +295,7 @@ impl Sort {
         let movable = inverse_mass > 0.0 && inverse_mass < PLAUSIBLE_MAX;
         let fits = if motion == Motion::Dynamic { movable } else { inverse_mass == 0.0 };
         bytes.check(fits, "inverse mass")?;
-        let gravity_scale = bytes.number("gravity scale")?;
+        let gravity_scale = bytes.plausible_number("gravity scale")?;
         let restitution = bytes.number("restitution")?;
         bytes.check((0.0..=1.0).contains(&restitution), "restitution")?;
         let friction = bytes.number("friction")?;
@@ -298,8 +317,8 @@ fn read_bodies(bodies_max: usize, bytes: &mut StateReader) -> Result<Bodies, Sta
             continue;
         }
         let sort = *sorts.get(usize::from(sort)).ok_or_else(|| bytes.wrong("sort"))?;
-        let center = plausible(bytes, "position")?;
-        let velocity = plausible(bytes, "velocity")?;
+        let center = bytes.plausible("position")?;
+        let velocity = bytes.plausible("velocity")?;
         let still = sort.motion != Motion::Static || velocity == Vec2::ZERO;
         bytes.check(still, "velocity of a static body")?;
         let calm = bytes.number("calmness")?;
@@ -317,11 +336,4 @@ fn read_bodies(bodies_max: usize, bytes: &mut StateReader) -> Result<Bodies, Sta
     }
     bodies.list_free();
     Ok(bodies)
-}
-
-fn plausible(bytes: &mut StateReader, field: &'static str) -> Result<Vec2, StateError> {
-    let value = bytes.vector(field)?;
-    let size = value.abs();
-    bytes.check(size.x < PLAUSIBLE_MAX && size.y < PLAUSIBLE_MAX, field)?;
-    Ok(value)
 }

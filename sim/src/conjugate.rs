@@ -1,0 +1,217 @@
+//! The conjugate solver: velocities that satisfy all contacts at once, found by accelerated sweeps
+//! that stop when they have converged.
+//!
+//! One file a stage, in the order of a step:
+//! 1. `rows`: pairs that may touch within the step (`gap` says when and along which normal);
+//! 2. `impacts`: bounces, pair by pair in order of time;
+//! 3. `travel`: gravity;
+//! 4. `islands`: rows that share no movable body are solved apart, each with
+//!    - `warm`: the last step's impulses, as far as they cannot add energy,
+//!    - `lines`: chains along an axis, solved exactly by pooling (`pools`),
+//!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small;
+//! 5. `travel`: the bodies move;
+//! 6. `places`: overlap beyond the slop is moved away.
+
+mod gap;
+mod impacts;
+mod islands;
+mod lines;
+mod places;
+mod pools;
+mod rows;
+mod sweep;
+mod travel;
+mod warm;
+
+use crate::bodies::{Bodies, REACH_MIN};
+use crate::math::{clamp, max};
+use crate::pairs::Pair;
+use glam::Vec2;
+use impacts::Impacts;
+use islands::Islands;
+use lines::Lines;
+pub(crate) use rows::{Facts, Row};
+use travel::Travel;
+
+/// Settings of the conjugate solver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conjugate {
+    /// Sweeps end when none changes a relative speed by more than this share of what gravity gives
+    /// in a step, in (0, 1]. Default 0.005.
+    pub tolerance: f32,
+    /// Sweeps over an island a step, 1..=1000. Default 120.
+    pub sweeps_max: u32,
+    /// Visits of rows a step, over all islands, 1000..=1e9: bounds the time of the worst step.
+    /// Every island has [`SWEEPS_MIN`] sweeps all the same. Default 1e6.
+    pub work_max: u32,
+    /// Closing speed below which nothing bounces, units/s, 0..=100. Default 2.
+    pub bounce_threshold: f32,
+    /// Overlap left alone, world units, 0..=1. Default 0.005.
+    pub slop: f32,
+    /// Share of the overlap beyond the slop that a pass moves away, in (0, 1]. Default 0.4.
+    pub correction: f32,
+    /// Most that a pass moves a pair apart, world units, above 0 and at most 100. Default 0.3.
+    pub correction_max: f32,
+    /// Passes over the positions a step, 0..=60. Default 4.
+    pub position_passes: u32,
+}
+
+impl Default for Conjugate {
+    fn default() -> Conjugate {
+        Conjugate {
+            tolerance: 0.005,
+            sweeps_max: 120,
+            work_max: 1_000_000,
+            bounce_threshold: 2.0,
+            slop: 0.005,
+            correction: 0.4,
+            correction_max: 0.3,
+            position_passes: 4,
+        }
+    }
+}
+
+impl Conjugate {
+    /// Panics unless every setting is in its documented range.
+    pub(crate) fn check(&self) {
+        assert!(self.tolerance > 0.0 && self.tolerance <= 1.0, "tolerance {}", self.tolerance);
+        assert!((1..=1000).contains(&self.sweeps_max), "sweeps_max {}", self.sweeps_max);
+        assert!((1000..=1_000_000_000).contains(&self.work_max), "work_max {}", self.work_max);
+        let threshold = self.bounce_threshold;
+        assert!((0.0..=100.0).contains(&threshold), "bounce threshold {threshold}");
+        assert!((0.0..=1.0).contains(&self.slop), "slop {}", self.slop);
+        assert!(self.correction > 0.0 && self.correction <= 1.0, "correction {}", self.correction);
+        let most = self.correction_max;
+        assert!(most > 0.0 && most <= 100.0, "correction_max {most}");
+        assert!(self.position_passes <= 60, "position_passes {}", self.position_passes);
+    }
+}
+
+/// Sweeps that every island has, whatever the budget.
+pub const SWEEPS_MIN: u32 = 4;
+/// Islands of fewer rows are solved more precisely by the square of that, down to [`PRECISE`] of the
+/// tolerance: it costs nothing.
+const FEW_ROWS: f32 = 100.0;
+const PRECISE: f32 = 0.001;
+/// Share of the largest speed that is rounding.
+const ROUNDING: f32 = 1e-6;
+/// What counts as gravity's gain in a step where there is none, units/s.
+const GAIN_MIN: f32 = 0.001;
+
+/// What a step works on; nothing of it is state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Workspace {
+    /// In (a, b) order.
+    pub rows: Vec<Row>,
+    /// Of each row.
+    pub facts: Vec<Facts>,
+    impacts: Impacts,
+    islands: Islands,
+    lines: Lines,
+    travel: Travel,
+    /// Rows whose pairs are close after the step.
+    close: Vec<u32>,
+    /// Sweeps of the island that took most.
+    pub sweeps: u32,
+    /// Visits of rows.
+    pub work: u64,
+}
+
+/// What a step is given beside the bodies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<'a> {
+    pub settings: &'a Conjugate,
+    pub gravity: Vec2,
+    pub dt: f32,
+    pub speed_max: f32,
+}
+
+impl Frame<'_> {
+    /// How far gravity takes a body in a step.
+    fn fall(&self) -> f32 {
+        self.gravity.length() * self.dt * self.dt
+    }
+}
+
+/// How far each moving body looks for others.
+pub(crate) fn reach(bodies: &mut Bodies, frame: &Frame) {
+    let fall = frame.fall();
+    let Bodies { moving, velocity, reach, .. } = bodies;
+    for &slot in moving.iter() {
+        reach[slot as usize] = REACH_MIN + fall + velocity[slot as usize].length() * frame.dt;
+    }
+}
+
+impl Workspace {
+    /// Forgets the bounces of the last step.
+    pub fn begin(&mut self) {
+        self.impacts.strikes.clear();
+    }
+
+    /// Stages 1 and 2. Whether bodies bounced: then their speeds have changed, and with them who
+    /// may touch whom; the caller mends the pair list and asks again.
+    pub fn meet(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) -> bool {
+        rows::gather(bodies, pairs, (frame.dt, frame.fall()), &mut self.rows, &mut self.facts);
+        let about = (frame.settings, frame.gravity, frame.dt);
+        impacts::take(bodies, &self.rows, &self.facts, pairs, about, &mut self.impacts)
+    }
+
+    /// Stages 3 and 4: the velocities at the end of the step.
+    pub fn solve(&mut self, bodies: &mut Bodies, pairs: &mut [Pair], frame: &Frame) {
+        impacts::mark(&mut self.impacts.strikes, &self.rows, &mut self.facts);
+        travel::accelerate(bodies, frame.gravity * frame.dt, frame.speed_max, &mut self.travel);
+        self.islands.find(bodies.alive.len(), &self.rows);
+        self.lines.reserve(bodies.alive.len());
+        let gain = frame.gravity.length() * frame.dt;
+        let tolerance = frame.settings.tolerance * max(gain, GAIN_MIN);
+        let mut budget = Budget { work: frame.settings.work_max, rows: self.rows.len() as u32 };
+        self.sweeps = 0;
+        self.work = 0;
+        for island in 0..self.islands.count() {
+            let places = &self.islands.rows[self.islands.range(island)];
+            let fastest = warm::start(&mut self.rows, places, &mut bodies.velocity);
+            let few = places.len() as f32 / FEW_ROWS;
+            let share = clamp(few * few, PRECISE, 1.0);
+            let tolerance = max(tolerance * share, fastest * ROUNDING);
+            self.lines.find(&self.rows, places);
+            let sweeps_max = budget.sweeps(frame.settings.sweeps_max);
+            let velocity = &mut bodies.velocity;
+            let limits = (tolerance, sweeps_max);
+            let sweeps = sweep::solve(&mut self.rows, places, &mut self.lines, velocity, limits);
+            self.work += budget.spend(sweeps, places.len());
+            self.sweeps = self.sweeps.max(sweeps);
+        }
+        rows::store(bodies, &self.rows, pairs);
+    }
+
+    /// Stages 5 and 6: the places at the end of the step.
+    pub fn go(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
+        travel::go(bodies, &self.rows, &mut self.facts, &mut self.travel, frame.dt);
+        let rows = (self.rows.as_mut_slice(), self.facts.as_mut_slice());
+        let scratch = (&mut self.lines, &mut self.close);
+        places::part(bodies, rows, pairs, frame.settings, scratch);
+    }
+}
+
+/// Visits of rows that are left for the islands to come; what one leaves the others may use.
+struct Budget {
+    work: u32,
+    rows: u32,
+}
+
+impl Budget {
+    /// Sweeps that the next island may take.
+    fn sweeps(&self, sweeps_max: u32) -> u32 {
+        (self.work / self.rows.max(1)).max(SWEEPS_MIN).min(sweeps_max)
+    }
+
+    fn spend(&mut self, sweeps: u32, rows: usize) -> u64 {
+        let work = u64::from(sweeps) * rows as u64;
+        self.work = self.work.saturating_sub(work.min(u64::from(u32::MAX)) as u32);
+        self.rows -= rows as u32;
+        work
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,303 @@
+//! Narrow phase with a sign: how far two bodies are apart, and along which normal they will meet.
+//!
+//! A row of the solver says: the relative displacement d of a step must satisfy n.d >= -s. That is a
+//! half-plane, and the free space around a shape is not one, so it matters where the shape is
+//! replaced by its tangent. It is taken where the present speeds lead: at the first touch within
+//! the step, or else at the closest approach. Bodies that pass each other therefore never feel
+//! each other, and a body cannot jump over another one. The sweep against a box is the slab test
+//! (Kay and Kajiya 1986) with rounded corners (Ericson 2005, section 5.5.7).
+
+use crate::contact::{corner_normal, nearest_exit, parting_normal, side};
+use crate::math::{clamp, max, min};
+use crate::pairs::Axis;
+use crate::shape::Shape;
+use glam::Vec2;
+
+/// Where a pair is going to touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gap {
+    /// Unit vector from a to b.
+    pub normal: Vec2,
+    /// Distance along the normal that the two may close before they touch, world units; negative
+    /// where they overlap.
+    pub separation: f32,
+}
+
+/// A path is straight while it bends off the tangent by less than this share of the radius.
+const TURN: f32 = 1e-7;
+/// Overlap on both axes below which two boxes only pass corner to corner, world units; of small
+/// boxes at most [`CORNER_SHARE`] of their size. Twice that much worse may the axis of the last
+/// step be before two boxes change it.
+const CORNER: f32 = 0.01;
+const CORNER_SHARE: f32 = 0.05;
+/// Share of the coordinates that is rounding.
+const ROUNDING: f32 = 2.4e-7;
+/// Circle centres nearer than this share of the radii count as one centre (C05).
+const SAME_CENTER: f32 = 1e-6;
+
+/// One placed shape of a pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    pub shape: Shape,
+    pub center: Vec2,
+    pub slot: u32,
+}
+
+/// The gap of two bodies of which b moves by `path` relative to a if nothing stops it. `kept` is
+/// the axis of the face that pressed in the last step. `None`: two boxes pass each other around a
+/// corner.
+#[inline]
+pub(crate) fn between(a: Placed, b: Placed, path: Vec2, kept: Axis) -> Option<Gap> {
+    let offset = b.center - a.center;
+    let size = a.center.abs() + b.center.abs();
+    match (a.shape, b.shape) {
+        (Shape::Circle { radius: ra }, Shape::Circle { radius: rb }) => {
+            Some(circles(offset, path, ra + rb, (a.slot, b.slot)))
+        }
+        (Shape::Box { half: ha }, Shape::Box { half: hb }) => boxes(offset, path, ha + hb, kept),
+        (Shape::Box { half }, Shape::Circle { radius }) => {
+            Some(box_circle(offset, path, half, radius, size))
+        }
+        (Shape::Circle { radius }, Shape::Box { half }) => {
+            let gap = box_circle(-offset, -path, half, radius, size);
+            Some(Gap { normal: -gap.normal, ..gap })
+        }
+    }
+}
+
+/// The axis that a contact keeps: that of the face of a box.
+#[inline]
+pub(crate) fn axis_of(a: Shape, b: Shape, normal: Vec2) -> Axis {
+    match (a, b) {
+        (Shape::Circle { .. }, Shape::Circle { .. }) => Axis::Free,
+        _ if normal.y == 0.0 => Axis::X,
+        _ if normal.x == 0.0 => Axis::Y,
+        _ => Axis::Free,
+    }
+}
+
+/// Two circles: the tangent at the end of the line of centres.
+#[inline]
+fn circles(offset: Vec2, path: Vec2, reach: f32, ids: (u32, u32)) -> Gap {
+    let along = offset.dot(path);
+    let squared = offset.length_squared();
+    let straight = path.length_squared() <= TURN * reach * reach;
+    if straight || along >= 0.0 || squared <= reach * reach {
+        return circles_at_rest(offset, squared, reach, ids);
+    }
+    let share = match first_touch_of_circle(offset, path, reach) {
+        Some(share) => share,
+        None => min(-along / path.length_squared(), 1.0),
+    };
+    let there = offset + path * share;
+    let distance = there.length();
+    let normal = there / distance;
+    tangent(normal, distance - reach, path * share)
+}
+
+#[inline]
+fn circles_at_rest(offset: Vec2, squared: f32, reach: f32, ids: (u32, u32)) -> Gap {
+    let distance = squared.sqrt();
+    if distance <= SAME_CENTER * reach {
+        return Gap { normal: parting_normal(ids), separation: -reach };
+    }
+    Gap { normal: offset / distance, separation: distance - reach }
+}
+
+/// The half-plane that touches the shape `ahead` of the start, seen from the start. Rounding must
+/// not let it cut off the start itself: a row never pushes bodies that do not overlap.
+#[inline]
+fn tangent(normal: Vec2, distance: f32, ahead: Vec2) -> Gap {
+    Gap { normal, separation: max(distance - normal.dot(ahead), 0.0) }
+}
+
+/// Share of the path, in [0, 1], after which a point comes nearer to the origin than `reach`. The
+/// start lies outside.
+#[inline]
+fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
+    let along = offset.dot(path);
+    let length_squared = path.length_squared();
+    if along >= 0.0 {
+        return None;
+    }
+    // By way of the closest approach: the textbook's discriminant loses its digits far away.
+    let nearest = -along / length_squared;
+    let miss = (offset + path * nearest).length_squared();
+    let inside = reach * reach - miss;
+    if inside <= 0.0 {
+        return None;
+    }
+    let share = nearest - (inside / length_squared).sqrt();
+    (share <= 1.0).then_some(max(share, 0.0))
+}
+
+/// Two boxes: the axis on which they come to overlap last, or along which they overlap least.
+#[inline]
+fn boxes(offset: Vec2, path: Vec2, reach: Vec2, kept: Axis) -> Option<Gap> {
+    let overlap = reach - offset.abs();
+    let corner = min(CORNER, CORNER_SHARE * min(reach.x, reach.y));
+    let axis = if overlap.x >= corner && overlap.y >= corner {
+        least_overlap(overlap, kept, 2.0 * corner)
+    } else if let Some(axis) = last_entry(offset, path, reach - Vec2::splat(corner)) {
+        axis
+    } else {
+        // Seen from the side where it starts: on the other side it is through.
+        let ahead = reach - (offset + path) * Vec2::new(side(offset.x), side(offset.y));
+        let passes = ahead.x > corner && ahead.y > corner;
+        if passes || ahead.x.abs() < corner && ahead.y.abs() < corner {
+            return None;
+        }
+        least_overlap(ahead, kept, 2.0 * corner)
+    };
+    let (normal, overlap_along) = match axis {
+        Axis::X => (Vec2::new(side(offset.x), 0.0), overlap.x),
+        _ => (Vec2::new(0.0, side(offset.y)), overlap.y),
+    };
+    // Boxes that leave each other on one axis may still be apart on the other only.
+    let apart = overlap.x < 0.0 || overlap.y < 0.0;
+    let separation = if apart { max(-overlap_along, 0.0) } else { -overlap_along };
+    Some(Gap { normal, separation })
+}
+
+/// A tie goes to y, as in [`crate::contact::collide`].
+#[inline]
+fn least_overlap(overlap: Vec2, kept: Axis, faith: f32) -> Axis {
+    let (x, y) = match kept {
+        Axis::Free => (overlap.x, overlap.y),
+        Axis::X => (overlap.x - faith, overlap.y),
+        Axis::Y => (overlap.x, overlap.y - faith),
+    };
+    if x < y { Axis::X } else { Axis::Y }
+}
+
+/// The axis on which a point enters a box last, if it enters within its path.
+#[inline]
+fn last_entry(offset: Vec2, path: Vec2, half: Vec2) -> Option<Axis> {
+    let (enter_x, leave_x) = slab(offset.x, path.x, half.x)?;
+    let (enter_y, leave_y) = slab(offset.y, path.y, half.y)?;
+    let (enter, leave) = (max(enter_x, enter_y), min(leave_x, leave_y));
+    let enters = enter <= leave && enter <= 1.0 && leave >= 0.0;
+    enters.then_some(if enter_x > enter_y { Axis::X } else { Axis::Y })
+}
+
+/// Shares of the path at which a coordinate enters and leaves (-half, half); `None` if it never
+/// does.
+#[inline]
+fn slab(offset: f32, path: f32, half: f32) -> Option<(f32, f32)> {
+    if path == 0.0 {
+        return (offset.abs() < half).then_some((f32::NEG_INFINITY, f32::INFINITY));
+    }
+    let (one, other) = ((-half - offset) / path, (half - offset) / path);
+    Some(if path > 0.0 { (one, other) } else { (other, one) })
+}
+
+/// A circle seen from a box; `size` is that of the coordinates, which says how exact they are.
+#[inline]
+fn box_circle(offset: Vec2, path: Vec2, half: Vec2, radius: f32, size: Vec2) -> Gap {
+    let outside = offset.abs() - half;
+    let start = box_circle_at_rest(offset, outside, half, radius);
+    let straight = path.length_squared() <= TURN * radius * radius;
+    if straight || stays_over_face(offset, outside, path, half) {
+        return start;
+    }
+    let across = path.perp().abs() / path.length();
+    let graze = ROUNDING * (across.dot(size) + radius);
+    let over_face = outside.x <= 0.0 || outside.y <= 0.0;
+    if start.separation <= if over_face { graze } else { -graze } {
+        return start;
+    }
+    if let Some((share, normal)) = first_touch_of_box(offset, path, half, radius, graze) {
+        return tangent(normal, 0.0, path * share);
+    }
+    closest_approach(offset, path, half, radius, start)
+}
+
+/// The gap of a circle that misses the box: at its start if it leaves, else at its end or where it
+/// passes the corner that reaches out furthest towards its path, whichever is nearer.
+#[inline]
+fn closest_approach(offset: Vec2, path: Vec2, half: Vec2, radius: f32, start: Gap) -> Gap {
+    if start.normal.dot(path) >= 0.0 {
+        return tangent(start.normal, start.separation, Vec2::ZERO);
+    }
+    let across = if path.perp().dot(offset) < 0.0 { -path.perp() } else { path.perp() };
+    let corner = Vec2::new(half.x * side(across.x), half.y * side(across.y));
+    let nearest = clamp((corner - offset).dot(path) / path.length_squared(), 0.0, 1.0);
+    let at = |share: f32| {
+        let there = offset + path * share;
+        (box_circle_at_rest(there, there.abs() - half, half, radius), path * share)
+    };
+    let ((by_corner, ahead), (by_end, whole)) = (at(nearest), at(1.0));
+    if by_corner.separation < by_end.separation {
+        tangent(by_corner.normal, by_corner.separation, ahead)
+    } else {
+        tangent(by_end.normal, by_end.separation, whole)
+    }
+}
+
+/// The gap where the circle is now: from the nearest point of the box, or, for a centre inside it,
+/// through the nearest side.
+#[inline]
+fn box_circle_at_rest(offset: Vec2, outside: Vec2, half: Vec2, radius: f32) -> Gap {
+    if outside.x <= 0.0 && outside.y <= 0.0 {
+        let exit = nearest_exit(offset, half);
+        return Gap { normal: exit.normal, separation: -radius - exit.depth };
+    }
+    if outside.x <= 0.0 {
+        return Gap { normal: Vec2::new(0.0, side(offset.y)), separation: outside.y - radius };
+    }
+    if outside.y <= 0.0 {
+        return Gap { normal: Vec2::new(side(offset.x), 0.0), separation: outside.x - radius };
+    }
+    let difference = Vec2::new(outside.x * side(offset.x), outside.y * side(offset.y));
+    let (normal, distance) = corner_normal(difference, difference.length_squared());
+    Gap { normal, separation: distance - radius }
+}
+
+/// Whether the nearest point of the box lies on one face for the whole path.
+#[inline]
+fn stays_over_face(offset: Vec2, outside: Vec2, path: Vec2, half: Vec2) -> bool {
+    let end = (offset + path).abs() - half;
+    outside.x <= 0.0 && end.x <= 0.0 || outside.y <= 0.0 && end.y <= 0.0
+}
+
+/// Where a circle outside a box first touches it: the share of the path and the normal there.
+///
+/// The centre must enter the box grown by the radius. Where it does so beside a corner it touches
+/// only within the radius of that corner; the four corner squares are apart, so a centre cannot
+/// come from one to another without having touched. Less than `graze` off a corner is rounding: a
+/// circle that rolls from tile to tile passes.
+#[inline]
+fn first_touch_of_box(
+    offset: Vec2,
+    path: Vec2,
+    half: Vec2,
+    radius: f32,
+    graze: f32,
+) -> Option<(f32, Vec2)> {
+    let (enter_x, leave_x) = slab(offset.x, path.x, half.x + radius)?;
+    let (enter_y, leave_y) = slab(offset.y, path.y, half.y + radius)?;
+    let (enter, leave) = (max(enter_x, enter_y), min(leave_x, leave_y));
+    if enter > leave || enter > 1.0 || leave < 0.0 {
+        return None;
+    }
+    let there = offset + path * max(enter, 0.0);
+    let beside = there.abs() - half;
+    if beside.x > 0.0 && beside.y > 0.0 {
+        let corner = Vec2::new(half.x * side(there.x), half.y * side(there.y));
+        let share = first_touch_of_circle(offset - corner, path, radius - graze)?;
+        let (normal, _) = {
+            let difference = offset - corner + path * share;
+            corner_normal(difference, difference.length_squared())
+        };
+        return Some((share, normal));
+    }
+    let normal = if enter_x > enter_y {
+        Vec2::new(-side(path.x), 0.0)
+    } else {
+        Vec2::new(0.0, -side(path.y))
+    };
+    Some((max(enter, 0.0), normal))
+}
+
+#[cfg(test)]
+mod tests;

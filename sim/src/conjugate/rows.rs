@@ -1,0 +1,191 @@
+//! Rows: for every pair that may touch within the step, what the solver needs to know of it.
+//!
+//! A row asks two things of the velocities at the end of the step. Along the normal the bodies may
+//! close no more than their gap: n.(vb - va) >= -s / h, held by an impulse that only pushes. Across
+//! it Coulomb friction opposes sliding by at most mu times that impulse. Pairs that are still apart
+//! have rows too (speculative contacts; Catto 2013, "Continuous collision"): a body lands exactly
+//! and nothing overlaps. A row that does not push costs one comparison a sweep.
+
+use super::gap::{self, Placed};
+use crate::bodies::Bodies;
+use crate::math::{max, min};
+use crate::pairs::{Axis, Pair, near};
+use glam::Vec2;
+
+/// Distance within which a pair has a row even if neither body moves, world units.
+const SPECULATIVE: f32 = 0.02;
+/// A gap of at most this share of the coordinates is rounding: to close it would take a speed that
+/// moves nobody.
+const ROUNDING: f32 = 1.2e-7;
+/// Share of the greatest friction from which on a pair slides.
+const SLIDING: f32 = 0.999;
+
+/// What a sweep reads and writes of a pair: one cache line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    pub a: u32,
+    pub b: u32,
+    /// Unit vector from a to b; friction acts along it turned left.
+    pub normal: Vec2,
+    /// Least relative speed along the normal, units/s; not positive.
+    pub bound: f32,
+    /// Effective mass: 1 / (sum of the inverse masses).
+    pub mass: f32,
+    /// Inverse masses.
+    pub weight_a: f32,
+    pub weight_b: f32,
+    /// Coulomb coefficient: geometric mean of the two.
+    pub friction: f32,
+    /// Accumulated impulses of this step: along the normal, not negative, and across it.
+    pub press: f32,
+    pub rub: f32,
+    /// What the last sweep added to them.
+    pub press_change: f32,
+    pub rub_change: f32,
+    /// The direction of the conjugate gradients.
+    pub press_along: f32,
+    pub rub_along: f32,
+    /// Place in the pair list.
+    pub pair: u32,
+}
+
+/// What is known of a row beside the sweeps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facts {
+    /// Distance that the two may close along the normal, world units; negative where they overlap.
+    pub separation: f32,
+    /// What is left of it after the bodies moved.
+    pub left: f32,
+    /// Largest closing speed met in this step, units/s; not negative.
+    pub closing: f32,
+    /// Restitution: the smaller of the two.
+    pub restitution: f32,
+    /// Whether the two bounced in this step.
+    pub struck: bool,
+    /// Whether the two slid on each other in the last step.
+    pub slid: bool,
+}
+
+/// The rows of a step in (a, b) order, from where the bodies are and how they move before gravity
+/// and contacts act. `fall` is how far gravity takes a body in a step.
+pub(crate) fn gather(
+    bodies: &Bodies,
+    pairs: &[Pair],
+    (dt, fall): (f32, f32),
+    rows: &mut Vec<Row>,
+    facts: &mut Vec<Facts>,
+) {
+    rows.clear();
+    facts.clear();
+    for (place, pair) in (0u32..).zip(pairs) {
+        if !near(bodies, pair.a, pair.b) {
+            continue;
+        }
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
+        let path = (velocity_b - velocity_a) * dt;
+        let placed = |slot: u32| placed(bodies, slot);
+        let Some(gap) = gap::between(placed(pair.a), placed(pair.b), path, pair.axis) else {
+            continue;
+        };
+        // Their own speeds, not the relative one: what stops one of them must not let it overlap
+        // the other, beside which it fell so far.
+        let speeds = gap.normal.dot(velocity_a).abs() + gap.normal.dot(velocity_b).abs();
+        if gap.separation < SPECULATIVE + fall + speeds * dt {
+            let approach = -gap.normal.dot(velocity_b - velocity_a);
+            let size = gap.normal.abs().dot(bodies.center[a].abs() + bodies.center[b].abs());
+            let apart = gap.separation > ROUNDING * size;
+            let bound = if apart { -gap.separation / dt } else { 0.0 };
+            let row = row(bodies, pair, place, gap.normal, bound);
+            let greatest = row.friction * row.press;
+            rows.push(row);
+            facts.push(Facts {
+                separation: gap.separation,
+                left: gap.separation,
+                closing: max(approach, 0.0),
+                restitution: min(bodies.material[a].restitution, bodies.material[b].restitution),
+                struck: false,
+                slid: row.press > 0.0 && row.rub.abs() >= SLIDING * greatest,
+            });
+        }
+    }
+}
+
+#[inline]
+pub(crate) fn placed(bodies: &Bodies, slot: u32) -> Placed {
+    let index = slot as usize;
+    Placed { shape: bodies.shape[index], center: bodies.center[index], slot }
+}
+
+#[inline]
+fn row(bodies: &Bodies, pair: &Pair, place: u32, normal: Vec2, bound: f32) -> Row {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let (weight_a, weight_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
+    let friction = (bodies.material[a].friction * bodies.material[b].friction).sqrt();
+    // What a face carried says nothing about another face or a corner: a circle that has just
+    // left a tile would be pushed on by it.
+    let turned = pair.axis != Axis::Free
+        && pair.axis != gap::axis_of(bodies.shape[a], bodies.shape[b], normal);
+    let (press, rub) =
+        if turned { (0.0, 0.0) } else { (pair.normal_impulse, pair.tangent_impulse) };
+    Row {
+        a: pair.a,
+        b: pair.b,
+        normal,
+        bound,
+        mass: 1.0 / (weight_a + weight_b),
+        weight_a,
+        weight_b,
+        friction,
+        press,
+        rub,
+        press_change: 0.0,
+        rub_change: 0.0,
+        press_along: 0.0,
+        rub_along: 0.0,
+        pair: place,
+    }
+}
+
+impl Row {
+    /// Velocity of b relative to a.
+    #[inline]
+    pub fn relative(&self, velocity: &[Vec2]) -> Vec2 {
+        velocity[self.b as usize] - velocity[self.a as usize]
+    }
+
+    /// Applies an impulse to b and its opposite to a.
+    #[inline]
+    pub fn apply(&self, velocity: &mut [Vec2], impulse: Vec2) {
+        velocity[self.a as usize] -= impulse * self.weight_a;
+        velocity[self.b as usize] += impulse * self.weight_b;
+    }
+
+    /// The impulses as one vector.
+    #[inline]
+    pub fn impulse(&self, press: f32, rub: f32) -> Vec2 {
+        self.normal * press + self.normal.perp() * rub
+    }
+
+    /// Whether both bodies can be pushed.
+    #[inline]
+    pub fn is_free(&self) -> bool {
+        self.weight_a > 0.0 && self.weight_b > 0.0
+    }
+}
+
+/// Keeps the impulses for the next step's start.
+pub(crate) fn store(bodies: &Bodies, rows: &[Row], pairs: &mut [Pair]) {
+    for pair in pairs.iter_mut() {
+        pair.normal_impulse = 0.0;
+        pair.tangent_impulse = 0.0;
+        pair.axis = Axis::Free;
+    }
+    for row in rows.iter().filter(|row| row.press > 0.0) {
+        let pair = &mut pairs[row.pair as usize];
+        let (a, b) = (row.a as usize, row.b as usize);
+        pair.normal_impulse = row.press;
+        pair.tangent_impulse = row.rub;
+        pair.axis = gap::axis_of(bodies.shape[a], bodies.shape[b], row.normal);
+    }
+}

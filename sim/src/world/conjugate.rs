@@ -1,0 +1,64 @@
+//! A step of the World by the conjugate solver: pairs, impacts and rows, velocities, places.
+
+use super::{Phase, Touch, World};
+use crate::conjugate::{Conjugate, Frame, reach};
+use crate::math::max;
+
+/// How often a step may find that bounces sped bodies up towards new ones.
+const MEETINGS_MAX: u32 = 16;
+
+impl World {
+    /// The step, shown to `watch` after each phase.
+    pub(super) fn step_conjugate(
+        &mut self,
+        settings: Conjugate,
+        watch: &mut impl FnMut(Phase, &mut World),
+    ) {
+        self.meet(&settings);
+        watch(Phase::Pairs, self);
+        let frame = self.frame(&settings);
+        self.workspace.solve(&mut self.bodies, &mut self.pairs.pairs, &frame);
+        self.passes = self.workspace.sweeps;
+        watch(Phase::Relax, self);
+        let frame = self.frame(&settings);
+        self.workspace.go(&mut self.bodies, &self.pairs.pairs, &frame);
+        watch(Phase::Integrate, self);
+        self.report_presses();
+    }
+
+    fn frame<'a>(&self, settings: &'a Conjugate) -> Frame<'a> {
+        let super::WorldSettings { gravity, dt, speed_max, .. } = self.settings;
+        Frame { settings, gravity, dt, speed_max }
+    }
+
+    /// Finds the rows; again, as long as bounces change who may touch whom.
+    fn meet(&mut self, settings: &Conjugate) {
+        let frame = self.frame(settings);
+        self.workspace.begin();
+        for _ in 0..MEETINGS_MAX {
+            reach(&mut self.bodies, &frame);
+            self.refresh_pairs();
+            if !self.workspace.meet(&mut self.bodies, &self.pairs.pairs, &frame) {
+                return;
+            }
+        }
+    }
+
+    /// Lists who pressed, bounced or overlaps, in (a, b) order.
+    fn report_presses(&mut self) {
+        std::mem::swap(&mut self.touches, &mut self.touches_before);
+        self.touches.clear();
+        let mut before = self.touches_before.iter().peekable();
+        for (row, facts) in self.workspace.rows.iter().zip(&self.workspace.facts) {
+            if row.press <= 0.0 && !facts.struck && facts.left >= 0.0 {
+                continue;
+            }
+            let (a, b) = (self.bodies.id(row.a), self.bodies.id(row.b));
+            while before.next_if(|old| (old.a.index, old.b.index) < (row.a, row.b)).is_some() {}
+            let began = before.next_if(|old| (old.a, old.b) == (a, b)).is_none();
+            let depth = max(-facts.left, 0.0);
+            let (normal, closing) = (row.normal, facts.closing);
+            self.touches.push(Touch { a, b, normal, depth, closing, began });
+        }
+    }
+}
