@@ -28,11 +28,11 @@ impl Comparison {
         self.error_share <= ERROR_SHARE && self.time_share <= TIME_SHARE
     }
 
-    /// In words.
+    /// In a word: better by both margins, ahead but short of them, or a loss.
     pub fn verdict(&self) -> &'static str {
         match (self.is_won(), self.error_share < 1.0 && self.time_share < 1.0) {
-            (true, _) => "better by both margins",
-            (false, true) => "ahead, but short of the margins",
+            (true, _) => "better",
+            (false, true) => "ahead",
             (false, false) => "LOSS",
         }
     }
@@ -175,8 +175,7 @@ fn on_peer(comparison: &Comparison) -> String {
         true => format!("{} of its {of}", short(share)),
         false => format!("nothing that matches its {of}"),
     };
-    let verdict =
-        if comparison.is_won() { "better by both margins" } else { "LOSS or no clear win" };
+    let verdict = comparison.verdict();
     format!(
         "Against {}: at equal time {}, at equal error {} (worst of its settings): {verdict}.",
         comparison.peer,

@@ -145,10 +145,11 @@ fn overview(results: &Results, page: &mut String) {
     }
     let _ = writeln!(
         page,
-        "<p>Better than every peer on <b>{won} of {compared}</b> problems that peers can play. Better \
-         means: at each of the peer's settings, at most a tenth of its error in its time and at most \
-         a third of its time for its error, with errors below the floor of f32 counted as the \
-         floor.</p>\n<p><b>Losses, and leads short of the margins.</b></p>\n<ul>"
+        "<p>Better than every peer on <b>{won} of {compared}</b> problems that peers can play. \
+         <b>Better</b> means: against each of the peer's settings, at most a tenth of its error in its \
+         time and at most a third of its time for its error, with errors below the floor of f32 \
+         counted as the floor. <b>Ahead</b> means: less error in its time and less time for its \
+         error, but short of these margins. Anything else is a <b>loss</b>.</p>\n<p><b>Losses, and leads short of the margins.</b></p>\n<ul>"
     );
     for loss in losses {
         let _ = writeln!(page, "<li>{}</li>", escape(&loss));
@@ -160,7 +161,11 @@ fn against_peers(study: &Study) -> String {
     let verdicts: Vec<String> = comparisons(study)
         .iter()
         .map(|c| {
-            let class = if c.is_won() { "pass" } else { "fail" };
+            let class = match c.verdict() {
+                "LOSS" => "fail",
+                "better" => "pass",
+                _ => "none",
+            };
             format!("{}: <span class=\"{class}\">{}</span>", escape(c.peer), c.verdict())
         })
         .collect();
