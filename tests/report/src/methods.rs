@@ -6,6 +6,7 @@ use crate::integrators::{FreeFlight, Precision, Scheme};
 use crate::jostle::{Jostle, ParticleFlight};
 use crate::scene::Scene;
 use jostle_sim::Solver;
+use jostle_sim::conjugate::Conjugate;
 use jostle_sim::relaxation::Relaxation;
 
 /// Who a method belongs to.
@@ -56,10 +57,12 @@ pub struct Method {
 /// Steps, or sub-steps, a tick.
 pub const STEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 const PASSES: &[f64] = &[1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0];
+const TOLERANCES: &[f64] = &[0.5, 0.1, 0.02, 0.005, 1e-3, 1e-4];
+const SWEEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0, 60.0, 240.0];
 const SHARES: &[f64] = &[0.1, 0.2, 0.4, 0.6, 0.8, 1.0];
 
 /// Everything but the peers, in the order of the legends.
-pub const METHODS: [Method; 9] = [
+pub const METHODS: [Method; 12] = [
     Method {
         name: "Jostle relaxation, 15 passes",
         family: Family::Jostle,
@@ -111,6 +114,44 @@ pub const METHODS: [Method; 9] = [
         },
     },
     Method {
+        name: "Jostle conjugate",
+        family: Family::Jostle,
+        knob: "steps a tick",
+        settings: STEPS,
+        default: Some(1.0),
+        divides_step: true,
+        field: Field::All,
+        in_stability: true,
+        build: |scene, steps| boxed(Jostle::new(scene, steps as u32, conjugate(scene, |_| {}))),
+    },
+    Method {
+        name: "Jostle conjugate, 1 step",
+        family: Family::Jostle,
+        knob: "tolerance",
+        settings: TOLERANCES,
+        default: Some(0.005),
+        divides_step: false,
+        field: Field::Contacts,
+        in_stability: false,
+        build: |scene, share| {
+            boxed(Jostle::new(scene, 1, conjugate(scene, |c| c.tolerance = share as f32)))
+        },
+    },
+    Method {
+        name: "Jostle conjugate, 1 step, tolerance 0.001",
+        family: Family::Jostle,
+        knob: "sweeps at most",
+        settings: SWEEPS,
+        default: None,
+        divides_step: false,
+        field: Field::Contacts,
+        in_stability: false,
+        build: |scene, sweeps| {
+            let tune = |c: &mut Conjugate| (c.tolerance, c.sweeps_max) = (1e-3, sweeps as u32);
+            boxed(Jostle::new(scene, 1, conjugate(scene, tune)))
+        },
+    },
+    Method {
         name: "Jostle particles",
         family: Family::Jostle,
         knob: "steps a tick",
@@ -155,6 +196,14 @@ fn relaxation(scene: &Scene, tune: impl Fn(&mut Relaxation)) -> Solver {
     let mut settings = Relaxation { bounce_threshold, ..Relaxation::default() };
     tune(&mut settings);
     Solver::Relaxation(settings)
+}
+
+/// The conjugate solver likewise.
+fn conjugate(scene: &Scene, tune: impl Fn(&mut Conjugate)) -> Solver {
+    let bounce_threshold = scene.bounce_threshold as f32;
+    let mut settings = Conjugate { bounce_threshold, ..Conjugate::default() };
+    tune(&mut settings);
+    Solver::Conjugate(settings)
 }
 
 fn flight(

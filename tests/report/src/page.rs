@@ -62,7 +62,9 @@ pub const READING: [&str; 7] = [
     "Errors of 0 have no logarithm; they are drawn at the lower edge, where the axis says 0.",
     "The slope is that of log error against log step, by least squares over the points up to the most \
      precise one that are at least four floors high: 1 is a method of first order.",
-    "Jostle's relaxation leaves its passes early when nothing is left to correct: the knob is a cap.",
+    "Jostle's relaxation leaves its passes early when nothing is left to correct: the knob is a cap. \
+     The conjugate solver sweeps until no relative speed changes by more than its tolerance, a share \
+     of what gravity gives in a step.",
 ];
 
 /// The whole page.
