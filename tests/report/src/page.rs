@@ -148,7 +148,8 @@ fn overview(results: &Results, page: &mut String) {
     let _ = writeln!(
         page,
         "<p>Better than every peer on <b>{won} of {compared}</b> problems that peers can play. \
-         <b>Better</b> means: against each of the peer's settings, at most a tenth of its error in its \
+         Any of \
+         Jostle's points may answer a peer's. <b>Better</b> means: against each of the peer's settings, at most a tenth of its error in its \
          time and at most a third of its time for its error, with errors below the floor of f32 \
          counted as the floor. <b>Ahead</b> means: less error in its time and less time for its \
          error, but short of these margins. Anything else is a <b>loss</b>.</p>\n<p><b>Losses, and leads short of the margins.</b></p>\n<ul>"
