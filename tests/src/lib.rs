@@ -4,7 +4,6 @@
 //! The tests themselves are in `tests/`: one file or directory a subject.
 
 pub mod browser;
-pub mod mutations;
 pub mod picture;
 pub mod runner;
 pub mod server;

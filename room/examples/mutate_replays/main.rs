@@ -1,10 +1,18 @@
 //! Mutates replays of every scene and plays what is left of them, on all cores:
 //!
-//!     cargo run --release -p jostle-tests --example mutate_replays -- [COUNT [FIRST]]
+//!     cargo run --release -p jostle-room --example mutate_replays -- [COUNT [FIRST]]
 //!
 //! A million by default. A mutation that panics is named by its number; FIRST begins with that one.
 
-use jostle_tests::mutations::{Tally, bases, run};
+#![expect(
+    clippy::disallowed_methods,
+    clippy::disallowed_types,
+    reason = "a tool beside the room: it uses all cores and takes its time"
+)]
+
+mod mutations;
+
+use mutations::{Tally, bases, run};
 use std::num::NonZero;
 use std::sync::Mutex;
 use std::time::Instant;

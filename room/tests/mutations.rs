@@ -2,7 +2,11 @@
 
 use jostle_protocol::replay::{Ending, Replay};
 use jostle_room::divergence;
-use jostle_tests::mutations::{bases, run};
+#[path = "../examples/mutate_replays/mutations.rs"]
+#[expect(clippy::disallowed_types, reason = "the slowest mutation is timed")]
+mod mutations;
+
+use mutations::{bases, run};
 use std::sync::Arc;
 
 #[test]
