@@ -8,10 +8,12 @@
 //! 4. `islands`: rows that share no movable body are solved apart, each with
 //!    - `warm`: the last step's impulses, as far as they cannot add energy,
 //!    - `lines`: chains along an axis, solved exactly by pooling (`pools`),
-//!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small;
+//!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small,
+//!    - `doubts`: rows of fast pairs, looked at again with the speeds that were found;
 //! 5. `travel`: the bodies move;
 //! 6. `places`: overlap beyond the slop is moved away.
 
+mod doubts;
 mod gap;
 mod impacts;
 mod islands;
@@ -31,6 +33,7 @@ use impacts::Impacts;
 use islands::Islands;
 use lines::Lines;
 pub(crate) use rows::{Facts, Row};
+use std::ops::Range;
 use travel::Travel;
 
 /// Settings of the conjugate solver.
@@ -168,20 +171,46 @@ impl Workspace {
         self.sweeps = 0;
         self.work = 0;
         for island in 0..self.islands.count() {
-            let places = &self.islands.rows[self.islands.range(island)];
-            let fastest = warm::start(&mut self.rows, places, &mut bodies.velocity);
+            let places = self.islands.range(island);
             let few = places.len() as f32 / FEW_ROWS;
-            let share = clamp(few * few, PRECISE, 1.0);
-            let tolerance = max(tolerance * share, fastest * ROUNDING);
-            self.lines.find(&self.rows, places);
-            let sweeps_max = budget.sweeps(frame.settings.sweeps_max);
-            let velocity = &mut bodies.velocity;
-            let limits = (tolerance, sweeps_max);
-            let sweeps = sweep::solve(&mut self.rows, places, &mut self.lines, velocity, limits);
-            self.work += budget.spend(sweeps, places.len());
+            let tolerance = tolerance * clamp(few * few, PRECISE, 1.0);
+            let sweeps =
+                self.solve_island(places.clone(), bodies, pairs, frame, tolerance, &mut budget);
+            budget.rows -= places.len() as u32;
             self.sweeps = self.sweeps.max(sweeps);
         }
         rows::store(bodies, &self.rows, pairs);
+    }
+
+    /// The rows of one island; returns the number of sweeps.
+    fn solve_island(
+        &mut self,
+        places: Range<usize>,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        frame: &Frame,
+        tolerance: f32,
+        budget: &mut Budget,
+    ) -> u32 {
+        let places = &self.islands.rows[places];
+        let fastest = warm::start(&mut self.rows, places, &mut bodies.velocity);
+        let tolerance = max(tolerance, fastest * ROUNDING);
+        let mut sum = 0;
+        for round in 1..=doubts::ROUNDS_MAX {
+            self.lines.find(&self.rows, places);
+            let limits = (tolerance, budget.sweeps(frame.settings.sweeps_max));
+            let velocity = &mut bodies.velocity;
+            let sweeps = sweep::solve(&mut self.rows, places, &mut self.lines, velocity, limits);
+            self.work += budget.spend(sweeps, places.len());
+            sum += sweeps;
+            let (rows, facts) = (&mut self.rows, &mut self.facts);
+            if round == doubts::ROUNDS_MAX
+                || !doubts::settle(bodies, rows, facts, places, pairs, frame.dt)
+            {
+                break;
+            }
+        }
+        sum
     }
 
     /// Stages 5 and 6: the places at the end of the step.
@@ -208,7 +237,6 @@ impl Budget {
     fn spend(&mut self, sweeps: u32, rows: usize) -> u64 {
         let work = u64::from(sweeps) * rows as u64;
         self.work = self.work.saturating_sub(work.min(u64::from(u32::MAX)) as u32);
-        self.rows -= rows as u32;
         work
     }
 }

@@ -4,8 +4,10 @@
 //! half-plane, and the free space around a shape is not one, so it matters where the shape is
 //! replaced by its tangent. It is taken where the present speeds lead: at the first touch within
 //! the step, or else at the closest approach. Bodies that pass each other therefore never feel
-//! each other, and a body cannot jump over another one. The sweep against a box is the slab test
-//! (Kay and Kajiya 1986) with rounded corners (Ericson 2005, section 5.5.7).
+//! each other, and a body cannot jump over another one. Pairs that move by more than their size and
+//! pass are [`FAR`]: the tangent of where they might have met says nothing of where they end if
+//! something else stops them (see `doubts`). The sweep against a box is the slab test (Kay and Kajiya 1986) with
+//! rounded corners (Ericson 2005, section 5.5.7).
 
 use crate::contact::{corner_normal, nearest_exit, parting_normal, side};
 use crate::math::{clamp, max, min};
@@ -35,6 +37,9 @@ const ROUNDING: f32 = 2.4e-7;
 /// Circle centres nearer than this share of the radii count as one centre (C05).
 const SAME_CENTER: f32 = 1e-6;
 
+/// The separation of a fast pair that passes: no row of it pushes.
+pub(crate) const FAR: f32 = 1e30;
+
 /// One placed shape of a pair.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placed {
@@ -52,9 +57,9 @@ pub(crate) fn between(a: Placed, b: Placed, path: Vec2, kept: Axis) -> Option<Ga
     let size = a.center.abs() + b.center.abs();
     match (a.shape, b.shape) {
         (Shape::Circle { radius: ra }, Shape::Circle { radius: rb }) => {
-            Some(circles(offset, path, ra + rb, (a.slot, b.slot)))
+            Some(circles(offset, path, (ra, rb), (a.slot, b.slot)))
         }
-        (Shape::Box { half: ha }, Shape::Box { half: hb }) => boxes(offset, path, ha + hb, kept),
+        (Shape::Box { half: ha }, Shape::Box { half: hb }) => boxes(offset, path, (ha, hb), kept),
         (Shape::Box { half }, Shape::Circle { radius }) => {
             Some(box_circle(offset, path, half, radius, size))
         }
@@ -63,6 +68,12 @@ pub(crate) fn between(a: Placed, b: Placed, path: Vec2, kept: Axis) -> Option<Ga
             Some(Gap { normal: -gap.normal, ..gap })
         }
     }
+}
+
+/// Whether a path is longer than the smallest half-size.
+#[inline]
+fn is_fast(path: Vec2, smallest: f32) -> bool {
+    path.length_squared() > smallest * smallest
 }
 
 /// The axis that a contact keeps: that of the face of a box.
@@ -78,21 +89,25 @@ pub(crate) fn axis_of(a: Shape, b: Shape, normal: Vec2) -> Axis {
 
 /// Two circles: the tangent at the end of the line of centres.
 #[inline]
-fn circles(offset: Vec2, path: Vec2, reach: f32, ids: (u32, u32)) -> Gap {
+fn circles(offset: Vec2, path: Vec2, radii: (f32, f32), ids: (u32, u32)) -> Gap {
+    let reach = radii.0 + radii.1;
     let along = offset.dot(path);
     let squared = offset.length_squared();
     let straight = path.length_squared() <= TURN * reach * reach;
-    if straight || along >= 0.0 || squared <= reach * reach {
+    if straight || squared <= reach * reach {
         return circles_at_rest(offset, squared, reach, ids);
     }
     let share = match first_touch_of_circle(offset, path, reach) {
         Some(share) => share,
+        None if is_fast(path, min(radii.0, radii.1)) => {
+            return Gap { normal: offset / squared.sqrt(), separation: FAR };
+        }
+        None if along >= 0.0 => return circles_at_rest(offset, squared, reach, ids),
         None => min(-along / path.length_squared(), 1.0),
     };
     let there = offset + path * share;
     let distance = there.length();
-    let normal = there / distance;
-    tangent(normal, distance - reach, path * share)
+    tangent(there / distance, distance - reach, path * share)
 }
 
 #[inline]
@@ -133,7 +148,8 @@ fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
 
 /// Two boxes: the axis on which they come to overlap last, or along which they overlap least.
 #[inline]
-fn boxes(offset: Vec2, path: Vec2, reach: Vec2, kept: Axis) -> Option<Gap> {
+fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<Gap> {
+    let reach = halves.0 + halves.1;
     let overlap = reach - offset.abs();
     let corner = min(CORNER, CORNER_SHARE * min(reach.x, reach.y));
     let axis = if overlap.x >= corner && overlap.y >= corner {
@@ -143,8 +159,13 @@ fn boxes(offset: Vec2, path: Vec2, reach: Vec2, kept: Axis) -> Option<Gap> {
     } else {
         // Seen from the side where it starts: on the other side it is through.
         let ahead = reach - (offset + path) * Vec2::new(side(offset.x), side(offset.y));
-        let passes = ahead.x > corner && ahead.y > corner;
-        if passes || ahead.x.abs() < corner && ahead.y.abs() < corner {
+        let smallest = min(min(halves.0.x, halves.0.y), min(halves.1.x, halves.1.y));
+        let apart = overlap.x < -corner || overlap.y < -corner;
+        if ahead.x > corner && ahead.y > corner || apart && is_fast(path, smallest) {
+            let normal = Vec2::new(0.0, side(offset.y));
+            return Some(Gap { normal, separation: FAR });
+        }
+        if ahead.x.abs() < corner && ahead.y.abs() < corner {
             return None;
         }
         least_overlap(ahead, kept, 2.0 * corner)
@@ -208,6 +229,9 @@ fn box_circle(offset: Vec2, path: Vec2, half: Vec2, radius: f32, size: Vec2) -> 
     }
     if let Some((share, normal)) = first_touch_of_box(offset, path, half, radius, graze) {
         return tangent(normal, 0.0, path * share);
+    }
+    if is_fast(path, min(radius, min(half.x, half.y))) {
+        return Gap { separation: FAR, ..start };
     }
     closest_approach(offset, path, half, radius, start)
 }

@@ -6,7 +6,7 @@
 //! have rows too (speculative contacts; Catto 2013, "Continuous collision"): a body lands exactly
 //! and nothing overlaps. A row that does not push costs one comparison a sweep.
 
-use super::gap::{self, Placed};
+use super::gap::{self, FAR, Placed};
 use crate::bodies::Bodies;
 use crate::math::{max, min};
 use crate::pairs::{Axis, Pair, near};
@@ -62,6 +62,8 @@ pub(crate) struct Facts {
     pub restitution: f32,
     /// Whether the two bounced in this step.
     pub struck: bool,
+    /// Whether one of them moves by more than the smaller one's half-size.
+    pub fast: bool,
     /// Whether the two slid on each other in the last step.
     pub slid: bool,
 }
@@ -91,12 +93,16 @@ pub(crate) fn gather(
         // Their own speeds, not the relative one: what stops one of them must not let it overlap
         // the other, beside which it fell so far.
         let speeds = gap.normal.dot(velocity_a).abs() + gap.normal.dot(velocity_b).abs();
-        if gap.separation < SPECULATIVE + fall + speeds * dt {
+        let passes = gap.separation == FAR;
+        if passes || gap.separation < SPECULATIVE + fall + speeds * dt {
             let approach = -gap.normal.dot(velocity_b - velocity_a);
             let size = gap.normal.abs().dot(bodies.center[a].abs() + bodies.center[b].abs());
             let apart = gap.separation > ROUNDING * size;
             let bound = if apart { -gap.separation / dt } else { 0.0 };
-            let row = row(bodies, pair, place, gap.normal, bound);
+            let mut row = row(bodies, pair, place, gap.normal, bound);
+            if passes {
+                (row.press, row.rub) = (0.0, 0.0);
+            }
             let greatest = row.friction * row.press;
             rows.push(row);
             facts.push(Facts {
@@ -105,10 +111,31 @@ pub(crate) fn gather(
                 closing: max(approach, 0.0),
                 restitution: min(bodies.material[a].restitution, bodies.material[b].restitution),
                 struck: false,
+                fast: passes || fastest(bodies, pair) * dt > smallest(bodies, pair),
                 slid: row.press > 0.0 && row.rub.abs() >= SLIDING * greatest,
             });
         }
     }
+}
+
+/// The larger speed component of a pair.
+#[inline]
+fn fastest(bodies: &Bodies, pair: &Pair) -> f32 {
+    let speed = |slot: u32| {
+        let speed = bodies.velocity[slot as usize].abs();
+        max(speed.x, speed.y)
+    };
+    max(speed(pair.a), speed(pair.b))
+}
+
+/// The smallest half-size of a pair.
+#[inline]
+fn smallest(bodies: &Bodies, pair: &Pair) -> f32 {
+    let smallest = |slot: u32| {
+        let half = bodies.shape[slot as usize].half_extent();
+        min(half.x, half.y)
+    };
+    min(smallest(pair.a), smallest(pair.b))
 }
 
 #[inline]

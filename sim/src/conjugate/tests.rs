@@ -357,6 +357,63 @@ fn flush_tiles_are_a_floor() {
     }
 }
 
+// --- Fast bodies --------------------------------------------------------------------------------
+
+/// What stands in the way of a bullet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Target {
+    Static,
+    Moving,
+    Bullet,
+}
+
+/// A hundred lanes with a shot each, at speeds of 10 to 10^4 at walls of 0.01 to 0.1 or at each
+/// other; how many pass.
+fn shoot(target: Target, seed: u64) -> usize {
+    let mut world = world_with(Conjugate::default(), 0.0);
+    let mut rng = Rng::new(seed, 0);
+    let mut shots = Vec::new();
+    for lane in 0..100 {
+        let y = lane as f32 * 4.0;
+        let speed = [10.0, 100.0, 1000.0, 10_000.0][rng.below(4) as usize] * rng.range(0.3, 1.0);
+        let (thick, radius) = (rng.range(0.01, 0.1), rng.range(0.05, 0.5));
+        let away = radius + thick + speed / 60.0 * rng.range(0.0, 1.5);
+        let bullet = BodyDef { shape: Shape::circle(radius), ..ball_at(0.0, y) };
+        let wall = BodyDef { shape: Shape::rect(thick, 4.0), friction: 0.0, ..crate_at(0.0, y) };
+        let def = match target {
+            Target::Static => BodyDef { motion: Motion::Static, ..wall },
+            Target::Moving => {
+                let velocity = Vec2::new(rng.range(-speed, 0.0), 0.0);
+                BodyDef { motion: Motion::Kinematic, velocity, ..wall }
+            }
+            Target::Bullet => {
+                let (position, velocity) = (Vec2::new(away, y), Vec2::new(-speed, 0.0));
+                BodyDef { position, velocity, ..bullet }
+            }
+        };
+        let (position, velocity) = (Vec2::new(-away, y), Vec2::new(speed, 0.0));
+        let other = add(&mut world, def);
+        shots.push((other, add(&mut world, BodyDef { position, velocity, ..bullet })));
+    }
+    let mut passed = vec![false; shots.len()];
+    for _ in 0..4 {
+        world.step();
+        for (&(other, bullet), passed) in shots.iter().zip(&mut passed) {
+            *passed |= world.position(bullet).x > world.position(other).x;
+        }
+    }
+    passed.into_iter().filter(|&passed| passed).count()
+}
+
+#[test]
+fn no_bullet_passes_a_wall_or_another_bullet() {
+    for target in [Target::Static, Target::Moving, Target::Bullet] {
+        for seed in 0..5 {
+            assert_eq!(shoot(target, seed), 0, "{target:?}, seed {seed}");
+        }
+    }
+}
+
 // --- Overlaps -----------------------------------------------------------------------------------
 
 #[test]
