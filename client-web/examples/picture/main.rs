@@ -38,7 +38,7 @@ struct Shot {
 
 /// The lobby's pictures: a moment and a place in which something happens.
 const LOBBY: [(&str, u32, Option<[f32; 3]>); 6] = [
-    ("arena", 420, Some([178.0, 98.0, 100.0])),
+    ("arena", 480, Some([178.0, 98.0, 100.0])),
     ("bounds", 100, None),
     ("emitters", 330, None),
     ("impulse", 240, None),
