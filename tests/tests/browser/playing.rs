@@ -97,10 +97,9 @@ pub async fn impulse_tools(stage: Arc<Stage>) -> Result<()> {
 
     grab(&tab).await.context("X")?;
 
-    let highest = |s: &State| s.of_kind("dumb").iter().map(|b| b.pos[1]).fold(0.0, f32::max);
-    let calm = settled_height(&tab, highest).await?;
+    let calm = settled(&tab).await?;
     tab.key_down("c").await?;
-    tab.until("the pile shaken up", |s| highest(s) > calm + 4.0).await?;
+    tab.until("half of them shaken away", |s| 2 * moved(&calm, s, 3.0) >= count).await?;
     tab.key_up("c").await?;
 
     tab.hold_key("v", 3).await?;
@@ -132,16 +131,24 @@ async fn grab(tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-/// Waits until a height does not change any more.
-async fn settled_height(tab: &Tab, height: impl Fn(&State) -> f32) -> Result<f32> {
-    let mut before = height(&tab.state().await?);
+/// Waits until no dumb minion moves.
+async fn settled(tab: &Tab) -> Result<State> {
+    let mut before = tab.state().await?;
     loop {
-        let after = height(&tab.ticks(20).await?);
-        if (after - before).abs() < 0.05 {
+        let after = tab.ticks(20).await?;
+        if moved(&before, &after, 0.05) == 0 {
             return Ok(after);
         }
         before = after;
     }
+}
+
+/// How many dumb minions are farther than that from where they were.
+fn moved(before: &State, after: &State, apart: f32) -> usize {
+    let was = before.of_kind("dumb");
+    let is_away =
+        |body: &&&Body| was.iter().any(|old| old.id == body.id && distance(old, body.pos) > apart);
+    after.of_kind("dumb").iter().filter(is_away).count()
 }
 
 pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
