@@ -7,8 +7,9 @@
 //! 3. `travel`: gravity;
 //! 4. `islands`: rows that share no movable body are solved apart, each with
 //!    - `warm`: the last step's impulses, as far as they cannot add energy,
-//!    - `lines`: chains along an axis, solved exactly by pooling (`pools`),
-//!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small,
+//!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small, over
+//!      `trees`: what carries the load, solved exactly if nothing begins to slide or to part,
+//!      `lines`: chains along an axis, solved exactly in any case by pooling (`pools`), and the rest,
 //!    - `doubts`: rows of fast pairs, looked at again with the speeds that were found;
 //! 5. `travel`: the bodies move;
 //! 6. `places`: overlap beyond the slop is moved away.
@@ -23,6 +24,7 @@ mod pools;
 mod rows;
 mod sweep;
 mod travel;
+mod trees;
 mod warm;
 
 use crate::bodies::{Bodies, REACH_MIN};
@@ -35,6 +37,7 @@ use lines::Lines;
 pub(crate) use rows::{Facts, Row};
 use std::ops::Range;
 use travel::Travel;
+use trees::Trees;
 
 /// Settings of the conjugate solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +45,7 @@ pub struct Conjugate {
     /// Sweeps end when none changes a relative speed by more than this share of what gravity gives
     /// in a step, in (0, 1]. Default 0.005.
     pub tolerance: f32,
-    /// Sweeps over an island a step, 1..=1000. Default 120.
+    /// Sweeps over an island a step, 1..=1000. Default 400.
     pub sweeps_max: u32,
     /// Visits of rows a step, over all islands, 1000..=1e9: bounds the time of the worst step.
     /// Every island has [`SWEEPS_MIN`] sweeps all the same. Default 1e6.
@@ -63,7 +66,7 @@ impl Default for Conjugate {
     fn default() -> Conjugate {
         Conjugate {
             tolerance: 0.005,
-            sweeps_max: 120,
+            sweeps_max: 400,
             work_max: 1_000_000,
             bounce_threshold: 2.0,
             slop: 0.005,
@@ -94,7 +97,7 @@ impl Conjugate {
 pub const SWEEPS_MIN: u32 = 4;
 /// Islands of fewer rows are solved more precisely by the square of that, down to [`PRECISE`] of the
 /// tolerance: it costs nothing.
-const FEW_ROWS: f32 = 100.0;
+const FEW_ROWS: f32 = 30.0;
 const PRECISE: f32 = 0.001;
 /// Share of the largest speed that is rounding.
 const ROUNDING: f32 = 1e-6;
@@ -111,6 +114,7 @@ pub(crate) struct Workspace {
     impacts: Impacts,
     islands: Islands,
     lines: Lines,
+    trees: Trees,
     travel: Travel,
     /// Rows whose pairs are close after the step.
     close: Vec<u32>,
@@ -165,6 +169,7 @@ impl Workspace {
         travel::accelerate(bodies, frame.gravity * frame.dt, frame.speed_max, &mut self.travel);
         self.islands.find(bodies.alive.len(), &self.rows);
         self.lines.reserve(bodies.alive.len());
+        self.trees.reserve(bodies.alive.len());
         let gain = frame.gravity.length() * frame.dt;
         let tolerance = frame.settings.tolerance * max(gain, GAIN_MIN);
         let mut budget = Budget { work: frame.settings.work_max, rows: self.rows.len() as u32 };
@@ -200,7 +205,13 @@ impl Workspace {
             self.lines.find(&self.rows, places);
             let limits = (tolerance, budget.sweeps(frame.settings.sweeps_max));
             let velocity = &mut bodies.velocity;
-            let sweeps = sweep::solve(&mut self.rows, places, &mut self.lines, velocity, limits);
+            let sweeps = sweep::solve(
+                &mut self.rows,
+                places,
+                (&mut self.lines, &mut self.trees),
+                velocity,
+                limits,
+            );
             self.work += budget.spend(sweeps, places.len());
             sum += sweeps;
             let (rows, facts) = (&mut self.rows, &mut self.facts);

@@ -11,7 +11,8 @@
 
 use super::pools::{Node, Pool, pool};
 use super::rows::Row;
-use super::sweep::{Residual, rub};
+use super::sweep::rub;
+use crate::math::max;
 use glam::Vec2;
 
 /// Shortest line, in rows, and the ratio of masses from which on two rows are one too.
@@ -233,20 +234,16 @@ impl Lines {
         }
     }
 
-    /// Solves every line once.
-    pub fn sweep(&mut self, rows: &mut [Row], velocity: &mut [Vec2], residual: &mut Residual) {
+    /// Solves every line once; returns the largest change of a relative speed.
+    pub fn sweep(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> f32 {
+        let mut worst = 0.0;
         for place in 0..self.lines.len() {
-            self.solve(self.lines[place], rows, velocity, residual);
+            worst = max(worst, self.solve(self.lines[place], rows, velocity));
         }
+        worst
     }
 
-    fn solve(
-        &mut self,
-        line: Line,
-        rows: &mut [Row],
-        velocity: &mut [Vec2],
-        residual: &mut Residual,
-    ) {
+    fn solve(&mut self, line: Line, rows: &mut [Row], velocity: &mut [Vec2]) -> f32 {
         let (first, count) = (line.bodies as usize, line.count as usize);
         let bodies = &self.bodies[first..=first + count];
         let masses = &self.masses[first..=first + count];
@@ -268,18 +265,19 @@ impl Lines {
             }
             sum_impulses(*pool, &self.nodes, links, rows, &mut self.changes);
         }
+        let mut worst = 0.0;
         for (link, &place) in links.iter().enumerate() {
             let row = &mut rows[place as usize];
             let before = row.press;
             let press = before + self.changes[link];
             row.press = if press > 0.0 { press } else { 0.0 };
-            row.press_change = row.press - before;
             if before > 0.0 || row.press > 0.0 {
                 let off = self.nodes[link + 1].speed - self.nodes[link].speed;
-                residual.add(row.press_change, off.abs(), row.mass);
+                worst = max(worst, off.abs());
             }
-            rub(row, velocity, residual);
+            worst = max(worst, rub(row, velocity));
         }
+        worst
     }
 }
 

@@ -14,8 +14,9 @@ use crate::math::max;
 use crate::pairs::Pair;
 use glam::Vec2;
 
-/// Overlap beyond the slop that counts as none, world units.
-const DEPTH_TOLERANCE: f32 = 1e-5;
+/// Share of the slop to which an overlap beyond it is brought back: whoever rests at its edge would
+/// be looked at in every step.
+const LEFT_ALONE: f32 = 0.8;
 
 /// Parts what overlaps; returns the number of passes.
 pub(crate) fn part(
@@ -25,7 +26,7 @@ pub(crate) fn part(
     settings: &Conjugate,
     (lines, close): (&mut Lines, &mut Vec<u32>),
 ) -> u32 {
-    let allowed = -settings.slop - DEPTH_TOLERANCE;
+    let allowed = -settings.slop;
     if facts.iter().all(|facts| facts.left >= allowed) {
         return 0;
     }
@@ -71,7 +72,7 @@ pub(crate) fn part(
 /// How far a pair may close, or, where it is negative, must part in a pass.
 #[inline]
 fn room(separation: f32, settings: &Conjugate) -> f32 {
-    let room = separation + settings.slop;
+    let room = separation + settings.slop * LEFT_ALONE;
     if room >= 0.0 { room } else { max(room * settings.correction, -settings.correction_max) }
 }
 

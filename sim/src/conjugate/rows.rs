@@ -39,9 +39,9 @@ pub(crate) struct Row {
     /// Accumulated impulses of this step: along the normal, not negative, and across it.
     pub press: f32,
     pub rub: f32,
-    /// What the last sweep added to them.
-    pub press_change: f32,
-    pub rub_change: f32,
+    /// What they were before the last sweep.
+    pub press_before: f32,
+    pub rub_before: f32,
     /// The direction of the conjugate gradients.
     pub press_along: f32,
     pub rub_along: f32,
@@ -166,8 +166,8 @@ fn row(bodies: &Bodies, pair: &Pair, place: u32, normal: Vec2, bound: f32) -> Ro
         friction,
         press,
         rub,
-        press_change: 0.0,
-        rub_change: 0.0,
+        press_before: 0.0,
+        rub_before: 0.0,
         press_along: 0.0,
         rub_along: 0.0,
         pair: place,

@@ -197,6 +197,30 @@ fn momentum_is_kept_in_a_row_of_any_masses() {
     }
 }
 
+#[test]
+fn a_tower_that_leans_to_and_fro_is_a_tree_and_takes_one_sweep() {
+    let mut world = world();
+    let ground = floor(&mut world);
+    let mut carrier = ground;
+    let mut rng = Rng::new(6, 0);
+    let (mut x, mut y) = (0.0, 1.0);
+    for _ in 0..60 {
+        let mass = rng.range(0.1, 10.0);
+        carrier = add(&mut world, BodyDef { mass, friction: 0.3, ..ball_at(x, y) });
+        // Friction 0.3 holds a slope of 0.29; nothing turns, so nothing rolls off.
+        let lean = rng.range(-0.4, 0.4);
+        x += lean;
+        y += (4.0 - lean * lean).sqrt();
+    }
+    let top = world.position(carrier);
+    for step in 0..60 {
+        world.step();
+        assert!(world.passes() <= if step == 0 { 60 } else { 2 }, "{} sweeps", world.passes());
+    }
+    assert!(unrest(&world) <= 1e-5, "rms speed {}", unrest(&world));
+    close((world.position(carrier) - top).length(), 0.0, 1e-3);
+}
+
 // --- Impacts and energy -------------------------------------------------------------------------
 
 #[test]
