@@ -11,6 +11,8 @@
 //!      `trees`: what carries the load, solved exactly if nothing begins to slide or to part,
 //!      `lines`: chains along an axis, solved exactly in any case by pooling (`pools`), and the rest,
 //!    - `doubts`: rows of fast pairs, looked at again with the speeds that were found;
+//!
+//!    and `strays`: pairs that only these speeds bring together;
 //! 5. `travel`: the bodies move;
 //! 6. `places`: overlap beyond the slop is moved away.
 
@@ -22,6 +24,7 @@ mod lines;
 mod places;
 mod pools;
 mod rows;
+mod strays;
 mod sweep;
 mod travel;
 mod trees;
@@ -35,7 +38,8 @@ use impacts::Impacts;
 use islands::Islands;
 use lines::Lines;
 pub(crate) use rows::{Facts, Row};
-use std::ops::Range;
+pub(crate) use strays::ROUNDS_MAX as STRAYS_MAX;
+use strays::Strays;
 use travel::Travel;
 use trees::Trees;
 
@@ -115,6 +119,8 @@ pub(crate) struct Workspace {
     islands: Islands,
     lines: Lines,
     trees: Trees,
+    strays: Strays,
+    budget: Budget,
     travel: Travel,
     /// Rows whose pairs are close after the step.
     close: Vec<u32>,
@@ -164,55 +170,61 @@ impl Workspace {
     }
 
     /// Stages 3 and 4: the velocities at the end of the step.
-    pub fn solve(&mut self, bodies: &mut Bodies, pairs: &mut [Pair], frame: &Frame) {
+    pub fn solve(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
         impacts::mark(&mut self.impacts.strikes, &self.rows, &mut self.facts);
         travel::accelerate(bodies, frame.gravity * frame.dt, frame.speed_max, &mut self.travel);
-        self.islands.find(bodies.alive.len(), &self.rows);
         self.lines.reserve(bodies.alive.len());
         self.trees.reserve(bodies.alive.len());
-        let gain = frame.gravity.length() * frame.dt;
-        let tolerance = frame.settings.tolerance * max(gain, GAIN_MIN);
-        let mut budget = Budget { work: frame.settings.work_max, rows: self.rows.len() as u32 };
+        self.islands.find(bodies.alive.len(), &self.rows);
+        self.budget = Budget { work: frame.settings.work_max, rows: self.rows.len() as u32 };
         self.sweeps = 0;
         self.work = 0;
         for island in 0..self.islands.count() {
-            let places = self.islands.range(island);
-            let few = places.len() as f32 / FEW_ROWS;
-            let tolerance = tolerance * clamp(few * few, PRECISE, 1.0);
-            let sweeps =
-                self.solve_island(places.clone(), bodies, pairs, frame, tolerance, &mut budget);
-            budget.rows -= places.len() as u32;
-            self.sweeps = self.sweeps.max(sweeps);
+            let places = &self.islands.rows[self.islands.range(island)];
+            warm::start(&mut self.rows, places, &mut bodies.velocity);
+            self.solve_island(island, bodies, pairs, frame);
         }
-        rows::store(bodies, &self.rows, pairs);
     }
 
-    /// The rows of one island; returns the number of sweeps.
-    fn solve_island(
-        &mut self,
-        places: Range<usize>,
-        bodies: &mut Bodies,
-        pairs: &[Pair],
-        frame: &Frame,
-        tolerance: f32,
-        budget: &mut Budget,
-    ) -> u32 {
-        let places = &self.islands.rows[places];
-        let fastest = warm::start(&mut self.rows, places, &mut bodies.velocity);
-        let tolerance = max(tolerance, fastest * ROUNDING);
+    /// Looks for bodies that are faster than their reach; the caller mends the pair list for them.
+    pub fn reach_out(&mut self, bodies: &mut Bodies, frame: &Frame) -> bool {
+        self.strays.reach_out(bodies, frame.dt)
+    }
+
+    /// Finds the pairs of the rows in a list that was made anew.
+    pub fn find_again(&mut self, pairs: &[Pair]) {
+        strays::find_again(&mut self.rows, pairs);
+    }
+
+    /// Solves for pairs that these bodies would touch; whether there were any.
+    pub fn catch_strays(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) -> bool {
+        let rows = (&mut self.rows, &mut self.facts);
+        if !self.strays.gather(bodies, pairs, frame.dt, rows) {
+            return false;
+        }
+        self.islands.find(bodies.alive.len(), &self.rows);
+        self.budget.rows = self.rows.len() as u32;
+        for island in 0..self.islands.count() {
+            let places = &self.islands.rows[self.islands.range(island)];
+            if places.iter().any(|&place| self.strays.is_new[place as usize]) {
+                self.solve_island(island, bodies, pairs, frame);
+            }
+        }
+        true
+    }
+
+    /// The rows of one island, from the impulses and velocities that they have.
+    fn solve_island(&mut self, island: usize, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
+        let places = &self.islands.rows[self.islands.range(island)];
+        let tolerance = tolerance(&self.rows, places, &bodies.velocity, frame);
         let mut sum = 0;
         for round in 1..=doubts::ROUNDS_MAX {
             self.lines.find(&self.rows, places);
-            let limits = (tolerance, budget.sweeps(frame.settings.sweeps_max));
-            let velocity = &mut bodies.velocity;
-            let sweeps = sweep::solve(
-                &mut self.rows,
-                places,
-                (&mut self.lines, &mut self.trees),
-                velocity,
-                limits,
-            );
-            self.work += budget.spend(sweeps, places.len());
+            let limits = (tolerance, self.budget.sweeps(frame.settings.sweeps_max));
+            let blocks = (&mut self.lines, &mut self.trees);
+            let (rows, velocity) = (&mut self.rows, &mut bodies.velocity);
+            let sweeps = sweep::solve(rows, places, blocks, velocity, limits);
+            self.work += self.budget.spend(sweeps, places.len());
             sum += sweeps;
             let (rows, facts) = (&mut self.rows, &mut self.facts);
             if round == doubts::ROUNDS_MAX
@@ -221,7 +233,13 @@ impl Workspace {
                 break;
             }
         }
-        sum
+        self.budget.rows -= places.len() as u32;
+        self.sweeps = self.sweeps.max(sum);
+    }
+
+    /// Keeps the impulses for the next step.
+    pub fn store(&self, bodies: &Bodies, pairs: &mut [Pair]) {
+        rows::store(bodies, &self.rows, pairs);
     }
 
     /// Stages 5 and 6: the places at the end of the step.
@@ -233,7 +251,24 @@ impl Workspace {
     }
 }
 
+/// Change of a relative speed at which the sweeps over an island end, units/s.
+fn tolerance(rows: &[Row], island: &[u32], velocity: &[Vec2], frame: &Frame) -> f32 {
+    let mut fastest = 0.0;
+    for &place in island {
+        let row = &rows[place as usize];
+        for body in [row.a, row.b] {
+            let speed = velocity[body as usize].abs();
+            fastest = max(fastest, max(speed.x, speed.y));
+        }
+    }
+    let gain = max(frame.gravity.length() * frame.dt, GAIN_MIN);
+    let few = island.len() as f32 / FEW_ROWS;
+    let share = frame.settings.tolerance * clamp(few * few, PRECISE, 1.0);
+    max(gain * share, fastest * ROUNDING)
+}
+
 /// Visits of rows that are left for the islands to come; what one leaves the others may use.
+#[derive(Clone, Copy, Debug, Default)]
 struct Budget {
     work: u32,
     rows: u32,

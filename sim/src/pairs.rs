@@ -82,11 +82,13 @@ impl PairList {
         self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
     }
 
-    /// Makes the list complete for the bodies where they are now.
-    pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) {
-        if self.stale || self.outgrown(bodies) {
+    /// Makes the list complete for the bodies where they are now; whether it was made anew.
+    pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
+        let outgrown = self.stale || self.outgrown(bodies);
+        if outgrown {
             self.rebuild(bodies, filter);
         }
+        outgrown
     }
 
     /// Whether a body's reach left the box for which the list is complete.

@@ -365,10 +365,11 @@ impl World {
         }
     }
 
-    pub(crate) fn refresh_pairs(&mut self) {
+    /// Makes the pair list complete; whether it was made anew.
+    pub(crate) fn refresh_pairs(&mut self) -> bool {
         let filter =
             Filter { meets: &self.settings.meets, immovable: self.settings.solver.is_none() };
-        self.pairs.refresh(&self.bodies, filter);
+        self.pairs.refresh(&self.bodies, filter)
     }
 
     fn judge_calmness(&mut self) {

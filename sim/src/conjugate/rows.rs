@@ -6,7 +6,7 @@
 //! have rows too (speculative contacts; Catto 2013, "Continuous collision"): a body lands exactly
 //! and nothing overlaps. A row that does not push costs one comparison a sweep.
 
-use super::gap::{self, FAR, Placed};
+use super::gap::{self, FAR, Gap, Placed};
 use crate::bodies::Bodies;
 use crate::math::{max, min};
 use crate::pairs::{Axis, Pair, near};
@@ -93,29 +93,37 @@ pub(crate) fn gather(
         // Their own speeds, not the relative one: what stops one of them must not let it overlap
         // the other, beside which it fell so far.
         let speeds = gap.normal.dot(velocity_a).abs() + gap.normal.dot(velocity_b).abs();
-        let passes = gap.separation == FAR;
-        if passes || gap.separation < SPECULATIVE + fall + speeds * dt {
-            let approach = -gap.normal.dot(velocity_b - velocity_a);
-            let size = gap.normal.abs().dot(bodies.center[a].abs() + bodies.center[b].abs());
-            let apart = gap.separation > ROUNDING * size;
-            let bound = if apart { -gap.separation / dt } else { 0.0 };
-            let mut row = row(bodies, pair, place, gap.normal, bound);
-            if passes {
-                (row.press, row.rub) = (0.0, 0.0);
-            }
-            let greatest = row.friction * row.press;
+        if gap.separation == FAR || gap.separation < SPECULATIVE + fall + speeds * dt {
+            let (row, fact) = meet(bodies, pair, place, gap, dt);
             rows.push(row);
-            facts.push(Facts {
-                separation: gap.separation,
-                left: gap.separation,
-                closing: max(approach, 0.0),
-                restitution: min(bodies.material[a].restitution, bodies.material[b].restitution),
-                struck: false,
-                fast: passes || fastest(bodies, pair) * dt > smallest(bodies, pair),
-                slid: row.press > 0.0 && row.rub.abs() >= SLIDING * greatest,
-            });
+            facts.push(fact);
         }
     }
+}
+
+/// The row of a pair.
+#[inline]
+pub(crate) fn meet(bodies: &Bodies, pair: &Pair, place: u32, gap: Gap, dt: f32) -> (Row, Facts) {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let passes = gap.separation == FAR;
+    let approach = -gap.normal.dot(bodies.velocity[b] - bodies.velocity[a]);
+    let size = gap.normal.abs().dot(bodies.center[a].abs() + bodies.center[b].abs());
+    let apart = gap.separation > ROUNDING * size;
+    let bound = if apart { -gap.separation / dt } else { 0.0 };
+    let mut row = row(bodies, pair, place, gap.normal, bound);
+    if passes {
+        (row.press, row.rub) = (0.0, 0.0);
+    }
+    let facts = Facts {
+        separation: gap.separation,
+        left: gap.separation,
+        closing: max(approach, 0.0),
+        restitution: min(bodies.material[a].restitution, bodies.material[b].restitution),
+        struck: false,
+        fast: passes || fastest(bodies, pair) * dt > smallest(bodies, pair),
+        slid: row.press > 0.0 && row.rub.abs() >= SLIDING * row.friction * row.press,
+    };
+    (row, facts)
 }
 
 /// The larger speed component of a pair.

@@ -438,6 +438,20 @@ fn no_bullet_passes_a_wall_or_another_bullet() {
     }
 }
 
+#[test]
+fn a_body_at_rest_that_a_bullet_takes_along_passes_no_wall_out_of_its_reach() {
+    let mut world = world_with(Conjugate::default(), 0.0);
+    let velocity = Vec2::new(5000.0, 0.0);
+    let hit = add(&mut world, BodyDef { shape: Shape::circle(0.2), ..ball_at(0.0, 0.0) });
+    add(
+        &mut world,
+        BodyDef { shape: Shape::circle(0.2), mass: 1e3, velocity, ..ball_at(-9.0, 0.0) },
+    );
+    fixed(&mut world, (5.0, 0.0), (0.05, 2.0), 0.0);
+    steps(&mut world, 10);
+    close(world.position(hit).x, 4.75, SLOP);
+}
+
 // --- Overlaps -----------------------------------------------------------------------------------
 
 #[test]

@@ -91,12 +91,12 @@ fn plan(bodies: &Bodies, travel: &mut Travel, dt: f32) {
     }
 }
 
-/// Rows were solved for v1. Where the mean would let a free pair overlap, both take v1 after all;
-/// whether there are any.
+/// Rows were solved for v1. Where the mean would let a free pair overlap, or overlap more, both take
+/// v1 after all; whether there are any.
 fn hold_back(rows: &[Row], facts: &[Facts], travel: &mut Travel) -> bool {
     let mut any = false;
     for (row, facts) in rows.iter().zip(facts) {
-        if row.press <= 0.0 && facts.separation >= 0.0 && left(row, facts, travel) < 0.0 {
+        if row.press <= 0.0 && left(row, facts, travel) < min(facts.separation, 0.0) {
             hold(row, row.normal, 0.0, &mut travel.weight);
             any = true;
         }

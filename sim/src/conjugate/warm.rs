@@ -8,7 +8,6 @@
 //! given again.
 
 use super::rows::Row;
-use crate::math::max;
 use glam::Vec2;
 
 /// Share of the best factor below which the stored impulses are cut back. At 0.5 the last energy
@@ -16,17 +15,12 @@ use glam::Vec2;
 const CUT: f32 = 0.75;
 
 /// Applies the stored impulses of an island's rows to the velocities, cut back to what is safe.
-/// Returns the largest component of a velocity before.
-pub(crate) fn start(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) -> f32 {
-    let (mut gain, mut before, mut fastest) = (0.0, 0.0, 0.0);
+pub(crate) fn start(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
+    let (mut gain, mut before) = (0.0, 0.0);
     for &place in island {
         let row = &rows[place as usize];
         gain += row.press * row.bound;
         before += row.impulse(row.press, row.rub).dot(row.relative(velocity));
-        for body in [row.a, row.b] {
-            let speed = velocity[body as usize].abs();
-            fastest = max(fastest, max(speed.x, speed.y));
-        }
     }
     for &place in island {
         let row = &rows[place as usize];
@@ -39,14 +33,14 @@ pub(crate) fn start(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) -> 
     }
     // c = l.(b - J v*), q = l.A.l = l.J(v - v*).
     let (slope, curve) = (gain - before, after - before);
-    if slope < CUT * curve {
-        let share = if slope > 0.0 { slope / curve } else { 0.0 };
-        for &place in island {
-            let row = &mut rows[place as usize];
-            row.apply(velocity, row.impulse(row.press, row.rub) * (share - 1.0));
-            row.press *= share;
-            row.rub *= share;
-        }
+    if slope >= CUT * curve {
+        return;
     }
-    fastest
+    let share = if slope > 0.0 { slope / curve } else { 0.0 };
+    for &place in island {
+        let row = &mut rows[place as usize];
+        row.apply(velocity, row.impulse(row.press, row.rub) * (share - 1.0));
+        row.press *= share;
+        row.rub *= share;
+    }
 }

@@ -1,7 +1,7 @@
 //! A step of the World by the conjugate solver: pairs, impacts and rows, velocities, places.
 
 use super::{Phase, Touch, World};
-use crate::conjugate::{Conjugate, Frame, reach};
+use crate::conjugate::{Conjugate, Frame, STRAYS_MAX, reach};
 use crate::math::max;
 
 /// How often a step may find that bounces sped bodies up towards new ones.
@@ -17,7 +17,9 @@ impl World {
         self.meet(&settings);
         watch(Phase::Pairs, self);
         let frame = self.frame(&settings);
-        self.workspace.solve(&mut self.bodies, &mut self.pairs.pairs, &frame);
+        self.workspace.solve(&mut self.bodies, &self.pairs.pairs, &frame);
+        self.catch_strays(&settings);
+        self.workspace.store(&self.bodies, &mut self.pairs.pairs);
         self.passes = self.workspace.sweeps;
         watch(Phase::Relax, self);
         let frame = self.frame(&settings);
@@ -39,6 +41,22 @@ impl World {
             reach(&mut self.bodies, &frame);
             self.refresh_pairs();
             if !self.workspace.meet(&mut self.bodies, &self.pairs.pairs, &frame) {
+                return;
+            }
+        }
+    }
+
+    /// Solves again as long as the speeds that were found bring new pairs together.
+    fn catch_strays(&mut self, settings: &Conjugate) {
+        let frame = self.frame(settings);
+        for _ in 0..STRAYS_MAX {
+            if !self.workspace.reach_out(&mut self.bodies, &frame) {
+                return;
+            }
+            if self.refresh_pairs() {
+                self.workspace.find_again(&self.pairs.pairs);
+            }
+            if !self.workspace.catch_strays(&mut self.bodies, &self.pairs.pairs, &frame) {
                 return;
             }
         }

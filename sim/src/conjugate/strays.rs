@@ -1,0 +1,120 @@
+//! Strays: pairs that had no row because neither body seemed able to reach the other.
+//!
+//! Rows are made for what the speeds before the step allow. A body at rest that is hit hard may
+//! then leave its reach within the same step. So after the velocities are solved, whoever is faster
+//! than his reach is looked after: pairs that would touch with the new speeds get a row, and their
+//! islands are solved again, from the impulses that they have.
+
+use super::gap;
+use super::rows::{self, Facts, Row};
+use crate::bodies::{Bodies, REACH_MIN};
+use crate::pairs::{Pair, near};
+
+/// How often a step looks for strays.
+pub(crate) const ROUNDS_MAX: u32 = 3;
+/// Overlap at the end of the step that counts as none, world units.
+const TOUCH: f32 = 1e-4;
+
+/// The rows to come, and who is faster than his reach.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Strays {
+    /// By slot.
+    fast: Vec<bool>,
+    rows: Vec<Row>,
+    facts: Vec<Facts>,
+    /// The rows before.
+    old_rows: Vec<Row>,
+    old_facts: Vec<Facts>,
+    /// By row, whether it is new; islands with a new one are solved again.
+    pub is_new: Vec<bool>,
+}
+
+impl Strays {
+    /// Gives bodies that became faster a longer reach; whether there are any.
+    pub fn reach_out(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
+        self.fast.clear();
+        self.fast.resize(bodies.alive.len(), false);
+        let Bodies { moving, velocity, reach, .. } = bodies;
+        let mut any = false;
+        for &slot in moving.iter() {
+            let slot = slot as usize;
+            let path = velocity[slot].length() * dt;
+            // Half of the least reach is for what others do.
+            if path > reach[slot] - REACH_MIN * 0.5 {
+                reach[slot] = REACH_MIN + path;
+                self.fast[slot] = true;
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Adds rows for pairs that would touch; whether there are any.
+    pub fn gather(
+        &mut self,
+        bodies: &Bodies,
+        pairs: &[Pair],
+        dt: f32,
+        (rows, facts): (&mut Vec<Row>, &mut Vec<Facts>),
+    ) -> bool {
+        self.rows.clear();
+        self.facts.clear();
+        let mut known = rows.iter().map(|row| row.pair).peekable();
+        for (place, pair) in (0u32..).zip(pairs) {
+            let has_row = known.next_if_eq(&place).is_some();
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            if has_row || !(self.fast[a] || self.fast[b]) || !near(bodies, pair.a, pair.b) {
+                continue;
+            }
+            let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
+            let (at_a, at_b) = (rows::placed(bodies, pair.a), rows::placed(bodies, pair.b));
+            let gap = gap::between(at_a, at_b, path, pair.axis);
+            if let Some(gap) = gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
+                let (row, facts) = rows::meet(bodies, pair, place, gap, dt);
+                self.rows.push(row);
+                self.facts.push(facts);
+            }
+        }
+        if self.rows.is_empty() {
+            return false;
+        }
+        self.merge(rows, facts);
+        true
+    }
+
+    /// Puts the new rows in their places.
+    fn merge(&mut self, rows: &mut Vec<Row>, facts: &mut Vec<Facts>) {
+        std::mem::swap(rows, &mut self.old_rows);
+        std::mem::swap(facts, &mut self.old_facts);
+        rows.clear();
+        facts.clear();
+        self.is_new.clear();
+        let mut new = self.rows.iter().zip(&self.facts).peekable();
+        for (row, fact) in self.old_rows.iter().zip(&self.old_facts) {
+            while let Some((stray, fact)) = new.next_if(|(stray, _)| stray.pair < row.pair) {
+                rows.push(*stray);
+                facts.push(*fact);
+                self.is_new.push(true);
+            }
+            rows.push(*row);
+            facts.push(*fact);
+            self.is_new.push(false);
+        }
+        for (stray, fact) in new {
+            rows.push(*stray);
+            facts.push(*fact);
+            self.is_new.push(true);
+        }
+    }
+}
+
+/// Finds the pairs of the rows again after the pair list was made anew.
+pub(crate) fn find_again(rows: &mut [Row], pairs: &[Pair]) {
+    let mut place = 0;
+    for row in rows {
+        while (pairs[place].a, pairs[place].b) < (row.a, row.b) {
+            place += 1;
+        }
+        row.pair = place as u32;
+    }
+}
