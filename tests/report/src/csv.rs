@@ -1,5 +1,6 @@
 //! The numbers behind the plots as comma-separated files (RFC 4180).
 
+use crate::piles::Heap;
 use crate::stability::Verdicts;
 use crate::study::Study;
 
@@ -96,6 +97,28 @@ pub fn of_stability(cases: &[Verdicts], solvers: &[&str]) -> String {
                     format!("{:e}", check.accepted),
                     format!("{:e}", check.measured),
                     if check.passes() { "pass" } else { "fail" }.into(),
+                ]);
+            }
+        }
+    }
+    csv.finish()
+}
+
+/// All figures of all piles.
+pub fn of_heaps(heaps: &[Heap], solvers: &[&str]) -> String {
+    let mut csv = Csv::new(&["pile", "title", "solver", "figure", "measured", "verdict"]);
+    for heap in heaps {
+        for (solver, name) in solvers.iter().enumerate() {
+            for (place, (figure, _)) in heap.pile.bounds.iter().enumerate() {
+                let Some((value, accepted)) = heap.figure(solver, place) else { continue };
+                let verdict = accepted.map_or("", |pass| if pass { "pass" } else { "fail" });
+                csv.row(&[
+                    heap.pile.id.clone(),
+                    heap.pile.title.clone(),
+                    (*name).into(),
+                    figure.name().into(),
+                    format!("{value:e}"),
+                    verdict.into(),
                 ]);
             }
         }

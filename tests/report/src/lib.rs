@@ -12,6 +12,7 @@ pub mod jostle;
 pub mod methods;
 pub mod number;
 pub mod page;
+pub mod piles;
 pub mod plot;
 pub mod problems;
 mod progress;
@@ -51,7 +52,7 @@ pub struct Arguments {
     /// What compiled it
     #[arg(long, default_value = "an unknown compiler")]
     pub compiler: String,
-    /// Only problems and cases with these ids, such as 9a or S2
+    /// Only problems, cases and piles with these ids, such as 9a, S2 or rain-4000
     #[arg(long, value_name = "ID", num_args = 1..)]
     pub only: Vec<String>,
 }
@@ -64,13 +65,23 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
     };
     let cases: Vec<Case> = stability::all().into_iter().filter(|case| wanted(case.id)).collect();
     let problems: Vec<_> = problems::all().into_iter().filter(|p| wanted(p.id)).collect();
-    let progress = Progress::new(cases.len() + problems.len());
+    let piles: Vec<_> = piles::all()
+        .into_iter()
+        .filter(|pile| wanted(&pile.id) && !(arguments.quick && pile.full_only))
+        .collect();
+    let progress = Progress::new(cases.len() + problems.len() + piles.len());
     let cases = judge_all(&cases, &methods, arguments.quick, &progress);
     let effort = Effort::of(arguments.quick);
     let mut studies: Vec<Study> = Vec::new();
     for problem in problems {
         progress.begin(&format!("{} {}", problem.id, problem.title));
         studies.push(study::measure(problem, &methods, effort));
+        progress.done();
+    }
+    let mut heaps = Vec::new();
+    for pile in piles {
+        progress.begin(&pile.title);
+        heaps.push(piles::measure(pile, &methods));
         progress.done();
     }
     let origin = Origin {
@@ -80,7 +91,7 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
         compiler: arguments.compiler.clone(),
         quick: arguments.quick,
     };
-    write(&Results { origin, methods, studies, cases }, &arguments.out)
+    write(&Results { origin, methods, studies, heaps, cases }, &arguments.out)
 }
 
 /// The stability cases need no clock, so they take turns on all cores.
@@ -124,6 +135,7 @@ fn write(results: &Results, out: &Path) -> Result<()> {
         let figure = figures::of_study(study, &results.methods);
         put(&format!("problem-{}.svg", study.problem.id), figure.svg())?;
     }
+    put("piles.csv", csv::of_heaps(&results.heaps, &solvers))?;
     put("stability.csv", csv::of_stability(&results.cases, &solvers))?;
     for case in &results.cases {
         if let Some(text) = csv::of_series(case, &solvers) {

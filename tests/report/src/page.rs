@@ -4,6 +4,7 @@ use crate::figures;
 use crate::findings::{comparisons, seen, seen_over_time, tally};
 use crate::methods::{Family, Method};
 use crate::number::short;
+use crate::piles::{Bound, Heap};
 use crate::plot::escape;
 use crate::stability::{Check, Verdicts};
 use crate::study::Study;
@@ -32,6 +33,8 @@ pub struct Results {
     pub methods: Vec<Method>,
     /// By problem.
     pub studies: Vec<Study>,
+    /// By pile.
+    pub heaps: Vec<Heap>,
     /// By case.
     pub cases: Vec<Verdicts>,
 }
@@ -95,6 +98,7 @@ pub fn html(results: &Results) -> String {
     for study in &results.studies {
         problem(study, &results.methods, &mut page);
     }
+    piles(results, &mut page);
     stability(results, &mut page);
     page.push_str("</body>\n</html>\n");
     page
@@ -107,7 +111,7 @@ fn contents(results: &Results, page: &mut String) {
         let _ =
             write!(page, "<a href=\"#p{id}\" title=\"{}\">{id}</a> ", escape(study.problem.title));
     }
-    page.push_str("<a href=\"#stability\">Stability</a></nav>\n");
+    page.push_str("<a href=\"#piles\">Piles</a> <a href=\"#stability\">Stability</a></nav>\n");
 }
 
 fn overview(results: &Results, page: &mut String) {
@@ -239,6 +243,54 @@ fn numbers(study: &Study, page: &mut String) {
         }
     }
     page.push_str("</tbody></table></details>\n");
+}
+
+fn piles(results: &Results, page: &mut String) {
+    page.push_str(
+        "<h2 id=\"piles\">Piles</h2>\n<p>Large heaps, high stacks and heavy loads: gravity 50, boxes 2 high, friction 0.3, \
+         60 steps a second, sleeping off, each solver at its defaults. The solvers take turns of ten \
+         steps; times are processor time of one thread. What is accepted is asked of Jostle's best solver; the others stand \
+         beside it.</p>\n<table class=\"cases\">\n<thead><tr><th>Pile</th><th>Accepted</th>",
+    );
+    for solver in results.solvers() {
+        let _ = write!(page, "<th>{}</th>", escape(solver));
+    }
+    page.push_str("</tr></thead>\n");
+    results.heaps.iter().for_each(|heap| heap_rows(heap, page));
+    page.push_str("</table>\n");
+}
+
+fn heap_rows(heap: &Heap, page: &mut String) {
+    let columns = heap.measured.len() + 2;
+    let _ = writeln!(
+        page,
+        "<tbody>\n<tr class=\"case\"><th colspan=\"{columns}\">{}</th></tr>",
+        escape(&heap.pile.title)
+    );
+    for (place, (figure, bound)) in heap.pile.bounds.iter().enumerate() {
+        let _ =
+            write!(page, "<tr><td>{}</td><td class=\"n\">{}</td>", figure.name(), within(*bound));
+        for solver in 0..heap.measured.len() {
+            match heap.figure(solver, place) {
+                Some((value, accepted)) => {
+                    let class = accepted.map_or("", |pass| if pass { "pass" } else { "fail" });
+                    let _ = write!(page, "<td class=\"n {class}\">{}</td>", short(value));
+                }
+                None => page.push_str("<td class=\"none\">n/a</td>"),
+            }
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody>\n");
+}
+
+/// What is accepted of a pile's figure.
+pub fn within(bound: Bound) -> String {
+    match bound {
+        Bound::None => String::new(),
+        Bound::Value(most) => format!("≤ {}", short(most)),
+        Bound::OfPeer(factor) => format!("≤ {} of Box2D's", short(factor)),
+    }
 }
 
 fn stability(results: &Results, page: &mut String) {

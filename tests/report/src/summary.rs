@@ -3,7 +3,7 @@
 use crate::findings::{comparisons, tally};
 use crate::methods::Family;
 use crate::number::short;
-use crate::page::Results;
+use crate::page::{Results, within};
 use std::fmt::Write;
 
 /// The whole file.
@@ -47,9 +47,32 @@ pub fn markdown(results: &Results) -> String {
         );
         losses.iter().for_each(|loss| text.push_str(&format!("- {loss}\n")));
     }
+    piles(results, &mut text);
     stability(results, &mut text);
     omissions(results, &mut text);
     text
+}
+
+fn piles(results: &Results, text: &mut String) {
+    let solvers = results.solvers();
+    text.push_str("\n## Piles\n\nBold: beyond what is accepted of Jostle's best solver.\n\n| pile | figure | accepted |");
+    solvers.iter().for_each(|solver| text.push_str(&format!(" {solver} |")));
+    let _ = writeln!(text, "\n| --- | --- | --- |{}", " --- |".repeat(solvers.len()));
+    for heap in &results.heaps {
+        for (place, (figure, bound)) in heap.pile.bounds.iter().enumerate() {
+            let title = if place == 0 { heap.pile.title.as_str() } else { "" };
+            let _ = write!(text, "| {title} | {} | {} |", figure.name(), within(*bound));
+            for solver in 0..solvers.len() {
+                let cell = match heap.figure(solver, place) {
+                    None => "n/a".into(),
+                    Some((value, Some(false))) => format!("**{}**", short(value)),
+                    Some((value, _)) => short(value),
+                };
+                let _ = write!(text, " {cell} |");
+            }
+            text.push('\n');
+        }
+    }
 }
 
 fn stability(results: &Results, text: &mut String) {

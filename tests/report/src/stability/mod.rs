@@ -10,7 +10,7 @@ mod watch;
 use crate::engine::Engine;
 use crate::methods::Method;
 use crate::scene::Scene;
-pub use watch::{Run, Sample};
+pub use watch::{Run, Sample, largest};
 
 /// Overlap that engines leave alone, units.
 pub const SLOP: f64 = 0.005;

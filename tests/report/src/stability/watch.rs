@@ -40,13 +40,13 @@ impl Run {
         mut act: impl FnMut(&mut dyn Engine, f64),
     ) -> Run {
         let ticks = (seconds / scene.tick_s).round() as usize;
-        let mut samples = vec![look(engine, scene, 0.0).0];
+        let mut samples = vec![Sample::read(engine, scene, 0.0).0];
         let mut last = Vec::new();
         for tick in 1..=ticks {
             act(engine, (tick - 1) as f64 * scene.tick_s);
             engine.tick();
             let sample;
-            (sample, last) = look(engine, scene, tick as f64 * scene.tick_s);
+            (sample, last) = Sample::read(engine, scene, tick as f64 * scene.tick_s);
             samples.push(sample);
         }
         Run { samples, last, scene: scene.clone() }
@@ -103,26 +103,29 @@ pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |worst, value| if value > worst || value.is_nan() { value } else { worst })
 }
 
-fn look(engine: &dyn Engine, scene: &Scene, time_s: f64) -> (Sample, Vec<State>) {
-    let states: Vec<State> = (0..scene.bodies.len()).map(|body| engine.state(body)).collect();
-    let up = -scene.gravity.normalize_or_zero();
-    let mut sample =
-        Sample { time_s, overlap: 0.0, energy: 0.0, rms: 0.0, fastest: 0.0, rising: 0.0 };
-    let (mut squares, mut count) = (0.0, 0.0);
-    for body in scene.dynamic() {
-        let State { position, velocity } = states[body];
-        let square = velocity.length_squared();
-        squares += square;
-        count += 1.0;
-        sample.energy += scene.bodies[body].mass * (square / 2.0 - scene.gravity.dot(position));
-        sample.fastest = largest([sample.fastest, square.sqrt()].into_iter());
-        sample.rising = largest([sample.rising, velocity.dot(up)].into_iter());
+impl Sample {
+    /// Reads the engine; also the states of all bodies.
+    pub fn read(engine: &dyn Engine, scene: &Scene, time_s: f64) -> (Sample, Vec<State>) {
+        let states: Vec<State> = (0..scene.bodies.len()).map(|body| engine.state(body)).collect();
+        let up = -scene.gravity.normalize_or_zero();
+        let mut sample =
+            Sample { time_s, overlap: 0.0, energy: 0.0, rms: 0.0, fastest: 0.0, rising: 0.0 };
+        let (mut squares, mut count) = (0.0, 0.0);
+        for body in scene.dynamic() {
+            let State { position, velocity } = states[body];
+            let square = velocity.length_squared();
+            squares += square;
+            count += 1.0;
+            sample.energy += scene.bodies[body].mass * (square / 2.0 - scene.gravity.dot(position));
+            sample.fastest = largest([sample.fastest, square.sqrt()].into_iter());
+            sample.rising = largest([sample.rising, velocity.dot(up)].into_iter());
+        }
+        sample.rms = (squares / f64::max(count, 1.0)).sqrt();
+        sample.overlap = if squares.is_finite() {
+            largest(overlaps(&scene.bodies, &states).into_iter())
+        } else {
+            f64::NAN
+        };
+        (sample, states)
     }
-    sample.rms = (squares / f64::max(count, 1.0)).sqrt();
-    sample.overlap = if squares.is_finite() {
-        largest(overlaps(&scene.bodies, &states).into_iter())
-    } else {
-        f64::NAN
-    };
-    (sample, states)
 }
