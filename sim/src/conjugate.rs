@@ -2,15 +2,16 @@
 //! that stop when they have converged.
 //!
 //! One file a stage, in the order of a step:
-//! 1. `rows`: pairs that may touch within the step (`gap` says when and along which normal);
-//! 2. `impacts`: bounces, pair by pair in order of time;
+//! 1. `impacts`: bounces, pair by pair, each at its time;
+//! 2. `rows`: pairs that may touch within the step (`gap` says when and along which normal);
 //! 3. `travel`: gravity;
 //! 4. `islands`: rows that share no movable body are solved apart, each with
 //!    - `warm`: the last step's impulses, as far as they cannot add energy,
 //!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small, over
 //!      `trees`: what carries the load, solved exactly if nothing begins to slide or to part,
 //!      `lines`: chains along an axis, solved exactly in any case by pooling (`pools`), and the rest,
-//!    - `doubts`: rows of fast pairs, looked at again with the speeds that were found;
+//!    - `doubts`: rows of fast pairs, looked at again with the speeds that were found,
+//!    - `squeezes`: bodies that bounced and are held all the same;
 //!
 //!    and `strays`: pairs that only these speeds bring together;
 //! 5. `travel`: the bodies move;
@@ -24,6 +25,7 @@ mod lines;
 mod places;
 mod pools;
 mod rows;
+mod squeezes;
 mod strays;
 mod sweep;
 mod travel;
@@ -31,9 +33,11 @@ mod trees;
 mod warm;
 
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::math::{clamp, max};
+use crate::body::Motion;
+use crate::math::{clamp, clamp_length, max};
 use crate::pairs::Pair;
 use glam::Vec2;
+pub(crate) use impacts::Bounces;
 use impacts::Impacts;
 use islands::Islands;
 use lines::Lines;
@@ -146,27 +150,43 @@ impl Frame<'_> {
     }
 }
 
-/// How far each moving body looks for others.
-pub(crate) fn reach(bodies: &mut Bodies, frame: &Frame) {
-    let fall = frame.fall();
-    let Bodies { moving, velocity, reach, .. } = bodies;
-    for &slot in moving.iter() {
-        reach[slot as usize] = REACH_MIN + fall + velocity[slot as usize].length() * frame.dt;
-    }
-}
-
 impl Workspace {
     /// Forgets the bounces of the last step.
-    pub fn begin(&mut self) {
-        self.impacts.strikes.clear();
+    pub fn begin(&mut self, bodies: &Bodies) {
+        self.impacts.begin(bodies.alive.len());
     }
 
-    /// Stages 1 and 2. Whether bodies bounced: then their speeds have changed, and with them who
-    /// may touch whom; the caller mends the pair list and asks again.
-    pub fn meet(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) -> bool {
-        rows::gather(bodies, pairs, (frame.dt, frame.fall()), &mut self.rows, &mut self.facts);
-        let about = (frame.settings, frame.gravity, frame.dt);
-        impacts::take(bodies, &self.rows, &self.facts, pairs, about, &mut self.impacts)
+    /// How far each moving body looks for others; before bounces also for whom it may yet meet.
+    /// Whether there may be any.
+    pub fn reach(&mut self, bodies: &mut Bodies, frame: &Frame, bounces: bool) -> bool {
+        let fall = frame.fall();
+        let Bodies { moving, motion, velocity, reach, .. } = bodies;
+        for &slot in moving.iter() {
+            let slot = slot as usize;
+            if motion[slot] == Motion::Dynamic {
+                velocity[slot] = clamp_length(velocity[slot], frame.speed_max);
+            }
+            reach[slot] = REACH_MIN + fall + velocity[slot].length() * frame.dt;
+        }
+        bounces && self.impacts.reach_further(bodies, frame)
+    }
+
+    /// Stage 1. Bounces change speeds, and with them who may touch whom: unless there were none, the
+    /// caller mends the pair list. If some are ahead it asks again; the `last` time all are taken.
+    pub fn bounce(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        frame: &Frame,
+        last: bool,
+    ) -> Bounces {
+        self.impacts.take(bodies, pairs, frame, last)
+    }
+
+    /// Stage 2.
+    pub fn meet(&mut self, bodies: &Bodies, pairs: &[Pair], frame: &Frame) {
+        let (step, since) = ((frame.dt, frame.fall()), &self.impacts.since);
+        rows::gather(bodies, pairs, since, step, &mut self.rows, &mut self.facts);
     }
 
     /// Stages 3 and 4: the velocities at the end of the step.
@@ -199,7 +219,7 @@ impl Workspace {
     /// Solves for pairs that these bodies would touch; whether there were any.
     pub fn catch_strays(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) -> bool {
         let rows = (&mut self.rows, &mut self.facts);
-        if !self.strays.gather(bodies, pairs, frame.dt, rows) {
+        if !self.strays.gather(bodies, pairs, &self.impacts.since, frame.dt, rows) {
             return false;
         }
         self.islands.find(bodies.alive.len(), &self.rows);
@@ -227,8 +247,11 @@ impl Workspace {
             self.work += self.budget.spend(sweeps, places.len());
             sum += sweeps;
             let (rows, facts) = (&mut self.rows, &mut self.facts);
+            let paths = (&mut self.impacts, &mut self.travel);
+            let held = squeezes::settle(bodies, (rows, facts), places, pairs, paths, frame);
+            let since = &self.impacts.since;
             if round == doubts::ROUNDS_MAX
-                || !doubts::settle(bodies, rows, facts, places, pairs, frame.dt)
+                || !(doubts::settle(bodies, rows, facts, places, pairs, since, frame.dt) || held)
             {
                 break;
             }

@@ -8,8 +8,8 @@
 //! is solved again (sequential convex programming, with the sweep in place of the distance; Schulman
 //! et al. 2014, "Motion planning with sequential convex optimization").
 
-use super::gap::{self, FAR};
-use super::rows::{Facts, Row, placed};
+use super::gap::FAR;
+use super::rows::{Facts, Row, sight, start};
 use crate::bodies::Bodies;
 use crate::math::max;
 use crate::pairs::Pair;
@@ -28,23 +28,32 @@ pub(crate) fn settle(
     facts: &mut [Facts],
     island: &[u32],
     pairs: &[Pair],
+    since: &[f32],
     dt: f32,
 ) -> bool {
     let mut any = false;
     for &place in island {
         let facts = &mut facts[place as usize];
         if facts.fast {
-            any |= mend(bodies, &mut rows[place as usize], facts, pairs, dt);
+            let row = &mut rows[place as usize];
+            let pair = &pairs[row.pair as usize];
+            any |= mend(bodies, row, facts, (pair, start(since, pair) / dt), dt);
         }
     }
     any
 }
 
-fn mend(bodies: &mut Bodies, row: &mut Row, facts: &mut Facts, pairs: &[Pair], dt: f32) -> bool {
+/// Mends a row whose pair is to be looked at after a share of the step; whether it changed.
+fn mend(
+    bodies: &mut Bodies,
+    row: &mut Row,
+    facts: &mut Facts,
+    (pair, share): (&Pair, f32),
+    dt: f32,
+) -> bool {
     let own = row.impulse(row.press, row.rub) / row.mass;
     let path = (row.relative(&bodies.velocity) - own) * dt;
-    let kept = pairs[row.pair as usize].axis;
-    let gap = gap::between(placed(bodies, row.a), placed(bodies, row.b), path, kept);
+    let gap = sight(bodies, pair, path, share);
     match gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
         None if row.press <= 0.0 => false,
         None => {
@@ -65,7 +74,7 @@ fn mend(bodies: &mut Bodies, row: &mut Row, facts: &mut Facts, pairs: &[Pair], d
 }
 
 /// Takes back what a row did.
-fn release(bodies: &mut Bodies, row: &mut Row) {
+pub(crate) fn release(bodies: &mut Bodies, row: &mut Row) {
     let own = row.impulse(row.press, row.rub);
     row.apply(&mut bodies.velocity, -own);
     row.press = 0.0;

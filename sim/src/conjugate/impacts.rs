@@ -1,26 +1,32 @@
-//! Impacts: bounces, before anything else, one pair at a time in the order of their times.
+//! Impacts: bounces, before anything else, one pair at a time, each at its own time in the step.
 //!
 //! Simultaneous rules spread a blow over everything that touches and lose energy; one pair at a
-//! time keeps energy and momentum exactly, whatever the order, which only decides who gets them.
-//! Pairs that close faster than the threshold and touch within the step are taken by (time, a, b);
-//! each gets the two-body impulse (Newton's law of restitution, with Coulomb friction); then all
-//! look again. What remains closes slowly or not at all, and the sweeps take nothing back.
+//! time keeps energy and momentum exactly. A queue holds what will touch next, by (time, pair);
+//! who is struck gets the two-body impulse (Newton's law of restitution, with Coulomb friction) and
+//! his pairs are looked at again (Alder and Wainwright 1959, "Studies in molecular dynamics").
+//! Times are exact under gravity: over the gap s a pair that closes with c and accelerates by g
+//! touches with w, w^2 = c^2 + 2 g s, after 2 s / (c + w).
 //!
-//! A pair bounces where it is, up to a step's path early. The height that it comes back to is right
-//! all the same: over the gap s the closing acceleration g changes v^2 by 2 g s, so it closes with
-//! v, would touch with v^2 + 2 g s, leaves with e^2 of that, and is back here with 2 g s less.
+//! A body has one place and one velocity a step, and both are those of its path after its last
+//! impact, drawn out backwards to the step's start: an impulse at time t that changes its velocity
+//! by d moves that start by -d t. The rest of the step needs to know no more than `since` when the
+//! path holds. Pairs that touch without bouncing are left to the rows, unless something bounces
+//! beyond: then they stop there first.
 
-use super::Conjugate;
-use super::gap::{self, Gap};
 use super::rows::{Facts, Row, placed};
-use crate::bodies::Bodies;
+use super::{Frame, gap};
+use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
-use crate::math::{clamp, max};
-use crate::pairs::Pair;
+use crate::math::{clamp, max, min};
+use crate::pairs::{Pair, near};
 use glam::Vec2;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
-/// Rounds of impacts in one step; each takes every pair that closes at its beginning.
-const ROUNDS_MAX: u32 = 200;
+/// Impacts of a body in a step. Who has had so many stays where the last one was: on a surface.
+const IMPACTS_MAX: u32 = 32;
+/// End of a list of pairs.
+const NONE: u32 = u32::MAX;
 
 /// A bounce of this step.
 #[derive(Clone, Copy, Debug)]
@@ -31,103 +37,326 @@ pub(crate) struct Strike {
     pub closing: f32,
 }
 
-/// A pair that is about to touch.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Candidate {
-    /// Bits of the time, and the row: sorts by time, then by ids.
-    key: u64,
+/// A touch to come: by time, then by pair. It holds while neither body was struck since.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Event {
+    time_bits: u32,
+    pair: u32,
+    /// Impacts of the two so far.
+    version: u32,
 }
 
-/// Scratch and result.
+/// Result and scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Impacts {
     pub strikes: Vec<Strike>,
-    candidates: Vec<Candidate>,
+    /// By slot: seconds into the step since when its path holds; 0 for who was not struck.
+    pub since: Vec<f32>,
+    /// By slot: impacts in this step.
+    count: Vec<u32>,
+    /// Who was struck.
+    struck: Vec<u32>,
+    /// Who is held after all: see `squeezes`.
+    pub held: Vec<u32>,
+    /// By slot: whether it bounces and is fast enough to.
+    lively: Vec<bool>,
+    queue: BinaryHeap<Reverse<Event>>,
+    /// By slot its first pair, and by pair the next one of either body.
+    first: Vec<u32>,
+    next: Vec<[u32; 2]>,
 }
 
-/// Takes the impacts of a step; whether there were any.
-pub(crate) fn take(
-    bodies: &mut Bodies,
-    rows: &[Row],
-    facts: &[Facts],
-    pairs: &[Pair],
-    (settings, gravity, dt): (&Conjugate, Vec2, f32),
-    impacts: &mut Impacts,
-) -> bool {
-    let mut any = false;
-    for _ in 0..ROUNDS_MAX {
-        impacts.candidates.clear();
-        for (place, (row, facts)) in (0u32..).zip(rows.iter().zip(facts)) {
-            if facts.restitution > 0.0
-                && closing(bodies, row, row.normal) > settings.bounce_threshold
-                && let Some(hit) = look(bodies, row, pairs, settings.bounce_threshold, dt)
-            {
-                let key = u64::from(hit.time.to_bits()) << 32 | u64::from(place);
-                impacts.candidates.push(Candidate { key });
-            }
-        }
-        if impacts.candidates.is_empty() {
-            return any;
-        }
-        any = true;
-        impacts.candidates.sort_unstable_by_key(|candidate| candidate.key);
-        for candidate in &impacts.candidates {
-            let place = candidate.key as u32 as usize;
-            let row = &rows[place];
-            // An earlier one may have changed its speeds.
-            if let Some(hit) = look(bodies, row, pairs, settings.bounce_threshold, dt) {
-                bounce(bodies, row, facts[place].restitution, &hit, gravity);
-                impacts.strikes.push(Strike { a: row.a, b: row.b, closing: hit.closing });
-            }
-        }
-    }
-    any
+/// What became of the bounces of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Bounces {
+    /// There are none.
+    None,
+    /// All were taken.
+    All,
+    /// There may be more, with bodies that were out of reach.
+    Ahead,
 }
 
 /// A touch within the step.
 struct Hit {
-    gap: Gap,
+    normal: Vec2,
+    /// Closing speed then, units/s.
     closing: f32,
+    /// Seconds into the step.
     time: f32,
 }
 
-#[inline]
-fn closing(bodies: &Bodies, row: &Row, normal: Vec2) -> f32 {
-    -normal.dot(row.relative(&bodies.velocity))
-}
-
-/// The touch of a pair as it moves now.
-fn look(bodies: &Bodies, row: &Row, pairs: &[Pair], threshold: f32, dt: f32) -> Option<Hit> {
-    let path = row.relative(&bodies.velocity) * dt;
-    let kept = pairs[row.pair as usize].axis;
-    let gap = gap::between(placed(bodies, row.a), placed(bodies, row.b), path, kept)?;
-    let closing = closing(bodies, row, gap.normal);
-    let distance = max(gap.separation, 0.0);
-    if closing <= threshold || distance > closing * dt {
-        return None;
+impl Impacts {
+    /// Forgets the last step.
+    pub fn begin(&mut self, slots: usize) {
+        self.strikes.clear();
+        for slot in self.struck.drain(..) {
+            self.since[slot as usize] = 0.0;
+            self.count[slot as usize] = 0;
+        }
+        self.since.resize(slots, 0.0);
+        self.count.resize(slots, 0);
     }
-    Some(Hit { gap, closing, time: distance / closing })
+
+    /// Whether nobody was struck.
+    pub fn is_empty(&self) -> bool {
+        self.struck.is_empty()
+    }
+
+    /// Finds who may bounce at all: of two that close faster than the threshold one is faster than
+    /// half of it. Whether there are any. They look further than their present speeds would take
+    /// them, since a bounce may make them faster: twice as far, and as far as the others on average.
+    pub fn reach_further(&mut self, bodies: &mut Bodies, frame: &Frame) -> bool {
+        self.lively.clear();
+        let slow = 0.5 * frame.settings.bounce_threshold - frame.gravity.length() * frame.dt;
+        let (mut count, mut sum) = (0, 0.0);
+        for &slot in &bodies.moving {
+            let slot = slot as usize;
+            let squared = bodies.velocity[slot].length_squared();
+            if bodies.material[slot].restitution > 0.0 && (slow < 0.0 || squared > slow * slow) {
+                self.lively.resize(bodies.alive.len(), false);
+                self.lively[slot] = true;
+                count += 1;
+                sum += squared.sqrt() * frame.dt;
+            }
+        }
+        if count == 0 {
+            return false;
+        }
+        let mean = sum / count as f32;
+        for &slot in &bodies.moving {
+            let slot = slot as usize;
+            if self.lively[slot] {
+                bodies.reach[slot] += bodies.velocity[slot].length() * frame.dt + mean;
+            }
+        }
+        true
+    }
+
+    /// Takes impacts in the order of their times. Unless it is the `last` time, it ends when one makes
+    /// a body faster than its reach: the list may then lack its pairs.
+    pub fn take(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        frame: &Frame,
+        last: bool,
+    ) -> Bounces {
+        self.queue.clear();
+        for (place, pair) in (0u32..).zip(pairs) {
+            if self.lively[pair.a as usize] || self.lively[pair.b as usize] {
+                self.expect(bodies, (place, pair), frame);
+            }
+        }
+        if self.queue.is_empty() {
+            return Bounces::None;
+        }
+        self.link(bodies, pairs);
+        while let Some(Reverse(event)) = self.queue.pop() {
+            let pair = &pairs[event.pair as usize];
+            if event.version != self.version(pair) {
+                continue;
+            }
+            let time = f32::from_bits(event.time_bits);
+            let (pair, hit, restitution) = match self.in_the_way(bodies, pairs, pair, time, frame) {
+                // Between walls that close it would never end; the rows hold both.
+                Some((other, _)) if self.is_tired(other) => continue,
+                Some((other, hit)) => (other, hit, 0.0),
+                None => match self.look(bodies, pair, frame) {
+                    Some(hit) => (pair, hit, restitution(bodies, pair)),
+                    None => continue,
+                },
+            };
+            self.strike(bodies, pair, &hit, restitution, frame);
+            for slot in [pair.a, pair.b] {
+                self.expect_again(bodies, pairs, slot, frame);
+            }
+            if !last && (outran(bodies, pair.a, frame.dt) || outran(bodies, pair.b, frame.dt)) {
+                return Bounces::Ahead;
+            }
+        }
+        Bounces::All
+    }
+
+    fn version(&self, pair: &Pair) -> u32 {
+        self.count[pair.a as usize] + self.count[pair.b as usize]
+    }
+
+    fn is_tired(&self, pair: &Pair) -> bool {
+        let of = |slot: u32| self.count[slot as usize];
+        of(pair.a) >= IMPACTS_MAX || of(pair.b) >= IMPACTS_MAX
+    }
+
+    /// Queues the next bounce of a pair, if it has one.
+    fn expect(&mut self, bodies: &Bodies, (place, pair): (u32, &Pair), frame: &Frame) {
+        let bounces = restitution(bodies, pair) > 0.0;
+        if !bounces || self.is_tired(pair) || !near(bodies, pair.a, pair.b) {
+            return;
+        }
+        if let Some(hit) = self.look(bodies, pair, frame)
+            && hit.closing > frame.settings.bounce_threshold
+        {
+            let (time_bits, version) = (hit.time.to_bits(), self.version(pair));
+            self.queue.push(Reverse(Event { time_bits, pair: place, version }));
+        }
+    }
+
+    /// The same for all pairs of a body whose path has changed.
+    fn expect_again(&mut self, bodies: &Bodies, pairs: &[Pair], slot: u32, frame: &Frame) {
+        if bodies.inverse_mass[slot as usize] == 0.0 {
+            return;
+        }
+        let mut place = self.first[slot as usize];
+        while place != NONE {
+            let pair = &pairs[place as usize];
+            self.expect(bodies, (place, pair), frame);
+            place = self.next[place as usize][usize::from(pair.b == slot)];
+        }
+    }
+
+    /// Lists the pairs of every body.
+    fn link(&mut self, bodies: &Bodies, pairs: &[Pair]) {
+        self.first.clear();
+        self.first.resize(bodies.alive.len(), NONE);
+        self.next.clear();
+        for (place, pair) in (0u32..).zip(pairs) {
+            let [a, b] = [pair.a as usize, pair.b as usize];
+            self.next.push([self.first[a], self.first[b]]);
+            (self.first[a], self.first[b]) = (place, place);
+        }
+    }
+
+    /// The first pair of either body that would be through each other by then, without a bounce.
+    fn in_the_way<'a>(
+        &self,
+        bodies: &Bodies,
+        pairs: &'a [Pair],
+        struck: &Pair,
+        time: f32,
+        frame: &Frame,
+    ) -> Option<(&'a Pair, Hit)> {
+        let allowed = frame.settings.slop + frame.fall();
+        let mut found: Option<(&Pair, Hit)> = None;
+        for slot in [struck.a, struck.b] {
+            if bodies.inverse_mass[slot as usize] == 0.0 {
+                continue;
+            }
+            let mut place = self.first[slot as usize];
+            while place != NONE {
+                let pair = &pairs[place as usize];
+                place = self.next[place as usize][usize::from(pair.b == slot)];
+                if !near(bodies, pair.a, pair.b) {
+                    continue;
+                }
+                let Some(hit) = self.look(bodies, pair, frame) else { continue };
+                let bounces = restitution(bodies, pair) > 0.0
+                    && hit.closing > frame.settings.bounce_threshold;
+                let through = (time - hit.time) * hit.closing > allowed;
+                let earlier = found.as_ref().is_none_or(|(other, best)| {
+                    (hit.time, pair.a, pair.b) < (best.time, other.a, other.b)
+                });
+                if !bounces && through && earlier {
+                    found = Some((pair, hit));
+                }
+            }
+        }
+        found
+    }
+
+    /// The next touch of a pair as it moves now.
+    fn look(&self, bodies: &Bodies, pair: &Pair, frame: &Frame) -> Option<Hit> {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let start = max(self.since[a], self.since[b]);
+        let left = frame.dt - start;
+        let acceleration = fall(bodies, b, frame) - fall(bodies, a, frame);
+        let first = bodies.velocity[b] - bodies.velocity[a];
+        let velocity = first + acceleration * start;
+        let ahead = (first + velocity) * (0.5 * start);
+        let path = (velocity + acceleration * (0.5 * left)) * left;
+        let (at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
+        at_b.center += ahead;
+        let apart =
+            (at_b.center - at_a.center).abs() - at_a.shape.half_extent() - at_b.shape.half_extent();
+        if apart.x > path.x.abs() || apart.y > path.y.abs() {
+            return None;
+        }
+        let gap = gap::between(at_a, at_b, path, pair.axis)?;
+        let (distance, closing) = (max(gap.separation, 0.0), -gap.normal.dot(velocity));
+        let gain = -gap.normal.dot(acceleration);
+        let squared = closing * closing + 2.0 * gain * distance;
+        let touching = if squared > 0.0 { squared.sqrt() } else { return None };
+        let after = if closing > 0.0 {
+            2.0 * distance / (closing + touching)
+        } else if gain > 0.0 {
+            (touching - closing) / gain
+        } else {
+            return None;
+        };
+        let hit = Hit { normal: gap.normal, closing: touching, time: start + after };
+        (after <= left).then_some(hit)
+    }
+
+    /// Gives both bodies of a pair their new paths.
+    fn strike(
+        &mut self,
+        bodies: &mut Bodies,
+        pair: &Pair,
+        hit: &Hit,
+        restitution: f32,
+        frame: &Frame,
+    ) {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let (weight_a, weight_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
+        let mass = 1.0 / (weight_a + weight_b);
+        let acceleration = fall(bodies, b, frame) - fall(bodies, a, frame);
+        let relative = bodies.velocity[b] - bodies.velocity[a] + acceleration * hit.time;
+        let press = (1.0 + restitution) * hit.closing * mass;
+        let along = hit.normal.perp();
+        let friction = (bodies.material[a].friction * bodies.material[b].friction).sqrt();
+        let limit = friction * press;
+        let rub = clamp(-along.dot(relative) * mass, -limit, limit);
+        let impulse = hit.normal * press + along * rub;
+        for (slot, change) in [(pair.a, impulse * -weight_a), (pair.b, impulse * weight_b)] {
+            let index = slot as usize;
+            if bodies.inverse_mass[index] == 0.0 {
+                continue;
+            }
+            bodies.velocity[index] += change;
+            bodies.center[index] -= change * hit.time;
+            if self.count[index] == 0 {
+                self.struck.push(slot);
+            }
+            self.count[index] += 1;
+            self.since[index] = hit.time;
+        }
+        self.strikes.push(Strike { a: pair.a, b: pair.b, closing: hit.closing });
+    }
 }
 
-fn bounce(bodies: &mut Bodies, row: &Row, restitution: f32, hit: &Hit, gravity: Vec2) {
-    let Hit { gap: Gap { normal, separation }, closing, .. } = *hit;
-    let fall = |slot: u32| match bodies.motion[slot as usize] {
-        Motion::Dynamic => bodies.gravity_scale[slot as usize],
-        Motion::Static | Motion::Kinematic => 0.0,
-    };
-    let acceleration = -normal.dot(gravity) * (fall(row.b) - fall(row.a));
-    let work = 2.0 * acceleration * max(separation, 0.0);
-    let squared = restitution * restitution * (closing * closing + work) - work;
-    let leaving = if squared > 0.0 { squared.sqrt() } else { 0.0 };
-    let press = (closing + leaving) * row.mass;
-    let along = normal.perp();
-    let slide = along.dot(row.relative(&bodies.velocity));
-    let limit = row.friction * press;
-    let rub = clamp(-slide * row.mass, -limit, limit);
-    row.apply(&mut bodies.velocity, normal * press + along * rub);
+/// Restitution of a pair: the smaller of the two.
+#[inline]
+fn restitution(bodies: &Bodies, pair: &Pair) -> f32 {
+    let of = |slot: u32| bodies.material[slot as usize].restitution;
+    min(of(pair.a), of(pair.b))
 }
 
-/// Tells the rows, which may have been gathered anew, who bounced.
+/// Gravity on a body.
+#[inline]
+pub(crate) fn fall(bodies: &Bodies, slot: usize, frame: &Frame) -> Vec2 {
+    match bodies.motion[slot] {
+        Motion::Dynamic => frame.gravity * bodies.gravity_scale[slot],
+        Motion::Static | Motion::Kinematic => Vec2::ZERO,
+    }
+}
+
+#[inline]
+fn outran(bodies: &Bodies, slot: u32, dt: f32) -> bool {
+    let slot = slot as usize;
+    bodies.inverse_mass[slot] > 0.0
+        && bodies.velocity[slot].length() * dt > bodies.reach[slot] - REACH_MIN
+}
+
+/// Tells the rows who bounced.
 pub(crate) fn mark(strikes: &mut [Strike], rows: &[Row], facts: &mut [Facts]) {
     strikes.sort_unstable_by_key(|strike| (strike.a, strike.b));
     let mut place = 0;

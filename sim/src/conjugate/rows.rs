@@ -58,8 +58,6 @@ pub(crate) struct Facts {
     pub left: f32,
     /// Largest closing speed met in this step, units/s; not negative.
     pub closing: f32,
-    /// Restitution: the smaller of the two.
-    pub restitution: f32,
     /// Whether the two bounced in this step.
     pub struck: bool,
     /// Whether one of them moves by more than the smaller one's half-size.
@@ -73,6 +71,7 @@ pub(crate) struct Facts {
 pub(crate) fn gather(
     bodies: &Bodies,
     pairs: &[Pair],
+    since: &[f32],
     (dt, fall): (f32, f32),
     rows: &mut Vec<Row>,
     facts: &mut Vec<Facts>,
@@ -86,10 +85,7 @@ pub(crate) fn gather(
         let (a, b) = (pair.a as usize, pair.b as usize);
         let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
         let path = (velocity_b - velocity_a) * dt;
-        let placed = |slot: u32| placed(bodies, slot);
-        let Some(gap) = gap::between(placed(pair.a), placed(pair.b), path, pair.axis) else {
-            continue;
-        };
+        let Some(gap) = sight(bodies, pair, path, start(since, pair) / dt) else { continue };
         // Their own speeds, not the relative one: what stops one of them must not let it overlap
         // the other, beside which it fell so far.
         let speeds = gap.normal.dot(velocity_a).abs() + gap.normal.dot(velocity_b).abs();
@@ -118,12 +114,34 @@ pub(crate) fn meet(bodies: &Bodies, pair: &Pair, place: u32, gap: Gap, dt: f32) 
         separation: gap.separation,
         left: gap.separation,
         closing: max(approach, 0.0),
-        restitution: min(bodies.material[a].restitution, bodies.material[b].restitution),
         struck: false,
         fast: passes || fastest(bodies, pair) * dt > smallest(bodies, pair),
         slid: row.press > 0.0 && row.rub.abs() >= SLIDING * row.friction * row.press,
     };
     (row, facts)
+}
+
+/// Since when both paths of a pair hold, seconds into the step.
+#[inline]
+pub(crate) fn start(since: &[f32], pair: &Pair) -> f32 {
+    max(since[pair.a as usize], since[pair.b as usize])
+}
+
+/// The gap of a pair of which b moves by `path` in the step relative to a, looked at from where the
+/// two are after a share of it, and measured from where their paths begin: that may be within each
+/// other.
+#[inline]
+pub(crate) fn sight(bodies: &Bodies, pair: &Pair, path: Vec2, share: f32) -> Option<Gap> {
+    let (at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
+    if share == 0.0 {
+        return gap::between(at_a, at_b, path, pair.axis);
+    }
+    at_b.center += path * share;
+    let gap = gap::between(at_a, at_b, path * (1.0 - share), pair.axis)?;
+    if gap.separation == FAR {
+        return Some(gap);
+    }
+    Some(Gap { separation: gap.separation - gap.normal.dot(path) * share, ..gap })
 }
 
 /// The larger speed component of a pair.

@@ -5,7 +5,6 @@
 //! than his reach is looked after: pairs that would touch with the new speeds get a row, and their
 //! islands are solved again, from the impulses that they have.
 
-use super::gap;
 use super::rows::{self, Facts, Row};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::pairs::{Pair, near};
@@ -54,6 +53,7 @@ impl Strays {
         &mut self,
         bodies: &Bodies,
         pairs: &[Pair],
+        since: &[f32],
         dt: f32,
         (rows, facts): (&mut Vec<Row>, &mut Vec<Facts>),
     ) -> bool {
@@ -67,8 +67,7 @@ impl Strays {
                 continue;
             }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
-            let (at_a, at_b) = (rows::placed(bodies, pair.a), rows::placed(bodies, pair.b));
-            let gap = gap::between(at_a, at_b, path, pair.axis);
+            let gap = rows::sight(bodies, pair, path, rows::start(since, pair) / dt);
             if let Some(gap) = gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
                 let (row, facts) = rows::meet(bodies, pair, place, gap, dt);
                 self.rows.push(row);

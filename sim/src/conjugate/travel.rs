@@ -19,7 +19,7 @@ const FREE: f32 = 0.5;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Travel {
     /// Velocity before gravity.
-    before: Vec<Vec2>,
+    pub before: Vec<Vec2>,
     /// Weights of v0 in the path, in [0, 0.5].
     weight: Vec<Vec2>,
     /// The path of this step.

@@ -1,10 +1,10 @@
 //! A step of the World by the conjugate solver: pairs, impacts and rows, velocities, places.
 
 use super::{Phase, Touch, World};
-use crate::conjugate::{Conjugate, Frame, STRAYS_MAX, reach};
+use crate::conjugate::{Bounces, Conjugate, Frame, STRAYS_MAX};
 use crate::math::max;
 
-/// How often a step may find that bounces sped bodies up towards new ones.
+/// How often a step may find that bounces sped bodies up beyond their reach.
 const MEETINGS_MAX: u32 = 16;
 
 impl World {
@@ -33,17 +33,30 @@ impl World {
         Frame { settings, gravity, dt, speed_max }
     }
 
-    /// Finds the rows; again, as long as bounces change who may touch whom.
+    /// Finds the rows, once nothing bounces any more.
     fn meet(&mut self, settings: &Conjugate) {
         let frame = self.frame(settings);
-        self.workspace.begin();
-        for _ in 0..MEETINGS_MAX {
-            reach(&mut self.bodies, &frame);
-            self.refresh_pairs();
-            if !self.workspace.meet(&mut self.bodies, &self.pairs.pairs, &frame) {
-                return;
+        self.workspace.begin(&self.bodies);
+        let mut lively = self.look_around(&frame, true);
+        for round in 1..=MEETINGS_MAX {
+            let (bodies, pairs) = (&mut self.bodies, &self.pairs.pairs);
+            if !lively {
+                break;
             }
+            let bounces = self.workspace.bounce(bodies, pairs, &frame, round == MEETINGS_MAX);
+            if bounces == Bounces::None {
+                break;
+            }
+            lively = self.look_around(&frame, bounces == Bounces::Ahead);
         }
+        self.workspace.meet(&self.bodies, &self.pairs.pairs, &frame);
+    }
+
+    /// Makes the pair list complete for the speeds that bodies have; whether any may bounce.
+    fn look_around(&mut self, frame: &Frame, bounces: bool) -> bool {
+        let lively = self.workspace.reach(&mut self.bodies, frame, bounces);
+        self.refresh_pairs();
+        lively
     }
 
     /// Solves again as long as the speeds that were found bring new pairs together.
