@@ -1,5 +1,6 @@
 //! What a body is: its name for good, how it moves, how it is defined.
 
+use crate::forces::Drag;
 use crate::shape::Shape;
 use glam::Vec2;
 
@@ -43,6 +44,8 @@ pub struct BodyDef {
     pub friction: f32,
     /// Factor on the world's gravity; 0 floats.
     pub gravity_scale: f32,
+    /// What slows it down on its way; only meant for dynamic bodies, in a world with forces.
+    pub drag: Drag,
     /// Collision group, below [`GROUPS_MAX`].
     pub group: u8,
 }
@@ -58,6 +61,7 @@ impl Default for BodyDef {
             restitution: 0.8,
             friction: 0.3,
             gravity_scale: 1.0,
+            drag: Drag::NONE,
             group: 0,
         }
     }

@@ -4,7 +4,7 @@
 //! One file a stage, in the order of a step:
 //! 1. `impacts`: bounces, pair by pair, each at its time;
 //! 2. `rows`: pairs that may touch within the step (`gap` says when and along which normal);
-//! 3. `travel`: gravity;
+//! 3. `travel`: gravity, and what other forces do (see `forces`);
 //! 4. `islands`: rows that share no movable body are solved apart, each with
 //!    - `warm`: the last step's impulses, as far as they cannot add energy,
 //!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small, over
@@ -34,6 +34,7 @@ mod warm;
 
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
+use crate::forces::Move;
 use crate::math::{clamp, clamp_length, max};
 use crate::pairs::Pair;
 use glam::Vec2;
@@ -190,9 +191,10 @@ impl Workspace {
     }
 
     /// Stages 3 and 4: the velocities at the end of the step.
-    pub fn solve(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
+    pub fn solve(&mut self, bodies: &mut Bodies, pairs: &[Pair], moves: &[Move], frame: &Frame) {
         impacts::mark(&mut self.impacts.strikes, &self.rows, &mut self.facts);
         travel::accelerate(bodies, frame.gravity * frame.dt, frame.speed_max, &mut self.travel);
+        travel::force(bodies, moves, frame.dt, &mut self.travel);
         self.lines.reserve(bodies.alive.len());
         self.trees.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.rows);

@@ -3,12 +3,13 @@
 //!
 //! One scene, one seed and one input log give one state hash per tick, bit for bit, on every
 //! target. Nothing here does IO, reads a clock, spawns a thread or iterates a hash map; arithmetic
-//! is + - * / sqrt on f32, and [`math`] holds the few transcendentals.
+//! is + - * / sqrt on f32 (on f64 in [`forces`]), and [`math`] holds the few transcendentals.
 
 mod bodies;
 pub mod body;
 pub mod conjugate;
 pub mod contact;
+pub mod forces;
 pub mod game;
 mod hash;
 pub mod math;
@@ -21,6 +22,7 @@ pub mod solver;
 pub mod state;
 pub mod world;
 
+pub use forces::{Drag, ForceSettings, Spring, SpringEnd};
 pub use game::{BodyInfo, Buttons, Event, Game, Input, Kind, PlayerInfo, SEATS_MAX, Seat};
 pub use glam::Vec2;
 pub use hash::StateHasher;

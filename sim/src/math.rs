@@ -67,6 +67,30 @@ pub fn rotate(vector: Vec2, angle: f32) -> Vec2 {
     Vec2::new(vector.x * c - vector.y * s, vector.x * s + vector.y * c)
 }
 
+/// e to the power of `x`, in double precision, the same bits on every target.
+#[inline]
+pub fn exp(x: f64) -> f64 {
+    libm::exp(x)
+}
+
+/// e to the power of `x`, less 1, in double precision, the same bits on every target.
+#[inline]
+pub fn exp_m1(x: f64) -> f64 {
+    libm::expm1(x)
+}
+
+/// Natural logarithm of 1 + `x`, in double precision, the same bits on every target.
+#[inline]
+pub fn ln_1p(x: f64) -> f64 {
+    libm::log1p(x)
+}
+
+/// Sine and cosine of radians, in double precision, the same bits on every target.
+#[inline]
+pub fn sin_cos(angle: f64) -> (f64, f64) {
+    (libm::sin(angle), libm::cos(angle))
+}
+
 /// A seeded generator: PCG-XSH-RR 64/32 (O'Neill 2014). Its state is part of the state hash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rng {

@@ -7,6 +7,7 @@ mod actors;
 mod bodies;
 mod compile;
 mod document;
+mod forces;
 mod groups;
 mod kind;
 mod path;
@@ -19,11 +20,13 @@ mod tests;
 
 pub use actors::{HeroSpec, MinionSpec, PackSpec, Place, Repeater};
 pub use bodies::{Layout, Placed};
+pub use forces::PlacedSpring;
 pub use kind::Kind;
 pub use path::Path;
 pub use recipes::{RECIPES_MAX, presets};
 pub use tools::Tools;
 
+use crate::forces::ForceSettings;
 use crate::particle::Recipe;
 use crate::shape::Aabb;
 use crate::solver::Solver;
@@ -47,6 +50,8 @@ pub const PARTICLES_MAX: u32 = 20_000;
 pub const PACKS_MAX: u32 = 64;
 /// Bodies of one layout.
 pub const LAYOUT_COUNT_MAX: u32 = 4096;
+/// Entries of `springs`.
+pub const SPRINGS_MAX: usize = 1024;
 /// Entries of `emitters`.
 pub const EMITTERS_MAX: usize = 256;
 
@@ -79,6 +84,8 @@ pub struct Scene {
     pub size: Vec2,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
+    /// Velocity of the air, units/s; only bodies with drag feel it.
+    pub wind: Vec2,
     /// What solves the contacts; `None` where they are only detected.
     pub solver: Option<Solver>,
     /// Names of the collision groups, at most [`GROUPS_MAX`].
@@ -117,6 +124,8 @@ pub struct Scene {
     pub bodies: Vec<Placed>,
     /// Bodies at places that the seed decides.
     pub layouts: Vec<Layout>,
+    /// Springs between bodies at fixed places.
+    pub springs: Vec<PlacedSpring>,
     /// Emitters that run by themselves.
     pub emitters: Vec<Repeater>,
     /// The players' heroes; `None` where players have none.
@@ -178,6 +187,7 @@ impl Scene {
         WorldSettings {
             dt: crate::DT,
             gravity: self.gravity,
+            forces: self.forces(),
             solver: self.solver,
             meets: self.meets,
             meets_particles: self.meets_particles,
@@ -188,6 +198,13 @@ impl Scene {
             particles_max: self.particles_max,
             recipes: self.recipes.clone(),
         }
+    }
+
+    /// Drag, wind and springs, where a body of the scene feels any.
+    pub fn forces(&self) -> Option<ForceSettings> {
+        let settings = ForceSettings { wind: self.wind, springs_max: self.springs.len() };
+        let any = !self.springs.is_empty() || forces::defs_with_drag(self);
+        any.then_some(settings)
     }
 
     /// Whether bodies of the two groups collide.

@@ -22,6 +22,8 @@ pub enum Subject {
         /// Higher slot.
         b: u32,
     },
+    /// A spring, counted from 0.
+    Spring(u32),
     /// A running emitter, counted from 0.
     Emitter(u32),
     /// A particle, counted from 0.
@@ -38,6 +40,7 @@ impl fmt::Display for Subject {
             Subject::World => write!(out, "world"),
             Subject::Body(id) => write!(out, "body {}.{}", id.index, id.generation),
             Subject::Contact { a, b } => write!(out, "contact of {a} and {b}"),
+            Subject::Spring(place) => write!(out, "spring {place}"),
             Subject::Emitter(place) => write!(out, "emitter {place}"),
             Subject::Particle(place) => write!(out, "particle {place}"),
             Subject::Rules => write!(out, "rules"),

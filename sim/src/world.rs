@@ -9,6 +9,7 @@ use crate::DT;
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::conjugate::Workspace;
 use crate::contact::Contact;
+use crate::forces::{Drag, ForceSettings, Forces, Spring, SpringEnd, Surroundings};
 use crate::math::clamp_length;
 use crate::pairs::{Filter, PairList};
 use crate::particle::{EmitterDef, Obstacle, Particles, Recipe, quantise};
@@ -28,6 +29,8 @@ pub struct WorldSettings {
     pub dt: f32,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
+    /// Drag, wind and springs; `None` where nothing acts but gravity and contacts.
+    pub forces: Option<ForceSettings>,
     /// What solves the contacts; `None` detects them and solves nothing (chapter project 9.1).
     pub solver: Option<Solver>,
     /// For each group, the set of groups that it meets, one bit each; symmetric.
@@ -55,6 +58,7 @@ impl Default for WorldSettings {
         WorldSettings {
             dt: DT,
             gravity: Vec2::new(0.0, -50.0),
+            forces: None,
             solver: Some(Solver::default()),
             meets: [u32::MAX; GROUPS_MAX],
             meets_particles: u32::MAX,
@@ -133,6 +137,7 @@ pub struct World {
     bodies: Bodies,
     pairs: PairList,
     particles: Particles,
+    forces: Option<Forces>,
     touches: Vec<Touch>,
     departed: Vec<(BodyId, Vec2)>,
     passes: u32,
@@ -152,6 +157,7 @@ impl World {
         check(&settings);
         World {
             particles: Particles::new(settings.recipes.clone(), settings.particles_max),
+            forces: settings.forces.as_ref().map(Forces::new),
             settings,
             bodies: Bodies::default(),
             pairs: PairList::default(),
@@ -173,7 +179,12 @@ impl World {
             return None;
         }
         self.pairs.invalidate();
-        Some(self.bodies.add(def))
+        let id = self.bodies.add(def);
+        match &mut self.forces {
+            Some(forces) => forces.added(id.index, def.drag),
+            None => assert!(def.drag == Drag::NONE, "drag in a world without forces"),
+        }
+        Some(id)
     }
 
     /// Removes a body; `false` if it was gone already.
@@ -183,6 +194,9 @@ impl World {
         }
         self.pairs.removed(id.index);
         self.touches.retain(|touch| touch.a != id && touch.b != id);
+        if let Some(forces) = &mut self.forces {
+            forces.removed(id);
+        }
         self.bodies.remove(id);
         true
     }
@@ -250,6 +264,27 @@ impl World {
     /// Factor on the world's gravity.
     pub fn gravity_scale(&self, id: BodyId) -> f32 {
         self.bodies.gravity_scale[self.bodies.index(id)]
+    }
+
+    /// What slows it down on its way.
+    pub fn drag(&self, id: BodyId) -> Drag {
+        let index = self.bodies.index(id) as u32;
+        self.forces.as_ref().map_or(Drag::NONE, |forces| forces.drag(index))
+    }
+
+    /// Adds a spring; `false` when `springs_max` is reached. Panics on numbers outside their
+    /// documented ranges, if a body is gone, and in a world without forces.
+    pub fn add_spring(&mut self, spring: Spring) -> bool {
+        self.bodies.index(spring.body);
+        if let SpringEnd::Body(other) = spring.end {
+            self.bodies.index(other);
+        }
+        self.forces.as_mut().expect("a spring in a world without forces").add_spring(spring)
+    }
+
+    /// All springs, in the order in which they were added.
+    pub fn springs(&self) -> &[Spring] {
+        self.forces.as_ref().map_or(&[], Forces::springs)
     }
 
     /// Moves a body at once. Panics unless finite.
@@ -322,6 +357,7 @@ impl World {
     }
 
     fn integrate(&mut self) {
+        self.find_moves();
         self.accelerate();
         if let Some(Solver::Relaxation(settings)) = &self.settings.solver
             && settings.warm_start
@@ -353,6 +389,9 @@ impl World {
                 velocity[slot] = clamp_length(faster, self.settings.speed_max);
             }
         }
+        for found in self.forces.iter().flat_map(|forces| &forces.moves) {
+            velocity[found.slot as usize] = found.velocity;
+        }
     }
 
     /// Symplectic Euler, second half: positions from the new velocities.
@@ -362,6 +401,22 @@ impl World {
             let path = velocity[slot as usize] * self.settings.dt;
             center[slot as usize] += path;
             reach[slot as usize] = REACH_MIN + path.length();
+        }
+        // What resting impulses changed about a speed acts all through the step.
+        for found in self.forces.iter().flat_map(|forces| &forces.moves) {
+            let slot = found.slot as usize;
+            let path = velocity[slot] * self.settings.dt;
+            let exact = found.path + (velocity[slot] - found.velocity) * self.settings.dt;
+            center[slot] += exact - path;
+            reach[slot] = REACH_MIN + path.length() + exact.length();
+        }
+    }
+
+    /// Where drag, wind and springs take those who feel them.
+    fn find_moves(&mut self) {
+        let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
+        if let Some(forces) = &mut self.forces {
+            forces.find_moves(&self.bodies, Surroundings { gravity, dt, speed_max });
         }
     }
 

@@ -9,6 +9,7 @@
 use super::rows::{Facts, Row};
 use crate::bodies::Bodies;
 use crate::body::Motion;
+use crate::forces::Move;
 use crate::math::{clamp_length, min};
 use glam::Vec2;
 
@@ -35,6 +36,16 @@ pub(crate) fn accelerate(bodies: &mut Bodies, gain: Vec2, speed_max: f32, travel
         if motion[slot] == Motion::Dynamic {
             velocity[slot] = clamp_length(velocity[slot] + gain * gravity_scale[slot], speed_max);
         }
+    }
+}
+
+/// Forces beside gravity: their moves replace what gravity did. A speed at the start from which
+/// the mean of both ends gives the exact path is remembered in place of the true one.
+pub(crate) fn force(bodies: &mut Bodies, moves: &[Move], dt: f32, travel: &mut Travel) {
+    for found in moves {
+        let slot = found.slot as usize;
+        bodies.velocity[slot] = found.velocity;
+        travel.before[slot] = found.path * (2.0 / dt) - found.velocity;
     }
 }
 

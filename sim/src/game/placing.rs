@@ -2,8 +2,9 @@
 
 use super::actor::Rule;
 use super::{Game, Kind};
+use crate::forces::{Spring, SpringEnd};
 use crate::math::Rng;
-use crate::scene::{Layout, Path, Scene};
+use crate::scene::{Layout, Path, Place, Scene};
 use crate::shape::{Aabb, Shape};
 use crate::world::{BodyDef, BodyId, Motion};
 use glam::Vec2;
@@ -28,6 +29,7 @@ impl Game {
                 None => taken.push(Aabb::around(body.def.position, body.def.shape.half_extent())),
             }
         }
+        self.tie(&scene);
         for layout in &scene.layouts {
             let mut failures = 0;
             for place in 0..layout.count {
@@ -41,6 +43,25 @@ impl Game {
                 failures = 0;
                 taken.push(Aabb::around(def.position, def.shape.half_extent()));
                 self.place(layout.kind, def, layout.velocity_given, rng);
+            }
+        }
+    }
+
+    /// Adds the springs; bodies that found no place have none.
+    fn tie(&mut self, scene: &Scene) {
+        for spring in &scene.springs {
+            let end = match spring.to {
+                Place::Point(point) => Some(SpringEnd::Point(point)),
+                Place::Body(index) => self.placed[index].map(SpringEnd::Body),
+            };
+            if let (Some(body), Some(end)) = (self.placed[spring.body], end) {
+                self.world.add_spring(Spring {
+                    body,
+                    end,
+                    rest_length: spring.length,
+                    stiffness: spring.stiffness,
+                    damping: spring.damping,
+                });
             }
         }
     }

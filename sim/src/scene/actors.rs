@@ -2,9 +2,11 @@
 
 use super::bodies::{Kinds, PLACE, SPEED, Traits};
 use super::document::{Field, Range, Table};
+use super::forces;
 use super::groups::Groups;
 use super::recipes::Recipes;
 use super::{Kind, Placed, SceneError, Tools};
+use crate::forces::Drag;
 use crate::world::BodyDef;
 use glam::Vec2;
 
@@ -90,6 +92,7 @@ const HERO_FIELDS: &[&str] = &[
     "restitution",
     "friction",
     "gravity_scale",
+    "drag",
     "group",
     "thrust",
     "speed_max",
@@ -102,12 +105,22 @@ const MINION_FIELDS: &[&str] = &[
     "restitution",
     "friction",
     "gravity_scale",
+    "drag",
     "group",
     "speed",
     "recovery",
 ];
-const DUMB_FIELDS: &[&str] =
-    &["radius", "size", "mass", "restitution", "friction", "gravity_scale", "group", "speed"];
+const DUMB_FIELDS: &[&str] = &[
+    "radius",
+    "size",
+    "mass",
+    "restitution",
+    "friction",
+    "gravity_scale",
+    "drag",
+    "group",
+    "speed",
+];
 const PACK_FIELDS: &[&str] = &[
     "radius",
     "size",
@@ -115,6 +128,7 @@ const PACK_FIELDS: &[&str] = &[
     "restitution",
     "friction",
     "gravity_scale",
+    "drag",
     "group",
     "speed",
     "turn",
@@ -147,13 +161,15 @@ pub(super) fn actors(
     let hero = root.table("hero", HERO_FIELDS)?;
     let minion = table_or_empty(root, "minion", MINION_FIELDS)?;
     let dumb = table_or_empty(root, "dumb", DUMB_FIELDS)?;
+    let drag = forces::drag(root, Drag::NONE)?;
     let kinds = Kinds {
+        drag,
         hero: match &hero {
-            Some(table) => Traits::of(Kind::Hero).changed_by(table, groups)?,
-            None => Traits::of(Kind::Hero),
+            Some(table) => Traits::of(Kind::Hero, drag).changed_by(table, groups)?,
+            None => Traits::of(Kind::Hero, drag),
         },
-        minion: Traits::of(Kind::Minion).changed_by(&minion, groups)?,
-        dumb: Traits::of(Kind::Dumb).changed_by(&dumb, groups)?,
+        minion: Traits::of(Kind::Minion, drag).changed_by(&minion, groups)?,
+        dumb: Traits::of(Kind::Dumb, drag).changed_by(&dumb, groups)?,
     };
     let made = tools.contains(Tools::DUMB);
     let speed = Range::from(0.0, 1000.0);
@@ -165,7 +181,7 @@ pub(super) fn actors(
         },
         dumb: made.then(|| kinds.dumb.def(&dumb, groups)).transpose()?,
         dumb_speed: dumb.number("speed", 5.0, speed)?,
-        pack: pack(root, tools, groups, recipes)?,
+        pack: pack(root, tools, groups, recipes, drag)?,
         kinds,
     })
 }
@@ -197,12 +213,13 @@ fn pack(
     tools: Tools,
     groups: &Groups,
     recipes: &mut Recipes,
+    drag: Drag,
 ) -> Result<Option<PackSpec>, SceneError> {
     if !root.has("pack") && !tools.contains(Tools::LAUNCH) {
         return Ok(None);
     }
     let table = table_or_empty(root, "pack", PACK_FIELDS)?;
-    let body = Traits::of(Kind::Pack).changed_by(&table, groups)?.def(&table, groups)?;
+    let body = Traits::of(Kind::Pack, drag).changed_by(&table, groups)?.def(&table, groups)?;
     let recipe = match table.get("recipe") {
         Some(field) => recipes.index(&field)?,
         None => recipes.resolve("explosion").expect("explosion is a preset"),

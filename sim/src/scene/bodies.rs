@@ -1,9 +1,11 @@
 //! What a scene file says about bodies: defaults by kind, single bodies, seeded layouts.
 
 use super::document::{Field, Range, Table, one_of};
+use super::forces;
 use super::groups::Groups;
 use super::path::Path;
 use super::{Kind, LAYOUT_COUNT_MAX, SIZE_MAX, SceneError};
+use crate::forces::Drag;
 use crate::shape::{Aabb, Shape};
 use crate::world::{BodyDef, Motion};
 use crate::{DT, TICKS_PER_SECOND};
@@ -66,6 +68,7 @@ const BODY_FIELDS: &[&str] = &[
     "restitution",
     "friction",
     "gravity_scale",
+    "drag",
     "group",
     "path",
     "period",
@@ -86,6 +89,7 @@ const LAYOUT_FIELDS: &[&str] = &[
     "restitution",
     "friction",
     "gravity_scale",
+    "drag",
     "group",
 ];
 
@@ -105,12 +109,13 @@ pub(super) struct Traits {
     restitution: f32,
     friction: f32,
     gravity_scale: f32,
+    drag: Drag,
     group: Option<u8>,
 }
 
 impl Traits {
-    /// The chapter's values for a kind (B3).
-    pub fn of(kind: Kind) -> Traits {
+    /// The chapter's values for a kind (B3), and the scene's drag.
+    pub fn of(kind: Kind, drag: Drag) -> Traits {
         let base = Traits {
             kind,
             shape: None,
@@ -119,6 +124,7 @@ impl Traits {
             restitution: 0.8,
             friction: 0.3,
             gravity_scale: 1.0,
+            drag,
             group: None,
         };
         let minion = Traits { shape: Some(Shape::circle(6.5)), mass: 2.0, friction: 0.0, ..base };
@@ -151,6 +157,7 @@ impl Traits {
                 self.gravity_scale,
                 Range::from(-10.0, 10.0),
             )?,
+            drag: forces::drag(table, self.drag)?,
             group: table.get("group").map(|field| groups.index(&field)).transpose()?.or(self.group),
             ..self
         })
@@ -174,6 +181,7 @@ impl Traits {
             restitution: self.restitution,
             friction: self.friction,
             gravity_scale: self.gravity_scale,
+            drag: if self.motion == Motion::Dynamic { self.drag } else { Drag::NONE },
             group,
         })
     }
@@ -194,6 +202,7 @@ fn shape(table: &Table) -> Result<Option<Shape>, SceneError> {
 
 /// The kinds' traits as changed by `[hero]`, `[minion]` and `[dumb]`.
 pub(super) struct Kinds {
+    pub drag: Drag,
     pub hero: Traits,
     pub minion: Traits,
     pub dumb: Traits,
@@ -205,7 +214,7 @@ impl Kinds {
             Kind::Hero => self.hero,
             Kind::Minion => self.minion,
             Kind::Dumb => self.dumb,
-            Kind::Platform | Kind::Wall | Kind::Pack | Kind::Block => Traits::of(kind),
+            Kind::Platform | Kind::Wall | Kind::Pack | Kind::Block => Traits::of(kind, self.drag),
         }
     }
 

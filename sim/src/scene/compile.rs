@@ -4,12 +4,13 @@
 use super::actors::{self, Actors};
 use super::bodies::{self, PLACE, SPEED};
 use super::document::{Field, Range, Table};
+use super::forces;
 use super::groups::Groups;
 use super::recipes::Recipes;
 use super::solver;
 use super::{
-    BODIES_MAX, Camera, EMITTERS_MAX, Layout, PACKS_MAX, PARTICLES_MAX, Placed, Repeater,
-    SEATS_MAX, SIZE_MAX, Scene, SceneError, Tools,
+    BODIES_MAX, Camera, EMITTERS_MAX, Layout, PACKS_MAX, PARTICLES_MAX, Placed, PlacedSpring,
+    Repeater, SEATS_MAX, SIZE_MAX, Scene, SceneError, Tools,
 };
 use crate::contact::collide;
 use crate::shape::Aabb;
@@ -23,6 +24,8 @@ pub(super) const FIELDS: &[&str] = &[
     "size",
     "gravity",
     "response",
+    "drag",
+    "wind",
     "solver",
     "relaxation",
     "conjugate",
@@ -43,6 +46,7 @@ pub(super) const FIELDS: &[&str] = &[
     "pack",
     "bodies",
     "layouts",
+    "springs",
     "recipes",
     "emitters",
 ];
@@ -71,13 +75,14 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
     let places = Places::read(root, &actors, &groups, &mut recipes)?;
     let limits = limits(root, &places, &actors)?;
     let spray = spray(root, tools, &mut recipes)?;
-    let scene = Scene {
+    let mut scene = Scene {
         name,
         title,
         about: root.get("about").map_or(Ok(String::new()), |field| field.text(ABOUT_CHARS_MAX))?,
         source: source.to_owned(),
         size,
         gravity: root.vector("gravity", Vec2::new(0.0, -50.0), SPEED)?,
+        wind: Vec2::ZERO,
         solver,
         groups: groups.names,
         meets: groups.meets,
@@ -97,6 +102,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         spray,
         bodies: places.bodies,
         layouts: places.layouts,
+        springs: places.springs,
         emitters: places.emitters,
         hero: actors.hero,
         minion: actors.minion,
@@ -104,6 +110,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         dumb_speed: actors.dumb_speed,
         pack: actors.pack,
     };
+    scene.wind = forces::wind(root, &scene)?;
     check_tools(root, &scene)?;
     check_places(root, &scene)?;
     check_speeds(root, &scene)?;
@@ -115,6 +122,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
 struct Places {
     bodies: Vec<Placed>,
     layouts: Vec<Layout>,
+    springs: Vec<PlacedSpring>,
     emitters: Vec<Repeater>,
 }
 
@@ -137,7 +145,8 @@ impl Places {
         refuse_long(root, "emitters", &emitters, EMITTERS_MAX)?;
         let repeater = |field: &Field| actors::repeater(field, &bodies, recipes);
         let emitters = emitters.iter().map(repeater).collect::<Result<Vec<_>, _>>()?;
-        Ok(Places { bodies, layouts, emitters })
+        let springs = forces::springs(root, &bodies)?;
+        Ok(Places { bodies, layouts, springs, emitters })
     }
 }
 

@@ -103,7 +103,7 @@ fn the_fire_preset_is_the_chapters_recipe() {
 
 #[test]
 fn unknown_names_are_refused_where_they_stand() {
-    let fields = "the fields radius, size, mass, restitution, friction, gravity_scale, group, \
+    let fields = "the fields radius, size, mass, restitution, friction, gravity_scale, drag, group, \
                   thrust, speed_max, spawns";
     refused("spawns =", "sapwns =", 13, "hero.sapwns", "an unknown field", fields);
     let groups = "one of platform, block, hero, pack";

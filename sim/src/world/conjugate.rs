@@ -16,8 +16,10 @@ impl World {
     ) {
         self.meet(&settings);
         watch(Phase::Pairs, self);
+        self.find_moves();
         let frame = self.frame(&settings);
-        self.workspace.solve(&mut self.bodies, &self.pairs.pairs, &frame);
+        let moves = self.forces.as_ref().map_or(&[][..], |forces| &forces.moves);
+        self.workspace.solve(&mut self.bodies, &self.pairs.pairs, moves, &frame);
         self.catch_strays(&settings);
         self.workspace.store(&self.bodies, &mut self.pairs.pairs);
         self.passes = self.workspace.sweeps;

@@ -8,6 +8,7 @@
 use super::{Touch, World, WorldSettings};
 use crate::bodies::{Bodies, Material};
 use crate::body::{GROUPS_MAX, Motion};
+use crate::forces::Forces;
 use crate::hash::StateHasher;
 use crate::pairs::{Axis, Pair, overlap};
 use crate::particle::Particles;
@@ -91,12 +92,18 @@ impl World {
             }
         }
         self.particles.words(words);
+        if let Some(forces) = &self.forces {
+            forces.words(bodies, words);
+        }
     }
 
     pub(crate) fn save(&self, out: &mut StateWriter) {
         self.save_bodies(out);
         self.save_contacts(out);
         self.particles.save(out);
+        if let Some(forces) = &self.forces {
+            forces.save(out);
+        }
     }
 
     fn save_bodies(&self, out: &mut StateWriter) {
@@ -153,6 +160,9 @@ impl World {
         world.read_contacts(bytes)?;
         let (recipes, limit) = (world.settings.recipes.clone(), world.settings.particles_max);
         world.particles = Particles::restore(recipes, limit, bytes)?;
+        if let Some(settings) = &world.settings.forces {
+            world.forces = Some(Forces::restore(settings, &world.bodies, bytes)?);
+        }
         world.pairs.invalidate();
         Ok(world)
     }

@@ -1,0 +1,255 @@
+//! A body by itself, in closed form.
+//!
+//! Linear drag, wind, and springs of no length to fixed points make one damped oscillator under a
+//! constant force, x'' = f - c x' - w² x, the same along every axis: the exact step is a matrix of
+//! four numbers, found once for a body and kept as long as c, w² and the step stay.
+//!
+//! Quadratic drag alone, u' = g - k |u| u: with E = exp(k times the path length), E u = u0 + g J where
+//! J' = E and J'' = k |u0 + g J|. That norm is replaced by a straight line, s + b J, along its chord
+//! over the step: exact where u stays along g (the fall that ends in vt tanh(g t / vt)), and of third
+//! order elsewhere; then J'' = k s + k b J has J and E in closed form, and ln(E) / k is the length of the
+//! path. (The substitution is the classical one for ballistics: Legendre's and Euler's.)
+//! Beside other forces it acts in two halves, before and after their exact step (Strang 1968).
+
+use super::{Air, Drag, Move, Spring, SpringEnd};
+use crate::bodies::Bodies;
+use crate::math::{exp, exp_m1, ln_1p, sin_cos};
+use glam::DVec2;
+
+/// Share of its speed that drag may take within a step for the smooth formula of the path.
+const SMOOTH: f64 = 0.5;
+
+/// Square of the growth rate times the step beyond which the terminal speed is reached at once, and
+/// the exponential would overflow.
+const GROWN: f64 = 1e4;
+
+/// A body that nothing ties to another one.
+#[derive(Clone, Debug)]
+pub(super) struct Flight {
+    slot: u32,
+    drag: Drag,
+    /// Sums over its springs: stiffness, damping, stiffness times place.
+    stiffness: f64,
+    damping: f64,
+    pull: DVec2,
+    step: Step,
+}
+
+impl Flight {
+    /// With its springs among all of them.
+    pub fn new(slot: u32, drag: Drag, springs: &[Spring]) -> Flight {
+        let mut flight = Flight {
+            slot,
+            drag,
+            stiffness: 0.0,
+            damping: 0.0,
+            pull: DVec2::ZERO,
+            step: Step::default(),
+        };
+        for spring in springs.iter().filter(|spring| spring.body.index == slot) {
+            let SpringEnd::Point(point) = spring.end else { continue };
+            let stiffness = f64::from(spring.stiffness);
+            flight.stiffness += stiffness;
+            flight.damping += f64::from(spring.damping);
+            flight.pull += point.as_dvec2() * stiffness;
+        }
+        flight
+    }
+
+    /// Where a step takes it.
+    pub fn fly(&mut self, bodies: &Bodies, air: &Air) -> Move {
+        let slot = self.slot as usize;
+        let (place, velocity) = (bodies.center[slot].as_dvec2(), bodies.velocity[slot].as_dvec2());
+        let gravity = air.gravity * f64::from(bodies.gravity_scale[slot]);
+        let inverse_mass = f64::from(bodies.inverse_mass[slot]);
+        let rate = f64::from(self.drag.linear);
+        let total = rate + self.damping * inverse_mass;
+        let stiffness = self.stiffness * inverse_mass;
+        let quadratic = f64::from(self.drag.quadratic);
+        if quadratic > 0.0 && total == 0.0 && stiffness == 0.0 {
+            let (through_air, path) = fall(velocity - air.wind, gravity, quadratic, air.dt);
+            return moved(self.slot, through_air + air.wind, path + air.wind * air.dt);
+        }
+        self.step.renew(total, stiffness, air.dt);
+        let force = gravity + air.wind * rate + self.pull * inverse_mass;
+        let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
+        let (path, velocity) = self.step.take(place, slowed, force);
+        let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
+        moved(self.slot, slowed, path)
+    }
+}
+
+fn moved(slot: u32, velocity: DVec2, path: DVec2) -> Move {
+    Move { slot, velocity: velocity.as_vec2(), path: path.as_vec2() }
+}
+
+/// Quadratic drag and nothing else: u' = -k |u| u has u / (1 + k |u| t).
+fn slow_down(velocity: DVec2, wind: DVec2, rate: f64, time: f64) -> DVec2 {
+    if rate == 0.0 {
+        return velocity;
+    }
+    let through_air = velocity - wind;
+    wind + through_air / (1.0 + rate * through_air.length() * time)
+}
+
+/// Quadratic drag and gravity: velocity through the air and path after `time`.
+pub(super) fn fall(start: DVec2, gravity: DVec2, rate: f64, time: f64) -> (DVec2, DVec2) {
+    let first = start.length();
+    let last = (start + gravity * time).length();
+    let middle = (start + gravity * (time / 2.0)).length();
+    // The chord, moved so that the mean of the norm is right (Simpson).
+    let speed = first + (2.0 * middle - first - last) / 3.0;
+    let shed = rate * speed * time;
+    let mut slope = (last - first) / time;
+    // Where drag rules, a body that brakes has braked long before the chord says so.
+    if slope < 0.0 && shed > SMOOTH {
+        slope = 0.0;
+    }
+    let y = rate * slope * time * time;
+    if y > GROWN {
+        let terminal = gravity * (1.0 / (rate * gravity.length())).sqrt();
+        return (terminal, terminal * time);
+    }
+    let (c, s, v) = stumpff(y);
+    let growth = c + shed * s;
+    let sum = time * (s + shed * v);
+    let velocity = (start + gravity * sum) / growth;
+    (velocity, path(start, velocity, gravity, rate, time, growth))
+}
+
+/// By Hermite's formula (both ends and both slopes, of fourth order) where the step is smooth; else
+/// the exact length along the mean direction.
+fn path(start: DVec2, end: DVec2, gravity: DVec2, rate: f64, time: f64, growth: f64) -> DVec2 {
+    let bend = |velocity: DVec2| gravity - velocity * (rate * velocity.length());
+    let mean = (start + end) * (time / 2.0);
+    if rate * (start.length() + end.length()) * time <= SMOOTH {
+        return mean + (bend(start) - bend(end)) * (time * time / 12.0);
+    }
+    mean.normalize_or_zero() * (ln_1p(growth - 1.0) / rate)
+}
+
+/// cosh(z), sinh(z)/z and (cosh(z) - 1)/z² of y = z², also where y is negative: Stumpff's functions.
+fn stumpff(y: f64) -> (f64, f64, f64) {
+    if y * y <= 1.0 {
+        // 1/(2n)! and 1/(2n+1)!, nested; the next term is below 1e-17.
+        let v = 0.5
+            * (1.0
+                + y / 12.0
+                    * (1.0
+                        + y / 30.0
+                            * (1.0
+                                + y / 56.0
+                                    * (1.0
+                                        + y / 90.0
+                                            * (1.0
+                                                + y / 132.0
+                                                    * (1.0 + y / 182.0 * (1.0 + y / 240.0)))))));
+        let s = 1.0
+            + y / 6.0
+                * (1.0
+                    + y / 20.0
+                        * (1.0
+                            + y / 42.0
+                                * (1.0
+                                    + y / 72.0
+                                        * (1.0
+                                            + y / 110.0 * (1.0 + y / 156.0 * (1.0 + y / 210.0))))));
+        return (1.0 + y * v, s, v);
+    }
+    if y > 0.0 {
+        let z = y.sqrt();
+        let (up, down) = (exp(z), exp(-z));
+        let c = (up + down) / 2.0;
+        return (c, (up - down) / (2.0 * z), (c - 1.0) / (z * z));
+    }
+    let z = (-y).sqrt();
+    let (sin, cos) = sin_cos(z);
+    (cos, sin / z, (cos - 1.0) / y)
+}
+
+/// The exact step of x'' = f - c x' - w² x.
+#[derive(Clone, Copy, Debug, Default)]
+struct Step {
+    /// c, w² and the seconds for which the rest was found; no seconds if it was not.
+    of: (f64, f64, f64),
+    /// Path and change of velocity a unit of distance from where the force vanishes ...
+    path_of_place: f64,
+    change_of_place: f64,
+    /// ... and a unit of velocity.
+    path_of_speed: f64,
+    change_of_speed: f64,
+    /// Path a unit of force where no spring is.
+    path_of_force: f64,
+}
+
+impl Step {
+    fn renew(&mut self, rate: f64, stiffness: f64, time: f64) {
+        if self.of == (rate, stiffness, time) {
+            return;
+        }
+        *self = if stiffness > 0.0 {
+            Step::oscillator(rate, stiffness, time)
+        } else {
+            Step::free(rate, time)
+        };
+        self.of = (rate, stiffness, time);
+    }
+
+    /// Without a spring: velocities tend to f / c.
+    fn free(rate: f64, time: f64) -> Step {
+        let change_of_speed = exp_m1(-rate * time);
+        let small = rate * time < 1e-4;
+        let path_of_speed = if small {
+            time * (1.0 - rate * time / 2.0 * (1.0 - rate * time / 3.0))
+        } else {
+            -change_of_speed / rate
+        };
+        let path_of_force = if small {
+            time * time / 2.0 * (1.0 - rate * time / 3.0 * (1.0 - rate * time / 4.0))
+        } else {
+            (time - path_of_speed) / rate
+        };
+        Step { path_of_speed, change_of_speed, path_of_force, ..Step::default() }
+    }
+
+    fn oscillator(rate: f64, stiffness: f64, time: f64) -> Step {
+        let half = rate / 2.0;
+        let spread = half * half - stiffness;
+        let (a, b, d) = if spread * time * time > 1.0 {
+            // Two decays, the slow one without cancellation.
+            let root = spread.sqrt();
+            let (slow, fast) = (-stiffness / (half + root), -(half + root));
+            let (late, early) = (exp(slow * time), exp(fast * time));
+            let width = slow - fast;
+            (
+                (slow * early - fast * late) / width,
+                (late - early) / width,
+                (slow * late - fast * early) / width,
+            )
+        } else {
+            let (c, s, _) = stumpff(spread * time * time);
+            let (decay, s) = (exp(-half * time), s * time);
+            (decay * (c + half * s), decay * s, decay * (c - half * s))
+        };
+        Step {
+            path_of_place: a - 1.0,
+            path_of_speed: b,
+            change_of_place: -stiffness * b,
+            change_of_speed: d - 1.0,
+            ..Step::default()
+        }
+    }
+
+    /// Path and velocity at the end.
+    fn take(&self, place: DVec2, velocity: DVec2, force: DVec2) -> (DVec2, DVec2) {
+        let stiffness = self.of.1;
+        let (path, change) = if stiffness > 0.0 {
+            let from_rest = place - force / stiffness;
+            (from_rest * self.path_of_place, from_rest * self.change_of_place)
+        } else {
+            (force * self.path_of_force, force * self.path_of_speed)
+        };
+        let path = path + velocity * self.path_of_speed;
+        (path, velocity + velocity * self.change_of_speed + change)
+    }
+}
