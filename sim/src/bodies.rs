@@ -22,6 +22,8 @@ pub(crate) struct Material {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bodies {
     pub shape: Vec<Shape>,
+    /// Half of the extent of `shape`; the radius of a circle, twice.
+    pub half: Vec<Vec2>,
     pub center: Vec<Vec2>,
     pub velocity: Vec<Vec2>,
     /// 1 / mass; 0 for static and kinematic bodies and for free slots.
@@ -50,6 +52,7 @@ impl Bodies {
         let slot = self.free.pop().unwrap_or_else(|| self.grow(0));
         let index = slot as usize;
         self.shape[index] = def.shape;
+        self.half[index] = def.shape.half_extent();
         self.center[index] = def.position;
         self.velocity[index] = def.velocity;
         self.inverse_mass[index] = match def.motion {
@@ -74,6 +77,7 @@ impl Bodies {
     pub fn grow(&mut self, generation: u32) -> u32 {
         let slot = u32::try_from(self.alive.len()).expect("bodies_max is far below 2^32");
         self.shape.push(Shape::Circle { radius: 1.0 });
+        self.half.push(Vec2::ONE);
         self.center.push(Vec2::ZERO);
         self.velocity.push(Vec2::ZERO);
         self.inverse_mass.push(0.0);
@@ -152,7 +156,7 @@ impl Bodies {
     /// The box around a body, grown by `margin` on every side.
     #[inline]
     pub fn bounds(&self, slot: usize, margin: f32) -> Aabb {
-        Aabb::around(self.center[slot], self.shape[slot].half_extent() + Vec2::splat(margin))
+        Aabb::around(self.center[slot], self.half[slot] + Vec2::splat(margin))
     }
 }
 

@@ -34,6 +34,7 @@ mod warm;
 
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
+use crate::features::Features;
 use crate::forces::Move;
 use crate::math::{clamp, clamp_length, max};
 use crate::pairs::Pair;
@@ -142,6 +143,7 @@ pub(crate) struct Frame<'a> {
     pub gravity: Vec2,
     pub dt: f32,
     pub speed_max: f32,
+    pub features: Features,
 }
 
 impl Frame<'_> {
@@ -245,7 +247,11 @@ impl Workspace {
             let limits = (tolerance, self.budget.sweeps(frame.settings.sweeps_max));
             let blocks = (&mut self.lines, &mut self.trees);
             let (rows, velocity) = (&mut self.rows, &mut bodies.velocity);
-            let sweeps = sweep::solve(rows, places, blocks, velocity, limits);
+            let sweeps = if frame.features.friction {
+                sweep::solve::<true>(rows, places, blocks, velocity, limits)
+            } else {
+                sweep::solve::<false>(rows, places, blocks, velocity, limits)
+            };
             self.work += self.budget.spend(sweeps, places.len());
             sum += sweeps;
             let (rows, facts) = (&mut self.rows, &mut self.facts);

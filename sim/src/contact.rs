@@ -57,7 +57,12 @@ pub fn collide(
 
 /// Row A2.16: depth r1 + r2 - d along the line of centres.
 #[inline]
-fn circle_circle(offset: Vec2, radius_a: f32, radius_b: f32, ids: (u32, u32)) -> Option<Contact> {
+pub(crate) fn circle_circle(
+    offset: Vec2,
+    radius_a: f32,
+    radius_b: f32,
+    ids: (u32, u32),
+) -> Option<Contact> {
     let reach = radius_a + radius_b;
     let squared = offset.length_squared();
     if squared >= reach * reach {
@@ -82,7 +87,7 @@ pub(crate) fn parting_normal((id_a, id_b): (u32, u32)) -> Vec2 {
 
 /// Row A2.15: the axis of least overlap; a tie goes to y, equal centres part towards plus.
 #[inline]
-fn box_box(offset: Vec2, reach: Vec2) -> Option<Contact> {
+pub(crate) fn box_box(offset: Vec2, reach: Vec2) -> Option<Contact> {
     let depth = reach - offset.abs();
     if depth.x <= 0.0 || depth.y <= 0.0 {
         return None;

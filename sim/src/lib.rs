@@ -9,6 +9,7 @@ mod bodies;
 pub mod body;
 pub mod conjugate;
 pub mod contact;
+pub mod features;
 pub mod forces;
 pub mod game;
 mod hash;
@@ -22,6 +23,7 @@ pub mod solver;
 pub mod state;
 pub mod world;
 
+pub use features::Features;
 pub use forces::{Drag, ForceSettings, Spring, SpringEnd};
 pub use game::{BodyInfo, Buttons, Event, Game, Input, Kind, PlayerInfo, SEATS_MAX, Seat};
 pub use glam::Vec2;

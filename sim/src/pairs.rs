@@ -8,7 +8,7 @@
 
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
-use crate::contact;
+use crate::contact::{self, Contact};
 use crate::math::{max, ordered_bits};
 use crate::shape::Aabb;
 use glam::Vec2;
@@ -183,16 +183,14 @@ impl PairList {
 #[inline]
 pub(crate) fn near(bodies: &Bodies, a: u32, b: u32) -> bool {
     let (a, b) = (a as usize, b as usize);
-    let gap = (bodies.center[b] - bodies.center[a]).abs()
-        - bodies.shape[a].half_extent()
-        - bodies.shape[b].half_extent();
+    let gap = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
     let reach = bodies.reach[a] + bodies.reach[b];
     gap.x < reach && gap.y < reach
 }
 
 /// The overlap of a pair where its bodies are now.
 #[inline]
-pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<contact::Contact> {
+pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<Contact> {
     let (index_a, index_b) = (a as usize, b as usize);
     contact::collide(
         bodies.shape[index_a],
@@ -201,6 +199,26 @@ pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<contact::Contac
         bodies.center[index_b],
         (a, b),
     )
+}
+
+/// Shapes that a world has; where there is one only, nothing asks a body for its shape.
+pub(crate) mod shapes {
+    pub const BOTH: u8 = 0;
+    pub const CIRCLES: u8 = 1;
+    pub const BOXES: u8 = 2;
+}
+
+/// [`overlap`] in a world with these [`shapes`] only.
+#[inline]
+pub(crate) fn overlap_of<const SHAPES: u8>(bodies: &Bodies, a: u32, b: u32) -> Option<Contact> {
+    let (index_a, index_b) = (a as usize, b as usize);
+    let offset = bodies.center[index_b] - bodies.center[index_a];
+    let (half_a, half_b) = (bodies.half[index_a], bodies.half[index_b]);
+    match SHAPES {
+        shapes::CIRCLES => contact::circle_circle(offset, half_a.x, half_b.x, (a, b)),
+        shapes::BOXES => contact::box_box(offset, half_a + half_b),
+        _ => overlap(bodies, a, b),
+    }
 }
 
 #[cfg(test)]

@@ -4,11 +4,15 @@
 //! A step is `warm_start`, moving the bodies (the world does that), `gather`, `relax`, `store`.
 //! Each pass looks at every pair where its bodies are by then: it finds the contact, applies the
 //! normal impulse, then friction, then moves the two apart by a share of the overlap.
+//!
+//! The passes exist once for each set of shapes, with and without friction and bounces: what no body
+//! brings is not even asked for. All of them give the same bits.
 
 use crate::bodies::Bodies;
 use crate::contact::Contact;
+use crate::features::Features;
 use crate::math::{clamp, max, min};
-use crate::pairs::{Pair, near, overlap};
+use crate::pairs::{Pair, near, overlap, overlap_of, shapes};
 use glam::Vec2;
 
 /// Settings of the relaxation; chapter rows A2.18 to A2.25.
@@ -116,17 +120,26 @@ pub(crate) fn warm_start(bodies: &mut Bodies, pairs: &mut [Pair]) {
 }
 
 /// The pairs that take part in this step, in (a, b) order.
-pub(crate) fn gather(bodies: &Bodies, pairs: &[Pair], rows: &mut Vec<Row>) {
+pub(crate) fn gather(bodies: &Bodies, pairs: &[Pair], features: Features, rows: &mut Vec<Row>) {
+    match (features.circles, features.boxes) {
+        (true, false) => gather_of::<{ shapes::CIRCLES }>(bodies, pairs, rows),
+        (false, true) => gather_of::<{ shapes::BOXES }>(bodies, pairs, rows),
+        _ => gather_of::<{ shapes::BOTH }>(bodies, pairs, rows),
+    }
+}
+
+fn gather_of<const SHAPES: u8>(bodies: &Bodies, pairs: &[Pair], rows: &mut Vec<Row>) {
     rows.clear();
     for (place, pair) in (0u32..).zip(pairs) {
         if near(bodies, pair.a, pair.b) {
-            rows.push(Row::new(bodies, pair, place));
+            rows.push(Row::new::<SHAPES>(bodies, pair, place));
         }
     }
 }
 
 impl Row {
-    fn new(bodies: &Bodies, pair: &Pair, place: u32) -> Row {
+    #[inline]
+    fn new<const SHAPES: u8>(bodies: &Bodies, pair: &Pair, place: u32) -> Row {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
         let (weight_a, weight_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
@@ -149,17 +162,17 @@ impl Row {
             bounced: 0.0,
             tangent: pair.tangent_impulse,
         };
-        row.look(bodies);
+        row.look::<SHAPES>(bodies);
         row
     }
 
     /// Finds the contact where the bodies are now.
     #[inline]
-    fn look(&mut self, bodies: &Bodies) {
+    fn look<const SHAPES: u8>(&mut self, bodies: &Bodies) {
         self.seen_a = bodies.moves[self.a as usize];
         self.seen_b = bodies.moves[self.b as usize];
         self.depth = 0.0;
-        if let Some(contact) = overlap(bodies, self.a, self.b) {
+        if let Some(contact) = overlap_of::<SHAPES>(bodies, self.a, self.b) {
             self.normal = contact.normal;
             self.depth = contact.depth;
         }
@@ -168,11 +181,11 @@ impl Row {
     /// The same, unless neither body was moved since the last look: the contact is a pure function
     /// of the two places, and in a settled pile nothing moves.
     #[inline]
-    fn look_again(&mut self, bodies: &Bodies) {
+    fn look_again<const SHAPES: u8>(&mut self, bodies: &Bodies) {
         let moved_a = bodies.moves[self.a as usize] != self.seen_a;
         let moved_b = bodies.moves[self.b as usize] != self.seen_b;
         if moved_a || moved_b {
-            self.look(bodies);
+            self.look::<SHAPES>(bodies);
         }
     }
 
@@ -191,7 +204,7 @@ impl Row {
 
     /// The contact at the end of the step, if the two overlap.
     pub fn contact(&mut self, bodies: &Bodies) -> Option<Contact> {
-        self.look_again(bodies);
+        self.look_again::<{ shapes::BOTH }>(bodies);
         (self.depth > 0.0).then_some(Contact { normal: self.normal, depth: self.depth })
     }
 
@@ -210,11 +223,41 @@ impl Row {
 }
 
 /// At most N passes over all rows; returns how many were made.
-pub(crate) fn relax(bodies: &mut Bodies, rows: &mut [Row], settings: &Relaxation) -> u32 {
+pub(crate) fn relax(
+    bodies: &mut Bodies,
+    rows: &mut [Row],
+    settings: &Relaxation,
+    features: Features,
+) -> u32 {
+    let passes = match (features.circles, features.boxes) {
+        (true, false) => passes_with::<{ shapes::CIRCLES }>(features),
+        (false, true) => passes_with::<{ shapes::BOXES }>(features),
+        _ => passes_with::<{ shapes::BOTH }>(features),
+    };
+    passes(bodies, rows, settings)
+}
+
+type Passes = fn(&mut Bodies, &mut [Row], &Relaxation) -> u32;
+
+/// The passes that deal with these features and no others.
+fn passes_with<const SHAPES: u8>(features: Features) -> Passes {
+    match (features.friction, features.restitution) {
+        (true, true) => passes::<SHAPES, true, true>,
+        (true, false) => passes::<SHAPES, true, false>,
+        (false, true) => passes::<SHAPES, false, true>,
+        (false, false) => passes::<SHAPES, false, false>,
+    }
+}
+
+fn passes<const SHAPES: u8, const RUBS: bool, const BOUNCES: bool>(
+    bodies: &mut Bodies,
+    rows: &mut [Row],
+    settings: &Relaxation,
+) -> u32 {
     for pass in 1..=settings.iterations {
         let mut busy = false;
         for row in rows.iter_mut() {
-            busy |= relax_row(bodies, row, settings);
+            busy |= relax_row::<SHAPES, RUBS, BOUNCES>(bodies, row, settings);
         }
         if !busy {
             return pass;
@@ -225,16 +268,20 @@ pub(crate) fn relax(bodies: &mut Bodies, rows: &mut [Row], settings: &Relaxation
 
 /// One pair in one pass; whether it changed anything worth another pass.
 #[inline]
-fn relax_row(bodies: &mut Bodies, row: &mut Row, settings: &Relaxation) -> bool {
-    row.look_again(bodies);
+fn relax_row<const SHAPES: u8, const RUBS: bool, const BOUNCES: bool>(
+    bodies: &mut Bodies,
+    row: &mut Row,
+    settings: &Relaxation,
+) -> bool {
+    row.look_again::<SHAPES>(bodies);
     if row.depth > 0.0 {
         row.undo_if_turned(bodies);
-        let changed_normal = push_apart(bodies, row, settings.bounce_threshold);
-        let changed_tangent = rub(bodies, row);
+        let changed_normal = push_apart::<BOUNCES>(bodies, row, settings.bounce_threshold);
+        let changed_tangent = RUBS && rub(bodies, row);
         let changed_place = project(bodies, row, settings);
         changed_normal | changed_tangent | changed_place
     } else {
-        row.holding > 0.0 && release(bodies, row)
+        row.holding > 0.0 && release::<RUBS>(bodies, row)
     }
 }
 
@@ -244,10 +291,10 @@ fn relax_row(bodies: &mut Bodies, row: &mut Row, settings: &Relaxation) -> bool 
 /// A pair that already holds a load does not bounce: inside a pile the passes make closing speeds
 /// that no impact ever had, and bouncing on them would keep the pile boiling.
 #[inline]
-fn push_apart(bodies: &mut Bodies, row: &mut Row, threshold: f32) -> bool {
+fn push_apart<const BOUNCES: bool>(bodies: &mut Bodies, row: &mut Row, threshold: f32) -> bool {
     let speed = row.relative_velocity(bodies).dot(row.normal);
     row.closing = max(row.closing, -speed);
-    if -speed > threshold && row.restitution > 0.0 && row.holding <= 0.0 {
+    if BOUNCES && -speed > threshold && row.restitution > 0.0 && row.holding <= 0.0 {
         let impulse = -(1.0 + row.restitution) * speed * row.mass;
         row.bounced += impulse;
         row.push(bodies, row.normal * impulse);
@@ -294,12 +341,13 @@ fn project(bodies: &mut Bodies, row: &Row, settings: &Relaxation) -> bool {
 /// A pair that was held but came apart: the part of its impulse that drives it apart was too much
 /// and is taken back, and the friction that went with it.
 #[inline]
-fn release(bodies: &mut Bodies, row: &mut Row) -> bool {
+fn release<const RUBS: bool>(bodies: &mut Bodies, row: &mut Row) -> bool {
     if row.relative_velocity(bodies).dot(row.normal) <= 0.0 {
         return false;
     }
-    let changed_normal = push_apart(bodies, row, f32::INFINITY);
-    rub(bodies, row) | changed_normal
+    let changed_normal = push_apart::<false>(bodies, row, f32::INFINITY);
+    let changed_tangent = RUBS && rub(bodies, row);
+    changed_tangent | changed_normal
 }
 
 /// Keeps the resting impulses of the rows for the next step's warm start.

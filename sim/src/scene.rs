@@ -11,6 +11,7 @@ mod forces;
 mod groups;
 mod kind;
 mod path;
+mod plan;
 mod recipes;
 mod solver;
 mod tools;
@@ -23,6 +24,7 @@ pub use bodies::{Layout, Placed};
 pub use forces::PlacedSpring;
 pub use kind::Kind;
 pub use path::Path;
+pub use plan::{Bodies, Part, Per, Plan, Verdict};
 pub use recipes::{RECIPES_MAX, presets};
 pub use tools::Tools;
 
@@ -197,6 +199,7 @@ impl Scene {
             bodies_max: self.bodies_max,
             particles_max: self.particles_max,
             recipes: self.recipes.clone(),
+            features: Plan::of(self).features,
         }
     }
 

@@ -9,6 +9,7 @@ use crate::DT;
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::conjugate::Workspace;
 use crate::contact::Contact;
+use crate::features::Features;
 use crate::forces::{Drag, ForceSettings, Forces, Spring, SpringEnd, Surroundings};
 use crate::math::clamp_length;
 use crate::pairs::{Filter, PairList};
@@ -49,6 +50,8 @@ pub struct WorldSettings {
     pub particles_max: usize,
     /// Recipes that emitters may name.
     pub recipes: Vec<Recipe>,
+    /// What a step is prepared for from the start; what comes later is added as it comes.
+    pub features: Features,
 }
 
 impl Default for WorldSettings {
@@ -68,6 +71,7 @@ impl Default for WorldSettings {
             bodies_max: 4096,
             particles_max: 0,
             recipes: Vec::new(),
+            features: Features::NONE,
         }
     }
 }
@@ -141,6 +145,8 @@ pub struct World {
     touches: Vec<Touch>,
     departed: Vec<(BodyId, Vec2)>,
     passes: u32,
+    /// What a step has to deal with: widens, never narrows, and is no state.
+    features: Features,
     /// Scratch of a step: rows of the solver, velocities at the start of the moving bodies, the
     /// touches of the step before, what particles are pushed out of.
     rows: Vec<Row>,
@@ -158,6 +164,7 @@ impl World {
         World {
             particles: Particles::new(settings.recipes.clone(), settings.particles_max),
             forces: settings.forces.as_ref().map(Forces::new),
+            features: settings.features,
             settings,
             bodies: Bodies::default(),
             pairs: PairList::default(),
@@ -179,6 +186,7 @@ impl World {
             return None;
         }
         self.pairs.invalidate();
+        self.widen(Features::of(def));
         let id = self.bodies.add(def);
         match &mut self.forces {
             Some(forces) => forces.added(id.index, def.drag),
@@ -349,7 +357,8 @@ impl World {
         self.integrate();
         watch(Phase::Integrate, self);
         self.refresh_pairs();
-        relaxation::gather(&self.bodies, &self.pairs.pairs, &mut self.rows);
+        let features = self.features.in_this_build();
+        relaxation::gather(&self.bodies, &self.pairs.pairs, features, &mut self.rows);
         watch(Phase::Pairs, self);
         self.relax();
         watch(Phase::Relax, self);
@@ -370,7 +379,8 @@ impl World {
     fn relax(&mut self) {
         self.passes = 0;
         if let Some(Solver::Relaxation(settings)) = &self.settings.solver {
-            self.passes = relaxation::relax(&mut self.bodies, &mut self.rows, settings);
+            let features = self.features.in_this_build();
+            self.passes = relaxation::relax(&mut self.bodies, &mut self.rows, settings, features);
             relaxation::store(&self.rows, &mut self.pairs.pairs);
             self.judge_calmness();
         }
@@ -470,6 +480,9 @@ impl World {
     /// Advances particles and emitters by one step, against the bodies where they are now, at the
     /// quantised places that clients see.
     pub fn step_particles(&mut self) {
+        if !self.features.in_this_build().particles {
+            return;
+        }
         let quantum = self.settings.quantum;
         self.obstacles.clear();
         if !self.particles.is_empty() {
@@ -515,12 +528,24 @@ impl World {
     /// Starts an emitter; `false` if too many are running. Panics if it names a recipe that the
     /// world does not have.
     pub fn start_emitter(&mut self, emitter: EmitterDef) -> bool {
+        self.features.particles = true;
         self.particles.start(emitter)
     }
 
     /// Particles and emitters.
     pub fn particles(&self) -> &Particles {
         &self.particles
+    }
+
+    /// Has steps deal with more than the bodies bring. It changes no result: a step does not ask for
+    /// what no body brings, that is all.
+    pub fn widen(&mut self, features: Features) {
+        self.features = self.features.with(features);
+    }
+
+    /// What its steps deal with by now.
+    pub fn features(&self) -> Features {
+        self.features
     }
 
     /// The settings it was made with.

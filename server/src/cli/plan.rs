@@ -1,13 +1,13 @@
-//! What a scene contains, so that one can see what it will cost and what it will not.
+//! A scene's [`Plan`] for eyes and scripts: what is in, what is left out, and which field decides.
 
-use jostle_sim::scene::Place;
-use jostle_sim::{BodyDef, Kind, Motion, Scene, Shape, Tools};
+use jostle_sim::scene::{Bodies, Per, Plan, Verdict};
+use jostle_sim::{Motion, Scene, Tools};
 use serde::Serialize;
 use std::fmt;
 
-/// Everything that a scene uses; what is absent costs nothing.
+/// What is printed of a scene.
 #[derive(Debug, Serialize)]
-pub struct Plan {
+pub struct Told {
     scene: String,
     title: String,
     /// World units.
@@ -17,17 +17,13 @@ pub struct Plan {
     /// `None`: contacts are found and not solved.
     solver: Option<Solver>,
     /// Groups with bodies in them.
-    groups: Vec<Group>,
+    groups: Vec<String>,
     /// Groups that collide and both have bodies.
     pairs: Vec<[String; 2]>,
-    /// Kinds of contact that these pairs can make.
-    shape_pairs: Vec<String>,
     /// Bodies by kind, group, motion and shape.
-    bodies: Vec<Bodies>,
-    /// Names of the recipes that something emits.
-    recipes: Vec<String>,
-    /// Emitters that run by themselves.
-    emitters: Vec<Emitter>,
+    bodies: Vec<ToldBodies>,
+    /// What a scene can lack, whether this one needs it, and why.
+    parts: Vec<ToldPart>,
     tools: Vec<&'static str>,
     limits: Limits,
 }
@@ -99,46 +95,25 @@ impl fmt::Display for Solver {
 }
 
 #[derive(Debug, Serialize)]
-struct Group {
-    name: String,
-    /// Whether particles are pushed out of its bodies.
-    particles: bool,
-}
-
-#[derive(Debug, Serialize)]
-struct Bodies {
+struct ToldBodies {
     kind: &'static str,
-    #[serde(skip)]
-    group_index: u8,
     group: String,
     motion: &'static str,
     /// `circle`, `box`, or `circle or box` where the seed decides.
     shape: &'static str,
     count: u32,
-    /// What `count` counts.
-    per: Per,
-}
-
-/// Where bodies come from.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-enum Per {
-    /// There from the start, for good or until something removes them.
-    Scene,
-    /// At most so many for each player.
-    Player,
-    /// At most so many made with a tool.
-    Tool,
+    /// What `count` counts: `scene`, `player` or `tool`.
+    per: &'static str,
+    /// The first entry of the file that brings them.
+    field: String,
 }
 
 #[derive(Debug, Serialize)]
-struct Emitter {
-    recipe: String,
-    count: u16,
-    start: u32,
-    /// Ticks; `None` runs once.
-    every: Option<u32>,
-    follows_body: bool,
+struct ToldPart {
+    name: &'static str,
+    used: bool,
+    why: String,
+    costs: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -148,169 +123,65 @@ struct Limits {
     particles: usize,
 }
 
-impl Plan {
+impl Told {
     /// Reads a scene.
-    pub fn of(scene: Scene) -> Plan {
-        let bodies = bodies(&scene);
-        let holds = |index: usize| bodies.iter().any(|b| usize::from(b.group_index) == index);
-        let groups = scene.groups.iter().enumerate().filter(|(index, _)| holds(*index));
-        let groups = groups.map(|(index, name)| Group {
-            name: name.clone(),
-            particles: scene.meets_particles >> index & 1 == 1,
-        });
+    pub fn of(scene: Scene) -> Told {
+        let plan = Plan::of(&scene);
+        let name = |index: u8| scene.groups[usize::from(index)].clone();
+        let mut groups: Vec<u8> = plan.bodies.iter().map(|bodies| bodies.group).collect();
+        groups.sort_unstable();
+        groups.dedup();
         let tools = Tools::NAMES.iter().filter(|(_, tool)| scene.tools.contains(*tool));
-        Plan {
+        Told {
             size: scene.size.to_array(),
             gravity: scene.gravity.to_array(),
             solver: scene.solver.map(Solver::of),
-            groups: groups.collect(),
-            pairs: pairs(&scene, &bodies),
-            shape_pairs: shape_pairs(&scene, &bodies),
-            recipes: recipes(&scene),
-            emitters: emitters(&scene),
+            groups: groups.into_iter().map(name).collect(),
+            pairs: plan.pairs.iter().map(|pair| pair.map(name)).collect(),
+            bodies: plan.bodies.iter().map(|bodies| told_bodies(bodies, &scene)).collect(),
+            parts: plan.verdicts.into_iter().map(told_part).collect(),
             tools: tools.map(|(name, _)| *name).collect(),
             limits: Limits {
                 players: scene.players_max,
                 bodies: scene.bodies_max,
                 particles: scene.particles_max,
             },
-            bodies,
             scene: scene.name,
             title: scene.title,
         }
     }
 }
 
-fn bodies(scene: &Scene) -> Vec<Bodies> {
-    let mut bodies = Vec::new();
-    let mut add = |kind: Kind, def: &BodyDef, shapes: &[Shape], count: u32, per: Per| {
-        let entry = Bodies {
-            kind: kind.name(),
-            group_index: def.group,
-            group: scene.groups[usize::from(def.group)].clone(),
-            motion: motion_name(def.motion),
-            shape: shape_name(shapes),
-            count,
-            per,
-        };
-        match bodies.iter().position(|known: &Bodies| known.is_like(&entry)) {
-            Some(index) => bodies[index].count += count,
-            None => bodies.push(entry),
-        }
-    };
-    for placed in &scene.bodies {
-        add(placed.kind, &placed.def, &[placed.def.shape], 1, Per::Scene);
-    }
-    for layout in &scene.layouts {
-        add(layout.kind, &layout.def, &layout.shapes, layout.count, Per::Scene);
-    }
-    if let Some(hero) = &scene.hero {
-        add(Kind::Hero, &hero.body, &[hero.body.shape], 1, Per::Player);
-    }
-    if let Some(pack) = scene.pack.as_ref().filter(|_| scene.tools.contains(Tools::LAUNCH)) {
-        add(Kind::Pack, &pack.body, &[pack.body.shape], scene.packs_max as u32, Per::Player);
-    }
-    if let Some(dumb) = &scene.dumb {
-        add(Kind::Dumb, dumb, &[dumb.shape], scene.dumb_max as u32, Per::Tool);
-    }
-    bodies
-}
-
-impl Bodies {
-    /// Whether only the counts may differ.
-    fn is_like(&self, other: &Bodies) -> bool {
-        self.kind == other.kind
-            && self.group_index == other.group_index
-            && self.motion == other.motion
-            && self.shape == other.shape
-            && self.per == other.per
-    }
-
-    fn circles(&self) -> bool {
-        self.shape != "box"
-    }
-
-    fn boxes(&self) -> bool {
-        self.shape != "circle"
+fn told_bodies(bodies: &Bodies, scene: &Scene) -> ToldBodies {
+    ToldBodies {
+        kind: bodies.kind.name(),
+        group: scene.groups[usize::from(bodies.group)].clone(),
+        motion: match bodies.motion {
+            Motion::Static => "static",
+            Motion::Kinematic => "kinematic",
+            Motion::Dynamic => "dynamic",
+        },
+        shape: match (bodies.circles, bodies.boxes) {
+            (true, true) => "circle or box",
+            (true, false) => "circle",
+            _ => "box",
+        },
+        count: bodies.count,
+        per: match bodies.per {
+            Per::Scene => "scene",
+            Per::Player => "player",
+            Per::Tool => "tool",
+        },
+        field: bodies.field.clone(),
     }
 }
 
-fn shape_name(shapes: &[Shape]) -> &'static str {
-    let circle = shapes.iter().any(|shape| matches!(shape, Shape::Circle { .. }));
-    let rect = shapes.iter().any(|shape| matches!(shape, Shape::Box { .. }));
-    match (circle, rect) {
-        (true, true) => "circle or box",
-        (true, false) => "circle",
-        _ => "box",
-    }
+fn told_part(verdict: Verdict) -> ToldPart {
+    let Verdict { part, used, why } = verdict;
+    ToldPart { name: part.name(), used, why, costs: part.costs() }
 }
 
-fn motion_name(motion: Motion) -> &'static str {
-    match motion {
-        Motion::Static => "static",
-        Motion::Kinematic => "kinematic",
-        Motion::Dynamic => "dynamic",
-    }
-}
-
-/// Entries whose bodies can collide: their groups meet, and one of them can be pushed.
-fn meeting<'a>(
-    scene: &'a Scene,
-    bodies: &'a [Bodies],
-) -> impl Iterator<Item = (&'a Bodies, &'a Bodies)> {
-    let all = (0..bodies.len()).flat_map(move |a| (a..bodies.len()).map(move |b| (a, b)));
-    let pairs = all.map(move |(a, b)| (&bodies[a], &bodies[b]));
-    pairs.filter(move |(a, b)| {
-        scene.groups_meet(a.group_index, b.group_index)
-            && (a.motion == "dynamic" || b.motion == "dynamic")
-    })
-}
-
-fn pairs(scene: &Scene, bodies: &[Bodies]) -> Vec<[String; 2]> {
-    let mut pairs: Vec<[u8; 2]> = meeting(scene, bodies)
-        .map(|(a, b)| [a.group_index.min(b.group_index), a.group_index.max(b.group_index)])
-        .collect();
-    pairs.sort_unstable();
-    pairs.dedup();
-    let name = |index: u8| scene.groups[usize::from(index)].clone();
-    pairs.into_iter().map(|pair| pair.map(name)).collect()
-}
-
-fn shape_pairs(scene: &Scene, bodies: &[Bodies]) -> Vec<String> {
-    let mut found = [false; 3];
-    for (a, b) in meeting(scene, bodies) {
-        found[0] |= a.circles() && b.circles();
-        found[1] |= a.circles() && b.boxes() || a.boxes() && b.circles();
-        found[2] |= a.boxes() && b.boxes();
-    }
-    let names = ["circle-circle", "circle-box", "box-box"];
-    names.iter().zip(found).filter(|(_, found)| *found).map(|(name, _)| name.to_string()).collect()
-}
-
-/// Recipes that an emitter, a pack's burst or the spray tool uses.
-fn recipes(scene: &Scene) -> Vec<String> {
-    let mut used: Vec<u8> = scene.emitters.iter().map(|emitter| emitter.recipe).collect();
-    used.extend(scene.pack.as_ref().map(|pack| pack.recipe));
-    used.extend(scene.spray);
-    used.sort_unstable();
-    used.dedup();
-    used.into_iter().map(|index| scene.recipes[usize::from(index)].name.clone()).collect()
-}
-
-fn emitters(scene: &Scene) -> Vec<Emitter> {
-    let emitters = scene.emitters.iter();
-    emitters
-        .map(|emitter| Emitter {
-            recipe: scene.recipes[usize::from(emitter.recipe)].name.clone(),
-            count: emitter.count,
-            start: emitter.start,
-            every: emitter.every,
-            follows_body: matches!(emitter.place, Place::Body(_)),
-        })
-        .collect()
-}
-
-impl fmt::Display for Plan {
+impl fmt::Display for Told {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let [width, height] = self.size;
         let [gravity_x, gravity_y] = self.gravity;
@@ -322,23 +193,24 @@ impl fmt::Display for Plan {
         }
         for bodies in &self.bodies {
             let per = match bodies.per {
-                Per::Scene => "",
-                Per::Player => " a player",
-                Per::Tool => " at most, by Z",
+                "player" => " a player",
+                "tool" => " at most, by Z",
+                _ => "",
             };
-            let Bodies { kind, group, motion, shape, count, .. } = bodies;
+            let ToldBodies { kind, group, motion, shape, count, .. } = bodies;
             writeln!(f, "bodies       {count} {motion} {kind} ({shape}, group {group}){per}")?;
         }
         let pairs: Vec<_> = self.pairs.iter().map(|pair| pair.join("-")).collect();
         writeln!(f, "pairs        {}", listed(&pairs))?;
-        writeln!(f, "shape pairs  {}", listed(&self.shape_pairs))?;
-        let pushed: Vec<_> =
-            self.groups.iter().filter(|g| g.particles).map(|g| g.name.clone()).collect();
-        writeln!(f, "particles    {}; pushed out of {}", listed(&self.recipes), listed(&pushed))?;
-        writeln!(f, "emitters     {}", self.emitters.len())?;
         writeln!(f, "tools        {}", listed(&self.tools))?;
         let Limits { players, bodies, particles } = self.limits;
-        write!(f, "limits       {players} players, {bodies} bodies, {particles} particles")
+        writeln!(f, "limits       {players} players, {bodies} bodies, {particles} particles")?;
+        for (heading, used) in [("in", true), ("left out", false)] {
+            for part in self.parts.iter().filter(|part| part.used == used) {
+                write!(f, "\n{heading:<9} {:<21} {}", part.name, part.why)?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -355,10 +227,16 @@ mod tests {
     fn every_built_in_scene_has_a_plan() {
         for scene in Scene::built_in() {
             let (name, tools) = (scene.name.clone(), scene.tools);
-            let plan = Plan::of(scene);
-            assert!(!plan.bodies.is_empty(), "{name}");
-            assert_eq!(plan.tools.is_empty(), tools == Tools::default(), "{name}");
-            assert!(plan.to_string().starts_with(&name));
+            let told = Told::of(scene);
+            assert!(!told.bodies.is_empty(), "{name}");
+            assert_eq!(told.tools.is_empty(), tools == Tools::default(), "{name}");
+            let text = told.to_string();
+            assert!(text.starts_with(&name));
+            for part in &told.parts {
+                let said = if part.used { "in" } else { "left out" };
+                let line = format!("\n{said:<9} {:<21} {}", part.name, part.why);
+                assert!(text.contains(&line), "{name}: {line}");
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `jostle scene`: what scenes there are, whether one is right, and what it holds.
 
-use super::plan::Plan;
+use super::plan::Told;
 use super::run::json;
 use super::{Failure, say, scene_file, scene_named};
 use jostle_sim::Scene;
@@ -21,7 +21,7 @@ pub enum SceneCommand {
         /// The TOML file
         file: PathBuf,
     },
-    /// Print what a scene contains: groups and pairs, bodies, shape pairs, particles, tools
+    /// Print what a scene needs, what is left out, and which field of the file decides
     Plan {
         /// A built-in scene, or the path of a TOML file
         #[arg(value_name = "FILE")]
@@ -55,7 +55,7 @@ impl SceneCommand {
                 say(format_args!("{}: ok, scene {:?}", file.display(), scene.name))
             }
             SceneCommand::Plan { scene, json: as_json } => {
-                let plan = Plan::of(scene_named(&scene)?);
+                let plan = Told::of(scene_named(&scene)?);
                 if as_json { say(json(&plan)) } else { say(plan) }
             }
         }

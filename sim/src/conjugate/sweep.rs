@@ -7,7 +7,7 @@
 //! beta p + d; where beta exceeds 1 the direction is forgotten (Silcowitz-Hansen, Niebe and Erleben
 //! 2010, "A nonsmooth nonlinear conjugate gradient method for interactive contact force problems").
 //! The end is always a sweep: the one in which no row changes a relative speed by more than the
-//! tolerance.
+//! tolerance. `RUBS` is false where nothing has friction: what would stay 0 is then not computed.
 
 use super::lines::Lines;
 use super::rows::Row;
@@ -19,7 +19,7 @@ use glam::Vec2;
 const FOREST_SWEEPS: u32 = 4;
 
 /// Solves an island; returns the number of sweeps.
-pub(crate) fn solve(
+pub(crate) fn solve<const RUBS: bool>(
     rows: &mut [Row],
     island: &[u32],
     (lines, trees): (&mut Lines, &mut Trees),
@@ -31,24 +31,24 @@ pub(crate) fn solve(
         if count % FOREST_SWEEPS == 1 {
             trees.find(rows, island);
         }
-        let worst = sweep(rows, island, (lines, trees), velocity);
+        let worst = sweep::<RUBS>(rows, island, (lines, trees), velocity);
         if worst < tolerance || count == sweeps_max {
             return count;
         }
-        let squared = changes(rows, island);
+        let squared = changes::<RUBS>(rows, island);
         let ratio = if before > 0.0 { squared / before } else { 0.0 };
         // Sums of squares of implausible numbers may be infinite, and their ratio no number.
         let beta = (ratio <= 1.0).then_some(ratio);
         before = squared;
         for &place in island {
-            move_on(&mut rows[place as usize], velocity, beta);
+            move_on::<RUBS>(&mut rows[place as usize], velocity, beta);
         }
     }
     sweeps_max
 }
 
 /// Returns the largest change of a relative speed by a row, units/s.
-fn sweep(
+fn sweep<const RUBS: bool>(
     rows: &mut [Row],
     island: &[u32],
     (lines, trees): (&mut Lines, &mut Trees),
@@ -61,7 +61,7 @@ fn sweep(
     trees.solve(rows, velocity);
     let mut worst = lines.sweep(rows, velocity);
     for &place in &lines.others {
-        worst = max(worst, press(&mut rows[place as usize], velocity));
+        worst = max(worst, press::<RUBS>(&mut rows[place as usize], velocity));
     }
     worst
 }
@@ -69,13 +69,13 @@ fn sweep(
 /// Both impulses of a row. The normal one leaves the sliding speed alone, since nothing turns: one
 /// look at the velocities serves both. Returns the largest change of a relative speed.
 #[inline]
-fn press(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
+fn press<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
     let relative = row.relative(velocity);
     let excess = row.normal.dot(relative) - row.bound;
     let press = max(row.press - excess * row.mass, 0.0);
     let press_change = press - row.press;
     row.press = press;
-    let rub_change = rub_against(row, relative);
+    let rub_change = if RUBS { rub_against(row, relative) } else { 0.0 };
     row.apply(velocity, row.impulse(press_change, rub_change));
     max(press_change.abs(), rub_change.abs()) * (row.weight_a + row.weight_b)
 }
@@ -96,18 +96,25 @@ pub(crate) fn rub(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
 fn rub_against(row: &mut Row, relative: Vec2) -> f32 {
     let limit = row.friction * row.press;
     let slide = row.normal.perp().dot(relative);
-    let rub = clamp(row.rub - slide * row.mass, -limit, limit);
+    let rub = limited(row.rub - slide * row.mass, limit);
     let change = rub - row.rub;
     row.rub = rub;
     change
 }
 
+/// Friction within its limit; never minus nothing, so that a limit of 0 leaves no trace.
+#[inline]
+pub(crate) fn limited(rub: f32, limit: f32) -> f32 {
+    clamp(rub, -limit, limit) + 0.0
+}
+
 /// |d|^2 of the last sweep.
-fn changes(rows: &[Row], island: &[u32]) -> f32 {
+fn changes<const RUBS: bool>(rows: &[Row], island: &[u32]) -> f32 {
     let mut squared = 0.0;
     for &place in island {
         let row = &rows[place as usize];
-        let (press, rub) = (row.press - row.press_before, row.rub - row.rub_before);
+        let press = row.press - row.press_before;
+        let rub = if RUBS { row.rub - row.rub_before } else { 0.0 };
         squared += (press * press + rub * rub) * (row.weight_a + row.weight_b);
     }
     squared
@@ -115,21 +122,25 @@ fn changes(rows: &[Row], island: &[u32]) -> f32 {
 
 /// Moves a row's impulses along the direction, as far as they stay possible, or forgets it.
 #[inline]
-fn move_on(row: &mut Row, velocity: &mut [Vec2], beta: Option<f32>) {
+fn move_on<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2], beta: Option<f32>) {
     let Some(beta) = beta else {
         row.press_along = 0.0;
         row.rub_along = 0.0;
         return;
     };
     let press = max(row.press + beta * row.press_along, 0.0);
-    let limit = row.friction * press;
-    let rub = clamp(row.rub + beta * row.rub_along, -limit, limit);
     row.press_along = beta * row.press_along + (row.press - row.press_before);
-    row.rub_along = beta * row.rub_along + (row.rub - row.rub_before);
-    let (press_change, rub_change) = (press - row.press, rub - row.rub);
+    let press_change = press - row.press;
+    let mut rub_change = 0.0;
+    if RUBS {
+        let limit = row.friction * press;
+        let rub = limited(row.rub + beta * row.rub_along, limit);
+        row.rub_along = beta * row.rub_along + (row.rub - row.rub_before);
+        rub_change = rub - row.rub;
+        row.rub = rub;
+    }
     if press_change != 0.0 || rub_change != 0.0 {
         row.press = press;
-        row.rub = rub;
         row.apply(velocity, row.impulse(press_change, rub_change));
     }
 }

@@ -12,6 +12,7 @@
 //! the rest of the sweep corrects it, and all that is in no tree.
 
 use super::rows::Row;
+use super::sweep::limited;
 use crate::math::{clamp, max};
 use glam::Vec2;
 
@@ -388,7 +389,7 @@ fn give(node: &Node, row: &mut Row, velocity: &mut [Vec2]) {
     let (press, rub) = total(node, row);
     let press = max(press, 0.0);
     let limit = row.friction * press;
-    let rub = clamp(rub, -limit, limit);
+    let rub = limited(rub, limit);
     let change = row.impulse(press - row.press, rub - row.rub);
     row.press = press;
     row.rub = rub;

@@ -3,6 +3,7 @@
 mod bodies;
 mod heroes;
 mod packs;
+mod plans;
 mod players;
 mod shipped;
 

@@ -32,14 +32,15 @@ impl World {
 
     fn frame<'a>(&self, settings: &'a Conjugate) -> Frame<'a> {
         let super::WorldSettings { gravity, dt, speed_max, .. } = self.settings;
-        Frame { settings, gravity, dt, speed_max }
+        let features = self.features.in_this_build();
+        Frame { settings, gravity, dt, speed_max, features }
     }
 
     /// Finds the rows, once nothing bounces any more.
     fn meet(&mut self, settings: &Conjugate) {
         let frame = self.frame(settings);
         self.workspace.begin(&self.bodies);
-        let mut lively = self.look_around(&frame, true);
+        let mut lively = self.look_around(&frame, frame.features.restitution);
         for round in 1..=MEETINGS_MAX {
             let (bodies, pairs) = (&mut self.bodies, &self.pairs.pairs);
             if !lively {

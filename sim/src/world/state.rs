@@ -8,6 +8,7 @@
 use super::{Touch, World, WorldSettings};
 use crate::bodies::{Bodies, Material};
 use crate::body::{GROUPS_MAX, Motion};
+use crate::features::Features;
 use crate::forces::Forces;
 use crate::hash::StateHasher;
 use crate::pairs::{Axis, Pair, overlap};
@@ -163,8 +164,21 @@ impl World {
         if let Some(settings) = &world.settings.forces {
             world.forces = Some(Forces::restore(settings, &world.bodies, bytes)?);
         }
+        world.widen_for_all();
         world.pairs.invalidate();
         Ok(world)
+    }
+
+    /// What the restored bodies, impulses and particles bring.
+    fn widen_for_all(&mut self) {
+        let Bodies { shape, motion, material, .. } = &self.bodies;
+        for slot in self.bodies.slots().map(|slot| slot as usize) {
+            let Material { friction, restitution } = material[slot];
+            let brought = Features::of_parts(shape[slot], motion[slot], friction, restitution);
+            self.features = self.features.with(brought);
+        }
+        self.features.friction |= self.pairs.pairs.iter().any(|pair| pair.tangent_impulse != 0.0);
+        self.features.particles |= !self.particles.is_empty() || self.particles.emitter_count() > 0;
     }
 
     fn read_contacts(&mut self, bytes: &mut StateReader) -> Result<(), StateError> {
@@ -334,6 +348,7 @@ fn read_bodies(bodies_max: usize, bytes: &mut StateReader) -> Result<Bodies, Sta
         let calm = bytes.number("calmness")?;
         bytes.check((0.0..=1.0).contains(&calm), "calmness")?;
         bodies.shape[slot] = sort.shape;
+        bodies.half[slot] = sort.shape.half_extent();
         bodies.center[slot] = center;
         bodies.velocity[slot] = velocity;
         bodies.calm[slot] = calm;

@@ -1,0 +1,165 @@
+//! Plans: what they leave out is not missed, and nobody brings what they leave out.
+
+use super::players::busy_tick;
+use super::*;
+use crate::conjugate::Conjugate;
+use crate::math::Rng;
+use crate::scene::{Part, Plan};
+use crate::solver::Solver;
+use crate::{BodyDef, Features};
+
+const TICKS: u32 = 90;
+
+/// The shipped scenes and those of the golden replays.
+fn scenes() -> Vec<Scene> {
+    let more = [
+        ("explosions.toml", include_str!("../../../../tests/scenes/explosions.toml")),
+        ("gas.toml", include_str!("../../../../tests/scenes/gas.toml")),
+        ("pyramid.toml", include_str!("../../../../tests/scenes/pyramid.toml")),
+        ("springs.toml", include_str!("../../../../tests/scenes/springs.toml")),
+    ];
+    let parsed = more.map(|(file, text)| Scene::parse(file, text).expect("a good scene"));
+    let mut scenes = Scene::built_in();
+    scenes.extend(parsed);
+    scenes
+}
+
+/// The same scenes without friction, without bounces, with circles or boxes only.
+fn barer(scene: &Scene) -> Vec<Scene> {
+    let changed = |change: &dyn Fn(&mut BodyDef)| {
+        let mut scene = scene.clone();
+        scene.bodies.iter_mut().for_each(|body| change(&mut body.def));
+        for layout in &mut scene.layouts {
+            let shapes = layout.shapes.iter().map(|&shape| {
+                let mut def = BodyDef { shape, ..layout.def };
+                change(&mut def);
+                def.shape
+            });
+            layout.shapes = shapes.collect();
+            change(&mut layout.def);
+        }
+        scene.hero.iter_mut().for_each(|hero| change(&mut hero.body));
+        scene.pack.iter_mut().for_each(|pack| change(&mut pack.body));
+        scene.dumb.iter_mut().for_each(change);
+        scene
+    };
+    let round = |def: &mut BodyDef| def.shape = Shape::circle(def.shape.half_extent().y);
+    let square = |def: &mut BodyDef| {
+        let half = def.shape.half_extent();
+        def.shape = Shape::rect(2.0 * half.x, 2.0 * half.y);
+    };
+    let smooth = changed(&|def| def.friction = 0.0);
+    let dull = changed(&|def| def.restitution = 0.0);
+    let bare = changed(&|def| {
+        square(def);
+        (def.friction, def.restitution) = (0.0, 0.0);
+    });
+    vec![changed(&round), changed(&square), smooth, dull, bare]
+}
+
+/// Hashes of a busy game, and what its world dealt with in the end.
+fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
+    let mut game = Game::new(Arc::new(scene.clone()), 3);
+    if widened {
+        game.world.widen(Features::ALL);
+    }
+    (0..4).for_each(|seat| game.join(Seat(seat)));
+    let mut rng = Rng::new(5, 1);
+    let mut hashes = Vec::new();
+    for _ in 0..TICKS {
+        busy_tick(&mut game, &mut rng);
+        hashes.push(game.hash());
+    }
+    (hashes, game.world.features())
+}
+
+/// Plays all of them the special and the general way.
+fn compare(scenes: &[Scene]) {
+    let mut left_out = 0;
+    for scene in scenes.iter().flat_map(|scene| [vec![scene.clone()], barer(scene)].concat()) {
+        let plan = Plan::of(&scene);
+        let (special, dealt_with) = played(&scene, false);
+        let (general, _) = played(&scene, true);
+        let at = special.iter().zip(&general).position(|(one, other)| one != other);
+        assert_eq!(at, None, "{} with {:?}: first tick", scene.name, plan.features);
+        assert_eq!(dealt_with, plan.features, "{}: a tool brought more", scene.name);
+        left_out += u32::from(plan.features != Features::ALL);
+    }
+    assert!(left_out > 40, "only {left_out} games had something left out");
+}
+
+#[test]
+fn the_special_way_through_a_step_gives_the_same_bits_as_the_general_one() {
+    compare(&scenes());
+}
+
+#[test]
+fn so_it_does_with_the_conjugate_solver() {
+    let solver = Some(Solver::Conjugate(Conjugate::default()));
+    let scenes: Vec<Scene> = scenes().into_iter().map(|scene| Scene { solver, ..scene }).collect();
+    compare(&scenes);
+}
+
+#[test]
+fn a_body_that_no_plan_knew_of_is_dealt_with() {
+    let scene = Scene::built_in().remove(2);
+    let bare = barer(&scene).remove(4);
+    let mut games = [true, false].map(|widened| {
+        let mut game = Game::new(Arc::new(bare.clone()), 3);
+        if widened {
+            game.world.widen(Features::ALL);
+        }
+        game
+    });
+    for game in &mut games {
+        assert!(game.world.features() == Features::ALL || !game.world.features().circles);
+        let center = bare.size * 0.5;
+        for place in 0..20u8 {
+            let def = BodyDef {
+                shape: Shape::circle(4.0),
+                position: center + Vec2::new(f32::from(place), f32::from(place % 5) * 9.0),
+                restitution: 0.9,
+                friction: 0.7,
+                ..BodyDef::default()
+            };
+            game.add(&def, Kind::Dumb, None, Rule::Still).expect("there is room");
+        }
+        game.emit(0, 50, Source::Point(center));
+        (0..200).for_each(|_| game.tick(&[]));
+    }
+    assert!(games[1].world.features() == Features::ALL, "{:?}", games[1].world.features());
+    assert!(!games[1].world.particles().is_empty(), "particles came");
+    assert_eq!(games[0].hash(), games[1].hash());
+    let restored = Game::restore(Arc::new(bare), &games[1].save()).expect("its own state");
+    assert_eq!(restored.world.features(), Features::ALL, "what the bytes bring");
+}
+
+#[test]
+fn plans_say_what_shipped_scenes_lack() {
+    let plan = |name: &str| {
+        let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
+        Plan::of(&scene.expect("a shipped scene"))
+    };
+    let lacks: Vec<Part> = vec![
+        Part::BoxBox,
+        Part::Friction,
+        Part::Kinematic,
+        Part::Continuous,
+        Part::Forces,
+        Part::Particles,
+        Part::Obstacles,
+        Part::Emitters,
+        Part::PackHits,
+    ];
+    let pile = plan("pile");
+    let found: Vec<Part> = Part::ALL.into_iter().filter(|part| !pile.uses(*part)).collect();
+    let rubs = lacks.iter().filter(|part| **part != Part::Friction);
+    assert!(rubs.copied().eq(found), "{:#?}", pile.verdicts);
+    assert!(plan("arena").uses(Part::Particles) && plan("arena").uses(Part::Kinematic));
+    assert!(!plan("impulse").features.particles, "its packs burst into nothing");
+    assert!(plan("particles").features.particles, "Z sprays");
+    assert!(!plan("bounds").uses(Part::Impacts), "contacts are only found");
+    for verdict in pile.verdicts {
+        assert!(!verdict.why.is_empty() && !verdict.part.costs().is_empty());
+    }
+}
