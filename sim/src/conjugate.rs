@@ -244,13 +244,14 @@ impl Workspace {
         let mut sum = 0;
         for round in 1..=doubts::ROUNDS_MAX {
             self.lines.find(&self.rows, places);
-            let limits = (tolerance, self.budget.sweeps(frame.settings.sweeps_max));
+            let sweeps_max = self.budget.sweeps(frame.settings.sweeps_max);
+            let end = sweep::End { tolerance, sweeps_max };
             let blocks = (&mut self.lines, &mut self.trees);
             let (rows, velocity) = (&mut self.rows, &mut bodies.velocity);
             let sweeps = if frame.features.friction {
-                sweep::solve::<true>(rows, places, blocks, velocity, limits)
+                sweep::solve::<true>(rows, places, blocks, velocity, end)
             } else {
-                sweep::solve::<false>(rows, places, blocks, velocity, limits)
+                sweep::solve::<false>(rows, places, blocks, velocity, end)
             };
             self.work += self.budget.spend(sweeps, places.len());
             sum += sweeps;

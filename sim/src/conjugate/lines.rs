@@ -11,7 +11,7 @@
 
 use super::pools::{Node, Pool, pool};
 use super::rows::Row;
-use super::sweep::rub;
+use super::sweep::{Change, rub};
 use crate::math::max;
 use glam::Vec2;
 
@@ -234,16 +234,16 @@ impl Lines {
         }
     }
 
-    /// Solves every line once; returns the largest change of a relative speed.
-    pub fn sweep(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> f32 {
-        let mut worst = 0.0;
+    /// Solves every line once.
+    pub fn sweep(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> Change {
+        let mut change = Change::default();
         for place in 0..self.lines.len() {
-            worst = max(worst, self.solve(self.lines[place], rows, velocity));
+            self.solve(self.lines[place], rows, velocity, &mut change);
         }
-        worst
+        change
     }
 
-    fn solve(&mut self, line: Line, rows: &mut [Row], velocity: &mut [Vec2]) -> f32 {
+    fn solve(&mut self, line: Line, rows: &mut [Row], velocity: &mut [Vec2], change: &mut Change) {
         let (first, count) = (line.bodies as usize, line.count as usize);
         let bodies = &self.bodies[first..=first + count];
         let masses = &self.masses[first..=first + count];
@@ -265,19 +265,18 @@ impl Lines {
             }
             sum_impulses(*pool, &self.nodes, links, rows, &mut self.changes);
         }
-        let mut worst = 0.0;
         for (link, &place) in links.iter().enumerate() {
             let row = &mut rows[place as usize];
             let before = row.press;
             let press = before + self.changes[link];
             row.press = if press > 0.0 { press } else { 0.0 };
+            let mut off = 0.0;
             if before > 0.0 || row.press > 0.0 {
-                let off = self.nodes[link + 1].speed - self.nodes[link].speed;
-                worst = max(worst, off.abs());
+                off = (self.nodes[link + 1].speed - self.nodes[link].speed).abs();
             }
-            worst = max(worst, rub(row, velocity));
+            off = max(off, rub(row, velocity));
+            change.count(row, off);
         }
-        worst
     }
 }
 

@@ -116,7 +116,7 @@ pub(crate) fn meet(bodies: &Bodies, pair: &Pair, place: u32, gap: Gap, dt: f32) 
         closing: max(approach, 0.0),
         struck: false,
         fast: passes || fastest(bodies, pair) * dt > smallest(bodies, pair),
-        slid: row.press > 0.0 && row.rub.abs() >= SLIDING * row.friction * row.press,
+        slid: row.press > 0.0 && !row.sticks(),
     };
     (row, facts)
 }
@@ -218,6 +218,18 @@ impl Row {
     #[inline]
     pub fn impulse(&self, press: f32, rub: f32) -> Vec2 {
         self.normal * press + self.normal.perp() * rub
+    }
+
+    /// A sweep begins here.
+    #[inline]
+    pub fn remember(&mut self) {
+        (self.press_before, self.rub_before) = (self.press, self.rub);
+    }
+
+    /// Whether friction holds more than it has to.
+    #[inline]
+    pub fn sticks(&self) -> bool {
+        self.rub.abs() < SLIDING * self.friction * self.press
     }
 
     /// Whether both bodies can be pushed.

@@ -15,8 +15,42 @@ use super::trees::Trees;
 use crate::math::{clamp, max};
 use glam::Vec2;
 
-/// Sweeps for which a forest is kept.
+/// Sweeps for which a forest is kept. Where it does not fit the wait for another one doubles.
 const FOREST_SWEEPS: u32 = 4;
+
+/// An island is calm if its warm start misses the answer by less than so many tolerances. The first
+/// sweep then does without a forest, and is the last one if it changes less than this share of the
+/// tolerance.
+const CALM: f32 = 10.0;
+const STRICT: f32 = 0.01;
+
+/// What a sweep changed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Change {
+    /// Largest change of a relative speed, units/s.
+    pub worst: f32,
+    /// |d|^2.
+    pub squared: f32,
+}
+
+impl Change {
+    /// Counts a row that changed a relative speed by up to `off`.
+    #[inline]
+    pub fn count(&mut self, row: &Row, off: f32) {
+        let (press, rub) = (row.press - row.press_before, row.rub - row.rub_before);
+        self.worst = max(self.worst, off);
+        self.squared += (press * press + rub * rub) * (row.weight_a + row.weight_b);
+    }
+}
+
+/// When an island's sweeps end.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End {
+    /// Change of a relative speed that is small enough, units/s.
+    pub tolerance: f32,
+    /// Sweeps at most.
+    pub sweeps_max: u32,
+}
 
 /// Solves an island; returns the number of sweeps.
 pub(crate) fn solve<const RUBS: bool>(
@@ -24,46 +58,71 @@ pub(crate) fn solve<const RUBS: bool>(
     island: &[u32],
     (lines, trees): (&mut Lines, &mut Trees),
     velocity: &mut [Vec2],
-    (tolerance, sweeps_max): (f32, u32),
+    end: End,
 ) -> u32 {
+    let calm = residual(rows, island, velocity) < CALM * end.tolerance;
+    let (mut forest_at, mut wait) = (if calm { 2 } else { 1 }, FOREST_SWEEPS);
     let mut before = 0.0;
-    for count in 1..=sweeps_max {
-        if count % FOREST_SWEEPS == 1 {
+    trees.clear();
+    for &place in island {
+        rows[place as usize].remember();
+    }
+    for count in 1..=end.sweeps_max {
+        if count == forest_at {
             trees.find(rows, island);
+            forest_at += wait;
         }
-        let worst = sweep::<RUBS>(rows, island, (lines, trees), velocity);
-        if worst < tolerance || count == sweeps_max {
+        if !trees.solve(rows, velocity) {
+            trees.clear();
+            wait *= 2;
+            forest_at = count + wait;
+        }
+        let change = sweep::<RUBS>(rows, lines, velocity);
+        let strict = if calm && count == 1 { STRICT } else { 1.0 };
+        if change.worst < strict * end.tolerance {
             return count;
         }
-        let squared = changes::<RUBS>(rows, island);
-        let ratio = if before > 0.0 { squared / before } else { 0.0 };
+        let ratio = if before > 0.0 { change.squared / before } else { 0.0 };
         // Sums of squares of implausible numbers may be infinite, and their ratio no number.
         let beta = (ratio <= 1.0).then_some(ratio);
-        before = squared;
-        for &place in island {
-            move_on::<RUBS>(&mut rows[place as usize], velocity, beta);
+        before = change.squared;
+        if count < end.sweeps_max {
+            for &place in island {
+                move_on::<RUBS>(&mut rows[place as usize], velocity, beta);
+            }
         }
     }
-    sweeps_max
+    end.sweeps_max
 }
 
-/// Returns the largest change of a relative speed by a row, units/s.
-fn sweep<const RUBS: bool>(
-    rows: &mut [Row],
-    island: &[u32],
-    (lines, trees): (&mut Lines, &mut Trees),
-    velocity: &mut [Vec2],
-) -> f32 {
+/// The relative speed by which a row misses most what it asks for, units/s.
+fn residual(rows: &[Row], island: &[u32], velocity: &[Vec2]) -> f32 {
+    let mut worst = 0.0;
     for &place in island {
-        let row = &mut rows[place as usize];
-        (row.press_before, row.rub_before) = (row.press, row.rub);
-    }
-    trees.solve(rows, velocity);
-    let mut worst = lines.sweep(rows, velocity);
-    for &place in &lines.others {
-        worst = max(worst, press::<RUBS>(&mut rows[place as usize], velocity));
+        let row = &rows[place as usize];
+        let relative = row.relative(velocity);
+        let lack = row.bound - row.normal.dot(relative);
+        if row.press <= 0.0 {
+            worst = max(worst, lack);
+        } else {
+            worst = max(worst, lack.abs());
+            if row.sticks() {
+                worst = max(worst, row.normal.perp().dot(relative).abs());
+            }
+        }
     }
     worst
+}
+
+/// Solves the lines, and all other rows one by one.
+fn sweep<const RUBS: bool>(rows: &mut [Row], lines: &mut Lines, velocity: &mut [Vec2]) -> Change {
+    let mut change = lines.sweep(rows, velocity);
+    for &place in &lines.others {
+        let row = &mut rows[place as usize];
+        let off = press::<RUBS>(row, velocity);
+        change.count(row, off);
+    }
+    change
 }
 
 /// Both impulses of a row. The normal one leaves the sliding speed alone, since nothing turns: one
@@ -108,39 +167,29 @@ pub(crate) fn limited(rub: f32, limit: f32) -> f32 {
     clamp(rub, -limit, limit) + 0.0
 }
 
-/// |d|^2 of the last sweep.
-fn changes<const RUBS: bool>(rows: &[Row], island: &[u32]) -> f32 {
-    let mut squared = 0.0;
-    for &place in island {
-        let row = &rows[place as usize];
-        let press = row.press - row.press_before;
-        let rub = if RUBS { row.rub - row.rub_before } else { 0.0 };
-        squared += (press * press + rub * rub) * (row.weight_a + row.weight_b);
-    }
-    squared
-}
-
-/// Moves a row's impulses along the direction, as far as they stay possible, or forgets it.
+/// Moves a row's impulses along the direction, as far as they stay possible, or forgets it; what
+/// they are then is where the next sweep begins.
 #[inline]
 fn move_on<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2], beta: Option<f32>) {
-    let Some(beta) = beta else {
+    if let Some(beta) = beta {
+        let press = max(row.press + beta * row.press_along, 0.0);
+        row.press_along = beta * row.press_along + (row.press - row.press_before);
+        let press_change = press - row.press;
+        let mut rub_change = 0.0;
+        if RUBS {
+            let limit = row.friction * press;
+            let rub = limited(row.rub + beta * row.rub_along, limit);
+            row.rub_along = beta * row.rub_along + (row.rub - row.rub_before);
+            rub_change = rub - row.rub;
+            row.rub = rub;
+        }
+        if press_change != 0.0 || rub_change != 0.0 {
+            row.press = press;
+            row.apply(velocity, row.impulse(press_change, rub_change));
+        }
+    } else {
         row.press_along = 0.0;
         row.rub_along = 0.0;
-        return;
-    };
-    let press = max(row.press + beta * row.press_along, 0.0);
-    row.press_along = beta * row.press_along + (row.press - row.press_before);
-    let press_change = press - row.press;
-    let mut rub_change = 0.0;
-    if RUBS {
-        let limit = row.friction * press;
-        let rub = limited(row.rub + beta * row.rub_along, limit);
-        row.rub_along = beta * row.rub_along + (row.rub - row.rub_before);
-        rub_change = rub - row.rub;
-        row.rub = rub;
     }
-    if press_change != 0.0 || rub_change != 0.0 {
-        row.press = press;
-        row.apply(velocity, row.impulse(press_change, rub_change));
-    }
+    row.remember();
 }

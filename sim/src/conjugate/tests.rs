@@ -221,6 +221,20 @@ fn a_tower_that_leans_to_and_fro_is_a_tree_and_takes_one_sweep() {
     close((world.position(carrier) - top).length(), 0.0, 1e-3);
 }
 
+#[test]
+fn a_pile_that_no_forest_carries_is_solved_all_the_same() {
+    let mut world = world_with(Conjugate::default(), 0.0);
+    let mut rng = Rng::new(10, 0);
+    for place in 0..100 {
+        let (row, column) = ((place / 10) as f32, (place % 10) as f32);
+        let x = (column + if place / 10 % 2 == 1 { 0.5 } else { 0.0 }) * 1.998;
+        let velocity = Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+        add(&mut world, BodyDef { velocity, ..ball_at(x, row * 1.998 * 0.75f32.sqrt()) });
+    }
+    world.step();
+    assert!(world.passes() < 150, "{} sweeps", world.passes());
+}
+
 // --- Impacts and energy -------------------------------------------------------------------------
 
 #[test]

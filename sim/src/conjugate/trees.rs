@@ -8,18 +8,23 @@
 //! Featherstone 1983, without rotation). A sticking contact hands on all of the mass; a sliding
 //! one, whose friction is at its limit, the part along its normal; an open one nothing. Which is
 //! which is guessed from the impulses so far and mended where the answer contradicts it (a primal-dual
-//! active set; Hintermueller, Ito and Kunisch 2002). What is still impossible after that is cut;
-//! the rest of the sweep corrects it, and all that is in no tree.
+//! active set; Hintermueller, Ito and Kunisch 2002). What is still impossible after that is cut. The
+//! answer to the forest alone may be none for the island: so impulses go towards it only as far as
+//! the island's own objective rises, and the rest of the sweep corrects what is in no tree.
 
 use super::rows::Row;
 use super::sweep::limited;
 use crate::math::{clamp, max};
 use glam::Vec2;
 
-/// Share of the greatest friction up to which a contact sticks.
-const STICKS: f32 = 0.999;
 /// How often a forest is solved in a sweep.
 const GUESSES_MAX: u32 = 3;
+
+/// Share of the slope of D that it may have downhill at the answer; a parabola with less is as high there
+/// as where it is highest, to 1 %.
+const OVERSHOOT: f32 = 0.1;
+/// Share of the way to the answer from which on a forest is worth its time.
+const FITS: f32 = 0.5;
 
 const NONE: u32 = u32::MAX;
 
@@ -218,8 +223,17 @@ impl Trees {
         });
     }
 
-    /// Solves the forest: impulses and velocities move to the answer.
-    pub fn solve(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) {
+    /// Forgets the forest.
+    pub fn clear(&mut self) {
+        self.nodes.clear();
+    }
+
+    /// Solves the forest: impulses and velocities move to the answer, or as far towards it as raises
+    /// D (see `warm`). Whether that is more than [`FITS`] of the way.
+    pub fn solve(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> bool {
+        if self.nodes.is_empty() {
+            return true;
+        }
         for node in self.nodes.iter_mut().filter(|node| node.row != NONE) {
             guess(node, &rows[node.row as usize], velocity);
         }
@@ -230,8 +244,32 @@ impl Trees {
                 break;
             }
         }
-        for node in self.nodes.iter().filter(|node| node.row != NONE) {
+        for node in self.nodes.iter_mut().filter(|node| node.row != NONE) {
             give(node, &mut rows[node.row as usize], velocity);
+        }
+        let share = self.best_share(rows, velocity);
+        if share < 1.0 {
+            for node in self.nodes.iter().filter(|node| node.row != NONE) {
+                take_back(node, &mut rows[node.row as usize], velocity, share);
+            }
+        }
+        share > FITS
+    }
+
+    /// How far towards the answer D is greatest; 1 for what is hardly less.
+    fn best_share(&self, rows: &[Row], velocity: &[Vec2]) -> f32 {
+        // Slopes of D at both ends of the way; it is a parabola.
+        let (mut start, mut end) = (0.0, 0.0);
+        for node in self.nodes.iter().filter(|node| node.row != NONE) {
+            start += node.impulse.dot(node.wish);
+            end += node.impulse.dot(lack(node, &rows[node.row as usize], velocity));
+        }
+        if end >= -OVERSHOOT * start {
+            1.0
+        } else if start > 0.0 {
+            start / (start - end)
+        } else {
+            0.0
         }
     }
 
@@ -290,15 +328,21 @@ impl Trees {
 fn guess(node: &mut Node, row: &Row, velocity: &[Vec2]) {
     node.hold = if row.press <= 0.0 {
         Hold::Open
-    } else if row.rub.abs() < STICKS * row.friction * row.press {
+    } else if row.sticks() {
         Hold::Stick
     } else {
         Hold::Slide
     };
     node.shift = 0.0;
+    node.wish = lack(node, row, velocity);
+}
+
+/// Change of a node's velocity relative to its carrier that would make the contact stick.
+#[inline]
+fn lack(node: &Node, row: &Row, velocity: &[Vec2]) -> Vec2 {
     let relative = row.relative(velocity);
     let relative = if node.slot == row.b { relative } else { -relative };
-    node.wish = node.normal * row.bound - relative;
+    node.normal * row.bound - relative
 }
 
 /// The apparent mass and the need that a node hands on.
@@ -383,9 +427,9 @@ fn total(node: &Node, row: &Row) -> (f32, f32) {
     (press, row.rub + node.normal.perp().dot(node.impulse))
 }
 
-/// Gives a node its impulse, as far as the contact can.
+/// Gives a node its impulse, as far as the contact can; `impulse` becomes what it was given.
 #[inline]
-fn give(node: &Node, row: &mut Row, velocity: &mut [Vec2]) {
+fn give(node: &mut Node, row: &mut Row, velocity: &mut [Vec2]) {
     let (press, rub) = total(node, row);
     let press = max(press, 0.0);
     let limit = row.friction * press;
@@ -394,4 +438,14 @@ fn give(node: &Node, row: &mut Row, velocity: &mut [Vec2]) {
     row.press = press;
     row.rub = rub;
     row.apply(velocity, change);
+    node.impulse = if node.slot == row.b { change } else { -change };
+}
+
+/// Leaves a node a share of what it was given.
+#[inline]
+fn take_back(node: &Node, row: &mut Row, velocity: &mut [Vec2], share: f32) {
+    let given = if node.slot == row.b { node.impulse } else { -node.impulse };
+    row.apply(velocity, given * (share - 1.0));
+    row.press = row.press_before + share * (row.press - row.press_before);
+    row.rub = row.rub_before + share * (row.rub - row.rub_before);
 }
