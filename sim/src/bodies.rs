@@ -4,6 +4,7 @@
 //! ascending order, so nothing depends on the order of creation but the slots themselves.
 
 use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
+use crate::math::min;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
@@ -40,6 +41,8 @@ pub(crate) struct Bodies {
     pub group: Vec<u8>,
     pub generation: Vec<u32>,
     pub alive: Vec<bool>,
+    /// Smallest half-size of all; `None` until somebody asks again.
+    thinnest: Option<f32>,
     /// Slots of dynamic and kinematic bodies, ascending: what a step has to look at.
     pub moving: Vec<u32>,
     /// Free slots, descending, so that the lowest is taken first.
@@ -66,6 +69,7 @@ impl Bodies {
         self.motion[index] = def.motion;
         self.group[index] = def.group;
         self.alive[index] = true;
+        self.thinnest = None;
         if def.motion != Motion::Static {
             let at = self.moving.partition_point(|&other| other < slot);
             self.moving.insert(at, slot);
@@ -96,6 +100,7 @@ impl Bodies {
     /// Brings the body of the last slot to life, once its fields are restored.
     pub fn settle(&mut self, slot: u32) {
         self.alive[slot as usize] = true;
+        self.thinnest = None;
         if self.motion[slot as usize] != Motion::Static {
             self.moving.push(slot);
         }
@@ -111,6 +116,7 @@ impl Bodies {
     pub fn remove(&mut self, id: BodyId) {
         let index = self.index(id);
         self.alive[index] = false;
+        self.thinnest = None;
         self.generation[index] = self.generation[index].wrapping_add(1);
         self.inverse_mass[index] = 0.0;
         self.velocity[index] = Vec2::ZERO;
@@ -142,6 +148,14 @@ impl Bodies {
 
     pub fn count(&self) -> usize {
         self.alive.len() - self.free.len()
+    }
+
+    /// Smallest half-size of all bodies, world units; infinite if there are none.
+    pub fn thinnest(&mut self) -> f32 {
+        *self.thinnest.get_or_insert_with(|| {
+            let alive = self.alive.iter().zip(&self.shape).filter(|(alive, _)| **alive);
+            alive.fold(f32::INFINITY, |least, (_, shape)| min(least, shape.thickness()))
+        })
     }
 
     /// Moves a body and counts it; a shift by nothing, as of a body with infinite mass, is none.

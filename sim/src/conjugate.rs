@@ -188,8 +188,8 @@ impl Workspace {
 
     /// Stage 2.
     pub fn meet(&mut self, bodies: &Bodies, pairs: &[Pair], frame: &Frame) {
-        let (step, since) = ((frame.dt, frame.fall()), &self.impacts.since);
-        rows::gather(bodies, pairs, since, step, &mut self.rows, &mut self.facts);
+        let (step, paths) = ((frame.dt, frame.fall()), &self.impacts.paths);
+        rows::gather(bodies, pairs, paths, step, &mut self.rows, &mut self.facts);
     }
 
     /// Stages 3 and 4: the velocities at the end of the step.
@@ -223,7 +223,7 @@ impl Workspace {
     /// Solves for pairs that these bodies would touch; whether there were any.
     pub fn catch_strays(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) -> bool {
         let rows = (&mut self.rows, &mut self.facts);
-        if !self.strays.gather(bodies, pairs, &self.impacts.since, frame.dt, rows) {
+        if !self.strays.gather(bodies, pairs, &self.impacts.paths, frame.dt, rows) {
             return false;
         }
         self.islands.find(bodies.alive.len(), &self.rows);
@@ -256,11 +256,11 @@ impl Workspace {
             self.work += self.budget.spend(sweeps, places.len());
             sum += sweeps;
             let (rows, facts) = (&mut self.rows, &mut self.facts);
-            let paths = (&mut self.impacts, &mut self.travel);
-            let held = squeezes::settle(bodies, (rows, facts), places, pairs, paths, frame);
-            let since = &self.impacts.since;
+            let state = (&mut self.impacts, &mut self.travel);
+            let held = squeezes::settle(bodies, (rows, facts), places, pairs, state, frame);
+            let paths = &self.impacts.paths;
             if round == doubts::ROUNDS_MAX
-                || !(doubts::settle(bodies, rows, facts, places, pairs, since, frame.dt) || held)
+                || !(doubts::settle(bodies, rows, facts, places, pairs, paths, frame.dt) || held)
             {
                 break;
             }

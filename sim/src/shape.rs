@@ -42,6 +42,13 @@ impl Shape {
         }
     }
 
+    /// The smaller half-size: who moves by more in a step may jump over it.
+    #[inline]
+    pub fn thickness(&self) -> f32 {
+        let half = self.half_extent();
+        min(half.x, half.y)
+    }
+
     /// Whether a point, given relative to the centre, lies strictly inside (row A1.16).
     #[inline]
     pub fn contains(&self, point: Vec2) -> bool {

@@ -9,7 +9,8 @@
 //! et al. 2014, "Motion planning with sequential convex optimization").
 
 use super::gap::FAR;
-use super::rows::{Facts, Row, sight, start};
+use super::impacts::Paths;
+use super::rows::{Facts, Row, sight};
 use crate::bodies::Bodies;
 use crate::math::max;
 use crate::pairs::Pair;
@@ -28,7 +29,7 @@ pub(crate) fn settle(
     facts: &mut [Facts],
     island: &[u32],
     pairs: &[Pair],
-    since: &[f32],
+    paths: &Paths,
     dt: f32,
 ) -> bool {
     let mut any = false;
@@ -37,23 +38,23 @@ pub(crate) fn settle(
         if facts.fast {
             let row = &mut rows[place as usize];
             let pair = &pairs[row.pair as usize];
-            any |= mend(bodies, row, facts, (pair, start(since, pair) / dt), dt);
+            any |= mend(bodies, row, facts, (pair, paths), dt);
         }
     }
     any
 }
 
-/// Mends a row whose pair is to be looked at after a share of the step; whether it changed.
+/// Mends a row; whether it changed.
 fn mend(
     bodies: &mut Bodies,
     row: &mut Row,
     facts: &mut Facts,
-    (pair, share): (&Pair, f32),
+    (pair, paths): (&Pair, &Paths),
     dt: f32,
 ) -> bool {
     let own = row.impulse(row.press, row.rub) / row.mass;
     let path = (row.relative(&bodies.velocity) - own) * dt;
-    let gap = sight(bodies, pair, path, share);
+    let gap = sight(bodies, paths, pair, path, dt);
     match gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
         None if row.press <= 0.0 => false,
         None => {

@@ -10,21 +10,28 @@
 //! A body has one place and one velocity a step, and both are those of its path after its last
 //! impact, drawn out backwards to the step's start: an impulse at time t that changes its velocity
 //! by d moves that start by -d t. The rest of the step needs to know no more than `since` when the
-//! path holds. Pairs that touch without bouncing are left to the rows, unless something bounces
-//! beyond: then they stop there first.
+//! path holds.
+//!
+//! Pairs that do not bounce are here too if one moves by more than the size of the other: a row is a
+//! tangent for a whole step, and whoever is stopped and slides on in the same step is long past it.
+//! All others are left to the rows, unless something bounces beyond: then they stop there first.
 
-use super::rows::{Facts, Row, placed};
+use super::rows::{Facts, Row, is_fast, placed};
 use super::{Frame, gap};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
-use crate::math::{clamp, max, min};
+use crate::math::{clamp, clamp_length, max, min};
 use crate::pairs::{Pair, near};
 use glam::Vec2;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Impacts of a body in a step. Who has had so many stays where the last one was: on a surface.
+/// Impacts of a body in a step. Whoever has had so many stands where the last one was, on a surface,
+/// and the rows do the rest.
 const IMPACTS_MAX: u32 = 32;
+/// A pair is fast where one of the two moves in a step by more than so many half-sizes of the
+/// smaller one.
+const FAST: f32 = 4.0;
 /// End of a list of pairs.
 const NONE: u32 = u32::MAX;
 
@@ -46,19 +53,51 @@ struct Event {
     version: u32,
 }
 
+/// Since when the paths of bodies hold; by slot.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Paths {
+    /// Seconds into the step; 0 for who was not struck.
+    pub since: Vec<f32>,
+    /// The place then.
+    pub there: Vec<Vec2>,
+}
+
+impl Paths {
+    /// Since when both paths of a pair hold.
+    #[inline]
+    pub fn start(&self, pair: &Pair) -> f32 {
+        max(self.since[pair.a as usize], self.since[pair.b as usize])
+    }
+
+    /// Where a body is at a time after it was struck, if it goes straight on to where its present
+    /// speed takes it in the step.
+    pub fn place(&self, bodies: &Bodies, slot: u32, time: f32, dt: f32) -> Vec2 {
+        let slot = slot as usize;
+        let (center, velocity, since) =
+            (bodies.center[slot], bodies.velocity[slot], self.since[slot]);
+        if since == 0.0 {
+            return center + velocity * time;
+        }
+        let there = self.there[slot];
+        if since >= time {
+            return there;
+        }
+        there + (center + velocity * dt - there) * ((time - since) / (dt - since))
+    }
+}
+
 /// Result and scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Impacts {
     pub strikes: Vec<Strike>,
-    /// By slot: seconds into the step since when its path holds; 0 for who was not struck.
-    pub since: Vec<f32>,
+    pub paths: Paths,
     /// By slot: impacts in this step.
     count: Vec<u32>,
     /// Who was struck.
     struck: Vec<u32>,
     /// Who is held after all: see `squeezes`.
     pub held: Vec<u32>,
-    /// By slot: whether it bounces and is fast enough to.
+    /// By slot: whether it may have an impact.
     lively: Vec<bool>,
     queue: BinaryHeap<Reverse<Event>>,
     /// By slot its first pair, and by pair the next one of either body.
@@ -91,10 +130,11 @@ impl Impacts {
     pub fn begin(&mut self, slots: usize) {
         self.strikes.clear();
         for slot in self.struck.drain(..) {
-            self.since[slot as usize] = 0.0;
+            self.paths.since[slot as usize] = 0.0;
             self.count[slot as usize] = 0;
         }
-        self.since.resize(slots, 0.0);
+        self.paths.since.resize(slots, 0.0);
+        self.paths.there.resize(slots, Vec2::ZERO);
         self.count.resize(slots, 0);
     }
 
@@ -103,17 +143,19 @@ impl Impacts {
         self.struck.is_empty()
     }
 
-    /// Finds who may bounce at all: of two that close faster than the threshold one is faster than
-    /// half of it. Whether there are any. They look further than their present speeds would take
+    /// Finds who may have an impact at all: who bounces, since of two that close faster than the
+    /// threshold one is faster than half of it, and who is fast. Whether there are any. They look further than their present speeds would take
     /// them, since a bounce may make them faster: twice as far, and as far as the others on average.
     pub fn reach_further(&mut self, bodies: &mut Bodies, frame: &Frame) -> bool {
         self.lively.clear();
         let slow = 0.5 * frame.settings.bounce_threshold - frame.gravity.length() * frame.dt;
+        let quick = FAST * bodies.thinnest() / frame.dt;
         let (mut count, mut sum) = (0, 0.0);
         for &slot in &bodies.moving {
             let slot = slot as usize;
             let squared = bodies.velocity[slot].length_squared();
-            if bodies.material[slot].restitution > 0.0 && (slow < 0.0 || squared > slow * slow) {
+            let bounces = slow < 0.0 || squared > slow * slow;
+            if bounces && bodies.material[slot].restitution > 0.0 || squared > quick * quick {
                 self.lively.resize(bodies.alive.len(), false);
                 self.lively[slot] = true;
                 count += 1;
@@ -163,13 +205,20 @@ impl Impacts {
                 Some((other, _)) if self.is_tired(other) => continue,
                 Some((other, hit)) => (other, hit, 0.0),
                 None => match self.look(bodies, pair, frame) {
-                    Some(hit) => (pair, hit, restitution(bodies, pair)),
+                    Some(hit) if bounces(bodies, pair, &hit, frame) => {
+                        (pair, hit, restitution(bodies, pair))
+                    }
+                    Some(hit) => (pair, hit, 0.0),
                     None => continue,
                 },
             };
             self.strike(bodies, pair, &hit, restitution, frame);
             for slot in [pair.a, pair.b] {
                 self.expect_again(bodies, pairs, slot, frame);
+            }
+            if self.is_tired(pair) {
+                self.stand(bodies, pair.a, frame);
+                self.stand(bodies, pair.b, frame);
             }
             if !last && (outran(bodies, pair.a, frame.dt) || outran(bodies, pair.b, frame.dt)) {
                 return Bounces::Ahead;
@@ -182,19 +231,32 @@ impl Impacts {
         self.count[pair.a as usize] + self.count[pair.b as usize]
     }
 
+    /// Leaves a body where it is now, with a whole step before it.
+    fn stand(&mut self, bodies: &mut Bodies, slot: u32, frame: &Frame) {
+        let slot = slot as usize;
+        if bodies.inverse_mass[slot] > 0.0 {
+            bodies.center[slot] = self.paths.there[slot];
+            let gain = fall(bodies, slot, frame) * self.paths.since[slot];
+            bodies.velocity[slot] += gain;
+            self.paths.since[slot] = 0.0;
+            self.count[slot] = IMPACTS_MAX;
+        }
+    }
+
     fn is_tired(&self, pair: &Pair) -> bool {
         let of = |slot: u32| self.count[slot as usize];
         of(pair.a) >= IMPACTS_MAX || of(pair.b) >= IMPACTS_MAX
     }
 
-    /// Queues the next bounce of a pair, if it has one.
+    /// Queues the next impact of a pair, if it has one.
     fn expect(&mut self, bodies: &Bodies, (place, pair): (u32, &Pair), frame: &Frame) {
-        let bounces = restitution(bodies, pair) > 0.0;
-        if !bounces || self.is_tired(pair) || !near(bodies, pair.a, pair.b) {
+        let fast = is_fast(bodies, pair, frame.dt, FAST);
+        let counts = fast || restitution(bodies, pair) > 0.0;
+        if !counts || self.is_tired(pair) || !near(bodies, pair.a, pair.b) {
             return;
         }
         if let Some(hit) = self.look(bodies, pair, frame)
-            && hit.closing > frame.settings.bounce_threshold
+            && (fast && goes_through(&hit, frame.dt, frame) || bounces(bodies, pair, &hit, frame))
         {
             let (time_bits, version) = (hit.time.to_bits(), self.version(pair));
             self.queue.push(Reverse(Event { time_bits, pair: place, version }));
@@ -235,7 +297,6 @@ impl Impacts {
         time: f32,
         frame: &Frame,
     ) -> Option<(&'a Pair, Hit)> {
-        let allowed = frame.settings.slop + frame.fall();
         let mut found: Option<(&Pair, Hit)> = None;
         for slot in [struck.a, struck.b] {
             if bodies.inverse_mass[slot as usize] == 0.0 {
@@ -249,13 +310,12 @@ impl Impacts {
                     continue;
                 }
                 let Some(hit) = self.look(bodies, pair, frame) else { continue };
-                let bounces = restitution(bodies, pair) > 0.0
-                    && hit.closing > frame.settings.bounce_threshold;
-                let through = (time - hit.time) * hit.closing > allowed;
+                let expected =
+                    is_fast(bodies, pair, frame.dt, FAST) || bounces(bodies, pair, &hit, frame);
                 let earlier = found.as_ref().is_none_or(|(other, best)| {
                     (hit.time, pair.a, pair.b) < (best.time, other.a, other.b)
                 });
-                if !bounces && through && earlier {
+                if !expected && earlier && goes_through(&hit, time, frame) {
                     found = Some((pair, hit));
                 }
             }
@@ -266,7 +326,7 @@ impl Impacts {
     /// The next touch of a pair as it moves now.
     fn look(&self, bodies: &Bodies, pair: &Pair, frame: &Frame) -> Option<Hit> {
         let (a, b) = (pair.a as usize, pair.b as usize);
-        let start = max(self.since[a], self.since[b]);
+        let start = max(self.paths.since[a], self.paths.since[b]);
         let left = frame.dt - start;
         let acceleration = fall(bodies, b, frame) - fall(bodies, a, frame);
         let first = bodies.velocity[b] - bodies.velocity[a];
@@ -321,13 +381,16 @@ impl Impacts {
             if bodies.inverse_mass[index] == 0.0 {
                 continue;
             }
-            bodies.velocity[index] += change;
-            bodies.center[index] -= change * hit.time;
+            let velocity = clamp_length(bodies.velocity[index] + change, frame.speed_max);
+            bodies.center[index] -= (velocity - bodies.velocity[index]) * hit.time;
+            bodies.velocity[index] = velocity;
             if self.count[index] == 0 {
                 self.struck.push(slot);
             }
             self.count[index] += 1;
-            self.since[index] = hit.time;
+            let fallen = fall(bodies, index, frame) * (0.5 * hit.time * hit.time);
+            self.paths.there[index] = bodies.center[index] + velocity * hit.time + fallen;
+            self.paths.since[index] = hit.time;
         }
         self.strikes.push(Strike { a: pair.a, b: pair.b, closing: hit.closing });
     }
@@ -338,6 +401,18 @@ impl Impacts {
 fn restitution(bodies: &Bodies, pair: &Pair) -> f32 {
     let of = |slot: u32| bodies.material[slot as usize].restitution;
     min(of(pair.a), of(pair.b))
+}
+
+/// Whether a pair bounces off each other.
+#[inline]
+fn bounces(bodies: &Bodies, pair: &Pair, hit: &Hit, frame: &Frame) -> bool {
+    hit.closing > frame.settings.bounce_threshold && restitution(bodies, pair) > 0.0
+}
+
+/// Whether a pair that nothing stops overlaps by then, by more than it may.
+#[inline]
+fn goes_through(hit: &Hit, time: f32, frame: &Frame) -> bool {
+    (time - hit.time) * hit.closing > frame.settings.slop + frame.fall()
 }
 
 /// Gravity on a body.

@@ -7,6 +7,7 @@
 //! and nothing overlaps. A row that does not push costs one comparison a sweep.
 
 use super::gap::{self, FAR, Gap, Placed};
+use super::impacts::Paths;
 use crate::bodies::Bodies;
 use crate::math::{max, min};
 use crate::pairs::{Axis, Pair, near};
@@ -71,7 +72,7 @@ pub(crate) struct Facts {
 pub(crate) fn gather(
     bodies: &Bodies,
     pairs: &[Pair],
-    since: &[f32],
+    paths: &Paths,
     (dt, fall): (f32, f32),
     rows: &mut Vec<Row>,
     facts: &mut Vec<Facts>,
@@ -85,7 +86,7 @@ pub(crate) fn gather(
         let (a, b) = (pair.a as usize, pair.b as usize);
         let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
         let path = (velocity_b - velocity_a) * dt;
-        let Some(gap) = sight(bodies, pair, path, start(since, pair) / dt) else { continue };
+        let Some(gap) = sight(bodies, paths, pair, path, dt) else { continue };
         // Their own speeds, not the relative one: what stops one of them must not let it overlap
         // the other, beside which it fell so far.
         let speeds = gap.normal.dot(velocity_a).abs() + gap.normal.dot(velocity_b).abs();
@@ -115,53 +116,49 @@ pub(crate) fn meet(bodies: &Bodies, pair: &Pair, place: u32, gap: Gap, dt: f32) 
         left: gap.separation,
         closing: max(approach, 0.0),
         struck: false,
-        fast: passes || fastest(bodies, pair) * dt > smallest(bodies, pair),
+        fast: passes || is_fast(bodies, pair, dt, 1.0),
         slid: row.press > 0.0 && !row.sticks(),
     };
     (row, facts)
 }
 
-/// Since when both paths of a pair hold, seconds into the step.
+/// The gap of a pair of which b moves by `path` in the step relative to a. Where one was struck in
+/// the step they are looked at from then on, but it is measured from where their paths begin: that
+/// may be within each other.
 #[inline]
-pub(crate) fn start(since: &[f32], pair: &Pair) -> f32 {
-    max(since[pair.a as usize], since[pair.b as usize])
-}
-
-/// The gap of a pair of which b moves by `path` in the step relative to a, looked at from where the
-/// two are after a share of it, and measured from where their paths begin: that may be within each
-/// other.
-#[inline]
-pub(crate) fn sight(bodies: &Bodies, pair: &Pair, path: Vec2, share: f32) -> Option<Gap> {
-    let (at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
-    if share == 0.0 {
+pub(crate) fn sight(
+    bodies: &Bodies,
+    paths: &Paths,
+    pair: &Pair,
+    path: Vec2,
+    dt: f32,
+) -> Option<Gap> {
+    let (mut at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
+    let start = paths.start(pair);
+    if start == 0.0 {
         return gap::between(at_a, at_b, path, pair.axis);
     }
-    at_b.center += path * share;
-    let gap = gap::between(at_a, at_b, path * (1.0 - share), pair.axis)?;
+    let begin = at_b.center - at_a.center;
+    at_a.center = paths.place(bodies, pair.a, start, dt);
+    at_b.center = paths.place(bodies, pair.b, start, dt);
+    let ahead = at_b.center - at_a.center - begin;
+    let gap = gap::between(at_a, at_b, path - ahead, pair.axis)?;
     if gap.separation == FAR {
         return Some(gap);
     }
-    Some(Gap { separation: gap.separation - gap.normal.dot(path) * share, ..gap })
+    Some(Gap { separation: gap.separation - gap.normal.dot(ahead), ..gap })
 }
 
-/// The larger speed component of a pair.
+/// Whether one of a pair moves in a step by more than so many times the smaller one's half-size.
 #[inline]
-fn fastest(bodies: &Bodies, pair: &Pair) -> f32 {
+pub(crate) fn is_fast(bodies: &Bodies, pair: &Pair, dt: f32, times: f32) -> bool {
     let speed = |slot: u32| {
         let speed = bodies.velocity[slot as usize].abs();
         max(speed.x, speed.y)
     };
-    max(speed(pair.a), speed(pair.b))
-}
-
-/// The smallest half-size of a pair.
-#[inline]
-fn smallest(bodies: &Bodies, pair: &Pair) -> f32 {
-    let smallest = |slot: u32| {
-        let half = bodies.shape[slot as usize].half_extent();
-        min(half.x, half.y)
-    };
-    min(smallest(pair.a), smallest(pair.b))
+    let thickness = |slot: u32| bodies.shape[slot as usize].thickness();
+    let path = max(speed(pair.a), speed(pair.b)) * dt;
+    path > times * min(thickness(pair.a), thickness(pair.b))
 }
 
 #[inline]

@@ -7,8 +7,8 @@
 //! whole step before it. It lives t longer, and neither energy nor a wall is lost.
 
 use super::gap::{FAR, Gap};
-use super::impacts::{Impacts, fall};
-use super::rows::{Facts, Row, sight, start};
+use super::impacts::{Impacts, Paths, fall};
+use super::rows::{Facts, Row, sight};
 use super::travel::Travel;
 use super::{Frame, doubts};
 use crate::bodies::Bodies;
@@ -34,7 +34,7 @@ pub(crate) fn settle(
     impacts.held.clear();
     for &place in island {
         let (row, facts) = (&rows[place as usize], &facts[place as usize]);
-        if start(&impacts.since, &pairs[row.pair as usize]) <= 0.0 {
+        if impacts.paths.start(&pairs[row.pair as usize]) <= 0.0 {
             continue;
         }
         let closing = -row.normal.dot(row.relative(&bodies.velocity));
@@ -50,7 +50,7 @@ pub(crate) fn settle(
     for &place in island {
         let (row, facts) = (&mut rows[place as usize], &mut facts[place as usize]);
         if impacts.held.contains(&row.a) || impacts.held.contains(&row.b) {
-            look_again(bodies, row, facts, (&pairs[row.pair as usize], &impacts.since), frame.dt);
+            look_again(bodies, row, facts, (&pairs[row.pair as usize], &impacts.paths), frame.dt);
         }
     }
     true
@@ -61,12 +61,12 @@ fn look_again(
     bodies: &mut Bodies,
     row: &mut Row,
     facts: &mut Facts,
-    (pair, since): (&Pair, &[f32]),
+    (pair, paths): (&Pair, &Paths),
     dt: f32,
 ) {
     doubts::release(bodies, row);
     let path = row.relative(&bodies.velocity) * dt;
-    let gap = sight(bodies, pair, path, start(since, pair) / dt);
+    let gap = sight(bodies, paths, pair, path, dt);
     let gap = gap.unwrap_or(Gap { normal: row.normal, separation: FAR });
     row.normal = gap.normal;
     row.bound = -max(gap.separation, 0.0) / dt;
@@ -81,14 +81,14 @@ fn stand(
     travel: &mut Travel,
     frame: &Frame,
 ) {
-    let time = impacts.since[slot];
+    let time = impacts.paths.since[slot];
     if time <= 0.0 {
         return;
     }
     let gain = fall(bodies, slot, frame) * time;
-    bodies.center[slot] += (travel.before[slot] + gain * 0.5) * time;
+    bodies.center[slot] = impacts.paths.there[slot];
     bodies.velocity[slot] += gain;
     travel.before[slot] += gain;
-    impacts.since[slot] = 0.0;
+    impacts.paths.since[slot] = 0.0;
     impacts.held.push(slot as u32);
 }

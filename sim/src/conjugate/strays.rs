@@ -1,10 +1,12 @@
 //! Strays: pairs that had no row because neither body seemed able to reach the other.
 //!
 //! Rows are made for what the speeds before the step allow. A body at rest that is hit hard may
-//! then leave its reach within the same step. So after the velocities are solved, whoever is faster
-//! than his reach is looked after: pairs that would touch with the new speeds get a row, and their
-//! islands are solved again, from the impulses that they have.
+//! then leave its reach within the same step, and a fast one may be turned towards another. So after
+//! the velocities are solved, whoever is faster than his reach, or than what he might jump over, is
+//! looked after: pairs that would touch with the new speeds get a row, and their islands are solved
+//! again, from the impulses that they have.
 
+use super::impacts::Paths;
 use super::rows::{self, Facts, Row};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::pairs::{Pair, near};
@@ -29,10 +31,11 @@ pub(crate) struct Strays {
 }
 
 impl Strays {
-    /// Gives bodies that became faster a longer reach; whether there are any.
+    /// Gives bodies that became faster a longer reach; whether there are any, or fast ones.
     pub fn reach_out(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
         self.fast.clear();
         self.fast.resize(bodies.alive.len(), false);
+        let thinnest = bodies.thinnest();
         let Bodies { moving, velocity, reach, .. } = bodies;
         let mut any = false;
         for &slot in moving.iter() {
@@ -41,9 +44,11 @@ impl Strays {
             // Half of the least reach is for what others do.
             if path > reach[slot] - REACH_MIN * 0.5 {
                 reach[slot] = REACH_MIN + path;
-                self.fast[slot] = true;
-                any = true;
+            } else if path <= thinnest {
+                continue;
             }
+            self.fast[slot] = true;
+            any = true;
         }
         any
     }
@@ -53,7 +58,7 @@ impl Strays {
         &mut self,
         bodies: &Bodies,
         pairs: &[Pair],
-        since: &[f32],
+        paths: &Paths,
         dt: f32,
         (rows, facts): (&mut Vec<Row>, &mut Vec<Facts>),
     ) -> bool {
@@ -67,7 +72,7 @@ impl Strays {
                 continue;
             }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
-            let gap = rows::sight(bodies, pair, path, rows::start(since, pair) / dt);
+            let gap = rows::sight(bodies, paths, pair, path, dt);
             if let Some(gap) = gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
                 let (row, facts) = rows::meet(bodies, pair, place, gap, dt);
                 self.rows.push(row);

@@ -40,7 +40,7 @@ impl World {
     fn meet(&mut self, settings: &Conjugate) {
         let frame = self.frame(settings);
         self.workspace.begin(&self.bodies);
-        let mut lively = self.look_around(&frame, frame.features.restitution);
+        let mut lively = self.look_around(&frame, true);
         for round in 1..=MEETINGS_MAX {
             let (bodies, pairs) = (&mut self.bodies, &self.pairs.pairs);
             if !lively {

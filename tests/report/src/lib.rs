@@ -22,6 +22,7 @@ pub mod shape;
 pub mod stability;
 pub mod study;
 pub mod summary;
+pub mod trials;
 
 use anyhow::{Context, Result};
 use clap::Parser;
