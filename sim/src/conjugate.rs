@@ -192,6 +192,12 @@ impl Workspace {
         rows::gather(bodies, pairs, paths, step, &mut self.rows, &mut self.facts);
     }
 
+    /// Who bounced, and who has rows.
+    pub fn met(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let strikes = self.impacts.strikes.iter().map(|strike| [strike.a, strike.b]);
+        strikes.chain(self.rows.iter().map(|row| [row.a, row.b]))
+    }
+
     /// Stages 3 and 4: the velocities at the end of the step.
     pub fn solve(&mut self, bodies: &mut Bodies, pairs: &[Pair], moves: &[Move], frame: &Frame) {
         impacts::mark(&mut self.impacts.strikes, &self.rows, &mut self.facts);

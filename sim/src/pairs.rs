@@ -5,6 +5,11 @@
 //! valid while bodies stay in their grown boxes; which of its pairs take part in a step is decided
 //! anew each step by an exact test. When and how the list is made therefore cannot change a bit of
 //! the result.
+//!
+//! Moving bodies are sorted along x and swept. In a world that sleeps, those that do not move are not
+//! among them: they lie in a grid (`still`), which whoever moves asks who is near.
+
+mod still;
 
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
@@ -12,9 +17,12 @@ use crate::contact::{self, Contact};
 use crate::math::{max, ordered_bits};
 use crate::shape::Aabb;
 use glam::Vec2;
+use still::Still;
 
 /// Smallest growth of a box in the list, world units.
 const MARGIN: f32 = 0.4;
+/// Growth of the box of a body that lies still, beyond its reach, world units.
+const STILL_MARGIN: f32 = 0.1;
 
 /// The axis of the face of a box that pressed on the other body in the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -45,6 +53,13 @@ impl Pair {
     fn key(&self) -> u64 {
         u64::from(self.a) << 32 | u64::from(self.b)
     }
+
+    /// Forgets what the two gave each other.
+    pub fn forget(&mut self) {
+        self.normal_impulse = 0.0;
+        self.tangent_impulse = 0.0;
+        self.axis = Axis::Free;
+    }
 }
 
 /// Which bodies may pair at all.
@@ -65,6 +80,8 @@ pub(crate) struct PairList {
     fat: Vec<Aabb>,
     /// Bodies came since the list was made, or were put elsewhere.
     stale: bool,
+    /// In a world that sleeps, all that is alive and not in the moving list.
+    still: Option<Still>,
     /// Scratch: slots sorted by left edge, keys of the pairs found, the list before.
     order: Vec<u64>,
     keys: Vec<u64>,
@@ -72,6 +89,50 @@ pub(crate) struct PairList {
 }
 
 impl PairList {
+    /// An empty list, of a world that sleeps or of one that never does.
+    pub fn new(sleeping: bool) -> PairList {
+        PairList { still: sleeping.then(Still::default), ..PairList::default() }
+    }
+
+    /// In a world that sleeps: a body left the moving list, or one came that does not move.
+    pub fn lay(&mut self, slot: u32, bodies: &Bodies) {
+        let Some(still) = &mut self.still else { return };
+        let index = slot as usize;
+        self.fat.resize(bodies.alive.len(), NOWHERE);
+        let fat = bodies.bounds(index, bodies.reach[index] + STILL_MARGIN);
+        // The list is complete for the box as it was.
+        let within = self.fat[index].contains(fat.low) && self.fat[index].contains(fat.high);
+        self.stale |= !within;
+        self.fat[index] = fat;
+        still.put(slot, &fat);
+    }
+
+    /// In a world that sleeps: a body that lay still moves, or goes.
+    pub fn lift(&mut self, slot: u32) {
+        if self.still.as_mut().is_some_and(|still| still.take(slot)) {
+            self.stale = true;
+        }
+    }
+
+    /// Brings pairs that were pushed to the end of the list to their places; of two the one with an
+    /// impulse stays.
+    pub fn merge(&mut self) {
+        self.pairs.sort_by_key(|pair| (pair.key(), pair.normal_impulse <= 0.0));
+        self.pairs.dedup_by_key(|pair| pair.key());
+        self.stale = true;
+    }
+
+    /// Shows who lies still near a body, in no particular order.
+    pub fn near_still(&self, slot: u32, bodies: &Bodies, mut show: impl FnMut(u32)) {
+        let Some(still) = &self.still else { return };
+        let bounds = bodies.bounds(slot as usize, bodies.reach[slot as usize] + STILL_MARGIN);
+        still.around(&bounds, |other| {
+            if other != slot && near(bodies, slot, other) {
+                show(other);
+            }
+        });
+    }
+
     /// A body was added, or one outside the moving list was placed elsewhere.
     pub fn invalidate(&mut self) {
         self.stale = true;
@@ -106,6 +167,7 @@ impl PairList {
         self.grow_boxes(bodies);
         self.sort_by_left_edge(bodies);
         self.sweep(bodies, filter);
+        self.look_around(bodies, filter);
         self.keys.sort_unstable();
         self.carry_impulses();
         self.stale = false;
@@ -113,9 +175,8 @@ impl PairList {
 
     /// Grows each box by what its body may travel in a few steps.
     fn grow_boxes(&mut self, bodies: &Bodies) {
-        let nowhere = Aabb { low: Vec2::ZERO, high: Vec2::ZERO };
-        self.fat.resize(bodies.alive.len(), nowhere);
-        for slot in bodies.slots() {
+        self.fat.resize(bodies.alive.len(), NOWHERE);
+        for slot in swept(bodies, self.still.is_some()) {
             let slot = slot as usize;
             let reach = bodies.reach[slot];
             self.fat[slot] = bodies.bounds(slot, reach + max(MARGIN, 2.0 * reach));
@@ -126,7 +187,7 @@ impl PairList {
         let fat = &self.fat;
         self.order.clear();
         self.order.extend(
-            bodies.slots().map(|slot| {
+            swept(bodies, self.still.is_some()).map(|slot| {
                 u64::from(ordered_bits(fat[slot as usize].low.x)) << 32 | u64::from(slot)
             }),
         );
@@ -159,6 +220,24 @@ impl PairList {
         }
     }
 
+    /// Pairs of one that moves and one that lies still.
+    fn look_around(&mut self, bodies: &Bodies, filter: Filter) {
+        let Some(still) = &self.still else { return };
+        for &a in &bodies.moving {
+            let fat_a = self.fat[a as usize];
+            let meets_a = filter.meets[usize::from(bodies.group[a as usize])];
+            let movable_a = bodies.inverse_mass[a as usize] > 0.0;
+            still.around(&fat_a, |b| {
+                let meets = meets_a >> bodies.group[b as usize] & 1 == 1;
+                let movable = movable_a || bodies.inverse_mass[b as usize] > 0.0;
+                if meets && movable && fat_a.overlaps(&self.fat[b as usize]) {
+                    let (low, high) = if a < b { (a, b) } else { (b, a) };
+                    self.keys.push(u64::from(low) << 32 | u64::from(high));
+                }
+            });
+        }
+    }
+
     /// Makes `pairs` from the sorted keys; a merge with the list before keeps the impulses.
     fn carry_impulses(&mut self) {
         std::mem::swap(&mut self.pairs, &mut self.before);
@@ -177,6 +256,15 @@ impl PairList {
             self.pairs.push(old.next_if(|pair| pair.key() == key).copied().unwrap_or(fresh));
         }
     }
+}
+
+const NOWHERE: Aabb = Aabb { low: Vec2::ZERO, high: Vec2::ZERO };
+
+/// Who is sorted and swept: all, or all that move.
+fn swept(bodies: &Bodies, moving: bool) -> impl Iterator<Item = u32> + '_ {
+    let some = if moving { bodies.moving.as_slice() } else { &[] };
+    let all = (!moving).then(|| bodies.slots());
+    some.iter().copied().chain(all.into_iter().flatten())
 }
 
 /// Whether two bodies are within reach of each other: the exact test that the list serves.

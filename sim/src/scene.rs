@@ -90,6 +90,8 @@ pub struct Scene {
     pub wind: Vec2,
     /// What solves the contacts; `None` where they are only detected.
     pub solver: Option<Solver>,
+    /// Whether bodies at rest fall asleep.
+    pub sleeping: bool,
     /// Names of the collision groups, at most [`GROUPS_MAX`].
     pub groups: Vec<String>,
     /// For each group the set of groups that it meets.
@@ -191,6 +193,7 @@ impl Scene {
             gravity: self.gravity,
             forces: self.forces(),
             solver: self.solver,
+            sleeping: self.sleeping,
             meets: self.meets,
             meets_particles: self.meets_particles,
             kill_zone: self.kill_zone,

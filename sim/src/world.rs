@@ -1,6 +1,7 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
 mod conjugate;
+mod sleep;
 mod state;
 
 pub use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
@@ -18,6 +19,7 @@ use crate::relaxation::{self, Row};
 use crate::shape::{Aabb, Shape};
 use crate::solver::Solver;
 use glam::Vec2;
+use sleep::Sleep;
 
 /// Longest step that a world takes, seconds.
 pub const STEP_MAX: f32 = 0.1;
@@ -34,6 +36,9 @@ pub struct WorldSettings {
     pub forces: Option<ForceSettings>,
     /// What solves the contacts; `None` detects them and solves nothing (chapter project 9.1).
     pub solver: Option<Solver>,
+    /// Whether islands at rest fall asleep: they cost nothing until something happens to them. Only
+    /// with the conjugate solver.
+    pub sleeping: bool,
     /// For each group, the set of groups that it meets, one bit each; symmetric.
     pub meets: [u32; GROUPS_MAX],
     /// Groups that push particles out, one bit each.
@@ -63,6 +68,7 @@ impl Default for WorldSettings {
             gravity: Vec2::new(0.0, -50.0),
             forces: None,
             solver: Some(Solver::default()),
+            sleeping: false,
             meets: [u32::MAX; GROUPS_MAX],
             meets_particles: u32::MAX,
             kill_zone: Aabb { low: Vec2::splat(-1e5), high: Vec2::splat(1e5) },
@@ -140,6 +146,7 @@ pub struct World {
     settings: WorldSettings,
     bodies: Bodies,
     pairs: PairList,
+    sleep: Sleep,
     particles: Particles,
     forces: Option<Forces>,
     touches: Vec<Touch>,
@@ -165,9 +172,10 @@ impl World {
             particles: Particles::new(settings.recipes.clone(), settings.particles_max),
             forces: settings.forces.as_ref().map(Forces::new),
             features: settings.features,
+            pairs: PairList::new(settings.sleeping),
             settings,
             bodies: Bodies::default(),
-            pairs: PairList::default(),
+            sleep: Sleep::default(),
             touches: Vec::new(),
             departed: Vec::new(),
             passes: 0,
@@ -192,6 +200,7 @@ impl World {
             Some(forces) => forces.added(id.index, def.drag),
             None => assert!(def.drag == Drag::NONE, "drag in a world without forces"),
         }
+        self.welcome(id);
         Some(id)
     }
 
@@ -200,7 +209,9 @@ impl World {
         if !self.bodies.contains(id) {
             return false;
         }
+        self.disturb(id);
         self.pairs.removed(id.index);
+        self.pairs.lift(id.index);
         self.touches.retain(|touch| touch.a != id && touch.b != id);
         if let Some(forces) = &mut self.forces {
             forces.removed(id);
@@ -283,9 +294,9 @@ impl World {
     /// Adds a spring; `false` when `springs_max` is reached. Panics on numbers outside their
     /// documented ranges, if a body is gone, and in a world without forces.
     pub fn add_spring(&mut self, spring: Spring) -> bool {
-        self.bodies.index(spring.body);
+        self.disturb(spring.body);
         if let SpringEnd::Body(other) = spring.end {
-            self.bodies.index(other);
+            self.disturb(other);
         }
         self.forces.as_mut().expect("a spring in a world without forces").add_spring(spring)
     }
@@ -299,8 +310,14 @@ impl World {
     pub fn set_position(&mut self, id: BodyId, position: Vec2) {
         assert!(position.is_finite(), "position {position} must be finite");
         let index = self.bodies.index(id);
+        if self.settings.sleeping && self.bodies.center[index] == position {
+            return;
+        }
+        self.disturb(id);
+        self.pairs.lift(id.index);
         self.bodies.center[index] = position;
         self.pairs.invalidate();
+        self.welcome(id);
     }
 
     /// Sets a velocity. Panics unless finite, and on a static body unless zero (C20).
@@ -309,7 +326,10 @@ impl World {
         let index = self.bodies.index(id);
         let still = self.bodies.motion[index] != Motion::Static || velocity == Vec2::ZERO;
         assert!(still, "static body {} cannot have velocity {velocity}", id.index);
-        self.bodies.velocity[index] = velocity;
+        if self.bodies.velocity[index] != velocity {
+            self.disturb(id);
+            self.bodies.velocity[index] = velocity;
+        }
     }
 
     /// Sets the mass of a dynamic body. Panics unless positive and finite.
@@ -318,6 +338,7 @@ impl World {
         assert!((1.0 / mass).is_finite(), "mass {mass} is out of range");
         let index = self.bodies.index(id);
         assert!(self.bodies.motion[index] == Motion::Dynamic, "only dynamic bodies have a mass");
+        self.disturb(id);
         self.bodies.inverse_mass[index] = 1.0 / mass;
     }
 
@@ -325,7 +346,18 @@ impl World {
     pub fn set_gravity_scale(&mut self, id: BodyId, scale: f32) {
         assert!(scale.is_finite(), "gravity scale {scale} must be finite");
         let index = self.bodies.index(id);
-        self.bodies.gravity_scale[index] = scale;
+        if self.bodies.gravity_scale[index] != scale {
+            self.disturb(id);
+            self.bodies.gravity_scale[index] = scale;
+        }
+    }
+
+    /// Changes gravity, units/s^2; everybody wakes. It is a setting, not state: who restores such a
+    /// world gives the settings that it has. Panics unless finite.
+    pub fn set_gravity(&mut self, gravity: Vec2) {
+        assert!(gravity.is_finite(), "gravity {gravity} must be finite");
+        self.settings.gravity = gravity;
+        self.wake_all();
     }
 
     /// The existing body with the lowest index that strictly contains the point and satisfies
@@ -350,6 +382,9 @@ impl World {
             Some(Solver::Relaxation(_)) | None => self.step_relaxation(watch),
         }
         self.remove_departed();
+        if self.settings.sleeping {
+            self.fall_asleep();
+        }
         debug_assert!(self.is_finite(), "a step made a state that is not finite");
     }
 
@@ -427,6 +462,7 @@ impl World {
         let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
         if let Some(forces) = &mut self.forces {
             forces.find_moves(&self.bodies, Surroundings { gravity, dt, speed_max });
+            forces.moves.retain(|found| !self.sleep.has(found.slot));
         }
     }
 
@@ -588,6 +624,8 @@ fn check(settings: &WorldSettings) {
     if let Some(solver) = &settings.solver {
         solver.check();
     }
+    let conjugate = matches!(settings.solver, Some(Solver::Conjugate(_)));
+    assert!(conjugate || !settings.sleeping, "only worlds of the conjugate solver sleep");
     for (group, &meets) in settings.meets.iter().enumerate() {
         for other in 0..GROUPS_MAX {
             let mirrored = settings.meets[other] >> group & 1;

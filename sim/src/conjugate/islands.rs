@@ -37,8 +37,12 @@ impl Islands {
 
     /// Finds the islands of the rows among `slots` bodies.
     pub fn find(&mut self, slots: usize, rows: &[Row]) {
-        self.parent.clear();
-        self.parent.extend(0..slots as u32);
+        self.parent.resize(slots, 0);
+        self.number.resize(slots, NONE);
+        for slot in rows.iter().flat_map(|row| [row.a, row.b]) {
+            self.parent[slot as usize] = slot;
+            self.number[slot as usize] = NONE;
+        }
         for row in rows.iter().filter(|row| row.is_free()) {
             let (a, b) = (root(&mut self.parent, row.a), root(&mut self.parent, row.b));
             // The lower slot stands for both.
@@ -48,14 +52,12 @@ impl Islands {
                 self.parent[a as usize] = b;
             }
         }
-        self.count_rows(slots, rows);
+        self.count_rows(rows);
         self.place_rows();
     }
 
     /// Numbers the islands and counts their rows into `starts`.
-    fn count_rows(&mut self, slots: usize, rows: &[Row]) {
-        self.number.clear();
-        self.number.resize(slots, NONE);
+    fn count_rows(&mut self, rows: &[Row]) {
         self.of_row.clear();
         self.starts.clear();
         for row in rows {

@@ -23,16 +23,17 @@ pub(crate) struct Travel {
     pub before: Vec<Vec2>,
     /// Weights of v0 in the path, in [0, 0.5].
     weight: Vec<Vec2>,
-    /// The path of this step.
+    /// The path of this step; zero between steps, and always of what does not move.
     path: Vec<Vec2>,
 }
 
 /// Gravity: remembers the velocities before it, and adds what it gives in the step.
 pub(crate) fn accelerate(bodies: &mut Bodies, gain: Vec2, speed_max: f32, travel: &mut Travel) {
-    travel.before.clone_from(&bodies.velocity);
+    travel.before.resize(bodies.alive.len(), Vec2::ZERO);
     let Bodies { moving, velocity, gravity_scale, motion, .. } = bodies;
     for &slot in moving.iter() {
         let slot = slot as usize;
+        travel.before[slot] = velocity[slot];
         if motion[slot] == Motion::Dynamic {
             velocity[slot] = clamp_length(velocity[slot] + gain * gravity_scale[slot], speed_max);
         }
@@ -57,10 +58,11 @@ pub(crate) fn go(
     travel: &mut Travel,
     dt: f32,
 ) {
-    travel.weight.clear();
-    travel.weight.resize(bodies.alive.len(), Vec2::splat(FREE));
-    travel.path.clear();
+    travel.weight.resize(bodies.alive.len(), Vec2::ZERO);
     travel.path.resize(bodies.alive.len(), Vec2::ZERO);
+    for &slot in &bodies.moving {
+        travel.weight[slot as usize] = Vec2::splat(FREE);
+    }
     for (row, facts) in rows.iter().zip(&*facts).filter(|(row, _)| row.press > 0.0) {
         hold(row, row.normal, 0.0, &mut travel.weight);
         let limit = row.friction * row.press;
@@ -78,6 +80,9 @@ pub(crate) fn go(
     }
     for (row, facts) in rows.iter().zip(facts) {
         facts.left = left(row, facts, travel);
+    }
+    for &slot in &bodies.moving {
+        travel.path[slot as usize] = Vec2::ZERO;
     }
 }
 

@@ -27,6 +27,7 @@ pub(super) const FIELDS: &[&str] = &[
     "drag",
     "wind",
     "solver",
+    "sleeping",
     "relaxation",
     "conjugate",
     "groups",
@@ -68,6 +69,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
     let title = root.need("title", "a name for people")?.text(TITLE_CHARS_MAX)?;
     let size = root.need("size", "[width, height]")?.vector(Range::from(1.0, SIZE_MAX))?;
     let solver = solver::solver(root)?;
+    let sleeping = solver::sleeping(root, solver)?;
     let groups = Groups::read(root)?;
     let tools = tools(root)?;
     let mut recipes = Recipes::read(root)?;
@@ -84,6 +86,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         gravity: root.vector("gravity", Vec2::new(0.0, -50.0), SPEED)?,
         wind: Vec2::ZERO,
         solver,
+        sleeping,
         groups: groups.names,
         meets: groups.meets,
         meets_particles: groups.meets_particles,

@@ -41,6 +41,20 @@ pub(super) fn solver(root: &Table) -> Result<Option<Solver>, SceneError> {
     Ok(Some(Solver::Relaxation(relaxation(root)?)))
 }
 
+/// Reads `sleeping`: only islands can sleep, and only the conjugate solver has them.
+pub(super) fn sleeping(root: &Table, solver: Option<Solver>) -> Result<bool, SceneError> {
+    let conjugate = matches!(solver, Some(Solver::Conjugate(_)));
+    let asked = root.get("sleeping").map(|field| field.truth()).transpose()?;
+    match asked {
+        Some(true) if !conjugate => {
+            let found = "true without solver = \"conjugate\"".to_owned();
+            Err(root.error("sleeping", found, "true only with the conjugate solver".to_owned()))
+        }
+        Some(asked) => Ok(asked),
+        None => Ok(conjugate),
+    }
+}
+
 /// Refuses a field that contradicts another one.
 fn refuse(root: &Table, name: &str, beside: &str) -> Result<(), SceneError> {
     match root.get(name) {

@@ -62,6 +62,14 @@ fn refused(from: &str, to: &str, line: usize, field: &str, found: &str, allowed:
 }
 
 #[test]
+fn only_scenes_of_the_conjugate_solver_sleep() {
+    let parse = |lines: &str| Scene::parse("a.toml", &SMALL.replace("gravity = [0, -10]", lines));
+    let sleeps = |lines: &str| parse(lines).expect("a scene").world_settings().sleeping;
+    assert!(!sleeps("gravity = [0, -10]") && !sleeps("sleeping = false"));
+    assert_eq!(parse("sleeping = true").expect_err("relaxation").field, "sleeping");
+}
+
+#[test]
 fn every_shipped_scene_parses() {
     for (file, source) in BUILT_IN {
         if let Err(error) = Scene::parse(file, source) {

@@ -14,13 +14,17 @@ impl World {
         settings: Conjugate,
         watch: &mut impl FnMut(Phase, &mut World),
     ) {
+        self.remember();
         self.meet(&settings);
+        while self.wake_touched() {
+            self.meet(&settings);
+        }
         watch(Phase::Pairs, self);
-        self.find_moves();
-        let frame = self.frame(&settings);
-        let moves = self.forces.as_ref().map_or(&[][..], |forces| &forces.moves);
-        self.workspace.solve(&mut self.bodies, &self.pairs.pairs, moves, &frame);
-        self.catch_strays(&settings);
+        self.find_velocities(&settings);
+        while self.wake_touched() {
+            self.meet(&settings);
+            self.find_velocities(&settings);
+        }
         self.workspace.store(&self.bodies, &mut self.pairs.pairs);
         self.passes = self.workspace.sweeps;
         watch(Phase::Relax, self);
@@ -60,6 +64,14 @@ impl World {
         let lively = self.workspace.reach(&mut self.bodies, frame, bounces);
         self.refresh_pairs();
         lively
+    }
+
+    fn find_velocities(&mut self, settings: &Conjugate) {
+        self.find_moves();
+        let frame = self.frame(settings);
+        let moves = self.forces.as_ref().map_or(&[][..], |forces| &forces.moves);
+        self.workspace.solve(&mut self.bodies, &self.pairs.pairs, moves, &frame);
+        self.catch_strays(settings);
     }
 
     /// Solves again as long as the speeds that were found bring new pairs together.

@@ -3,8 +3,9 @@
 //! What is kept is what the next step depends on, and no more: the pair list comes back as the
 //! pairs that hold or touch, since it is only an accelerator, and what most bodies share (size,
 //! mass, material) is kept once in a palette. A body takes 26 bytes of its own and 28 in the
-//! palette at worst; a contact 17.
+//! palette at worst, and 6 more in a world that sleeps; a contact 17.
 
+use super::sleep::Rest;
 use super::{Touch, World, WorldSettings};
 use crate::bodies::{Bodies, Material};
 use crate::body::{GROUPS_MAX, Motion};
@@ -82,19 +83,31 @@ impl World {
             words.bits(Subject::Body(id), "life", id.generation << 1 | u32::from(alive));
         }
         bodies.slots().for_each(|slot| body_words(bodies, slot, words));
-        for pair in self.pairs.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
-            let subject = Subject::Contact { a: pair.a, b: pair.b };
-            words.bits(subject, "bodies", pair.a);
-            words.bits(subject, "bodies", pair.b);
-            words.number(subject, "normal impulse", pair.normal_impulse);
-            words.number(subject, "tangent impulse", pair.tangent_impulse);
-            if pair.axis != Axis::Free {
-                words.bits(subject, "axis", pair.axis as u32);
-            }
+        self.pairs.pairs.iter().for_each(|pair| pair_words(pair, words));
+        if self.settings.sleeping {
+            self.rest_words(words);
         }
         self.particles.words(words);
         if let Some(forces) = &self.forces {
             forces.words(bodies, words);
+        }
+    }
+
+    /// Of every body that can move, with whom it sleeps or for how long it was still; the impulses
+    /// of each sleeping island with its lowest slot.
+    fn rest_words(&self, words: &mut impl Words) {
+        let bodies = &self.bodies;
+        for slot in bodies.slots() {
+            if bodies.motion[slot as usize] == Motion::Static {
+                continue;
+            }
+            let subject = Subject::Body(bodies.id(slot));
+            let (lowest, rested) = self.rest_of(slot);
+            words.bits(subject, "lowest body of its sleeping island", lowest);
+            words.bits(subject, "steps at rest", u32::from(rested));
+            if let Some(dormant) = self.dormant(slot).filter(|_| lowest == slot) {
+                dormant.pairs.iter().for_each(|pair| pair_words(pair, words));
+            }
         }
     }
 
@@ -125,13 +138,20 @@ impl World {
                 out.vector(bodies.velocity[slot]);
                 out.number(bodies.calm[slot]);
             }
+            if sort.is_some() && self.settings.sleeping {
+                let (lowest, rested) = self.rest_of(slot as u32);
+                out.word(lowest);
+                out.short(rested);
+            }
         }
     }
 
     /// Pairs that hold or touch, in (a, b) order.
     fn save_contacts(&self, out: &mut StateWriter) {
         let mut contacts = BTreeMap::new();
-        for pair in self.pairs.pairs.iter().filter(|pair| pair.normal_impulse > 0.0) {
+        let asleep = self.sleep.islands.iter().flat_map(|dormant| &dormant.pairs);
+        let pairs = self.pairs.pairs.iter().chain(asleep);
+        for pair in pairs.filter(|pair| pair.normal_impulse > 0.0) {
             let flags = match pair.axis {
                 Axis::Free => 0,
                 Axis::X => ALONG_X,
@@ -139,7 +159,8 @@ impl World {
             };
             contacts.insert((pair.a, pair.b), (flags, pair.normal_impulse, pair.tangent_impulse));
         }
-        for touch in &self.touches {
+        let asleep = self.sleep.islands.iter().flat_map(|dormant| &dormant.touches);
+        for touch in self.touches.iter().chain(asleep) {
             contacts.entry((touch.a.index, touch.b.index)).or_insert((0, 0.0, 0.0)).0 |= TOUCHING;
         }
         out.word(contacts.len() as u32);
@@ -157,7 +178,14 @@ impl World {
         bytes: &mut StateReader,
     ) -> Result<World, StateError> {
         let mut world = World::new(settings);
-        world.bodies = read_bodies(world.settings.bodies_max, bytes)?;
+        let mut rests = world.settings.sleeping.then(Vec::new);
+        world.bodies = read_bodies(world.settings.bodies_max, rests.as_mut(), bytes)?;
+        if let Some(rests) = rests {
+            for (slot, rest) in rests {
+                bytes.check(world.restore_rest(slot, rest), "sleep")?;
+            }
+            world.settle_rest();
+        }
         world.read_contacts(bytes)?;
         let (recipes, limit) = (world.settings.recipes.clone(), world.settings.particles_max);
         world.particles = Particles::restore(recipes, limit, bytes)?;
@@ -203,10 +231,17 @@ impl World {
             if normal_impulse > 0.0 {
                 let warm_normal = Vec2::ZERO;
                 let pair = Pair { a, b, normal_impulse, tangent_impulse, axis, warm_normal };
-                self.pairs.pairs.push(pair);
+                match self.dormant_of(a, b) {
+                    Some(dormant) => dormant.pairs.push(pair),
+                    None => self.pairs.pairs.push(pair),
+                }
             }
             if flags & TOUCHING != 0 {
-                self.touches.push(touch_again(&self.bodies, a, b));
+                let touch = touch_again(&self.bodies, a, b);
+                match self.dormant_of(a, b) {
+                    Some(dormant) => dormant.touches.push(touch),
+                    None => self.touches.push(touch),
+                }
             }
         }
         Ok(())
@@ -223,6 +258,20 @@ fn touch_again(bodies: &Bodies, a: u32, b: u32) -> Touch {
         depth: contact.map_or(0.0, |contact| contact.depth),
         closing: 0.0,
         began: false,
+    }
+}
+
+fn pair_words(pair: &Pair, words: &mut impl Words) {
+    if pair.normal_impulse <= 0.0 {
+        return;
+    }
+    let subject = Subject::Contact { a: pair.a, b: pair.b };
+    words.bits(subject, "bodies", pair.a);
+    words.bits(subject, "bodies", pair.b);
+    words.number(subject, "normal impulse", pair.normal_impulse);
+    words.number(subject, "tangent impulse", pair.tangent_impulse);
+    if pair.axis != Axis::Free {
+        words.bits(subject, "axis", pair.axis as u32);
     }
 }
 
@@ -329,7 +378,12 @@ impl Sort {
     }
 }
 
-fn read_bodies(bodies_max: usize, bytes: &mut StateReader) -> Result<Bodies, StateError> {
+/// In a world that sleeps, `rests` takes of every body what [`Rest`] is.
+fn read_bodies(
+    bodies_max: usize,
+    mut rests: Option<&mut Vec<(u32, Rest)>>,
+    bytes: &mut StateReader,
+) -> Result<Bodies, StateError> {
     let count = bytes.count(bodies_max, SORT_BYTES, "number of sorts")?;
     let sorts = (0..count).map(|_| Sort::read(bytes)).collect::<Result<Vec<_>, _>>()?;
     let mut bodies = Bodies::default();
@@ -347,6 +401,10 @@ fn read_bodies(bodies_max: usize, bytes: &mut StateReader) -> Result<Bodies, Sta
         bytes.check(still, "velocity of a static body")?;
         let calm = bytes.number("calmness")?;
         bytes.check((0.0..=1.0).contains(&calm), "calmness")?;
+        if let Some(rests) = &mut rests {
+            let rest = (bytes.word("sleep")?, bytes.short("steps at rest")?);
+            rests.push((slot as u32, rest));
+        }
         bodies.shape[slot] = sort.shape;
         bodies.half[slot] = sort.shape.half_extent();
         bodies.center[slot] = center;
