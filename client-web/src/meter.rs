@@ -1,6 +1,6 @@
 //! Figures of a connection and of drawing, over the last second.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 /// Time over which rates are measured, milliseconds.
 const WINDOW_MS: f64 = 1000.0;
@@ -13,6 +13,8 @@ pub struct Meter {
     received: VecDeque<(f64, usize)>,
     frames: VecDeque<f64>,
     ping_ms: Option<f64>,
+    sections: BTreeMap<&'static str, u64>,
+    emitters: u64,
 }
 
 impl Meter {
@@ -22,6 +24,24 @@ impl Meter {
         while self.received.front().is_some_and(|(at, _)| *at < now_ms - WINDOW_MS) {
             self.received.pop_front();
         }
+    }
+
+    /// A snapshot came with these sections, and so many of its events started an emitter.
+    pub fn snapshot(&mut self, sections: &[&'static str], emitters: usize) {
+        for &section in sections {
+            *self.sections.entry(section).or_default() += 1;
+        }
+        self.emitters += emitters as u64;
+    }
+
+    /// For each section that ever came, in how many snapshots.
+    pub fn sections(&self) -> &BTreeMap<&'static str, u64> {
+        &self.sections
+    }
+
+    /// Events that started emitters.
+    pub fn emitters(&self) -> u64 {
+        self.emitters
     }
 
     /// A frame was drawn.

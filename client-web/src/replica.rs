@@ -6,6 +6,7 @@ use crate::overlap;
 use crate::timeline::{Sample, Timeline};
 use jostle_protocol::{Appearance, PlayerState, Snapshot, TimedEvent};
 use jostle_sim::particle::{Obstacle, dequantise, quantise};
+use jostle_sim::scene::Plan;
 use jostle_sim::{
     BodyId, Event, Kind, Motion, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2,
 };
@@ -55,6 +56,8 @@ struct Flash {
 pub struct Replica {
     /// The scene that is played.
     pub scene: Arc<Scene>,
+    /// What it needs.
+    pub plan: Plan,
     /// Own seat.
     pub seat: Seat,
     /// The word in the room's link.
@@ -79,6 +82,7 @@ impl Replica {
     /// An empty copy of a room that plays `scene`.
     pub fn new(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
         Replica {
+            plan: Plan::of(&scene),
             timeline: Timeline::new(scene.quantum, scene.speed_max),
             particles: Particles::new(scene.recipes.clone(), scene.particles_max),
             scene,
@@ -156,8 +160,11 @@ impl Replica {
             self.play_event(timed);
         }
         self.timeline.sample(f64::from(tick), &mut self.samples);
-        let obstacles = obstacles(&self.scene, &self.samples);
         let samples = &self.samples;
+        let obstacles = match self.particles.is_empty() {
+            true => Vec::new(),
+            false => obstacles(&self.scene, samples),
+        };
         let quantum = self.scene.quantum;
         self.particles.step(&obstacles, |id| {
             let place = samples.binary_search_by_key(&id.index, |s| s.id.index).ok()?;

@@ -24,6 +24,20 @@ mod section {
     pub const KEYFRAME: u8 = BIRTHS | PLAYERS_NEW | EVENTS;
 }
 
+/// Names of the sections, in the order of their bits.
+const SECTION_NAMES: [&str; 7] =
+    ["deaths", "moves", "births", "players gone", "players changed", "players new", "events"];
+
+/// See [`Snapshot::section_names`].
+pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
+    let mut reader = Reader::new(bytes);
+    reader.leb32("tick")?;
+    reader.leb64("baseline")?;
+    let sections = reader.byte("sections")?;
+    let present = |(bit, _): &(usize, &'static str)| sections >> bit & 1 == 1;
+    Ok(SECTION_NAMES.into_iter().enumerate().filter(present).map(|(_, name)| name).collect())
+}
+
 /// See [`Snapshot::encode`].
 pub fn encode(snapshot: &Snapshot, baseline: Option<&Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
     let nothing = Snapshot::default();

@@ -96,6 +96,11 @@ impl Snapshot {
     ) -> Result<(Snapshot, Vec<TimedEvent>), DecodeError> {
         codec::decode(bytes, baseline)
     }
+
+    /// Names of the sections that a coded snapshot has, read from its head alone.
+    pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
+        codec::section_names(bytes)
+    }
 }
 
 fn visible(body: BodyInfo) -> SnapshotBody {

@@ -37,9 +37,27 @@ pub struct State {
     /// Frames drawn since the page was opened.
     #[serde(default)]
     pub drawn_frames: u64,
+    /// What the graphics have made, once they draw.
+    #[serde(default)]
+    pub gpu: Option<Gpu>,
+    /// For each section of a snapshot that ever came, in how many.
+    #[serde(default)]
+    pub sections: Option<BTreeMap<String, u64>>,
+    /// Events received that started emitters.
+    #[serde(default)]
+    pub emitter_events: u64,
     /// The replay that is watched.
     #[serde(default)]
     pub replay: Option<Shown>,
+}
+
+/// What the graphics have made.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct Gpu {
+    /// Names of the pipelines.
+    pub pipelines: Vec<String>,
+    /// Bytes of the texels of each texture.
+    pub textures: BTreeMap<String, u64>,
 }
 
 /// A replay as it is watched.

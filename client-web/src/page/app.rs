@@ -13,6 +13,7 @@ use super::{deck, dom, files, modal, notice, profile};
 use crate::api;
 use crate::demo::{Demo, DemoRequest};
 use crate::quality::Quality;
+use crate::render::Made;
 use crate::words::{self, Notice, Way};
 use jostle_protocol::Appearance;
 use jostle_sim::{Buttons, Scene};
@@ -372,6 +373,7 @@ impl App {
         else {
             return;
         };
+        graphics.prepare(&watch.film.replica().plan);
         let Some(frame) = watch.picture(self.calm) else { return };
         let drawn = graphics.draw(&frame);
         let view = frame.view;
@@ -395,6 +397,7 @@ impl App {
     fn draw(&mut self, now_ms: f64) {
         let (Some(play), Some(graphics)) = (&mut self.play, &mut self.graphics) else { return };
         let Some(picture) = play.picture((now_ms / 1000.0) as f32, self.calm) else { return };
+        graphics.prepare(&picture.replica.plan);
         let drawn = graphics.draw(&picture.frame);
         let css_per_pixel = css_per_pixel(picture.frame.view.pixels);
         self.tags.update(picture.replica, &picture.frame.view, css_per_pixel);
@@ -402,6 +405,11 @@ impl App {
             play.meter.drawn(now_ms);
             self.note_drawn();
         }
+    }
+
+    /// What the graphics have made, while there are any.
+    pub fn made(&self) -> Option<Made> {
+        self.graphics.as_ref().map(Graphics::made)
     }
 
     /// Sets up drawing when it is first needed.

@@ -4,7 +4,8 @@
 use super::dom;
 use crate::draw::DrawList;
 use crate::frame::Frame;
-use crate::render::Renderer;
+use crate::render::{Made, Renderer};
+use jostle_sim::scene::Plan;
 use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -78,6 +79,16 @@ impl Graphics {
             self.surface.configure(&self.device, &self.configuration);
         }
         Some(size)
+    }
+
+    /// Makes what a scene needs and is not there yet; what an earlier scene needed stays.
+    pub fn prepare(&mut self, plan: &Plan) {
+        self.renderer.prepare(&self.device, &self.queue, plan.into());
+    }
+
+    /// What has been made so far.
+    pub fn made(&self) -> Made {
+        self.renderer.made()
     }
 
     /// Draws one frame of the size that `fit` gave; `false` if there was nothing to draw on.

@@ -2,10 +2,12 @@
 
 use super::app;
 use super::watch::Watch;
+use crate::render::Made;
 use crate::replica::Replica;
 use jostle_protocol::PlayerState;
 use jostle_sim::Vec2;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// What is on display now, as JSON.
@@ -50,8 +52,19 @@ fn describe(app: &app::App) -> Value {
         "players": players.iter().map(player).collect::<Vec<_>>(),
         "fps": meter.map_or(0, |meter| meter.frames_a_second(now)),
         "drawn_frames": app.drawn_frames,
+        "gpu": app.made().map(gpu),
+        "sections": meter.map(|meter| meter.sections()),
+        "emitter_events": meter.map_or(0, |meter| meter.emitters()),
         "hash": app.play.as_ref().and_then(|play| play.state_hash()).map(hex),
         "replay": watch.map(replay),
+    })
+}
+
+fn gpu(made: Made) -> Value {
+    let textures = made.textures.iter().map(|(name, bytes)| (*name, *bytes));
+    json!({
+        "pipelines": made.pipelines,
+        "textures": textures.collect::<BTreeMap<_, _>>(),
     })
 }
 

@@ -13,8 +13,10 @@ use crate::meter::Meter;
 use crate::reconnect::Backoff;
 use crate::replica::{Eye, Replica};
 use crate::words::{self, Notice};
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
-use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
+use jostle_protocol::{
+    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, TimedEvent, VERSION,
+};
+use jostle_sim::{Event, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -320,6 +322,9 @@ impl Play {
         match Snapshot::decode(coded, replica.newest()) {
             Ok((snapshot, events)) => {
                 self.clock.arrived(snapshot.tick, now_ms);
+                let starts = |timed: &&TimedEvent| matches!(timed.event, Event::EmitterStarted(_));
+                let sections = Snapshot::section_names(coded).unwrap_or_default();
+                self.meter.snapshot(&sections, events.iter().filter(starts).count());
                 replica.file(snapshot, events);
                 self.prove(now_ms);
             }

@@ -13,15 +13,31 @@ mod solids;
 
 use crate::draw::DrawList;
 use buffers::QuadIndices;
+use jostle_sim::scene::{Part, Plan};
 use particles::ParticlePass;
 use shared::Shared;
 use solids::SolidPass;
 
-/// What a scene needs beyond the stage and solid bodies.
+/// What a scene needs beyond the stage and solid bodies: told by its plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
-    /// It has particle recipes.
+    /// Something in it can make particles.
     pub particles: bool,
+}
+
+impl From<&Plan> for Features {
+    fn from(plan: &Plan) -> Features {
+        Features { particles: plan.uses(Part::Particles) }
+    }
+}
+
+/// What a renderer has made on its device, for whoever wants to know what a scene costs there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Made {
+    /// Names of the pipelines.
+    pub pipelines: Vec<&'static str>,
+    /// Names of the textures, and bytes of their texels.
+    pub textures: Vec<(&'static str, u64)>,
 }
 
 /// Pipelines, buffers and textures for one device.
@@ -62,6 +78,19 @@ impl Renderer {
     /// What has been made so far.
     pub fn features(&self) -> Features {
         Features { particles: self.particles.is_some() }
+    }
+
+    /// All pipelines and textures so far.
+    pub fn made(&self) -> Made {
+        let mut made = Made {
+            pipelines: vec!["ground", "solids"],
+            textures: vec![("light", texel_bytes(&self.shared.light))],
+        };
+        if let Some(particles) = &self.particles {
+            made.pipelines.push("particles");
+            made.textures.push(("particle sprite", texel_bytes(&particles.sprite)));
+        }
+        made
     }
 
     /// Draws one frame into `target`, which is `size` pixels large, and submits it.
@@ -124,6 +153,11 @@ impl Renderer {
         }
         self.solids.record(pass, overlay..end);
     }
+}
+
+/// Four bytes a texel, as all of them have.
+fn texel_bytes(texture: &wgpu::Texture) -> u64 {
+    u64::from(texture.width()) * u64::from(texture.height()) * 4
 }
 
 fn ground_pipeline(

@@ -21,6 +21,8 @@ const ADDITIVE: wgpu::BlendState = wgpu::BlendState {
 /// Pipeline, sprite and vertices of particles.
 pub struct ParticlePass {
     pipeline: wgpu::RenderPipeline,
+    /// The one picture.
+    pub sprite: wgpu::Texture,
     group: wgpu::BindGroup,
     vertices: VertexStore,
 }
@@ -37,9 +39,12 @@ impl ParticlePass {
             label: Some("particles"),
             entries: &[shared::texture_entry(0), shared::sampler_entry(1)],
         });
+        let sprite = shared::texture(device, "particle sprite", sprite::SIDE as u32);
+        shared::write_texture(queue, &sprite, &sprite::particle_texels());
         ParticlePass {
             pipeline: pipeline(device, shared, &layout, format),
-            group: sprite_group(device, queue, &layout),
+            group: sprite_group(device, &sprite, &layout),
+            sprite,
             vertices: VertexStore::new("particles"),
         }
     }
@@ -93,11 +98,9 @@ fn pipeline(
 
 fn sprite_group(
     device: &wgpu::Device,
-    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
     layout: &wgpu::BindGroupLayout,
 ) -> wgpu::BindGroup {
-    let texture = shared::texture(device, "particle sprite", sprite::SIDE as u32);
-    shared::write_texture(queue, &texture, &sprite::particle_texels());
     let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
     let sampler = shared::sampler(device);
     device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -5,7 +5,8 @@ use crate::draw::{DrawList, Globals, LIGHT_CELLS};
 /// Bind group 0 and what is behind it.
 pub struct Shared {
     globals: wgpu::Buffer,
-    light: wgpu::Texture,
+    /// What glowing things throw on others.
+    pub light: wgpu::Texture,
     /// Layout of `group`.
     pub layout: wgpu::BindGroupLayout,
     /// The uniform block, the light texture and its sampler.

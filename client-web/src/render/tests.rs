@@ -5,7 +5,8 @@ use super::headless::{Headless, HeadlessError, Picture};
 use crate::draw::DrawList;
 use crate::frame::{Frame, FrameBody, View};
 use crate::palette::{self, INK};
-use jostle_sim::{BodyId, EmitterDef, Kind, Particles, Recipe, Shape, Source, Vec2};
+use jostle_sim::scene::Plan;
+use jostle_sim::{BodyId, EmitterDef, Kind, Particles, Recipe, Scene, Shape, Source, Vec2};
 use std::io::Write;
 
 /// Far outside of the world, where the ground is one dark colour.
@@ -117,8 +118,21 @@ fn a_scene_without_particles_makes_no_particle_pipeline() {
     let hero = body(Kind::Hero, Shape::rect(16.0, 22.0));
     draw(&mut headless, &frame(DARK, &[hero], &Particles::default()));
     assert_eq!(headless.renderer().features(), Features { particles: false });
+    assert_eq!(headless.renderer().made().pipelines, ["ground", "solids"]);
     draw(&mut headless, &frame(DARK, &[hero], &heap(1, [1.0; 3], DARK)));
     assert_eq!(headless.renderer().features(), Features { particles: true });
+    let made = headless.renderer().made();
+    assert_eq!(made.pipelines, ["ground", "solids", "particles"]);
+    assert_eq!(made.textures[1], ("particle sprite", 64 * 64 * 4));
+}
+
+#[test]
+fn a_scenes_plan_says_what_is_made_for_it() {
+    for scene in Scene::built_in() {
+        let needed = Features::from(&Plan::of(&scene)).particles;
+        let makes = ["arena", "particles", "emitters"].contains(&scene.name.as_str());
+        assert_eq!(needed, makes, "{}", scene.name);
+    }
 }
 
 #[test]

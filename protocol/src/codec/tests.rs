@@ -247,6 +247,7 @@ fn a_keyframe_has_the_documented_bytes() {
     let ann = [1, 3, b'A', b'n', b'n', 1, 1, 1, 2, 1, 0, 0, 0, 0, 0];
     let bytes = [&head[..], &[2], &block, &hero, &[1], &ann].concat();
     assert_eq!(small().encode(None, &[]), bytes);
+    assert_eq!(Snapshot::section_names(&bytes).unwrap(), ["births", "players new"]);
 }
 
 #[test]
@@ -264,6 +265,8 @@ fn a_delta_has_the_documented_bytes() {
     let joined = [1, 1, 4, 1];
     let bytes = [&head[..], &moves, &players, &joined].concat();
     assert_eq!(next.encode(Some(&base), &events), bytes);
+    let names = Snapshot::section_names(&bytes).unwrap();
+    assert_eq!(names, ["moves", "players changed", "events"]);
 }
 
 #[test]
@@ -275,6 +278,8 @@ fn a_tick_without_change_costs_its_head_and_a_bit_a_player() {
     let mut next = Snapshot { tick: 101, ..base.clone() };
     next.players.iter_mut().for_each(|player| player.input_seq += 1);
     assert_eq!(next.encode(Some(&base), &[]), [101, 2, 0, 0xff]);
+    assert!(Snapshot::section_names(&[101, 2, 0, 0xff]).unwrap().is_empty());
+    assert!(Snapshot::section_names(&[101, 2]).is_err(), "cut before the sections");
     assert_round_trip(&next, Some(&base), &[]);
 }
 

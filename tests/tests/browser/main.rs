@@ -1,6 +1,7 @@
 //! The page in a real Chromium, against a real server: one file a subject.
 
 mod lobby;
+mod needs;
 mod pictures;
 mod playing;
 mod replay;
@@ -38,6 +39,14 @@ const CASES: &[Case] = &[
     Case {
         name: "particles_z_sprays_and_the_spray_dies_out",
         run: |stage| Box::pin(playing::particles_spray(stage)),
+    },
+    Case {
+        name: "a_scene_without_particles_loads_nothing_of_them",
+        run: |stage| Box::pin(needs::a_scene_without_particles_loads_nothing_of_them(stage)),
+    },
+    Case {
+        name: "another_room_adds_what_is_missing",
+        run: |stage| Box::pin(needs::another_room_adds_what_is_missing(stage)),
     },
     Case {
         name: "a_lost_socket_gives_the_same_seat_back",
