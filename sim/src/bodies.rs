@@ -158,6 +158,13 @@ impl Bodies {
         })
     }
 
+    /// Whether place and speed of a body are numbers.
+    #[inline]
+    pub fn is_sound(&self, slot: usize) -> bool {
+        let (center, velocity) = (self.center[slot], self.velocity[slot]);
+        (center.x + velocity.x + center.y + velocity.y).is_finite()
+    }
+
     /// Moves a body and counts it; a shift by nothing, as of a body with infinite mass, is none.
     #[inline]
     pub fn shift(&mut self, slot: usize, shift: Vec2) {

@@ -201,7 +201,10 @@ impl Workspace {
     /// Stages 3 and 4: the velocities at the end of the step.
     pub fn solve(&mut self, bodies: &mut Bodies, pairs: &[Pair], moves: &[Move], frame: &Frame) {
         impacts::mark(&mut self.impacts.strikes, &self.rows, &mut self.facts);
-        travel::accelerate(bodies, frame.gravity * frame.dt, frame.speed_max, &mut self.travel);
+        let gain = frame.gravity * frame.dt;
+        if !travel::accelerate(bodies, gain, frame.speed_max, &mut self.travel) {
+            self.leave_out_unsound(bodies);
+        }
         travel::force(bodies, moves, frame.dt, &mut self.travel);
         self.lines.reserve(bodies.alive.len());
         self.trees.reserve(bodies.alive.len());
@@ -214,6 +217,16 @@ impl Workspace {
             warm::start(&mut self.rows, places, &mut bodies.velocity);
             self.solve_island(island, bodies, pairs, frame);
         }
+    }
+
+    /// Drops the rows of bodies whose place or speed is no number: they touch nobody any more, and
+    /// leave the world at the end of the step.
+    #[cold]
+    fn leave_out_unsound(&mut self, bodies: &Bodies) {
+        let sound = |row: &Row| bodies.is_sound(row.a as usize) && bodies.is_sound(row.b as usize);
+        let mut kept = self.rows.iter().map(sound);
+        self.facts.retain(|_| kept.next().is_some_and(|kept| kept));
+        self.rows.retain(sound);
     }
 
     /// Looks for bodies that are faster than their reach; the caller mends the pair list for them.
@@ -282,7 +295,9 @@ impl Workspace {
 
     /// Stages 5 and 6: the places at the end of the step.
     pub fn go(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
-        travel::go(bodies, &self.rows, &mut self.facts, &mut self.travel, frame.dt);
+        if !travel::go(bodies, &self.rows, &mut self.facts, &mut self.travel, frame.dt) {
+            self.leave_out_unsound(bodies);
+        }
         let rows = (self.rows.as_mut_slice(), self.facts.as_mut_slice());
         let scratch = (&mut self.lines, &mut self.close);
         places::part(bodies, rows, pairs, frame.settings, scratch);

@@ -151,6 +151,7 @@ pub struct World {
     forces: Option<Forces>,
     touches: Vec<Touch>,
     departed: Vec<(BodyId, Vec2)>,
+    quarantined: Vec<BodyId>,
     passes: u32,
     /// What a step has to deal with: widens, never narrows, and is no state.
     features: Features,
@@ -178,6 +179,7 @@ impl World {
             sleep: Sleep::default(),
             touches: Vec::new(),
             departed: Vec::new(),
+            quarantined: Vec::new(),
             passes: 0,
             rows: Vec::new(),
             start_velocity: Vec::new(),
@@ -385,7 +387,6 @@ impl World {
         if self.settings.sleeping {
             self.fall_asleep();
         }
-        debug_assert!(self.is_finite(), "a step made a state that is not finite");
     }
 
     fn step_relaxation(&mut self, watch: &mut impl FnMut(Phase, &mut World)) {
@@ -395,9 +396,19 @@ impl World {
         let features = self.features.in_this_build();
         relaxation::gather(&self.bodies, &self.pairs.pairs, features, &mut self.rows);
         watch(Phase::Pairs, self);
+        self.leave_out_unsound();
         self.relax();
         watch(Phase::Relax, self);
         self.report_touches();
+    }
+
+    /// Drops the rows of bodies whose place or speed is no number; they leave with the departed.
+    fn leave_out_unsound(&mut self) {
+        let bodies = &self.bodies;
+        if !bodies.moving.iter().all(|&slot| bodies.is_sound(slot as usize)) {
+            let sound = |slot: u32| bodies.is_sound(slot as usize);
+            self.rows.retain(|row| sound(row.a) && sound(row.b));
+        }
     }
 
     fn integrate(&mut self) {
@@ -499,13 +510,16 @@ impl World {
 
     fn remove_departed(&mut self) {
         self.departed.clear();
+        self.quarantined.clear();
         for &slot in &self.bodies.moving {
             let center = self.bodies.center[slot as usize];
-            // A comparison with NaN is false: what is no number is outside too, and goes before it
-            // can touch anything (C03).
-            if !self.settings.kill_zone.contains(center) {
+            // What is no number goes before it can touch anything (C03).
+            if !self.bodies.is_sound(slot as usize) {
                 let last = if center.is_finite() { center } else { self.settings.kill_zone.low };
+                self.quarantined.push(self.bodies.id(slot));
                 self.departed.push((self.bodies.id(slot), last));
+            } else if !self.settings.kill_zone.contains(center) {
+                self.departed.push((self.bodies.id(slot), center));
             }
         }
         for place in 0..self.departed.len() {
@@ -540,6 +554,12 @@ impl World {
     /// Overlaps at the end of the last step, in (a, b) order.
     pub fn touches(&self) -> &[Touch] {
         &self.touches
+    }
+
+    /// Bodies of the last step whose place or speed was no number any more: taken out before anybody
+    /// could feel it. They are among the departed too. It never happens; if it does, report it.
+    pub fn quarantined(&self) -> &[BodyId] {
+        &self.quarantined
     }
 
     /// Bodies that left the kill zone in the last step (they are gone), with their last position.
@@ -589,10 +609,9 @@ impl World {
         &self.settings
     }
 
-    /// Whether every position and velocity is finite: a last guard, true after every step.
+    /// Whether every position and velocity is finite: true after every step.
     pub fn is_finite(&self) -> bool {
-        let Bodies { center, velocity, .. } = &self.bodies;
-        center.iter().chain(velocity).all(|vector| vector.is_finite())
+        self.bodies.slots().all(|slot| self.bodies.is_sound(slot as usize))
     }
 }
 

@@ -27,17 +27,27 @@ pub(crate) struct Travel {
     path: Vec<Vec2>,
 }
 
-/// Gravity: remembers the velocities before it, and adds what it gives in the step.
-pub(crate) fn accelerate(bodies: &mut Bodies, gain: Vec2, speed_max: f32, travel: &mut Travel) {
+/// Gravity: remembers the velocities before it, and adds what it gives in the step. Whether all
+/// places and speeds are numbers.
+pub(crate) fn accelerate(
+    bodies: &mut Bodies,
+    gain: Vec2,
+    speed_max: f32,
+    travel: &mut Travel,
+) -> bool {
     travel.before.resize(bodies.alive.len(), Vec2::ZERO);
-    let Bodies { moving, velocity, gravity_scale, motion, .. } = bodies;
+    let Bodies { moving, center, velocity, gravity_scale, motion, .. } = bodies;
+    let mut sound = true;
     for &slot in moving.iter() {
         let slot = slot as usize;
-        travel.before[slot] = velocity[slot];
+        let (place, speed) = (center[slot], velocity[slot]);
+        sound &= (place.x + speed.x + place.y + speed.y).is_finite();
+        travel.before[slot] = speed;
         if motion[slot] == Motion::Dynamic {
             velocity[slot] = clamp_length(velocity[slot] + gain * gravity_scale[slot], speed_max);
         }
     }
+    sound
 }
 
 /// Forces beside gravity: their moves replace what gravity did. A speed at the start from which
@@ -50,14 +60,14 @@ pub(crate) fn force(bodies: &mut Bodies, moves: &[Move], dt: f32, travel: &mut T
     }
 }
 
-/// Moves the bodies, and tells every row what is left of its gap.
+/// Moves the bodies, and tells every row what is left of its gap. Whether all places are numbers.
 pub(crate) fn go(
     bodies: &mut Bodies,
     rows: &[Row],
     facts: &mut [Facts],
     travel: &mut Travel,
     dt: f32,
-) {
+) -> bool {
     travel.weight.resize(bodies.alive.len(), Vec2::ZERO);
     travel.path.resize(bodies.alive.len(), Vec2::ZERO);
     for &slot in &bodies.moving {
@@ -75,8 +85,11 @@ pub(crate) fn go(
     if hold_back(rows, facts, travel) {
         plan(bodies, travel, dt);
     }
+    let mut sound = true;
     for &slot in &bodies.moving {
-        bodies.center[slot as usize] += travel.path[slot as usize];
+        let center = &mut bodies.center[slot as usize];
+        *center += travel.path[slot as usize];
+        sound &= (center.x + center.y).is_finite();
     }
     for (row, facts) in rows.iter().zip(facts) {
         facts.left = left(row, facts, travel);
@@ -84,6 +97,7 @@ pub(crate) fn go(
     for &slot in &bodies.moving {
         travel.path[slot as usize] = Vec2::ZERO;
     }
+    sound
 }
 
 /// Limits the weights of both bodies on the axes that a direction has a part of.

@@ -1,6 +1,8 @@
 //! Rows A0.3, A0.5, A0.9 to A0.14 and A2.7 to A2.29 of the chapter, and its solver defects C08 to
 //! C23.
 
+mod quarantine;
+
 use super::*;
 use crate::relaxation::Relaxation;
 

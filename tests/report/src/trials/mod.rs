@@ -1,6 +1,7 @@
 //! Random trials by the million, each a function of (seed, number) alone: any of them can be played
 //! again by itself, and a long run goes on where it was stopped.
 
+pub mod scenes;
 pub mod shots;
 
 use clap::Parser;
