@@ -19,9 +19,9 @@ use glam::{DMat2, DVec2};
 /// Systems solved in a step at most; two are the rule.
 const ROUNDS_MAX: u32 = 8;
 /// Change of a velocity, as a share of the largest one, at which they end.
-const PRECISION: f64 = 1e-9;
+const PRECISION: f64 = 1e-5;
 /// Change at the end from which on they led nowhere.
-const ASTRAY: f64 = 1e-5;
+const ASTRAY: f64 = 1e-3;
 /// Speed that counts as the largest where nothing moves, units/s.
 const SPEED_MIN: f64 = 1e-3;
 /// Springs shorter than this have no direction, world units.

@@ -1,9 +1,10 @@
 //! Box2D 3.2 by its C interface. The only unsafe code of the repository.
 
+use crate::forces::{Forces, damping, is_joint};
 use boxdd_sys::ffi;
 use glam::DVec2;
 use jostle_report::engine::{Engine, State};
-use jostle_report::scene::{Body, Drag, Motion, Scene, Shape};
+use jostle_report::scene::{Body, Hook, Motion, Scene, Shape, Spring};
 
 /// Speeds are capped at 400 unless told otherwise.
 const SPEED_MAX: f32 = 1e5;
@@ -13,24 +14,19 @@ pub struct Box2d {
     bodies: Vec<ffi::b2BodyId>,
     tick_s: f32,
     sub_steps: i32,
+    length_unit: f32,
     damping: f32,
+    forces: Forces,
     collides: bool,
     body_steps: u64,
 }
 
 impl Box2d {
-    pub fn new(scene: &Scene, sub_steps: i32) -> Result<Box2d, String> {
-        let damping = match scene.drag {
-            Drag::None => 0.0,
-            Drag::Linear(rate) => rate as f32,
-            Drag::Quadratic(_) => return Err("Box2D knows linear damping only".into()),
-        };
-        if scene.spring != 0.0 {
-            return Err("its springs are soft joints and are not compared".into());
-        }
+    pub fn new(scene: &Scene, sub_steps: i32, length_unit: f32) -> Result<Box2d, String> {
         // SAFETY: the definition comes from Box2D's own defaults and lives across the call.
         let world = unsafe {
             ffi::b2SetLogFcn(Some(hush));
+            ffi::b2SetLengthUnitsPerMeter(length_unit);
             let mut def = ffi::b2DefaultWorldDef();
             def.gravity = vector(scene.gravity);
             def.enableSleep = false;
@@ -38,15 +34,61 @@ impl Box2d {
             def.maximumLinearSpeed = SPEED_MAX;
             ffi::b2CreateWorld(&def)
         };
-        let tick_s = scene.tick_s as f32;
-        let bodies = Vec::new();
-        let collides = scene.collides;
-        let mut engine =
-            Box2d { world, bodies, tick_s, sub_steps, damping, collides, body_steps: 0 };
+        let mut engine = Box2d {
+            world,
+            bodies: Vec::new(),
+            tick_s: scene.tick_s as f32,
+            sub_steps,
+            length_unit,
+            damping: damping(scene),
+            forces: Forces::new(scene, sub_steps as usize),
+            collides: scene.collides,
+            body_steps: 0,
+        };
         for body in &scene.bodies {
             engine.add(body);
         }
+        for spring in scene.springs.iter().filter(|s| is_joint(scene, s, sub_steps as usize)) {
+            engine.tie(scene, spring);
+        }
         Ok(engine)
+    }
+}
+
+impl Box2d {
+    /// A distance joint that gives way as the spring does; its least length is Box2D's.
+    fn tie(&mut self, scene: &Scene, spring: &Spring) {
+        let mass = scene.swinging_mass(spring);
+        let turn = (spring.stiffness / mass).sqrt();
+        // SAFETY: the world lives until drop, and so do its bodies; definitions are Box2D's defaults
+        // with plain fields changed and live across the calls.
+        unsafe {
+            let far = match spring.to {
+                Hook::Body(other) => self.bodies[other],
+                Hook::Point(point) => {
+                    let mut def = ffi::b2DefaultBodyDef();
+                    def.position.x = point.x as f32;
+                    def.position.y = point.y as f32;
+                    ffi::b2CreateBody(self.world, &def)
+                }
+            };
+            let mut def = ffi::b2DefaultDistanceJointDef();
+            def.base.bodyIdA = far;
+            def.base.bodyIdB = self.bodies[spring.body];
+            def.length = spring.length as f32;
+            def.enableSpring = true;
+            def.hertz = (turn / std::f64::consts::TAU) as f32;
+            def.dampingRatio = (spring.damping / (2.0 * turn * mass)) as f32;
+            ffi::b2CreateDistanceJoint(self.world, &def);
+        }
+    }
+
+    fn push(&mut self) {
+        let states: Vec<State> = (0..self.bodies.len()).map(|body| self.state(body)).collect();
+        for (&id, force) in self.bodies.iter().zip(self.forces.on(&states)) {
+            // SAFETY: ids are checked by Box2D; bodies live as long as their world.
+            unsafe { ffi::b2Body_ApplyForceToCenter(id, vector(force), true) }
+        }
     }
 }
 
@@ -98,8 +140,20 @@ impl Engine for Box2d {
     }
 
     fn tick(&mut self) {
-        // SAFETY: the world lives until drop.
-        unsafe { ffi::b2World_Step(self.world, self.tick_s, self.sub_steps) }
+        let (steps, sub_steps) = match self.forces.change_within_a_tick() {
+            true => (self.sub_steps, 1),
+            false => (1, self.sub_steps),
+        };
+        for _ in 0..steps {
+            if !self.forces.is_empty() {
+                self.push();
+            }
+            // SAFETY: the world lives until drop; runs of one length unit at a time.
+            unsafe {
+                ffi::b2SetLengthUnitsPerMeter(self.length_unit);
+                ffi::b2World_Step(self.world, self.tick_s / steps as f32, sub_steps);
+            }
+        }
         self.body_steps += self.bodies.len() as u64 * self.sub_steps as u64;
     }
 

@@ -1,39 +1,72 @@
 //! rapier2d 0.36.1.
 
+use crate::forces::{Forces, damping, is_joint};
 use glam::DVec2;
 use jostle_report::engine::{Engine, State};
-use jostle_report::scene::{Body, Drag, Motion, Scene, Shape};
+use jostle_report::scene::{Body, Hook, Motion, Scene, Shape, Spring};
 use rapier2d::prelude::*;
 
 pub struct Rapier {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
+    tick_s: f32,
+    sub_steps: usize,
     damping: f32,
+    forces: Forces,
     collides: bool,
     body_steps: u64,
 }
 
 impl Rapier {
-    pub fn new(scene: &Scene, sub_steps: usize) -> Result<Rapier, String> {
-        let damping = match scene.drag {
-            Drag::None => 0.0,
-            Drag::Linear(rate) => rate as f32,
-            Drag::Quadratic(_) => return Err("rapier2d knows linear damping only".into()),
-        };
-        if scene.spring != 0.0 {
-            return Err("its springs are soft joints and are not compared".into());
-        }
+    pub fn new(scene: &Scene, sub_steps: usize, length_unit: f32) -> Result<Rapier, String> {
         let mut world = PhysicsWorld::new();
         world.gravity = vector(scene.gravity);
         world.integration_parameters.dt = scene.tick_s as f32;
         world.integration_parameters.num_solver_iterations = sub_steps;
+        world.integration_parameters.length_unit = length_unit;
         world.integration_parameters.normalized_max_linear_velocity = f32::MAX;
-        let mut engine =
-            Rapier { world, bodies: Vec::new(), damping, collides: scene.collides, body_steps: 0 };
+        let mut engine = Rapier {
+            world,
+            bodies: Vec::new(),
+            tick_s: scene.tick_s as f32,
+            sub_steps,
+            damping: damping(scene),
+            forces: Forces::new(scene, sub_steps),
+            collides: scene.collides,
+            body_steps: 0,
+        };
         for body in &scene.bodies {
             engine.add(body);
         }
+        for spring in scene.springs.iter().filter(|s| is_joint(scene, s, sub_steps)) {
+            engine.tie(spring);
+        }
         Ok(engine)
+    }
+}
+
+impl Rapier {
+    /// A spring joint, which is a soft motor towards its length.
+    fn tie(&mut self, spring: &Spring) {
+        let far = match spring.to {
+            Hook::Body(other) => self.bodies[other],
+            Hook::Point(point) => {
+                self.world.insert_body(RigidBodyBuilder::fixed().translation(vector(point)))
+            }
+        };
+        let (length, stiffness) = (spring.length as f32, spring.stiffness as f32);
+        let joint = SpringJointBuilder::new(length, stiffness, spring.damping as f32);
+        self.world.insert_impulse_joint(far, self.bodies[spring.body], joint);
+    }
+
+    fn push(&mut self) {
+        let states: Vec<State> = (0..self.bodies.len()).map(|body| self.state(body)).collect();
+        for (&id, force) in self.bodies.iter().zip(self.forces.on(&states)) {
+            if let Some(body) = self.world.bodies.get_mut(id) {
+                body.reset_forces(true);
+                body.add_force(vector(force), true);
+            }
+        }
     }
 }
 
@@ -73,9 +106,19 @@ impl Engine for Rapier {
     }
 
     fn tick(&mut self) {
-        self.world.step();
-        let sub_steps = self.world.integration_parameters.num_solver_iterations;
-        self.body_steps += self.bodies.len() as u64 * sub_steps as u64;
+        let (steps, sub_steps) = match self.forces.change_within_a_tick() {
+            true => (self.sub_steps, 1),
+            false => (1, self.sub_steps),
+        };
+        self.world.integration_parameters.dt = self.tick_s / steps as f32;
+        self.world.integration_parameters.num_solver_iterations = sub_steps;
+        for _ in 0..steps {
+            if !self.forces.is_empty() {
+                self.push();
+            }
+            self.world.step();
+        }
+        self.body_steps += self.bodies.len() as u64 * self.sub_steps as u64;
     }
 
     fn state(&self, body: usize) -> State {

@@ -1,7 +1,7 @@
 //! What the numbers of a problem say, in sentences: where the default sits, what more work buys, who
 //! is better.
 
-use crate::methods::Family;
+use crate::methods::{Family, Method, SOLVERS};
 use crate::number::short;
 use crate::stability::{Outcome, Verdicts};
 use crate::study::{Curve, Point, Study};
@@ -28,9 +28,14 @@ impl Comparison {
         self.error_share <= ERROR_SHARE && self.time_share <= TIME_SHARE
     }
 
+    /// Whether it is better at all: less error in the same time, and less time for the same error.
+    pub fn is_ahead(&self) -> bool {
+        self.error_share < 1.0 && self.time_share < 1.0
+    }
+
     /// In a word: better by both margins, ahead but short of them, or a loss.
     pub fn verdict(&self) -> &'static str {
-        match (self.is_won(), self.error_share < 1.0 && self.time_share < 1.0) {
+        match (self.is_won(), self.is_ahead()) {
             (true, _) => "better",
             (false, true) => "ahead",
             (false, false) => "LOSS",
@@ -38,40 +43,83 @@ impl Comparison {
     }
 }
 
-/// One comparison a peer that has a curve.
+/// The engine that a method sets up: what stands before a comma names no setting.
+fn engine_of(method: &Method) -> &'static str {
+    method.name.split(", ").next().unwrap_or(method.name)
+}
+
+/// One comparison a peer that took part, all its settings in one.
 pub fn comparisons(study: &Study) -> Vec<Comparison> {
     let of = |family| move |curve: &&Curve| curve.method.family == family;
     let ours: Vec<&Point> =
         study.curves.iter().filter(of(Family::Jostle)).flat_map(|curve| &curve.points).collect();
     // Below the floor all errors are alike.
     let error = |point: &Point| point.errors[0].max(study.problem.floor());
-    let compare = |curve: &Curve| {
-        let (mut error_share, mut time_share) = (0f64, 0f64);
+    let mut found: Vec<Comparison> = Vec::new();
+    for curve in study.curves.iter().filter(of(Family::Peer)) {
+        let peer = engine_of(&curve.method);
+        if found.iter().all(|comparison| comparison.peer != peer) {
+            found.push(Comparison { peer, error_share: 0.0, time_share: 0.0 });
+        }
+        let Some(compared) = found.iter_mut().find(|other| other.peer == peer) else { continue };
         for point in &curve.points {
             let fast = ours.iter().filter(|p| p.best_us <= point.best_us).map(|p| error(p));
             let good = ours.iter().filter(|p| error(p) <= error(point)).map(|p| p.best_us);
-            error_share = error_share.max(fast.fold(f64::INFINITY, f64::min) / error(point));
-            time_share = time_share.max(good.fold(f64::INFINITY, f64::min) / point.best_us);
+            let error_share = fast.fold(f64::INFINITY, f64::min) / error(point);
+            let time_share = good.fold(f64::INFINITY, f64::min) / point.best_us;
+            compared.error_share = compared.error_share.max(error_share);
+            compared.time_share = compared.time_share.max(time_share);
         }
-        Comparison { peer: curve.method.name, error_share, time_share }
-    };
-    study.curves.iter().filter(of(Family::Peer)).map(compare).collect()
+    }
+    found
 }
 
-/// Problems on which Jostle is better than every peer that took part, those with peers at all, and
-/// a sentence on each loss.
-pub fn tally(studies: &[Study]) -> (usize, usize, Vec<String>) {
-    let (mut won, mut compared, mut losses) = (0, 0, Vec::new());
-    for study in studies {
-        let comparisons = comparisons(study);
-        let lost = comparisons.iter().filter(|comparison| !comparison.is_won());
-        compared += usize::from(!comparisons.is_empty());
-        won += usize::from(!comparisons.is_empty() && lost.clone().count() == 0);
-        losses.extend(
-            lost.map(|c| format!("{} {}. {}", study.problem.id, study.problem.title, on_peer(c))),
-        );
+/// How Jostle stands beside the peers, by the numbers of the list of problems.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Numbers of which every part is better than every peer.
+    pub won: Vec<u32>,
+    /// Numbers of which every part is ahead of every peer, or better.
+    pub ahead: Vec<u32>,
+    /// Numbers with a part that is not.
+    pub lost: Vec<u32>,
+    /// A sentence on each part that is not better.
+    pub short: Vec<String>,
+}
+
+/// Problems are counted by number: one with parts only if all its parts are.
+pub fn tally(studies: &[Study]) -> Tally {
+    let mut tally = Tally::default();
+    let compared = studies.iter().filter(|study| !comparisons(study).is_empty());
+    let mut numbers: Vec<u32> = compared.map(|study| number_of(study.problem.id)).collect();
+    numbers.dedup();
+    for number in numbers {
+        let parts = studies.iter().filter(|study| number_of(study.problem.id) == number);
+        let all: Vec<(&Study, Comparison)> =
+            parts.flat_map(|s| comparisons(s).into_iter().map(move |c| (s, c))).collect();
+        let list = match () {
+            () if all.iter().all(|(_, c)| c.is_won()) => &mut tally.won,
+            () if all.iter().all(|(_, c)| c.is_ahead()) => &mut tally.ahead,
+            () => &mut tally.lost,
+        };
+        list.push(number);
+        for (study, comparison) in all.iter().filter(|(_, c)| !c.is_won()) {
+            let (id, title) = (study.problem.id, study.problem.title);
+            tally.short.push(format!("{id} {title}. {}", on_peer(comparison)));
+        }
     }
-    (won, compared, losses)
+    tally
+}
+
+/// "9b" is a part of problem 9.
+pub fn number_of(id: &str) -> u32 {
+    id.trim_end_matches(|c: char| c.is_ascii_alphabetic()).parse().unwrap_or(u32::MAX)
+}
+
+/// Numbers as words.
+pub fn listed(numbers: &[u32]) -> String {
+    let words: Vec<String> = numbers.iter().map(u32::to_string).collect();
+    if words.is_empty() { "none".into() } else { words.join(", ") }
 }
 
 /// What the drawn runs of a case show, a sentence a solver.
@@ -100,7 +148,7 @@ pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
 /// Sentences on a problem.
 pub fn seen(study: &Study) -> Vec<String> {
     let mut sentences = Vec::new();
-    sentences.extend(on_default(study));
+    sentences.extend(on_defaults(study));
     sentences.extend(on_best(study));
     sentences.extend(on_slopes(study));
     sentences.extend(on_stalled(study));
@@ -123,25 +171,21 @@ fn named(study: &Study, curve: &Curve, point: &Point) -> String {
     )
 }
 
-fn on_default(study: &Study) -> Option<String> {
-    let Some((curve, point)) = study.default_point() else {
-        return Some("Nothing of Jostle's plays this problem: see the omissions.".into());
+/// Where the solvers of a scene are with nothing else said.
+fn on_defaults(study: &Study) -> Vec<String> {
+    let of = |method: &&str| {
+        let (curve, point) = study.default_of(method)?;
+        let place = if point.pareto { "on the Pareto set" } else { "not on the Pareto set" };
+        Some(format!("{} is {place}.", named(study, curve, point)))
     };
-    let place = if point.pareto { "on the Pareto set" } else { "not on the Pareto set" };
-    Some(format!("The default of every scene ({}) is {place}.", named(study, curve, point)))
+    SOLVERS.iter().filter_map(of).collect()
 }
 
 fn on_best(study: &Study) -> Option<String> {
     let (curve, point) = study.best(Family::Jostle)?;
-    let (_, default) = study.default_point()?;
-    if point.errors[0] >= default.errors[0] {
-        return Some("No other setting of Jostle's is more precise.".into());
-    }
     let floor =
         if point.errors[0] <= study.problem.floor() { ", below the floor of f32" } else { "" };
-    let ratio = point.best_us / default.best_us;
-    let named = named(study, curve, point);
-    Some(format!("Most precise of Jostle's ({named}, {} times the time){floor}.", short(ratio)))
+    Some(format!("Most precise of Jostle's: {}{floor}.", named(study, curve, point)))
 }
 
 fn on_slopes(study: &Study) -> Option<String> {
@@ -182,4 +226,17 @@ fn on_peer(comparison: &Comparison) -> String {
         share(comparison.error_share, "error"),
         share(comparison.time_share, "time"),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Tally, listed, number_of, tally};
+
+    #[test]
+    fn parts_belong_to_their_number() {
+        assert_eq!(["9", "9b", "11c"].map(number_of), [9, 9, 11]);
+        assert_eq!(listed(&[1, 2]), "1, 2");
+        assert_eq!(listed(&[]), "none");
+        assert_eq!(tally(&[]), Tally::default());
+    }
 }

@@ -1,8 +1,8 @@
-//! Small reference integrators for one body without contacts: what the textbooks' schemes do where
+//! Small reference integrators for bodies without contacts: what the textbooks' schemes do where
 //! the World cannot be switched. They are yardsticks, no part of Jostle.
 
 use crate::engine::{Engine, State};
-use crate::scene::{Body, Drag, Scene};
+use crate::scene::{Body, Drag, Hook, Scene};
 use glam::DVec2;
 
 /// A scheme for x'' = a(x, x').
@@ -31,9 +31,7 @@ pub struct FreeFlight {
     precision: Precision,
     steps: u32,
     step_s: f64,
-    gravity: DVec2,
-    drag: Drag,
-    spring: f64,
+    scene: Scene,
     states: Vec<State>,
     body_steps: u64,
 }
@@ -55,9 +53,7 @@ impl FreeFlight {
             precision,
             steps,
             step_s: scene.tick_s / f64::from(steps),
-            gravity: scene.gravity,
-            drag: scene.drag,
-            spring: scene.spring,
+            scene: scene.clone(),
             states: Vec::new(),
             body_steps: 0,
         };
@@ -67,39 +63,47 @@ impl FreeFlight {
         Ok(flight)
     }
 
-    fn acceleration(&self, state: State) -> DVec2 {
-        let slowed = match self.drag {
-            Drag::None => DVec2::ZERO,
-            Drag::Linear(rate) => state.velocity * -rate,
-            Drag::Quadratic(rate) => state.velocity * (-rate * state.velocity.length()),
+    /// Of all bodies.
+    fn accelerations(&self, states: &[State]) -> Vec<DVec2> {
+        let falls = |state: &State| {
+            let through_air = state.velocity - self.scene.wind;
+            let slowed = match self.scene.drag {
+                Drag::None => DVec2::ZERO,
+                Drag::Linear(rate) => through_air * -rate,
+                Drag::Quadratic(rate) => through_air * (-rate * through_air.length()),
+            };
+            self.scene.gravity + slowed
         };
-        self.gravity + slowed - state.position * self.spring
+        let mut found: Vec<DVec2> = states.iter().map(falls).collect();
+        for spring in &self.scene.springs {
+            let force = spring.force(states[spring.body], spring.far(states));
+            found[spring.body] += force / self.scene.bodies[spring.body].mass;
+            if let Hook::Body(other) = spring.to {
+                found[other] -= force / self.scene.bodies[other].mass;
+            }
+        }
+        found
     }
 
-    /// v' = a(x, v) at a fixed place, by the midpoint rule.
-    fn kick(&self, state: State, time_s: f64) -> State {
-        let half = state.velocity + self.acceleration(state) * (time_s / 2.0);
-        let slope = self.acceleration(State { velocity: half, ..state });
-        State { velocity: state.velocity + slope * time_s, ..state }
+    /// v' = a(x, v) at fixed places, by the midpoint rule.
+    fn kick(&self, states: &[State], time_s: f64) -> Vec<State> {
+        let half = pushed(states, &self.accelerations(states), time_s / 2.0);
+        pushed(states, &self.accelerations(&half), time_s)
     }
 
-    fn step(&self, state: State) -> State {
+    fn step(&self, states: &[State]) -> Vec<State> {
         let h = self.step_s;
-        let State { position, velocity } = state;
         match self.scheme {
-            Scheme::ExplicitEuler => State {
-                position: position + velocity * h,
-                velocity: velocity + self.acceleration(state) * h,
-            },
-            Scheme::SymplecticEuler => {
-                let velocity = velocity + self.acceleration(state) * h;
-                State { position: position + velocity * h, velocity }
+            Scheme::ExplicitEuler => {
+                let pushed = pushed(states, &self.accelerations(states), h);
+                let moved = |(state, next): (&State, State)| State {
+                    position: state.position + state.velocity * h,
+                    ..next
+                };
+                states.iter().zip(pushed).map(moved).collect()
             }
-            Scheme::KickDriftKick => {
-                let kicked = self.kick(state, h / 2.0);
-                let moved = State { position: position + kicked.velocity * h, ..kicked };
-                self.kick(moved, h / 2.0)
-            }
+            Scheme::SymplecticEuler => drifted(&pushed(states, &self.accelerations(states), h), h),
+            Scheme::KickDriftKick => self.kick(&drifted(&self.kick(states, h / 2.0), h), h / 2.0),
         }
     }
 
@@ -114,6 +118,22 @@ impl FreeFlight {
     }
 }
 
+/// With speeds changed by accelerations that last so long.
+fn pushed(states: &[State], accelerations: &[DVec2], time_s: f64) -> Vec<State> {
+    let push = |(state, acceleration): (&State, &DVec2)| State {
+        velocity: state.velocity + *acceleration * time_s,
+        ..*state
+    };
+    states.iter().zip(accelerations).map(push).collect()
+}
+
+/// Moved by their speeds for so long.
+fn drifted(states: &[State], time_s: f64) -> Vec<State> {
+    let drift =
+        |state: &State| State { position: state.position + state.velocity * time_s, ..*state };
+    states.iter().map(drift).collect()
+}
+
 impl Engine for FreeFlight {
     fn add(&mut self, body: &Body) -> usize {
         let state = State { position: body.position, velocity: body.velocity };
@@ -123,9 +143,8 @@ impl Engine for FreeFlight {
 
     fn tick(&mut self) {
         for _ in 0..self.steps {
-            for body in 0..self.states.len() {
-                self.states[body] = self.rounded(self.step(self.states[body]));
-            }
+            let next = self.step(&self.states);
+            self.states = next.into_iter().map(|state| self.rounded(state)).collect();
             self.body_steps += self.states.len() as u64;
         }
     }

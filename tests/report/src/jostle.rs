@@ -1,18 +1,20 @@
 //! Jostle as an [`Engine`]: its World, and its particles as bodies that meet nobody.
 
 use crate::engine::{Engine, State};
-use crate::scene::{Body, Drag, Motion, Scene, Shape};
+use crate::scene::{Body, Drag, Hook, Motion, Scene, Shape, Spring};
 use glam::DVec2;
 use jostle_sim::body::GROUPS_MAX;
 use jostle_sim::world::WorldSettings;
 use jostle_sim::{
-    Aabb, BodyDef, BodyId, DT, EmitterDef, Particles, Recipe, Solver, Source, Vec2, World,
+    Aabb, BodyDef, BodyId, DT, EmitterDef, ForceSettings, Particles, Recipe, Solver, Source,
+    SpringEnd, Vec2, World,
 };
 
 /// A World of the scene, stepped `steps` times a tick.
 pub struct Jostle {
     world: World,
     ids: Vec<Option<BodyId>>,
+    drag: jostle_sim::Drag,
     steps: u32,
     pair_solves: u64,
     body_steps: u64,
@@ -24,15 +26,12 @@ const BODIES_SPARE: usize = 8192;
 impl Jostle {
     /// All bodies of the scene in a World with this solver.
     pub fn new(scene: &Scene, steps: u32, solver: Solver) -> Result<Jostle, String> {
-        if scene.drag != Drag::None {
-            return Err("bodies know no drag; Jostle has it on particles only".into());
-        }
-        if scene.spring != 0.0 {
-            return Err("Jostle has no springs".into());
-        }
+        let any = scene.drag != Drag::None || !scene.springs.is_empty();
+        let air = ForceSettings { wind: scene.wind.as_vec2(), springs_max: scene.springs.len() };
         let settings = WorldSettings {
             dt: step_of(scene, steps),
             gravity: scene.gravity.as_vec2(),
+            forces: any.then_some(air),
             solver: Some(solver),
             meets: [if scene.collides { u32::MAX } else { 0 }; GROUPS_MAX],
             kill_zone: Aabb { low: Vec2::splat(-1e9), high: Vec2::splat(1e9) },
@@ -40,11 +39,36 @@ impl Jostle {
             ..WorldSettings::default()
         };
         let world = World::new(settings);
-        let mut engine = Jostle { world, ids: Vec::new(), steps, pair_solves: 0, body_steps: 0 };
+        let drag = match scene.drag {
+            Drag::None => jostle_sim::Drag::NONE,
+            Drag::Linear(rate) => jostle_sim::Drag { linear: rate as f32, quadratic: 0.0 },
+            Drag::Quadratic(rate) => jostle_sim::Drag { linear: 0.0, quadratic: rate as f32 },
+        };
+        let ids = Vec::new();
+        let mut engine = Jostle { world, ids, drag, steps, pair_solves: 0, body_steps: 0 };
         for body in &scene.bodies {
             engine.add(body);
         }
+        for spring in &scene.springs {
+            engine.tie(spring);
+        }
         Ok(engine)
+    }
+}
+
+impl Jostle {
+    fn tie(&mut self, spring: &Spring) {
+        let id = |index: usize| self.ids[index].expect("a scene's bodies have room");
+        self.world.add_spring(jostle_sim::Spring {
+            body: id(spring.body),
+            end: match spring.to {
+                Hook::Point(point) => SpringEnd::Point(point.as_vec2()),
+                Hook::Body(other) => SpringEnd::Body(id(other)),
+            },
+            rest_length: spring.length as f32,
+            stiffness: spring.stiffness as f32,
+            damping: spring.damping as f32,
+        });
     }
 }
 
@@ -74,6 +98,7 @@ impl Engine for Jostle {
             mass: body.mass as f32,
             restitution: body.restitution as f32,
             friction: body.friction as f32,
+            drag: if body.motion == Motion::Dynamic { self.drag } else { jostle_sim::Drag::NONE },
             ..BodyDef::default()
         };
         self.ids.push(self.world.add(&def));
@@ -144,9 +169,9 @@ impl ParticleFlight {
             Drag::Linear(rate) => rate,
             Drag::Quadratic(_) => return Err("particles know linear drag only".into()),
         };
-        if scene.spring != 0.0 || scene.has_contacts() && scene.bodies[0].motion != Motion::Dynamic
-        {
-            return Err("particles know neither springs nor each other".into());
+        let still = scene.dynamic().count() < scene.bodies.len();
+        if !scene.springs.is_empty() || still || scene.wind != DVec2::ZERO {
+            return Err("particles know neither springs nor wind nor each other".into());
         }
         let step_s = scene.tick_s / f64::from(steps);
         let slower = step_s / f64::from(DT);

@@ -11,6 +11,7 @@ pub mod integrators;
 pub mod jostle;
 pub mod methods;
 pub mod number;
+pub mod overview;
 pub mod page;
 pub mod piles;
 pub mod plot;

@@ -27,6 +27,8 @@ pub enum Field {
     All,
     /// With contacts: without them the knob does nothing.
     Contacts,
+    /// With contacts and gravity as strong as in Jostle's scenes: a setting made for it.
+    StrongGravity,
     /// Without: it knows none, and nobody expects it to.
     FreeFlight,
 }
@@ -53,6 +55,9 @@ pub struct Method {
     /// Makes the engine at a setting.
     pub build: Build,
 }
+
+/// The solvers of a scene: "relaxation", which is the default, and "conjugate".
+pub const SOLVERS: [&str; 2] = ["Jostle relaxation, 15 passes", "Jostle conjugate"];
 
 /// Steps, or sub-steps, a tick.
 pub const STEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0];

@@ -1,9 +1,10 @@
 //! The page: one HTML file with all plots in it, nothing loaded from elsewhere.
 
 use crate::figures;
-use crate::findings::{comparisons, seen, seen_over_time, tally};
-use crate::methods::{Family, Method};
+use crate::findings::{seen, seen_over_time};
+use crate::methods::Method;
 use crate::number::short;
+use crate::overview::overview;
 use crate::piles::{Bound, Heap};
 use crate::plot::escape;
 use crate::stability::{Check, Verdicts};
@@ -112,71 +113,6 @@ fn contents(results: &Results, page: &mut String) {
             write!(page, "<a href=\"#p{id}\" title=\"{}\">{id}</a> ", escape(study.problem.title));
     }
     page.push_str("<a href=\"#piles\">Piles</a> <a href=\"#stability\">Stability</a></nav>\n");
-}
-
-fn overview(results: &Results, page: &mut String) {
-    page.push_str(
-        "<h2 id=\"overview\">Overview</h2>\n<table>\n<thead><tr><th>Problem</th><th>Error norm</th>\
-         <th>Default: error</th><th>µs a tick</th><th>Best of Jostle: error</th><th>µs a tick</th>\
-         <th>f32 floor</th><th>Against peers</th></tr></thead>\n<tbody>\n",
-    );
-    for study in &results.studies {
-        let norm = &study.problem.norms[0];
-        let cells = |point: Option<(&crate::study::Curve, &crate::study::Point)>| match point {
-            Some((_, point)) => format!(
-                "<td class=\"n\">{}</td><td class=\"n\">{}</td>",
-                short(point.errors[0]),
-                short(point.best_us)
-            ),
-            None => "<td class=\"n\">n/a</td><td class=\"n\"></td>".into(),
-        };
-        let _ = writeln!(
-            page,
-            "<tr><td><a href=\"#p{id}\">{id} {}</a></td><td>{}{}</td>{}{}<td class=\"n\">{}</td><td>{}</td></tr>",
-            escape(study.problem.title),
-            norm.name,
-            if norm.unit.is_empty() { String::new() } else { format!(", {}", norm.unit) },
-            cells(study.default_point()),
-            cells(study.best(Family::Jostle)),
-            short(study.problem.floor()),
-            against_peers(study),
-            id = study.problem.id,
-        );
-    }
-    page.push_str("</tbody>\n</table>\n");
-    let (won, compared, losses) = tally(&results.studies);
-    if compared == 0 {
-        page.push_str("<p>Peers were not measured in this run (<code>--peers</code>).</p>\n");
-        return;
-    }
-    let _ = writeln!(
-        page,
-        "<p>Better than every peer on <b>{won} of {compared}</b> problems that peers can play. \
-         Any of \
-         Jostle's points may answer a peer's. <b>Better</b> means: against each of the peer's settings, at most a tenth of its error in its \
-         time and at most a third of its time for its error, with errors below the floor of f32 \
-         counted as the floor. <b>Ahead</b> means: less error in its time and less time for its \
-         error, but short of these margins. Anything else is a <b>loss</b>.</p>\n<p><b>Losses, and leads short of the margins.</b></p>\n<ul>"
-    );
-    for loss in losses {
-        let _ = writeln!(page, "<li>{}</li>", escape(&loss));
-    }
-    page.push_str("</ul>\n");
-}
-
-fn against_peers(study: &Study) -> String {
-    let verdicts: Vec<String> = comparisons(study)
-        .iter()
-        .map(|c| {
-            let class = match c.verdict() {
-                "LOSS" => "fail",
-                "better" => "pass",
-                _ => "none",
-            };
-            format!("{}: <span class=\"{class}\">{}</span>", escape(c.peer), c.verdict())
-        })
-        .collect();
-    if verdicts.is_empty() { "not measured".into() } else { verdicts.join("<br>") }
 }
 
 fn problem(study: &Study, methods: &[Method], page: &mut String) {

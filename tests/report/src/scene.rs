@@ -1,6 +1,7 @@
 //! What is simulated, in f64 and known to no engine: bodies, gravity, drag, springs, and the shared
 //! scenes' source of random numbers.
 
+use crate::engine::State;
 use glam::DVec2;
 
 /// Seconds in a tick, unless a scene says otherwise.
@@ -125,6 +126,51 @@ pub enum Drag {
     Quadratic(f64),
 }
 
+/// What a spring holds its body to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hook {
+    /// A fixed place.
+    Point(DVec2),
+    /// Another body, by index.
+    Body(usize),
+}
+
+/// A spring between centres, through everything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// The body that it holds, by index.
+    pub body: usize,
+    /// What it is held to.
+    pub to: Hook,
+    /// Length at rest, units.
+    pub length: f64,
+    /// Force a unit of length.
+    pub stiffness: f64,
+    /// Force against a unit of speed along it; along any direction if it has no length.
+    pub damping: f64,
+}
+
+impl Spring {
+    /// Force on its body, from where the two ends are and how fast.
+    pub fn force(&self, own: State, far: State) -> DVec2 {
+        let (offset, speed) = (own.position - far.position, own.velocity - far.velocity);
+        if self.length == 0.0 {
+            return -offset * self.stiffness - speed * self.damping;
+        }
+        let direction = offset.normalize_or_zero();
+        let stretch = offset.length() - self.length;
+        -direction * (self.stiffness * stretch + self.damping * speed.dot(direction))
+    }
+
+    /// The state of the far end.
+    pub fn far(&self, states: &[State]) -> State {
+        match self.to {
+            Hook::Point(position) => State { position, velocity: DVec2::ZERO },
+            Hook::Body(other) => states[other],
+        }
+    }
+}
+
 /// Bodies and the world around them.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -136,8 +182,10 @@ pub struct Scene {
     pub bounce_threshold: f64,
     /// On every dynamic body.
     pub drag: Drag,
-    /// A spring from every dynamic body to the origin: w^2 in 1/s^2; 0 is none.
-    pub spring: f64,
+    /// Velocity of the air, units/s; without drag nobody feels it.
+    pub wind: DVec2,
+    /// Springs between bodies, or to a point.
+    pub springs: Vec<Spring>,
     /// Whether bodies meet; otherwise they fly through each other.
     pub collides: bool,
     /// In the order in which an engine gets them.
@@ -152,7 +200,8 @@ impl Scene {
             tick_s: TICK_S,
             bounce_threshold: 2.0,
             drag: Drag::None,
-            spring: 0.0,
+            wind: DVec2::ZERO,
+            springs: Vec::new(),
             collides: true,
             bodies: Vec::new(),
         }
@@ -168,6 +217,19 @@ impl Scene {
     pub fn dynamic(&self) -> impl Iterator<Item = usize> + '_ {
         let bodies = self.bodies.iter().enumerate();
         bodies.filter(|(_, body)| body.motion == Motion::Dynamic).map(|(index, _)| index)
+    }
+
+    /// The mass that swings on a spring: m1 m2 / (m1 + m2).
+    pub fn swinging_mass(&self, spring: &Spring) -> f64 {
+        let weight = |index: usize| match self.bodies[index].motion {
+            Motion::Dynamic => 1.0 / self.bodies[index].mass,
+            Motion::Static | Motion::Kinematic => 0.0,
+        };
+        let other = match spring.to {
+            Hook::Point(_) => 0.0,
+            Hook::Body(other) => weight(other),
+        };
+        1.0 / (weight(spring.body) + other)
     }
 
     /// Whether bodies can meet at all.

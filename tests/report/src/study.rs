@@ -112,6 +112,9 @@ impl Effort {
     }
 }
 
+/// Gravity from which on a scene counts as one of games, units/s^2.
+const STRONG: f64 = 25.0;
+
 /// Measures all methods on a problem.
 pub fn measure(problem: Problem, methods: &[Method], effort: Effort) -> Study {
     let scene = (problem.scene)();
@@ -122,6 +125,7 @@ pub fn measure(problem: Problem, methods: &[Method], effort: Effort) -> Study {
         let applicable = match method.field {
             Field::All => true,
             Field::Contacts => scene.has_contacts(),
+            Field::StrongGravity => scene.has_contacts() && scene.gravity.length() > STRONG,
             Field::FreeFlight => !scene.has_contacts(),
         };
         for &setting in method.settings.iter().filter(|_| applicable) {
@@ -279,11 +283,9 @@ pub fn least_squares(points: &[(f64, f64)]) -> f64 {
 }
 
 impl Study {
-    /// The point of the solver's own defaults.
-    pub fn default_point(&self) -> Option<(&Curve, &Point)> {
-        let ours = self.curves.iter().find(|curve| {
-            curve.method.family == Family::Jostle && curve.method.default.is_some()
-        })?;
+    /// The point that a scene gets which says nothing but the name of this solver.
+    pub fn default_of(&self, method: &str) -> Option<(&Curve, &Point)> {
+        let ours = self.curves.iter().find(|curve| curve.method.name == method)?;
         let point = ours.points.iter().find(|p| Some(p.setting) == ours.method.default)?;
         Some((ours, point))
     }

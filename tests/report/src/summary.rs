@@ -1,8 +1,9 @@
 //! The summary in Markdown: the page's tables without its plots.
 
-use crate::findings::{comparisons, tally};
-use crate::methods::Family;
+use crate::findings::{Tally, comparisons, tally};
+use crate::methods::{Family, SOLVERS};
 use crate::number::short;
+use crate::overview::{PEERS, RULE, scene_sentences, standing};
 use crate::page::{Results, within};
 use std::fmt::Write;
 
@@ -14,8 +15,8 @@ pub fn markdown(results: &Results) -> String {
         "# Error against run time, and stability\n\n{}; commit {}; {}; {}; {effort}.\n\n\
          ## Error against time\n\n\
          Times are microseconds of processor time a tick, best of interleaved runs.\n\n\
-         | problem | error | default: error | time | best of Jostle: error | time | f32 floor | peers |\n\
-         | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+         | problem | error | relaxation: error | time | conjugate: error | time | best of Jostle: error | time | f32 floor | peers |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
         origin.machine, origin.commit, origin.date, origin.compiler
     );
     for study in &results.studies {
@@ -29,23 +30,26 @@ pub fn markdown(results: &Results) -> String {
             comparisons(study).iter().map(|c| format!("{}: {}", c.peer, c.verdict())).collect();
         let _ = writeln!(
             text,
-            "| {} {} | {}{unit} | {} | {} | {} | {} |",
+            "| {} {} | {}{unit} | {} | {} | {} | {} | {} |",
             study.problem.id,
             study.problem.title,
             norm.name,
-            cells(study.default_point()),
+            cells(study.default_of(SOLVERS[0])),
+            cells(study.default_of(SOLVERS[1])),
             cells(study.best(Family::Jostle)),
             short(study.problem.floor()),
             if peers.is_empty() { "not measured".into() } else { peers.join("; ") }
         );
     }
-    let (won, compared, losses) = tally(&results.studies);
-    if compared > 0 {
-        let _ = writeln!(
-            text,
-            "\nBetter than every peer on {won} of {compared} problems. Losses, and leads short of the margins:\n"
-        );
-        losses.iter().for_each(|loss| text.push_str(&format!("- {loss}\n")));
+    let tally = tally(&results.studies);
+    if tally != Tally::default() {
+        let _ = writeln!(text, "\n{} {RULE}\n\n{PEERS}\n", standing(&tally));
+        text.push_str("Losses, and leads short of the margins:\n\n");
+        tally.short.iter().for_each(|short| text.push_str(&format!("- {short}\n")));
+    }
+    text.push_str("\n## What the shipped scenes use\n\n");
+    for sentence in scene_sentences(&results.studies) {
+        let _ = writeln!(text, "- {sentence}");
     }
     piles(results, &mut text);
     stability(results, &mut text);

@@ -15,8 +15,11 @@ const FRICTION: f64 = 0.3;
 const TILT: f64 = 0.45;
 const SLIPPERY: f64 = 0.3;
 const ROUGH: f64 = 0.6;
-/// Bodies of problem 6 that look for the angle of onset: friction from 0.9 to 1.1 of the slope.
-const PROBES: usize = 41;
+/// Bodies of problem 6 that look for the angle of onset: friction off by 10 %, 5 %, 2.5 % and so on
+/// from the slope's tangent, to both sides, which is a bisection in one run.
+const PROBES: usize = 22;
+/// What slides further than this slips, units.
+const SLIPS: f64 = 0.01;
 
 pub const PROBLEMS: [Problem; 5] = [
     Problem {
@@ -115,7 +118,7 @@ pub const PROBLEMS: [Problem; 5] = [
         id: "6",
         title: "Tilted gravity: slip and stick",
         about: "Gravity 50 turned so that floors have a slope of 0.45. One box with friction 0.3 \
-                slides, one with 0.6 must stick, 41 more bracket the angle of onset; 2 s.",
+                slides, one with 0.6 must stick, 22 more bisect the angle of onset; 2 s.",
         reference: "slips where tan(angle) > mu, with a = g (sin - mu cos)",
         scene: slope,
         ticks: 120,
@@ -183,8 +186,11 @@ fn slope() -> Scene {
     scene
 }
 
+/// From the smoothest to the roughest.
 fn probe(index: usize) -> f64 {
-    TILT * (0.9 + 0.2 * index as f64 / (PROBES - 1) as f64)
+    let half = PROBES / 2;
+    let (side, step) = if index < half { (-1.0, index) } else { (1.0, PROBES - 1 - index) };
+    TILT * (1.0 + side * 0.1 * 0.5f64.powi(step as i32))
 }
 
 fn way(scene: &Scene, trace: &Trace, row: usize) -> f64 {
@@ -192,9 +198,15 @@ fn way(scene: &Scene, trace: &Trace, row: usize) -> f64 {
     trace.last()[index].position.x - scene.bodies[index].position.x
 }
 
-/// Between the roughest box that slid as far as a hundredth of a unit and the next.
+/// Midway between the roughest box that slipped and the next; 0 where they close in on the truth as
+/// far as probes do.
 fn onset_error(scene: &Scene, trace: &Trace) -> f64 {
-    let slid = (0..PROBES).filter(|&i| way(scene, trace, i + 2).abs() > 0.01).count();
-    let friction = TILT * (0.9 + 0.2 * (slid as f64 - 0.5) / (PROBES - 1) as f64);
-    (friction.atan() - TILT.atan()).abs().to_degrees()
+    let slid = (0..PROBES).filter(|&i| way(scene, trace, i + 2).abs() > SLIPS).count();
+    let degrees = |friction: f64| friction.atan().to_degrees();
+    let (low, high) = match slid {
+        0 => (0.0, probe(0)),
+        PROBES => (probe(PROBES - 1), 2.0 * TILT),
+        _ => (probe(slid - 1), probe(slid)),
+    };
+    (degrees((low + high) / 2.0) - degrees(TILT)).abs()
 }

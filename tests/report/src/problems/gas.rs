@@ -23,6 +23,11 @@ pub const PROBLEMS: [Problem; 1] = [Problem {
     norms: &[
         Norm { name: "rms position error at 0.5 s", unit: "units", of: place_error },
         Norm { name: "relative energy error at 10 s", unit: "", of: energy_error },
+        Norm {
+            name: "distance of the energies from Maxwell's law, 5 to 10 s",
+            unit: "",
+            of: maxwell_error,
+        },
     ],
     magnitude: SIDE,
 }];
@@ -68,4 +73,25 @@ fn energy_error(scene: &Scene, trace: &Trace) -> f64 {
         scene.dynamic().map(|i| scene.bodies[i].mass * states[i].velocity.length_squared()).sum()
     };
     (energy(trace.last()) / energy(&trace.states[0]) - 1.0).abs()
+}
+
+/// In two dimensions Maxwell's law of speeds says that the energies of the discs, large or small, are
+/// distributed exponentially: Kolmogorov's and Smirnov's distance from it, over all discs and every
+/// half second. The mean is the one at the start: a gas that cools is off.
+fn maxwell_error(scene: &Scene, trace: &Trace) -> f64 {
+    let energies = |states: &[State]| -> Vec<f64> {
+        let energy = |i: usize| scene.bodies[i].mass * states[i].velocity.length_squared();
+        scene.dynamic().map(energy).collect()
+    };
+    let start = energies(&trace.states[0]);
+    let mean = start.iter().sum::<f64>() / start.len() as f64;
+    let late = trace.states.iter().skip(trace.states.len() / 2).step_by(30);
+    let mut found: Vec<f64> = late.flat_map(|states| energies(states)).collect();
+    found.sort_by(f64::total_cmp);
+    let count = found.len() as f64;
+    let distance = |(rank, energy): (usize, &f64)| {
+        let share = 1.0 - (-energy / mean).exp();
+        (share - rank as f64 / count).abs().max((share - (rank + 1) as f64 / count).abs())
+    };
+    found.iter().enumerate().map(distance).fold(0.0, f64::max)
 }

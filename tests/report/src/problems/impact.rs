@@ -1,7 +1,7 @@
 //! Problems 7 and 8: two bodies that collide, and rows of equal balls.
 
 use super::worst;
-use crate::engine::Trace;
+use crate::engine::{State, Trace};
 use crate::reference::closed;
 use crate::scene::{Body, Scene, Shape};
 use crate::study::{Norm, Problem};
@@ -14,8 +14,13 @@ const CRADLE_SPEED: f64 = 20.0;
 /// Balls of each row of problem 8; every row stands once touching and once with gaps.
 const ROWS: [usize; 5] = [2, 3, 5, 10, 20];
 const GAPS: [f64; 2] = [0.0, 0.01];
+/// Rows of problem 8b: balls and restitution.
+const CASCADES: [(usize, f64); 8] =
+    [(3, 0.8), (4, 0.8), (5, 0.8), (8, 0.8), (3, 0.5), (4, 0.5), (5, 0.5), (8, 0.5)];
+const CASCADE_GAP: f64 = 2.0;
+const CASCADE_TICKS: u32 = 480;
 
-pub const PROBLEMS: [Problem; 2] = [
+pub const PROBLEMS: [Problem; 3] = [
     Problem {
         id: "7",
         title: "Two bodies collide",
@@ -57,7 +62,7 @@ pub const PROBLEMS: [Problem; 2] = [
         magnitude: 20.0,
     },
     Problem {
-        id: "8",
+        id: "8a",
         title: "Newton's cradle",
         about: "Rows of 2, 3, 5, 10 and 20 equal balls, touching or 0.01 apart, e = 1: the first one \
                 is thrown at 20 units/s at the rest of its row.",
@@ -75,6 +80,20 @@ pub const PROBLEMS: [Problem; 2] = [
                 unit: "of v0",
                 of: |_, t| row_error(t, 0),
             },
+        ],
+        magnitude: 1.0,
+    },
+    Problem {
+        id: "8b",
+        title: "Rows of balls that lose speed",
+        about: "Rows of 3, 4, 5 and 8 equal balls 2 units apart, e = 0.8 and e = 0.5, the first one \
+                thrown at 20 units/s: a cascade of collisions, as in comparison 12 of ARGESIM; 8 s.",
+        reference: "collision by collision in f64, without time steps",
+        scene: cascades,
+        ticks: CASCADE_TICKS,
+        norms: &[
+            Norm { name: "largest speed error", unit: "of v0", of: cascade_error },
+            Norm { name: "error of the number of collisions", unit: "", of: count_error },
         ],
         magnitude: 1.0,
     },
@@ -174,4 +193,86 @@ fn row_error(trace: &Trace, gap: usize) -> f64 {
         first += count;
     }
     largest
+}
+
+fn cascades() -> Scene {
+    let mut scene = Scene { bounce_threshold: 0.0, ..Scene::new(0.0) };
+    for (row, (count, restitution)) in CASCADES.into_iter().enumerate() {
+        for ball in 0..count {
+            let x = ball as f64 * (1.0 + CASCADE_GAP);
+            let body = Body::new(Shape::Circle { radius: 0.5 }, x, row as f64 * APART);
+            let speed = if ball == 0 { CRADLE_SPEED } else { 0.0 };
+            scene.add(body.of_stuff(0.0, restitution).moving(speed, 0.0));
+        }
+    }
+    scene
+}
+
+/// Velocities at the end and the number of collisions of a row.
+fn cascade(count: usize, restitution: f64) -> (Vec<f64>, usize) {
+    // Balls as points: their sizes take nothing from the gaps.
+    let mut places: Vec<f64> = (0..count).map(|ball| ball as f64 * CASCADE_GAP).collect();
+    let mut speeds = vec![0.0; count];
+    speeds[0] = CRADLE_SPEED;
+    let (mut left, mut collisions) = (f64::from(CASCADE_TICKS) / 60.0, 0);
+    loop {
+        let meeting = |i: usize| {
+            let closing = speeds[i] - speeds[i + 1];
+            let gap = (places[i + 1] - places[i]).max(0.0);
+            (if closing > 1e-12 { gap / closing } else { f64::INFINITY }, i)
+        };
+        let next = (0..count - 1).map(meeting).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (time, i) = next.filter(|next| next.0 < left).unwrap_or((left, usize::MAX));
+        places.iter_mut().zip(&speeds).for_each(|(place, speed)| *place += speed * time);
+        left -= time;
+        if i == usize::MAX {
+            return (speeds, collisions);
+        }
+        let (mean, half) = ((speeds[i] + speeds[i + 1]) / 2.0, (speeds[i] - speeds[i + 1]) / 2.0);
+        speeds[i] = mean - restitution * half;
+        speeds[i + 1] = mean + restitution * half;
+        collisions += 1;
+    }
+}
+
+fn cascade_error(_: &Scene, trace: &Trace) -> f64 {
+    let mut first = 0;
+    let mut largest = 0.0;
+    for (count, restitution) in CASCADES {
+        let (exact, _) = cascade(count, restitution);
+        let errors = (0..count).map(|ball| {
+            let exact = DVec2::new(exact[ball], 0.0);
+            trace.last()[first + ball].velocity.distance(exact) / CRADLE_SPEED
+        });
+        largest = worst([largest, worst(errors)].into_iter());
+        first += count;
+    }
+    largest
+}
+
+/// Two balls change their speeds in a collision. Two collisions of a ball in one tick would count
+/// once; the reference has none.
+fn count_error(_: &Scene, trace: &Trace) -> f64 {
+    let changes = trace.states.windows(2).map(|pair| {
+        let changed = |(a, b): (&State, &State)| a.velocity.distance(b.velocity) > 1e-6;
+        pair[0].iter().zip(&pair[1]).filter(|&states| changed(states)).count()
+    });
+    let found = changes.sum::<usize>() as f64 / 2.0;
+    let exact: usize = CASCADES.into_iter().map(|(count, e)| cascade(count, e).1).sum();
+    (found - exact as f64).abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CRADLE_SPEED, cascade};
+
+    #[test]
+    fn a_cascade_keeps_momentum() {
+        for (count, restitution) in super::CASCADES {
+            let (speeds, collisions) = cascade(count, restitution);
+            assert!((speeds.iter().sum::<f64>() - CRADLE_SPEED).abs() < 1e-9);
+            assert!(collisions >= count - 1);
+        }
+        assert_eq!(cascade(3, 1.0), (vec![0.0, 0.0, CRADLE_SPEED], 2));
+    }
 }

@@ -5,6 +5,7 @@ mod flight;
 mod gas;
 mod impact;
 mod pile;
+mod springs;
 mod stack;
 
 use crate::study::Problem;
@@ -14,6 +15,7 @@ pub fn all() -> Vec<Problem> {
     let mut problems = Vec::new();
     problems.extend(flight::PROBLEMS);
     problems.extend(contact::PROBLEMS);
+    problems.extend(springs::PROBLEMS);
     problems.extend(stack::PROBLEMS);
     problems.extend(gas::PROBLEMS);
     problems.extend(impact::PROBLEMS);

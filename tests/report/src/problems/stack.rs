@@ -1,7 +1,7 @@
 //! Problem 9: what rests must go on resting, whatever lies on what.
 
 use super::worst;
-use crate::engine::Trace;
+use crate::engine::{State, Trace};
 use crate::scene::{Body, Scene, Shape};
 use crate::shape::deepest_overlap;
 use crate::study::{Norm, Problem};
@@ -24,6 +24,11 @@ const NORMS: &[Norm] = &[
         of: |s, t| deepest_overlap(&s.bodies, t.last()),
     },
     Norm { name: "rms speed, last second", unit: "units/s", of: rms_speed },
+    Norm {
+        name: "largest relative error of a contact force, last second",
+        unit: "",
+        of: force_error,
+    },
 ];
 
 pub const PROBLEMS: [Problem; 3] = [
@@ -74,4 +79,23 @@ fn rms_speed(scene: &Scene, trace: &Trace) -> f64 {
         last.iter().flat_map(|bodies| scene.dynamic().map(|i| bodies[i].velocity.length_squared()));
     let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
     (sum / count).sqrt()
+}
+
+/// The force below a box carries the weights above and changes their speeds, so it is known from
+/// the speeds alone: sum of m_j (g + dv_j/dt) over the boxes above.
+fn force_error(scene: &Scene, trace: &Trace) -> f64 {
+    let late = &trace.states[trace.states.len().saturating_sub(61)..];
+    let of_tick = |pair: &[Vec<State>]| {
+        let (mut surplus, mut weight, mut largest) = (0.0, 0.0, 0.0f64);
+        let boxes: Vec<usize> = scene.dynamic().collect();
+        for &index in boxes.iter().rev() {
+            let mass = scene.bodies[index].mass;
+            let gain = pair[1][index].velocity.y - pair[0][index].velocity.y;
+            surplus += mass * gain / trace.tick_s;
+            weight += mass * GRAVITY;
+            largest = worst([largest, (surplus / weight).abs()].into_iter());
+        }
+        largest
+    };
+    worst(late.windows(2).map(of_tick))
 }

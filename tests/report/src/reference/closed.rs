@@ -28,6 +28,25 @@ pub fn quadratic_fall(gravity: f64, rate: f64, t: f64) -> (f64, f64) {
     (terminal * terminal / gravity * reach.cosh().ln(), terminal * reach.tanh())
 }
 
+/// Damped swing x'' = g - c x' - w² x, with less than critical damping: place and velocity.
+pub fn damped(
+    start: DVec2,
+    velocity: DVec2,
+    gravity: DVec2,
+    stiffness: f64,
+    rate: f64,
+    t: f64,
+) -> (DVec2, DVec2) {
+    let rest = gravity / stiffness;
+    let turn = (stiffness - rate * rate / 4.0).sqrt();
+    let (sin, cos) = (turn * t).sin_cos();
+    let decay = (-rate * t / 2.0).exp();
+    let (even, odd) = (start - rest, (velocity + (start - rest) * (rate / 2.0)) / turn);
+    let place = (even * cos + odd * sin) * decay;
+    let speed = (odd * cos - even * sin) * (turn * decay) - place * (rate / 2.0);
+    (rest + place, speed)
+}
+
 /// Height over the floor of a ball dropped from `height` that keeps `restitution` of its speed at
 /// each bounce. After infinitely many bounces it lies still.
 pub fn bounce(height: f64, gravity: f64, restitution: f64, t: f64) -> f64 {

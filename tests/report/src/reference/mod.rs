@@ -3,5 +3,6 @@
 
 pub mod closed;
 pub mod events;
+pub mod fine;
 pub mod moreau;
 pub mod program;

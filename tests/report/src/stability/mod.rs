@@ -5,6 +5,7 @@ mod extreme;
 mod moving;
 mod piles;
 mod resting;
+mod stiff;
 mod watch;
 
 use crate::engine::Engine;
@@ -113,6 +114,7 @@ pub fn all() -> Vec<Case> {
     cases.extend(moving::CASES);
     cases.extend(piles::CASES);
     cases.extend(extreme::CASES);
+    cases.extend(stiff::CASES);
     cases.sort_by_key(|case| case.id[1..].parse().unwrap_or(u32::MAX));
     cases
 }

@@ -6,12 +6,11 @@ use crate::engine::Engine;
 use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
 
-pub const CASES: [Case; 6] = [
+pub const CASES: [Case; 5] = [
     Case { id: "S14", title: "Stacks that bounce, e = 0.9 and 1", run: bouncing },
     Case { id: "S15", title: "Newton's cradle of five, e = 1", run: cradle },
     Case { id: "S16", title: "Sliding over 1000 flush tiles without friction", run: tiles },
     Case { id: "S19", title: "Gas of 625 discs, e = 1", run: gas },
-    Case { id: "S21", title: "Stiff springs and drag", run: springs },
     Case { id: "S24", title: "Platform with a stack of 5, friction 0.6", run: platform },
 ];
 
@@ -173,13 +172,6 @@ fn gas(subject: &Subject) -> Outcome {
         );
         out.check(&variant, "discs outside", 0.0, outside as f64);
         Ok(())
-    })
-}
-
-fn springs(_: &Subject) -> Outcome {
-    outcome(|_| {
-        Err("Jostle has no springs, and drag on particles only: see problems 2, 3, 11 and 12"
-            .into())
     })
 }
 
