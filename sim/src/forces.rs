@@ -16,7 +16,6 @@ mod state;
 
 use crate::bodies::Bodies;
 use crate::body::{BodyId, Motion};
-use crate::math::clamp_length;
 use flight::Flight;
 use glam::{DVec2, Vec2};
 use network::Network;
@@ -197,15 +196,12 @@ impl Forces {
             gravity: around.gravity.as_dvec2(),
             wind: self.wind.as_dvec2(),
             dt: f64::from(around.dt),
+            speed_max: f64::from(around.speed_max),
         };
         for flight in &mut self.flights {
             self.moves.push(flight.fly(bodies, &air));
         }
         self.network.fly(bodies, &air, &mut self.moves);
-        for found in &mut self.moves {
-            found.velocity = clamp_length(found.velocity, around.speed_max);
-            found.path = clamp_length(found.path, around.speed_max * around.dt);
-        }
     }
 
     /// Tells who flies alone and who is tied to others.
@@ -242,6 +238,27 @@ struct Air {
     gravity: DVec2,
     wind: DVec2,
     dt: f64,
+    speed_max: f64,
+}
+
+impl Air {
+    /// The move of a body, no faster than a body may be.
+    fn allow(&self, slot: u32, velocity: DVec2, path: DVec2) -> Move {
+        let velocity = limited(velocity, self.speed_max).as_vec2();
+        Move { slot, velocity, path: limited(path, self.speed_max * self.dt).as_vec2() }
+    }
+}
+
+/// Also of what is out of the range of numbers, which is nothing then.
+fn limited(vector: DVec2, most: f64) -> DVec2 {
+    let squared = vector.length_squared();
+    if squared <= most * most {
+        vector
+    } else if squared.is_finite() {
+        vector * (most / squared.sqrt())
+    } else {
+        DVec2::ZERO
+    }
 }
 
 #[cfg(test)]

@@ -82,22 +82,30 @@ impl Elimination {
         range.start + at.expect("the pattern has every edge and all fill")
     }
 
-    /// Solves in place; the numbers are used up. The system must be positive definite.
-    pub fn solve(&mut self, right: &mut [DVec2]) {
+    /// Factors the numbers, which must be positive definite, in their place.
+    pub fn factor(&mut self) {
         for j in 0..self.diagonal.len() {
             let inverse = self.diagonal[j].inverse();
             self.diagonal[j] = inverse;
             let range = self.column(j as u32);
             for p in range.clone() {
-                let (i, share) = (self.row[p] as usize, self.block[p] * inverse);
-                self.diagonal[i] -= share * self.block[p].transpose();
-                let known = right[j];
-                right[i] -= share * known;
+                let (i, share) = (self.row[p], self.block[p] * inverse);
+                self.diagonal[i as usize] -= share * self.block[p].transpose();
                 for q in p + 1..range.end {
-                    let at = self.find(self.row[q], i as u32);
+                    let at = self.find(self.row[q], i);
                     let fill = self.block[q] * share.transpose();
                     self.block[at] -= fill;
                 }
+            }
+        }
+    }
+
+    /// Solves in place, once the numbers are factored.
+    pub fn solve(&self, right: &mut [DVec2]) {
+        for j in 0..self.diagonal.len() {
+            let known = self.diagonal[j] * right[j];
+            for p in self.column(j as u32) {
+                right[self.row[p] as usize] -= self.block[p] * known;
             }
         }
         for j in (0..self.diagonal.len()).rev() {
@@ -152,6 +160,7 @@ mod tests {
             let sum: DVec2 = (0..18).map(|column| full[row][column] * wanted[column]).sum();
             right[place[row] as usize] = sum;
         }
+        system.factor();
         system.solve(&mut right);
         for node in 0..18 {
             let error = (right[place[node] as usize] - wanted[node]).length();

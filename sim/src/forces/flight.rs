@@ -68,19 +68,15 @@ impl Flight {
         let quadratic = f64::from(self.drag.quadratic);
         if quadratic > 0.0 && total == 0.0 && stiffness == 0.0 {
             let (through_air, path) = fall(velocity - air.wind, gravity, quadratic, air.dt);
-            return moved(self.slot, through_air + air.wind, path + air.wind * air.dt);
+            return air.allow(self.slot, through_air + air.wind, path + air.wind * air.dt);
         }
         self.step.renew(total, stiffness, air.dt);
         let force = gravity + air.wind * rate + self.pull * inverse_mass;
         let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
         let (path, velocity) = self.step.take(place, slowed, force);
         let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
-        moved(self.slot, slowed, path)
+        air.allow(self.slot, slowed, path)
     }
-}
-
-fn moved(slot: u32, velocity: DVec2, path: DVec2) -> Move {
-    Move { slot, velocity: velocity.as_vec2(), path: path.as_vec2() }
 }
 
 /// Quadratic drag and nothing else: u' = -k |u| u has u / (1 + k |u| t).

@@ -4,7 +4,8 @@
 //! length (1-t) |r0| + t |r1| along the mean direction. At t = 1/2 that is the midpoint rule with the
 //! discrete gradient of Gonzalez (1996): of second order, and it keeps energy exactly however stiff a
 //! spring is. Damping wants more: decay by y in a step is e^-y if t = 1 / (1 - e^-y) - 1/y (Liniger and
-//! Willoughby 1970), never overshoots, and is 1/2 + y/12 where y is small, so the order stays.
+//! Willoughby 1970), never overshoots, and is 1/2 + y/12 where y is small, so the order stays; it is for
+//! springs that do not swing, or swing too fast for the step.
 //! All that one component ties together has one t, of its fastest decay, and the system is symmetric.
 //!
 //! Newton's method finds v1; a spring that pushes gets no stiffness across it, so every system is
@@ -16,14 +17,19 @@ use crate::bodies::Bodies;
 use crate::math::exp_m1;
 use glam::{DMat2, DVec2};
 
-/// Systems solved in a step at most; two are the rule.
+/// Rounds of Newton's method in a step at most; two or three are the rule.
 const ROUNDS_MAX: u32 = 8;
 /// Change of a velocity, as a share of the largest one, at which they end.
 const PRECISION: f64 = 1e-5;
+/// A round that leaves more than this share of the change before it asks for a new system.
+const SLOW: f64 = 0.1;
 /// Change at the end from which on they led nowhere.
 const ASTRAY: f64 = 1e-3;
 /// Speed that counts as the largest where nothing moves, units/s.
 const SPEED_MIN: f64 = 1e-3;
+/// A damped spring that swings by less than this in a step, in radians, is followed by the midpoint
+/// rule; swings that a step cannot tell apart are only to die out.
+const TURN_MAX: f64 = 4.0;
 /// Springs shorter than this have no direction, world units.
 const LENGTH_MIN: f64 = 1e-9;
 
@@ -147,16 +153,19 @@ impl Network {
         }
         self.look(bodies, air);
         self.weigh(air.dt);
-        if self.solve(bodies, air) > ASTRAY {
+        let change = self.solve(bodies, air);
+        // Not a number is astray too.
+        if change.is_nan() || change > ASTRAY {
             // Springs that turn over within a step: no more than stability is asked for.
             self.weight.fill(1.0);
-            self.nodes.iter_mut().for_each(|node| node.velocity = node.before);
-            self.solve(bodies, air);
+            self.start_again();
+            if !self.solve(bodies, air).is_finite() {
+                self.start_again();
+            }
         }
         for node in &self.nodes {
             let path = way(node, self.weight[node.component as usize], air.dt);
-            let velocity = node.velocity.as_vec2();
-            moves.push(Move { slot: node.slot, velocity, path: path.as_vec2() });
+            moves.push(air.allow(node.slot, node.velocity, path));
         }
     }
 
@@ -180,16 +189,15 @@ impl Network {
             node.decay = node.rate * dt;
         }
         for link in &self.links {
-            let ends = [link.a, link.b];
-            let weight = |end: End| match end {
-                End::Node(node) => 1.0 / self.nodes[node as usize].mass,
-                End::Slot(_) | End::Point(_) => 0.0,
-            };
-            let decay = link.damping * (weight(link.a) + weight(link.b)) * dt;
-            for end in ends {
-                if let End::Node(node) = end {
-                    self.nodes[node as usize].decay += decay;
-                }
+            let ends = [link.a.node(), link.b.node()];
+            let weight =
+                |end: Option<u32>| end.map_or(0.0, |node| 1.0 / self.nodes[node as usize].mass);
+            let weight = weight(ends[0]) + weight(ends[1]);
+            let decay = link.damping * weight * dt;
+            let turn = (link.stiffness * weight).sqrt() * dt;
+            let follows = turn < TURN_MAX && decay < 2.0 * turn;
+            for node in ends.into_iter().flatten().filter(|_| !follows) {
+                self.nodes[node as usize].decay += decay;
             }
         }
         self.weight.fill(0.5);
@@ -202,69 +210,86 @@ impl Network {
         }
     }
 
-    /// Newton's method; the last change, as a share of the largest speed.
+    /// Back to the speeds at the start, which are also what is left where numbers run out of range.
+    fn start_again(&mut self) {
+        self.nodes.iter_mut().for_each(|node| node.velocity = node.before);
+    }
+
+    /// Newton's method with the system of the first round as long as it serves; the last change, as
+    /// a share of the largest speed.
     fn solve(&mut self, bodies: &Bodies, air: &Air) -> f64 {
-        let mut change = 0.0;
+        let mut change = f64::INFINITY;
+        let mut stale = true;
         for _ in 0..ROUNDS_MAX {
-            change = self.improve(bodies, air);
+            self.look_at_forces(bodies, air, stale);
+            if stale {
+                self.system.factor();
+            }
+            self.system.solve(&mut self.wrong);
+            let before = change;
+            change = self.improve();
             if change <= PRECISION {
                 break;
             }
+            stale = change > SLOW * before;
         }
         change
     }
 
-    /// One step of it.
-    fn improve(&mut self, bodies: &Bodies, air: &Air) -> f64 {
-        self.system.clear();
+    /// What is wrong with the velocities, and the system that says how to mend it, if `wanted`.
+    fn look_at_forces(&mut self, bodies: &Bodies, air: &Air, wanted: bool) {
+        if wanted {
+            self.system.clear();
+        }
         for (at, node) in (0u32..).zip(&self.nodes) {
             let t = self.weight[node.component as usize];
             let through_air = node.before * (1.0 - t) + node.velocity * t - air.wind;
             let force = (node.gravity - through_air * node.rate) * air.dt;
             self.wrong[at as usize] = (node.before + force - node.velocity) * node.mass;
-            let inertia = node.mass * (1.0 + t * node.rate * air.dt);
-            self.system.add_diagonal(at, DMat2::IDENTITY * inertia);
+            if wanted {
+                let inertia = node.mass * (1.0 + t * node.rate * air.dt);
+                self.system.add_diagonal(at, DMat2::IDENTITY * inertia);
+            }
         }
         for place in 0..self.links.len() {
-            self.pull(place, bodies, air.dt);
+            self.pull(place, bodies, air.dt, wanted);
         }
-        self.system.solve(&mut self.wrong);
-        let (mut largest, mut change) = (SPEED_MIN, 0.0);
-        for (node, &step) in self.nodes.iter_mut().zip(&self.wrong) {
-            node.velocity += step;
-            largest = larger(largest, node.velocity.length());
-            change = larger(change, step.length());
-        }
-        change / largest
     }
 
-    /// Adds what a spring does to the right side and to the system.
-    fn pull(&mut self, place: usize, bodies: &Bodies, dt: f64) {
+    /// Takes the change that was found.
+    fn improve(&mut self) -> f64 {
+        let (mut largest, mut change) = (SPEED_MIN * SPEED_MIN, 0.0);
+        for (node, &step) in self.nodes.iter_mut().zip(&self.wrong) {
+            node.velocity += step;
+            largest = larger(node.velocity.length_squared(), largest);
+            change = larger(step.length_squared(), change);
+        }
+        (change / largest).sqrt()
+    }
+
+    /// Adds what a spring does to what is wrong, and to the system if `wanted`.
+    fn pull(&mut self, place: usize, bodies: &Bodies, dt: f64, wanted: bool) {
         let link = &self.links[place];
         let (a, b) = (self.see(link.a, bodies), self.see(link.b, bodies));
-        let node = |end: End| match end {
-            End::Node(node) => Some(node),
-            End::Slot(_) | End::Point(_) => None,
-        };
-        let (node_a, node_b) = (node(link.a), node(link.b));
+        let (node_a, node_b) = (link.a.node(), link.b.node());
         let Some(any) = node_a.or(node_b) else { return };
         let t = self.weight[self.nodes[any as usize].component as usize];
         let early = b.place - a.place;
         let speed = (b.before - a.before) * (1.0 - t) + (b.velocity - a.velocity) * t;
         let late = early + speed * dt;
-        let (force, along, across) = link.force(early, late, speed, t);
-        let along = dt * t * (link.stiffness * t * dt + along);
-        let across = dt * t * across * t * dt;
-        let direction = unit(early * (1.0 - t) + late * t);
-        let outer = DMat2::from_cols(direction * direction.x, direction * direction.y);
-        let stiff = outer * (along - across) + DMat2::IDENTITY * across;
-        let stiff = if link.rest_length == 0.0 { DMat2::IDENTITY * along } else { stiff };
+        let pull = link.pull(early, late, speed, t);
+        let impulse = pull.force * dt;
+        let stiff = pull.stiffness(link, t, dt);
         if let Some(node) = node_a {
-            self.wrong[node as usize] -= force * dt;
-            self.system.add_diagonal(node, stiff);
+            self.wrong[node as usize] -= impulse;
         }
         if let Some(node) = node_b {
-            self.wrong[node as usize] += force * dt;
+            self.wrong[node as usize] += impulse;
+        }
+        if !wanted {
+            return;
+        }
+        for node in [node_a, node_b].into_iter().flatten() {
             self.system.add_diagonal(node, stiff);
         }
         if let (Some(one), Some(other)) = (node_a, node_b) {
@@ -288,12 +313,30 @@ impl Network {
     }
 }
 
+/// What a spring does.
+struct Pull {
+    /// On its far end.
+    force: DVec2,
+    direction: DVec2,
+    /// Tension over length, where it pulls: its stiffness across.
+    across: f64,
+}
+
+impl End {
+    fn node(self) -> Option<u32> {
+        match self {
+            End::Node(node) => Some(node),
+            End::Slot(_) | End::Point(_) => None,
+        }
+    }
+}
+
 impl Link {
-    /// Force on the far end, what damps it, and the stiffness across.
-    fn force(&self, early: DVec2, late: DVec2, speed: DVec2, t: f64) -> (DVec2, f64, f64) {
+    fn pull(&self, early: DVec2, late: DVec2, speed: DVec2, t: f64) -> Pull {
         let mean = early * (1.0 - t) + late * t;
         if self.rest_length == 0.0 {
-            return (-mean * self.stiffness - speed * self.damping, self.damping, 0.0);
+            let force = -mean * self.stiffness - speed * self.damping;
+            return Pull { force, direction: DVec2::X, across: 0.0 };
         }
         let length = early.length() * (1.0 - t) + late.length() * t;
         let direction = unit(mean);
@@ -304,7 +347,21 @@ impl Link {
             (direction, 0.0)
         };
         let damped = direction * (self.damping * direction.dot(speed));
-        (-slant * tension - damped, self.damping, across)
+        Pull { force: -slant * tension - damped, direction, across }
+    }
+}
+
+impl Pull {
+    /// Change of the impulse with the velocity at the end of the step.
+    fn stiffness(&self, link: &Link, t: f64, dt: f64) -> DMat2 {
+        let along = dt * t * (link.stiffness * t * dt + link.damping);
+        if link.rest_length == 0.0 {
+            return DMat2::IDENTITY * along;
+        }
+        let across = dt * t * self.across * t * dt;
+        let direction = self.direction;
+        let outer = DMat2::from_cols(direction * direction.x, direction * direction.y);
+        outer * (along - across) + DMat2::IDENTITY * across
     }
 }
 
@@ -323,8 +380,9 @@ fn fitted(decay: f64) -> f64 {
     if decay < 1e-3 { 0.5 + decay / 12.0 } else { -1.0 / exp_m1(-decay) - 1.0 / decay }
 }
 
+/// The larger one; what is not a number wins.
 fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
+    if a > b || a.is_nan() { a } else { b }
 }
 
 /// The least place of the component of each place.

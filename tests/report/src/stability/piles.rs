@@ -4,6 +4,7 @@ use super::watch::{Run, largest};
 use super::{Case, Outcome, SLOP, Subject, outcome};
 use crate::scene::{Body, Scene, Shape};
 use crate::shape::overlaps;
+use glam::DVec2;
 
 const GRAVITY: f64 = 10.0;
 const SECONDS: f64 = 20.0;
@@ -45,8 +46,24 @@ fn mixed(subject: &Subject) -> Outcome {
             out.check(variant, "rms speed at the end, units/s", 1e-4, run.jitter());
             out.draw(variant, &run);
         }
+        let error = momentum_error(subject)?;
+        out.check("1000 thrown at 10 light, no gravity", "relative momentum error", 1e-6, error);
         Ok(())
     })
+}
+
+/// A heavy box runs into a row of light ones that touch; nothing else acts.
+fn momentum_error(subject: &Subject) -> Result<f64, String> {
+    let mut scene = Scene::new(0.0);
+    scene.add(block(-3.0, 0.0, 1000.0).moving(5.0, 0.0));
+    for column in 0..10 {
+        scene.add(block(f64::from(column), 0.0, 1.0));
+    }
+    let run = subject.watch(&scene, 2.0)?;
+    let momenta =
+        run.last.iter().zip(&scene.bodies).map(|(state, body)| state.velocity * body.mass);
+    let sum: DVec2 = momenta.sum();
+    Ok(sum.distance(DVec2::new(5000.0, 0.0)) / 5000.0)
 }
 
 fn capped(subject: &Subject) -> Outcome {
