@@ -1,58 +1,99 @@
-//! The codec of snapshots: a head of tick, distance to the baseline and a set of sections, then
-//! each section that is not empty, in the order of its bit. What did not change costs nothing.
+//! The codec of snapshots: a head with a set of sections, then each section that is not empty, in the
+//! order of its bit. What did not change, or changed as it was expected to, costs nothing.
 
 mod bodies;
 mod events;
+pub mod motion;
 mod players;
 
+pub use bodies::is_same;
+
 use crate::limits::{BODIES_MAX, SERVER_MESSAGE_BYTES_MAX};
-use crate::snapshot::{Snapshot, TimedEvent};
+use crate::message::SNAPSHOT;
+use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 use crate::wire::{DecodeError, Reader, Writer};
 use jostle_sim::BodyId;
+use motion::{Place, Trail};
 
 /// Sections of a coded snapshot, one bit each.
 mod section {
     pub const DEATHS: u8 = 1 << 0;
     pub const MOVES: u8 = 1 << 1;
     pub const BIRTHS: u8 = 1 << 2;
-    pub const PLAYERS_GONE: u8 = 1 << 3;
-    pub const PLAYERS_CHANGED: u8 = 1 << 4;
-    pub const PLAYERS_NEW: u8 = 1 << 5;
-    pub const EVENTS: u8 = 1 << 6;
-    pub const ALL: u8 = (1 << 7) - 1;
+    pub const PLAYERS: u8 = 1 << 3;
+    pub const INPUTS: u8 = 1 << 4;
+    pub const EVENTS: u8 = 1 << 5;
+    /// No section: the snapshot starts from nothing.
+    pub const KEYFRAME: u8 = 1 << 6;
     /// Sections that a keyframe may have: it has nothing to change or to remove.
-    pub const KEYFRAME: u8 = BIRTHS | PLAYERS_NEW | EVENTS;
+    pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | EVENTS;
 }
 
 /// Names of the sections, in the order of their bits.
 const SECTION_NAMES: [&str; 7] =
-    ["deaths", "moves", "births", "players gone", "players changed", "players new", "events"];
+    ["deaths", "moves", "births", "players", "inputs", "events", "keyframe"];
 
 /// See [`Snapshot::section_names`].
 pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
-    let mut reader = Reader::new(bytes);
-    reader.leb32("tick")?;
-    reader.leb64("baseline")?;
-    let sections = reader.byte("sections")?;
+    let sections = Reader::new(bytes).byte("sections")?;
     let present = |(bit, _): &(usize, &'static str)| sections >> bit & 1 == 1;
     Ok(SECTION_NAMES.into_iter().enumerate().filter(present).map(|(_, name)| name).collect())
 }
 
-/// See [`Snapshot::encode`].
-pub fn encode(snapshot: &Snapshot, baseline: Option<&Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
+/// What the next snapshot is coded against.
+#[derive(Clone, Copy, Debug)]
+pub struct Baseline<'a> {
+    /// The newest that both ends hold.
+    pub snapshot: &'a Snapshot,
+    /// Of its bodies.
+    pub bodies: &'a [Trail],
+    /// Of its players' pointers, whether they have one or not.
+    pub pointers: &'a [Trail],
+}
+
+impl Baseline<'_> {
+    /// Trails of what may move: the bodies at these places, then the pointers that there are.
+    fn trails(&self, survivors: impl Iterator<Item = u32>) -> Vec<Trail> {
+        let bodies = survivors.map(|place| self.bodies[place as usize]);
+        bodies.chain(self.pointing().map(|(_, trail)| *trail)).collect()
+    }
+
+    /// Players with a pointer.
+    fn pointing(&self) -> impl Iterator<Item = (&PlayerState, &Trail)> {
+        let players = self.snapshot.players.iter().zip(self.pointers);
+        players.filter(|(player, _)| player.pointer.is_some())
+    }
+}
+
+/// The whole message. See [`crate::Stream::encode`].
+pub fn encode(snapshot: &Snapshot, baseline: Option<Baseline>, events: &[TimedEvent]) -> Vec<u8> {
     let nothing = Snapshot::default();
-    let base = baseline.unwrap_or(&nothing);
+    let base = baseline.map_or(&nothing, |baseline| baseline.snapshot);
     assert!(base.tick <= snapshot.tick, "baseline {} is newer than {}", base.tick, snapshot.tick);
     let bodies = bodies::Difference::between(&base.bodies, &snapshot.bodies);
     let players = players::Difference::between(base, snapshot);
-    let events_section = if events.is_empty() { 0 } else { section::EVENTS };
+    let (trails, places) = match baseline {
+        Some(baseline) => moves(&baseline, &bodies, snapshot),
+        None => (Vec::new(), Vec::new()),
+    };
 
+    let bit = |present: bool, section: u8| if present { section } else { 0 };
+    let sections = bodies.sections()
+        | bit(motion::is_surprising(&trails, &places), section::MOVES)
+        | players.sections()
+        | bit(!events.is_empty(), section::EVENTS)
+        | bit(baseline.is_none(), section::KEYFRAME);
     let mut writer = Writer::new();
-    writer.leb32(snapshot.tick);
-    // 0 is a keyframe, so that a delta against the very same tick is different from one.
-    writer.leb64(baseline.map_or(0, |base| u64::from(snapshot.tick - base.tick) + 1));
-    writer.byte(bodies.sections() | players.sections() | events_section);
-    bodies.write(&mut writer);
+    writer.byte(SNAPSHOT | sections);
+    match baseline {
+        Some(_) => writer.byte(snapshot.tick as u8),
+        None => writer.leb32(snapshot.tick),
+    }
+    bodies.write_deaths(&mut writer);
+    if sections & section::MOVES != 0 {
+        motion::write(&trails, &places, &mut writer);
+    }
+    bodies.write_births(&mut writer);
     players.write(&mut writer);
     if !events.is_empty() {
         events::write(&mut writer, events, base.tick, snapshot.tick);
@@ -60,47 +101,87 @@ pub fn encode(snapshot: &Snapshot, baseline: Option<&Snapshot>, events: &[TimedE
     writer.finish()
 }
 
-/// See [`Snapshot::decode`].
+/// What may move, and where it is now. A pointer that went away counts as where it was expected.
+fn moves(
+    baseline: &Baseline,
+    bodies: &bodies::Difference,
+    snapshot: &Snapshot,
+) -> (Vec<Trail>, Vec<Place>) {
+    let trails = baseline.trails(bodies.survivors.iter().map(|&(place, _)| place));
+    let pointer = |(player, trail): (&PlayerState, &Trail)| {
+        let now = snapshot.players.binary_search_by_key(&player.seat, |other| other.seat);
+        let now = now.ok().and_then(|place| snapshot.players[place].pointer);
+        now.unwrap_or_else(|| trail.expected())
+    };
+    let centers = bodies.survivors.iter().map(|&(_, quanta)| quanta);
+    let places = centers.chain(baseline.pointing().map(pointer)).collect();
+    (trails, places)
+}
+
+/// See [`crate::Stream::decode`].
 pub fn decode(
     bytes: &[u8],
-    baseline: Option<&Snapshot>,
+    baseline: Option<Baseline>,
 ) -> Result<(Snapshot, Vec<TimedEvent>), DecodeError> {
     if bytes.len() > SERVER_MESSAGE_BYTES_MAX {
         let bytes_max = SERVER_MESSAGE_BYTES_MAX;
         return Err(DecodeError::TooLong { bytes: bytes.len(), bytes_max });
     }
-    let nothing = Snapshot::default();
     let mut reader = Reader::new(bytes);
-    let tick = reader.leb32("tick")?;
-    let base = match read_baseline_tick(&mut reader, tick)? {
-        None => &nothing,
-        Some(tick) => baseline
-            .filter(|baseline| baseline.tick == tick)
-            .ok_or(DecodeError::MissingBaseline { tick })?,
+    let head = reader.byte("sections")?;
+    let sections = head & !SNAPSHOT;
+    let nothing = Snapshot::default();
+    let start = Baseline { snapshot: &nothing, bodies: &[], pointers: &[] };
+    let (base, tick) = if sections & section::KEYFRAME != 0 {
+        (start, reader.leb32("tick")?)
+    } else {
+        let base = baseline.ok_or(DecodeError::NoBaseline)?;
+        (base, read_tick(&mut reader, base.snapshot.tick)?)
     };
-    let sections = reader.byte("sections")?;
-    let allowed = if std::ptr::eq(base, &nothing) { section::KEYFRAME } else { section::ALL };
-    if sections & !allowed != 0 {
+    let is_keyframe = sections & section::KEYFRAME != 0;
+    if head & SNAPSHOT == 0 || is_keyframe && sections & !section::IN_KEYFRAME != 0 {
         return Err(DecodeError::OutOfRange { field: "sections" });
     }
-
-    let bodies = bodies::read(&mut reader, sections, &base.bodies)?;
-    let players = players::read(&mut reader, sections, &base.players, tick - base.tick)?;
+    let (survivors, mut players) = read_survivors(&mut reader, sections, &base)?;
+    let bodies = bodies::read(&mut reader, sections, survivors)?;
+    players::read(&mut reader, sections, &mut players, tick - base.snapshot.tick)?;
     let events = if sections & section::EVENTS == 0 {
         Vec::new()
     } else {
-        events::read(&mut reader, base.tick, tick)?
+        events::read(&mut reader, base.snapshot.tick, tick)?
     };
     reader.end()?;
     Ok((Snapshot { tick, bodies, players }, events))
 }
 
-/// The tick that the snapshot is coded against, `None` for a keyframe.
-fn read_baseline_tick(reader: &mut Reader, tick: u32) -> Result<Option<u32>, DecodeError> {
-    let distance = reader.leb64("baseline")?;
-    let Some(distance) = distance.checked_sub(1) else { return Ok(None) };
-    let found = u64::from(tick).checked_sub(distance).map(|tick| tick as u32);
-    found.map(Some).ok_or(DecodeError::OutOfRange { field: "baseline" })
+/// The tick whose low byte is told: the next such after `base`.
+fn read_tick(reader: &mut Reader, base: u32) -> Result<u32, DecodeError> {
+    let distance = reader.byte("tick")?.wrapping_sub(base as u8);
+    base.checked_add(u32::from(distance)).ok_or(DecodeError::OutOfRange { field: "tick" })
+}
+
+/// Bodies and pointers of the baseline that live on, where they are now.
+fn read_survivors(
+    reader: &mut Reader,
+    sections: u8,
+    base: &Baseline,
+) -> Result<(Vec<SnapshotBody>, Vec<PlayerState>), DecodeError> {
+    let survivors = bodies::read_survivors(reader, sections, &base.snapshot.bodies)?;
+    let trails = base.trails(survivors.iter().copied());
+    let places = if sections & section::MOVES == 0 {
+        trails.iter().map(Trail::expected).collect()
+    } else {
+        motion::read(&trails, reader)?
+    };
+    let (centers, pointers) = places.split_at(survivors.len());
+    let moved = |(&place, &quanta): (&u32, &Place)| SnapshotBody {
+        quanta,
+        ..base.snapshot.bodies[place as usize]
+    };
+    let mut players = base.snapshot.players.clone();
+    let pointing = players.iter_mut().filter_map(|player| player.pointer.as_mut());
+    pointing.zip(pointers).for_each(|(pointer, place)| *pointer = *place);
+    Ok((survivors.iter().zip(centers).map(moved).collect(), players))
 }
 
 fn write_id(writer: &mut Writer, id: BodyId) {
@@ -112,12 +193,3 @@ fn read_id(reader: &mut Reader, field: &'static str) -> Result<BodyId, DecodeErr
     let index = reader.leb_up_to(BODIES_MAX as u32 - 1, field)?;
     Ok(BodyId { index, generation: reader.leb32(field)? })
 }
-
-fn write_quanta(writer: &mut Writer, base: [i32; 2], quanta: [i32; 2]) {
-    for axis in 0..2 {
-        writer.zigzag(quanta[axis] - base[axis]);
-    }
-}
-
-#[cfg(test)]
-mod tests;

@@ -2,17 +2,20 @@
 //! on them. No IO, no allocation that was not checked first, no panic on any bytes.
 
 mod appearance;
+mod bits;
 mod codec;
 pub mod limits;
 pub mod message;
 mod refusal;
 pub mod replay;
 pub mod snapshot;
+mod stream;
 pub mod wire;
 
 pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage};
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
+pub use stream::Stream;
 pub use wire::DecodeError;
 
 /// Version of everything in this crate; both ends must agree.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;

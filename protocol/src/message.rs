@@ -20,7 +20,8 @@ const WELCOME: u8 = 0;
 const REFUSED: u8 = 1;
 const DRAINING: u8 = 2;
 const PONG: u8 = 3;
-const SNAPSHOT: u8 = 4;
+/// All kinds from here on: what is above it says which sections there are.
+pub(crate) const SNAPSHOT: u8 = 1 << 7;
 
 /// From client to server.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,7 +84,7 @@ pub enum ServerMessage {
         /// Server tick when it was answered.
         tick: u32,
     },
-    /// A snapshot, still coded: decode with [`crate::Snapshot::decode`].
+    /// A snapshot, still coded, kind included: for [`crate::Stream::decode`].
     Snapshot(Vec<u8>),
 }
 
@@ -197,10 +198,7 @@ impl ServerMessage {
                 writer.fixed32(*stamp);
                 writer.leb32(*tick);
             }
-            ServerMessage::Snapshot(bytes) => {
-                writer.byte(SNAPSHOT);
-                writer.raw(bytes);
-            }
+            ServerMessage::Snapshot(bytes) => writer.raw(bytes),
         }
         writer.finish()
     }
@@ -221,8 +219,9 @@ impl ServerMessage {
                 let stamp = reader.fixed32("stamp")?;
                 ServerMessage::Pong { stamp, tick: reader.leb32("tick")? }
             }
-            SNAPSHOT => {
-                ServerMessage::Snapshot(reader.raw(reader.remaining(), "snapshot")?.to_vec())
+            SNAPSHOT.. => {
+                reader.raw(reader.remaining(), "snapshot")?;
+                ServerMessage::Snapshot(bytes.to_vec())
             }
             _ => return Err(DecodeError::OutOfRange { field: "kind" }),
         };

@@ -1,4 +1,4 @@
-//! The snapshot: visible state at a tick. How it travels is behind `encode` and `decode`.
+//! The snapshot: visible state at a tick. A [`crate::Stream`] says how it travels.
 
 use crate::codec;
 use crate::limits::{BODIES_MAX, QUANTA_MAX};
@@ -78,26 +78,7 @@ impl Snapshot {
         Snapshot { tick: game.tick_count(), bodies, players }
     }
 
-    /// Codes `self` against `baseline` (`None`: a keyframe), with the events after the baseline's
-    /// tick up to this one. The bytes depend on nothing else, so all who hold the same baseline
-    /// share them.
-    ///
-    /// Panics unless bodies and players are in order, the baseline is not newer than `self`, and
-    /// the events are in tick order, at most `EVENTS_MAX`.
-    pub fn encode(&self, baseline: Option<&Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
-        codec::encode(self, baseline, events)
-    }
-
-    /// Reads what `encode` wrote. `baseline` is the newest snapshot that this end holds; a delta
-    /// against another tick is refused.
-    pub fn decode(
-        bytes: &[u8],
-        baseline: Option<&Snapshot>,
-    ) -> Result<(Snapshot, Vec<TimedEvent>), DecodeError> {
-        codec::decode(bytes, baseline)
-    }
-
-    /// Names of the sections that a coded snapshot has, read from its head alone.
+    /// Names of the sections that a coded snapshot has, read from its first byte alone.
     pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
         codec::section_names(bytes)
     }

@@ -25,12 +25,9 @@ pub enum DecodeError {
         /// How many.
         count: usize,
     },
-    /// The snapshot is coded against a tick that this end does not hold.
-    #[error("snapshot needs baseline tick {tick}")]
-    MissingBaseline {
-        /// The tick.
-        tick: u32,
-    },
+    /// A snapshot that says what changed came before any that says what there is.
+    #[error("no keyframe came before")]
+    NoBaseline,
     /// The message is longer than its kind may be.
     #[error("message of {bytes} bytes exceeds {bytes_max}")]
     TooLong {
@@ -107,6 +104,11 @@ impl Writer {
         self.leb32((value << 1 ^ value >> 31) as u32);
     }
 
+    /// Two signed numbers.
+    pub fn quanta(&mut self, value: [i32; 2]) {
+        value.into_iter().for_each(|axis| self.zigzag(axis));
+    }
+
     /// The bits of a finite number, four bytes. Panics on others: the reader would refuse them.
     pub fn finite(&mut self, value: f32) {
         assert!(value.is_finite(), "{value} cannot travel");
@@ -164,6 +166,11 @@ impl<'a> Reader<'a> {
     /// Bytes that are left.
     pub fn remaining(&self) -> usize {
         self.bytes.len()
+    }
+
+    /// The bytes that are left, still to be taken.
+    pub fn rest(&self) -> &'a [u8] {
+        self.bytes
     }
 
     /// The next `count` bytes.
@@ -264,16 +271,11 @@ impl<'a> Reader<'a> {
         Ok((value >> 1) as i32 ^ -((value & 1) as i32))
     }
 
-    /// `base` plus a signed number on both axes, within [`QUANTA_MAX`].
-    pub fn quanta(&mut self, base: [i32; 2], field: &'static str) -> Result<[i32; 2], DecodeError> {
-        let mut quanta = base;
-        for axis in &mut quanta {
-            *axis = axis
-                .checked_add(self.zigzag(field)?)
-                .filter(|sum| (-QUANTA_MAX..=QUANTA_MAX).contains(sum))
-                .ok_or(DecodeError::OutOfRange { field })?;
-        }
-        Ok(quanta)
+    /// Two signed numbers within [`QUANTA_MAX`].
+    pub fn quanta(&mut self, field: &'static str) -> Result<[i32; 2], DecodeError> {
+        let quanta = [self.zigzag(field)?, self.zigzag(field)?];
+        let inside = quanta.iter().all(|axis| (-QUANTA_MAX..=QUANTA_MAX).contains(axis));
+        if inside { Ok(quanta) } else { Err(DecodeError::OutOfRange { field }) }
     }
 
     /// A finite number.

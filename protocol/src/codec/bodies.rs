@@ -1,6 +1,7 @@
-//! Bodies in a coded snapshot: who died, by how much survivors moved, who was born.
+//! Bodies in a coded snapshot: who died, who was born. Where the others are is told with all that
+//! moves, see `motion`.
 
-use super::{section, write_quanta};
+use super::section;
 use crate::limits::BODIES_MAX;
 use crate::snapshot::SnapshotBody;
 use crate::wire::{DecodeError, Gaps, Reader, Writer};
@@ -13,15 +14,13 @@ const TAG_ALL: u8 = (1 << 5) - 1;
 
 /// Gap, generation, tag, group, radius, and two coordinates.
 const BIRTH_BYTES_MIN: usize = 10;
-/// Gap and two coordinates.
-const MOVE_BYTES_MIN: usize = 3;
 
 /// What happened to the bodies between two snapshots.
 pub struct Difference<'a> {
     /// Places in the baseline's list.
     deaths: Vec<u32>,
-    /// Place in the list of survivors, where it was, where it is.
-    moves: Vec<(u32, [i32; 2], [i32; 2])>,
+    /// Those in both: place in the baseline's list, and where it is now.
+    pub survivors: Vec<(u32, [i32; 2])>,
     births: Vec<&'a SnapshotBody>,
 }
 
@@ -29,54 +28,44 @@ impl<'a> Difference<'a> {
     /// Walks both lists in index order. A body that changed more than its place counts as another
     /// one, so that every pair of snapshots can be coded.
     pub fn between(base: &[SnapshotBody], bodies: &'a [SnapshotBody]) -> Difference<'a> {
-        let mut found = Difference { deaths: Vec::new(), moves: Vec::new(), births: Vec::new() };
-        let mut old = 0;
-        let mut survivors = 0;
+        let mut found =
+            Difference { deaths: Vec::new(), survivors: Vec::new(), births: Vec::new() };
+        let mut old = (0u32..).zip(base).peekable();
         for body in bodies {
-            while old < base.len() && base[old].id.index < body.id.index {
-                found.deaths.push(old as u32);
-                old += 1;
+            while let Some((place, _)) = old.next_if(|(_, known)| known.id.index < body.id.index) {
+                found.deaths.push(place);
             }
-            let same_index = base.get(old).filter(|known| known.id.index == body.id.index);
-            let survivor = same_index.filter(|known| is_same(known, body));
-            if let Some(known) = survivor {
-                if known.quanta != body.quanta {
-                    found.moves.push((survivors, known.quanta, body.quanta));
+            match old.next_if(|(_, known)| known.id.index == body.id.index) {
+                Some((place, known)) if is_same(known, body) => {
+                    found.survivors.push((place, body.quanta));
                 }
-                survivors += 1;
-            } else {
-                found.deaths.extend(same_index.map(|_| old as u32));
-                found.births.push(body);
+                other => {
+                    found.deaths.extend(other.map(|(place, _)| place));
+                    found.births.push(body);
+                }
             }
-            old += usize::from(same_index.is_some());
         }
-        found.deaths.extend(old as u32..base.len() as u32);
+        found.deaths.extend(old.map(|(place, _)| place));
         found
     }
 
     /// Sections that are not empty.
     pub fn sections(&self) -> u8 {
         let bit = |empty: bool, section: u8| if empty { 0 } else { section };
-        bit(self.deaths.is_empty(), section::DEATHS)
-            | bit(self.moves.is_empty(), section::MOVES)
-            | bit(self.births.is_empty(), section::BIRTHS)
+        bit(self.deaths.is_empty(), section::DEATHS) | bit(self.births.is_empty(), section::BIRTHS)
     }
 
-    /// Writes the sections that are not empty.
-    pub fn write(&self, writer: &mut Writer) {
+    /// Writes the places of the dead, if there are any.
+    pub fn write_deaths(&self, writer: &mut Writer) {
         if !self.deaths.is_empty() {
             writer.count(self.deaths.len());
             let mut gaps = Gaps::default();
             self.deaths.iter().for_each(|&place| gaps.write(writer, place));
         }
-        if !self.moves.is_empty() {
-            writer.count(self.moves.len());
-            let mut gaps = Gaps::default();
-            for &(place, from, to) in &self.moves {
-                gaps.write(writer, place);
-                write_quanta(writer, from, to);
-            }
-        }
+    }
+
+    /// Writes the newborn, if there are any.
+    pub fn write_births(&self, writer: &mut Writer) {
         if !self.births.is_empty() {
             writer.count(self.births.len());
             let mut gaps = Gaps::default();
@@ -86,7 +75,7 @@ impl<'a> Difference<'a> {
 }
 
 /// Whether `b` is `a`, maybe at another place.
-fn is_same(a: &SnapshotBody, b: &SnapshotBody) -> bool {
+pub fn is_same(a: &SnapshotBody, b: &SnapshotBody) -> bool {
     a.id == b.id
         && a.kind == b.kind
         && a.owner == b.owner
@@ -108,56 +97,36 @@ fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
         Shape::Circle { radius } => writer.finite(radius),
         Shape::Box { half } => writer.point(half),
     }
-    write_quanta(writer, [0, 0], body.quanta);
+    writer.quanta(body.quanta);
 }
 
-/// Reads the sections of bodies and applies them to the baseline's.
-pub fn read(
+/// Places in the baseline's list of those who live on.
+pub fn read_survivors(
     reader: &mut Reader,
     sections: u8,
     base: &[SnapshotBody],
-) -> Result<Vec<SnapshotBody>, DecodeError> {
-    let mut survivors =
-        if sections & section::DEATHS == 0 { base.to_vec() } else { read_survivors(reader, base)? };
-    if sections & section::MOVES != 0 {
-        read_moves(reader, &mut survivors)?;
+) -> Result<Vec<u32>, DecodeError> {
+    let mut alive = vec![true; base.len()];
+    if sections & section::DEATHS != 0 {
+        let mut gaps = Gaps::default();
+        for _ in 0..read_count(reader, base.len(), 1, "deaths")? {
+            alive[gaps.read(reader, base.len(), "death")? as usize] = false;
+        }
     }
+    Ok((0u32..).zip(alive).filter_map(|(place, alive)| alive.then_some(place)).collect())
+}
+
+/// The survivors with who was born.
+pub fn read(
+    reader: &mut Reader,
+    sections: u8,
+    survivors: Vec<SnapshotBody>,
+) -> Result<Vec<SnapshotBody>, DecodeError> {
     if sections & section::BIRTHS == 0 {
         return Ok(survivors);
     }
     let births = read_births(reader, BODIES_MAX.saturating_sub(survivors.len()))?;
     merge(survivors, births)
-}
-
-fn read_survivors(
-    reader: &mut Reader,
-    base: &[SnapshotBody],
-) -> Result<Vec<SnapshotBody>, DecodeError> {
-    let deaths = read_count(reader, base.len(), 1, "deaths")?;
-    let mut survivors = Vec::with_capacity(base.len());
-    let mut gaps = Gaps::default();
-    let mut alive_from = 0;
-    for _ in 0..deaths {
-        let dead = gaps.read(reader, base.len(), "death")? as usize;
-        survivors.extend_from_slice(&base[alive_from..dead]);
-        alive_from = dead + 1;
-    }
-    survivors.extend_from_slice(&base[alive_from..]);
-    Ok(survivors)
-}
-
-fn read_moves(reader: &mut Reader, survivors: &mut [SnapshotBody]) -> Result<(), DecodeError> {
-    let moves = read_count(reader, survivors.len(), MOVE_BYTES_MIN, "moves")?;
-    let mut gaps = Gaps::default();
-    for _ in 0..moves {
-        let body = &mut survivors[gaps.read(reader, survivors.len(), "move")? as usize];
-        let quanta = reader.quanta(body.quanta, "move")?;
-        if quanta == body.quanta {
-            return Err(DecodeError::OutOfRange { field: "move" });
-        }
-        body.quanta = quanta;
-    }
-    Ok(())
 }
 
 fn read_births(reader: &mut Reader, births_max: usize) -> Result<Vec<SnapshotBody>, DecodeError> {
@@ -188,7 +157,7 @@ fn read_birth(reader: &mut Reader, gaps: &mut Gaps) -> Result<SnapshotBody, Deco
     } else {
         Shape::Box { half: Vec2::new(read_extent(reader)?, read_extent(reader)?) }
     };
-    let quanta = reader.quanta([0, 0], "position")?;
+    let quanta = reader.quanta("position")?;
     Ok(SnapshotBody { id, kind, owner, group, shape, quanta })
 }
 

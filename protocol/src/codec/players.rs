@@ -1,12 +1,21 @@
 //! Players in a coded snapshot. In a usual tick each player's input number grows by the distance
-//! to the baseline: one bit. Other changes name their fields.
+//! to the baseline: one bit. Other changes name their fields. Where a pointer is that was there
+//! before is told with all that moves, see `motion`.
 
 use super::bodies::read_seat;
-use super::{read_id, section, write_id, write_quanta};
+use super::{read_id, section, write_id};
 use crate::appearance::Appearance;
 use crate::snapshot::{PlayerState, Snapshot};
 use crate::wire::{DecodeError, Reader, Writer};
-use jostle_sim::{BodyId, SEATS_MAX};
+use jostle_sim::{BodyId, SEATS_MAX, Seat};
+
+/// Parts of the section of players, one bit each.
+mod part {
+    pub const GONE: u8 = 1 << 0;
+    pub const CHANGED: u8 = 1 << 1;
+    pub const NEW: u8 = 1 << 2;
+    pub const ALL: u8 = (1 << 3) - 1;
+}
 
 /// Fields of a player that may change, one bit each.
 mod field {
@@ -54,9 +63,15 @@ impl<'a> Difference<'a> {
     /// Sections that are not empty.
     pub fn sections(&self) -> u8 {
         let bit = |present: bool, section: u8| if present { section } else { 0 };
-        bit(self.gone.contains(&true), section::PLAYERS_GONE)
-            | bit(self.masks().any(|mask| mask != 0), section::PLAYERS_CHANGED)
-            | bit(!self.new.is_empty(), section::PLAYERS_NEW)
+        bit(self.parts() != 0, section::PLAYERS)
+            | bit(self.advanced().any(|advanced| advanced), section::INPUTS)
+    }
+
+    fn parts(&self) -> u8 {
+        let bit = |present: bool, part: u8| if present { part } else { 0 };
+        bit(self.gone.contains(&true), part::GONE)
+            | bit(self.masks().any(|mask| mask != 0), part::CHANGED)
+            | bit(!self.new.is_empty(), part::NEW)
     }
 
     /// Changed fields of those in both.
@@ -64,23 +79,32 @@ impl<'a> Difference<'a> {
         self.stayed.iter().map(|&(old, new)| changed_fields(old, new, self.distance))
     }
 
-    /// Writes the sections that are not empty, and one bit for each player in both snapshots.
+    /// Whether the input number of each of those in both grew by the distance.
+    fn advanced(&self) -> impl Iterator<Item = bool> + '_ {
+        self.stayed.iter().map(|&(old, new)| has_advanced(old, new, self.distance))
+    }
+
+    /// Writes the sections that are not empty.
     pub fn write(&self, writer: &mut Writer) {
-        if self.gone.contains(&true) {
+        let parts = self.parts();
+        if parts != 0 {
+            writer.byte(parts);
+        }
+        if parts & part::GONE != 0 {
             writer.bits(self.gone.iter().copied());
         }
-        let advanced =
-            |&(old, new): &(&PlayerState, &PlayerState)| has_advanced(old, new, self.distance);
-        writer.bits(self.stayed.iter().map(advanced));
-        if self.masks().any(|mask| mask != 0) {
+        if parts & part::CHANGED != 0 {
             writer.bits(self.masks().map(|mask| mask != 0));
-            for (&(old, new), mask) in self.stayed.iter().zip(self.masks()) {
-                write_change(writer, old, new, mask);
+            for (&(_, new), mask) in self.stayed.iter().zip(self.masks()) {
+                write_change(writer, new, mask);
             }
         }
-        if !self.new.is_empty() {
+        if parts & part::NEW != 0 {
             writer.count(self.new.len());
             self.new.iter().for_each(|player| write_new(writer, player));
+        }
+        if self.advanced().any(|advanced| advanced) {
+            writer.bits(self.advanced());
         }
     }
 }
@@ -98,12 +122,13 @@ fn changed_fields(old: &PlayerState, new: &PlayerState, distance: u32) -> u8 {
         | bit(old.selected != new.selected, field::SELECTED)
         | bit(old.held != new.held, field::HELD)
         | bit(old.score != new.score, field::SCORE)
-        | bit(old.pointer != new.pointer, field::POINTER)
+        | bit(old.pointer.is_some() != new.pointer.is_some(), field::POINTER)
         | bit(!known_seq, field::INPUT_SEQ)
 }
 
-/// Writes the fields of `mask`; nothing if it is empty. `CONNECTED` alone says that it turned.
-fn write_change(writer: &mut Writer, old: &PlayerState, new: &PlayerState, mask: u8) {
+/// Writes the fields of `mask`; nothing if it is empty. `CONNECTED` alone says that it turned, and
+/// so does `POINTER`, with the place where it comes.
+fn write_change(writer: &mut Writer, new: &PlayerState, mask: u8) {
     if mask == 0 {
         return;
     }
@@ -119,8 +144,8 @@ fn write_change(writer: &mut Writer, old: &PlayerState, new: &PlayerState, mask:
     if mask & field::SCORE != 0 {
         writer.leb32(u32::from(new.score));
     }
-    if mask & field::POINTER != 0 {
-        write_pointer(writer, old.pointer, new.pointer);
+    if let Some(pointer) = new.pointer.filter(|_| mask & field::POINTER != 0) {
+        writer.quanta(pointer);
     }
     if mask & field::INPUT_SEQ != 0 {
         writer.leb32(new.input_seq);
@@ -135,7 +160,8 @@ fn write_new(writer: &mut Writer, player: &PlayerState) {
         write_body(writer, body);
     }
     writer.leb32(u32::from(player.score));
-    write_pointer(writer, None, player.pointer);
+    writer.flag(player.pointer.is_some());
+    player.pointer.into_iter().for_each(|pointer| writer.quanta(pointer));
     writer.leb32(player.input_seq);
 }
 
@@ -146,33 +172,21 @@ fn write_body(writer: &mut Writer, body: Option<BodyId>) {
     }
 }
 
-fn write_pointer(writer: &mut Writer, old: Option<[i32; 2]>, new: Option<[i32; 2]>) {
-    writer.flag(new.is_some());
-    if let Some(quanta) = new {
-        write_quanta(writer, old.unwrap_or_default(), quanta);
-    }
-}
-
-/// Reads the sections of players and applies them to the baseline's.
+/// Reads the sections of players and applies them to `players`, who are the baseline's.
 pub fn read(
     reader: &mut Reader,
     sections: u8,
-    base: &[PlayerState],
+    players: &mut Vec<PlayerState>,
     distance: u32,
-) -> Result<Vec<PlayerState>, DecodeError> {
-    let mut players = base.to_vec();
-    if sections & section::PLAYERS_GONE != 0 {
-        let gone = read_some_bits(reader, base.len(), "players gone")?;
+) -> Result<(), DecodeError> {
+    let parts = if sections & section::PLAYERS == 0 { 0 } else { read_parts(reader)? };
+    if parts & part::GONE != 0 {
+        let gone = read_some_bits(reader, players.len(), "players gone")?;
         let mut place = 0..;
         players.retain(|_| place.next().is_some_and(|place| !gone.contains(place)));
     }
-    let advanced = reader.bits(players.len(), "inputs advanced")?;
-    for (place, player) in players.iter_mut().enumerate() {
-        if advanced.contains(place) {
-            player.input_seq = player.input_seq.wrapping_add(distance);
-        }
-    }
-    if sections & section::PLAYERS_CHANGED != 0 {
+    let stayed: Vec<Seat> = players.iter().map(|player| player.seat).collect();
+    if parts & part::CHANGED != 0 {
         let changed = read_some_bits(reader, players.len(), "players changed")?;
         for (place, player) in players.iter_mut().enumerate() {
             if changed.contains(place) {
@@ -180,10 +194,24 @@ pub fn read(
             }
         }
     }
-    if sections & section::PLAYERS_NEW != 0 {
-        read_new_players(reader, &mut players)?;
+    if parts & part::NEW != 0 {
+        read_new_players(reader, players)?;
     }
-    Ok(players)
+    if sections & section::INPUTS != 0 {
+        let advanced = read_some_bits(reader, stayed.len(), "inputs advanced")?;
+        for player in players {
+            if stayed.binary_search(&player.seat).is_ok_and(|place| advanced.contains(place)) {
+                player.input_seq = player.input_seq.wrapping_add(distance);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn read_parts(reader: &mut Reader) -> Result<u8, DecodeError> {
+    let parts = reader.byte("players")?;
+    let known = parts != 0 && parts & !part::ALL == 0;
+    if known { Ok(parts) } else { Err(DecodeError::OutOfRange { field: "players" }) }
 }
 
 /// Bits of which at least one is set: else the section would not have been written.
@@ -218,7 +246,10 @@ fn read_change(reader: &mut Reader, player: &mut PlayerState) -> Result<(), Deco
         player.score = read_score(reader)?;
     }
     if mask & field::POINTER != 0 {
-        player.pointer = read_pointer(reader, player.pointer)?;
+        player.pointer = match player.pointer {
+            Some(_) => None,
+            None => Some(reader.quanta("pointer")?),
+        };
     }
     if mask & field::INPUT_SEQ != 0 {
         player.input_seq = reader.leb32("input seq")?;
@@ -258,7 +289,7 @@ fn read_new(reader: &mut Reader) -> Result<PlayerState, DecodeError> {
         selected: read_body(reader)?,
         held: read_body(reader)?,
         score: read_score(reader)?,
-        pointer: read_pointer(reader, None)?,
+        pointer: read_pointer(reader)?,
         input_seq: reader.leb32("input seq")?,
     })
 }
@@ -272,10 +303,7 @@ fn read_score(reader: &mut Reader) -> Result<u16, DecodeError> {
     Ok(reader.leb_up_to(u32::from(u16::MAX), "score")? as u16)
 }
 
-fn read_pointer(
-    reader: &mut Reader,
-    old: Option<[i32; 2]>,
-) -> Result<Option<[i32; 2]>, DecodeError> {
+fn read_pointer(reader: &mut Reader) -> Result<Option<[i32; 2]>, DecodeError> {
     let some = reader.flag("pointer")?;
-    some.then(|| reader.quanta(old.unwrap_or_default(), "pointer")).transpose()
+    some.then(|| reader.quanta("pointer")).transpose()
 }

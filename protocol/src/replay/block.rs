@@ -1,15 +1,14 @@
 //! Blocks of ticks. Hashes are random bits and stand as they are; so are the moves of pointers, once
 //! their code has left nothing to be packed; the rest is columns, deflated.
 
-mod bits;
 mod column;
 
 use super::keeps_full_hash;
 use super::record::{pack, read_seat, unpack};
 use crate::Appearance;
+use crate::bits::{BitReader, BitWriter};
 use crate::limits::{REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
 use crate::wire::{DecodeError, Reader, Writer};
-use bits::{BitReader, BitWriter};
 use jostle_sim::{Input, SEATS_MAX, Seat};
 
 /// Longest unpacked block: every seat changes everything in every tick.

@@ -1,7 +1,7 @@
 //! What one seat did in a block: when it was there, its buttons where they change, its pointer as
 //! runs, and how far the pointer is each tick from where it was expected.
 
-use super::bits::{BitReader, BitWriter, Rice};
+use crate::bits::{BitReader, BitWriter, Rice};
 use crate::limits::QUANTA_MAX;
 use crate::wire::{DecodeError, Gaps, Reader, Writer};
 use jostle_sim::game::POINTER_QUANTUM;

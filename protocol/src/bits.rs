@@ -1,5 +1,6 @@
-//! Numbers of a few bits each, by a Rice code that learns how large they are (as FLAC and JPEG-LS
-//! do): short blocks have no room for a table of frequencies.
+//! Bits, the lowest of each byte first, and codes for small numbers: a Rice code that learns how
+//! large they are (as FLAC and JPEG-LS do), for there is no room for tables of frequencies, and one
+//! whose width the caller knows.
 
 use crate::wire::DecodeError;
 
@@ -17,7 +18,7 @@ pub struct BitWriter {
 
 impl BitWriter {
     /// The low `count` bits of a number, the lowest first.
-    fn push(&mut self, value: u32, count: u32) {
+    pub fn push(&mut self, value: u32, count: u32) {
         for at in 0..count {
             if self.count.is_multiple_of(8) {
                 self.bytes.push(0);
@@ -52,7 +53,8 @@ impl<'a> BitReader<'a> {
         BitReader { bytes, at: 0 }
     }
 
-    fn take(&mut self, count: u32, field: &'static str) -> Result<u32, DecodeError> {
+    /// The next `count` bits as a number.
+    pub fn take(&mut self, count: u32, field: &'static str) -> Result<u32, DecodeError> {
         let mut value = 0;
         for place in 0..count {
             let byte = self.bytes.get(self.at / 8).ok_or(DecodeError::Truncated { field })?;
@@ -60,6 +62,16 @@ impl<'a> BitReader<'a> {
             self.at += 1;
         }
         Ok(value)
+    }
+
+    /// Whole bytes that were begun, and what is left behind them; the last one's other bits must be
+    /// zero.
+    pub fn rest(mut self, field: &'static str) -> Result<&'a [u8], DecodeError> {
+        let unused = self.at.next_multiple_of(8) - self.at;
+        match self.take(unused as u32, field)? {
+            0 => Ok(&self.bytes[self.at / 8..]),
+            _ => Err(DecodeError::OutOfRange { field }),
+        }
     }
 
     /// Refuses what is left over, but for the zeros in the last byte.
@@ -103,7 +115,7 @@ impl Rice {
 
     /// Appends a number.
     pub fn write(&mut self, value: i32, out: &mut BitWriter) {
-        let folded = (value << 1 ^ value >> 31) as u32;
+        let folded = fold(value);
         let plain = self.plain_bits();
         let quotient = folded >> plain;
         if quotient < QUOTIENT_MAX {
@@ -129,8 +141,76 @@ impl Rice {
             _ => quotient << plain | bits.take(plain, field)?,
         };
         self.learn(folded);
-        Ok((folded >> 1) as i32 ^ -((folded & 1) as i32))
+        Ok(unfold(folded))
     }
+}
+
+/// 0, -1, 1, -2, ... as 0, 1, 2, 3, ...
+pub fn fold(value: i32) -> u32 {
+    (value << 1 ^ value >> 31) as u32
+}
+
+/// The opposite of [`fold`].
+pub fn unfold(folded: u32) -> i32 {
+    (folded >> 1) as i32 ^ -((folded & 1) as i32)
+}
+
+/// Appends a number of 0 to 2^31 - 1 in the exponential Golomb code: as many ones as the bits of
+/// value + 1 after its first, a zero, and those bits.
+pub fn write_golomb(value: u32, out: &mut BitWriter) {
+    let one_more = value + 1;
+    let length = one_more.ilog2();
+    out.push((1 << length) - 1, length + 1);
+    out.push(one_more, length);
+}
+
+/// Reads what [`write_golomb`] wrote.
+pub fn read_golomb(bits: &mut BitReader, field: &'static str) -> Result<u32, DecodeError> {
+    let mut length = 0;
+    while bits.take(1, field)? == 1 {
+        length += 1;
+        if length > 31 {
+            return Err(DecodeError::OutOfRange { field });
+        }
+    }
+    let low = bits.take(length, field)?;
+    Ok((1 << length | low) - 1)
+}
+
+/// Ones after which the high part of a number goes on in the exponential Golomb code.
+const HIGH_MAX: u32 = 4;
+
+/// Appends a number of which about `width` low bits are expected, 0..=30: those plainly, what is
+/// above them in unary as long as it is small.
+pub fn write_wide(value: u32, width: u32, out: &mut BitWriter) {
+    let high = value >> width;
+    if high < HIGH_MAX {
+        out.push((1 << high) - 1, high + 1);
+    } else {
+        out.push((1 << HIGH_MAX) - 1, HIGH_MAX);
+        write_golomb(high - HIGH_MAX, out);
+    }
+    out.push(value, width);
+}
+
+/// Reads what [`write_wide`] wrote.
+pub fn read_wide(
+    bits: &mut BitReader,
+    width: u32,
+    field: &'static str,
+) -> Result<u32, DecodeError> {
+    let mut high = 0;
+    while high < HIGH_MAX && bits.take(1, field)? == 1 {
+        high += 1;
+    }
+    if high == HIGH_MAX {
+        let more = read_golomb(bits, field)?;
+        high = more.checked_add(HIGH_MAX).ok_or(DecodeError::OutOfRange { field })?;
+    }
+    if high > u32::MAX >> width {
+        return Err(DecodeError::OutOfRange { field });
+    }
+    Ok(high << width | bits.take(width, field)?)
 }
 
 #[cfg(test)]
@@ -167,6 +247,21 @@ mod tests {
     }
 
     #[test]
+    fn wide_numbers_come_back_whatever_width_is_expected() {
+        for width in 0..=30 {
+            let mut out = BitWriter::default();
+            let numbers = numbers();
+            numbers.iter().for_each(|&number| write_wide(fold(number), width, &mut out));
+            let bytes = out.finish();
+            let mut bits = BitReader::new(&bytes);
+            for &number in &numbers {
+                assert_eq!(read_wide(&mut bits, width, "number").map(unfold), Ok(number));
+            }
+            assert_eq!(bits.rest("number"), Ok(&[][..]));
+        }
+    }
+
+    #[test]
     fn small_numbers_take_few_bits() {
         let mut rng = Rng::new(4, 0);
         let small: Vec<_> = (0..1000).map(|_| rng.below(7) as i32 - 3).collect();
@@ -192,6 +287,10 @@ mod tests {
             let bytes: Vec<u8> = (0..rng.below(40)).map(|_| rng.next_u32() as u8 | 0x11).collect();
             let (mut rice, mut bits) = (Rice::new(), BitReader::new(&bytes));
             while rice.read(&mut bits, "number").is_ok() {}
+            for width in [0, 7, 30] {
+                let mut bits = BitReader::new(&bytes);
+                while read_wide(&mut bits, width, "number").is_ok() {}
+            }
         }
     }
 }

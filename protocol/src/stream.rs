@@ -1,0 +1,111 @@
+//! One end of a stream of snapshots. Both ends hold the newest snapshot and where everything was in
+//! the four newest; a message is a pure function of that and of the next snapshot. WebSocket delivers
+//! in order, so that both ends stay the same without acknowledgements, and all readers who started
+//! from keyframes at least [`Stream::KEYFRAME_AGE`] messages old share the same bytes.
+
+use crate::codec::motion::Trail;
+use crate::codec::{self, Baseline, is_same};
+use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
+use crate::wire::DecodeError;
+use std::sync::Arc;
+
+/// What both ends hold; at first nothing, and the first message is a keyframe.
+#[derive(Clone, Debug, Default)]
+pub struct Stream {
+    newest: Option<Arc<Snapshot>>,
+    /// Of the newest one's bodies.
+    bodies: Vec<Trail>,
+    /// Of its players' pointers.
+    pointers: Vec<Trail>,
+}
+
+impl Stream {
+    /// Messages after a keyframe, itself not counted, until nothing tells its reader's end from one
+    /// that was there long before.
+    pub const KEYFRAME_AGE: u32 = 3;
+    /// Ticks from one message to the next at most: its tick is told by the low byte.
+    pub const TICKS_MAX: u32 = 255;
+
+    /// The newest snapshot.
+    pub fn newest(&self) -> Option<&Arc<Snapshot>> {
+        self.newest.as_ref()
+    }
+
+    /// The coded message that leads from the newest snapshot to the next, with the events after the
+    /// one's tick up to the other's. The bytes depend on nothing else.
+    ///
+    /// Panics unless bodies and players are in order, the snapshot is at most
+    /// [`Stream::TICKS_MAX`] ticks newer, and the events are in tick order, at most `EVENTS_MAX`.
+    pub fn encode(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
+        let ticks = self.newest.as_ref().map_or(0, |newest| snapshot.tick - newest.tick);
+        assert!(ticks <= Stream::TICKS_MAX, "{ticks} ticks without a message");
+        let bytes = codec::encode(snapshot, self.baseline(), events);
+        self.follow(Arc::clone(snapshot));
+        bytes
+    }
+
+    /// Reads what the other end's `encode` wrote and follows it; the events. After an error this end
+    /// is as it was.
+    pub fn decode(&mut self, bytes: &[u8]) -> Result<Vec<TimedEvent>, DecodeError> {
+        let (snapshot, events) = codec::decode(bytes, self.baseline())?;
+        self.follow(Arc::new(snapshot));
+        Ok(events)
+    }
+
+    /// Whether nothing moved lately and the next snapshot shows the same: it need not be sent.
+    pub fn is_quiet(&self, next: &Snapshot) -> bool {
+        self.newest.as_ref().is_some_and(|newest| {
+            newest.bodies == next.bodies
+                && newest.players == next.players
+                && !self.bodies.iter().chain(&self.pointers).any(Trail::is_moving)
+        })
+    }
+
+    fn baseline(&self) -> Option<Baseline<'_>> {
+        let snapshot = self.newest.as_deref()?;
+        Some(Baseline { snapshot, bodies: &self.bodies, pointers: &self.pointers })
+    }
+
+    fn follow(&mut self, next: Arc<Snapshot>) {
+        let nothing = Snapshot::default();
+        let old = self.newest.as_deref().unwrap_or(&nothing);
+        self.bodies = body_trails(&old.bodies, &self.bodies, &next.bodies);
+        self.pointers = pointer_trails(&old.players, &self.pointers, &next.players);
+        self.newest = Some(next);
+    }
+}
+
+/// Trails of the next snapshot's bodies; who was just born was always there.
+fn body_trails(old: &[SnapshotBody], trails: &[Trail], next: &[SnapshotBody]) -> Vec<Trail> {
+    let mut known = old.iter().zip(trails).peekable();
+    let trail = |body: &SnapshotBody| {
+        while known.next_if(|(old, _)| old.id.index < body.id.index).is_some() {}
+        match known.next_if(|(old, _)| is_same(old, body)) {
+            Some((_, trail)) => gone_on(trail, body.quanta),
+            None => Trail::resting(body.quanta),
+        }
+    };
+    next.iter().map(trail).collect()
+}
+
+/// Trails of the next snapshot's pointers; one that just came was always there.
+fn pointer_trails(old: &[PlayerState], trails: &[Trail], next: &[PlayerState]) -> Vec<Trail> {
+    let trail = |player: &PlayerState| {
+        let place = old.binary_search_by_key(&player.seat, |other| other.seat).ok();
+        let known = place.filter(|&place| old[place].pointer.is_some());
+        match (known, player.pointer) {
+            (Some(place), Some(pointer)) => gone_on(&trails[place], pointer),
+            (_, pointer) => Trail::resting(pointer.unwrap_or_default()),
+        }
+    };
+    next.iter().map(trail).collect()
+}
+
+fn gone_on(trail: &Trail, place: [i32; 2]) -> Trail {
+    let mut trail = *trail;
+    trail.go(place);
+    trail
+}
+
+#[cfg(test)]
+mod tests;
