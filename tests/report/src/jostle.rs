@@ -77,7 +77,7 @@ fn step_of(scene: &Scene, steps: u32) -> f32 {
     (scene.tick_s / f64::from(steps)) as f32
 }
 
-fn shape_of(shape: Shape) -> jostle_sim::Shape {
+pub(crate) fn shape_of(shape: Shape) -> jostle_sim::Shape {
     match shape {
         Shape::Circle { radius } => jostle_sim::Shape::circle(radius as f32),
         Shape::Box { half } => jostle_sim::Shape::Box { half: half.as_vec2() },

@@ -24,6 +24,7 @@ pub mod stability;
 pub mod study;
 pub mod summary;
 pub mod trials;
+pub mod traffic;
 
 use anyhow::{Context, Result};
 use clap::Parser;

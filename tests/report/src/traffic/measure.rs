@@ -1,0 +1,216 @@
+//! Sends a scene through a stream, tick by tick, and weighs the messages.
+
+use super::{Crowd, Script};
+use crate::engine::State;
+use crate::scene::{Motion, Scene};
+use crate::study::thread_time_us;
+use glam::DVec2;
+use jostle_protocol::{Snapshot, SnapshotBody, Stream};
+use jostle_sim::conjugate::Conjugate;
+use jostle_sim::world::WorldSettings;
+use jostle_sim::{Aabb, BodyDef, BodyId, Kind, Shape, Solver, Vec2, World};
+use std::sync::Arc;
+
+/// Quanta a unit.
+const QUANTA: f64 = 256.0;
+/// TCP and IP headers with timestamps, bytes.
+const PACKET_BYTES: usize = 52;
+/// Messages from one that tells nothing to the next that is sent all the same, at most.
+const QUIET_MAX: u32 = 12;
+
+/// What a client of one rate gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Traffic {
+    /// Messages a second that it asked for.
+    pub rate: u32,
+    /// Bytes of each message that was sent, sorted.
+    pub sizes: Vec<usize>,
+    /// Seconds that were played.
+    pub seconds: f64,
+    /// Bodies that were elsewhere than in the message before, over all messages.
+    pub moved: u64,
+    /// Processor time of all encodings and of all decodings, microseconds.
+    pub encode_us: f64,
+    /// See there.
+    pub decode_us: f64,
+}
+
+impl Traffic {
+    /// Bytes a second, without and with frames and packets of their own.
+    pub fn bytes_per_s(&self) -> [f64; 2] {
+        let payload: usize = self.sizes.iter().sum();
+        let frame = |&size: &usize| if size < 126 { 2 } else { 4 };
+        let around: usize = self.sizes.iter().map(|size| PACKET_BYTES + frame(size)).sum();
+        [payload, payload + around].map(|bytes| bytes as f64 / self.seconds)
+    }
+
+    /// Bytes that this share of the messages does not exceed.
+    pub fn percentile(&self, share: f64) -> usize {
+        let last = self.sizes.len().saturating_sub(1);
+        self.sizes.get((share * last as f64).round() as usize).copied().unwrap_or(0)
+    }
+
+    /// Mean bits of payload for each body that moved.
+    pub fn bits_per_moved(&self) -> f64 {
+        8.0 * self.sizes.iter().sum::<usize>() as f64 / self.moved.max(1) as f64
+    }
+}
+
+/// A stream of one rate under measurement.
+struct Client {
+    every: u32,
+    sender: Stream,
+    reader: Stream,
+    quiet: u32,
+    traffic: Traffic,
+}
+
+impl Client {
+    fn new(rate: u32) -> Client {
+        let traffic = Traffic {
+            rate,
+            sizes: Vec::new(),
+            seconds: 0.0,
+            moved: 0,
+            encode_us: 0.0,
+            decode_us: 0.0,
+        };
+        let (sender, reader) = (Stream::default(), Stream::default());
+        Client { every: 60 / rate, sender, reader, quiet: 0, traffic }
+    }
+
+    fn see(&mut self, snapshot: &Arc<Snapshot>, counts: bool) {
+        if !snapshot.tick.is_multiple_of(self.every) {
+            return;
+        }
+        self.quiet = if self.sender.is_quiet(snapshot) { self.quiet + 1 } else { 0 };
+        if self.quiet % QUIET_MAX != 0 {
+            return;
+        }
+        let moved = self.sender.newest().map_or(0, |old| count_moved(old, snapshot));
+        let begun = thread_time_us();
+        let bytes = self.sender.encode(snapshot, &[]);
+        let coded = thread_time_us();
+        self.reader.decode(&bytes).expect("what was encoded can be decoded");
+        let decoded = thread_time_us();
+        assert_eq!(self.reader.newest(), Some(snapshot), "both ends hold the same");
+        if counts {
+            self.traffic.sizes.push(bytes.len());
+            self.traffic.moved += moved;
+            self.traffic.encode_us += coded - begun;
+            self.traffic.decode_us += decoded - coded;
+        }
+    }
+
+    fn finish(mut self, ticks: u32) -> Traffic {
+        self.traffic.sizes.sort_unstable();
+        self.traffic.seconds = f64::from(ticks) / 60.0;
+        self.traffic
+    }
+}
+
+fn count_moved(old: &Snapshot, new: &Snapshot) -> u64 {
+    old.bodies.iter().zip(&new.bodies).filter(|(old, new)| old.quanta != new.quanta).count() as u64
+}
+
+/// Plays a script and sends what counts to clients of these rates: 60, 20 or 5 messages a second.
+/// `ticks_max` ticks at most.
+pub fn send(
+    script: &mut Script,
+    crowd: &mut dyn Crowd,
+    rates: &[u32],
+    ticks_max: u32,
+) -> Vec<Traffic> {
+    let [before, counted] = script.ticks;
+    let counted = counted.min(ticks_max);
+    let mut clients: Vec<Client> = rates.iter().map(|&rate| Client::new(rate)).collect();
+    for tick in 0..before + counted {
+        script.play(crowd);
+        if tick >= before {
+            let snapshot = Arc::new(seen(script, crowd, tick + 1));
+            clients.iter_mut().for_each(|client| client.see(&snapshot, tick > before + 36));
+        }
+    }
+    clients.into_iter().map(|client| client.finish(counted.saturating_sub(37))).collect()
+}
+
+fn seen(script: &Script, crowd: &dyn Crowd, tick: u32) -> Snapshot {
+    let body = |index: usize| {
+        let place = crowd.state(index).position;
+        let quanta = [place.x, place.y].map(|axis| (axis * QUANTA).round() as i32);
+        SnapshotBody {
+            id: BodyId { index: index as u32, generation: 0 },
+            kind: Kind::Block,
+            owner: None,
+            group: 0,
+            shape: Shape::circle(1.0),
+            quanta,
+        }
+    };
+    Snapshot { tick, bodies: script.moving().map(body).collect(), players: Vec::new() }
+}
+
+/// The scene in Jostle's World.
+pub struct JostleCrowd {
+    world: World,
+    ids: Vec<BodyId>,
+    damping: Vec<f32>,
+}
+
+impl JostleCrowd {
+    /// With the conjugate solver's defaults.
+    pub fn new(script: &Script) -> JostleCrowd {
+        let Scene { gravity, bodies, .. } = &script.scene;
+        let mut world = World::new(WorldSettings {
+            gravity: gravity.as_vec2(),
+            solver: Some(Solver::Conjugate(Conjugate::default())),
+            kill_zone: Aabb { low: Vec2::splat(-1e4), high: Vec2::splat(1e4) },
+            bodies_max: bodies.len(),
+            ..WorldSettings::default()
+        });
+        let add = |body: &crate::scene::Body| {
+            let motion = match body.motion {
+                Motion::Dynamic => jostle_sim::Motion::Dynamic,
+                _ => jostle_sim::Motion::Static,
+            };
+            let def = BodyDef {
+                shape: crate::jostle::shape_of(body.shape),
+                position: body.position.as_vec2(),
+                motion,
+                mass: body.mass as f32,
+                restitution: body.restitution as f32,
+                friction: body.friction as f32,
+                ..BodyDef::default()
+            };
+            world.add(&def).expect("there is room for all bodies of the scene")
+        };
+        let ids = bodies.iter().map(add).collect();
+        let damping = script.damping.iter().map(|&damping| damping as f32).collect();
+        JostleCrowd { world, ids, damping }
+    }
+}
+
+impl Crowd for JostleCrowd {
+    fn kick(&mut self, body: usize, change: DVec2) {
+        let id = self.ids[body];
+        self.world.set_velocity(id, self.world.velocity(id) + change.as_vec2());
+    }
+
+    fn step(&mut self) {
+        for (&id, &damping) in self.ids.iter().zip(&self.damping) {
+            if damping > 0.0 {
+                let slower = self.world.velocity(id) / (1.0 + damping * jostle_sim::DT);
+                self.world.set_velocity(id, slower);
+            }
+        }
+        self.world.step();
+    }
+
+    fn state(&self, body: usize) -> State {
+        let id = self.ids[body];
+        State {
+            position: self.world.position(id).as_dvec2(),
+            velocity: self.world.velocity(id).as_dvec2(),
+        }
+    }
+}
