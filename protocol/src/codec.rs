@@ -66,7 +66,12 @@ impl Baseline<'_> {
 }
 
 /// The whole message. See [`crate::Stream::encode`].
-pub fn encode(snapshot: &Snapshot, baseline: Option<Baseline>, events: &[TimedEvent]) -> Vec<u8> {
+pub fn encode(
+    snapshot: &Snapshot,
+    every: u8,
+    baseline: Option<Baseline>,
+    events: &[TimedEvent],
+) -> Vec<u8> {
     let nothing = Snapshot::default();
     let base = baseline.map_or(&nothing, |baseline| baseline.snapshot);
     assert!(base.tick <= snapshot.tick, "baseline {} is newer than {}", base.tick, snapshot.tick);
@@ -87,7 +92,10 @@ pub fn encode(snapshot: &Snapshot, baseline: Option<Baseline>, events: &[TimedEv
     writer.byte(SNAPSHOT | sections);
     match baseline {
         Some(_) => writer.byte(snapshot.tick as u8),
-        None => writer.leb32(snapshot.tick),
+        None => {
+            writer.leb32(snapshot.tick);
+            writer.byte(every);
+        }
     }
     bodies.write_deaths(&mut writer);
     if sections & section::MOVES != 0 {
@@ -118,11 +126,12 @@ fn moves(
     (trails, places)
 }
 
-/// See [`crate::Stream::decode`].
+/// The snapshot, the ticks between messages if a keyframe told them, and the events. See
+/// [`crate::Stream::decode`].
 pub fn decode(
     bytes: &[u8],
     baseline: Option<Baseline>,
-) -> Result<(Snapshot, Vec<TimedEvent>), DecodeError> {
+) -> Result<(Snapshot, Option<u8>, Vec<TimedEvent>), DecodeError> {
     if bytes.len() > SERVER_MESSAGE_BYTES_MAX {
         let bytes_max = SERVER_MESSAGE_BYTES_MAX;
         return Err(DecodeError::TooLong { bytes: bytes.len(), bytes_max });
@@ -132,16 +141,16 @@ pub fn decode(
     let sections = head & !SNAPSHOT;
     let nothing = Snapshot::default();
     let start = Baseline { snapshot: &nothing, bodies: &[], pointers: &[] };
-    let (base, tick) = if sections & section::KEYFRAME != 0 {
-        (start, reader.leb32("tick")?)
-    } else {
-        let base = baseline.ok_or(DecodeError::NoBaseline)?;
-        (base, read_tick(&mut reader, base.snapshot.tick)?)
-    };
     let is_keyframe = sections & section::KEYFRAME != 0;
     if head & SNAPSHOT == 0 || is_keyframe && sections & !section::IN_KEYFRAME != 0 {
         return Err(DecodeError::OutOfRange { field: "sections" });
     }
+    let (base, tick, every) = if is_keyframe {
+        (start, reader.leb32("tick")?, Some(read_every(&mut reader)?))
+    } else {
+        let base = baseline.ok_or(DecodeError::NoBaseline)?;
+        (base, read_tick(&mut reader, base.snapshot.tick)?, None)
+    };
     let (survivors, mut players) = read_survivors(&mut reader, sections, &base)?;
     let bodies = bodies::read(&mut reader, sections, survivors)?;
     players::read(&mut reader, sections, &mut players, tick - base.snapshot.tick)?;
@@ -151,7 +160,14 @@ pub fn decode(
         events::read(&mut reader, base.snapshot.tick, tick)?
     };
     reader.end()?;
-    Ok((Snapshot { tick, bodies, players }, events))
+    Ok((Snapshot { tick, bodies, players }, every, events))
+}
+
+fn read_every(reader: &mut Reader) -> Result<u8, DecodeError> {
+    match reader.byte("ticks between messages")? {
+        0 => Err(DecodeError::OutOfRange { field: "ticks between messages" }),
+        every => Ok(every),
+    }
 }
 
 /// The tick whose low byte is told: the next such after `base`.

@@ -14,7 +14,7 @@ pub mod wire;
 
 pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage};
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
-pub use stream::Stream;
+pub use stream::{Heard, Stream};
 pub use wire::DecodeError;
 
 /// Version of everything in this crate; both ends must agree.

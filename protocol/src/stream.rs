@@ -10,8 +10,10 @@ use crate::wire::DecodeError;
 use std::sync::Arc;
 
 /// What both ends hold; at first nothing, and the first message is a keyframe.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Stream {
+    /// Ticks from one message to the next; more where nothing moved.
+    every: u8,
     newest: Option<Arc<Snapshot>>,
     /// Of the newest one's bodies.
     bodies: Vec<Trail>,
@@ -26,6 +28,22 @@ impl Stream {
     /// Ticks from one message to the next at most: its tick is told by the low byte.
     pub const TICKS_MAX: u32 = 255;
 
+    /// An end that holds nothing, for a message every so many ticks. One that reads learns that from
+    /// its keyframes.
+    pub fn new(every: u8) -> Stream {
+        assert!(every > 0, "a message every 0 ticks");
+        Stream { every, newest: None, bodies: Vec::new(), pointers: Vec::new() }
+    }
+
+    /// An end that was just sent the newest snapshot of this one as a keyframe, and those bytes.
+    /// Panics if there is none yet.
+    pub fn branch(&self) -> (Stream, Vec<u8>) {
+        let newest = self.newest.as_ref().expect("a snapshot was sent before");
+        let mut branch = Stream::new(self.every);
+        let bytes = branch.encode(newest, &[]);
+        (branch, bytes)
+    }
+
     /// The newest snapshot.
     pub fn newest(&self) -> Option<&Arc<Snapshot>> {
         self.newest.as_ref()
@@ -39,17 +57,24 @@ impl Stream {
     pub fn encode(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
         let ticks = self.newest.as_ref().map_or(0, |newest| snapshot.tick - newest.tick);
         assert!(ticks <= Stream::TICKS_MAX, "{ticks} ticks without a message");
-        let bytes = codec::encode(snapshot, self.baseline(), events);
+        let bytes = codec::encode(snapshot, self.every, self.baseline(), events);
         self.follow(Arc::clone(snapshot));
         bytes
     }
 
-    /// Reads what the other end's `encode` wrote and follows it; the events. After an error this end
-    /// is as it was.
-    pub fn decode(&mut self, bytes: &[u8]) -> Result<Vec<TimedEvent>, DecodeError> {
-        let (snapshot, events) = codec::decode(bytes, self.baseline())?;
+    /// Reads what the other end's `encode` wrote and follows it. After an error this end is as it
+    /// was.
+    pub fn decode(&mut self, bytes: &[u8]) -> Result<Heard, DecodeError> {
+        let (snapshot, every, events) = codec::decode(bytes, self.baseline())?;
+        if let Some(every) = every {
+            *self = Stream::new(every);
+        }
+        // Between two messages of the rate nothing is left out but what was quiet.
+        let quiet_until = snapshot.tick.saturating_sub(u32::from(self.every));
+        let before = self.newest.as_ref().filter(|before| before.tick < quiet_until);
+        let still_until = before.map(|_| quiet_until);
         self.follow(Arc::new(snapshot));
-        Ok(events)
+        Ok(Heard { events, still_until })
     }
 
     /// Whether nothing moved lately and the next snapshot shows the same: it need not be sent.
@@ -73,6 +98,22 @@ impl Stream {
         self.pointers = pointer_trails(&old.players, &self.pointers, &next.players);
         self.newest = Some(next);
     }
+}
+
+impl Default for Stream {
+    /// For a message every tick.
+    fn default() -> Stream {
+        Stream::new(1)
+    }
+}
+
+/// What a message told beside the snapshot that is the newest now.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Heard {
+    /// What happened since the snapshot before.
+    pub events: Vec<TimedEvent>,
+    /// Until this tick all was as in the snapshot before; `None` if that was the message before.
+    pub still_until: Option<u32>,
 }
 
 /// Trails of the next snapshot's bodies; who was just born was always there.

@@ -1,20 +1,21 @@
 //! A Room: one Game and its members, without sockets, files or time. Bytes and ticks in, bytes out.
 
 pub mod divergence;
-mod history;
+mod feed;
 mod input_queue;
 mod member;
 pub mod playback;
 mod recorder;
 
-use history::History;
+use feed::Feed;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::replay::{self, Record};
-use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot};
-use jostle_sim::{Game, Input, Scene, Seat};
+use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, TimedEvent};
+use jostle_sim::{Event, Game, Input, Scene, Seat};
 use member::{Member, Members};
 use std::sync::Arc;
 
+pub use feed::{Rate, Reader};
 pub use input_queue::{INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX};
 pub use playback::{Playback, PlaybackError, Played};
 pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
@@ -25,8 +26,6 @@ pub const SEAT_HELD_TICKS: u32 = 45 * 60;
 pub const INPUTS_QUEUED_MAX: usize = 8;
 /// Ticks for which the last input is repeated when none arrives; then the player stops steering.
 pub const SILENCE_TICKS: u32 = 15;
-/// Snapshots kept as baselines for late clients.
-pub const HISTORY_TICKS: usize = 64;
 
 /// One game and its members.
 pub struct Room {
@@ -36,7 +35,9 @@ pub struct Room {
     members: Members,
     /// Joins, leaves and looks since the last tick, at most three a seat.
     changes: Vec<Change>,
-    history: History,
+    newest: Arc<Snapshot>,
+    /// By rate; those that nobody ever asked for are not made.
+    feeds: [Option<Feed>; Rate::ALL.len()],
     recorder: Option<Recorder>,
 }
 
@@ -67,9 +68,17 @@ impl Room {
         assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
         let members = Members::new(usize::from(scene.players_max));
         let game = Game::new(scene, seed);
-        let history = History::new(Snapshot::capture(&game, Vec::new()));
-        let code = code.to_owned();
-        Room { code, seed, game, members, changes: Vec::new(), history, recorder: None }
+        let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
+        Room {
+            code: code.to_owned(),
+            seed,
+            game,
+            members,
+            changes: Vec::new(),
+            newest,
+            feeds: [const { None }; Rate::ALL.len()],
+            recorder: None,
+        }
     }
 
     /// Takes the lowest free seat, or the one that `token` names; effective with the next tick.
@@ -164,8 +173,20 @@ impl Room {
             .game
             .players()
             .filter_map(|player| Some(self.members.at(player.seat)?.state(&player)));
-        let snapshot = Snapshot::capture(&self.game, states.collect());
-        self.history.push(snapshot, self.game.events());
+        self.newest = Arc::new(Snapshot::capture(&self.game, states.collect()));
+        self.feed();
+    }
+
+    /// Codes the newest snapshot for each rate.
+    fn feed(&mut self) {
+        let tick = self.newest.tick;
+        let timed = |&event: &Event| TimedEvent { tick, event };
+        let events: Vec<TimedEvent> = self.game.events().iter().map(timed).collect();
+        // Particles move by ticks that clients know of.
+        let stirs = !self.game.world().particles().is_empty();
+        for feed in self.feeds.iter_mut().flatten() {
+            feed.push(&self.newest, &events, stirs);
+        }
     }
 
     /// Has players come and go; what was done, for the recorder.
@@ -232,16 +253,23 @@ impl Room {
         abandoned.into_iter().for_each(|seat| self.leave(seat));
     }
 
-    /// Coded [`jostle_protocol::ServerMessage::Snapshot`] that takes a client from `baseline` (a
-    /// tick it was sent, or `None`) to the newest tick; a keyframe when the baseline is too old.
-    /// Encoded once a baseline and tick, then shared.
-    pub fn snapshot_since(&mut self, baseline: Option<u32>) -> Arc<[u8]> {
-        self.history.since(baseline)
+    /// A client begins to read snapshots: its place, and the coded keyframe to be sent first.
+    /// After every tick from the next on [`Room::message`] has what it is sent.
+    pub fn begin(&mut self, rate: Rate) -> (Reader, Arc<[u8]>) {
+        let feed = &mut self.feeds[rate as usize];
+        feed.get_or_insert_with(|| Feed::new(rate, &self.newest)).begin()
     }
 
-    /// The newest snapshot: what `snapshot_since` leads to.
+    /// The coded snapshot that a client is sent after this tick; `None` between the ticks of its
+    /// rate, and while nothing moves. Coded once, then shared. A client that misses one has to begin
+    /// again.
+    pub fn message(&self, reader: &Reader) -> Option<&Arc<[u8]>> {
+        self.feeds[reader.rate as usize].as_ref()?.message(reader)
+    }
+
+    /// The newest snapshot: what is coded.
     pub fn snapshot(&self) -> &Snapshot {
-        self.history.newest()
+        &self.newest
     }
 
     /// The word in the room's link.

@@ -4,8 +4,8 @@
 mod clients;
 
 use super::*;
-use jostle_protocol::{PlayerState, TimedEvent};
-use jostle_sim::{Buttons, Event, Vec2};
+use jostle_protocol::{PlayerState, Stream};
+use jostle_sim::{Buttons, Vec2};
 
 /// Three seats, heroes on a floor, a few blocks to run into.
 const YARD: &str = r#"title = "Yard"
@@ -72,25 +72,46 @@ fn hero_x(room: &Room, seat: Seat) -> i32 {
     room.snapshot().bodies.iter().find(|body| body.id == hero).unwrap().quanta[0]
 }
 
-/// One end of the wire: remembers the last snapshot and every event it was told.
+/// One end of the wire: what it holds and every event it was told. To be called after every tick.
 #[derive(Default)]
 struct Client {
-    held: Option<Snapshot>,
+    rate: Rate,
+    reader: Option<Reader>,
+    stream: Stream,
     events: Vec<TimedEvent>,
     bytes: usize,
 }
 
 impl Client {
+    fn at(rate: Rate) -> Client {
+        Client { rate, ..Client::default() }
+    }
+
     fn receive(&mut self, room: &mut Room) {
-        let bytes = room.snapshot_since(self.held.as_ref().map(|held| held.tick));
-        let ServerMessage::Snapshot(bytes) = ServerMessage::decode(&bytes).unwrap() else {
-            panic!("not a snapshot");
+        let bytes = match &self.reader {
+            Some(reader) => room.message(reader).cloned(),
+            None => {
+                let (reader, keyframe) = room.begin(self.rate);
+                self.reader = Some(reader);
+                Some(keyframe)
+            }
         };
-        let (found, events) = Snapshot::decode(&bytes, self.held.as_ref()).unwrap();
-        assert_eq!(&found, room.snapshot());
+        bytes.iter().for_each(|bytes| self.hear(bytes));
+        if self.rate == Rate::Full {
+            assert_eq!(self.held().bodies, room.snapshot().bodies);
+            assert_eq!(self.held().players, room.snapshot().players);
+        }
+    }
+
+    fn hear(&mut self, bytes: &[u8]) {
+        let message = ServerMessage::decode(bytes).unwrap();
+        let ServerMessage::Snapshot(coded) = message else { panic!("{message:?}") };
         self.bytes += bytes.len();
-        self.held = Some(found);
-        self.events.extend(events);
+        self.events.extend(self.stream.decode(&coded).unwrap().events);
+    }
+
+    fn held(&self) -> &Snapshot {
+        self.stream.newest().expect("a keyframe came")
     }
 }
 
@@ -101,7 +122,7 @@ fn a_new_room_is_empty_at_tick_0() {
     assert_eq!((room.players(), room.connected(), room.game().tick_count()), (0, 0, 0));
     let mut client = Client::default();
     client.receive(&mut room);
-    let held = client.held.unwrap();
+    let held = client.held();
     assert_eq!((held.tick, held.bodies.len(), held.players.len()), (0, 3, 0));
 }
 
@@ -137,7 +158,7 @@ fn two_players_see_each_other_move() {
     assert!(hero_x(&room, ann) > ann_x && hero_x(&room, bob) < bob_x);
     let mut client = Client::default();
     client.receive(&mut room);
-    let players = client.held.unwrap().players;
+    let players = &client.held().players;
     let seen: Vec<_> = players
         .iter()
         .map(|p| (p.seat, p.appearance.name.as_str(), p.appearance.color, p.input_seq))

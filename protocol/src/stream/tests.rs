@@ -1,5 +1,7 @@
 use crate::limits::{BODIES_MAX, EVENTS_MAX, QUANTA_MAX, SERVER_MESSAGE_BYTES_MAX};
-use crate::{Appearance, DecodeError, PlayerState, Snapshot, SnapshotBody, Stream, TimedEvent};
+use crate::{
+    Appearance, DecodeError, Heard, PlayerState, Snapshot, SnapshotBody, Stream, TimedEvent,
+};
 use jostle_sim::math::Rng;
 use jostle_sim::{BodyId, EmitterDef, Event, Kind, SEATS_MAX, Seat, Shape, Source, Vec2};
 use std::sync::Arc;
@@ -47,7 +49,7 @@ impl Link {
     /// Sends, compares what arrives, and returns the bytes.
     fn send(&mut self, snapshot: &Snapshot, events: &[TimedEvent]) -> Vec<u8> {
         let bytes = self.sender.encode(&Arc::new(snapshot.clone()), events);
-        assert_eq!(self.reader.decode(&bytes).unwrap(), events);
+        assert_eq!(self.reader.decode(&bytes).unwrap().events, events);
         assert_eq!(&**self.reader.newest().unwrap(), snapshot);
         assert_eq!(self.reader.bodies, self.sender.bodies);
         assert_eq!(self.reader.pointers, self.sender.pointers);
@@ -59,7 +61,7 @@ fn keyframe(snapshot: &Snapshot) -> Vec<u8> {
     Link::default().send(snapshot, &[])
 }
 
-fn decode(bytes: &[u8], base: Option<&Snapshot>) -> Result<Vec<TimedEvent>, DecodeError> {
+fn decode(bytes: &[u8], base: Option<&Snapshot>) -> Result<Heard, DecodeError> {
     base.map_or_else(Link::default, Link::holding).reader.decode(bytes)
 }
 
@@ -184,6 +186,19 @@ fn every_snapshot_arrives_and_so_do_the_events_between() {
 }
 
 #[test]
+fn a_reader_learns_how_long_nothing_moved() {
+    let (mut sender, mut reader) = (Stream::new(3), Stream::default());
+    let mut heard = |tick: u32, x: i32| {
+        let next = Snapshot { tick, bodies: vec![body(0, x)], players: Vec::new() };
+        reader.decode(&sender.encode(&Arc::new(next), &[])).unwrap().still_until
+    };
+    assert_eq!(heard(30, 0), None);
+    assert_eq!(heard(33, 5), None);
+    assert_eq!(heard(45, 9), Some(42));
+    assert_eq!(heard(48, 9), None);
+}
+
+#[test]
 fn who_came_late_shares_the_bytes_after_three_messages() {
     let mut rng = Rng::new(2, 0);
     let mut truth = Snapshot { tick: 7, ..Snapshot::default() };
@@ -297,7 +312,7 @@ fn small() -> Snapshot {
 
 #[test]
 fn a_keyframe_has_the_documented_bytes() {
-    let head = [0b1100_1100, 0xac, 2];
+    let head = [0b1100_1100, 0xac, 2, 1];
     let block = [0, 0, 6, 3, 0, 0, 0xc0, 0x3f, 10, 0];
     let hero = [1, 1, 0b1_1000, 0, 1, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40, 1, 0x80, 1];
     let ann = [1, 3, b'A', b'n', b'n', 1, 1, 1, 2, 1, 0, 0, 0, 0, 0];
@@ -358,10 +373,12 @@ fn a_delta_needs_a_keyframe_before() {
     let mut link = Link::holding(&small());
     let delta = link.send(&Snapshot { tick: 301, ..small() }, &[]);
     assert_eq!(Stream::default().decode(&delta), Err(DecodeError::NoBaseline));
-    // A keyframe needs nothing, whatever is held.
-    let other = Snapshot { tick: 4, ..Snapshot::default() };
-    link.reader.decode(&keyframe(&other)).unwrap();
-    assert_eq!(**link.reader.newest().unwrap(), other);
+    // A keyframe needs nothing, and whatever was held is forgotten.
+    let mut moved = small();
+    moved.bodies[1].quanta = [9, 9];
+    link.sender = Stream::default();
+    link.send(&moved, &[]);
+    assert!(link.sender.is_quiet(&moved) && link.reader.is_quiet(&moved));
 }
 
 #[test]
@@ -424,10 +441,10 @@ fn a_giant_count_is_refused_before_anything_is_made() {
     for (section, rest, field) in
         [(4, &[60, 0, 0][..], "births"), (8, &[4, 60, 0, 0], "players"), (32, &[60, 0], "events")]
     {
-        let found = decode(&[&[0xc0 | section, 1], rest].concat(), None);
+        let found = decode(&[&[0xc0 | section, 1, 1], rest].concat(), None);
         assert_eq!(found, Err(DecodeError::Truncated { field }));
     }
-    let found = decode(&[0xc4, 1, 0xff, 0xff, 0xff, 0xff, 0x0f], None);
+    let found = decode(&[0xc4, 1, 1, 0xff, 0xff, 0xff, 0xff, 0x0f], None);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "births" }));
     let long = vec![0xc0; SERVER_MESSAGE_BYTES_MAX + 1];
     assert!(matches!(decode(&long, None), Err(DecodeError::TooLong { .. })));
@@ -462,7 +479,7 @@ fn broken_bytes_never_panic() {
             let mut bytes = if rng.below(4) == 0 { keyframe.clone() } else { delta.clone() };
             break_bytes(&mut rng, &mut bytes);
             let mut reader = reader.clone();
-            if let Ok(events) = reader.decode(&bytes) {
+            if let Ok(Heard { events, .. }) = reader.decode(&bytes) {
                 accepted += 1;
                 assert_sound(reader.newest().unwrap(), &events, &base, &bytes);
             }

@@ -1,4 +1,5 @@
-//! What clients are sent: on time, late, too late, in every shipped scene, and the same each time.
+//! What clients are sent: at every rate, from the start or later, in every shipped scene, and the same
+//! each time.
 
 use super::*;
 use jostle_protocol::limits::POINTER_MAX;
@@ -51,27 +52,27 @@ impl Play {
 fn every_client_of_every_scene_sees_the_game_and_each_event_once() {
     for scene in Scene::built_in() {
         let mut play = Play::new(&scene, 4);
-        let mut steady = Client::default();
-        let mut skipping = Client::default();
-        let mut slow = Client::default();
-        for client in [&mut steady, &mut skipping, &mut slow] {
-            client.receive(&mut play.room);
-        }
+        let mut clients = Rate::ALL.map(Client::at);
+        let mut late = Client::default();
+        clients.iter_mut().for_each(|client| client.receive(&mut play.room));
         for tick in 1..=ROOM_TICKS {
             play.tick();
-            steady.receive(&mut play.room);
-            if play.rng.below(3) == 0 || tick == ROOM_TICKS {
-                skipping.receive(&mut play.room);
-            }
-            if tick % (HISTORY_TICKS as u32 - 1) == 0 || tick == ROOM_TICKS {
-                slow.receive(&mut play.room);
+            clients.iter_mut().for_each(|client| client.receive(&mut play.room));
+            if tick > ROOM_TICKS / 2 {
+                late.receive(&mut play.room);
             }
         }
-        assert!(steady.events.len() >= play.seats.len(), "{}: nothing happened", scene.name);
-        assert!(steady.events.is_sorted_by_key(|event| event.tick));
-        assert_eq!(steady.events, skipping.events, "{}", scene.name);
-        assert_eq!(steady.events, slow.events, "{}", scene.name);
-        assert!(slow.bytes < steady.bytes, "{}", scene.name);
+        let [full, third, twelfth] = &clients;
+        assert!(full.events.len() >= play.seats.len(), "{}: nothing happened", scene.name);
+        assert!(full.events.is_sorted_by_key(|event| event.tick));
+        for client in [third, twelfth] {
+            assert!(client.bytes < full.bytes, "{}", scene.name);
+            assert!(full.events.starts_with(&client.events), "{}", scene.name);
+            let behind = &full.events[client.events.len()..];
+            let told = client.held().tick;
+            assert!(behind.iter().all(|event| event.tick > told), "{}", scene.name);
+        }
+        assert!(full.events.ends_with(&late.events), "{}", scene.name);
     }
 }
 
@@ -92,25 +93,11 @@ fn what_the_game_reports_is_what_clients_are_told() {
 }
 
 #[test]
-fn a_client_that_is_too_slow_gets_a_keyframe() {
-    let mut play = Play::new(&Scene::parse("yard.toml", YARD).unwrap(), 3);
-    let mut client = Client::default();
-    client.receive(&mut play.room);
-    (0..HISTORY_TICKS - 1).for_each(|_| play.tick());
-    client.receive(&mut play.room);
-    let told = client.events.len();
-    assert!(told >= 3);
-    (0..HISTORY_TICKS).for_each(|_| play.tick());
-    client.receive(&mut play.room);
-    assert_eq!(client.events.len(), told);
-}
-
-#[test]
 fn the_same_calls_give_the_same_hashes_and_bytes() {
     let arena = &Scene::built_in()[0];
     let record = || {
         let mut play = Play::new(arena, 6);
-        let mut record = Vec::new();
+        let (mut record, mut reader) = (Vec::new(), None);
         for tick in 0..ROOM_TICKS {
             play.tick();
             match tick {
@@ -119,8 +106,9 @@ fn the_same_calls_give_the_same_hashes_and_bytes() {
                 200 => drop(play.room.join(look("Eve"), None, 9)),
                 _ => {}
             }
-            let bytes = play.room.snapshot_since(tick.checked_sub(3));
-            record.push((play.room.game().hash(), bytes));
+            let bytes = Rate::ALL.map(|rate| play.room.begin(rate).1);
+            let reader = *reader.get_or_insert_with(|| play.room.begin(Rate::Full).0);
+            record.push((play.room.game().hash(), bytes, play.room.message(&reader).cloned()));
         }
         record
     };

@@ -75,8 +75,9 @@ impl Client {
             encode_us: 0.0,
             decode_us: 0.0,
         };
-        let (sender, reader) = (Stream::default(), Stream::default());
-        Client { every: 60 / rate, sender, reader, quiet: 0, traffic }
+        let every = 60 / rate;
+        let (sender, reader) = (Stream::new(every as u8), Stream::default());
+        Client { every, sender, reader, quiet: 0, traffic }
     }
 
     fn see(&mut self, snapshot: &Arc<Snapshot>, counts: bool) {

@@ -1,0 +1,284 @@
+//! What the clients of one rate are sent. A message is coded once and shared by all of them; those
+//! who began with a keyframe within the last three messages share another with each other.
+
+use jostle_protocol::limits::EVENTS_MAX;
+use jostle_protocol::{Snapshot, Stream, TimedEvent};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Messages that may stay away in a row because nothing moves; the next is sent all the same, so
+/// that clients know that the room lives.
+const QUIET_MAX: u32 = 12;
+
+/// How often a client is sent a snapshot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rate {
+    /// Every tick.
+    #[default]
+    Full,
+    /// Every third tick.
+    Third,
+    /// Every twelfth tick.
+    Twelfth,
+}
+
+impl Rate {
+    /// All of them.
+    pub const ALL: [Rate; 3] = [Rate::Full, Rate::Third, Rate::Twelfth];
+
+    /// Ticks from one message to the next.
+    pub fn every(self) -> u8 {
+        match self {
+            Rate::Full => 1,
+            Rate::Third => 3,
+            Rate::Twelfth => 12,
+        }
+    }
+
+    /// The next lower one, for a client that cannot follow; the lowest stays.
+    pub fn lower(self) -> Rate {
+        match self {
+            Rate::Full => Rate::Third,
+            Rate::Third | Rate::Twelfth => Rate::Twelfth,
+        }
+    }
+}
+
+/// A client's place in its feed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reader {
+    /// How often it is sent something.
+    pub rate: Rate,
+    /// Messages of the feed before its keyframe.
+    since: u64,
+}
+
+/// The messages of one rate.
+#[derive(Clone, Debug)]
+pub struct Feed {
+    rate: Rate,
+    stream: Stream,
+    /// Ends of those who began lately, the oldest first.
+    young: VecDeque<Young>,
+    /// Messages so far.
+    count: u64,
+    /// What happened since the newest message.
+    events: Vec<TimedEvent>,
+    /// The message of this tick, if there is one.
+    message: Option<Arc<[u8]>>,
+}
+
+/// Clients that began with the same keyframe.
+#[derive(Clone, Debug)]
+struct Young {
+    since: u64,
+    stream: Stream,
+    keyframe: Arc<[u8]>,
+    message: Option<Arc<[u8]>>,
+}
+
+impl Feed {
+    /// A feed that begins with this snapshot.
+    pub fn new(rate: Rate, first: &Arc<Snapshot>) -> Feed {
+        let mut stream = Stream::new(rate.every());
+        stream.encode(first, &[]);
+        Feed { rate, stream, young: VecDeque::new(), count: 0, events: Vec::new(), message: None }
+    }
+
+    /// The next tick. `stirs`: clients need its number, although nothing may have moved.
+    pub fn push(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent], stirs: bool) {
+        self.message = None;
+        self.young.iter_mut().for_each(|young| young.message = None);
+        self.events.extend_from_slice(events);
+        let every = u32::from(self.rate.every());
+        if !snapshot.tick.is_multiple_of(every) {
+            return;
+        }
+        let newest = self.stream.newest().expect("a feed begins with a snapshot");
+        let quiet = !stirs && self.events.is_empty() && self.stream.is_quiet(snapshot);
+        if quiet && snapshot.tick - newest.tick <= QUIET_MAX * every {
+            return;
+        }
+        self.send(snapshot);
+    }
+
+    fn send(&mut self, snapshot: &Arc<Snapshot>) {
+        let events = std::mem::take(&mut self.events);
+        if events.len() > EVENTS_MAX {
+            self.restart(snapshot);
+            return;
+        }
+        self.count += 1;
+        self.message = Some(self.stream.encode(snapshot, &events).into());
+        let oldest = self.count.saturating_sub(u64::from(Stream::KEYFRAME_AGE));
+        self.young.retain(|young| young.since >= oldest);
+        for young in &mut self.young {
+            young.message = Some(young.stream.encode(snapshot, &events).into());
+        }
+    }
+
+    /// More happened than one message may tell: a keyframe for all, which tells nothing of it.
+    fn restart(&mut self, snapshot: &Arc<Snapshot>) {
+        self.stream = Stream::new(self.rate.every());
+        self.message = Some(self.stream.encode(snapshot, &[]).into());
+        self.count += u64::from(Stream::KEYFRAME_AGE) + 1;
+        self.young.clear();
+    }
+
+    /// A client begins with the newest message's snapshot, which may be older than the newest tick.
+    pub fn begin(&mut self) -> (Reader, Arc<[u8]>) {
+        let reader = Reader { rate: self.rate, since: self.count };
+        if let Some(young) = self.young.back().filter(|young| young.since == self.count) {
+            return (reader, Arc::clone(&young.keyframe));
+        }
+        let (stream, keyframe) = self.stream.branch();
+        let keyframe: Arc<[u8]> = keyframe.into();
+        let young =
+            Young { since: self.count, stream, keyframe: Arc::clone(&keyframe), message: None };
+        self.young.push_back(young);
+        (reader, keyframe)
+    }
+
+    /// What a client is sent in this tick, if anything. It must have been given all messages since
+    /// it began.
+    pub fn message(&self, reader: &Reader) -> Option<&Arc<[u8]>> {
+        let age = self.count - reader.since;
+        if age > u64::from(Stream::KEYFRAME_AGE) {
+            return self.message.as_ref();
+        }
+        let young = self.young.iter().find(|young| young.since == reader.since)?;
+        young.message.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jostle_protocol::ServerMessage;
+    use jostle_sim::{BodyId, Event, Kind, Seat, Shape};
+
+    /// A client at the end of a feed.
+    struct Client {
+        reader: Reader,
+        stream: Stream,
+        events: Vec<u32>,
+        messages: u32,
+    }
+
+    impl Client {
+        fn begin(feed: &mut Feed) -> Client {
+            let (reader, keyframe) = feed.begin();
+            let mut client =
+                Client { reader, stream: Stream::default(), events: Vec::new(), messages: 0 };
+            client.hear(&keyframe);
+            client
+        }
+
+        fn hear(&mut self, bytes: &[u8]) {
+            let message = ServerMessage::decode(bytes).unwrap();
+            let ServerMessage::Snapshot(coded) = message else { panic!("{message:?}") };
+            let heard = self.stream.decode(&coded).unwrap();
+            self.events.extend(heard.events.iter().map(|event| event.tick));
+            self.messages += 1;
+        }
+
+        /// Takes the tick's message; whether there was one.
+        fn listen(&mut self, feed: &Feed) -> bool {
+            let message = feed.message(&self.reader).cloned();
+            message.iter().for_each(|bytes| self.hear(bytes));
+            message.is_some()
+        }
+    }
+
+    /// Something that moves in bursts: it rests in two of three seconds.
+    fn snapshot(tick: u32) -> Arc<Snapshot> {
+        let (second, part) = (tick / 60, tick % 60);
+        let at = 60 * (second / 3) + if second.is_multiple_of(3) { part } else { 60 };
+        let body = jostle_protocol::SnapshotBody {
+            id: BodyId { index: 0, generation: 0 },
+            kind: Kind::Block,
+            owner: None,
+            group: 0,
+            shape: Shape::circle(1.0),
+            quanta: [at as i32 * at as i32, 7],
+        };
+        Arc::new(Snapshot { tick, bodies: vec![body], players: Vec::new() })
+    }
+
+    fn event(tick: u32) -> TimedEvent {
+        TimedEvent { tick, event: Event::Joined(Seat(0)) }
+    }
+
+    #[test]
+    fn clients_of_every_rate_see_what_they_should_whenever_they_came() {
+        for rate in Rate::ALL {
+            let mut feed = Feed::new(rate, &snapshot(0));
+            let mut clients: Vec<Client> = Vec::new();
+            for tick in 1..=660 {
+                let events: Vec<_> = (tick % 31 == 0).then(|| event(tick)).into_iter().collect();
+                feed.push(&snapshot(tick), &events, false);
+                for client in &mut clients {
+                    if client.listen(&feed) {
+                        assert_eq!(client.stream.newest(), Some(&snapshot(tick)));
+                    }
+                }
+                if tick % 7 == 3 {
+                    clients.push(Client::begin(&mut feed));
+                }
+            }
+            assert!(feed.young.len() <= Stream::KEYFRAME_AGE as usize + 1);
+            for client in clients {
+                let held = client.stream.newest().unwrap();
+                assert_eq!(held.bodies, snapshot(660).bodies, "{rate:?}");
+                assert!(client.events.is_sorted_by(|a, b| a < b), "each event once");
+            }
+        }
+    }
+
+    #[test]
+    fn old_clients_share_the_very_bytes() {
+        let mut feed = Feed::new(Rate::Full, &snapshot(0));
+        let mut early = Client::begin(&mut feed);
+        feed.push(&snapshot(1), &[], false);
+        early.listen(&feed);
+        let mut late = Client::begin(&mut feed);
+        for tick in 2..8 {
+            feed.push(&snapshot(tick), &[], false);
+            let shared = Arc::ptr_eq(
+                feed.message(&early.reader).unwrap(),
+                feed.message(&late.reader).unwrap(),
+            );
+            assert_eq!(shared, tick > 4, "{tick}");
+            early.listen(&feed);
+            late.listen(&feed);
+        }
+    }
+
+    #[test]
+    fn quiet_ticks_are_not_sent_but_for_a_sign_of_life() {
+        let mut feed = Feed::new(Rate::Full, &snapshot(60));
+        let mut client = Client::begin(&mut feed);
+        for tick in 61..=180 {
+            feed.push(&snapshot(tick), &[], false);
+            client.listen(&feed);
+        }
+        assert_eq!(client.messages, 1 + 120 / (QUIET_MAX + 1));
+        feed.push(&snapshot(180), &[], true);
+        assert!(client.listen(&feed), "what stirs is sent");
+    }
+
+    #[test]
+    fn more_events_than_a_message_may_hold_make_a_keyframe_for_all() {
+        let mut feed = Feed::new(Rate::Full, &snapshot(0));
+        let mut client = Client::begin(&mut feed);
+        feed.push(&snapshot(1), &vec![event(1); EVENTS_MAX], false);
+        assert!(client.listen(&feed));
+        let mut young = Client::begin(&mut feed);
+        feed.push(&snapshot(2), &vec![event(2); EVENTS_MAX + 1], false);
+        assert!(client.listen(&feed) && young.listen(&feed));
+        feed.push(&snapshot(3), &[event(3)], false);
+        assert!(client.listen(&feed) && young.listen(&feed));
+        assert_eq!(client.events.len(), EVENTS_MAX + 1);
+        assert_eq!(young.events, [3]);
+    }
+}
