@@ -9,7 +9,7 @@ pub const TICK_MS: f64 = 1000.0 / jostle_sim::TICKS_PER_SECOND as f64;
 pub const DELAY_TICKS_MIN: f64 = 2.5;
 /// The delay past which a bad connection is shown as it is, ticks.
 pub const DELAY_TICKS_MAX: f64 = 30.0;
-/// The display never runs further past the newest snapshot, ticks.
+/// The display never runs further past the tick up to which all is known, ticks.
 pub const AHEAD_TICKS_MAX: f64 = 2.0;
 /// Arrivals older than this say nothing about the connection any more.
 const WINDOW_MS: f64 = 1000.0;
@@ -21,36 +21,47 @@ const RATE_DEVIATION_MAX: f64 = 0.15;
 /// Estimates the server's tick and paces the display.
 #[derive(Debug, Default)]
 pub struct Clock {
-    arrivals: VecDeque<Arrival>,
+    arrivals: VecDeque<Transit>,
     lateness_ticks: f64,
-    newest: Option<u32>,
+    /// The display may come so far.
+    known: Option<u32>,
     display: Option<f64>,
     updated_ms: f64,
 }
 
+/// What a message says about time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arrival {
+    /// Tick of its snapshot.
+    pub tick: u32,
+    /// The first tick that nothing was known of before.
+    pub first: u32,
+    /// Ticks until the next message is due, at least 1; more while nothing moves.
+    pub patience: u32,
+}
+
 #[derive(Clone, Copy, Debug)]
-struct Arrival {
+struct Transit {
     at_ms: f64,
     /// Local time at which tick 0 would have arrived with this one's transit time.
     origin_ms: f64,
 }
 
 impl Clock {
-    /// Notes that the snapshot of `tick` arrived at `now_ms`.
-    pub fn arrived(&mut self, tick: u32, now_ms: f64) {
-        let origin_ms = now_ms - f64::from(tick) * TICK_MS;
-        self.arrivals.push_back(Arrival { at_ms: now_ms, origin_ms });
+    /// Notes what arrived at `now_ms`.
+    pub fn arrived(&mut self, arrival: Arrival, now_ms: f64) {
+        let origin_ms = now_ms - f64::from(arrival.tick) * TICK_MS;
+        self.arrivals.push_back(Transit { at_ms: now_ms, origin_ms });
         while self.arrivals.front().is_some_and(|a| a.at_ms < now_ms - WINDOW_MS) {
             self.arrivals.pop_front();
         }
-        self.measure_lateness(tick, now_ms);
-        self.newest = Some(tick);
+        self.measure_lateness(arrival.first, now_ms);
+        self.known = Some(arrival.tick + arrival.patience - 1);
     }
 
     /// Rises fast with a late snapshot, falls slowly. A snapshot that skips ticks counts as late
     /// by the first tick that it skipped: until it came, nothing after its predecessor was known.
-    fn measure_lateness(&mut self, tick: u32, now_ms: f64) {
-        let first = self.newest.map_or(tick, |newest| newest.saturating_add(1).min(tick));
+    fn measure_lateness(&mut self, first: u32, now_ms: f64) {
         let Some(due_ms) = self.origin_ms().map(|origin| origin + f64::from(first) * TICK_MS)
         else {
             return;
@@ -84,7 +95,7 @@ impl Clock {
     /// before the first snapshot.
     pub fn display(&mut self, now_ms: f64) -> Option<f64> {
         let wanted = self.server_tick(now_ms)? - self.delay_ticks();
-        let limit = f64::from(self.newest?) + AHEAD_TICKS_MAX;
+        let limit = f64::from(self.known?) + AHEAD_TICKS_MAX;
         let elapsed = ((now_ms - self.updated_ms) / TICK_MS).max(0.0);
         self.updated_ms = now_ms;
         let next = match self.display {

@@ -2,7 +2,7 @@
 //! past the socket is the code that plays online. Scripted, it gives the same picture every time.
 
 use jostle_protocol::{Appearance, ClientMessage, ServerMessage};
-use jostle_room::Room;
+use jostle_room::{Rate, Reader, Room};
 use jostle_sim::{Buttons, Input, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
 
@@ -50,7 +50,7 @@ pub struct Demo {
     own: Option<Seat>,
     bots: Vec<Seat>,
     scripted: bool,
-    baseline: Option<u32>,
+    reader: Option<Reader>,
     outbox: Vec<Vec<u8>>,
     started_ms: Option<f64>,
     played: f64,
@@ -75,7 +75,7 @@ impl Demo {
             own: None,
             bots,
             scripted,
-            baseline: None,
+            reader: None,
             outbox: Vec::new(),
             started_ms: None,
             played: 0.0,
@@ -128,8 +128,15 @@ impl Demo {
         self.room.tick();
         self.tick = self.room.game().tick_count();
         if self.own.is_some() {
-            self.outbox.push(self.room.snapshot_since(self.baseline).to_vec());
-            self.baseline = Some(self.tick);
+            let message = match &self.reader {
+                Some(reader) => self.room.message(reader).cloned(),
+                None => {
+                    let (reader, keyframe) = self.room.begin(Rate::Full);
+                    self.reader = Some(reader);
+                    Some(keyframe)
+                }
+            };
+            self.outbox.extend(message.map(|bytes| bytes.to_vec()));
         }
     }
 

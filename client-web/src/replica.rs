@@ -1,10 +1,11 @@
 //! The client's copy of a room: snapshots by tick, the particles that it grows itself from emitter
 //! events, flashes, news, and from all of these what one frame shows.
 
+use crate::clock::Arrival;
 use crate::frame::{Effect, EffectKind, FrameBody};
 use crate::overlap;
 use crate::timeline::{Sample, Timeline};
-use jostle_protocol::{Appearance, PlayerState, Snapshot, TimedEvent};
+use jostle_protocol::{Appearance, DecodeError, Heard, PlayerState, Snapshot, Stream, TimedEvent};
 use jostle_sim::particle::{Obstacle, dequantise, quantise};
 use jostle_sim::scene::Plan;
 use jostle_sim::{
@@ -62,6 +63,7 @@ pub struct Replica {
     pub seat: Seat,
     /// The word in the room's link.
     pub room: String,
+    stream: Stream,
     timeline: Timeline,
     particles: Particles,
     /// The last tick whose events and particles were played.
@@ -83,6 +85,7 @@ impl Replica {
     pub fn new(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
         Replica {
             plan: Plan::of(&scene),
+            stream: Stream::default(),
             timeline: Timeline::new(scene.quantum, scene.speed_max),
             particles: Particles::new(scene.recipes.clone(), scene.particles_max),
             scene,
@@ -107,13 +110,36 @@ impl Replica {
         Replica { particles: none, ..Replica::new(scene, seat, room) }
     }
 
-    /// The newest snapshot: what the next one is coded against.
+    /// The newest snapshot.
     pub fn newest(&self) -> Option<&Snapshot> {
         self.timeline.newest()
     }
 
+    /// Reads a coded snapshot and files it: what it says about time, and how many emitters it starts.
+    pub fn hear(&mut self, coded: &[u8]) -> Result<(Arrival, usize), DecodeError> {
+        let before = self.stream.newest().map(Arc::clone);
+        let Heard { events, still_until } = self.stream.decode(coded)?;
+        let newest = self.stream.newest().map(Arc::clone).expect("a snapshot was decoded");
+        // What was left out was as before: nothing glides into what came after it.
+        let still = before.as_ref().zip(still_until);
+        if let Some((before, tick)) = still {
+            self.timeline.file(Snapshot { tick, ..Snapshot::clone(before) });
+        }
+        let known = still_until.or(before.map(|before| before.tick));
+        let arrival = Arrival {
+            tick: newest.tick,
+            first: known.map_or(newest.tick, |known| (known + 1).min(newest.tick)),
+            patience: self.stream.patience(),
+        };
+        let starts = |timed: &&TimedEvent| matches!(timed.event, Event::EmitterStarted(_));
+        let emitters = events.iter().filter(starts).count();
+        self.file(newest, events);
+        Ok((arrival, emitters))
+    }
+
     /// Files a snapshot and the events that led to it.
-    pub fn file(&mut self, snapshot: Snapshot, events: Vec<TimedEvent>) {
+    pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>, events: Vec<TimedEvent>) {
+        let snapshot = snapshot.into();
         for player in &snapshot.players {
             if let Some(name) = self.names.get_mut(usize::from(player.seat.0)) {
                 *name = Some(player.appearance.clone());

@@ -6,6 +6,7 @@ use jostle_protocol::{Snapshot, SnapshotBody};
 use jostle_sim::particle::dequantise;
 use jostle_sim::{BodyId, Kind, Seat, Shape, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// Snapshots kept; the oldest go first. Half a minute would be 1800: this only bridges the delay.
 pub const SNAPSHOTS_MAX: usize = 240;
@@ -39,7 +40,7 @@ pub struct Sample {
 /// Snapshots in tick order.
 #[derive(Debug)]
 pub struct Timeline {
-    snapshots: VecDeque<Snapshot>,
+    snapshots: VecDeque<Arc<Snapshot>>,
     quantum: f32,
     /// What is a jump, world units a tick.
     jump: f32,
@@ -55,7 +56,8 @@ impl Timeline {
     }
 
     /// Files a snapshot. One that is not newer than the newest is dropped.
-    pub fn file(&mut self, snapshot: Snapshot) {
+    pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>) {
+        let snapshot = snapshot.into();
         if self.newest().is_some_and(|newest| newest.tick >= snapshot.tick) {
             return;
         }
@@ -74,13 +76,13 @@ impl Timeline {
 
     /// The newest snapshot.
     pub fn newest(&self) -> Option<&Snapshot> {
-        self.snapshots.back()
+        self.snapshots.back().map(|snapshot| &**snapshot)
     }
 
     /// The newest snapshot that is not past `tick`, or the oldest.
     pub fn at_or_before(&self, tick: f64) -> Option<&Snapshot> {
         let after = self.snapshots.partition_point(|s| f64::from(s.tick) <= tick);
-        self.snapshots.get(after.saturating_sub(1))
+        self.snapshots.get(after.saturating_sub(1)).map(|snapshot| &**snapshot)
     }
 
     /// The bodies at fractional `tick` in index order, into `out`, which is cleared first.
@@ -88,13 +90,13 @@ impl Timeline {
         out.clear();
         let after = self.snapshots.partition_point(|s| f64::from(s.tick) <= tick);
         let (a, b) = match (after.checked_sub(1), self.snapshots.get(after)) {
-            (Some(before), Some(b)) => (&self.snapshots[before], b),
+            (Some(before), Some(b)) => (&*self.snapshots[before], &**b),
             (Some(newest), None) if newest > 0 => {
                 let (a, b) = (&self.snapshots[newest - 1], &self.snapshots[newest]);
                 return self.extrapolate(a, b, tick, out);
             }
-            (Some(only), None) => (&self.snapshots[only], &self.snapshots[only]),
-            (None, Some(first)) => (first, first),
+            (Some(only), None) => (&*self.snapshots[only], &*self.snapshots[only]),
+            (None, Some(first)) => (&**first, &**first),
             (None, None) => return,
         };
         let span = b.tick.saturating_sub(a.tick).max(1);

@@ -19,6 +19,9 @@ pub const SCENE_NAME_BYTES_MAX: usize = scene::SCENE_NAME_BYTES_MAX;
 pub const SCENE_BYTES_MAX: usize = scene::SCENE_BYTES_MAX;
 /// Bodies in a snapshot; indices of bodies are below it too.
 pub const BODIES_MAX: usize = scene::BODIES_MAX as usize;
+/// Messages that a room may leave out in a row because nothing moves: the next is sent all the same,
+/// so that clients know that it lives.
+pub const QUIET_MESSAGES_MAX: u32 = 12;
 /// Events between two snapshots.
 pub const EVENTS_MAX: usize = 4096;
 /// Player colours, see the palette of the page.

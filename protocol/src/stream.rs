@@ -5,6 +5,7 @@
 
 use crate::codec::motion::Trail;
 use crate::codec::{self, Baseline, is_same};
+use crate::limits::QUIET_MESSAGES_MAX;
 use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 use crate::wire::DecodeError;
 use std::sync::Arc;
@@ -44,6 +45,17 @@ impl Stream {
         (branch, bytes)
     }
 
+    /// Ticks until the next message: one interval, or as many as may be left out while nothing moves.
+    pub fn patience(&self) -> u32 {
+        let quiet = self.newest.is_some() && !self.moves();
+        let messages = if quiet { 1 + QUIET_MESSAGES_MAX } else { 1 };
+        messages * u32::from(self.every)
+    }
+
+    fn moves(&self) -> bool {
+        self.bodies.iter().chain(&self.pointers).any(Trail::is_moving)
+    }
+
     /// The newest snapshot.
     pub fn newest(&self) -> Option<&Arc<Snapshot>> {
         self.newest.as_ref()
@@ -80,9 +92,7 @@ impl Stream {
     /// Whether nothing moved lately and the next snapshot shows the same: it need not be sent.
     pub fn is_quiet(&self, next: &Snapshot) -> bool {
         self.newest.as_ref().is_some_and(|newest| {
-            newest.bodies == next.bodies
-                && newest.players == next.players
-                && !self.bodies.iter().chain(&self.pointers).any(Trail::is_moving)
+            !self.moves() && newest.bodies == next.bodies && newest.players == next.players
         })
     }
 

@@ -1,14 +1,10 @@
 //! What the clients of one rate are sent. A message is coded once and shared by all of them; those
 //! who began with a keyframe within the last three messages share another with each other.
 
-use jostle_protocol::limits::EVENTS_MAX;
+use jostle_protocol::limits::{EVENTS_MAX, QUIET_MESSAGES_MAX};
 use jostle_protocol::{Snapshot, Stream, TimedEvent};
 use std::collections::VecDeque;
 use std::sync::Arc;
-
-/// Messages that may stay away in a row because nothing moves; the next is sent all the same, so
-/// that clients know that the room lives.
-const QUIET_MAX: u32 = 12;
 
 /// How often a client is sent a snapshot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,6 +36,14 @@ impl Rate {
         match self {
             Rate::Full => Rate::Third,
             Rate::Third | Rate::Twelfth => Rate::Twelfth,
+        }
+    }
+
+    /// The next higher one, for a client that could follow it; the highest stays.
+    pub fn higher(self) -> Rate {
+        match self {
+            Rate::Full | Rate::Third => Rate::Full,
+            Rate::Twelfth => Rate::Third,
         }
     }
 }
@@ -96,7 +100,7 @@ impl Feed {
         }
         let newest = self.stream.newest().expect("a feed begins with a snapshot");
         let quiet = !stirs && self.events.is_empty() && self.stream.is_quiet(snapshot);
-        if quiet && snapshot.tick - newest.tick <= QUIET_MAX * every {
+        if quiet && snapshot.tick - newest.tick <= QUIET_MESSAGES_MAX * every {
             return;
         }
         self.send(snapshot);
@@ -262,7 +266,7 @@ mod tests {
             feed.push(&snapshot(tick), &[], false);
             client.listen(&feed);
         }
-        assert_eq!(client.messages, 1 + 120 / (QUIET_MAX + 1));
+        assert_eq!(client.messages, 1 + 120 / (QUIET_MESSAGES_MAX + 1));
         feed.push(&snapshot(180), &[], true);
         assert!(client.listen(&feed), "what stirs is sent");
     }

@@ -49,6 +49,10 @@ pub const MESSAGES_BURST_MAX: u32 = 240;
 pub const INBOX_MAX: usize = 512;
 /// Control messages that wait for the socket; pongs past it are dropped.
 pub const OUTBOX_CONTROL_MAX: usize = 16;
+/// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
+pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
+/// Ticks for which a client has to keep up before it is sent more often again.
+pub const RATE_RISE_TICKS: u32 = 600;
 /// Time between two WebSocket pings.
 pub const KEEPALIVE_EVERY: Duration = Duration::from_secs(10);
 /// Silence (not even a pong) after which a session is closed.

@@ -1,14 +1,18 @@
-//! What waits for one session's socket: the newest snapshot, a few control messages, and the end.
+//! What waits for one session's socket: snapshots in order, a few control messages, and the end.
 //!
-//! The room fills it and never waits; the session empties it at the pace of its socket. A snapshot
-//! that was not taken is replaced, so a slow reader costs memory for one.
+//! The room fills it and never waits; the session empties it at the pace of its socket. Snapshots
+//! lead from one to the next, so none may be left out: who is so far behind that a keyframe is
+//! shorter gets that instead. All but the keyframes of such readers are shared with the others'.
 
-use crate::limits::OUTBOX_CONTROL_MAX;
+use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
 use hyper::body::Bytes;
 use jostle_protocol::Refusal;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
+
+/// Snapshots that may wait whatever they weigh: fewer are no sign of a slow reader.
+const LATE_SNAPSHOTS_MIN: usize = 4;
 
 /// The way from a room to one socket.
 #[derive(Default)]
@@ -21,9 +25,10 @@ pub struct Outbox {
 #[derive(Default)]
 struct State {
     control: VecDeque<Bytes>,
-    snapshot: Option<(u32, Arc<[u8]>)>,
-    /// Tick of the newest snapshot that was taken: the peer holds it, or will before the next one.
-    baseline: Option<u32>,
+    snapshots: VecDeque<Arc<[u8]>>,
+    /// Bytes of those, and of the newest keyframe.
+    waiting_bytes: usize,
+    keyframe_bytes: usize,
     end: Option<Refusal>,
 }
 
@@ -39,15 +44,41 @@ impl Outbox {
         fits
     }
 
-    /// Stores the snapshot of `tick`, which `code` makes from the baseline that the peer holds. The
-    /// lock is held meanwhile, so that the baseline cannot change under it.
-    pub fn snapshot(&self, tick: u32, code: impl FnOnce(Option<u32>) -> Arc<[u8]>) {
+    /// Queues the next snapshot. `false`: the peer is so far behind that it needs a keyframe; what
+    /// waited is gone.
+    pub fn snapshot(&self, bytes: &Arc<[u8]>) -> bool {
         let mut state = self.lock();
-        if state.end.is_none() {
-            let bytes = code(state.baseline);
-            state.snapshot = Some((tick, bytes));
-            self.filled.notify_one();
+        if state.end.is_some() {
+            return true;
         }
+        let waiting = state.waiting_bytes + bytes.len();
+        let late = !state.snapshots.is_empty() && waiting > state.keyframe_bytes.max(bytes.len());
+        if late && state.snapshots.len() >= LATE_SNAPSHOTS_MIN
+            || state.snapshots.len() >= OUTBOX_SNAPSHOTS_MAX
+        {
+            state.snapshots.clear();
+            state.waiting_bytes = 0;
+            return false;
+        }
+        state.waiting_bytes = waiting;
+        state.snapshots.push_back(Arc::clone(bytes));
+        self.filled.notify_one();
+        true
+    }
+
+    /// Begins anew with this snapshot.
+    pub fn keyframe(&self, bytes: Arc<[u8]>) {
+        let mut state = self.lock();
+        state.keyframe_bytes = bytes.len();
+        state.waiting_bytes = bytes.len();
+        state.snapshots.clear();
+        state.snapshots.push_back(bytes);
+        self.filled.notify_one();
+    }
+
+    /// Whether the socket took all snapshots.
+    pub fn is_drained(&self) -> bool {
+        self.lock().snapshots.is_empty()
     }
 
     /// Ends the session; the first reason counts.
@@ -59,8 +90,8 @@ impl Outbox {
         }
     }
 
-    /// The next message for the socket: control messages first, then the newest snapshot. Waits
-    /// until there is one. For one reader; safe to cancel.
+    /// The next message for the socket: control messages first, then snapshots. Waits until there is
+    /// one. For one reader; safe to cancel.
     pub async fn take(&self) -> Bytes {
         loop {
             if let Some(bytes) = self.try_take() {
@@ -75,8 +106,8 @@ impl Outbox {
         if let Some(bytes) = state.control.pop_front() {
             return Some(bytes);
         }
-        let (tick, bytes) = state.snapshot.take()?;
-        state.baseline = Some(tick);
+        let bytes = state.snapshots.pop_front()?;
+        state.waiting_bytes -= bytes.len();
         Some(Bytes::from_owner(bytes))
     }
 
@@ -90,7 +121,7 @@ impl Outbox {
         }
     }
 
-    /// A room that panicked while it coded a snapshot left the state whole: it is stored after.
+    /// A panic elsewhere left the state whole: nothing here panics halfway.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

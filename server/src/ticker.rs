@@ -8,7 +8,7 @@ use crate::rooms::Rooms;
 use crate::schedule::Schedule;
 use crate::{Phase, rooms::Facts};
 use jostle_protocol::{Appearance, Refusal};
-use jostle_room::Room;
+use jostle_room::{Rate, Reader, Room};
 use jostle_sim::{Input, Seat};
 use std::net::IpAddr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -74,6 +74,41 @@ pub struct Member {
     seat: Seat,
     inbox: Receiver<FromSession>,
     outbox: Arc<Outbox>,
+    /// What it is fed; `None` until its next keyframe.
+    reader: Option<Reader>,
+    rate: Rate,
+    /// Tick at which it was last found to be far behind.
+    late_tick: u32,
+}
+
+impl Member {
+    fn new(seat: Seat, inbox: Receiver<FromSession>, outbox: Arc<Outbox>, tick: u32) -> Member {
+        Member { seat, inbox, outbox, reader: None, rate: Rate::default(), late_tick: tick }
+    }
+
+    /// Hands over what the newest tick sends. Who is too far behind begins anew at a lower rate,
+    /// and gets a higher one after it kept up for long enough.
+    fn feed(&mut self, room: &mut Room) {
+        let tick = room.game().tick_count();
+        if let Some(message) = self.reader.and_then(|reader| room.message(&reader))
+            && !self.outbox.snapshot(message)
+        {
+            self.reader = None;
+            self.rate = self.rate.lower();
+            self.late_tick = tick;
+        }
+        let calm = tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
+        if self.rate != Rate::Full && calm {
+            self.reader = None;
+            self.rate = self.rate.higher();
+            self.late_tick = tick;
+        }
+        if self.reader.is_none() {
+            let (reader, keyframe) = room.begin(self.rate);
+            self.outbox.keyframe(keyframe);
+            self.reader = Some(reader);
+        }
+    }
 }
 
 /// Why a room's thread ended.
@@ -120,8 +155,9 @@ impl Ticker {
             for _ in 0..due {
                 self.pass_on(&mut room);
                 room.tick();
+                self.members.iter_mut().for_each(|member| member.feed(&mut room));
             }
-            self.publish(&mut room);
+            self.publish(&room);
             if let Some(tape) = &mut tape {
                 tape.after_ticks(&mut room, now);
             }
@@ -153,11 +189,8 @@ impl Ticker {
                     resumed = welcome.resumed, "player joined"
                 );
                 join.outbox.control(welcome.bytes);
-                self.members.push(Member {
-                    seat: welcome.seat,
-                    inbox: join.inbox,
-                    outbox: join.outbox,
-                });
+                let tick = room.game().tick_count();
+                self.members.push(Member::new(welcome.seat, join.inbox, join.outbox, tick));
             }
             Err(refusal) => join.outbox.end(refusal),
         }
@@ -196,12 +229,9 @@ impl Ticker {
         });
     }
 
-    fn publish(&mut self, room: &mut Room) {
-        let tick = room.game().tick_count();
-        for member in &self.members {
-            member.outbox.snapshot(tick, |baseline| room.snapshot_since(baseline));
-        }
-        self.facts.tick.store(tick, Ordering::Relaxed);
+    /// What others may know of the room.
+    fn publish(&self, room: &Room) {
+        self.facts.tick.store(room.game().tick_count(), Ordering::Relaxed);
         self.facts.players.store(room.players(), Ordering::Relaxed);
     }
 

@@ -1,5 +1,10 @@
 use super::*;
 
+/// A message of a room in which something moves.
+fn busy(first: u32, tick: u32) -> Arrival {
+    Arrival { tick, first, patience: 1 }
+}
+
 /// Plays `ticks` ticks whose snapshots arrive `late_ms(tick)` late, with a frame every tick;
 /// returns the clock and the displayed ticks.
 fn play(clock: &mut Clock, ticks: std::ops::Range<u32>, late_ms: impl Fn(u32) -> f64) -> Vec<f64> {
@@ -14,7 +19,8 @@ fn play(clock: &mut Clock, ticks: std::ops::Range<u32>, late_ms: impl Fn(u32) ->
     for frame in ticks {
         let now = f64::from(frame) * TICK_MS + 3.0;
         while next < arrivals.len() && arrivals[next].0 <= now {
-            clock.arrived(arrivals[next].1, arrivals[next].0);
+            let tick = arrivals[next].1;
+            clock.arrived(busy(tick, tick), arrivals[next].0);
             next += 1;
         }
         shown.extend(clock.display(now));
@@ -54,10 +60,26 @@ fn delay_grows_until_late_snapshots_are_in_time_and_then_shrinks() {
 #[test]
 fn skipped_ticks_count_as_late() {
     let mut clock = Clock::default();
-    for tick in (0..600).step_by(6) {
-        clock.arrived(tick, f64::from(tick) * TICK_MS);
+    for tick in (6..600).step_by(6) {
+        clock.arrived(busy(tick - 5, tick), f64::from(tick) * TICK_MS);
     }
     assert!(clock.delay_ticks() > 5.0, "delay {}", clock.delay_ticks());
+}
+
+#[test]
+fn time_goes_on_while_nothing_moves() {
+    let mut clock = Clock::default();
+    let mut shown = 0.0;
+    for tick in 0..1300 {
+        let now = f64::from(tick) * TICK_MS;
+        if tick % 13 == 0 {
+            clock.arrived(Arrival { tick, first: tick, patience: 13 }, now);
+        }
+        let display = clock.display(now).expect("there were snapshots");
+        assert!(tick < 60 || (display - shown - 1.0).abs() < 0.2, "from {shown} to {display}");
+        shown = display;
+    }
+    assert!((clock.delay_ticks() - DELAY_TICKS_MIN).abs() < 1e-9);
 }
 
 #[test]
@@ -76,7 +98,7 @@ fn display_jumps_after_a_long_absence() {
     let mut clock = Clock::default();
     play(&mut clock, 0..120, |_| 0.0);
     for tick in 120..2000 {
-        clock.arrived(tick, f64::from(tick) * TICK_MS);
+        clock.arrived(busy(tick, tick), f64::from(tick) * TICK_MS);
     }
     let shown = clock.display(2000.0 * TICK_MS).expect("there were snapshots");
     assert!(shown > 1990.0, "shown {shown}");

@@ -1,6 +1,5 @@
 use super::*;
 use crate::replica::{Eye, Replica};
-use jostle_protocol::Snapshot;
 
 fn request(query: &str) -> Option<DemoRequest> {
     DemoRequest::parse(query)
@@ -35,11 +34,8 @@ fn play(scene: &Arc<Scene>, ticks: u32) -> (Demo, Replica) {
                 }
                 ServerMessage::Snapshot(coded) => {
                     let replica = replica.as_mut().expect("a welcome comes first");
-                    let (snapshot, events) =
-                        Snapshot::decode(&coded, replica.newest()).expect("a valid snapshot");
-                    let tick = f64::from(snapshot.tick);
-                    replica.file(snapshot, events);
-                    replica.advance(tick, Eye::default());
+                    let (arrival, _) = replica.hear(&coded).expect("a valid snapshot");
+                    replica.advance(f64::from(arrival.tick), Eye::default());
                 }
                 other => panic!("unexpected {other:?}"),
             }

@@ -13,10 +13,8 @@ use crate::meter::Meter;
 use crate::reconnect::Backoff;
 use crate::replica::{Eye, Replica};
 use crate::words::{self, Notice};
-use jostle_protocol::{
-    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, TimedEvent, VERSION,
-};
-use jostle_sim::{Event, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
+use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -319,13 +317,10 @@ impl Play {
 
     fn file(&mut self, coded: &[u8], now_ms: f64) {
         let Some(replica) = &mut self.replica else { return };
-        match Snapshot::decode(coded, replica.newest()) {
-            Ok((snapshot, events)) => {
-                self.clock.arrived(snapshot.tick, now_ms);
-                let starts = |timed: &&TimedEvent| matches!(timed.event, Event::EmitterStarted(_));
-                let sections = Snapshot::section_names(coded).unwrap_or_default();
-                self.meter.snapshot(&sections, events.iter().filter(starts).count());
-                replica.file(snapshot, events);
+        match replica.hear(coded) {
+            Ok((arrival, emitters)) => {
+                self.clock.arrived(arrival, now_ms);
+                self.meter.snapshot(&Snapshot::section_names(coded).unwrap_or_default(), emitters);
                 self.prove(now_ms);
             }
             Err(error) => self.misunderstood(&error.to_string()),

@@ -4,29 +4,54 @@ fn block<T>(future: impl Future<Output = T>) -> T {
     tokio::runtime::Builder::new_current_thread().build().expect("a runtime").block_on(future)
 }
 
+fn bytes(fill: u8, count: usize) -> Arc<[u8]> {
+    vec![fill; count].into()
+}
+
 #[test]
-fn only_the_newest_snapshot_waits_and_it_joins_what_was_skipped() {
+fn snapshots_are_taken_in_order() {
     let outbox = Outbox::default();
-    let mut baselines = Vec::new();
-    for tick in 1..=3u8 {
-        outbox.snapshot(tick.into(), |baseline| {
-            baselines.push(baseline);
-            Arc::from([tick])
-        });
+    outbox.keyframe(bytes(0, 100));
+    for tick in 1..4 {
+        assert!(outbox.snapshot(&bytes(tick, 1)));
     }
-    assert_eq!(block(outbox.take()), Bytes::from_static(&[3]));
-    assert!(outbox.try_take().is_none());
-    outbox.snapshot(4, |baseline| {
-        baselines.push(baseline);
-        Arc::from([4])
-    });
-    assert_eq!(baselines, [None, None, None, Some(3)]);
+    assert_eq!(block(outbox.take()).len(), 100);
+    for tick in 1..4 {
+        assert!(!outbox.is_drained());
+        assert_eq!(block(outbox.take()), Bytes::from(vec![tick]));
+    }
+    assert!(outbox.is_drained() && outbox.try_take().is_none());
+}
+
+#[test]
+fn who_is_further_behind_than_a_keyframe_gets_one() {
+    let outbox = Outbox::default();
+    outbox.keyframe(bytes(0, 100));
+    outbox.try_take().expect("the keyframe");
+    let fitted = (1..20).take_while(|&tick| outbox.snapshot(&bytes(tick, 18))).count();
+    assert_eq!(fitted, 5, "five times 18 bytes are less than 100");
+    assert!(outbox.is_drained(), "what cannot be used is dropped");
+    outbox.keyframe(bytes(9, 80));
+    assert_eq!(outbox.try_take().expect("the keyframe").len(), 80);
+}
+
+#[test]
+fn many_small_snapshots_do_not_wait_for_ever_and_a_few_large_ones_may() {
+    let outbox = Outbox::default();
+    outbox.keyframe(bytes(0, 10_000));
+    outbox.try_take().expect("the keyframe");
+    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 2))).count();
+    assert_eq!(fitted, OUTBOX_SNAPSHOTS_MAX);
+    outbox.keyframe(bytes(0, 10));
+    outbox.try_take().expect("the keyframe");
+    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 50))).count();
+    assert_eq!(fitted, LATE_SNAPSHOTS_MIN);
 }
 
 #[test]
 fn control_messages_overtake_snapshots_and_are_bounded() {
     let outbox = Outbox::default();
-    outbox.snapshot(1, |_| Arc::from([1]));
+    outbox.keyframe(bytes(1, 1));
     for _ in 0..OUTBOX_CONTROL_MAX {
         assert!(outbox.control(vec![9]));
     }
@@ -38,21 +63,11 @@ fn control_messages_overtake_snapshots_and_are_bounded() {
 }
 
 #[test]
-fn the_first_reason_to_end_counts_and_stops_coding() {
+fn the_first_reason_to_end_counts_and_nothing_more_is_queued() {
     let outbox = Outbox::default();
     outbox.end(Refusal::Flood);
     outbox.end(Refusal::Closing);
-    outbox.snapshot(1, |_| unreachable!("an ended session needs no snapshot"));
+    assert!(outbox.snapshot(&bytes(1, 1)));
+    assert!(outbox.is_drained());
     assert_eq!(block(outbox.ended()), Refusal::Flood);
-}
-
-#[test]
-fn a_panic_while_coding_leaves_the_outbox_usable() {
-    let outbox = Outbox::default();
-    let coded = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-        outbox.snapshot(1, |_| panic!("the room failed"));
-    }));
-    assert!(coded.is_err());
-    outbox.end(Refusal::RoomFailed);
-    assert_eq!(block(outbox.ended()), Refusal::RoomFailed);
 }

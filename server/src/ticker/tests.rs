@@ -73,7 +73,7 @@ fn a_room_that_fails_tells_its_players_and_no_other_room_notices() {
     // A code that the room asserts against makes it panic, as a bug in a game would.
     let (mut ticker, outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
     let (seated, _inbox, seated_outbox) = join();
-    ticker.members.push(Member { seat: Seat(0), inbox: seated.inbox, outbox: seated.outbox });
+    ticker.members.push(Member::new(Seat(0), seated.inbox, seated.outbox, 0));
     let (waiting, _other_inbox, waiting_outbox) = join();
     outside.joins.send(waiting).expect("a place");
     let (other, other_inbox, other_outbox) = join();

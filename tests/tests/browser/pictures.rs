@@ -140,8 +140,7 @@ fn hear(scene: &Arc<Scene>, replica: &mut Option<Replica>, bytes: &[u8]) -> Resu
             *replica = Some(Replica::new(Arc::clone(scene), Seat(seat), room));
         }
         (ServerMessage::Snapshot(coded), Some(replica)) => {
-            let (snapshot, events) = Snapshot::decode(&coded, replica.newest())?;
-            replica.file(snapshot, events);
+            replica.hear(&coded)?;
         }
         (other, _) => bail!("a demo sends no {other:?} here"),
     }

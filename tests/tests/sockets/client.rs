@@ -3,7 +3,7 @@
 use futures_util::{SinkExt, StreamExt};
 use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
 use jostle_protocol::{
-    Appearance, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot, VERSION,
+    Appearance, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot, Stream, VERSION,
 };
 use jostle_sim::{Buttons, Input, Vec2};
 use std::net::SocketAddr;
@@ -23,6 +23,7 @@ pub struct Client {
     pub seat: u8,
     pub token: u64,
     pub newest: Snapshot,
+    pub stream: Stream,
     /// Bytes of all messages that came.
     pub bytes: usize,
     /// Snapshots that came.
@@ -48,7 +49,8 @@ impl Client {
         let (socket, _) =
             client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
         let newest = Snapshot::default();
-        Client { socket, seat: u8::MAX, token: 0, newest, bytes: 0, snapshots: 0, seq: 0 }
+        let stream = Stream::default();
+        Client { socket, seat: u8::MAX, token: 0, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
     }
 
     /// A seated player with a first snapshot.
@@ -108,10 +110,11 @@ impl Client {
         self.bytes += bytes.len();
         let message = ServerMessage::decode(&bytes).expect("a readable message");
         if let ServerMessage::Snapshot(coded) = &message {
-            let baseline = (self.snapshots > 0).then_some(&self.newest);
-            let (snapshot, _) = Snapshot::decode(coded, baseline).expect("a readable snapshot");
-            assert!(baseline.is_none_or(|old| snapshot.tick > old.tick), "ticks go forward");
-            self.newest = snapshot;
+            self.stream.decode(coded).expect("a readable snapshot");
+            let newest = self.stream.newest().expect("a snapshot was read");
+            let forward = self.snapshots == 0 || newest.tick > self.newest.tick;
+            assert!(forward, "ticks go forward");
+            self.newest = Snapshot::clone(newest);
             self.snapshots += 1;
         }
         message

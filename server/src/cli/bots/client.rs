@@ -6,7 +6,7 @@ use crate::cli::hands::Hands;
 use futures_util::{SinkExt, StreamExt};
 use hyper::body::Bytes;
 use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Stream, VERSION};
 use jostle_sim::{Scene, TICKS_PER_SECOND, Vec2};
 use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
@@ -155,19 +155,19 @@ async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<(), BotErr
     Ok(socket.send(Message::Binary(message.encode().into())).await?)
 }
 
-/// What a bot sees: the newest snapshot, as a page would hold it.
+/// What a bot sees, as a page would hold it.
 #[derive(Default)]
 struct Eyes {
-    newest: Option<Snapshot>,
+    stream: Stream,
 }
 
 impl Eyes {
     fn see(&mut self, bytes: &[u8], report: &mut ClientReport) -> Result<(), BotError> {
         match ServerMessage::decode(bytes)? {
             ServerMessage::Snapshot(coded) => {
-                let (snapshot, _events) = Snapshot::decode(&coded, self.newest.as_ref())?;
-                report.saw(snapshot.tick, Instant::now());
-                self.newest = Some(snapshot);
+                let still_until = self.stream.decode(&coded)?.still_until;
+                let tick = self.stream.newest().map_or(0, |newest| newest.tick);
+                report.saw(tick, still_until, Instant::now());
                 Ok(())
             }
             ServerMessage::Pong { stamp, .. } => {

@@ -47,10 +47,11 @@ impl ClientReport {
         }
     }
 
-    /// A snapshot of this tick came.
-    pub fn saw(&mut self, tick: u32, now: Instant) {
+    /// A snapshot of this tick came; until `still_until` nothing had moved since the one before.
+    pub fn saw(&mut self, tick: u32, still_until: Option<u32>, now: Instant) {
         self.snapshots += 1;
         if let Some((before, _)) = self.last {
+            let before = still_until.unwrap_or(before);
             let skipped = tick.saturating_sub(before).saturating_sub(1);
             self.gaps += u64::from(skipped > 0);
             self.gap_ticks_max = self.gap_ticks_max.max(skipped);
@@ -245,7 +246,7 @@ mod tests {
         // One second in which the server played 50 ticks, and one snapshot stood for three.
         for tick in (100..=150).filter(|tick| ![120, 121].contains(tick)) {
             let at = start + Duration::from_millis(20) * (tick - 100);
-            client.saw(tick, at);
+            client.saw(tick, None, at);
         }
         client.ended_at = Some(start + Duration::from_secs(1));
         let target = Target { authority: "h:80".into(), room: "arena".into() };

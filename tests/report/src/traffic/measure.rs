@@ -5,6 +5,7 @@ use crate::engine::State;
 use crate::scene::{Motion, Scene};
 use crate::study::thread_time_us;
 use glam::DVec2;
+use jostle_protocol::limits::QUIET_MESSAGES_MAX;
 use jostle_protocol::{Snapshot, SnapshotBody, Stream};
 use jostle_sim::conjugate::Conjugate;
 use jostle_sim::world::WorldSettings;
@@ -15,8 +16,6 @@ use std::sync::Arc;
 const QUANTA: f64 = 256.0;
 /// TCP and IP headers with timestamps, bytes.
 const PACKET_BYTES: usize = 52;
-/// Messages from one that tells nothing to the next that is sent all the same, at most.
-const QUIET_MAX: u32 = 12;
 
 /// What a client of one rate gets.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,7 +60,6 @@ struct Client {
     every: u32,
     sender: Stream,
     reader: Stream,
-    quiet: u32,
     traffic: Traffic,
 }
 
@@ -77,15 +75,15 @@ impl Client {
         };
         let every = 60 / rate;
         let (sender, reader) = (Stream::new(every as u8), Stream::default());
-        Client { every, sender, reader, quiet: 0, traffic }
+        Client { every, sender, reader, traffic }
     }
 
     fn see(&mut self, snapshot: &Arc<Snapshot>, counts: bool) {
         if !snapshot.tick.is_multiple_of(self.every) {
             return;
         }
-        self.quiet = if self.sender.is_quiet(snapshot) { self.quiet + 1 } else { 0 };
-        if self.quiet % QUIET_MAX != 0 {
+        let since = self.sender.newest().map_or(0, |newest| snapshot.tick - newest.tick);
+        if self.sender.is_quiet(snapshot) && since <= QUIET_MESSAGES_MAX * self.every {
             return;
         }
         let moved = self.sender.newest().map_or(0, |old| count_moved(old, snapshot));
