@@ -1,6 +1,7 @@
 //! The HTTP side of the port: the page, its files, the lists of scenes and rooms, and the upgrade
 //! that starts a session. Small on purpose; whatever is not listed in [`route`] is refused.
 
+mod origin;
 mod replays;
 
 use crate::App;
@@ -28,6 +29,8 @@ pub type Body = Either<Full<Bytes>, replays::FileBody>;
 pub struct Upgrade {
     /// The word in the path.
     pub code: String,
+    /// Whom it counts for.
+    pub address: IpAddr,
     /// Resolves when the answer was sent.
     pub connection: OnUpgrade,
 }
@@ -38,12 +41,17 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wa
     connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
-/// Answers one request. An upgrade is answered here and handed out for the connection to follow.
+/// Why a page of another site is refused.
+const FOREIGN: &str =
+    "this page belongs to another site; its host can be allowed with --allow-origin";
+
+/// Answers one request of `peer`. An upgrade is answered here and handed out for the connection to follow.
 pub async fn answer(
     request: Request<Incoming>,
-    address: IpAddr,
+    peer: IpAddr,
     app: &App,
 ) -> (Answer, Option<Upgrade>) {
+    let address = origin::client_address(request.headers(), peer, &app.trusted_proxies);
     let (mut answer, upgrade) = route(request, address, app).await;
     let headers = answer.headers_mut();
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
@@ -61,10 +69,15 @@ async fn route(
     let path = request.uri().path().to_owned();
     // A CONNECT names no path, and `OPTIONS *` none with a slash.
     let word = path.strip_prefix('/').unwrap_or_default();
-    if request.headers().contains_key(header::UPGRADE) {
-        return upgrade(request, word);
-    }
+    let upgrades = request.headers().contains_key(header::UPGRADE);
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    if (upgrades || !reads) && !origin::is_welcome(request.headers(), &app.origins) {
+        tracing::info!(%address, origin = ?request.headers().get(header::ORIGIN), "foreign page");
+        return (failed(StatusCode::FORBIDDEN, FOREIGN), None);
+    }
+    if upgrades {
+        return upgrade(request, word, address);
+    }
     let answer = match path.as_str() {
         "/api/rooms" if *request.method() == Method::POST => {
             create_room(request, address, app).await
@@ -315,12 +328,16 @@ async fn read_body(request: Request<Incoming>) -> Result<Bytes, Answer> {
 
 /// Any word is accepted as a room here: only on the socket can the page be told what is wrong. One
 /// that cannot be a code becomes none at all, which is no room either.
-fn upgrade(mut request: Request<Incoming>, word: &str) -> (Answer, Option<Upgrade>) {
+fn upgrade(
+    mut request: Request<Incoming>,
+    word: &str,
+    address: IpAddr,
+) -> (Answer, Option<Upgrade>) {
     let code = if is_code(word) { word } else { "" };
     match create_response_with_body(&request, || Body::Left(Full::default())) {
         Ok(answer) => {
             let connection = hyper::upgrade::on(&mut request);
-            (answer, Some(Upgrade { code: code.to_owned(), connection }))
+            (answer, Some(Upgrade { code: code.to_owned(), address, connection }))
         }
         Err(error) => {
             let answer = failed(StatusCode::BAD_REQUEST, &format!("no WebSocket upgrade: {error}"));

@@ -23,6 +23,7 @@ pub mod ticker;
 pub use listen::run;
 
 use jostle_sim::Scene;
+use std::net::IpAddr;
 use std::sync::Arc;
 use tokio::sync::watch;
 
@@ -33,14 +34,24 @@ pub struct Config {
     pub scenes: Vec<Scene>,
     /// How long it waits for whom.
     pub waits: limits::Waits,
+    /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
+    pub origins: Vec<String>,
+    /// Proxies that are believed about whom they speak for, in canonical form.
+    pub trusted_proxies: Vec<IpAddr>,
     /// Where games are recorded; `None` records nothing.
     pub replays: Option<replays::Settings>,
 }
 
 impl Default for Config {
-    /// The built-in scenes, nothing recorded.
+    /// The built-in scenes, pages of this site only, no proxies, nothing recorded.
     fn default() -> Config {
-        Config { scenes: Scene::built_in(), waits: limits::Waits::default(), replays: None }
+        Config {
+            scenes: Scene::built_in(),
+            waits: limits::Waits::default(),
+            origins: Vec::new(),
+            trusted_proxies: Vec::new(),
+            replays: None,
+        }
     }
 }
 
@@ -65,6 +76,10 @@ pub struct App {
     pub sessions: Arc<peers::Peers>,
     /// How long the server waits for whom.
     pub waits: limits::Waits,
+    /// [`Config::origins`].
+    pub origins: Vec<String>,
+    /// [`Config::trusted_proxies`].
+    pub trusted_proxies: Vec<IpAddr>,
     /// Whether the server is closing.
     pub phase: watch::Receiver<Phase>,
     /// The replays, if games are recorded.

@@ -28,12 +28,15 @@ pub async fn run(
     check(&config)?;
     let (phase, followed) = watch::channel(Phase::Running);
     let waits = config.waits;
+    let (origins, trusted_proxies) = (config.origins.clone(), config.trusted_proxies.clone());
     let recording = config.replays.clone().map(Recording::start).transpose()?;
     let app = Arc::new(App {
         rooms: Rooms::new(config, followed.clone(), recording.clone()),
         connections: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_CONNECTIONS_MAX),
         sessions: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
         waits,
+        origins,
+        trusted_proxies,
         phase: followed,
         replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),
     });
@@ -87,7 +90,13 @@ async fn accept(listener: &TcpListener, app: &Arc<App>, alive: &mpsc::Sender<Inf
                 continue;
             }
         };
-        let Some(permit) = app.connections.admit(peer.ip()) else {
+        let is_proxy = app.trusted_proxies.contains(&peer.ip().to_canonical());
+        let permit = match is_proxy {
+            // It speaks for many; they are counted when they play.
+            true => app.connections.admit_one_of_all(peer.ip()),
+            false => app.connections.admit(peer.ip()),
+        };
+        let Some(permit) = permit else {
             debug!(address = %peer.ip(), "too many connections");
             continue;
         };
@@ -116,7 +125,7 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, app: &Arc<A
         .downcast::<TokioIo<TcpStream>>()
         .expect("every connection is served on a TokioIo<TcpStream>");
     let (stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
-    session::play(stream, read, &upgrade.code, peer.ip(), app).await;
+    session::play(stream, read, &upgrade.code, upgrade.address, app).await;
 }
 
 /// Small messages go out at once, and little of what a newer snapshot would replace is buffered.

@@ -31,10 +31,19 @@ impl Peers {
 
     /// A place for one socket of `ip`, or `None` when a limit is reached.
     pub fn admit(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
+        self.admit_up_to(self.address_max, ip)
+    }
+
+    /// The same for an address that stands for many: only the limit of all counts.
+    pub fn admit_one_of_all(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
+        self.admit_up_to(self.in_all_max, ip)
+    }
+
+    fn admit_up_to(self: &Arc<Self>, address_max: usize, ip: IpAddr) -> Option<Permit> {
         let address = network(ip);
         let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
         let held = counts.by_address.get(&address).copied().unwrap_or(0);
-        if counts.in_all >= self.in_all_max || held >= self.address_max {
+        if counts.in_all >= self.in_all_max || held >= address_max {
             return None;
         }
         counts.in_all += 1;
@@ -79,6 +88,7 @@ mod tests {
         let first = peers.admit(ip("10.0.0.1"));
         let _second = peers.admit(ip("10.0.0.1"));
         assert!(peers.admit(ip("10.0.0.1")).is_none(), "two of one address");
+        assert!(peers.admit_one_of_all(ip("10.0.0.1")).is_some(), "and then it is free again");
         let _third = peers.admit(ip("10.0.0.2"));
         assert!(peers.admit(ip("10.0.0.3")).is_none(), "three in all");
         drop(first);

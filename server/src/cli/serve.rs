@@ -20,6 +20,14 @@ pub struct Serve {
     /// Directory with more scenes (*.toml); one with a built-in name replaces that one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
+    /// Another site whose pages may play here, as its address bar says it: https://play.example.org.
+    /// May be given more than once; pages of this server always may
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<String>,
+    /// Address of a proxy in front of this server, which is believed about whom it speaks for
+    /// (X-Forwarded-For), so that limits count players and not the proxy. May be given more than once
+    #[arg(long, value_name = "ADDRESS")]
+    trusted_proxy: Vec<IpAddr>,
     /// Record every room into this directory, which is made if it is missing. The page lists what
     /// is in it, and plays it
     #[arg(long, value_name = "DIR")]
@@ -41,6 +49,8 @@ impl Serve {
         if let Some(dir) = &self.scenes {
             add_scenes(&mut config.scenes, dir)?;
         }
+        config.origins = self.allow_origin;
+        config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
         config.replays = self.replays.map(|dir| Settings {
             bytes_max: u64::from(self.replays_mb) << 20,
             age_max: days(self.replays_days),

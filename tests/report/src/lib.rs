@@ -23,8 +23,8 @@ pub mod shape;
 pub mod stability;
 pub mod study;
 pub mod summary;
-pub mod trials;
 pub mod traffic;
+pub mod trials;
 
 use anyhow::{Context, Result};
 use clap::Parser;

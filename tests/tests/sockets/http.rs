@@ -76,6 +76,46 @@ async fn the_page_comes_with_headers_that_protect_it() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pages_of_other_sites_neither_play_nor_create_rooms() {
+    let origins = vec!["https://friends.example.org".to_owned()];
+    let server = Server::start_with(jostle_server::Config { origins, ..Default::default() }).await;
+    let upgrade = |origin: &str| {
+        format!(
+            "GET /arena HTTP/1.1\r\nHost: jostle\r\nOrigin: {origin}\r\nConnection: upgrade\r\n\
+             Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+             Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+        )
+    };
+    let refused = raw(
+        server.address,
+        &(upgrade("http://elsewhere")).replace("Connection: upgrade", "Connection: upgrade, close"),
+    )
+    .await;
+    assert_eq!(refused.status, 403);
+    assert!(refused.json()["error"].as_str().expect("a reason").contains("--allow-origin"));
+    for origin in ["http://jostle", "https://friends.example.org"] {
+        assert_eq!(status_line(server.address, &upgrade(origin)).await, "HTTP/1.1 101", "{origin}");
+    }
+    let create = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nOrigin: null\r\n\
+        Connection: close\r\nContent-Length: 17\r\n\r\n{\"scene\":\"arena\"}";
+    assert_eq!(raw(server.address, create).await.status, 403);
+    let get = "GET / HTTP/1.1\r\nHost: jostle\r\nOrigin: null\r\nConnection: close\r\n\r\n";
+    assert_eq!(raw(server.address, get).await.status, 200, "reading is free");
+}
+
+/// The first 12 bytes of the answer, from a socket that is dropped then.
+async fn status_line(address: SocketAddr, request: &str) -> String {
+    let exchange = async {
+        let mut stream = TcpStream::connect(address).await.expect("a connection");
+        stream.write_all(request.as_bytes()).await.expect("a live socket");
+        let mut bytes = [0; 12];
+        stream.read_exact(&mut bytes).await.expect("an answer");
+        String::from_utf8(bytes.to_vec()).expect("text")
+    };
+    timeout(LONG, exchange).await.expect("an answer in time")
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
     let server = Server::start().await;
     for path in ["/ARENA", "/arena/", "/%20arena", "/Arena%20/", "//arena"] {
