@@ -72,6 +72,7 @@ async fn route(
     let upgrades = request.headers().contains_key(header::UPGRADE);
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
     if (upgrades || !reads) && !origin::is_welcome(request.headers(), &app.origins) {
+        app.metrics.turned_away("foreign_page");
         tracing::info!(%address, origin = ?request.headers().get(header::ORIGIN), "foreign page");
         return (failed(StatusCode::FORBIDDEN, FOREIGN), None);
     }

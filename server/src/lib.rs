@@ -4,13 +4,16 @@
 //! A socket's way: [`listen`] accepts and counts it, [`http`] answers or upgrades it, [`session`]
 //! plays it. A session meets its room at two bounded places only: the inbox that it fills and the
 //! [`outbox`] that it empties. [`ticker`] is the room's thread between them; [`rooms`] lists them.
-//! [`replays`] takes down what is played, on a thread of its own.
+//! [`replays`] takes down what is played, on a thread of its own. [`metrics`] counts what happens, and
+//! [`ops`] shows it to operators on a port of their own.
 
 pub mod assets;
 pub mod cli;
 pub mod http;
 pub mod limits;
 pub mod listen;
+pub mod metrics;
+pub mod ops;
 pub mod outbox;
 pub mod peers;
 pub mod rate;
@@ -20,7 +23,7 @@ pub mod schedule;
 pub mod session;
 pub mod ticker;
 
-pub use listen::run;
+pub use listen::{run, run_with_ops};
 
 use jostle_sim::Scene;
 use std::net::IpAddr;
@@ -74,6 +77,8 @@ pub struct App {
     pub connections: Arc<peers::Peers>,
     /// Game sockets.
     pub sessions: Arc<peers::Peers>,
+    /// What is counted.
+    pub metrics: Arc<metrics::Metrics>,
     /// How long the server waits for whom.
     pub waits: limits::Waits,
     /// [`Config::origins`].

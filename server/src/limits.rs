@@ -21,6 +21,11 @@ pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
 pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 
+/// Connections to the operators' port at a time, and how long one may last.
+pub const OPS_CONNECTIONS_MAX: usize = 16;
+/// See there.
+pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
+
 // HTTP.
 
 /// Time to send the head of a request, and to idle between two requests.

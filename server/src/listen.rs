@@ -1,10 +1,11 @@
 //! The port: accepts connections until it is told to stop, then drains them.
 
 use crate::http::{self, Upgrade};
+use crate::metrics::Metrics;
 use crate::peers::{Peers, Permit};
 use crate::replays::Recording;
 use crate::rooms::Rooms;
-use crate::{App, Config, Phase, limits, session};
+use crate::{App, Config, Phase, limits, ops, session};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
@@ -15,6 +16,7 @@ use std::pin::pin;
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
+use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 use tracing::{debug, info, warn};
 
@@ -25,13 +27,25 @@ pub async fn run(
     config: Config,
     shutdown: impl Future<Output = ()>,
 ) -> io::Result<()> {
+    run_with_ops(listener, None, config, shutdown).await
+}
+
+/// [`run`] with an operators' port, which is served to the very end.
+pub async fn run_with_ops(
+    listener: TcpListener,
+    ops: Option<TcpListener>,
+    config: Config,
+    shutdown: impl Future<Output = ()>,
+) -> io::Result<()> {
     check(&config)?;
     let (phase, followed) = watch::channel(Phase::Running);
     let waits = config.waits;
     let (origins, trusted_proxies) = (config.origins.clone(), config.trusted_proxies.clone());
     let recording = config.replays.clone().map(Recording::start).transpose()?;
+    let metrics = Arc::new(Metrics::default());
     let app = Arc::new(App {
-        rooms: Rooms::new(config, followed.clone(), recording.clone()),
+        rooms: Rooms::new(config, followed.clone(), recording.clone(), Arc::clone(&metrics)),
+        metrics,
         connections: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_CONNECTIONS_MAX),
         sessions: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
         waits,
@@ -40,6 +54,7 @@ pub async fn run(
         phase: followed,
         replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),
     });
+    let ops = ops.map(|ops| tokio::spawn(ops::serve(ops, Arc::clone(&app))));
     // Every connection holds a sender; when the last is dropped, nobody is connected.
     let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
     tokio::select! {
@@ -67,6 +82,7 @@ pub async fn run(
             warn!("some replays were not written to their end in time");
         }
     }
+    ops.inspect(JoinHandle::abort);
     info!("closed");
     Ok(())
 }
@@ -97,6 +113,7 @@ async fn accept(listener: &TcpListener, app: &Arc<App>, alive: &mpsc::Sender<Inf
             false => app.connections.admit(peer.ip()),
         };
         let Some(permit) = permit else {
+            app.metrics.turned_away("too_many_connections");
             debug!(address = %peer.ip(), "too many connections");
             continue;
         };

@@ -2,6 +2,7 @@
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
 use crate::limits;
+use crate::metrics::Metrics;
 use crate::peers::network;
 use crate::replays::Recording;
 use crate::ticker::{Join, Ticker};
@@ -34,6 +35,8 @@ pub struct Facts {
     pub tick: AtomicU32,
     /// Seats taken.
     pub players: AtomicUsize,
+    /// Bodies in its world.
+    pub bodies: AtomicUsize,
 }
 
 /// All open rooms, and the scenes to open more of.
@@ -42,6 +45,7 @@ pub struct Rooms {
     empty_grace: Duration,
     phase: watch::Receiver<Phase>,
     recording: Option<Arc<Recording>>,
+    metrics: Arc<Metrics>,
     open: Mutex<BTreeMap<String, Open>>,
 }
 
@@ -76,10 +80,12 @@ impl Rooms {
         config: Config,
         phase: watch::Receiver<Phase>,
         recording: Option<Arc<Recording>>,
+        metrics: Arc<Metrics>,
     ) -> Arc<Rooms> {
         let scenes = config.scenes.into_iter().map(Arc::new).collect();
         let empty_grace = config.waits.room_empty;
-        Arc::new(Rooms { scenes, empty_grace, phase, recording, open: Mutex::default() })
+        let open = Mutex::default();
+        Arc::new(Rooms { scenes, empty_grace, phase, recording, metrics, open })
     }
 
     /// The scenes, in the order in which they are offered.
@@ -184,6 +190,7 @@ impl Rooms {
             scene: Arc::clone(scene),
             tick: AtomicU32::new(0),
             players: AtomicUsize::new(0),
+            bodies: AtomicUsize::new(0),
         });
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
         let ticker = Ticker {
@@ -195,6 +202,7 @@ impl Rooms {
             seed: random(),
             members: Vec::new(),
             recording: self.recording.clone(),
+            metrics: Arc::clone(&self.metrics),
         };
         let spawned = std::thread::Builder::new()
             .name(format!("room {code}"))

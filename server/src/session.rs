@@ -44,7 +44,10 @@ pub async fn play(stream: TcpStream, read: Vec<u8>, code: &str, address: IpAddr,
     let mut socket = WebSocketStream::from_partially_read(stream, read, Role::Server, config).await;
     let end = serve(&mut socket, code, address, app).await;
     match end {
-        End::Refused(refusal) => info!(room = %code, %address, reason = ?refusal, "session ended"),
+        End::Refused(refusal) => {
+            app.metrics.refused(refusal);
+            info!(room = %code, %address, reason = ?refusal, "session ended");
+        }
         End::Gone => debug!(room = %code, %address, "socket closed by the peer"),
     }
     // A peer that does not read its last words does not get them.

@@ -2,6 +2,7 @@
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
 use crate::limits;
+use crate::metrics::Metrics;
 use crate::outbox::Outbox;
 use crate::replays::{Recording, Tape};
 use crate::rooms::Rooms;
@@ -67,6 +68,8 @@ pub struct Ticker {
     pub members: Vec<Member>,
     /// Where the room is recorded, if it is.
     pub recording: Option<Arc<Recording>>,
+    /// Where it is counted.
+    pub metrics: Arc<Metrics>,
 }
 
 /// One player with a socket.
@@ -88,14 +91,17 @@ impl Member {
 
     /// Hands over what the newest tick sends. Who is too far behind begins anew at a lower rate,
     /// and gets a higher one after it kept up for long enough.
-    fn feed(&mut self, room: &mut Room) {
+    fn feed(&mut self, room: &mut Room, metrics: &Metrics) {
         let tick = room.game().tick_count();
-        if let Some(message) = self.reader.and_then(|reader| room.message(&reader))
-            && !self.outbox.snapshot(message)
-        {
-            self.reader = None;
-            self.rate = self.rate.lower();
-            self.late_tick = tick;
+        if let Some(message) = self.reader.and_then(|reader| room.message(&reader)) {
+            if self.outbox.snapshot(message) {
+                metrics.sent(self.rate, message.len());
+            } else {
+                metrics.late.inc();
+                self.reader = None;
+                self.rate = self.rate.lower();
+                self.late_tick = tick;
+            }
         }
         let calm = tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
         if self.rate != Rate::Full && calm {
@@ -105,6 +111,7 @@ impl Member {
         }
         if self.reader.is_none() {
             let (reader, keyframe) = room.begin(self.rate);
+            metrics.sent(self.rate, keyframe.len());
             self.outbox.keyframe(keyframe);
             self.reader = Some(reader);
         }
@@ -141,7 +148,8 @@ impl Ticker {
         let recording = self.recording.take();
         let mut tape = recording.map(|recording| Tape::start(recording, &mut room, Instant::now()));
         let end = loop {
-            std::thread::sleep(schedule.next_at().saturating_duration_since(Instant::now()));
+            let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
+            std::thread::sleep(awaited.saturating_duration_since(Instant::now()));
             let now = Instant::now();
             let due = schedule.due(now);
             missed.report(&self.facts.code, schedule.missed(), now);
@@ -152,11 +160,18 @@ impl Ticker {
                 continue;
             }
             self.admit(&mut room);
+            let late = now.saturating_duration_since(awaited);
+            let mut watch = Stopwatch::start();
             for _ in 0..due {
                 self.pass_on(&mut room);
+                watch.lap(0);
                 room.tick();
-                self.members.iter_mut().for_each(|member| member.feed(&mut room));
+                watch.lap(1);
+                self.members.iter_mut().for_each(|member| member.feed(&mut room, &self.metrics));
+                watch.lap(2);
             }
+            let skipped = schedule.missed() - missed_before;
+            self.metrics.ticks.woke(due, skipped, late, watch.laps);
             self.publish(&room);
             if let Some(tape) = &mut tape {
                 tape.after_ticks(&mut room, now);
@@ -183,6 +198,7 @@ impl Ticker {
         let name = join.appearance.name.clone();
         match room.join(join.appearance, join.token, join.fresh_token) {
             Ok(welcome) => {
+                self.metrics.joined(welcome.resumed);
                 self.replace(welcome.seat);
                 info!(
                     room = %self.facts.code, seat = welcome.seat.0, %name, address = %join.address,
@@ -208,19 +224,21 @@ impl Ticker {
 
     /// Moves what the sessions sent into the room; the inboxes are bounded, so this ends.
     fn pass_on(&mut self, room: &mut Room) {
-        let code = &self.facts.code;
+        let (code, metrics) = (&self.facts.code, &self.metrics);
         self.members.retain(|member| {
             loop {
                 match member.inbox.try_recv() {
                     Ok(FromSession::Input { seq, input }) => room.input(member.seat, seq, input),
                     Ok(FromSession::Leave) => {
                         info!(room = %code, seat = member.seat.0, "player left");
+                        metrics.left(true);
                         room.leave(member.seat);
                         return false;
                     }
                     Err(TryRecvError::Empty) => return true,
                     Err(TryRecvError::Disconnected) => {
                         info!(room = %code, seat = member.seat.0, "player lost, seat held");
+                        metrics.left(false);
                         room.disconnect(member.seat);
                         return false;
                     }
@@ -233,6 +251,7 @@ impl Ticker {
     fn publish(&self, room: &Room) {
         self.facts.tick.store(room.game().tick_count(), Ordering::Relaxed);
         self.facts.players.store(room.players(), Ordering::Relaxed);
+        self.facts.bodies.store(room.snapshot().bodies.len(), Ordering::Relaxed);
     }
 
     /// Takes the room off the list, unless somebody joins at this moment.
@@ -255,6 +274,24 @@ impl Ticker {
         while let Ok(join) = self.joins.try_recv() {
             join.outbox.end(Refusal::RoomFailed);
         }
+    }
+}
+
+/// Time by phase of a wakeup.
+struct Stopwatch {
+    since: Instant,
+    laps: [Duration; 3],
+}
+
+impl Stopwatch {
+    fn start() -> Stopwatch {
+        Stopwatch { since: Instant::now(), laps: [Duration::ZERO; 3] }
+    }
+
+    fn lap(&mut self, phase: usize) {
+        let now = Instant::now();
+        self.laps[phase] += now - self.since;
+        self.since = now;
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Failure, say, scene_file};
 use crate::replays::{Settings, days};
-use crate::{Config, limits, run};
+use crate::{Config, limits, run_with_ops};
 use jostle_sim::Scene;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -17,6 +17,10 @@ pub struct Serve {
     /// Address and port for the page and the sockets; port 0 takes a free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
     listen: SocketAddr,
+    /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); keep it closed to
+    /// the world
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    ops: Option<SocketAddr>,
     /// Directory with more scenes (*.toml); one with a built-in name replaces that one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
@@ -58,20 +62,35 @@ impl Serve {
         });
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
         let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
-        let served = runtime.block_on(serve(self.listen, config));
+        let served = runtime.block_on(serve(self.listen, self.ops, config));
         // Whatever did not end in time has been logged, and ends with the process.
         runtime.shutdown_background();
         served
     }
 }
 
-async fn serve(listen: SocketAddr, config: Config) -> Result<(), Failure> {
-    let failed = |error| Failure::Check(format!("--listen {listen}: {error}"));
+async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {
     let stop = stop_signal().map_err(|error| Failure::Check(format!("signals: {error}")))?;
-    let listener = TcpListener::bind(listen).await.map_err(failed)?;
-    let bound = listener.local_addr().map_err(failed)?;
+    let (listener, bound) = bind("--listen", listen).await?;
+    let ops = match ops {
+        Some(ops) => Some(bind("--ops", ops).await?),
+        None => None,
+    };
     say(format_args!("Jostle is at {}", url(bound)))?;
-    run(listener, config, stop).await.map_err(|error| Failure::Check(error.to_string()))
+    if let Some((_, bound)) = &ops {
+        say(format_args!("Operators are at {}", url(*bound)))?;
+    }
+    let ops = ops.map(|(listener, _)| listener);
+    run_with_ops(listener, ops, config, stop)
+        .await
+        .map_err(|error| Failure::Check(error.to_string()))
+}
+
+async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketAddr), Failure> {
+    let failed = |error| Failure::Check(format!("{option} {address}: {error}"));
+    let listener = TcpListener::bind(address).await.map_err(failed)?;
+    let bound = listener.local_addr().map_err(failed)?;
+    Ok((listener, bound))
 }
 
 /// An address that works in a browser on this machine.

@@ -15,13 +15,14 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let (phase, followed) = watch::channel(Phase::Running);
     let config = Config::default();
     let scene = Arc::new(config.scenes[0].clone());
-    let rooms = Rooms::new(config, followed.clone(), None);
+    let rooms = Rooms::new(config, followed.clone(), None, Arc::default());
     let (joins, receiver) = sync_channel(4);
     let facts = Facts {
         code: code.to_owned(),
         scene,
         tick: AtomicU32::new(0),
         players: AtomicUsize::new(0),
+        bodies: AtomicUsize::new(0),
     };
     let ticker = Ticker {
         facts: Arc::new(facts),
@@ -32,6 +33,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
         seed: 1,
         members: Vec::new(),
         recording: None,
+        metrics: Arc::default(),
     };
     (ticker, Outside { rooms, phase, joins })
 }

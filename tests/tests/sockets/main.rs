@@ -4,6 +4,7 @@
 mod bad_clients;
 mod client;
 mod http;
+mod ops;
 mod play;
 mod process;
 mod replays;

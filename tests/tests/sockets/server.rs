@@ -1,7 +1,7 @@
 //! The server under test, on a port of its own.
 
 use jostle_server::limits::Waits;
-use jostle_server::{Config, run};
+use jostle_server::{Config, run_with_ops};
 use jostle_sim::Scene;
 use std::io;
 use std::net::SocketAddr;
@@ -36,6 +36,17 @@ impl Server {
     }
 
     pub async fn start_with(config: Config) -> Server {
+        Server::launch(config, None).await
+    }
+
+    /// With the built-in scenes and a port for operators.
+    pub async fn start_with_ops() -> (Server, SocketAddr) {
+        let ops = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+        let address = ops.local_addr().expect("a bound port");
+        (Server::launch(Config::default(), Some(ops)).await, address)
+    }
+
+    async fn launch(config: Config, ops: Option<TcpListener>) -> Server {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
         let address = listener.local_addr().expect("a bound port");
         let (stop, stopped) = oneshot::channel();
@@ -43,7 +54,7 @@ impl Server {
             // Dropping the sender stops the server as well.
             let _ = stopped.await;
         };
-        let task = tokio::spawn(run(listener, config, shutdown));
+        let task = tokio::spawn(run_with_ops(listener, ops, config, shutdown));
         Server { address, stop: Some(stop), task }
     }
 

@@ -1,0 +1,270 @@
+//! What operators see: counters, gauges and histograms in base units, as text for Prometheus
+//! (OpenMetrics). No label names a player, a room or an address: there are few series, and none tells
+//! who plays.
+
+use jostle_protocol::Refusal;
+use jostle_room::Rate;
+use prometheus_client::encoding::text::encode;
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
+use prometheus_client::metrics::info::Info;
+use prometheus_client::registry::{Registry, Unit};
+use std::time::Duration;
+
+type Label = [(&'static str, &'static str); 1];
+
+/// Everything that is counted. Handles are cheap to clone and to use from any thread.
+pub struct Metrics {
+    registry: Registry,
+    /// Of every room together.
+    pub ticks: Ticks,
+    /// By rate, in the order of [`Rate::ALL`].
+    pub snapshots: [Snapshots; Rate::ALL.len()],
+    /// Keyframes for sockets that were too far behind.
+    pub late: Counter,
+    joins: Family<Label, Counter>,
+    leaves: Family<Label, Counter>,
+    refusals: Family<Label, Counter>,
+    rooms: Gauge,
+    players: Gauge,
+    bodies: Gauge,
+    replay_bytes: Counter,
+    replay_errors: Counter,
+}
+
+/// What the rooms' threads tell of each wakeup.
+#[derive(Clone)]
+pub struct Ticks {
+    /// Ticks played.
+    pub played: Counter,
+    /// Ticks that were due and never played.
+    pub missed: Counter,
+    /// Seconds from when a tick was due to its beginning.
+    pub lateness: Histogram,
+    /// Seconds of emptying inboxes, of playing, and of handing out snapshots.
+    pub phases: [Histogram; 3],
+}
+
+/// What clients of one rate were sent.
+#[derive(Clone, Default)]
+pub struct Snapshots {
+    /// Messages that were queued for sockets.
+    pub count: Counter,
+    /// Their bytes.
+    pub bytes: Counter,
+}
+
+/// What is true at the moment of a scrape.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Moment {
+    /// Open rooms.
+    pub rooms: i64,
+    /// Seats taken in all of them.
+    pub players: i64,
+    /// Bodies in all of them.
+    pub bodies: i64,
+    /// Bytes of replays written so far, and files given up.
+    pub replays: Option<[u64; 2]>,
+}
+
+/// From 15 microseconds to half a second.
+fn seconds() -> Histogram {
+    Histogram::new(exponential_buckets(15.6e-6, 2.0, 16))
+}
+
+impl Default for Metrics {
+    /// All at zero.
+    fn default() -> Metrics {
+        let mut registry = Registry::with_prefix("jostle");
+        let version = Info::new([("version", env!("CARGO_PKG_VERSION"))]);
+        registry.register("build", "The program that serves", version);
+        let metrics = Metrics {
+            ticks: Ticks::registered(&mut registry),
+            snapshots: snapshots(&mut registry),
+            late: Counter::default(),
+            joins: Family::default(),
+            leaves: Family::default(),
+            refusals: Family::default(),
+            rooms: Gauge::default(),
+            players: Gauge::default(),
+            bodies: Gauge::default(),
+            replay_bytes: Counter::default(),
+            replay_errors: Counter::default(),
+            registry: Registry::default(),
+        };
+        let late = metrics.late.clone();
+        registry.register("sockets_late", "Sockets that were too far behind for deltas", late);
+        registry.register("joins", "Players who got a seat, by how", metrics.joins.clone());
+        registry.register("leaves", "Players who went, by how", metrics.leaves.clone());
+        registry.register(
+            "refusals",
+            "Requests and sessions refused or ended, by reason",
+            metrics.refusals.clone(),
+        );
+        registry.register("rooms", "Open rooms", metrics.rooms.clone());
+        registry.register("players", "Seats taken", metrics.players.clone());
+        registry.register("bodies", "Bodies in all rooms", metrics.bodies.clone());
+        let written = metrics.replay_bytes.clone();
+        registry.register_with_unit("replay", "Replays written", Unit::Bytes, written);
+        let failed = metrics.replay_errors.clone();
+        registry.register("replay_errors", "Replay files given up", failed);
+        Metrics { registry, ..metrics }
+    }
+}
+
+impl Ticks {
+    fn registered(registry: &mut Registry) -> Ticks {
+        let ticks = Ticks {
+            played: Counter::default(),
+            missed: Counter::default(),
+            lateness: seconds(),
+            phases: [seconds(), seconds(), seconds()],
+        };
+        registry.register("ticks", "Ticks played", ticks.played.clone());
+        registry.register("ticks_missed", "Ticks due and never played", ticks.missed.clone());
+        let lateness = ticks.lateness.clone();
+        let about = "From when a tick was due to its beginning";
+        registry.register_with_unit("tick_lateness", about, Unit::Seconds, lateness);
+        for (phase, histogram) in ["inputs", "play", "send"].into_iter().zip(&ticks.phases) {
+            let about = format!("Time of a wakeup spent on: {phase}");
+            let name = format!("tick_{phase}");
+            registry.register_with_unit(name, about, Unit::Seconds, histogram.clone());
+        }
+        ticks
+    }
+}
+
+fn snapshots(registry: &mut Registry) -> [Snapshots; Rate::ALL.len()] {
+    let (count, bytes) = (Family::<Label, Counter>::default(), Family::<Label, Counter>::default());
+    registry.register("snapshots", "Snapshots queued for sockets, by rate", count.clone());
+    let about = "Bytes of them";
+    registry.register_with_unit("snapshots", about, Unit::Bytes, bytes.clone());
+    Rate::ALL.map(|rate| {
+        let label = [("hz", hz(rate))];
+        Snapshots {
+            count: count.get_or_create(&label).clone(),
+            bytes: bytes.get_or_create(&label).clone(),
+        }
+    })
+}
+
+fn hz(rate: Rate) -> &'static str {
+    match rate {
+        Rate::Full => "60",
+        Rate::Third => "20",
+        Rate::Twelfth => "5",
+    }
+}
+
+/// Snake-case names of refusals, as values of a label.
+fn reason(refusal: Refusal) -> &'static str {
+    match refusal {
+        Refusal::Version => "version",
+        Refusal::RoomFull => "room_full",
+        Refusal::NoSuchRoom => "no_such_room",
+        Refusal::ServerFull => "server_full",
+        Refusal::BadHello => "bad_hello",
+        Refusal::BadMessage => "bad_message",
+        Refusal::Flood => "flood",
+        Refusal::TooManySockets => "too_many_sockets",
+        Refusal::Silent => "silent",
+        Refusal::Replaced => "replaced",
+        Refusal::Closing => "closing",
+        Refusal::RoomFailed => "room_failed",
+    }
+}
+
+impl Metrics {
+    /// A message of so many bytes was queued for a socket.
+    pub fn sent(&self, rate: Rate, bytes: usize) {
+        let snapshots = &self.snapshots[rate as usize];
+        snapshots.count.inc();
+        snapshots.bytes.inc_by(bytes as u64);
+    }
+
+    /// A player got a seat, an old one or a new one.
+    pub fn joined(&self, resumed: bool) {
+        let how = if resumed { "resumed" } else { "new" };
+        self.joins.get_or_create(&[("how", how)]).inc();
+    }
+
+    /// A player closed the socket on purpose (`true`) or lost it.
+    pub fn left(&self, on_purpose: bool) {
+        let how = if on_purpose { "left" } else { "lost" };
+        self.leaves.get_or_create(&[("how", how)]).inc();
+    }
+
+    /// A session was refused or ended.
+    pub fn refused(&self, refusal: Refusal) {
+        self.turned_away(reason(refusal));
+    }
+
+    /// A connection or a request was refused before it was a session.
+    pub fn turned_away(&self, reason: &'static str) {
+        self.refusals.get_or_create(&[("reason", reason)]).inc();
+    }
+
+    /// All of it as text, with what is true now.
+    pub fn text(&self, moment: Moment) -> String {
+        self.rooms.set(moment.rooms);
+        self.players.set(moment.players);
+        self.bodies.set(moment.bodies);
+        if let Some([bytes, errors]) = moment.replays {
+            self.replay_bytes.inc_by(bytes.saturating_sub(self.replay_bytes.get()));
+            self.replay_errors.inc_by(errors.saturating_sub(self.replay_errors.get()));
+        }
+        let mut text = String::new();
+        encode(&mut text, &self.registry).expect("a String takes everything");
+        text
+    }
+}
+
+impl Ticks {
+    /// One wakeup: ticks played and missed, how late it came, and the time of each phase.
+    pub fn woke(&self, played: u32, missed: u64, late: Duration, phases: [Duration; 3]) {
+        self.played.inc_by(u64::from(played));
+        self.missed.inc_by(missed);
+        self.lateness.observe(late.as_secs_f64());
+        for (histogram, time) in self.phases.iter().zip(phases) {
+            histogram.observe(time.as_secs_f64());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_happened_is_in_the_text() {
+        let metrics = Metrics::default();
+        metrics.joined(false);
+        metrics.left(true);
+        metrics.refused(Refusal::Flood);
+        metrics.turned_away("foreign_page");
+        metrics.snapshots[1].bytes.inc_by(700);
+        let phases = [10, 300, 20].map(Duration::from_micros);
+        metrics.ticks.woke(2, 1, Duration::from_micros(90), phases);
+        let moment = Moment { rooms: 1, players: 2, bodies: 30, replays: Some([4000, 1]) };
+        let text = metrics.text(moment);
+        for line in [
+            "jostle_ticks_total 2",
+            "jostle_ticks_missed_total 1",
+            "jostle_tick_play_seconds_count 1",
+            "jostle_snapshots_bytes_total{hz=\"20\"} 700",
+            "jostle_joins_total{how=\"new\"} 1",
+            "jostle_leaves_total{how=\"left\"} 1",
+            "jostle_refusals_total{reason=\"flood\"} 1",
+            "jostle_refusals_total{reason=\"foreign_page\"} 1",
+            "jostle_bodies 30",
+            "jostle_replay_bytes_total 4000",
+        ] {
+            assert!(text.lines().any(|found| found == line), "{line} is missing in\n{text}");
+        }
+        assert!(text.ends_with("# EOF\n"));
+        // Scraped again, a counter does not grow by itself.
+        assert!(metrics.text(moment).contains("jostle_replay_bytes_total 4000"));
+    }
+}
