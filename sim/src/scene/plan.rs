@@ -77,6 +77,8 @@ pub enum Part {
     Continuous,
     /// Drag, wind and springs.
     Forces,
+    /// Bodies at rest fall asleep.
+    Sleeping,
     /// Particles, whoever makes them: their state, their events, their pipeline and sprite.
     Particles,
     /// Bodies that push particles out.
@@ -93,7 +95,7 @@ pub enum Part {
 
 impl Part {
     /// All of them, in the order in which a plan lists them.
-    pub const ALL: [Part; 14] = [
+    pub const ALL: [Part; 15] = [
         Part::CircleCircle,
         Part::CircleBox,
         Part::BoxBox,
@@ -102,6 +104,7 @@ impl Part {
         Part::Kinematic,
         Part::Continuous,
         Part::Forces,
+        Part::Sleeping,
         Part::Particles,
         Part::Obstacles,
         Part::Emitters,
@@ -121,6 +124,7 @@ impl Part {
             Part::Kinematic => "kinematic bodies",
             Part::Continuous => "continuous collision",
             Part::Forces => "forces",
+            Part::Sleeping => "sleeping",
             Part::Particles => "particles",
             Part::Obstacles => "particles pushed out",
             Part::Emitters => "emitters",
@@ -139,6 +143,7 @@ impl Part {
             Part::Kinematic => "paths",
             Part::Continuous => "doubts",
             Part::Forces => "force state, paths of their own",
+            Part::Sleeping => "steps at rest, a grid of who lies still",
             Part::Particles => "particle state, emitter events, one pipeline, one sprite",
             Part::Obstacles => "obstacle grid",
             Part::Emitters => "emitter events",
@@ -325,6 +330,10 @@ impl Judged<'_> {
             Part::Kinematic => self.kinematic(),
             Part::Continuous => self.continuous(),
             Part::Forces => self.forces(),
+            Part::Sleeping => match self.scene.sleeping {
+                true => Ok("sleeping = true, the default of the conjugate solver".to_owned()),
+                false => Err("sleeping = false, the default of other solvers".to_owned()),
+            },
             Part::Particles => self.emits.clone().ok_or_else(|| {
                 "no emitters, no \"spray\" in tools, no pack with a burst".to_owned()
             }),

@@ -29,7 +29,7 @@ impl Box2d {
             ffi::b2SetLengthUnitsPerMeter(length_unit);
             let mut def = ffi::b2DefaultWorldDef();
             def.gravity = vector(scene.gravity);
-            def.enableSleep = false;
+            def.enableSleep = scene.sleeping;
             def.restitutionThreshold = scene.bounce_threshold as f32;
             def.maximumLinearSpeed = SPEED_MAX;
             ffi::b2CreateWorld(&def)
@@ -175,6 +175,16 @@ impl Engine for Box2d {
     fn remove(&mut self, body: usize) {
         // SAFETY: as above; a body is removed once.
         unsafe { ffi::b2DestroyBody(self.bodies[body]) }
+    }
+
+    fn set_gravity(&mut self, gravity: DVec2) {
+        // SAFETY: the world lives until drop.
+        unsafe { ffi::b2World_SetGravity(self.world, vector(gravity)) }
+    }
+
+    fn is_asleep(&self, body: usize) -> bool {
+        // SAFETY: as above.
+        unsafe { !ffi::b2Body_IsAwake(self.bodies[body]) }
     }
 
     fn pair_solves(&self) -> Option<u64> {

@@ -1,4 +1,5 @@
-//! Peers of Jostle behind the report's `Engine`: rotation locked, sleep off, their defaults
+//! Peers of Jostle behind the report's `Engine`: rotation locked, sleep off where a
+//! scene does not ask for it, their defaults
 //! otherwise, speed caps raised out of the way.
 
 mod box2d;

@@ -14,6 +14,7 @@ pub struct Rapier {
     damping: f32,
     forces: Forces,
     collides: bool,
+    sleeping: bool,
     body_steps: u64,
 }
 
@@ -33,6 +34,7 @@ impl Rapier {
             damping: damping(scene),
             forces: Forces::new(scene, sub_steps),
             collides: scene.collides,
+            sleeping: scene.sleeping,
             body_steps: 0,
         };
         for body in &scene.bodies {
@@ -86,7 +88,7 @@ impl Engine for Rapier {
             .linvel(vector(body.velocity))
             .linear_damping(self.damping)
             .lock_rotations()
-            .can_sleep(false);
+            .can_sleep(self.sleeping);
         let collider = match body.shape {
             Shape::Circle { radius } => ColliderBuilder::ball(radius as f32),
             Shape::Box { half } => ColliderBuilder::cuboid(half.x as f32, half.y as f32),
@@ -138,6 +140,14 @@ impl Engine for Rapier {
 
     fn remove(&mut self, body: usize) {
         self.world.remove_body(self.bodies[body]);
+    }
+
+    fn set_gravity(&mut self, gravity: DVec2) {
+        self.world.gravity = vector(gravity);
+    }
+
+    fn is_asleep(&self, body: usize) -> bool {
+        self.world.bodies[self.bodies[body]].is_sleeping()
     }
 
     fn pair_solves(&self) -> Option<u64> {

@@ -30,6 +30,14 @@ pub trait Engine {
     /// Takes a body away; it is not to be read any more.
     fn remove(&mut self, body: usize);
 
+    /// Changes the gravity of the scene.
+    fn set_gravity(&mut self, _: DVec2) {}
+
+    /// Whether a body sleeps, in a scene that lets it.
+    fn is_asleep(&self, _: usize) -> bool {
+        false
+    }
+
     /// Pairs solved so far, once a pass: work that no machine changes. `None` if it does not tell.
     fn pair_solves(&self) -> Option<u64>;
 

@@ -26,6 +26,9 @@ const BODIES_SPARE: usize = 8192;
 impl Jostle {
     /// All bodies of the scene in a World with this solver.
     pub fn new(scene: &Scene, steps: u32, solver: Solver) -> Result<Jostle, String> {
+        if scene.sleeping && !matches!(solver, Solver::Conjugate(_)) {
+            return Err("only the conjugate solver knows who may sleep".into());
+        }
         let any = scene.drag != Drag::None || !scene.springs.is_empty();
         let air = ForceSettings { wind: scene.wind.as_vec2(), springs_max: scene.springs.len() };
         let settings = WorldSettings {
@@ -33,6 +36,7 @@ impl Jostle {
             gravity: scene.gravity.as_vec2(),
             forces: any.then_some(air),
             solver: Some(solver),
+            sleeping: scene.sleeping,
             meets: [if scene.collides { u32::MAX } else { 0 }; GROUPS_MAX],
             kill_zone: Aabb { low: Vec2::splat(-1e9), high: Vec2::splat(1e9) },
             bodies_max: scene.bodies.len() + BODIES_SPARE,
@@ -134,6 +138,14 @@ impl Engine for Jostle {
         if let Some(id) = self.ids[body].take() {
             self.world.remove(id);
         }
+    }
+
+    fn set_gravity(&mut self, gravity: DVec2) {
+        self.world.set_gravity(gravity.as_vec2());
+    }
+
+    fn is_asleep(&self, body: usize) -> bool {
+        self.ids[body].is_some_and(|id| self.world.contains(id) && self.world.is_asleep(id))
     }
 
     fn pair_solves(&self) -> Option<u64> {

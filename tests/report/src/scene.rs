@@ -186,6 +186,8 @@ pub struct Scene {
     pub wind: DVec2,
     /// Springs between bodies, or to a point.
     pub springs: Vec<Spring>,
+    /// Whether bodies at rest fall asleep, in engines that can let them.
+    pub sleeping: bool,
     /// Whether bodies meet; otherwise they fly through each other.
     pub collides: bool,
     /// In the order in which an engine gets them.
@@ -202,6 +204,7 @@ impl Scene {
             drag: Drag::None,
             wind: DVec2::ZERO,
             springs: Vec::new(),
+            sleeping: false,
             collides: true,
             bodies: Vec::new(),
         }

@@ -52,6 +52,8 @@ pub enum Figure {
     Rising,
     /// How far the highest body sank.
     HeightLost,
+    /// Bodies that are awake after the last step.
+    Awake,
     /// Change of the total momentum, as a share of the sum of all momenta at the start.
     Momentum,
 }
@@ -80,6 +82,7 @@ impl Figure {
             Figure::SettledAfter => "nobody faster than 0.01 after, s",
             Figure::Rising => "fastest upward speed, units/s",
             Figure::HeightLost => "height lost, units",
+            Figure::Awake => "awake at the end, bodies",
             Figure::Momentum => "momentum error, share",
         }
     }
@@ -103,6 +106,7 @@ impl Figure {
             Figure::SettledAfter => last_above(STILL, |sample| sample.fastest),
             Figure::Rising => ever(|sample| sample.rising),
             Figure::HeightLost => height(scene, &run.first) - height(scene, &run.last),
+            Figure::Awake => run.awake as f64,
             Figure::Momentum => {
                 let shares =
                     scene.dynamic().map(|i| scene.bodies[i].mass * run.first[i].velocity.length());
@@ -161,6 +165,7 @@ struct History {
     times_us: Vec<f64>,
     first: Vec<State>,
     last: Vec<State>,
+    awake: usize,
 }
 
 /// An engine with its run so far, or why it cannot play.
@@ -185,7 +190,7 @@ fn player(method: &Method, scene: &Scene) -> Player {
     let engine = (method.build)(scene, method.default.unwrap_or(method.settings[0]))?;
     let (sample, first) = Sample::read(engine.as_ref(), scene, 0.0);
     let last = first.clone();
-    Ok((engine, History { samples: vec![sample], times_us: Vec::new(), first, last }))
+    Ok((engine, History { samples: vec![sample], times_us: Vec::new(), first, last, awake: 0 }))
 }
 
 impl History {
@@ -197,6 +202,7 @@ impl History {
         let (sample, last) = Sample::read(engine, scene, time_s);
         self.samples.push(sample);
         self.last = last;
+        self.awake = scene.dynamic().filter(|&body| !engine.is_asleep(body)).count();
     }
 }
 
@@ -236,7 +242,8 @@ mod tests {
         };
         let samples = rms.iter().enumerate().map(sample).collect();
         let times_us = (0..200).map(|tick| if tick < 60 { 3.0 } else { 1.0 }).collect();
-        History { samples, times_us, first: vec![State::default()], last: vec![State::default()] }
+        let (first, last) = (vec![State::default()], vec![State::default()]);
+        History { samples, times_us, first, last, awake: 0 }
     }
 
     #[test]

@@ -23,6 +23,7 @@ const TIMES: [(Figure, Bound); 3] = [
 /// All of them.
 pub fn all() -> Vec<Pile> {
     let mut piles: Vec<Pile> = [1000, 4000].map(small_rain).into();
+    piles.extend([1000, 4000].map(sleeping_rain));
     piles.extend([10_000, 20_000].map(large_rain));
     piles.extend([20, 100, TALL].map(stack));
     piles.extend([dropped(), pyramid(), capped(), thrown(), ball()]);
@@ -42,6 +43,15 @@ fn small_rain(count: u32) -> Pile {
     ];
     let title = format!("Rain of {count}, half circles and half boxes, for 10 s");
     pile(&format!("rain-{count}"), &title, rain(count), 600, &bounds)
+}
+
+/// Bodies may sleep; how many do is shown.
+fn sleeping_rain(count: u32) -> Pile {
+    let awake = small_rain(count);
+    let title = format!("Rain of {count} that may sleep, for 20 s");
+    let bounds = [(Figure::Awake, Bound::None), (Figure::RmsAtEnd, Bound::None)];
+    let scene = Scene { sleeping: true, ..awake.scene };
+    pile(&format!("rain-{count}-sleep"), &title, scene, 1200, &bounds)
 }
 
 fn large_rain(count: u32) -> Pile {

@@ -5,6 +5,7 @@ mod extreme;
 mod moving;
 mod piles;
 mod resting;
+mod sleeping;
 mod stiff;
 mod watch;
 
@@ -111,6 +112,7 @@ fn outcome(run: impl FnOnce(&mut Outcome) -> Result<(), String>) -> Outcome {
 pub fn all() -> Vec<Case> {
     let mut cases: Vec<Case> = Vec::new();
     cases.extend(resting::CASES);
+    cases.extend(sleeping::CASES);
     cases.extend(moving::CASES);
     cases.extend(piles::CASES);
     cases.extend(extreme::CASES);

@@ -7,7 +7,7 @@ use glam::DVec2;
 const GRAVITY: f64 = 10.0;
 const SECONDS: f64 = 20.0;
 
-pub const CASES: [Case; 8] = [
+pub const CASES: [Case; 7] = [
     Case { id: "S1", title: "One box and one circle at rest", run: alone },
     Case { id: "S2", title: "Stack of boxes, touching", run: stacks },
     Case { id: "S3", title: "Stack dropped with gaps of 5 cm, e = 0", run: dropped },
@@ -18,7 +18,6 @@ pub const CASES: [Case; 8] = [
     },
     Case { id: "S5", title: "Heavy box on a light one", run: ratios },
     Case { id: "S8", title: "Pyramid", run: pyramids },
-    Case { id: "S20", title: "Sleeping and waking", run: sleeping },
     Case { id: "S22", title: "20 to 1000 steps a second, gravity 0.1 to 1000", run: rates },
 ];
 
@@ -164,10 +163,6 @@ fn pyramids(subject: &Subject) -> Outcome {
         }
         Ok(())
     })
-}
-
-fn sleeping(_: &Subject) -> Outcome {
-    outcome(|_| Err("Jostle has no sleeping yet; the peers run with theirs off".into()))
 }
 
 fn rates(subject: &Subject) -> Outcome {
