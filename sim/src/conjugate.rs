@@ -43,6 +43,7 @@ pub(crate) use impacts::Bounces;
 use impacts::Impacts;
 use islands::Islands;
 use lines::Lines;
+use places::Places;
 pub(crate) use rows::{Facts, Row};
 pub(crate) use strays::ROUNDS_MAX as STRAYS_MAX;
 use strays::Strays;
@@ -128,8 +129,7 @@ pub(crate) struct Workspace {
     strays: Strays,
     budget: Budget,
     travel: Travel,
-    /// Rows whose pairs are close after the step.
-    close: Vec<u32>,
+    places: Places,
     /// Sweeps of the island that took most.
     pub sweeps: u32,
     /// Visits of rows.
@@ -299,7 +299,7 @@ impl Workspace {
             self.leave_out_unsound(bodies);
         }
         let rows = (self.rows.as_mut_slice(), self.facts.as_mut_slice());
-        let scratch = (&mut self.lines, &mut self.close);
+        let scratch = (&mut self.lines, &mut self.trees, &mut self.places);
         places::part(bodies, rows, pairs, frame.settings, scratch);
     }
 }

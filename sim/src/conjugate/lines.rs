@@ -210,30 +210,6 @@ impl Lines {
         most / least
     }
 
-    /// Moves the bodies of every line apart as far as `room` says of each row, a negative room
-    /// being the distance to part by.
-    pub fn part(
-        &mut self,
-        rows: &[Row],
-        center: &mut [Vec2],
-        room: impl Fn(&Row, &[Vec2], usize) -> f32,
-    ) {
-        for line in &self.lines {
-            let (first, count, axis) = (line.bodies as usize, line.count as usize, line.axis);
-            let links = &self.links[line.links as usize..][..count];
-            self.nodes.clear();
-            for (place, &mass) in self.masses[first..=first + count].iter().enumerate() {
-                let row = links.get(place).map(|&link| &rows[link as usize]);
-                let gap = row.map_or(0.0, |row| room(row, center, axis));
-                self.nodes.push(Node { speed: 0.0, mass, gap });
-            }
-            pool(&mut self.nodes, &mut self.pools);
-            for (node, &body) in self.nodes.iter().zip(&self.bodies[first..=first + count]) {
-                center[body as usize][axis] += node.speed;
-            }
-        }
-    }
-
     /// Solves every line once.
     pub fn sweep(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> Change {
         let mut change = Change::default();

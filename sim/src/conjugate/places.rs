@@ -2,13 +2,17 @@
 //!
 //! The velocities never know of it (a push-out term in a rigid row feeds its own warm start and
 //! keeps piles boiling). Where they converge there is nothing to do here; bodies that were put into
-//! each other, or that a moving wall squeezes, part by a share of the overlap in each pass, by their
-//! masses (Jakobsen 2001, "Advanced character physics"), lines first and each as a whole.
+//! each other, or that a moving wall squeezes, part by a share of the overlap in each pass. What a
+//! pass asks of the displacements is what rows ask of velocities, n.(db - da) >= -room, and so the same sweeps
+//! find the least displacements, in the norm of the masses, that do it (split impulses and pseudo
+//! velocities; Guendelman, Bridson and Fedkiw 2003), without friction and from nothing.
 
 use super::Conjugate;
 use super::gap::{self, Gap};
 use super::lines::Lines;
 use super::rows::{Facts, Row, placed};
+use super::sweep::{self, End};
+use super::trees::Trees;
 use crate::bodies::Bodies;
 use crate::math::max;
 use crate::pairs::Pair;
@@ -17,56 +21,92 @@ use glam::Vec2;
 /// Share of the slop to which an overlap beyond it is brought back: whoever rests at its edge would
 /// be looked at in every step.
 const LEFT_ALONE: f32 = 0.8;
+/// Sweeps of a pass at most, and the change of a displacement at which they end: a share of the
+/// slop, or world units.
+const SWEEPS_MAX: u32 = 20;
+const TOLERANCE: f32 = 0.1;
+const TOLERANCE_MIN: f32 = 1e-5;
 
-/// Parts what overlaps; returns the number of passes.
+/// Scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Places {
+    /// Copies of the rows whose bodies are close, with displacements for velocities.
+    rows: Vec<Row>,
+    /// All of them, as an island.
+    island: Vec<u32>,
+    /// By slot.
+    shift: Vec<Vec2>,
+}
+
+/// Parts what overlaps.
 pub(crate) fn part(
     bodies: &mut Bodies,
     (rows, facts): (&mut [Row], &mut [Facts]),
     pairs: &[Pair],
     settings: &Conjugate,
-    (lines, close): (&mut Lines, &mut Vec<u32>),
-) -> u32 {
-    let allowed = -settings.slop;
-    if facts.iter().all(|facts| facts.left >= allowed) {
-        return 0;
+    (lines, trees, places): (&mut Lines, &mut Trees, &mut Places),
+) {
+    if facts.iter().all(|facts| facts.left >= -settings.slop) {
+        return;
     }
-    close.clear();
-    for (place, (row, facts)) in (0u32..).zip(rows.iter_mut().zip(facts.iter_mut())) {
-        if let Some(gap) = look(bodies, row, &pairs[row.pair as usize]) {
-            row.normal = gap.normal;
-            facts.left = gap.separation;
-            if gap.separation < settings.correction_max {
-                close.push(place);
-            }
+    let tolerance = max(TOLERANCE * settings.slop, TOLERANCE_MIN);
+    let end = End { tolerance, sweeps_max: SWEEPS_MAX };
+    for _ in 0..settings.position_passes {
+        if !places.list(bodies, rows, facts, pairs, settings) {
+            return;
         }
+        lines.find(&places.rows, &places.island);
+        let blocks = (&mut *lines, &mut *trees);
+        sweep::solve::<false>(&mut places.rows, &places.island, blocks, &mut places.shift, end);
+        places.shift(bodies, settings.correction_max);
     }
-    lines.find(rows, close);
-    for pass in 1..=settings.position_passes {
-        let shape = &bodies.shape;
-        lines.part(rows, &mut bodies.center, |row, center, axis| {
-            let (a, b) = (row.a as usize, row.b as usize);
-            let reach = shape[a].half_extent()[axis] + shape[b].half_extent()[axis];
-            let distance = (center[b] - center[a])[axis] * row.normal[axis];
-            room(distance - reach, settings)
-        });
-        let mut busy = false;
-        for &place in close.iter() {
-            let (row, facts) = (&mut rows[place as usize], &mut facts[place as usize]);
+    places.list(bodies, rows, facts, pairs, settings);
+}
+
+impl Places {
+    /// Looks at all rows, and lists those that may take part; whether any overlaps.
+    fn list(
+        &mut self,
+        bodies: &Bodies,
+        rows: &mut [Row],
+        facts: &mut [Facts],
+        pairs: &[Pair],
+        settings: &Conjugate,
+    ) -> bool {
+        self.rows.clear();
+        self.island.clear();
+        self.shift.resize(bodies.alive.len(), Vec2::ZERO);
+        let mut any = false;
+        for (row, facts) in rows.iter_mut().zip(facts) {
             let Some(gap) = look(bodies, row, &pairs[row.pair as usize]) else { continue };
             row.normal = gap.normal;
             facts.left = gap.separation;
-            if gap.separation < allowed {
-                busy = true;
-                let shift = gap.normal * (-room(gap.separation, settings) * row.mass);
-                bodies.center[row.a as usize] -= shift * row.weight_a;
-                bodies.center[row.b as usize] += shift * row.weight_b;
+            any |= gap.separation < -settings.slop;
+            if gap.separation < settings.correction_max {
+                self.island.push(self.rows.len() as u32);
+                self.rows.push(asking(row, -room(gap.separation, settings)));
             }
         }
-        if !busy {
-            return pass;
+        any
+    }
+
+    /// Moves the bodies, none by more than `most`: tangents say nothing of what is further away.
+    fn shift(&mut self, bodies: &mut Bodies, most: f32) {
+        let slots = || self.rows.iter().flat_map(|row| [row.a as usize, row.b as usize]);
+        let furthest = slots().fold(0.0, |most, slot| max(most, self.shift[slot].length()));
+        let share = if furthest > most { most / furthest } else { 1.0 };
+        for row in &self.rows {
+            for slot in [row.a as usize, row.b as usize] {
+                bodies.center[slot] += self.shift[slot] * share;
+                self.shift[slot] = Vec2::ZERO;
+            }
         }
     }
-    settings.position_passes
+}
+
+/// A row that asks its bodies to part by `bound`.
+fn asking(row: &Row, bound: f32) -> Row {
+    Row { bound, friction: 0.0, press: 0.0, rub: 0.0, press_along: 0.0, rub_along: 0.0, ..*row }
 }
 
 /// How far a pair may close, or, where it is negative, must part in a pass.

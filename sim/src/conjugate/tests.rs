@@ -235,6 +235,24 @@ fn a_pile_that_no_forest_carries_is_solved_all_the_same() {
     assert!(world.passes() < 150, "{} sweeps", world.passes());
 }
 
+#[test]
+fn a_heap_that_was_pressed_together_parts_within_a_second() {
+    let mut world = world_with(Conjugate::default(), 10.0);
+    floor(&mut world);
+    for side in [-1.0, 1.0] {
+        fixed(&mut world, (side * 16.0, 40.0), (5.0, 40.0), 0.3);
+    }
+    for place in 0..200 {
+        let (row, column) = ((place / 10) as f32, (place % 10) as f32);
+        let shift = if place / 10 % 2 == 1 { 1.1 } else { 0.1 };
+        let x = -9.8 + shift + column * 2.0;
+        add(&mut world, BodyDef { friction: 0.3, ..ball_at(x, 1.0 + row * 1.3) });
+    }
+    steps(&mut world, 60);
+    let deepest = world.touches().iter().fold(0.0, |most, touch| max(most, touch.depth));
+    assert!(deepest <= SLOP * 1.01, "{deepest} after a second");
+}
+
 // --- Impacts and energy -------------------------------------------------------------------------
 
 #[test]
