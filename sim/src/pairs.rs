@@ -14,7 +14,7 @@ mod still;
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
 use crate::contact::{self, Contact};
-use crate::math::{max, ordered_bits};
+use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
 use glam::Vec2;
 use still::Still;
@@ -82,7 +82,7 @@ pub(crate) struct PairList {
     stale: bool,
     /// In a world that sleeps, all that is alive and not in the moving list.
     still: Option<Still>,
-    /// Scratch: slots sorted by left edge, keys of the pairs found, the list before.
+    /// Scratch: slots sorted by lower edge, keys of the pairs found, the list before.
     order: Vec<u64>,
     keys: Vec<u64>,
     before: Vec<Pair>,
@@ -162,11 +162,12 @@ impl PairList {
         })
     }
 
-    /// Sort and sweep along x.
+    /// Sort and sweep along the axis on which the bodies are spread out further.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
+        let axis = long_axis(bodies);
         self.grow_boxes(bodies);
-        self.sort_by_left_edge(bodies);
-        self.sweep(bodies, filter);
+        self.sort_by_edge(bodies, axis);
+        self.sweep(bodies, axis, filter);
         self.look_around(bodies, filter);
         self.keys.sort_unstable();
         self.carry_impulses();
@@ -183,32 +184,32 @@ impl PairList {
         }
     }
 
-    fn sort_by_left_edge(&mut self, bodies: &Bodies) {
+    fn sort_by_edge(&mut self, bodies: &Bodies, axis: usize) {
         let fat = &self.fat;
         self.order.clear();
-        self.order.extend(
-            swept(bodies, self.still.is_some()).map(|slot| {
-                u64::from(ordered_bits(fat[slot as usize].low.x)) << 32 | u64::from(slot)
-            }),
-        );
+        self.order.extend(swept(bodies, self.still.is_some()).map(|slot| {
+            u64::from(ordered_bits(fat[slot as usize].low[axis])) << 32 | u64::from(slot)
+        }));
         self.order.sort_unstable();
     }
 
-    fn sweep(&mut self, bodies: &Bodies, filter: Filter) {
+    fn sweep(&mut self, bodies: &Bodies, axis: usize, filter: Filter) {
+        let across = 1 - axis;
         self.keys.clear();
         for (rank, &entry) in self.order.iter().enumerate() {
             let a = entry as u32;
             let fat_a = self.fat[a as usize];
-            let right_edge = ordered_bits(fat_a.high.x);
+            let end = ordered_bits(fat_a.high[axis]);
             let meets_a = filter.meets[usize::from(bodies.group[a as usize])];
             let movable_a = filter.immovable || bodies.inverse_mass[a as usize] > 0.0;
             for &other in &self.order[rank + 1..] {
-                if (other >> 32) as u32 >= right_edge {
+                if (other >> 32) as u32 >= end {
                     break;
                 }
                 let b = other as u32;
                 let fat_b = &self.fat[b as usize];
-                let apart = fat_b.low.y >= fat_a.high.y || fat_a.low.y >= fat_b.high.y;
+                let apart = fat_b.low[across] >= fat_a.high[across]
+                    || fat_a.low[across] >= fat_b.high[across];
                 if apart || meets_a >> bodies.group[b as usize] & 1 == 0 {
                     continue;
                 }
@@ -265,6 +266,21 @@ fn swept(bodies: &Bodies, moving: bool) -> impl Iterator<Item = u32> + '_ {
     let some = if moving { bodies.moving.as_slice() } else { &[] };
     let all = (!moving).then(|| bodies.slots());
     some.iter().copied().chain(all.into_iter().flatten())
+}
+
+/// The axis along which the centres of the moving bodies are spread out further.
+fn long_axis(bodies: &Bodies) -> usize {
+    let mut low = Vec2::splat(f32::INFINITY);
+    let mut high = Vec2::splat(f32::NEG_INFINITY);
+    for &slot in &bodies.moving {
+        let center = bodies.center[slot as usize];
+        for axis in 0..2 {
+            low[axis] = min(low[axis], center[axis]);
+            high[axis] = max(high[axis], center[axis]);
+        }
+    }
+    let spread = high - low;
+    usize::from(spread.y > spread.x)
 }
 
 /// Whether two bodies are within reach of each other: the exact test that the list serves.
