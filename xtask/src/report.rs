@@ -2,7 +2,9 @@
 
 use crate::shell::{cargo, output_of, root, run, say};
 use anyhow::{Context, Result};
-use std::path::Path;
+use std::env::consts::EXE_SUFFIX;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -21,9 +23,33 @@ pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     if quick {
         command.arg("--quick");
     }
+    command.arg("--costs").arg(costs()?);
     command.arg("--out").arg(&out);
     command.args(["--commit", &commit()?, "--date", &today()?, "--compiler", &compiler()?]);
     run(&mut command)
+}
+
+/// What `room/examples/costs.rs` is built without, beside the shipped build.
+const LEFT_OUT: [&str; 5] = ["friction", "restitution", "circles", "boxes", "particles"];
+
+/// Builds of the program that is counted, in a directory of their own: each build without a
+/// feature would have everything else in the ordinary one compiled anew.
+fn costs() -> Result<PathBuf> {
+    let (target, programs) = (root().join("target/costs"), root().join("target/costs/programs"));
+    fs::create_dir_all(&programs).context("a directory for the programs to be counted")?;
+    say("report", "build what is counted, with and without each feature");
+    for name in LEFT_OUT.into_iter().chain(["shipped"]) {
+        let mut build = cargo(&["build", "--quiet", "--release", "--example", "costs"]);
+        build.args(["--package", "jostle-room", "--target-dir"]).arg(&target);
+        match name {
+            "shipped" => build.env_remove("JOSTLE_LEAVE_OUT"),
+            left_out => build.env("JOSTLE_LEAVE_OUT", left_out),
+        };
+        run(&mut build)?;
+        let built = target.join("release/examples").join(format!("costs{EXE_SUFFIX}"));
+        fs::copy(&built, programs.join(name)).context("the program to be counted")?;
+    }
+    Ok(programs)
 }
 
 /// Short hash, marked if the tree differs from it.

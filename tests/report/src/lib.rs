@@ -25,6 +25,7 @@ pub mod study;
 pub mod summary;
 pub mod traffic;
 pub mod trials;
+pub mod unneeded;
 
 use anyhow::{Context, Result};
 use clap::Parser;
@@ -55,6 +56,9 @@ pub struct Arguments {
     /// What compiled it
     #[arg(long, default_value = "an unknown compiler")]
     pub compiler: String,
+    /// Builds of room/examples/costs.rs, by what they leave out: what features cost is counted too
+    #[arg(long, value_name = "DIR")]
+    pub costs: Option<PathBuf>,
     /// Only problems, cases and piles with these ids, such as 9a, S2 or rain-4000
     #[arg(long, value_name = "ID", num_args = 1..)]
     pub only: Vec<String>,
@@ -73,6 +77,7 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
         .filter(|pile| wanted(&pile.id) && !(arguments.quick && pile.full_only))
         .collect();
     let progress = Progress::new(cases.len() + problems.len() + piles.len());
+    let costs = arguments.costs.as_deref().map(unneeded::measure).transpose()?;
     let cases = judge_all(&cases, &methods, arguments.quick, &progress);
     let effort = Effort::of(arguments.quick);
     let mut studies: Vec<Study> = Vec::new();
@@ -94,7 +99,7 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
         compiler: arguments.compiler.clone(),
         quick: arguments.quick,
     };
-    write(&Results { origin, methods, studies, heaps, cases }, &arguments.out)
+    write(&Results { origin, methods, studies, heaps, cases, costs }, &arguments.out)
 }
 
 /// The stability cases need no clock, so they take turns on all cores.
@@ -139,6 +144,9 @@ fn write(results: &Results, out: &Path) -> Result<()> {
         put(&format!("problem-{}.svg", study.problem.id), figure.svg())?;
     }
     put("piles.csv", csv::of_heaps(&results.heaps, &solvers))?;
+    if let Some(costs) = &results.costs {
+        put("unneeded.csv", unneeded::csv(costs))?;
+    }
     put("stability.csv", csv::of_stability(&results.cases, &solvers))?;
     for case in &results.cases {
         if let Some(text) = csv::of_series(case, &solvers) {

@@ -9,6 +9,7 @@ use crate::piles::{Bound, Heap};
 use crate::plot::escape;
 use crate::stability::{Check, Verdicts};
 use crate::study::Study;
+use crate::unneeded::{self, Costs};
 use std::fmt::Write;
 
 /// Where and when it was measured.
@@ -38,6 +39,8 @@ pub struct Results {
     pub heaps: Vec<Heap>,
     /// By case.
     pub cases: Vec<Verdicts>,
+    /// What features cost that are not used, where that was measured.
+    pub costs: Option<Costs>,
 }
 
 impl Results {
@@ -101,6 +104,7 @@ pub fn html(results: &Results) -> String {
     }
     piles(results, &mut page);
     stability(results, &mut page);
+    unneeded::section(results, &mut page);
     page.push_str("</body>\n</html>\n");
     page
 }
@@ -112,7 +116,11 @@ fn contents(results: &Results, page: &mut String) {
         let _ =
             write!(page, "<a href=\"#p{id}\" title=\"{}\">{id}</a> ", escape(study.problem.title));
     }
-    page.push_str("<a href=\"#piles\">Piles</a> <a href=\"#stability\">Stability</a></nav>\n");
+    page.push_str("<a href=\"#piles\">Piles</a> <a href=\"#stability\">Stability</a>");
+    if results.costs.is_some() {
+        page.push_str(" <a href=\"#unneeded\">Nothing unneeded</a>");
+    }
+    page.push_str("</nav>\n");
 }
 
 fn problem(study: &Study, methods: &[Method], page: &mut String) {

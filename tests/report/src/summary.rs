@@ -5,6 +5,7 @@ use crate::methods::{Family, SOLVERS};
 use crate::number::short;
 use crate::overview::{PEERS, RULE, scene_sentences, standing};
 use crate::page::{Results, within};
+use crate::unneeded;
 use std::fmt::Write;
 
 /// The whole file.
@@ -53,6 +54,7 @@ pub fn markdown(results: &Results) -> String {
     }
     piles(results, &mut text);
     stability(results, &mut text);
+    unneeded::markdown(results, &mut text);
     omissions(results, &mut text);
     text
 }
