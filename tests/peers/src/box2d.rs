@@ -41,7 +41,7 @@ impl Box2d {
             sub_steps,
             length_unit,
             damping: damping(scene),
-            forces: Forces::new(scene, sub_steps as usize),
+            forces: Forces::new(scene, sub_steps as usize).damped_before(sub_steps as usize),
             collides: scene.collides,
             body_steps: 0,
         };

@@ -9,6 +9,8 @@ use jostle_report::scene::{Drag, Hook, Motion, Scene, Spring};
 pub struct Forces {
     scene: Scene,
     springs: Vec<Spring>,
+    /// Factor on the constant force of the wind.
+    wind: f64,
 }
 
 /// A spring that swings by more than this in a step, in radians, blows up as a user's force, which is
@@ -20,7 +22,15 @@ impl Forces {
     pub fn new(scene: &Scene, steps: usize) -> Forces {
         let by_hand = |spring: &&Spring| !is_joint(scene, spring, steps);
         let springs = scene.springs.iter().filter(by_hand).copied().collect();
-        Forces { scene: scene.clone(), springs }
+        Forces { scene: scene.clone(), springs, wind: 1.0 }
+    }
+
+    /// For an engine that damps first and pushes then, v = v / (1 + k h) + h f: without this factor
+    /// its bodies would be blown faster than the wind, by k h times.
+    pub fn damped_before(self, steps: usize) -> Forces {
+        let Drag::Linear(rate) = self.scene.drag else { return self };
+        let wind = 1.0 / (1.0 + rate * self.scene.tick_s / steps as f64);
+        Forces { wind, ..self }
     }
 
     /// Whether they must be found anew in every sub-step: then each is a step of its own.
@@ -40,7 +50,7 @@ impl Forces {
         let air = |(state, body): (&State, &jostle_report::scene::Body)| match self.scene.drag {
             _ if body.motion != Motion::Dynamic => DVec2::ZERO,
             Drag::None => DVec2::ZERO,
-            Drag::Linear(rate) => self.scene.wind * (rate * body.mass),
+            Drag::Linear(rate) => self.scene.wind * (rate * body.mass * self.wind),
             Drag::Quadratic(rate) => {
                 let through_air = state.velocity - self.scene.wind;
                 through_air * (-rate * through_air.length() * body.mass)

@@ -7,7 +7,7 @@ use crate::stability::{Sample, Verdicts};
 use crate::study::{Curve, Point, Study};
 
 const OURS: [&str; 8] =
-    ["#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#d55e00", "#e69f00", "#7b3294", "#a6761d"];
+    ["#0072b2", "#56b4e9", "#009e73", "#cc79a7", "#d55e00", "#e69f00", "#7b3294", "#2f9e9e"];
 const PEERS: [&str; 2] = ["#222222", "#8c4a2f"];
 const YARDSTICKS: [&str; 2] = ["#999999", "#b8a070"];
 const MARKERS: [Marker; 4] = [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond];

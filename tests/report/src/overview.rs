@@ -19,7 +19,8 @@ pub const RULE: &str = "Any of Jostle's points may answer a peer's. Better means
 /// How the peers got what they do not have themselves.
 pub const PEERS: &str = "The peers run with rotation locked, sleeping off and speed caps raised, at 1 to \
     16 sub-steps; where gravity is 50 and bodies touch, also with a length unit of 5, and whatever \
-    setting is better counts. Linear drag is their own linear damping, wind a constant force beside it. \
+    setting is better counts. Linear drag is their own linear damping, wind a constant force beside it (for \
+    Box2D divided by 1 + k h, since it damps before it pushes). \
     Quadratic drag, and springs of no length as long as they turn by less than a radian in a sub-step, \
     are forces applied anew before every sub-step (sub-steps are then steps of their own): with their \
     joints the error is larger, since these are damped. Springs with a length, and stiffer ones, are \

@@ -111,7 +111,8 @@ pub const PROBLEMS: [Problem; 5] = [
         id: "12",
         title: "Particles of an emitter",
         about: "200 particles, which do not meet, leave one point within a cone, under gravity 50 and drag 2/s, for 3 s. \
-                Time and error are those of all particles.",
+                Bodies that meet nobody take part beside Jostle's particles, whose steps are the \
+                chapter's: v = (v + a dt) drag, x += v dt. Time and error are those of all 200.",
         reference: "problem 2's closed form for each particle",
         scene: fountain,
         ticks: 180,
