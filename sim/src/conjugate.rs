@@ -10,6 +10,7 @@
 //!    - `sweep`: Gauss-Seidel with conjugate directions, until the residual is small, over
 //!      `trees`: what carries the load, solved exactly if nothing begins to slide or to part,
 //!      `lines`: chains along an axis, solved exactly in any case by pooling (`pools`), and the rest,
+//!    - `guard`: what f32 cannot solve so is solved plainly, or stands still,
 //!    - `doubts`: rows of fast pairs, looked at again with the speeds that were found,
 //!    - `squeezes`: bodies that bounced and are held all the same;
 //!
@@ -19,6 +20,7 @@
 
 mod doubts;
 mod gap;
+mod guard;
 mod impacts;
 mod islands;
 mod lines;
@@ -36,9 +38,10 @@ use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
 use crate::features::Features;
 use crate::forces::Move;
-use crate::math::{clamp, clamp_length, max};
+use crate::math::{clamp, clamp_length, max, min};
 use crate::pairs::Pair;
 use glam::Vec2;
+use guard::Guard;
 pub(crate) use impacts::Bounces;
 use impacts::Impacts;
 use islands::Islands;
@@ -127,6 +130,7 @@ pub(crate) struct Workspace {
     lines: Lines,
     trees: Trees,
     strays: Strays,
+    guard: Guard,
     budget: Budget,
     travel: Travel,
     places: Places,
@@ -259,7 +263,7 @@ impl Workspace {
     /// The rows of one island, from the impulses and velocities that they have.
     fn solve_island(&mut self, island: usize, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
         let places = &self.islands.rows[self.islands.range(island)];
-        let tolerance = tolerance(&self.rows, places, &bodies.velocity, frame);
+        let (tolerance, stiff) = tolerance(&self.rows, places, &bodies.velocity, frame);
         let mut sum = 0;
         for round in 1..=doubts::ROUNDS_MAX {
             self.lines.find(&self.rows, places);
@@ -267,11 +271,17 @@ impl Workspace {
             let end = sweep::End { tolerance, sweeps_max };
             let blocks = (&mut self.lines, &mut self.trees);
             let (rows, velocity) = (&mut self.rows, &mut bodies.velocity);
+            if stiff {
+                self.guard.remember(rows, places, velocity);
+            }
             let sweeps = if frame.features.friction {
                 sweep::solve::<true>(rows, places, blocks, velocity, end)
             } else {
                 sweep::solve::<false>(rows, places, blocks, velocity, end)
             };
+            if stiff {
+                self.guard.check(rows, places, velocity);
+            }
             self.work += self.budget.spend(sweeps, places.len());
             sum += sweeps;
             let (rows, facts) = (&mut self.rows, &mut self.facts);
@@ -304,20 +314,23 @@ impl Workspace {
     }
 }
 
-/// Change of a relative speed at which the sweeps over an island end, units/s.
-fn tolerance(rows: &[Row], island: &[u32], velocity: &[Vec2], frame: &Frame) -> f32 {
-    let mut fastest = 0.0;
+/// Change of a relative speed at which the sweeps over an island end, units/s, and whether its masses
+/// are so different that the result has to be guarded.
+fn tolerance(rows: &[Row], island: &[u32], velocity: &[Vec2], frame: &Frame) -> (f32, bool) {
+    let (mut fastest, mut lightest, mut heaviest) = (0.0, 0.0, f32::INFINITY);
     for &place in island {
         let row = &rows[place as usize];
-        for body in [row.a, row.b] {
+        for (body, weight) in [(row.a, row.weight_a), (row.b, row.weight_b)] {
             let speed = velocity[body as usize].abs();
             fastest = max(fastest, max(speed.x, speed.y));
+            lightest = max(lightest, weight);
+            heaviest = if weight > 0.0 { min(heaviest, weight) } else { heaviest };
         }
     }
     let gain = max(frame.gravity.length() * frame.dt, GAIN_MIN);
     let few = island.len() as f32 / FEW_ROWS;
     let share = frame.settings.tolerance * clamp(few * few, PRECISE, 1.0);
-    max(gain * share, fastest * ROUNDING)
+    (max(gain * share, fastest * ROUNDING), lightest > guard::RATIO * heaviest)
 }
 
 /// Visits of rows that are left for the islands to come; what one leaves the others may use.

@@ -139,6 +139,13 @@ fn press<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
     max(press_change.abs(), rub_change.abs()) * (row.weight_a + row.weight_b)
 }
 
+/// A sweep without lines, trees and directions.
+pub(crate) fn plainly(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
+    for &place in island {
+        press::<true>(&mut rows[place as usize], velocity);
+    }
+}
+
 /// The friction of a row whose normal impulse is known. Returns the change of the sliding speed.
 #[inline]
 pub(crate) fn rub(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
