@@ -282,6 +282,9 @@ impl Workspace {
             if stiff {
                 self.guard.check(rows, places, velocity);
             }
+            if stiff || sweeps == sweeps_max {
+                sweep::walls(rows, places, velocity);
+            }
             self.work += self.budget.spend(sweeps, places.len());
             sum += sweeps;
             let (rows, facts) = (&mut self.rows, &mut self.facts);

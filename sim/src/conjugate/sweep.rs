@@ -52,6 +52,9 @@ pub(crate) struct End {
     pub sweeps_max: u32,
 }
 
+/// Sweeps over the walls alone: two of them that meet in a corner need no more.
+const WALL_SWEEPS: u32 = 2;
+
 /// Solves an island; returns the number of sweeps.
 pub(crate) fn solve<const RUBS: bool>(
     rows: &mut [Row],
@@ -143,6 +146,19 @@ fn press<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
 pub(crate) fn plainly(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
     for &place in island {
         press::<true>(&mut rows[place as usize], velocity);
+    }
+}
+
+/// What nothing can push has the last word where sweeps ended before they had converged: rather two
+/// bodies overlap than that one is driven through a wall.
+pub(crate) fn walls(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
+    for _ in 0..WALL_SWEEPS {
+        for &place in island {
+            let row = &mut rows[place as usize];
+            if !row.is_free() {
+                press::<false>(row, velocity);
+            }
+        }
     }
 }
 
