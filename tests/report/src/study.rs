@@ -3,6 +3,7 @@
 
 use crate::engine::{Engine, Trace};
 use crate::methods::{Family, Field, Method};
+use crate::number::short;
 use crate::scene::Scene;
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Instant;
@@ -150,6 +151,10 @@ pub fn measure(problem: Problem, methods: &[Method], effort: Effort) -> Study {
     Study { problem, curves, omissions, rounds }
 }
 
+/// Errors of so many times the largest number of a problem are no result, and would leave no room for
+/// the others in a plot.
+const BLOWN_UP: f64 = 10.0;
+
 /// One point on its way.
 struct Entry {
     method: Method,
@@ -173,13 +178,19 @@ impl Entry {
         let errors: Vec<f64> = problem.norms.iter().map(|norm| (norm.of)(scene, &trace)).collect();
         let solves = engine.pair_solves();
         let work = solves.map(|solves| (solves + engine.body_steps()) as f64);
-        let failed = !trace.is_finite() || !errors[0].is_finite();
+        let failure = if !trace.is_finite() || !errors[0].is_finite() {
+            Some("the result is not finite".to_owned())
+        } else if errors[0] > BLOWN_UP * problem.magnitude {
+            Some(format!("it blows up: the error is {}", short(errors[0])))
+        } else {
+            None
+        };
         Entry {
             method,
             setting,
             errors,
             work: work.map(|work| work / f64::from(problem.ticks)),
-            failure: failed.then(|| "the result is not finite".to_owned()),
+            failure,
             times_us: Vec::new(),
         }
     }
