@@ -15,7 +15,7 @@ const ARROWS: [(&str, &[&str]); 8] = [
         "jostle-tests",
         &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],
     ),
-    ("jostle-report", &["jostle-sim"]),
+    ("jostle-report", &["jostle-protocol", "jostle-sim"]),
     (
         "xtask",
         &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],
