@@ -97,7 +97,11 @@ impl Places {
         let share = if furthest > most { most / furthest } else { 1.0 };
         for row in &self.rows {
             for slot in [row.a as usize, row.b as usize] {
-                bodies.center[slot] += self.shift[slot] * share;
+                // Masses far apart may overflow here; a place that is no number is none.
+                let place = bodies.center[slot] + self.shift[slot] * share;
+                if place.is_finite() {
+                    bodies.center[slot] = place;
+                }
                 self.shift[slot] = Vec2::ZERO;
             }
         }
