@@ -21,9 +21,11 @@ use glam::Vec2;
 /// Share of the slop to which an overlap beyond it is brought back: whoever rests at its edge would
 /// be looked at in every step.
 const LEFT_ALONE: f32 = 0.8;
-/// Sweeps of a pass at most, and the change of a displacement at which they end: a share of the
-/// slop, or world units.
+/// Sweeps of a pass; all passes together may visit rows at most this share of the step's budget.
+const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 20;
+const WORK_SHARE: u32 = 4;
+/// Change of a displacement at which they end: a share of the slop, or world units.
 const TOLERANCE: f32 = 0.1;
 const TOLERANCE_MIN: f32 = 1e-5;
 
@@ -50,7 +52,9 @@ pub(crate) fn part(
         return;
     }
     let tolerance = max(TOLERANCE * settings.slop, TOLERANCE_MIN);
-    let end = End { tolerance, sweeps_max: SWEEPS_MAX };
+    let visits = settings.work_max / WORK_SHARE / settings.position_passes.max(1);
+    let sweeps = visits / (rows.len() as u32).max(1);
+    let end = End { tolerance, sweeps_max: sweeps.max(SWEEPS_MIN).min(SWEEPS_MAX) };
     for _ in 0..settings.position_passes {
         if !places.list(bodies, rows, facts, pairs, settings) {
             return;
