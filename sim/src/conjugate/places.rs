@@ -54,7 +54,7 @@ pub(crate) fn part(
     let tolerance = max(TOLERANCE * settings.slop, TOLERANCE_MIN);
     let visits = settings.work_max / WORK_SHARE / settings.position_passes.max(1);
     let sweeps = visits / (rows.len() as u32).max(1);
-    let end = End { tolerance, sweeps_max: sweeps.max(SWEEPS_MIN).min(SWEEPS_MAX) };
+    let end = End { tolerance, sweeps_max: sweeps.clamp(SWEEPS_MIN, SWEEPS_MAX) };
     for _ in 0..settings.position_passes {
         if !places.list(bodies, rows, facts, pairs, settings) {
             return;

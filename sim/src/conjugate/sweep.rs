@@ -142,6 +142,16 @@ fn press<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
     max(press_change.abs(), rub_change.abs()) * (row.weight_a + row.weight_b)
 }
 
+/// A visit of a row by itself.
+#[inline]
+pub(crate) fn visit(row: &mut Row, velocity: &mut [Vec2], rubs: bool) {
+    if rubs {
+        press::<true>(row, velocity);
+    } else {
+        press::<false>(row, velocity);
+    }
+}
+
 /// A sweep without lines, trees and directions.
 pub(crate) fn plainly(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
     for &place in island {
