@@ -16,7 +16,8 @@
 //!
 //!    and `strays`: pairs that only these speeds bring together;
 //! 5. `travel`: the bodies move;
-//! 6. `places`: overlap beyond the slop is moved away.
+//! 6. `places`: overlap beyond the slop is moved away;
+//! 7. `walls`: nobody ends in one.
 
 mod doubts;
 mod gap;
@@ -32,6 +33,7 @@ mod strays;
 mod sweep;
 mod travel;
 mod trees;
+mod walls;
 mod warm;
 
 use crate::bodies::{Bodies, REACH_MIN};
@@ -52,6 +54,7 @@ pub(crate) use strays::ROUNDS_MAX as STRAYS_MAX;
 use strays::Strays;
 use travel::Travel;
 use trees::Trees;
+use walls::Walls;
 
 /// Settings of the conjugate solver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,6 +138,7 @@ pub(crate) struct Workspace {
     budget: Budget,
     travel: Travel,
     places: Places,
+    walls: Walls,
     /// Sweeps of the island that took most.
     pub sweeps: u32,
     /// Visits of rows.
@@ -162,6 +166,7 @@ impl Workspace {
     /// Forgets the bounces of the last step.
     pub fn begin(&mut self, bodies: &Bodies) {
         self.impacts.begin(bodies.alive.len());
+        self.walls.remember(bodies);
     }
 
     /// How far each moving body looks for others; before bounces also for whom it may yet meet.
@@ -331,14 +336,18 @@ impl Workspace {
         rows::store(bodies, &self.rows, pairs);
     }
 
-    /// Stages 5 and 6: the places at the end of the step.
+    /// Stages 5 to 7: the places at the end of the step.
     pub fn go(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
         if !travel::go(bodies, &self.rows, &mut self.facts, &mut self.travel, frame.dt) {
             self.leave_out_unsound(bodies);
         }
         let rows = (self.rows.as_mut_slice(), self.facts.as_mut_slice());
         let scratch = (&mut self.lines, &mut self.trees, &mut self.places);
-        places::part(bodies, rows, pairs, frame.settings, scratch);
+        let slop = frame.settings.slop;
+        let far = self.walls.may_be_passed(bodies, rows.1, slop);
+        if places::part(bodies, rows, pairs, frame.settings, scratch) || far {
+            self.walls.keep(bodies, pairs, &self.impacts.paths, slop);
+        }
     }
 }
 

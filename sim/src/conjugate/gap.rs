@@ -28,7 +28,7 @@ pub(crate) struct Gap {
 /// A path is straight while it bends off the tangent by less than this share of the radius.
 const TURN: f32 = 1e-7;
 /// Overlap on both axes below which two boxes only pass corner to corner, world units; of small
-/// boxes at most [`CORNER_SHARE`] of their size. Twice that much worse may the axis of the last
+/// boxes at most [`CORNER_SHARE`] of the smaller one's size. Twice that much worse may the axis of the last
 /// step be before two boxes change it.
 const CORNER: f32 = 0.01;
 const CORNER_SHARE: f32 = 0.05;
@@ -151,7 +151,8 @@ fn first_touch_of_circle(offset: Vec2, path: Vec2, reach: f32) -> Option<f32> {
 fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<Gap> {
     let reach = halves.0 + halves.1;
     let overlap = reach - offset.abs();
-    let corner = min(CORNER, CORNER_SHARE * min(reach.x, reach.y));
+    let smallest = min(min(halves.0.x, halves.0.y), min(halves.1.x, halves.1.y));
+    let corner = min(CORNER, CORNER_SHARE * 2.0 * smallest);
     let axis = if overlap.x >= corner && overlap.y >= corner {
         least_overlap(overlap, kept, 2.0 * corner)
     } else if let Some(axis) = last_entry(offset, path, reach - Vec2::splat(corner)) {
@@ -159,7 +160,6 @@ fn boxes(offset: Vec2, path: Vec2, halves: (Vec2, Vec2), kept: Axis) -> Option<G
     } else {
         // Seen from the side where it starts: on the other side it is through.
         let ahead = reach - (offset + path) * Vec2::new(side(offset.x), side(offset.y));
-        let smallest = min(min(halves.0.x, halves.0.y), min(halves.1.x, halves.1.y));
         let apart = overlap.x < -corner || overlap.y < -corner;
         if ahead.x > corner && ahead.y > corner || apart && is_fast(path, smallest) {
             let normal = Vec2::new(0.0, side(offset.y));

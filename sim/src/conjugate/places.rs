@@ -40,16 +40,16 @@ pub(crate) struct Places {
     shift: Vec<Vec2>,
 }
 
-/// Parts what overlaps.
+/// Parts what overlaps; whether anything did.
 pub(crate) fn part(
     bodies: &mut Bodies,
     (rows, facts): (&mut [Row], &mut [Facts]),
     pairs: &[Pair],
     settings: &Conjugate,
     (lines, trees, places): (&mut Lines, &mut Trees, &mut Places),
-) {
+) -> bool {
     if facts.iter().all(|facts| facts.left >= -settings.slop) {
-        return;
+        return false;
     }
     let tolerance = max(TOLERANCE * settings.slop, TOLERANCE_MIN);
     let visits = settings.work_max / WORK_SHARE / settings.position_passes.max(1);
@@ -57,14 +57,16 @@ pub(crate) fn part(
     let end = End { tolerance, sweeps_max: sweeps.clamp(SWEEPS_MIN, SWEEPS_MAX) };
     for _ in 0..settings.position_passes {
         if !places.list(bodies, rows, facts, pairs, settings) {
-            return;
+            return true;
         }
         lines.find(&places.rows, &places.island);
         let blocks = (&mut *lines, &mut *trees);
         sweep::solve::<false>(&mut places.rows, &places.island, blocks, &mut places.shift, end);
+        sweep::walls(&mut places.rows, &places.island, &mut places.shift);
         places.shift(bodies, settings.correction_max);
     }
     places.list(bodies, rows, facts, pairs, settings);
+    true
 }
 
 impl Places {

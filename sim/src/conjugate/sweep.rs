@@ -194,10 +194,11 @@ fn rub_against(row: &mut Row, relative: Vec2) -> f32 {
     change
 }
 
-/// Friction within its limit; never minus nothing, so that a limit of 0 leaves no trace.
+/// Friction within its limit; never minus nothing, so that a limit of 0 leaves no trace. A limit that
+/// is no number, of an infinite impulse without friction, is 0 too.
 #[inline]
 pub(crate) fn limited(rub: f32, limit: f32) -> f32 {
-    clamp(rub, -limit, limit) + 0.0
+    if limit > 0.0 { clamp(rub, -limit, limit) + 0.0 } else { 0.0 }
 }
 
 /// Moves a row's impulses along the direction, as far as they stay possible, or forgets it; what

@@ -117,7 +117,9 @@ fn plan(bodies: &Bodies, travel: &mut Travel, dt: f32) {
     for &slot in &bodies.moving {
         let slot = slot as usize;
         let (before, after) = (travel.before[slot], bodies.velocity[slot]);
-        travel.path[slot] = (after + travel.weight[slot] * (before - after)) * dt;
+        let path = (after + travel.weight[slot] * (before - after)) * dt;
+        // Nobody goes further than the step looked for whom he meets.
+        travel.path[slot] = clamp_length(path, bodies.reach[slot]);
     }
 }
 

@@ -35,6 +35,8 @@ pub struct Verdict {
     pub kind: &'static str,
     /// What went wrong, with figures; `None` if nothing did.
     pub failure: Option<Failure>,
+    /// How deep a body was pressed into a wall beyond what counts, in its half-sizes; 0 if none was.
+    pub pressed: f64,
 }
 
 /// Something that must not happen.
@@ -53,6 +55,10 @@ pub struct Tally {
     pub trials: u64,
     /// How many failed, by sort.
     pub failures: BTreeMap<&'static str, u64>,
+    /// In how many a body was pressed into a wall, which is no failure.
+    pub pressed: u64,
+    /// The deepest, in half-sizes.
+    pub deepest: f64,
 }
 
 /// By kind.
@@ -68,6 +74,8 @@ pub fn run(name: &str, arguments: &Arguments, trial: fn(u64, u64) -> Verdict) ->
         let verdict = trial(seed, number);
         let tally = tallies.entry(verdict.kind).or_default();
         tally.trials += 1;
+        tally.pressed += u64::from(verdict.pressed > 0.0);
+        tally.deepest = tally.deepest.max(verdict.pressed);
         if let Some(Failure { sort, detail }) = verdict.failure {
             *tally.failures.entry(sort).or_default() += 1;
             failed += 1;
@@ -105,7 +113,14 @@ pub fn conclude(tallies: &Tallies) -> bool {
             tally.failures.iter().map(|(sort, count)| format!("{count} {sort}")).collect();
         good &= failures.is_empty();
         let failures = if failures.is_empty() { "none failed".into() } else { failures.join(", ") };
-        println!("{kind}: {} tried, {failures}", tally.trials);
+        let pressed = match tally.pressed {
+            0 => String::new(),
+            some => format!(
+                "; pressed into a wall in {some}, at most by {:.3} half-sizes",
+                tally.deepest
+            ),
+        };
+        println!("{kind}: {} tried, {failures}{pressed}", tally.trials);
     }
     good
 }

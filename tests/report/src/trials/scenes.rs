@@ -1,8 +1,11 @@
 //! Scenes from the extreme ranges: a closed container with random bodies in it, each quantity drawn
-//! by its exponent over all that the simulation accepts.
+//! by its exponent over all that the simulation accepts. At the start the bodies take up at most
+//! 60 % of the container ([`CELL_MIN`]): what does not fit in cannot stay in.
 //!
 //! After every step all numbers must be finite, every centre inside, and the energy no more than
-//! 0.1 % above that of the start. Energy counts from the floor, E = sum m (v^2 / 2 + g y), so that it
+//! 0.1 % above that of the start. A centre is inside if it is no more than twice the slop and
+//! rounding beyond the face of a wall. A body that is merely pressed into one by more than that is
+//! counted apart. Energy counts from the floor, E = sum m (v^2 / 2 + g y), so that it
 //! is never negative. Two things are rounding there and allowed beside it: places, to
 //! [`ROUNDING`] of the container, and overlaps up to the slop, which may be pushed up again: together
 //! sum m g (2 slop + L [`ROUNDING`]); and of what moved before, [`ROUNDING`] of the largest energy that
@@ -21,6 +24,8 @@ const BODIES_MAX: u32 = 30;
 const ROUNDING: f64 = 4e-6;
 const GAIN_MAX: f64 = 1e-3;
 const SLOP: f64 = 0.005;
+/// Side of a cell, one for each body, over the size of the largest: 1.3^-2 is 59 %.
+const CELL_MIN: f32 = 1.3;
 
 const KINDS: [&str; 4] = ["apart", "apart, no gravity", "at one point, no gravity", "relaxation"];
 
@@ -33,8 +38,9 @@ pub fn trial(seed: u64, number: u64) -> Verdict {
         7..9 => 2,
         _ => 3,
     };
-    let failure = Container::new(&mut rng, kind).play(kind == 3);
-    Verdict { kind: KINDS[kind], failure }
+    let mut container = Container::new(&mut rng, kind);
+    let failure = container.play(kind == 3);
+    Verdict { kind: KINDS[kind], failure, pressed: container.pressed }
 }
 
 /// A uniform exponent.
@@ -48,6 +54,8 @@ struct Container {
     /// From (0, 0) to this.
     side: f32,
     gravity: f32,
+    /// The deepest that a body was in a wall, in its half-sizes, beyond what counts.
+    pressed: f64,
 }
 
 impl Container {
@@ -56,7 +64,7 @@ impl Container {
         let largest = spread(rng, 1e-3, 1e6);
         let smallest = spread(rng, (largest * 1e-3).max(1e-3), largest);
         let columns = f32::ceil((count as f32).sqrt());
-        let cell = largest * rng.range(1.1, 2.0);
+        let cell = largest * rng.range(CELL_MIN, 2.0);
         let side = columns * cell;
         let gravity = if kind == 0 || kind == 3 { spread(rng, 1.0, 1e3) } else { 0.0 };
         let bounce_threshold = if rng.below(4) == 0 { 0.0 } else { 2.0 };
@@ -71,7 +79,13 @@ impl Container {
             kill_zone: Aabb { low: Vec2::splat(-1e9), high: Vec2::splat(1e9) },
             ..WorldSettings::default()
         };
-        let mut it = Container { world: World::new(settings), bodies: Vec::new(), side, gravity };
+        let mut it = Container {
+            world: World::new(settings),
+            bodies: Vec::new(),
+            side,
+            gravity,
+            pressed: 0.0,
+        };
         it.close(rng);
         let speed_max = spread(rng, 1e-3, 1e4);
         for place in 0..count {
@@ -116,6 +130,7 @@ impl Container {
                 let place = self.world.contains(id).then(|| self.world.position(id));
                 return fail("outside", format!("body {} at {place:?} of {}", id.index, self.side));
             }
+            self.measure();
             let energy = self.energy();
             if energy > allowed {
                 return fail(
@@ -128,12 +143,31 @@ impl Container {
     }
 
     fn holds(&self, id: BodyId) -> bool {
-        let beyond = (2.0 * SLOP + f64::from(self.side) * ROUNDING) as f32;
-        self.world.contains(id) && {
-            let place = self.world.position(id);
-            let inside = |x: f32| x > -beyond && x < self.side + beyond;
-            inside(place.x) && inside(place.y)
+        self.world.contains(id) && self.beyond(id, Vec2::ZERO).max_element() <= self.counts()
+    }
+
+    /// Looks at how deep bodies are in the walls.
+    fn measure(&mut self) {
+        for &id in &self.bodies {
+            let half = self.world.shape(id).half_extent();
+            let depth = self.beyond(id, half);
+            for axis in 0..2 {
+                if depth[axis] > self.counts() {
+                    self.pressed = self.pressed.max(f64::from(depth[axis] / half[axis]));
+                }
+            }
         }
+    }
+
+    /// What of a wall's depth is neither slop nor rounding begins here, world units.
+    fn counts(&self) -> f32 {
+        (2.0 * SLOP + f64::from(self.side) * ROUNDING) as f32
+    }
+
+    /// How far a body of this half-size is beyond the faces of the walls, on each axis.
+    fn beyond(&self, id: BodyId, half: Vec2) -> Vec2 {
+        let place = self.world.position(id);
+        (half - place).max(place + half - Vec2::splat(self.side))
     }
 
     fn energy(&self) -> f64 {
@@ -168,4 +202,32 @@ fn body(rng: &mut Rng, smallest: f32, largest: f32, speed_max: f32) -> BodyDef {
     let velocity = Vec2::from_angle(angle) * speed_max * rng.unit();
     let mass = spread(rng, 1e-6, 1e6);
     BodyDef { shape, velocity, mass, restitution, friction, ..BodyDef::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Arguments, run};
+    use super::*;
+
+    #[test]
+    fn nothing_escapes_or_gains_or_stops_being_a_number() {
+        let tallies = run("scenes", &Arguments { seed: 1, from: 0, count: 300 }, trial);
+        assert_eq!(tallies.len(), KINDS.len());
+        for (kind, tally) in &tallies {
+            assert!(tally.failures.is_empty(), "{kind}: {tally:?}");
+        }
+    }
+
+    #[test]
+    fn a_container_is_at_most_60_percent_full() {
+        for number in 0..300 {
+            let container = Container::new(&mut Rng::new(3, number), 0);
+            let area = |&id: &BodyId| match container.world.shape(id) {
+                Shape::Circle { radius } => std::f32::consts::PI * radius * radius,
+                Shape::Box { half } => 4.0 * half.x * half.y,
+            };
+            let share = container.bodies.iter().map(area).sum::<f32>() / container.side.powi(2);
+            assert!(share < 0.6, "{number}: {share}");
+        }
+    }
 }

@@ -42,7 +42,7 @@ pub fn trial(seed: u64, number: u64) -> Verdict {
     let mut rng = Rng::new(seed, number);
     let which = rng.below(KINDS.len() as u32) as usize;
     let mut shot = Shot::new(&mut rng, which);
-    Verdict { kind: KINDS[which], failure: shot.fire() }
+    Verdict { kind: KINDS[which], failure: shot.fire(), pressed: 0.0 }
 }
 
 /// A uniform exponent.
