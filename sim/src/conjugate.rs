@@ -65,8 +65,8 @@ pub struct Conjugate {
     /// Sweeps over an island a step, 1..=1000. Default 400.
     pub sweeps_max: u32,
     /// Visits of rows a step, over all islands, 1000..=1e9: bounds the time of the worst step.
-    /// Every island has [`SWEEPS_MIN`] sweeps all the same. Default 4e5: landing piles of 10,000 need
-    /// less, and a heavy ball on light circles, which would take all that there is, takes half a tick.
+    /// Every island has [`SWEEPS_MIN`] sweeps all the same. Default 1e6: with less than half of it a pile of
+    /// 20,000 never comes to rest, and then takes more time than one that does.
     pub work_max: u32,
     /// Closing speed below which nothing bounces, units/s, 0..=100. Default 2.
     pub bounce_threshold: f32,
@@ -85,7 +85,7 @@ impl Default for Conjugate {
         Conjugate {
             tolerance: 0.005,
             sweeps_max: 400,
-            work_max: 400_000,
+            work_max: 1_000_000,
             bounce_threshold: 2.0,
             slop: 0.005,
             correction: 0.4,
