@@ -6,7 +6,7 @@
 use anyhow::{Context, Result, anyhow, bail};
 use jostle_client_web::demo::Demo;
 use jostle_client_web::replica::{Eye, Replica};
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Snapshot, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, VERSION};
 use jostle_sim::{Scene, Seat};
 use jostle_tests::picture::Picture;
 use jostle_tests::runner::{Stage, artifacts};
