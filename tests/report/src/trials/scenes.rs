@@ -209,8 +209,10 @@ mod tests {
     use super::super::{Arguments, run};
     use super::*;
 
+    /// Not evidence of the rate, which is some two failures in a thousand (docs/development.md), but a
+    /// guard: of the first 300 none fails.
     #[test]
-    fn nothing_escapes_or_gains_or_stops_being_a_number() {
+    fn of_the_first_300_none_escapes_or_gains_or_stops_being_a_number() {
         let tallies = run("scenes", &Arguments { seed: 1, from: 0, count: 300 }, trial);
         assert_eq!(tallies.len(), KINDS.len());
         for (kind, tally) in &tallies {
