@@ -16,8 +16,8 @@ pub const ADDRESS_CONNECTIONS_MAX: usize = 512;
 pub const ADDRESS_SESSIONS_MAX: usize = 128;
 /// Wait after the listener failed to accept, so that a lack of descriptors does not spin.
 pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
-/// Bytes that the kernel may hold for one socket. What it holds can no longer be replaced by a newer
-/// snapshot, so it is the staleness of a slow reader; it also bounds the bytes in flight, so it must
+/// Bytes that the kernel may hold for one socket. What it holds can no longer be left out for a
+/// keyframe, so it is the staleness of a slow reader; it also bounds the bytes in flight, so it must
 /// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
 pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 

@@ -145,7 +145,7 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, app: &Arc<A
     session::play(stream, read, &upgrade.code, upgrade.address, app).await;
 }
 
-/// Small messages go out at once, and little of what a newer snapshot would replace is buffered.
+/// Small messages go out at once, and little of what a keyframe would replace is buffered.
 fn tune(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     socket2::SockRef::from(stream).set_send_buffer_size(limits::SEND_BUFFER_BYTES)
