@@ -3,6 +3,7 @@
 //!
 //! Peers are added by the program that calls [`run`] with them, in a workspace of its own.
 
+mod cores;
 pub mod csv;
 pub mod engine;
 pub mod figures;
@@ -29,13 +30,13 @@ pub mod unneeded;
 
 use anyhow::{Context, Result};
 use clap::Parser;
+use cores::on_all_cores;
 use methods::{METHODS, Method};
 use page::{Origin, Results};
 use progress::Progress;
 use stability::{Case, Verdicts};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use study::{Effort, Study};
 
 /// Measures Jostle and writes the report.
@@ -109,26 +110,12 @@ fn judge_all(
     quick: bool,
     progress: &Progress,
 ) -> Vec<Verdicts> {
-    let next = Mutex::new(cases.iter().copied().enumerate());
-    let found = Mutex::new(Vec::new());
-    let workers = std::thread::available_parallelism().map_or(1, |count| count.get());
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let taken = next.lock().expect("no worker panics with it").next();
-                    let Some((place, case)) = taken else { return };
-                    progress.begin(&format!("{} {}", case.id, case.title));
-                    let verdicts = stability::judge(case, methods, quick);
-                    found.lock().expect("no worker panics with it").push((place, verdicts));
-                    progress.done();
-                }
-            });
-        }
-    });
-    let mut found = found.into_inner().expect("no worker panics with it");
-    found.sort_by_key(|(place, _)| *place);
-    found.into_iter().map(|(_, verdicts)| verdicts).collect()
+    on_all_cores(cases, |&case| {
+        progress.begin(&format!("{} {}", case.id, case.title));
+        let verdicts = stability::judge(case, methods, quick);
+        progress.done();
+        verdicts
+    })
 }
 
 fn write(results: &Results, out: &Path) -> Result<()> {

@@ -5,13 +5,13 @@
 //! for each feature one that can not do it at all. A step's instructions are those of a long run less
 //! those of a short one, over the steps between; they depend on no clock and no neighbour.
 
+use crate::cores::on_all_cores;
 use crate::page::Results;
 use crate::plot::escape;
 use anyhow::{Context, Result, bail};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Mutex;
 
 /// Share of a step's instructions that a feature may cost where it is not used.
 pub const ACCEPTED: f64 = 0.01;
@@ -91,7 +91,7 @@ pub struct Costs {
 
 /// Measures with the programs in a directory: `shipped`, and one by the name of each feature.
 pub fn measure(programs: &Path) -> Result<Costs> {
-    let steps = if has_valgrind() { count_all(&ROWS, programs)? } else { Vec::new() };
+    let steps = if has_valgrind() { count_all(programs)? } else { Vec::new() };
     Ok(Costs { steps, bytes: bytes(&programs.join("shipped"))? })
 }
 
@@ -99,26 +99,8 @@ fn has_valgrind() -> bool {
     Command::new("valgrind").arg("--version").output().is_ok_and(|said| said.status.success())
 }
 
-/// Rows take turns on all cores: instructions do not mind.
-fn count_all(rows: &[Row], programs: &Path) -> Result<Vec<Steps>> {
-    let next = Mutex::new(rows.iter().enumerate());
-    let found = Mutex::new(Vec::new());
-    let workers = std::thread::available_parallelism().map_or(1, |count| count.get());
-    std::thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(|| {
-                loop {
-                    let taken = next.lock().expect("no worker panics with it").next();
-                    let Some((place, row)) = taken else { return };
-                    let steps = count_row(row, programs);
-                    found.lock().expect("no worker panics with it").push((place, steps));
-                }
-            });
-        }
-    });
-    let mut found = found.into_inner().expect("no worker panics with it");
-    found.sort_by_key(|(place, _)| *place);
-    found.into_iter().map(|(_, steps)| steps).collect()
+fn count_all(programs: &Path) -> Result<Vec<Steps>> {
+    on_all_cores(&ROWS, |row| count_row(row, programs)).into_iter().collect()
 }
 
 fn count_row(row: &Row, programs: &Path) -> Result<Steps> {
