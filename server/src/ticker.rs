@@ -103,8 +103,8 @@ impl Member {
                 self.late_tick = tick;
             }
         }
-        let calm = tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
-        if self.rate != Rate::Full && calm {
+        let calm = || tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
+        if self.rate != Rate::Full && calm() {
             self.reader = None;
             self.rate = self.rate.higher();
             self.late_tick = tick;
