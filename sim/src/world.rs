@@ -1,86 +1,26 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
 mod conjugate;
+mod settings;
 mod sleep;
 mod state;
 
 pub use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
+pub use settings::{STEP_MAX, WorldSettings};
 
-use crate::DT;
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::conjugate::Workspace;
 use crate::contact::Contact;
 use crate::features::Features;
-use crate::forces::{Drag, ForceSettings, Forces, Spring, SpringEnd, Surroundings};
+use crate::forces::{Drag, Forces, Spring, SpringEnd, Surroundings};
 use crate::math::clamp_length;
 use crate::pairs::{Filter, PairList};
-use crate::particle::{EmitterDef, Obstacle, Particles, Recipe, quantise};
+use crate::particle::{EmitterDef, Obstacle, Particles, quantise};
 use crate::relaxation::{self, Row};
-use crate::shape::{Aabb, Shape};
+use crate::shape::Shape;
 use crate::solver::Solver;
 use glam::Vec2;
 use sleep::Sleep;
-
-/// Longest step that a world takes, seconds.
-pub const STEP_MAX: f32 = 0.1;
-
-/// A fixed description of a world.
-#[derive(Clone, Debug, PartialEq)]
-pub struct WorldSettings {
-    /// Seconds in one step of the bodies, above 0 and at most [`STEP_MAX`]. The rules, the scenes and
-    /// the particles count in steps of [`DT`], the default; measurements take others.
-    pub dt: f32,
-    /// Gravity, units/s^2.
-    pub gravity: Vec2,
-    /// Drag, wind and springs; `None` where nothing acts but gravity and contacts.
-    pub forces: Option<ForceSettings>,
-    /// What solves the contacts; `None` detects them and solves nothing (chapter project 9.1).
-    pub solver: Option<Solver>,
-    /// Whether islands at rest fall asleep: they cost nothing until something happens to them. Only
-    /// with the conjugate solver.
-    pub sleeping: bool,
-    /// For each group, the set of groups that it meets, one bit each; symmetric.
-    pub meets: [u32; GROUPS_MAX],
-    /// Groups that push particles out, one bit each.
-    pub meets_particles: u32,
-    /// Bodies whose centre leaves this region are removed and reported.
-    pub kill_zone: Aabb,
-    /// Positions seen by clients are rounded to multiples of this, a power of two.
-    pub quantum: f32,
-    /// Speed cap of every body, units/s.
-    pub speed_max: f32,
-    /// Bodies at a time.
-    pub bodies_max: usize,
-    /// Particles at a time.
-    pub particles_max: usize,
-    /// Recipes that emitters may name.
-    pub recipes: Vec<Recipe>,
-    /// What a step is prepared for from the start; what comes later is added as it comes.
-    pub features: Features,
-}
-
-impl Default for WorldSettings {
-    /// The chapter's gravity and solver, every group meets every other, no particles, room for
-    /// 4096 bodies in a wide kill zone.
-    fn default() -> WorldSettings {
-        WorldSettings {
-            dt: DT,
-            gravity: Vec2::new(0.0, -50.0),
-            forces: None,
-            solver: Some(Solver::default()),
-            sleeping: false,
-            meets: [u32::MAX; GROUPS_MAX],
-            meets_particles: u32::MAX,
-            kill_zone: Aabb { low: Vec2::splat(-1e5), high: Vec2::splat(1e5) },
-            quantum: 1.0 / 256.0,
-            speed_max: 1e4,
-            bodies_max: 4096,
-            particles_max: 0,
-            recipes: Vec::new(),
-            features: Features::NONE,
-        }
-    }
-}
 
 /// Two bodies that overlap at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,7 +108,7 @@ pub struct World {
 impl World {
     /// An empty world. Panics on settings outside their documented ranges.
     pub fn new(settings: WorldSettings) -> World {
-        check(&settings);
+        settings.check();
         World {
             particles: Particles::new(settings.recipes.clone(), settings.particles_max),
             forces: settings.forces.as_ref().map(Forces::new),
@@ -631,25 +571,6 @@ impl World {
 
     pub(crate) fn invalidate_pairs(&mut self) {
         self.pairs.invalidate();
-    }
-}
-
-fn check(settings: &WorldSettings) {
-    assert!(settings.dt > 0.0 && settings.dt <= STEP_MAX, "dt {} must be a step", settings.dt);
-    assert!(settings.gravity.is_finite(), "gravity {} must be finite", settings.gravity);
-    assert!(settings.quantum > 0.0, "quantum {} must be positive", settings.quantum);
-    assert!(settings.speed_max > 0.0, "speed_max {} must be positive", settings.speed_max);
-    assert!(settings.speed_max.is_finite(), "speed_max must be finite");
-    if let Some(solver) = &settings.solver {
-        solver.check();
-    }
-    let conjugate = matches!(settings.solver, Some(Solver::Conjugate(_)));
-    assert!(conjugate || !settings.sleeping, "only worlds of the conjugate solver sleep");
-    for (group, &meets) in settings.meets.iter().enumerate() {
-        for other in 0..GROUPS_MAX {
-            let mirrored = settings.meets[other] >> group & 1;
-            assert!(meets >> other & 1 == mirrored, "groups {group} and {other} must agree");
-        }
     }
 }
 

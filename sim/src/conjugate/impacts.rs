@@ -144,8 +144,9 @@ impl Impacts {
     }
 
     /// Finds who may have an impact at all: who bounces, since of two that close faster than the
-    /// threshold one is faster than half of it, and who is fast. Whether there are any. They look further than their present speeds would take
-    /// them, since a bounce may make them faster: twice as far, and as far as the others on average.
+    /// threshold one is faster than half of it, and who is fast. Whether there are any. They look
+    /// further than their present speeds would take them, since a bounce may make them faster: twice
+    /// as far, and as far as the others on average.
     pub fn reach_further(&mut self, bodies: &mut Bodies, frame: &Frame) -> bool {
         self.lively.clear();
         let slow = 0.5 * frame.settings.bounce_threshold - frame.gravity.length() * frame.dt;

@@ -5,6 +5,7 @@ mod quarantine;
 
 use super::*;
 use crate::relaxation::Relaxation;
+use crate::{Aabb, DT};
 
 const SLOP: f32 = 0.005;
 
