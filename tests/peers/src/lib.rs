@@ -5,6 +5,7 @@
 mod box2d;
 mod forces;
 mod rapier;
+pub mod traffic;
 
 use box2d::Box2d;
 use jostle_report::engine::Build;

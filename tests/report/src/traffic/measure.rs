@@ -16,6 +16,11 @@ use std::sync::Arc;
 const QUANTA: f64 = 256.0;
 /// TCP and IP headers with timestamps, bytes.
 const PACKET_BYTES: usize = 52;
+/// A keyframe, and three messages of the lowest rate.
+const FIRST_TICKS: u32 = 37;
+
+/// Where a body is, in quanta.
+pub type Place = [i32; 2];
 
 /// What a client of one rate gets.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,41 +117,65 @@ fn count_moved(old: &Snapshot, new: &Snapshot) -> u64 {
     old.bodies.iter().zip(&new.bodies).filter(|(old, new)| old.quanta != new.quanta).count() as u64
 }
 
-/// Plays a script and sends what counts to clients of these rates: 60, 20 or 5 messages a second.
-/// `ticks_max` ticks at most.
-pub fn send(
-    script: &mut Script,
-    crowd: &mut dyn Crowd,
-    rates: &[u32],
-    ticks_max: u32,
-) -> Vec<Traffic> {
-    let [before, counted] = script.ticks;
-    let counted = counted.min(ticks_max);
-    let mut clients: Vec<Client> = rates.iter().map(|&rate| Client::new(rate)).collect();
-    for tick in 0..before + counted {
-        script.play(crowd);
-        if tick >= before {
-            let snapshot = Arc::new(seen(script, crowd, tick + 1));
-            clients.iter_mut().for_each(|client| client.see(&snapshot, tick > before + 36));
-        }
-    }
-    clients.into_iter().map(|client| client.finish(counted.saturating_sub(37))).collect()
+/// Clients of several rates who are sent the same snapshots.
+pub struct Scale {
+    clients: Vec<Client>,
+    ticks: u32,
 }
 
-fn seen(script: &Script, crowd: &dyn Crowd, tick: u32) -> Snapshot {
-    let body = |index: usize| {
-        let place = crowd.state(index).position;
-        let quanta = [place.x, place.y].map(|axis| (axis * QUANTA).round() as i32);
-        SnapshotBody {
-            id: BodyId { index: index as u32, generation: 0 },
-            kind: Kind::Block,
-            owner: None,
-            group: 0,
-            shape: Shape::circle(1.0),
-            quanta,
+impl Scale {
+    /// Clients who get 60, 20 or 5 messages a second.
+    pub fn new(rates: &[u32]) -> Scale {
+        Scale { clients: rates.iter().map(|&rate| Client::new(rate)).collect(), ticks: 0 }
+    }
+
+    /// The next tick. The keyframe and what follows until every rate is at its usual size count as
+    /// nothing: that is a client's first moment.
+    pub fn weigh(&mut self, snapshot: &Arc<Snapshot>) {
+        self.ticks += 1;
+        let counts = self.ticks > FIRST_TICKS;
+        self.clients.iter_mut().for_each(|client| client.see(snapshot, counts));
+    }
+
+    /// What each client got.
+    pub fn finish(self) -> Vec<Traffic> {
+        let ticks = self.ticks.saturating_sub(FIRST_TICKS);
+        self.clients.into_iter().map(|client| client.finish(ticks)).collect()
+    }
+}
+
+/// Plays a script and shows what players may see of each tick that counts; `ticks_max` at most.
+pub fn watch(
+    script: &mut Script,
+    crowd: &mut dyn Crowd,
+    ticks_max: u32,
+    mut each: impl FnMut(Snapshot),
+) {
+    let [before, counted] = script.ticks;
+    for tick in 0..before + counted.min(ticks_max) {
+        script.play(crowd);
+        if tick >= before {
+            let places = script.moving().map(|body| quanta(crowd.state(body).position));
+            each(snapshot(tick + 1, places));
         }
+    }
+}
+
+fn quanta(place: DVec2) -> Place {
+    [place.x, place.y].map(|axis| (axis * QUANTA).round() as i32)
+}
+
+/// Bodies that are told apart by their number alone.
+pub fn snapshot(tick: u32, places: impl Iterator<Item = Place>) -> Snapshot {
+    let body = |(index, quanta): (u32, Place)| SnapshotBody {
+        id: BodyId { index, generation: 0 },
+        kind: Kind::Block,
+        owner: None,
+        group: 0,
+        shape: Shape::circle(1.0),
+        quanta,
     };
-    Snapshot { tick, bodies: script.moving().map(body).collect(), players: Vec::new() }
+    Snapshot { tick, bodies: (0..).zip(places).map(body).collect(), players: Vec::new() }
 }
 
 /// The scene in Jostle's World.

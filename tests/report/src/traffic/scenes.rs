@@ -37,6 +37,8 @@ pub struct Script {
     pub damping: Vec<f64>,
     /// Ticks before the first that counts, and ticks that count.
     pub ticks: [u32; 2],
+    /// Ticks of these in its recording.
+    pub ticks_recorded: u32,
     players: usize,
     size: DVec2,
     acceleration: f64,
@@ -64,6 +66,7 @@ impl Script {
             scene,
             damping: vec![0.0; WALLS],
             ticks: [0, 3600],
+            ticks_recorded: 900,
             players: 0,
             size,
             acceleration: 60.0,
@@ -197,7 +200,7 @@ fn crowd() -> Script {
         script.player(35.0 + 50.0 * f64::from(player % 4), y, 4.0, 4.0);
     }
     script.boxes(9992, 100, DVec2::splat(11.0));
-    Script { ticks: [0, 1200], ..script }
+    Script { ticks: [0, 1200], ticks_recorded: 240, ..script }
 }
 
 fn pile() -> Script {
