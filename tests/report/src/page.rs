@@ -152,41 +152,35 @@ fn problem(study: &Study, methods: &[Method], page: &mut String) {
     page.push_str("</section>\n");
 }
 
+/// The tables leave out end tags and quotes that HTML can do without: there are thousands of cells.
 fn numbers(study: &Study, page: &mut String) {
     let _ = write!(
         page,
         "<details><summary>All numbers ({} timed runs of each point; problem-{}.csv)</summary>\n\
-         <table><thead><tr><th>Method</th><th>Knob</th><th>Setting</th>",
+         <table class=numbers><thead><tr><th>Setting",
         study.rounds, study.problem.id
     );
     for norm in study.problem.norms {
         let unit = if norm.unit.is_empty() { String::new() } else { format!(", {}", norm.unit) };
-        let _ = write!(page, "<th>{}{unit}</th>", escape(norm.name));
+        let _ = write!(page, "<th>{}{unit}", escape(norm.name));
     }
-    page.push_str("<th>µs a tick, best</th><th>median</th><th>Work a tick</th><th>Pareto</th></tr></thead>\n<tbody>\n");
+    page.push_str("<th>µs a tick, best<th>median<th>Work a tick<th>Pareto\n");
+    let columns = study.problem.norms.len() + 5;
     for curve in &study.curves {
+        let (name, knob) = (escape(curve.method.name), curve.method.knob);
+        let _ = writeln!(page, "<tbody><tr><th colspan={columns}>{name}: {knob}");
         for point in &curve.points {
-            let _ = write!(
-                page,
-                "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td>",
-                escape(curve.method.name),
-                curve.method.knob,
-                point.setting
-            );
+            let _ = write!(page, "<tr><td>{}", point.setting);
             for error in &point.errors {
-                let _ = write!(page, "<td class=\"n\">{}</td>", short(*error));
+                let _ = write!(page, "<td>{}", short(*error));
             }
-            let _ = writeln!(
-                page,
-                "<td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td></tr>",
-                short(point.best_us),
-                short(point.median_us),
-                point.work.map_or_else(|| "not told".into(), short),
-                if point.pareto { "yes" } else { "" }
-            );
+            let work = point.work.map_or_else(|| "not told".into(), short);
+            let pareto = if point.pareto { "yes" } else { "" };
+            let (best, median) = (short(point.best_us), short(point.median_us));
+            let _ = writeln!(page, "<td>{best}<td>{median}<td>{work}<td>{pareto}");
         }
     }
-    page.push_str("</tbody></table></details>\n");
+    page.push_str("</table></details>\n");
 }
 
 fn piles(results: &Results, page: &mut String) {
@@ -194,7 +188,7 @@ fn piles(results: &Results, page: &mut String) {
         "<h2 id=\"piles\">Piles</h2>\n<p>Large heaps, high stacks and heavy loads: gravity 50, boxes 2 high, friction 0.3, \
          60 steps a second, sleeping off unless said otherwise, each solver at its defaults. The solvers take turns of ten \
          steps; times are processor time of one thread. What is accepted is asked of Jostle's best solver; the others stand \
-         beside it.</p>\n<table class=\"cases\">\n<thead><tr><th>Pile</th><th>Accepted</th>",
+         beside it.</p>\n<table class=\"cases piles\">\n<thead><tr><th>Pile</th><th>Accepted</th>",
     );
     for solver in results.solvers() {
         let _ = write!(page, "<th>{}</th>", escape(solver));
@@ -208,24 +202,28 @@ fn heap_rows(heap: &Heap, page: &mut String) {
     let columns = heap.measured.len() + 2;
     let _ = writeln!(
         page,
-        "<tbody>\n<tr class=\"case\"><th colspan=\"{columns}\">{}</th></tr>",
+        "<tbody>\n<tr class=case><th colspan={columns}>{}",
         escape(&heap.pile.title)
     );
     for (place, (figure, bound)) in heap.pile.bounds.iter().enumerate() {
-        let _ =
-            write!(page, "<tr><td>{}</td><td class=\"n\">{}</td>", figure.name(), within(*bound));
+        let _ = write!(page, "<tr><td>{}<td>{}", figure.name(), within(*bound));
         for solver in 0..heap.measured.len() {
             match heap.figure(solver, place) {
-                Some((value, accepted)) => {
-                    let class = accepted.map_or("", |pass| if pass { "pass" } else { "fail" });
-                    let _ = write!(page, "<td class=\"n {class}\">{}</td>", short(value));
+                Some((value, Some(passes))) => judged(passes, value, page),
+                Some((value, None)) => {
+                    let _ = write!(page, "<td>{}", short(value));
                 }
-                None => page.push_str("<td class=\"none\">n/a</td>"),
+                None => page.push_str("<td class=none>n/a"),
             }
         }
-        page.push_str("</tr>\n");
+        page.push('\n');
     }
-    page.push_str("</tbody>\n");
+}
+
+/// A cell of a figure that is accepted or not.
+fn judged(passes: bool, value: f64, page: &mut String) {
+    let class = if passes { "pass" } else { "fail" };
+    let _ = write!(page, "<td class={class}>{}", short(value));
 }
 
 /// What is accepted of a pile's figure.
@@ -283,12 +281,8 @@ fn stability(results: &Results, page: &mut String) {
 }
 
 fn case_rows(case: &Verdicts, page: &mut String) {
-    let _ = write!(
-        page,
-        "<tbody>\n<tr class=\"case\"><th colspan=\"3\">{} {}</th>",
-        case.case.id,
-        escape(case.case.title)
-    );
+    let title = escape(case.case.title);
+    let _ = write!(page, "<tbody>\n<tr class=case><th colspan=3>{} {title}", case.case.id);
     for outcome in &case.outcomes {
         let (class, word) = match outcome.verdict() {
             Some(true) => ("pass", "green"),
@@ -299,33 +293,24 @@ fn case_rows(case: &Verdicts, page: &mut String) {
             .not_applicable
             .as_deref()
             .map_or_else(String::new, |why| format!(": {}", escape(why)));
-        let _ = write!(page, "<td class=\"{class}\">{word}{why}</td>");
+        let _ = write!(page, "<td class={class}>{word}{why}");
     }
-    page.push_str("</tr>\n");
+    page.push('\n');
     let Some(rows) = case.outcomes.iter().map(|outcome| &outcome.checks).max_by_key(|c| c.len())
     else {
         return;
     };
     for (place, row) in rows.iter().enumerate() {
-        let _ = write!(
-            page,
-            "<tr><td>{}</td><td>{}</td><td class=\"n\">{}</td>",
-            escape(&row.variant),
-            row.metric,
-            accepted(row)
-        );
+        let variant = escape(&row.variant);
+        let _ = write!(page, "<tr><td>{variant}<td>{}<td>{}", row.metric, accepted(row));
         for outcome in &case.outcomes {
             match outcome.checks.get(place) {
-                Some(check) => {
-                    let class = if check.passes() { "pass" } else { "fail" };
-                    let _ = write!(page, "<td class=\"n {class}\">{}</td>", short(check.measured));
-                }
-                None => page.push_str("<td></td>"),
+                Some(check) => judged(check.passes(), check.measured, page),
+                None => page.push_str("<td>"),
             }
         }
-        page.push_str("</tr>\n");
+        page.push('\n');
     }
-    page.push_str("</tbody>\n");
 }
 
 fn accepted(check: &Check) -> String {

@@ -1,9 +1,11 @@
 //! Plots as SVG: panels side by side, one legend below them all. Everything has its own place, so
 //! no text can meet another.
 
+mod path;
 mod scale;
 
-pub use scale::{Scale, superscript};
+use path::{Path, Spot, pixels, thinned};
+pub use scale::{Scale, Tick, superscript};
 use std::fmt::Write;
 
 /// How a curve looks.
@@ -43,7 +45,7 @@ pub struct Dot {
     pub filled: bool,
     /// With a ring around it.
     pub ringed: bool,
-    /// Shown while the pointer is over it.
+    /// Shown while the pointer is over it. Dots of one title in several panels are one point.
     pub title: String,
 }
 
@@ -116,10 +118,12 @@ impl Figure {
              <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n",
             escape(&self.description)
         );
+        let mut marks = Marks::default();
         for (place, panel) in self.panels.iter().enumerate() {
             let frame = Frame::new(place as f64 * PANEL_WIDTH, self.height);
-            frame.draw(panel, &mut svg);
+            frame.draw(panel, &mut marks, &mut svg);
         }
+        marks.draw(&mut svg);
         for (index, (style, text)) in self.legend.iter().enumerate() {
             let (column, row) = (index / rows, index % rows);
             let x = column as f64 * LEGEND_COLUMN + 20.0;
@@ -132,9 +136,12 @@ impl Figure {
 }
 
 fn legend_entry(style: &Style, text: &str, x: f64, y: f64, svg: &mut String) {
+    let _ = write!(svg, "<g fill=\"{}\" stroke-width=\"1.5\">", style.color);
     stroke(style, &[(x, y), (x + 30.0, y)], svg);
-    mark(style, x + 15.0, y, true, svg);
-    let _ = writeln!(svg, "<text x=\"{}\" y=\"{}\">{}</text>", x + 38.0, y + 4.0, escape(text));
+    let mark = outline(style.marker, (x + 15.0, y));
+    let _ = write!(svg, "<path d=\"{mark}\" stroke=\"{}\"/></g>", style.color);
+    let (x, y) = (pixels(x + 38.0), pixels(y + 4.0));
+    let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\">{}</text>", escape(text));
 }
 
 /// Where a panel's axes lie, in pixels.
@@ -158,8 +165,9 @@ impl Frame {
         self.bottom - panel.y.scale.place(value) * (self.bottom - self.top)
     }
 
-    fn draw(&self, panel: &Panel, svg: &mut String) {
+    fn draw<'a>(&self, panel: &'a Panel, marks: &mut Marks<'a>, svg: &mut String) {
         self.axes(panel, svg);
+        svg.push_str("<g fill=\"none\" stroke-width=\"1.6\" stroke-linejoin=\"round\">\n");
         if let Some(floor) = panel.floor {
             let y = self.y(panel, floor);
             let style = Style { color: "#888", dash: "2 3", marker: Marker::None };
@@ -167,44 +175,54 @@ impl Frame {
         }
         for line in &panel.lines {
             let at = |dot: &Dot| (self.x(panel, dot.x), self.y(panel, dot.y));
-            let points: Vec<(f64, f64)> = line.dots.iter().map(at).collect();
-            stroke(&line.style, &points, svg);
-            if line.style.marker == Marker::None {
-                continue;
-            }
-            for (dot, &(x, y)) in line.dots.iter().zip(&points) {
-                let _ = write!(svg, "<g><title>{}</title>", escape(&dot.title));
-                if dot.ringed {
-                    let ring = "r=\"9\" fill=\"none\" stroke=\"#222\" stroke-width=\"1.3\"";
-                    let _ = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" {ring}/>");
-                }
-                mark(&line.style, x, y, dot.filled, svg);
-                svg.push_str("</g>\n");
+            let points: Vec<Spot> = line.dots.iter().map(at).collect();
+            stroke(&line.style, &thinned(&points), svg);
+            if line.style.marker != Marker::None {
+                line.dots.iter().zip(points).for_each(|(dot, at)| marks.add(line.style, dot, at));
             }
         }
+        svg.push_str("</g>\n");
     }
 
     fn axes(&self, panel: &Panel, svg: &mut String) {
         let Frame { left, right, top, bottom } = *self;
-        for tick in panel.x.scale.ticks() {
-            let x = self.x(panel, tick.value);
-            let gray = if tick.label.is_empty() { "#f3f3f3" } else { "#ddd" };
-            rule((x, top), (x, bottom), gray, svg);
-            text(x, bottom + 17.0, "middle", &tick.label, svg);
+        let (x_ticks, y_ticks) = (panel.x.scale.ticks(), panel.y.scale.ticks());
+        for (labelled, gray) in [(false, "#f3f3f3"), (true, "#ddd")] {
+            let drawn = |tick: &&Tick| tick.label.is_empty() != labelled;
+            let mut rules = Path::default();
+            for tick in x_ticks.iter().filter(drawn) {
+                rules.move_to((self.x(panel, tick.value), top));
+                rules.down(bottom - top);
+            }
+            for tick in y_ticks.iter().filter(drawn) {
+                rules.move_to((left, self.y(panel, tick.value)));
+                rules.across(right - left);
+            }
+            if !rules.data().is_empty() {
+                let _ = writeln!(svg, "<path d=\"{}\" stroke=\"{gray}\"/>", rules.data());
+            }
         }
-        for tick in panel.y.scale.ticks() {
-            let y = self.y(panel, tick.value);
-            let gray = if tick.label.is_empty() { "#f3f3f3" } else { "#ddd" };
-            rule((left, y), (right, y), gray, svg);
-            text(left - 7.0, y + 4.0, "end", &tick.label, svg);
-        }
+        svg.push_str("<g text-anchor=\"middle\">");
+        x_ticks.iter().for_each(|tick| {
+            text(self.x(panel, tick.value), bottom + 17.0, &tick.label, svg);
+        });
+        text((left + right) / 2.0, bottom + 37.0, &panel.x.label, svg);
+        svg.push_str("</g>\n<g text-anchor=\"end\">");
+        y_ticks.iter().for_each(|tick| {
+            text(left - 7.0, self.y(panel, tick.value) + 4.0, &tick.label, svg);
+        });
+        svg.push_str("</g>\n");
+        self.frame_and_names(panel, svg);
+    }
+
+    fn frame_and_names(&self, panel: &Panel, svg: &mut String) {
+        let Frame { left, right, top, bottom } = *self;
         let (width, height) = (right - left, bottom - top);
         let _ = writeln!(
             svg,
             "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" \
              stroke=\"#555\"/>"
         );
-        text((left + right) / 2.0, bottom + 37.0, "middle", &panel.x.label, svg);
         let (x, y) = (left - 59.0, (top + bottom) / 2.0);
         let _ = writeln!(
             svg,
@@ -220,50 +238,87 @@ impl Frame {
     }
 }
 
-fn rule(from: (f64, f64), to: (f64, f64), color: &str, svg: &mut String) {
-    let _ = writeln!(
-        svg,
-        "<line x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\" stroke=\"{color}\"/>",
-        from.0, from.1, to.0, to.1
-    );
-}
-
-fn text(x: f64, y: f64, anchor: &str, what: &str, svg: &mut String) {
+fn text(x: f64, y: f64, what: &str, svg: &mut String) {
     if !what.is_empty() {
-        let what = escape(what);
-        let _ =
-            writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{what}</text>");
+        let (x, y) = (pixels(x), pixels(y));
+        let _ = write!(svg, "<text x=\"{x}\" y=\"{y}\">{}</text>", escape(what));
     }
 }
 
-fn stroke(style: &Style, points: &[(f64, f64)], svg: &mut String) {
-    let joined: Vec<String> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-    let _ = writeln!(
-        svg,
-        "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"1.6\" \
-         stroke-linejoin=\"round\" stroke-dasharray=\"{}\"/>",
-        joined.join(" "),
-        style.color,
-        if style.dash.is_empty() { "none" } else { style.dash },
-    );
+fn stroke(style: &Style, points: &[Spot], svg: &mut String) {
+    let dash = match style.dash {
+        "" => String::new(),
+        dash => format!(" stroke-dasharray=\"{dash}\""),
+    };
+    let path = Path::through(points);
+    let _ = writeln!(svg, "<path d=\"{}\" stroke=\"{}\"{dash}/>", path.data(), style.color);
 }
 
-fn mark(style: &Style, x: f64, y: f64, filled: bool, svg: &mut String) {
-    let fill = if filled { style.color } else { "#fff" };
-    let look = format!("fill=\"{fill}\" stroke=\"{}\" stroke-width=\"1.5\"", style.color);
-    let corners: &[(f64, f64)] = match style.marker {
-        Marker::None => return,
-        Marker::Disc => {
-            let _ = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" {look}/>");
-            return;
+/// The points of all panels, to lie on top of all lines. What is one point in several panels is one
+/// element with one title.
+#[derive(Default)]
+struct Marks<'a> {
+    points: Vec<Mark<'a>>,
+}
+
+struct Mark<'a> {
+    style: Style,
+    dot: &'a Dot,
+    places: Vec<Spot>,
+}
+
+impl<'a> Marks<'a> {
+    fn add(&mut self, style: Style, dot: &'a Dot, place: Spot) {
+        let same = |mark: &&mut Mark| mark.style == style && mark.dot.title == dot.title;
+        match self.points.iter_mut().find(same) {
+            Some(mark) => mark.places.push(place),
+            None => self.points.push(Mark { style, dot, places: vec![place] }),
         }
-        Marker::Square => &[(-3.5, -3.5), (3.5, -3.5), (3.5, 3.5), (-3.5, 3.5)],
-        Marker::Triangle => &[(0.0, -5.0), (4.6, 3.2), (-4.6, 3.2)],
-        Marker::Diamond => &[(0.0, -5.2), (5.2, 0.0), (0.0, 5.2), (-5.2, 0.0)],
+    }
+
+    /// Hollow ones are as the group says, filled ones have a colour of their own.
+    fn draw(&self, svg: &mut String) {
+        for curve in self.points.chunk_by(|one, next| one.style == next.style) {
+            let color = curve[0].style.color;
+            let _ = write!(svg, "<g fill=\"#fff\" stroke=\"{color}\" stroke-width=\"1.5\">");
+            curve.iter().for_each(|mark| mark.draw(svg));
+            svg.push_str("</g>\n");
+        }
+    }
+}
+
+impl Mark<'_> {
+    fn draw(&self, svg: &mut String) {
+        let all = |of: &dyn Fn(Spot) -> String| self.places.iter().map(|&at| of(at)).collect();
+        if self.dot.ringed {
+            let rings: String = all(&|at| circle(at, 9.0));
+            let look = "fill=\"none\" stroke=\"#222\" stroke-width=\"1.3\"";
+            let _ = write!(svg, "<path d=\"{rings}\" {look}/>");
+        }
+        let outlines: String = all(&|at| outline(self.style.marker, at));
+        let color = self.style.color;
+        let fill = if self.dot.filled { format!(" fill=\"{color}\"") } else { String::new() };
+        let title = escape(&self.dot.title);
+        let _ = write!(svg, "<path d=\"{outlines}\"{fill}><title>{title}</title></path>");
+    }
+}
+
+/// A marker around a point, as path data: its outline from a corner on, relative to that.
+fn outline(marker: Marker, (x, y): Spot) -> String {
+    let (corner, rest) = match marker {
+        Marker::None => return String::new(),
+        Marker::Disc => return circle((x, y), 4.0),
+        Marker::Square => ((x - 3.5, y - 3.5), "h7v7h-7z"),
+        Marker::Triangle => ((x, y - 5.0), "l4.6 8.2h-9.2z"),
+        Marker::Diamond => ((x, y - 5.2), "l5.2 5.2-5.2 5.2-5.2-5.2z"),
     };
-    let points: Vec<String> =
-        corners.iter().map(|(dx, dy)| format!("{:.1},{:.1}", x + dx, y + dy)).collect();
-    let _ = write!(svg, "<polygon points=\"{}\" {look}/>", points.join(" "));
+    format!("{}{rest}", Path::from(corner).data())
+}
+
+/// Two half circles.
+fn circle((x, y): Spot, radius: f64) -> String {
+    let (from, wide) = (Path::from((x - radius, y)), 2.0 * radius);
+    format!("{}a{radius} {radius} 0 1 0 {wide} 0a{radius} {radius} 0 1 0-{wide} 0z", from.data())
 }
 
 /// For text between tags and in attributes.
@@ -278,8 +333,10 @@ mod tests {
     #[test]
     fn a_figure_has_every_point_and_its_labels() {
         let style = Style { color: "#06c", dash: "", marker: Marker::Disc };
-        let dot =
-            |x: f64, y: f64| Dot { x, y, filled: true, ringed: x == 1.0, title: "a<b".into() };
+        let dot = |x: f64, y: f64| {
+            let title = format!("a<b {x}");
+            Dot { x, y, filled: true, ringed: x == 1.0, title }
+        };
         let dots = vec![dot(1.0, 0.1), dot(10.0, 0.01), dot(100.0, 0.0)];
         let axis = |label: &str, values: [f64; 3]| Axis {
             label: label.into(),
@@ -294,9 +351,12 @@ mod tests {
         };
         let legend = vec![(style, "one method".to_owned())];
         let description = "a figure".to_owned();
-        let svg = Figure { description, panels: vec![panel], legend, height: 300.0 }.svg();
-        // Three points, one of them ringed, and one mark in the legend.
-        assert_eq!(svg.matches("<circle").count(), 5);
+        let panels = vec![panel.clone(), panel];
+        let svg = Figure { description, panels, legend, height: 300.0 }.svg();
+        // Three points in both panels, one of them ringed, and one mark in the legend; a disc has
+        // two arcs, and a point one title.
+        assert_eq!(svg.matches("a4 4").count(), 2 * (2 * 3 + 1));
+        assert_eq!((svg.matches("a9 9").count(), svg.matches("<title>").count()), (2 * 2, 3));
         assert!(svg.contains("time, us") && svg.contains("one method") && svg.contains("a&lt;b"));
         assert!(!svg.contains("NaN"));
     }
