@@ -8,6 +8,7 @@ mod chromium;
 mod goldens;
 mod pictures;
 mod play;
+mod python;
 mod report;
 mod shell;
 mod test;

@@ -6,7 +6,7 @@
 
 use crate::shell::{cargo, run};
 use crate::workspace::{Package, packages};
-use crate::{chromium, goldens, tidy, traces, web};
+use crate::{chromium, goldens, python, tidy, traces, web};
 use anyhow::{Result, bail};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -166,6 +166,7 @@ fn documentation_tests() -> Result<()> {
 
 /// The workspace's tests, all but those in the browser.
 fn socket_tests() -> Result<()> {
+    python::provide()?;
     let packages = packages()?;
     let tests = packages.iter().find(|package| package.name == TESTS_CRATE);
     let names: Vec<&str> = tests

@@ -3,6 +3,7 @@
 
 mod bad_clients;
 mod client;
+mod examples;
 mod http;
 mod ops;
 mod play;

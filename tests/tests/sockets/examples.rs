@@ -1,0 +1,119 @@
+//! The clients of `docs/examples`, in another language and from `docs/protocol.md` alone: where they
+//! say that bodies are, there a client of ours has them.
+
+use crate::client::{Client, LONG};
+use crate::server::Server;
+use jostle_protocol::Snapshot;
+use jostle_sim::{Buttons, Scene, Vec2};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use tokio::task::JoinHandle;
+use tokio::time::timeout;
+
+/// Centres in world units, by index and generation.
+type Places = BTreeMap<String, [f64; 2]>;
+
+/// A line of `stream.py`.
+#[derive(Deserialize)]
+struct Line {
+    tick: u32,
+    bodies: Places,
+}
+
+/// What the example prints; it ends at the latest when the server does.
+fn start(program: &str, address: SocketAddr, more: &[&str]) -> JoinHandle<String> {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples");
+    let mut python = Command::new("python3");
+    python.arg(examples.join(program)).arg(address.to_string()).args(more);
+    python.stderr(Stdio::inherit()).env("PYTHONDONTWRITEBYTECODE", "1");
+    tokio::task::spawn_blocking(move || {
+        let output = python.output().expect("python3 starts; `cargo xtask test` installs it");
+        assert!(output.status.success(), "{python:?} failed");
+        String::from_utf8(output.stdout).expect("text")
+    })
+}
+
+fn places(snapshot: &Snapshot, room: &str) -> Places {
+    let scene = Scene::built_in().into_iter().find(|scene| scene.name == room);
+    let quantum = f64::from(scene.expect("a built-in scene").quantum);
+    let bodies = snapshot.bodies.iter().map(|body| {
+        let name = format!("{}.{}", body.id.index, body.id.generation);
+        (name, body.quanta.map(|axis| f64::from(axis) * quantum))
+    });
+    bodies.collect()
+}
+
+/// Plays in a room until the example has ended: what it printed, and where bodies were by tick.
+async fn play_beside(
+    mut ann: Client,
+    room: &str,
+    example: JoinHandle<String>,
+) -> (String, BTreeMap<u32, Places>) {
+    let all = [Buttons::RIGHT, Buttons::FIRE, Buttons::MAKE, Buttons::LEFT, Buttons::UP];
+    let mut seen = BTreeMap::from([(ann.newest.tick, places(&ann.newest, room))]);
+    while !example.is_finished() {
+        let seq = ann.seq as usize;
+        let pointer = Vec2::new(20.0 + (seq % 90) as f32, 30.0);
+        // It comes and goes, and so do what she makes and throws.
+        let pointer = (seq / 100).is_multiple_of(2).then_some(pointer);
+        ann.input(all[seq / 7 % all.len()], pointer).await;
+        let snapshot = ann.snapshot().await;
+        seen.insert(snapshot.tick, places(snapshot, room));
+    }
+    (timeout(LONG, example).await.expect("an end in time").expect("no panic"), seen)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn thirty_lines_of_python_see_where_bodies_are() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    ann.goes_on().await;
+    let example = start("positions.py", server.address, &["arena"]);
+    let (printed, seen) = play_beside(ann, "arena", example).await;
+    let mut lines = printed.lines();
+    let tick = lines.next().and_then(|line| line.strip_prefix("tick ")).expect("a tick first");
+    let found: Places = lines.map(place_of).collect();
+    assert!(found.len() > 4, "a hero besides the walls in {printed}");
+    assert_eq!(Some(&found), seen.get(&tick.parse().expect("a number")));
+}
+
+/// A line such as `3.0 12.5 7`.
+fn place_of(line: &str) -> (String, [f64; 2]) {
+    let words: Vec<&str> = line.split(' ').collect();
+    let number = |word: &str| word.parse().unwrap_or_else(|_| panic!("no number in {line}"));
+    (words[0].to_owned(), [number(words[1]), number(words[2])])
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_client_in_python_follows_all_that_moves() {
+    for room in ["arena", "pile"] {
+        let server = Server::start().await;
+        let ann = Client::join(server.address, room, "Ann").await;
+        let example = start("stream.py", server.address, &[room, "300"]);
+        // Somebody comes and goes meanwhile, with a pointer of his own.
+        let address = server.address;
+        let bob = tokio::spawn(async move {
+            let mut bob = Client::join(address, room, "Bob").await;
+            for x in 0..60 {
+                bob.input(Buttons::FIRE, Some(Vec2::new(x as f32, 9.0))).await;
+                bob.snapshot().await;
+            }
+        });
+        let (printed, seen) = play_beside(ann, room, example).await;
+        bob.await.expect("Bob plays");
+        let mut compared = 0;
+        for line in printed.lines() {
+            let Line { tick, bodies } = serde_json::from_str(line).expect("a line of JSON");
+            // Either may have been too slow for some ticks.
+            if let Some(seen) = seen.get(&tick) {
+                assert_eq!(&bodies, seen, "{room}, tick {tick}");
+                compared += 1;
+            }
+        }
+        assert_eq!(printed.lines().count(), 300);
+        assert!(compared >= 20, "{compared} ticks in both");
+    }
+}
