@@ -1,7 +1,8 @@
 //! What features cost, for the report: `costs step SOLVER SCENE STEPS [FEATURE]` steps a bare world,
 //! to be counted by callgrind, with a plan that names a feature (or `all`) that no body has; `costs bytes` prints what games send a tick, as CSV.
 //!
-//! A bare world has boxes or circles and nothing else: no friction, no bounces, no particles. Built
+//! A bare world has boxes or circles and nothing else: no friction, no bounces, no particles; strangers are
+//! boxes none of which meets another. Built
 //! with a feature's name in `JOSTLE_LEAVE_OUT` the program can not do it at all.
 
 #![expect(clippy::disallowed_methods, reason = "a tool beside the room: it reads its arguments")]
@@ -11,23 +12,25 @@ use jostle_room::{Rate, Room};
 use jostle_sim::conjugate::Conjugate;
 use jostle_sim::math::Rng;
 use jostle_sim::relaxation::Relaxation;
-use jostle_sim::world::WorldSettings;
+use jostle_sim::scene::{Part, Plan};
+use jostle_sim::world::{GROUPS_MAX, WorldSettings};
 use jostle_sim::{
-    BodyDef, Buttons, Features, Input, Motion, Scene, Seat, Shape, Solver, Vec2, World,
+    BodyDef, Buttons, Features, ForceSettings, Input, Motion, Scene, Seat, Shape, Solver, Vec2,
+    World,
 };
 use std::process::ExitCode;
 use std::sync::Arc;
 
-const USAGE: &str = "usage: costs step relaxation|conjugate boxes|circles STEPS [FEATURE] | costs \
+const USAGE: &str = "usage: costs step relaxation|conjugate boxes|circles|strangers STEPS [FEATURE] | costs \
                      bytes";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words[..] {
-        ["step", solver, scene, steps] => step(solver, scene, steps, Features::NONE),
+        ["step", solver, scene, steps] => step(solver, scene, steps, WorldSettings::default()),
         ["step", solver, scene, steps, name] => {
-            named(name).and_then(|features| step(solver, scene, steps, features))
+            named(name).and_then(|settings| step(solver, scene, steps, settings))
         }
         ["bytes"] => bytes(),
         _ => None,
@@ -44,33 +47,41 @@ fn main() -> ExitCode {
     }
 }
 
-/// A set of one feature, or of all.
-fn named(name: &str) -> Option<Features> {
-    let none = Features::NONE;
-    Some(match name {
+/// Settings that name one feature, or all that a plan names.
+fn named(name: &str) -> Option<WorldSettings> {
+    let (none, bare) = (Features::NONE, WorldSettings::default());
+    let features = match name {
         "all" => Features::ALL,
         "friction" => Features { friction: true, ..none },
         "restitution" => Features { restitution: true, ..none },
         "circles" => Features { circles: true, ..none },
         "boxes" => Features { boxes: true, ..none },
         "particles" => Features { particles: true, ..none },
+        "forces" => {
+            return Some(WorldSettings {
+                forces: Some(ForceSettings { wind: Vec2::ZERO, springs_max: 0 }),
+                ..bare
+            });
+        }
         _ => return None,
-    })
+    };
+    Some(WorldSettings { features, ..bare })
 }
 
 /// Steps a bare world; its hash.
-fn step(solver: &str, scene: &str, steps: &str, features: Features) -> Option<String> {
+fn step(solver: &str, scene: &str, steps: &str, named: WorldSettings) -> Option<String> {
     let solver = match solver {
         "relaxation" => Solver::Relaxation(Relaxation::default()),
         "conjugate" => Solver::Conjugate(Conjugate::default()),
         _ => return None,
     };
     let shape = match scene {
-        "boxes" => |half: Vec2| Shape::Box { half },
+        "boxes" | "strangers" => |half: Vec2| Shape::Box { half },
         "circles" => |half: Vec2| Shape::circle(half.x),
         _ => return None,
     };
-    let settings = WorldSettings { solver: Some(solver), features, ..WorldSettings::default() };
+    let meets = if scene == "strangers" { [0; GROUPS_MAX] } else { named.meets };
+    let settings = WorldSettings { solver: Some(solver), meets, ..named };
     let mut world = World::new(settings);
     fill(&mut world, shape);
     for _ in 0..steps.parse().ok()? {
@@ -168,7 +179,7 @@ const SENT: [Sent; 5] = [
 
 /// Bytes a tick without a feature, with it unused, and used.
 fn bytes() -> Option<String> {
-    let mut lines = vec!["feature,lacking,unused,used".to_owned()];
+    let mut lines = vec!["feature,lacking,unused,used,draws particles".to_owned()];
     for sent in &SENT {
         let without = played("", "", Buttons(0))?;
         let unused = match sent.by_itself {
@@ -176,16 +187,21 @@ fn bytes() -> Option<String> {
             false => format!("{:.3}", played(sent.top, sent.bodies, Buttons(0))?),
         };
         let used = played(sent.top, sent.bodies, sent.pressed)?;
-        lines.push(format!("\"{}\",{without:.3},{unused},{used:.3}", sent.name));
+        let particles = u8::from(Plan::of(&scene(sent.top, sent.bodies)?).uses(Part::Particles));
+        lines.push(format!("\"{}\",{without:.3},{unused},{used:.3},{particles}", sent.name));
     }
     Some(lines.join("\n"))
 }
 
+/// The floor with more in it.
+fn scene(top: &str, bodies: &str) -> Option<Scene> {
+    let text = format!("{top}\n{FLOOR}\n{GROUND}{bodies}");
+    Scene::parse("costs.toml", &text).map_err(|error| eprintln!("{error}")).ok()
+}
+
 /// Mean bytes of a tick's snapshot for a player who reads all of them.
 fn played(top: &str, bodies: &str, pressed: Buttons) -> Option<f32> {
-    let text = format!("{top}\n{FLOOR}\n{GROUND}{bodies}");
-    let scene = Scene::parse("costs.toml", &text).map_err(|error| eprintln!("{error}")).ok()?;
-    let mut room = Room::new("costs", Arc::new(scene), 1);
+    let mut room = Room::new("costs", Arc::new(scene(top, bodies)?), 1);
     room.join(Appearance::new("Ann", 0).ok()?, None, 1).ok()?;
     let (reader, _) = room.begin(Rate::Full);
     let mut sum = 0;

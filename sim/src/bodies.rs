@@ -4,7 +4,9 @@
 //! ascending order, so nothing depends on the order of creation but the slots themselves.
 
 use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
+use crate::features::CAN;
 use crate::math::min;
+use crate::pairs::shapes;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
@@ -111,6 +113,34 @@ impl Bodies {
         let slots = (0u32..).zip(&self.alive).filter_map(|(slot, &alive)| (!alive).then_some(slot));
         self.free = slots.collect();
         self.free.reverse();
+    }
+
+    /// Outline of the body in a slot of a world that has these [`shapes`] only: where there is one
+    /// kind nothing asks which it is.
+    ///
+    /// [`shapes`]: crate::pairs::shapes
+    #[inline]
+    pub fn shape_of<const SHAPES: u8>(&self, index: usize) -> Shape {
+        let half = self.half[index];
+        if SHAPES == shapes::BOXES || !CAN.circles {
+            Shape::Box { half }
+        } else if SHAPES == shapes::CIRCLES || !CAN.boxes {
+            Shape::Circle { radius: half.x }
+        } else {
+            self.shape[index]
+        }
+    }
+
+    /// Smaller half-size of the body in a slot, world units.
+    #[inline]
+    pub fn thickness(&self, index: usize) -> f32 {
+        min(self.half[index].x, self.half[index].y)
+    }
+
+    /// Whether a body of the moving list is pushed by what it meets, and falls.
+    #[inline]
+    pub fn is_pushed(motion: Motion) -> bool {
+        !CAN.kinematic || motion == Motion::Dynamic
     }
 
     pub fn remove(&mut self, id: BodyId) {

@@ -37,11 +37,10 @@ mod walls;
 mod warm;
 
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::body::Motion;
-use crate::features::Features;
+use crate::features::{CAN, Features};
 use crate::forces::Move;
 use crate::math::{clamp, clamp_length, max, min};
-use crate::pairs::Pair;
+use crate::pairs::{Pair, shapes};
 use glam::Vec2;
 use guard::Guard;
 pub(crate) use impacts::Bounces;
@@ -49,6 +48,7 @@ use impacts::Impacts;
 use islands::Islands;
 use lines::Lines;
 use places::Places;
+use rows::Step;
 pub(crate) use rows::{Facts, Row};
 pub(crate) use strays::ROUNDS_MAX as STRAYS_MAX;
 use strays::Strays;
@@ -136,6 +136,10 @@ pub(crate) struct Workspace {
     strays: Strays,
     guard: Guard,
     budget: Budget,
+    /// Whether somebody may move by more than the thinnest body's half-size in this step, and whether
+    /// a row is of such a pair.
+    quick: bool,
+    doubtful: bool,
     travel: Travel,
     places: Places,
     walls: Walls,
@@ -166,22 +170,29 @@ impl Workspace {
     /// Forgets the bounces of the last step.
     pub fn begin(&mut self, bodies: &Bodies) {
         self.impacts.begin(bodies.alive.len());
-        self.walls.remember(bodies);
+        if CAN.continuous {
+            self.walls.remember(bodies);
+        }
     }
 
     /// How far each moving body looks for others; before bounces also for whom it may yet meet.
     /// Whether there may be any.
     pub fn reach(&mut self, bodies: &mut Bodies, frame: &Frame, bounces: bool) -> bool {
-        let fall = frame.fall();
+        let (fall, mut fastest) = (frame.fall(), 0.0);
+        let thinnest = bodies.thinnest();
         let Bodies { moving, motion, velocity, reach, .. } = bodies;
         for &slot in moving.iter() {
             let slot = slot as usize;
-            if motion[slot] == Motion::Dynamic {
+            if Bodies::is_pushed(motion[slot]) {
                 velocity[slot] = clamp_length(velocity[slot], frame.speed_max);
             }
-            reach[slot] = REACH_MIN + fall + velocity[slot].length() * frame.dt;
+            let squared = velocity[slot].length_squared();
+            reach[slot] = REACH_MIN + fall + squared.sqrt() * frame.dt;
+            fastest = max(fastest, squared);
         }
-        bounces && self.impacts.reach_further(bodies, frame)
+        self.quick = CAN.continuous && fastest.sqrt() * frame.dt > thinnest;
+        let may = frame.features.restitution || self.quick;
+        bounces && may && self.impacts.reach_further(bodies, frame)
     }
 
     /// Stage 1. Bounces change speeds, and with them who may touch whom: unless there were none, the
@@ -198,8 +209,15 @@ impl Workspace {
 
     /// Stage 2.
     pub fn meet(&mut self, bodies: &Bodies, pairs: &[Pair], frame: &Frame) {
-        let (step, paths) = ((frame.dt, frame.fall()), &self.impacts.paths);
-        rows::gather(bodies, pairs, paths, step, &mut self.rows, &mut self.facts);
+        let step = Step { dt: frame.dt, fall: frame.fall(), quick: self.quick };
+        let paths = &self.impacts.paths;
+        let (rows, facts) = (&mut self.rows, &mut self.facts);
+        let gather = match (frame.features.circles, frame.features.boxes) {
+            (true, false) => rows::gather::<{ shapes::CIRCLES }>,
+            (false, true) => rows::gather::<{ shapes::BOXES }>,
+            _ => rows::gather::<{ shapes::BOTH }>,
+        };
+        self.doubtful = gather(bodies, pairs, paths, step, rows, facts);
     }
 
     /// Who bounced, and who has rows.
@@ -227,7 +245,11 @@ impl Workspace {
             match *places {
                 [place] if self.is_alone(place) => self.solve_alone(place, bodies, frame),
                 _ => {
-                    warm::start(&mut self.rows, places, &mut bodies.velocity);
+                    let (rows, velocity) = (&mut self.rows, &mut bodies.velocity);
+                    match frame.features.friction {
+                        true => warm::start::<true>(rows, places, velocity),
+                        false => warm::start::<false>(rows, places, velocity),
+                    }
                     self.solve_island(island, bodies, pairs, frame);
                 }
             }
@@ -244,9 +266,9 @@ impl Workspace {
     fn solve_alone(&mut self, place: u32, bodies: &mut Bodies, frame: &Frame) {
         const VISITS: u32 = 2;
         let (row, velocity) = (&mut self.rows[place as usize], &mut bodies.velocity);
-        row.apply(velocity, row.impulse(row.press, row.rub));
-        for _ in 0..VISITS {
-            sweep::visit(row, velocity, frame.features.friction);
+        match frame.features.friction {
+            true => sweep::alone::<true>(row, velocity, VISITS),
+            false => sweep::alone::<false>(row, velocity, VISITS),
         }
         self.work += self.budget.spend(VISITS, 1);
         self.budget.rows -= 1;
@@ -265,7 +287,9 @@ impl Workspace {
 
     /// Looks for bodies that are faster than their reach; the caller mends the pair list for them.
     pub fn reach_out(&mut self, bodies: &mut Bodies, frame: &Frame) -> bool {
-        self.strays.reach_out(bodies, frame.dt)
+        let strays = self.strays.reach_out(bodies, frame.dt);
+        self.quick |= strays;
+        strays
     }
 
     /// Finds the pairs of the rows in a list that was made anew.
@@ -279,6 +303,7 @@ impl Workspace {
         if !self.strays.gather(bodies, pairs, &self.impacts.paths, frame.dt, rows) {
             return false;
         }
+        self.doubtful = true;
         self.islands.find(bodies.alive.len(), &self.rows);
         self.budget.rows = self.rows.len() as u32;
         for island in 0..self.islands.count() {
@@ -321,9 +346,12 @@ impl Workspace {
             let state = (&mut self.impacts, &mut self.travel);
             let held = squeezes::settle(bodies, (rows, facts), places, pairs, state, frame);
             let paths = &self.impacts.paths;
-            if round == doubts::ROUNDS_MAX
-                || !(doubts::settle(bodies, rows, facts, places, pairs, paths, frame.dt) || held)
-            {
+            if round == doubts::ROUNDS_MAX {
+                break;
+            }
+            let doubted = self.doubtful
+                && doubts::settle(bodies, rows, facts, places, pairs, paths, frame.dt);
+            if !(doubted || held) {
                 break;
             }
         }
@@ -332,20 +360,29 @@ impl Workspace {
     }
 
     /// Keeps the impulses for the next step.
-    pub fn store(&self, bodies: &Bodies, pairs: &mut [Pair]) {
-        rows::store(bodies, &self.rows, pairs);
+    pub fn store(&self, bodies: &Bodies, pairs: &mut [Pair], frame: &Frame) {
+        let store = match (frame.features.circles, frame.features.boxes) {
+            (true, false) => rows::store::<{ shapes::CIRCLES }>,
+            (false, true) => rows::store::<{ shapes::BOXES }>,
+            _ => rows::store::<{ shapes::BOTH }>,
+        };
+        store(bodies, &self.rows, pairs);
     }
 
     /// Stages 5 to 7: the places at the end of the step.
     pub fn go(&mut self, bodies: &mut Bodies, pairs: &[Pair], frame: &Frame) {
-        if !travel::go(bodies, &self.rows, &mut self.facts, &mut self.travel, frame.dt) {
+        let gone = travel::go(bodies, &self.rows, &mut self.facts, &mut self.travel, frame.dt);
+        if !gone.sound {
             self.leave_out_unsound(bodies);
         }
         let rows = (self.rows.as_mut_slice(), self.facts.as_mut_slice());
         let scratch = (&mut self.lines, &mut self.trees, &mut self.places);
         let slop = frame.settings.slop;
-        let far = self.walls.may_be_passed(bodies, rows.1, slop);
-        if places::part(bodies, rows, pairs, frame.settings, scratch) || far {
+        let quick = self.quick || !self.impacts.is_empty();
+        let far = CAN.continuous && self.walls.may_be_passed(bodies, gone.least, slop, quick);
+        let parted =
+            gone.least < -slop && places::part(bodies, rows, pairs, frame.settings, scratch);
+        if CAN.continuous && (parted || far) {
             self.walls.keep(bodies, pairs, &self.impacts.paths, slop);
         }
     }

@@ -25,9 +25,53 @@ pub struct Features {
     pub particles: bool,
 }
 
-/// What this build can not do at all, to be measured against one that can: the name of a field in
-/// the variable `JOSTLE_LEAVE_OUT` of the compiler.
-const LEFT_OUT: Features = left_out(option_env!("JOSTLE_LEAVE_OUT"));
+/// What this build can not do at all, to be measured against one that can: a name in the variable
+/// `JOSTLE_LEAVE_OUT` of the compiler.
+const LEFT_OUT: Option<&str> = option_env!("JOSTLE_LEAVE_OUT");
+/// Names that it may have: the fields of [`Features`] and of [`Abilities`].
+const NAMES: [&str; 10] = [
+    "circles",
+    "boxes",
+    "friction",
+    "restitution",
+    "particles",
+    "forces",
+    "sleeping",
+    "kinematic",
+    "continuous",
+    "touches",
+];
+
+/// What a build can do, beside [`Features`]: constants for the compiler. Worlds that do not use it need
+/// no plan to be spared it; builds that leave it out show what asking costs.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Abilities {
+    /// Bodies that are circles.
+    pub circles: bool,
+    /// Bodies that are boxes.
+    pub boxes: bool,
+    /// Drag, wind and springs.
+    pub forces: bool,
+    /// Islands at rest that sleep.
+    pub sleeping: bool,
+    /// Bodies that move by their own velocity only.
+    pub kinematic: bool,
+    /// Bodies that move by more than their size in a step.
+    pub continuous: bool,
+    /// The list of who touches whom, from which events are made.
+    pub touches: bool,
+}
+
+/// What this build can do.
+pub(crate) const CAN: Abilities = Abilities {
+    circles: !is_left_out("circles"),
+    boxes: !is_left_out("boxes"),
+    forces: !is_left_out("forces"),
+    sleeping: !is_left_out("sleeping"),
+    kinematic: !is_left_out("kinematic"),
+    continuous: !is_left_out("continuous"),
+    touches: !is_left_out("touches"),
+};
 
 impl Features {
     /// Nothing: an empty world, which widens as bodies come.
@@ -84,23 +128,38 @@ impl Features {
     #[inline]
     pub(crate) fn in_this_build(self) -> Features {
         Features {
-            circles: self.circles && !LEFT_OUT.circles,
-            boxes: self.boxes && !LEFT_OUT.boxes,
-            friction: self.friction && !LEFT_OUT.friction,
-            restitution: self.restitution && !LEFT_OUT.restitution,
-            particles: self.particles && !LEFT_OUT.particles,
+            circles: self.circles && CAN.circles,
+            boxes: self.boxes && CAN.boxes,
+            friction: self.friction && !is_left_out("friction"),
+            restitution: self.restitution && !is_left_out("restitution"),
+            particles: self.particles && !is_left_out("particles"),
         }
     }
 }
 
-const fn left_out(name: Option<&str>) -> Features {
-    let Some(name) = name else { return Features::NONE };
-    match name.as_bytes() {
-        b"circles" => Features { circles: true, ..Features::NONE },
-        b"boxes" => Features { boxes: true, ..Features::NONE },
-        b"friction" => Features { friction: true, ..Features::NONE },
-        b"restitution" => Features { restitution: true, ..Features::NONE },
-        b"particles" => Features { particles: true, ..Features::NONE },
-        _ => panic!("JOSTLE_LEAVE_OUT names no field of Features"),
+/// Whether the build leaves out what has this name.
+const fn is_left_out(name: &str) -> bool {
+    match LEFT_OUT {
+        Some(left_out) => is_same(left_out, name),
+        None => false,
     }
 }
+
+const fn is_same(one: &str, other: &str) -> bool {
+    let (one, other) = (one.as_bytes(), other.as_bytes());
+    let mut place = 0;
+    while place < one.len() && place < other.len() && one[place] == other[place] {
+        place += 1;
+    }
+    place == one.len() && place == other.len()
+}
+
+const _: () = {
+    let mut known = LEFT_OUT.is_none();
+    let mut place = 0;
+    while place < NAMES.len() {
+        known |= is_left_out(NAMES[place]);
+        place += 1;
+    }
+    assert!(known, "JOSTLE_LEAVE_OUT names nothing that can be left out");
+};

@@ -14,6 +14,7 @@ mod still;
 use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
 use crate::contact::{self, Contact};
+use crate::features::CAN;
 use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
 use glam::Vec2;
@@ -177,7 +178,7 @@ impl PairList {
     /// Grows each box by what its body may travel in a few steps.
     fn grow_boxes(&mut self, bodies: &Bodies) {
         self.fat.resize(bodies.alive.len(), NOWHERE);
-        for slot in swept(bodies, self.still.is_some()) {
+        for slot in swept(bodies, CAN.sleeping && self.still.is_some()) {
             let slot = slot as usize;
             let reach = bodies.reach[slot];
             self.fat[slot] = bodies.bounds(slot, reach + max(MARGIN, 2.0 * reach));
@@ -187,7 +188,7 @@ impl PairList {
     fn sort_by_edge(&mut self, bodies: &Bodies, axis: usize) {
         let fat = &self.fat;
         self.order.clear();
-        self.order.extend(swept(bodies, self.still.is_some()).map(|slot| {
+        self.order.extend(swept(bodies, CAN.sleeping && self.still.is_some()).map(|slot| {
             u64::from(ordered_bits(fat[slot as usize].low[axis])) << 32 | u64::from(slot)
         }));
         self.order.sort_unstable();
@@ -223,7 +224,7 @@ impl PairList {
 
     /// Pairs of one that moves and one that lies still.
     fn look_around(&mut self, bodies: &Bodies, filter: Filter) {
-        let Some(still) = &self.still else { return };
+        let Some(still) = self.still.as_ref().filter(|_| CAN.sleeping) else { return };
         for &a in &bodies.moving {
             let fat_a = self.fat[a as usize];
             let meets_a = filter.meets[usize::from(bodies.group[a as usize])];

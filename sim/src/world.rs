@@ -11,7 +11,7 @@ pub use settings::{STEP_MAX, WorldSettings};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::conjugate::Workspace;
 use crate::contact::Contact;
-use crate::features::Features;
+use crate::features::{CAN, Features};
 use crate::forces::{Drag, Forces, Spring, SpringEnd, Surroundings};
 use crate::math::clamp_length;
 use crate::pairs::{Filter, PairList};
@@ -324,7 +324,7 @@ impl World {
             Some(Solver::Relaxation(_)) | None => self.step_relaxation(watch),
         }
         self.remove_departed();
-        if self.settings.sleeping {
+        if self.settings.sleeping && CAN.sleeping {
             self.fall_asleep();
         }
     }
@@ -380,12 +380,12 @@ impl World {
         for &slot in moving.iter() {
             let slot = slot as usize;
             self.start_velocity.push(velocity[slot]);
-            if motion[slot] == Motion::Dynamic {
+            if Bodies::is_pushed(motion[slot]) {
                 let faster = velocity[slot] + gain * gravity_scale[slot];
                 velocity[slot] = clamp_length(faster, self.settings.speed_max);
             }
         }
-        for found in self.forces.iter().flat_map(|forces| &forces.moves) {
+        for found in self.forces.iter().filter(|_| CAN.forces).flat_map(|forces| &forces.moves) {
             velocity[found.slot as usize] = found.velocity;
         }
     }
@@ -399,7 +399,7 @@ impl World {
             reach[slot as usize] = REACH_MIN + path.length();
         }
         // What resting impulses changed about a speed acts all through the step.
-        for found in self.forces.iter().flat_map(|forces| &forces.moves) {
+        for found in self.forces.iter().filter(|_| CAN.forces).flat_map(|forces| &forces.moves) {
             let slot = found.slot as usize;
             let path = velocity[slot] * self.settings.dt;
             let exact = found.path + (velocity[slot] - found.velocity) * self.settings.dt;
@@ -411,7 +411,9 @@ impl World {
     /// Where drag, wind and springs take those who feel them.
     fn find_moves(&mut self) {
         let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
-        if let Some(forces) = &mut self.forces {
+        if let Some(forces) = &mut self.forces
+            && CAN.forces
+        {
             forces.find_moves(&self.bodies, Surroundings { gravity, dt, speed_max });
             forces.moves.retain(|found| !self.sleep.has(found.slot));
         }
@@ -435,6 +437,9 @@ impl World {
 
     /// Lists the overlaps at the end of the step; both lists are in (a, b) order.
     fn report_touches(&mut self) {
+        if !CAN.touches {
+            return;
+        }
         std::mem::swap(&mut self.touches, &mut self.touches_before);
         self.touches.clear();
         let mut before = self.touches_before.iter().peekable();

@@ -13,7 +13,7 @@ use super::impacts::Paths;
 use super::rows::{Facts, Row, sight};
 use crate::bodies::Bodies;
 use crate::math::max;
-use crate::pairs::Pair;
+use crate::pairs::{Pair, shapes};
 
 /// How often an island may be solved in a step; the last doubts are left.
 pub(crate) const ROUNDS_MAX: u32 = 5;
@@ -54,7 +54,7 @@ fn mend(
 ) -> bool {
     let own = row.impulse(row.press, row.rub) / row.mass;
     let path = (row.relative(&bodies.velocity) - own) * dt;
-    let gap = sight(bodies, paths, pair, path, dt);
+    let gap = sight::<{ shapes::BOTH }>(bodies, paths, pair, path, dt);
     match gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
         None if row.press <= 0.0 => false,
         None => {

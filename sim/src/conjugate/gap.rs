@@ -10,6 +10,7 @@
 //! rounded corners (Ericson 2005, section 5.5.7).
 
 use crate::contact::{corner_normal, nearest_exit, parting_normal, side};
+use crate::features::CAN;
 use crate::math::{clamp, max, min};
 use crate::pairs::Axis;
 use crate::shape::Shape;
@@ -73,7 +74,7 @@ pub(crate) fn between(a: Placed, b: Placed, path: Vec2, kept: Axis) -> Option<Ga
 /// Whether a path is longer than the smallest half-size.
 #[inline]
 fn is_fast(path: Vec2, smallest: f32) -> bool {
-    path.length_squared() > smallest * smallest
+    CAN.continuous && path.length_squared() > smallest * smallest
 }
 
 /// The axis that a contact keeps: that of the face of a box.

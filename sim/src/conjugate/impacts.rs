@@ -20,6 +20,7 @@ use super::rows::{Facts, Row, is_fast, placed};
 use super::{Frame, gap};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
+use crate::features::CAN;
 use crate::math::{clamp, clamp_length, max, min};
 use crate::pairs::{Pair, near};
 use glam::Vec2;
@@ -150,7 +151,8 @@ impl Impacts {
     pub fn reach_further(&mut self, bodies: &mut Bodies, frame: &Frame) -> bool {
         self.lively.clear();
         let slow = 0.5 * frame.settings.bounce_threshold - frame.gravity.length() * frame.dt;
-        let quick = FAST * bodies.thinnest() / frame.dt;
+        let quick =
+            if CAN.continuous { FAST * bodies.thinnest() / frame.dt } else { f32::INFINITY };
         let (mut count, mut sum) = (0, 0.0);
         for &slot in &bodies.moving {
             let slot = slot as usize;

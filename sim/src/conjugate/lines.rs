@@ -211,15 +211,21 @@ impl Lines {
     }
 
     /// Solves every line once.
-    pub fn sweep(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> Change {
+    pub fn sweep<const RUBS: bool>(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> Change {
         let mut change = Change::default();
         for place in 0..self.lines.len() {
-            self.solve(self.lines[place], rows, velocity, &mut change);
+            self.solve::<RUBS>(self.lines[place], rows, velocity, &mut change);
         }
         change
     }
 
-    fn solve(&mut self, line: Line, rows: &mut [Row], velocity: &mut [Vec2], change: &mut Change) {
+    fn solve<const RUBS: bool>(
+        &mut self,
+        line: Line,
+        rows: &mut [Row],
+        velocity: &mut [Vec2],
+        change: &mut Change,
+    ) {
         let (first, count) = (line.bodies as usize, line.count as usize);
         let bodies = &self.bodies[first..=first + count];
         let masses = &self.masses[first..=first + count];
@@ -250,8 +256,10 @@ impl Lines {
             if before > 0.0 || row.press > 0.0 {
                 off = (self.nodes[link + 1].speed - self.nodes[link].speed).abs();
             }
-            off = max(off, rub(row, velocity));
-            change.count(row, off);
+            if RUBS {
+                off = max(off, rub(row, velocity));
+            }
+            change.count::<RUBS>(row, off);
         }
     }
 }

@@ -48,9 +48,6 @@ pub(crate) fn part(
     settings: &Conjugate,
     (lines, trees, places): (&mut Lines, &mut Trees, &mut Places),
 ) -> bool {
-    if facts.iter().all(|facts| facts.left >= -settings.slop) {
-        return false;
-    }
     let tolerance = max(TOLERANCE * settings.slop, TOLERANCE_MIN);
     let visits = settings.work_max / WORK_SHARE / settings.position_passes.max(1);
     let sweeps = visits / (rows.len() as u32).max(1);

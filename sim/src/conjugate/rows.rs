@@ -9,8 +9,9 @@
 use super::gap::{self, FAR, Gap, Placed};
 use super::impacts::Paths;
 use crate::bodies::Bodies;
+use crate::features::CAN;
 use crate::math::{max, min};
-use crate::pairs::{Axis, Pair, near};
+use crate::pairs::{Axis, Pair, near, shapes};
 use glam::Vec2;
 
 /// Distance within which a pair has a row even if neither body moves, world units.
@@ -67,16 +68,29 @@ pub(crate) struct Facts {
     pub slid: bool,
 }
 
+/// What rows need to know of a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Step {
+    /// Its length, seconds.
+    pub dt: f32,
+    /// How far gravity takes a body, world units.
+    pub fall: f32,
+    /// Whether somebody may move by more than the thinnest body's half-size.
+    pub quick: bool,
+}
+
 /// The rows of a step in (a, b) order, from where the bodies are and how they move before gravity
-/// and contacts act. `fall` is how far gravity takes a body in a step.
-pub(crate) fn gather(
+/// and contacts act, in a world with these [`shapes`] only. Whether one is of a fast pair.
+pub(crate) fn gather<const SHAPES: u8>(
     bodies: &Bodies,
     pairs: &[Pair],
     paths: &Paths,
-    (dt, fall): (f32, f32),
+    step: Step,
     rows: &mut Vec<Row>,
     facts: &mut Vec<Facts>,
-) {
+) -> bool {
+    let Step { dt, fall, .. } = step;
+    let mut doubtful = false;
     rows.clear();
     facts.clear();
     for (place, pair) in (0u32..).zip(pairs) {
@@ -86,28 +100,37 @@ pub(crate) fn gather(
         let (a, b) = (pair.a as usize, pair.b as usize);
         let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
         let path = (velocity_b - velocity_a) * dt;
-        let Some(gap) = sight(bodies, paths, pair, path, dt) else { continue };
+        let gap = sight::<SHAPES>(bodies, paths, pair, path, dt);
+        let Some(gap) = gap else { continue };
         // Their own speeds, not the relative one: what stops one of them must not let it overlap
         // the other, beside which it fell so far.
         let speeds = gap.normal.dot(velocity_a).abs() + gap.normal.dot(velocity_b).abs();
         if gap.separation == FAR || gap.separation < SPECULATIVE + fall + speeds * dt {
-            let (row, fact) = meet(bodies, pair, place, gap, dt);
+            let (row, fact) = meet::<SHAPES>(bodies, pair, place, gap, step);
+            doubtful |= fact.fast;
             rows.push(row);
             facts.push(fact);
         }
     }
+    doubtful
 }
 
 /// The row of a pair.
 #[inline]
-pub(crate) fn meet(bodies: &Bodies, pair: &Pair, place: u32, gap: Gap, dt: f32) -> (Row, Facts) {
+pub(crate) fn meet<const SHAPES: u8>(
+    bodies: &Bodies,
+    pair: &Pair,
+    place: u32,
+    gap: Gap,
+    Step { dt, quick, .. }: Step,
+) -> (Row, Facts) {
     let (a, b) = (pair.a as usize, pair.b as usize);
     let passes = gap.separation == FAR;
     let approach = -gap.normal.dot(bodies.velocity[b] - bodies.velocity[a]);
     let size = gap.normal.abs().dot(bodies.center[a].abs() + bodies.center[b].abs());
     let apart = gap.separation > ROUNDING * size;
     let bound = if apart { -gap.separation / dt } else { 0.0 };
-    let mut row = row(bodies, pair, place, gap.normal, bound);
+    let mut row = row::<SHAPES>(bodies, pair, place, gap.normal, bound);
     if passes {
         (row.press, row.rub) = (0.0, 0.0);
     }
@@ -116,7 +139,7 @@ pub(crate) fn meet(bodies: &Bodies, pair: &Pair, place: u32, gap: Gap, dt: f32) 
         left: gap.separation,
         closing: max(approach, 0.0),
         struck: false,
-        fast: passes || is_fast(bodies, pair, dt, 1.0),
+        fast: passes || quick && is_fast(bodies, pair, dt, 1.0),
         slid: row.press > 0.0 && !row.sticks(),
     };
     (row, facts)
@@ -126,14 +149,15 @@ pub(crate) fn meet(bodies: &Bodies, pair: &Pair, place: u32, gap: Gap, dt: f32) 
 /// the step they are looked at from then on, but it is measured from where their paths begin: that
 /// may be within each other.
 #[inline]
-pub(crate) fn sight(
+pub(crate) fn sight<const SHAPES: u8>(
     bodies: &Bodies,
     paths: &Paths,
     pair: &Pair,
     path: Vec2,
     dt: f32,
 ) -> Option<Gap> {
-    let (mut at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
+    let (mut at_a, mut at_b) =
+        (placed_of::<SHAPES>(bodies, pair.a), placed_of::<SHAPES>(bodies, pair.b));
     let start = paths.start(pair);
     if start == 0.0 {
         return gap::between(at_a, at_b, path, pair.axis);
@@ -156,26 +180,39 @@ pub(crate) fn is_fast(bodies: &Bodies, pair: &Pair, dt: f32, times: f32) -> bool
         let speed = bodies.velocity[slot as usize].abs();
         max(speed.x, speed.y)
     };
-    let thickness = |slot: u32| bodies.shape[slot as usize].thickness();
+    if !CAN.continuous {
+        return false;
+    }
+    let thickness = |slot: u32| bodies.thickness(slot as usize);
     let path = max(speed(pair.a), speed(pair.b)) * dt;
     path > times * min(thickness(pair.a), thickness(pair.b))
 }
 
 #[inline]
 pub(crate) fn placed(bodies: &Bodies, slot: u32) -> Placed {
-    let index = slot as usize;
-    Placed { shape: bodies.shape[index], center: bodies.center[index], slot }
+    placed_of::<{ shapes::BOTH }>(bodies, slot)
 }
 
 #[inline]
-fn row(bodies: &Bodies, pair: &Pair, place: u32, normal: Vec2, bound: f32) -> Row {
+fn placed_of<const SHAPES: u8>(bodies: &Bodies, slot: u32) -> Placed {
+    let index = slot as usize;
+    Placed { shape: bodies.shape_of::<SHAPES>(index), center: bodies.center[index], slot }
+}
+
+#[inline]
+fn row<const SHAPES: u8>(
+    bodies: &Bodies,
+    pair: &Pair,
+    place: u32,
+    normal: Vec2,
+    bound: f32,
+) -> Row {
     let (a, b) = (pair.a as usize, pair.b as usize);
     let (weight_a, weight_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
     let friction = (bodies.material[a].friction * bodies.material[b].friction).sqrt();
     // What a face carried says nothing about another face or a corner: a circle that has just
     // left a tile would be pushed on by it.
-    let turned = pair.axis != Axis::Free
-        && pair.axis != gap::axis_of(bodies.shape[a], bodies.shape[b], normal);
+    let turned = pair.axis != Axis::Free && pair.axis != axis_of::<SHAPES>(bodies, a, b, normal);
     let (press, rub) =
         if turned { (0.0, 0.0) } else { (pair.normal_impulse, pair.tangent_impulse) };
     Row {
@@ -195,6 +232,11 @@ fn row(bodies: &Bodies, pair: &Pair, place: u32, normal: Vec2, bound: f32) -> Ro
         rub_along: 0.0,
         pair: place,
     }
+}
+
+#[inline]
+fn axis_of<const SHAPES: u8>(bodies: &Bodies, a: usize, b: usize, normal: Vec2) -> Axis {
+    gap::axis_of(bodies.shape_of::<SHAPES>(a), bodies.shape_of::<SHAPES>(b), normal)
 }
 
 impl Row {
@@ -217,13 +259,19 @@ impl Row {
         self.normal * press + self.normal.perp() * rub
     }
 
+    /// The same where nothing rubs: what would be 0 is not computed.
+    #[inline]
+    pub fn impulse_of<const RUBS: bool>(&self, press: f32, rub: f32) -> Vec2 {
+        if RUBS { self.impulse(press, rub) } else { self.normal * press }
+    }
+
     /// A sweep begins here.
     #[inline]
     pub fn remember(&mut self) {
         (self.press_before, self.rub_before) = (self.press, self.rub);
     }
 
-    /// Whether friction holds more than it has to.
+    /// Whether friction holds the two together; nobody need ask where nothing rubs.
     #[inline]
     pub fn sticks(&self) -> bool {
         self.rub.abs() < SLIDING * self.friction * self.press
@@ -237,7 +285,7 @@ impl Row {
 }
 
 /// Keeps the impulses for the next step's start.
-pub(crate) fn store(bodies: &Bodies, rows: &[Row], pairs: &mut [Pair]) {
+pub(crate) fn store<const SHAPES: u8>(bodies: &Bodies, rows: &[Row], pairs: &mut [Pair]) {
     for pair in pairs.iter_mut() {
         pair.normal_impulse = 0.0;
         pair.tangent_impulse = 0.0;
@@ -248,6 +296,6 @@ pub(crate) fn store(bodies: &Bodies, rows: &[Row], pairs: &mut [Pair]) {
         let (a, b) = (row.a as usize, row.b as usize);
         pair.normal_impulse = row.press;
         pair.tangent_impulse = row.rub;
-        pair.axis = gap::axis_of(bodies.shape[a], bodies.shape[b], row.normal);
+        pair.axis = axis_of::<SHAPES>(bodies, a, b, row.normal);
     }
 }

@@ -13,7 +13,7 @@ use super::travel::Travel;
 use super::{Frame, doubts};
 use crate::bodies::Bodies;
 use crate::math::max;
-use crate::pairs::Pair;
+use crate::pairs::{Pair, shapes};
 
 /// Overlap at the end of the step that counts as none, world units.
 const TOUCH: f32 = 1e-4;
@@ -66,7 +66,7 @@ fn look_again(
 ) {
     doubts::release(bodies, row);
     let path = row.relative(&bodies.velocity) * dt;
-    let gap = sight(bodies, paths, pair, path, dt);
+    let gap = sight::<{ shapes::BOTH }>(bodies, paths, pair, path, dt);
     let gap = gap.unwrap_or(Gap { normal: row.normal, separation: FAR });
     row.normal = gap.normal;
     row.bound = -max(gap.separation, 0.0) / dt;

@@ -7,9 +7,10 @@
 //! again, from the impulses that they have.
 
 use super::impacts::Paths;
-use super::rows::{self, Facts, Row};
+use super::rows::{self, Facts, Row, Step};
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::pairs::{Pair, near};
+use crate::features::CAN;
+use crate::pairs::{Pair, near, shapes};
 
 /// How often a step looks for strays.
 pub(crate) const ROUNDS_MAX: u32 = 3;
@@ -35,7 +36,7 @@ impl Strays {
     pub fn reach_out(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
         self.fast.clear();
         self.fast.resize(bodies.alive.len(), false);
-        let thinnest = bodies.thinnest();
+        let thinnest = if CAN.continuous { bodies.thinnest() } else { f32::INFINITY };
         let Bodies { moving, velocity, reach, .. } = bodies;
         let mut any = false;
         for &slot in moving.iter() {
@@ -62,6 +63,7 @@ impl Strays {
         dt: f32,
         (rows, facts): (&mut Vec<Row>, &mut Vec<Facts>),
     ) -> bool {
+        let step = Step { dt, fall: 0.0, quick: true };
         self.rows.clear();
         self.facts.clear();
         let mut known = rows.iter().map(|row| row.pair).peekable();
@@ -72,9 +74,9 @@ impl Strays {
                 continue;
             }
             let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
-            let gap = rows::sight(bodies, paths, pair, path, dt);
+            let gap = rows::sight::<{ shapes::BOTH }>(bodies, paths, pair, path, dt);
             if let Some(gap) = gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
-                let (row, facts) = rows::meet(bodies, pair, place, gap, dt);
+                let (row, facts) = rows::meet::<{ shapes::BOTH }>(bodies, pair, place, gap, step);
                 self.rows.push(row);
                 self.facts.push(facts);
             }

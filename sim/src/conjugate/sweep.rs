@@ -36,10 +36,12 @@ pub(crate) struct Change {
 impl Change {
     /// Counts a row that changed a relative speed by up to `off`.
     #[inline]
-    pub fn count(&mut self, row: &Row, off: f32) {
-        let (press, rub) = (row.press - row.press_before, row.rub - row.rub_before);
+    pub fn count<const RUBS: bool>(&mut self, row: &Row, off: f32) {
+        let press = row.press - row.press_before;
+        let rub = if RUBS { row.rub - row.rub_before } else { 0.0 };
+        let squared = if RUBS { press * press + rub * rub } else { press * press };
         self.worst = max(self.worst, off);
-        self.squared += (press * press + rub * rub) * (row.weight_a + row.weight_b);
+        self.squared += squared * (row.weight_a + row.weight_b);
     }
 }
 
@@ -63,7 +65,7 @@ pub(crate) fn solve<const RUBS: bool>(
     velocity: &mut [Vec2],
     end: End,
 ) -> u32 {
-    let calm = residual(rows, island, velocity) < CALM * end.tolerance;
+    let calm = residual::<RUBS>(rows, island, velocity) < CALM * end.tolerance;
     let (mut forest_at, mut wait) = (if calm { 2 } else { 1 }, FOREST_SWEEPS);
     let mut before = 0.0;
     trees.clear();
@@ -72,10 +74,10 @@ pub(crate) fn solve<const RUBS: bool>(
     }
     for count in 1..=end.sweeps_max {
         if count == forest_at {
-            trees.find(rows, island);
+            trees.find::<RUBS>(rows, island);
             forest_at += wait;
         }
-        if !trees.solve(rows, velocity) {
+        if !trees.solve::<RUBS>(rows, velocity) {
             trees.clear();
             wait *= 2;
             forest_at = count + wait;
@@ -99,7 +101,7 @@ pub(crate) fn solve<const RUBS: bool>(
 }
 
 /// The relative speed by which a row misses most what it asks for, units/s.
-fn residual(rows: &[Row], island: &[u32], velocity: &[Vec2]) -> f32 {
+fn residual<const RUBS: bool>(rows: &[Row], island: &[u32], velocity: &[Vec2]) -> f32 {
     let mut worst = 0.0;
     for &place in island {
         let row = &rows[place as usize];
@@ -109,7 +111,7 @@ fn residual(rows: &[Row], island: &[u32], velocity: &[Vec2]) -> f32 {
             worst = max(worst, lack);
         } else {
             worst = max(worst, lack.abs());
-            if row.sticks() {
+            if RUBS && row.sticks() {
                 worst = max(worst, row.normal.perp().dot(relative).abs());
             }
         }
@@ -119,11 +121,11 @@ fn residual(rows: &[Row], island: &[u32], velocity: &[Vec2]) -> f32 {
 
 /// Solves the lines, and all other rows one by one.
 fn sweep<const RUBS: bool>(rows: &mut [Row], lines: &mut Lines, velocity: &mut [Vec2]) -> Change {
-    let mut change = lines.sweep(rows, velocity);
+    let mut change = lines.sweep::<RUBS>(rows, velocity);
     for &place in &lines.others {
         let row = &mut rows[place as usize];
         let off = press::<RUBS>(row, velocity);
-        change.count(row, off);
+        change.count::<RUBS>(row, off);
     }
     change
 }
@@ -138,17 +140,17 @@ fn press<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2]) -> f32 {
     let press_change = press - row.press;
     row.press = press;
     let rub_change = if RUBS { rub_against(row, relative) } else { 0.0 };
-    row.apply(velocity, row.impulse(press_change, rub_change));
-    max(press_change.abs(), rub_change.abs()) * (row.weight_a + row.weight_b)
+    row.apply(velocity, row.impulse_of::<RUBS>(press_change, rub_change));
+    let change = if RUBS { max(press_change.abs(), rub_change.abs()) } else { press_change.abs() };
+    change * (row.weight_a + row.weight_b)
 }
 
-/// A visit of a row by itself.
+/// Starts a row from its stored impulses and visits it so often.
 #[inline]
-pub(crate) fn visit(row: &mut Row, velocity: &mut [Vec2], rubs: bool) {
-    if rubs {
-        press::<true>(row, velocity);
-    } else {
-        press::<false>(row, velocity);
+pub(crate) fn alone<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2], visits: u32) {
+    row.apply(velocity, row.impulse_of::<RUBS>(row.press, row.rub));
+    for _ in 0..visits {
+        press::<RUBS>(row, velocity);
     }
 }
 
@@ -219,7 +221,7 @@ fn move_on<const RUBS: bool>(row: &mut Row, velocity: &mut [Vec2], beta: Option<
         }
         if press_change != 0.0 || rub_change != 0.0 {
             row.press = press;
-            row.apply(velocity, row.impulse(press_change, rub_change));
+            row.apply(velocity, row.impulse_of::<RUBS>(press_change, rub_change));
         }
     } else {
         row.press_along = 0.0;

@@ -8,7 +8,6 @@
 
 use super::rows::{Facts, Row};
 use crate::bodies::Bodies;
-use crate::body::Motion;
 use crate::forces::Move;
 use crate::math::{clamp_length, min};
 use glam::Vec2;
@@ -43,7 +42,7 @@ pub(crate) fn accelerate(
         let (place, speed) = (center[slot], velocity[slot]);
         sound &= (place.x + speed.x + place.y + speed.y).is_finite();
         travel.before[slot] = speed;
-        if motion[slot] == Motion::Dynamic {
+        if Bodies::is_pushed(motion[slot]) {
             velocity[slot] = clamp_length(velocity[slot] + gain * gravity_scale[slot], speed_max);
         }
     }
@@ -60,14 +59,23 @@ pub(crate) fn force(bodies: &mut Bodies, moves: &[Move], dt: f32, travel: &mut T
     }
 }
 
-/// Moves the bodies, and tells every row what is left of its gap. Whether all places are numbers.
+/// What came of moving the bodies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gone {
+    /// Whether all places are numbers.
+    pub sound: bool,
+    /// Least of what is left of the gaps, world units.
+    pub least: f32,
+}
+
+/// Moves the bodies, and tells every row what is left of its gap.
 pub(crate) fn go(
     bodies: &mut Bodies,
     rows: &[Row],
     facts: &mut [Facts],
     travel: &mut Travel,
     dt: f32,
-) -> bool {
+) -> Gone {
     travel.weight.resize(bodies.alive.len(), Vec2::ZERO);
     travel.path.resize(bodies.alive.len(), Vec2::ZERO);
     for &slot in &bodies.moving {
@@ -91,13 +99,15 @@ pub(crate) fn go(
         *center += travel.path[slot as usize];
         sound &= (center.x + center.y).is_finite();
     }
+    let mut least = f32::INFINITY;
     for (row, facts) in rows.iter().zip(facts) {
         facts.left = left(row, facts, travel);
+        least = min(least, facts.left);
     }
     for &slot in &bodies.moving {
         travel.path[slot as usize] = Vec2::ZERO;
     }
-    sound
+    Gone { sound, least }
 }
 
 /// Limits the weights of both bodies on the axes that a direction has a part of.

@@ -125,13 +125,13 @@ impl Trees {
 
     /// Finds the forest of an island by the present impulses. Bodies that carry each other in a
     /// ring are in none.
-    pub fn find(&mut self, rows: &[Row], island: &[u32]) {
+    pub fn find<const RUBS: bool>(&mut self, rows: &[Row], island: &[u32]) {
         self.nodes.clear();
         self.bodies.clear();
         for &place in island {
             let row = &rows[place as usize];
             if row.press > 0.0 {
-                let impulse = row.impulse(row.press, row.rub);
+                let impulse = row.impulse_of::<RUBS>(row.press, row.rub);
                 self.sum[row.a as usize] -= impulse;
                 self.sum[row.b as usize] += impulse;
             }
@@ -139,7 +139,7 @@ impl Trees {
         for &place in island {
             let row = &rows[place as usize];
             if row.press > 0.0 {
-                let impulse = row.impulse(row.press, row.rub);
+                let impulse = row.impulse_of::<RUBS>(row.press, row.rub);
                 if row.weight_a > 0.0 {
                     self.offer(row.a, place, -impulse);
                 }
@@ -228,29 +228,29 @@ impl Trees {
         self.nodes.clear();
     }
 
-    /// Solves the forest: impulses and velocities move to the answer, or as far towards it as raises
+    /// `RUBS` as in [`super::sweep`]. Solves the forest: impulses and velocities move to the answer, or as far towards it as raises
     /// D (see `warm`). Whether that is more than [`FITS`] of the way.
-    pub fn solve(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> bool {
+    pub fn solve<const RUBS: bool>(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> bool {
         if self.nodes.is_empty() {
             return true;
         }
         for node in self.nodes.iter_mut().filter(|node| node.row != NONE) {
-            guess(node, &rows[node.row as usize], velocity);
+            guess::<RUBS>(node, &rows[node.row as usize], velocity);
         }
         for _ in 0..GUESSES_MAX {
-            self.climb_down(rows);
-            self.climb_up(rows);
-            if !self.mend(rows) {
+            self.climb_down::<RUBS>(rows);
+            self.climb_up::<RUBS>(rows);
+            if !self.mend::<RUBS>(rows) {
                 break;
             }
         }
         for node in self.nodes.iter_mut().filter(|node| node.row != NONE) {
-            give(node, &mut rows[node.row as usize], velocity);
+            give::<RUBS>(node, &mut rows[node.row as usize], velocity);
         }
         let share = self.best_share(rows, velocity);
         if share < 1.0 {
             for node in self.nodes.iter().filter(|node| node.row != NONE) {
-                take_back(node, &mut rows[node.row as usize], velocity, share);
+                take_back::<RUBS>(node, &mut rows[node.row as usize], velocity, share);
             }
         }
         share > FITS
@@ -274,7 +274,7 @@ impl Trees {
     }
 
     /// From the leaves to the roots: what each carrier has to move.
-    fn climb_down(&mut self, rows: &[Row]) {
+    fn climb_down<const RUBS: bool>(&mut self, rows: &[Row]) {
         for node in &mut self.nodes {
             node.mass = Symmetric { xx: node.own, xy: 0.0, yy: node.own };
             node.need = Vec2::ZERO;
@@ -283,7 +283,7 @@ impl Trees {
             let node = &self.nodes[place];
             let carrier = node.carrier;
             if carrier != NONE {
-                let (mass, need) = hand_on(node, rows);
+                let (mass, need) = hand_on::<RUBS>(node, rows);
                 let carrier = &mut self.nodes[carrier as usize];
                 carrier.mass.add(mass);
                 carrier.need += need;
@@ -292,11 +292,11 @@ impl Trees {
     }
 
     /// From the roots to the leaves: what each body does.
-    fn climb_up(&mut self, rows: &[Row]) {
+    fn climb_up<const RUBS: bool>(&mut self, rows: &[Row]) {
         for place in 0..self.nodes.len() {
             let below = self.below(place);
             let node = &mut self.nodes[place];
-            (node.change, node.impulse) = answer(node, rows, below);
+            (node.change, node.impulse) = answer::<RUBS>(node, rows, below);
         }
     }
 
@@ -310,13 +310,13 @@ impl Trees {
     }
 
     /// Changes what each contact does where the answer contradicts it; whether any was changed.
-    fn mend(&mut self, rows: &[Row]) -> bool {
+    fn mend<const RUBS: bool>(&mut self, rows: &[Row]) -> bool {
         let mut any = false;
         for place in 0..self.nodes.len() {
             let below = self.below(place);
             let node = &mut self.nodes[place];
             if node.row != NONE {
-                any |= mend(node, &rows[node.row as usize], below);
+                any |= mend::<RUBS>(node, &rows[node.row as usize], below);
             }
         }
         any
@@ -325,10 +325,10 @@ impl Trees {
 
 /// What the contact of a node does by its impulses, and what it lacks.
 #[inline]
-fn guess(node: &mut Node, row: &Row, velocity: &[Vec2]) {
+fn guess<const RUBS: bool>(node: &mut Node, row: &Row, velocity: &[Vec2]) {
     node.hold = if row.press <= 0.0 {
         Hold::Open
-    } else if row.sticks() {
+    } else if RUBS && row.sticks() {
         Hold::Stick
     } else {
         Hold::Slide
@@ -347,72 +347,82 @@ fn lack(node: &Node, row: &Row, velocity: &[Vec2]) -> Vec2 {
 
 /// The apparent mass and the need that a node hands on.
 #[inline]
-fn hand_on(node: &Node, rows: &[Row]) -> (Symmetric, Vec2) {
+fn hand_on<const RUBS: bool>(node: &Node, rows: &[Row]) -> (Symmetric, Vec2) {
     match node.hold {
         Hold::Stick => (node.mass, node.mass.times(node.wish) + node.need),
         Hold::Slide => {
-            let (share, lack) = along_normal(node);
-            let rub = node.normal.perp() * node.shift;
-            (Symmetric::square(node.normal, share), node.normal * (share * lack) + rub)
+            let (share, lack) = along_normal::<RUBS>(node);
+            let press = node.normal * (share * lack);
+            let need = if RUBS { press + node.normal.perp() * node.shift } else { press };
+            (Symmetric::square(node.normal, share), need)
         }
-        Hold::Open => (Symmetric::default(), taken_back(node, rows)),
+        Hold::Open => (Symmetric::default(), taken_back::<RUBS>(node, rows)),
     }
 }
 
 /// Change of a node's velocity, and the impulse for it, given the change of its carrier.
 #[inline]
-fn answer(node: &Node, rows: &[Row], below: Vec2) -> (Vec2, Vec2) {
+fn answer<const RUBS: bool>(node: &Node, rows: &[Row], below: Vec2) -> (Vec2, Vec2) {
     let impulse = match node.hold {
         Hold::Stick => {
             let change = below + node.wish;
             return (change, node.mass.times(change) + node.need);
         }
         Hold::Slide => {
-            let (share, lack) = along_normal(node);
-            let press = share * (lack + node.normal.dot(below));
-            node.normal * press + node.normal.perp() * node.shift
+            let (share, lack) = along_normal::<RUBS>(node);
+            let press = node.normal * (share * (lack + node.normal.dot(below)));
+            if RUBS { press + node.normal.perp() * node.shift } else { press }
         }
-        Hold::Open => taken_back(node, rows),
+        Hold::Open => taken_back::<RUBS>(node, rows),
     };
     (node.mass.solve(impulse - node.need), impulse)
 }
 
 /// Apparent mass of a sliding node along its normal, and the speed that it lacks there.
 #[inline]
-fn along_normal(node: &Node) -> (f32, f32) {
+fn along_normal<const RUBS: bool>(node: &Node) -> (f32, f32) {
     let share = 1.0 / node.normal.dot(node.mass.solve(node.normal));
-    let free = node.mass.solve(node.need - node.normal.perp() * node.shift);
+    let rest = if RUBS { node.need - node.normal.perp() * node.shift } else { node.need };
+    let free = node.mass.solve(rest);
     (share, node.normal.dot(node.wish + free))
 }
 
 /// The impulse that takes back what an open contact has given.
 #[inline]
-fn taken_back(node: &Node, rows: &[Row]) -> Vec2 {
+fn taken_back<const RUBS: bool>(node: &Node, rows: &[Row]) -> Vec2 {
     match node.row {
         NONE => Vec2::ZERO,
         row => {
             let row = &rows[row as usize];
-            -(node.normal * row.press + node.normal.perp() * row.rub)
+            let press = node.normal * row.press;
+            -(if RUBS { press + node.normal.perp() * row.rub } else { press })
         }
     }
 }
 
 /// What the contact of a node must do instead; whether that is anything else.
 #[inline]
-fn mend(node: &mut Node, row: &Row, below: Vec2) -> bool {
-    let (press, rub) = total(node, row);
+fn mend<const RUBS: bool>(node: &mut Node, row: &Row, below: Vec2) -> bool {
+    let (press, rub) = total::<RUBS>(node, row);
+    let rubs = RUBS && row.friction > 0.0;
     // Velocity relative to the carrier in the end.
     let relative = node.normal * row.bound + node.change - below - node.wish;
     let hold = match node.hold {
         Hold::Stick | Hold::Slide if press < 0.0 => Hold::Open,
-        Hold::Stick if rub.abs() > row.friction * press => {
+        Hold::Stick if RUBS && rub.abs() > row.friction * press => {
             let limit = row.friction * press;
             node.shift = clamp(rub, -limit, limit) - row.rub;
             Hold::Slide
         }
         // Friction that drives the slide has to hold it.
-        Hold::Slide if rub * node.normal.perp().dot(relative) > 0.0 => Hold::Stick,
-        Hold::Open if node.normal.dot(relative) < row.bound => Hold::Stick,
+        Hold::Slide if rubs && rub * node.normal.perp().dot(relative) > 0.0 => Hold::Stick,
+        Hold::Open if node.normal.dot(relative) < row.bound => {
+            if rubs {
+                Hold::Stick
+            } else {
+                Hold::Slide
+            }
+        }
         hold => hold,
     };
     let changed = hold != node.hold;
@@ -422,19 +432,19 @@ fn mend(node: &mut Node, row: &Row, below: Vec2) -> bool {
 
 /// Normal and friction impulse of a contact after the answer.
 #[inline]
-fn total(node: &Node, row: &Row) -> (f32, f32) {
+fn total<const RUBS: bool>(node: &Node, row: &Row) -> (f32, f32) {
     let press = row.press + node.normal.dot(node.impulse);
-    (press, row.rub + node.normal.perp().dot(node.impulse))
+    let rub = if RUBS { row.rub + node.normal.perp().dot(node.impulse) } else { 0.0 };
+    (press, rub)
 }
 
 /// Gives a node its impulse, as far as the contact can; `impulse` becomes what it was given.
 #[inline]
-fn give(node: &mut Node, row: &mut Row, velocity: &mut [Vec2]) {
-    let (press, rub) = total(node, row);
+fn give<const RUBS: bool>(node: &mut Node, row: &mut Row, velocity: &mut [Vec2]) {
+    let (press, rub) = total::<RUBS>(node, row);
     let press = max(press, 0.0);
-    let limit = row.friction * press;
-    let rub = limited(rub, limit);
-    let change = row.impulse(press - row.press, rub - row.rub);
+    let rub = if RUBS { limited(rub, row.friction * press) } else { 0.0 };
+    let change = row.impulse_of::<RUBS>(press - row.press, rub - row.rub);
     row.press = press;
     row.rub = rub;
     row.apply(velocity, change);
@@ -443,9 +453,11 @@ fn give(node: &mut Node, row: &mut Row, velocity: &mut [Vec2]) {
 
 /// Leaves a node a share of what it was given.
 #[inline]
-fn take_back(node: &Node, row: &mut Row, velocity: &mut [Vec2], share: f32) {
+fn take_back<const RUBS: bool>(node: &Node, row: &mut Row, velocity: &mut [Vec2], share: f32) {
     let given = if node.slot == row.b { node.impulse } else { -node.impulse };
     row.apply(velocity, given * (share - 1.0));
     row.press = row.press_before + share * (row.press - row.press_before);
-    row.rub = row.rub_before + share * (row.rub - row.rub_before);
+    if RUBS {
+        row.rub = row.rub_before + share * (row.rub - row.rub_before);
+    }
 }

@@ -11,7 +11,7 @@
 
 use super::gap::{self, Gap};
 use super::impacts::Paths;
-use super::rows::{Facts, placed};
+use super::rows::placed;
 use crate::bodies::Bodies;
 use crate::math::{max, min};
 use crate::pairs::Pair;
@@ -40,14 +40,15 @@ impl Walls {
         self.start.clone_from(&bodies.center);
     }
 
-    /// Whether anybody went so far, or is so deep in another one, that a wall may have been passed.
-    pub fn may_be_passed(&self, bodies: &mut Bodies, facts: &[Facts], slop: f32) -> bool {
+    /// Whether anybody went so far, or is so deep in another one, that a wall may have been passed:
+    /// `least` is what is left of the gap that closed most, and only in `quick` steps somebody may
+    /// have gone far.
+    pub fn may_be_passed(&self, bodies: &mut Bodies, least: f32, slop: f32, quick: bool) -> bool {
         let thin = bodies.thinnest();
         let left_alone = -min(slop, SHARE * thin);
         let far =
             |slot: usize| (bodies.center[slot] - self.start[slot]).length_squared() > thin * thin;
-        facts.iter().any(|facts| facts.left < left_alone)
-            || bodies.moving.iter().any(|&slot| far(slot as usize))
+        least < left_alone || quick && bodies.moving.iter().any(|&slot| far(slot as usize))
     }
 
     /// Puts bodies that passed a wall on it.

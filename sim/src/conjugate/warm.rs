@@ -15,21 +15,21 @@ use glam::Vec2;
 const CUT: f32 = 0.75;
 
 /// Applies the stored impulses of an island's rows to the velocities, cut back to what is safe.
-pub(crate) fn start(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
+pub(crate) fn start<const RUBS: bool>(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
     let (mut gain, mut before) = (0.0, 0.0);
     for &place in island {
         let row = &rows[place as usize];
         gain += row.press * row.bound;
-        before += row.impulse(row.press, row.rub).dot(row.relative(velocity));
+        before += row.impulse_of::<RUBS>(row.press, row.rub).dot(row.relative(velocity));
     }
     for &place in island {
         let row = &rows[place as usize];
-        row.apply(velocity, row.impulse(row.press, row.rub));
+        row.apply(velocity, row.impulse_of::<RUBS>(row.press, row.rub));
     }
     let mut after = 0.0;
     for &place in island {
         let row = &rows[place as usize];
-        after += row.impulse(row.press, row.rub).dot(row.relative(velocity));
+        after += row.impulse_of::<RUBS>(row.press, row.rub).dot(row.relative(velocity));
     }
     // c = l.(b - J v*), q = l.A.l = l.J(v - v*).
     let (slope, curve) = (gain - before, after - before);
@@ -39,7 +39,7 @@ pub(crate) fn start(rows: &mut [Row], island: &[u32], velocity: &mut [Vec2]) {
     let share = if slope > 0.0 { slope / curve } else { 0.0 };
     for &place in island {
         let row = &mut rows[place as usize];
-        row.apply(velocity, row.impulse(row.press, row.rub) * (share - 1.0));
+        row.apply(velocity, row.impulse_of::<RUBS>(row.press, row.rub) * (share - 1.0));
         row.press *= share;
         row.rub *= share;
     }

@@ -2,6 +2,7 @@
 
 use super::{Phase, Touch, World};
 use crate::conjugate::{Bounces, Conjugate, Frame, STRAYS_MAX};
+use crate::features::CAN;
 use crate::math::max;
 
 /// How often a step may find that bounces sped bodies up beyond their reach.
@@ -25,7 +26,8 @@ impl World {
             self.meet(&settings);
             self.find_velocities(&settings);
         }
-        self.workspace.store(&self.bodies, &mut self.pairs.pairs);
+        let frame = self.frame(&settings);
+        self.workspace.store(&self.bodies, &mut self.pairs.pairs, &frame);
         self.passes = self.workspace.sweeps;
         watch(Phase::Relax, self);
         let frame = self.frame(&settings);
@@ -69,7 +71,10 @@ impl World {
     fn find_velocities(&mut self, settings: &Conjugate) {
         self.find_moves();
         let frame = self.frame(settings);
-        let moves = self.forces.as_ref().map_or(&[][..], |forces| &forces.moves);
+        let moves = match &self.forces {
+            Some(forces) if CAN.forces => forces.moves.as_slice(),
+            _ => &[],
+        };
         self.workspace.solve(&mut self.bodies, &self.pairs.pairs, moves, &frame);
         self.catch_strays(settings);
     }
@@ -92,6 +97,9 @@ impl World {
 
     /// Lists who pressed, bounced or overlaps, in (a, b) order.
     fn report_presses(&mut self) {
+        if !CAN.touches {
+            return;
+        }
         std::mem::swap(&mut self.touches, &mut self.touches_before);
         self.touches.clear();
         let mut before = self.touches_before.iter().peekable();

@@ -15,6 +15,7 @@
 use super::{Touch, World};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
+use crate::features::CAN;
 use crate::forces::SpringEnd;
 use crate::math::min;
 use crate::pairs::Pair;
@@ -93,12 +94,12 @@ impl Sleep {
     /// Whether the body in the slot sleeps.
     #[inline]
     pub fn has(&self, slot: u32) -> bool {
-        self.island.get(slot as usize).is_some_and(|&island| island != AWAKE)
+        CAN.sleeping && self.island.get(slot as usize).is_some_and(|&island| island != AWAKE)
     }
 
     /// Whether nobody sleeps.
     fn is_empty(&self) -> bool {
-        self.vacant.len() == self.islands.len()
+        !CAN.sleeping || self.vacant.len() == self.islands.len()
     }
 
     /// A place for a new sleeping island.

@@ -21,22 +21,54 @@ const STEPS: [u32; 2] = [20, 140];
 /// A feature, and a bare scene that does not use it.
 #[derive(Clone, Copy)]
 struct Row {
-    feature: &'static str,
     solver: &'static str,
+    /// A name that `JOSTLE_LEAVE_OUT` knows.
+    feature: &'static str,
+    /// Boxes or circles; strangers are boxes that do not meet.
     scene: &'static str,
+    /// Whether a plan can name it though no body has it.
+    is_named: bool,
 }
 
-/// The solver, a field of `jostle_sim::Features` that its step asks for, and bodies without it.
-const ROWS: [Row; 8] = [
-    Row { solver: "relaxation", feature: "friction", scene: "boxes" },
-    Row { solver: "relaxation", feature: "restitution", scene: "boxes" },
-    Row { solver: "relaxation", feature: "circles", scene: "boxes" },
-    Row { solver: "relaxation", feature: "boxes", scene: "circles" },
-    Row { solver: "relaxation", feature: "particles", scene: "boxes" },
-    Row { solver: "conjugate", feature: "friction", scene: "boxes" },
-    Row { solver: "conjugate", feature: "restitution", scene: "boxes" },
-    Row { solver: "conjugate", feature: "particles", scene: "boxes" },
+const fn row(solver: &'static str, feature: &'static str, scene: &'static str) -> Row {
+    Row { solver, feature, scene, is_named: true }
+}
+
+/// Of what no plan can name: bodies have it or not.
+const fn bare(solver: &'static str, feature: &'static str, scene: &'static str) -> Row {
+    Row { solver, feature, scene, is_named: false }
+}
+
+const ROWS: [Row; 18] = [
+    row("relaxation", "friction", "boxes"),
+    row("relaxation", "restitution", "boxes"),
+    row("relaxation", "circles", "boxes"),
+    row("relaxation", "boxes", "circles"),
+    row("relaxation", "particles", "boxes"),
+    row("relaxation", "forces", "boxes"),
+    bare("relaxation", "kinematic", "boxes"),
+    bare("relaxation", "touches", "strangers"),
+    row("conjugate", "friction", "boxes"),
+    row("conjugate", "restitution", "boxes"),
+    row("conjugate", "circles", "boxes"),
+    row("conjugate", "boxes", "circles"),
+    row("conjugate", "particles", "boxes"),
+    row("conjugate", "forces", "boxes"),
+    bare("conjugate", "sleeping", "boxes"),
+    bare("conjugate", "kinematic", "boxes"),
+    bare("conjugate", "continuous", "boxes"),
+    bare("conjugate", "touches", "strangers"),
 ];
+
+/// What a feature is called in the tables.
+fn title(feature: &'static str) -> &'static str {
+    match feature {
+        "kinematic" => "kinematic bodies",
+        "continuous" => "continuous collision",
+        "touches" => "impact events",
+        other => other,
+    }
+}
 
 /// Instructions a step.
 #[derive(Clone, Debug)]
@@ -51,8 +83,8 @@ pub struct Steps {
     pub without: f64,
     /// As shipped: the plan leaves it out.
     pub planned: f64,
-    /// As shipped, had the plan named it.
-    pub named: f64,
+    /// As shipped, had the plan named it; `None` where no plan can.
+    pub named: Option<f64>,
 }
 
 impl Steps {
@@ -61,9 +93,9 @@ impl Steps {
         self.planned / self.without - 1.0
     }
 
-    /// Share that it would cost without a plan.
-    pub fn cost_without_plan(&self) -> f64 {
-        self.named / self.without - 1.0
+    /// Share that it would cost without a plan; `None` where no plan can name it.
+    pub fn cost_without_plan(&self) -> Option<f64> {
+        self.named.map(|named| named / self.without - 1.0)
     }
 }
 
@@ -78,7 +110,18 @@ pub struct Bytes {
     pub unused: Option<f64>,
     /// Where it is used.
     pub used: f64,
+    /// Whether the page needs what draws particles.
+    pub draws_particles: bool,
 }
+
+impl Bytes {
+    /// What the page makes for it, beside what it makes for every scene.
+    fn on_the_page(&self) -> &'static str {
+        if self.draws_particles { PARTICLES_ON_THE_PAGE } else { "nothing" }
+    }
+}
+
+const PARTICLES_ON_THE_PAGE: &str = "1 pipeline, 1 texture (16 KiB), 1 vertex buffer";
 
 /// All that was measured.
 #[derive(Clone, Debug, Default)]
@@ -104,7 +147,7 @@ fn count_all(programs: &Path) -> Result<Vec<Steps>> {
 }
 
 fn count_row(row: &Row, programs: &Path) -> Result<Steps> {
-    let Row { feature, solver, scene } = *row;
+    let Row { feature, solver, scene, is_named } = *row;
     let shipped = programs.join("shipped");
     let count = |program: &PathBuf, named: Option<&str>| -> Result<f64> {
         let [short, long] = STEPS;
@@ -112,12 +155,12 @@ fn count_row(row: &Row, programs: &Path) -> Result<Steps> {
         Ok((whole(long)? - whole(short)?) / f64::from(long - short))
     };
     Ok(Steps {
-        feature,
+        feature: title(feature),
         solver,
         scene,
         without: count(&programs.join(feature), None)?,
         planned: count(&shipped, None)?,
-        named: count(&shipped, Some(feature))?,
+        named: is_named.then(|| count(&shipped, Some(feature))).transpose()?,
     })
 }
 
@@ -148,15 +191,16 @@ fn bytes(program: &Path) -> Result<Vec<Bytes>> {
     said.lines().skip(1).map(bytes_of).collect()
 }
 
-/// One line: a quoted name and three numbers, the second of which may be missing.
+/// One line: a quoted name and four numbers, the second of which may be missing.
 fn bytes_of(line: &str) -> Result<Bytes> {
     let (feature, numbers) =
         line.trim_start_matches('"').split_once("\",").context("a quoted name")?;
     let mut numbers = numbers.split(',').map(|number| number.parse::<f64>().ok());
-    let mut next = || numbers.next().with_context(|| format!("three columns in {line:?}"));
-    let (lacking, unused, used) = (next()?, next()?, next()?);
+    let mut next = || numbers.next().with_context(|| format!("four columns in {line:?}"));
+    let (lacking, unused, used, particles) = (next()?, next()?, next()?, next()?);
     let need = |number: Option<f64>| number.with_context(|| format!("numbers in {line:?}"));
-    Ok(Bytes { feature: feature.to_owned(), lacking: need(lacking)?, unused, used: need(used)? })
+    let (feature, draws_particles) = (feature.to_owned(), need(particles)? > 0.0);
+    Ok(Bytes { feature, lacking: need(lacking)?, unused, used: need(used)?, draws_particles })
 }
 
 /// The numbers behind the section.
@@ -166,10 +210,12 @@ pub fn csv(costs: &Costs) -> String {
             .to_owned();
     for steps in &costs.steps {
         let Steps { feature, solver, scene, without, planned, named } = steps;
-        let (cost, unplanned) = (steps.cost(), steps.cost_without_plan());
+        let cost = steps.cost();
+        let named = named.map_or_else(String::new, |named| format!("{named:.0}"));
+        let unplanned = steps.cost_without_plan().map_or_else(String::new, |c| format!("{c:.5}"));
         let _ = writeln!(
             text,
-            "{feature},{solver},{scene},{without:.0},{planned:.0},{named:.0},{cost:.5},{unplanned:.5}"
+            "{feature},{solver},{scene},{without:.0},{planned:.0},{named},{cost:.5},{unplanned}"
         );
     }
     text
@@ -180,12 +226,15 @@ pub const ABOUT: &str = "A scene is compiled to a plan when it loads, and what t
     is skipped: loops of a step, sections of a message, pipelines of the page. Instructions a step are \
     counted by callgrind, on a bare world of 80 bodies that rains, lands and rests, in a build that can not do \
     the thing at all, in the shipped one, and in the shipped one with a plan that names it though no \
-    body has it. Features without a row (kinematic bodies, emitters, events, forces) have no loop of \
-    their own that runs while nothing has them. The conjugate solver asks for a pair's shapes once a \
-    step, which costs nothing that could be measured, and was left as it is; outside of its sweeps the \
-    tangents of rows without friction are still reckoned, about 2 % of a step of these boxes, and no \
-    build leaves that out. A part that builds differently moves a few instructions of its neighbours: a \
+    body has it. Kinematic bodies, continuous collision and sleeping are not planned: a step asks each body \
+    whether it is pushed, itself whether anybody is fast, and the settings whether anybody may sleep; the column \
+    of costs says what asking costs. Impact events come from the list of who \
+    touches whom, which is there for every scene in which two groups meet; strangers are boxes of groups that \
+    do not. A part that builds differently moves a few instructions of its neighbours: a \
     cost may be negative.";
+
+/// Where there is nothing that a plan could name.
+const NO_PLAN: &str = "nothing to name";
 
 /// Percent with a sign.
 fn percent(share: f64) -> String {
@@ -216,24 +265,25 @@ pub fn section(results: &Results, page: &mut String) {
                 steps.without,
                 steps.planned,
                 percent(steps.cost()),
-                percent(steps.cost_without_plan()),
+                steps.cost_without_plan().map_or_else(|| NO_PLAN.into(), percent),
             );
         }
         page.push_str("</tbody>\n</table>\n");
     }
     page.push_str(
         "<p>Bytes of a snapshot, mean of 600 ticks, one player with a hero at rest:</p>\n<table>\n\
-         <thead><tr><th>Feature</th><th>Lacking</th><th>There, not used</th><th>Used</th></tr></thead>\n<tbody>\n",
+         <thead><tr><th>Feature</th><th>Lacking</th><th>There, not used</th><th>Used</th><th>Makes on the page</th></tr></thead>\n<tbody>\n",
     );
     for bytes in &costs.bytes {
         let unused = bytes.unused.map_or("works by itself".to_owned(), |n| format!("{n:.2}"));
         let _ = writeln!(
             page,
             "<tr><td>{}</td><td class=\"n\">{:.2}</td><td class=\"n\">{unused}</td>\
-             <td class=\"n\">{:.2}</td></tr>",
+             <td class=\"n\">{:.2}</td><td>{}</td></tr>",
             escape(&bytes.feature),
             bytes.lacking,
-            bytes.used
+            bytes.used,
+            bytes.on_the_page()
         );
     }
     let _ = writeln!(page, "</tbody>\n</table>\n<p>{}</p>", escape(PAGE));
@@ -241,9 +291,10 @@ pub fn section(results: &Results, page: &mut String) {
 
 /// What the page makes, as the browser test `needs.rs` finds it.
 const PAGE: &str = "The page makes 2 pipelines (ground, solids) and one texture (light, 16 KiB) for \
-    every scene; particles add one pipeline, one texture (16 KiB) and one vertex buffer, as soon as a scene \
-    that can make particles is shown and not before. A browser test counts programs and textures at \
-    the WebGL context. The download is the same for all scenes; the sprite is 4 KiB of it.";
+    every scene, and what draws particles as soon as a scene that can make some is shown, not before. A \
+    browser test counts programs and textures at the WebGL context. The download is the same for all \
+    scenes; the sprite of particles is 4 KiB of it. Friction, restitution, forces, sleeping and continuous \
+    collision are nothing that a message or the page knows of.";
 
 /// The summary's section.
 pub fn markdown(results: &Results, text: &mut String) {
@@ -256,7 +307,8 @@ pub fn markdown(results: &Results, text: &mut String) {
         );
         for steps in &costs.steps {
             let Steps { feature, solver, scene, without, planned, .. } = steps;
-            let (cost, unplanned) = (percent(steps.cost()), percent(steps.cost_without_plan()));
+            let cost = percent(steps.cost());
+            let unplanned = steps.cost_without_plan().map_or_else(|| NO_PLAN.into(), percent);
             let _ = writeln!(
                 text,
                 "| {feature} | {solver} | {scene} | {without:.0} | {planned:.0} | {cost} | {unplanned} |"
@@ -264,11 +316,14 @@ pub fn markdown(results: &Results, text: &mut String) {
         }
     }
     text.push_str(
-        "\n| feature | bytes a tick, lacking | there, not used | used |\n| --- | --- | --- | --- |\n",
+        "\n| feature | bytes a tick, lacking | there, not used | used | makes on the page |\n\
+         | --- | --- | --- | --- | --- |\n",
     );
-    for Bytes { feature, lacking, unused, used } in &costs.bytes {
+    for bytes in &costs.bytes {
+        let Bytes { feature, lacking, unused, used, .. } = bytes;
         let unused = unused.map_or("works by itself".to_owned(), |n| format!("{n:.2}"));
-        let _ = writeln!(text, "| {feature} | {lacking:.2} | {unused} | {used:.2} |");
+        let page = bytes.on_the_page();
+        let _ = writeln!(text, "| {feature} | {lacking:.2} | {unused} | {used:.2} | {page} |");
     }
     let _ = writeln!(text, "\n{PAGE}");
 }
@@ -279,11 +334,13 @@ mod tests {
 
     #[test]
     fn a_line_of_bytes_is_read_or_refused() {
-        let bytes = bytes_of("\"made bodies, impacts\",6.150,,425.743").expect("a good line");
+        let bytes = bytes_of("\"made bodies, impacts\",6.150,,425.743,0").expect("a good line");
         assert_eq!((bytes.feature.as_str(), bytes.unused), ("made bodies, impacts", None));
         assert_eq!((bytes.lacking, bytes.used), (6.15, 425.743));
-        assert!(bytes_of("\"particles\",6.1,6.1").is_err());
-        assert!(bytes_of("\"particles\",6.1,6.1,much").is_err());
+        assert!(!bytes.draws_particles);
+        assert!(bytes_of("\"particles\",6.1,6.1,7,1").expect("a good line").draws_particles);
+        assert!(bytes_of("\"particles\",6.1,6.1,7").is_err());
+        assert!(bytes_of("\"particles\",6.1,6.1,much,1").is_err());
     }
 
     #[test]
@@ -294,9 +351,9 @@ mod tests {
             scene: "boxes",
             without: 1000.0,
             planned: 1005.0,
-            named: 1100.0,
+            named: Some(1100.0),
         };
         assert!((steps.cost() - 0.005).abs() < 1e-12 && steps.cost() < ACCEPTED);
-        assert!((steps.cost_without_plan() - 0.1).abs() < 1e-12);
+        assert!((steps.cost_without_plan().expect("named") - 0.1).abs() < 1e-12);
     }
 }
