@@ -27,7 +27,7 @@ pub const EVENTS_MAX: usize = 4096;
 /// Player colours, see the palette of the page.
 pub const COLORS: u8 = 8;
 /// Coordinates on the wire, quanta, either sign.
-pub const QUANTA_MAX: i32 = 1 << 24;
+pub const QUANTA_MAX: i32 = scene::QUANTA_MAX;
 /// Coordinates of a pointer in an input, world units, either sign.
 pub const POINTER_MAX: f32 = jostle_sim::game::POINTER_MAX;
 /// Longest replay that is read, bytes.

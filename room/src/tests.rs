@@ -2,6 +2,7 @@
 //! every message, so that what a test looks at went over the wire.
 
 mod clients;
+mod extremes;
 
 use super::*;
 use jostle_protocol::{PlayerState, Stream};

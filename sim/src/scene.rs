@@ -42,8 +42,24 @@ pub const SCENE_BYTES_MAX: usize = 64 << 10;
 pub const SCENE_NAME_BYTES_MAX: usize = 32;
 /// Players in one game.
 pub const SEATS_MAX: usize = 64;
-/// Width and height of a world, world units.
-pub const SIZE_MAX: f32 = 4096.0;
+/// Width and height of a world or a body, world units.
+pub const SIZE_MAX: f32 = 1.0e6;
+/// Least width, height or radius of a body, world units.
+pub const EXTENT_MIN: f32 = 1.0e-3;
+/// Least and greatest mass of a body.
+pub const MASS_MIN: f32 = 1.0e-6;
+/// See [`MASS_MIN`].
+pub const MASS_MAX: f32 = 1.0e6;
+/// Speed of anything, units/s.
+pub const SPEED_MAX: f32 = 1.0e4;
+/// Each component of gravity, units/s^2, and of the wind, units/s.
+pub const GRAVITY_MAX: f32 = 1000.0;
+/// See [`GRAVITY_MAX`].
+pub const WIND_MAX: f32 = 1000.0;
+/// Least quantum of positions, world units.
+pub const QUANTUM_MIN: f32 = 1.0 / 65_536.0;
+/// Coordinates that clients see, quanta, either sign: as whole numbers of an f32 they are exact.
+pub const QUANTA_MAX: i32 = 1 << 24;
 /// Bodies that a scene may allow at a time.
 pub const BODIES_MAX: u32 = 20_000;
 /// Particles that a scene may allow at a time.

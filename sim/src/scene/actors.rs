@@ -1,11 +1,11 @@
 //! What a scene file says about those who act: heroes, minions, dye packs, emitters.
 
-use super::bodies::{Kinds, PLACE, SPEED, Traits};
+use super::bodies::{Kinds, PLACE, Traits, VELOCITY};
 use super::document::{Field, Range, Table};
 use super::forces;
 use super::groups::Groups;
 use super::recipes::Recipes;
-use super::{Kind, Placed, SceneError, Tools};
+use super::{Kind, Placed, SPEED_MAX, SceneError, Tools};
 use crate::forces::Drag;
 use crate::world::BodyDef;
 use glam::Vec2;
@@ -172,7 +172,7 @@ pub(super) fn actors(
         dumb: Traits::of(Kind::Dumb, drag).changed_by(&dumb, groups)?,
     };
     let made = tools.contains(Tools::DUMB);
-    let speed = Range::from(0.0, 1000.0);
+    let speed = Range::from(0.0, SPEED_MAX);
     Ok(Actors {
         hero: hero.map(|table| hero_spec(&table, kinds.hero, groups)).transpose()?,
         minion: MinionSpec {
@@ -203,7 +203,7 @@ fn hero_spec(table: &Table, traits: Traits, groups: &Groups) -> Result<HeroSpec,
     Ok(HeroSpec {
         body: traits.def(table, groups)?,
         thrust: table.vector("thrust", Vec2::new(60.0, 120.0), Range::from(0.0, 1.0e4))?,
-        speed_max: table.number("speed_max", 80.0, Range::above(0.0, 1000.0))?,
+        speed_max: table.number("speed_max", 80.0, Range::above(0.0, SPEED_MAX))?,
         spawns: items.iter().map(|item| item.vector(PLACE)).collect::<Result<_, _>>()?,
     })
 }
@@ -226,7 +226,7 @@ fn pack(
     };
     Ok(Some(PackSpec {
         body,
-        speed: table.number("speed", 30.0, SPEED)?,
+        speed: table.number("speed", 30.0, VELOCITY)?,
         turn: table.number("turn", 0.8, Range::from(0.0, 1.0))?,
         life_ticks: table.whole("life_ticks", 300, 1, TICKS_MAX)?,
         drift: table.number("drift", 0.9, Range::from(0.0, 1.0))?,

@@ -4,7 +4,9 @@ use super::document::{Field, Range, Table, one_of};
 use super::forces;
 use super::groups::Groups;
 use super::path::Path;
-use super::{Kind, LAYOUT_COUNT_MAX, SIZE_MAX, SceneError};
+use super::{
+    EXTENT_MIN, Kind, LAYOUT_COUNT_MAX, MASS_MAX, MASS_MIN, SIZE_MAX, SPEED_MAX, SceneError,
+};
 use crate::forces::Drag;
 use crate::shape::{Aabb, Shape};
 use crate::world::{BodyDef, Motion};
@@ -49,9 +51,10 @@ pub struct Layout {
 
 /// Lowest and highest coordinate of anything in a scene.
 pub(super) const PLACE: Range = Range::from(-2.0 * SIZE_MAX, 2.0 * SIZE_MAX);
-pub(super) const SPEED: Range = Range::from(-1000.0, 1000.0);
-const EXTENT: Range = Range::from(0.05, SIZE_MAX);
-const MASS: Range = Range::from(0.001, 1.0e6);
+/// A component of a velocity.
+pub(super) const VELOCITY: Range = Range::from(-SPEED_MAX, SPEED_MAX);
+const EXTENT: Range = Range::from(EXTENT_MIN, SIZE_MAX);
+const MASS: Range = Range::from(MASS_MIN, MASS_MAX);
 const PERIOD: Range = Range::from(0.1, 3600.0);
 const POINTS_MAX: usize = 64;
 const NAME_CHARS_MAX: usize = 32;
@@ -255,7 +258,7 @@ pub(super) fn placed(field: &Field, kinds: &Kinds, groups: &Groups) -> Result<Pl
 }
 
 fn velocity(table: &Table, motion: Motion) -> Result<Vec2, SceneError> {
-    let velocity = table.vector("velocity", Vec2::ZERO, SPEED)?;
+    let velocity = table.vector("velocity", Vec2::ZERO, VELOCITY)?;
     match table.get("velocity") {
         Some(field) if motion == Motion::Static && velocity != Vec2::ZERO => {
             Err(field.refuse("nothing: a static body never moves; make it kinematic or dynamic"))

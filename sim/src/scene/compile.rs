@@ -2,17 +2,19 @@
 //! than one field.
 
 use super::actors::{self, Actors};
-use super::bodies::{self, PLACE, SPEED};
+use super::bodies::{self, PLACE};
 use super::document::{Field, Range, Table};
 use super::forces;
 use super::groups::Groups;
 use super::recipes::Recipes;
 use super::solver;
 use super::{
-    BODIES_MAX, Camera, EMITTERS_MAX, Layout, PACKS_MAX, PARTICLES_MAX, Placed, PlacedSpring,
-    Repeater, SEATS_MAX, SIZE_MAX, Scene, SceneError, Tools,
+    BODIES_MAX, Camera, EMITTERS_MAX, GRAVITY_MAX, Layout, PACKS_MAX, PARTICLES_MAX, Placed,
+    PlacedSpring, QUANTA_MAX, QUANTUM_MIN, Repeater, SEATS_MAX, SIZE_MAX, SPEED_MAX, Scene,
+    SceneError, Tools,
 };
 use crate::contact::collide;
+use crate::math::max;
 use crate::shape::Aabb;
 use crate::world::{BodyDef, Motion};
 use glam::Vec2;
@@ -52,6 +54,8 @@ pub(super) const FIELDS: &[&str] = &[
     "emitters",
 ];
 const LIMIT_FIELDS: &[&str] = &["players", "bodies", "particles", "dumb", "packs"];
+/// A component of gravity.
+const GRAVITY: Range = Range::from(-GRAVITY_MAX, GRAVITY_MAX);
 const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
@@ -83,7 +87,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         about: root.get("about").map_or(Ok(String::new()), |field| field.text(ABOUT_CHARS_MAX))?,
         source: source.to_owned(),
         size,
-        gravity: root.vector("gravity", Vec2::new(0.0, -50.0), SPEED)?,
+        gravity: root.vector("gravity", Vec2::new(0.0, -50.0), GRAVITY)?,
         wind: Vec2::ZERO,
         solver,
         sleeping,
@@ -94,7 +98,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         camera: camera(root)?,
         kill_zone: kill_zone(root, size)?,
         quantum: quantum(root)?,
-        speed_max: root.number("speed_max", 150.0, Range::from(1.0, 1000.0))?,
+        speed_max: root.number("speed_max", 150.0, Range::from(1.0, SPEED_MAX))?,
         impact_speed: root.number("impact_speed", 12.0, Range::from(0.0, 1.0e6))?,
         players_max: limits.players as u8,
         bodies_max: limits.bodies as usize,
@@ -114,6 +118,7 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         pack: actors.pack,
     };
     scene.wind = forces::wind(root, &scene)?;
+    check_quanta(root, &scene)?;
     check_tools(root, &scene)?;
     check_places(root, &scene)?;
     check_speeds(root, &scene)?;
@@ -205,13 +210,31 @@ fn kill_zone(root: &Table, size: Vec2) -> Result<Aabb, SceneError> {
 
 fn quantum(root: &Table) -> Result<f32, SceneError> {
     let Some(field) = root.get("quantum") else { return Ok(1.0 / 64.0) };
-    let range = Range::from(1.0 / 1024.0, 1.0);
+    let range = Range::from(QUANTUM_MIN, 1.0);
     let quantum = field.number(range)?;
     // A power of two has no mantissa bits.
     if quantum.to_bits() & 0x007f_ffff == 0 {
         return Ok(quantum);
     }
-    Err(field.refuse("a power of two from 1/1024 to 1, like 0.015625"))
+    Err(field.refuse("a power of two from 1/65536 to 1, like 0.015625"))
+}
+
+/// Bodies stay inside the kill zone, and messages carry whole quanta up to [`QUANTA_MAX`].
+fn check_quanta(root: &Table, scene: &Scene) -> Result<(), SceneError> {
+    let Aabb { low, high } = scene.kill_zone;
+    let furthest = max(max(low.x.abs(), low.y.abs()), max(high.x.abs(), high.y.abs()));
+    let reach = QUANTA_MAX as f32 * scene.quantum;
+    if furthest <= reach {
+        return Ok(());
+    }
+    let field = if root.has("kill_zone") { "kill_zone" } else { "size" };
+    let found = format!("a kill zone that reaches to {furthest}");
+    let quantum = scene.quantum;
+    let allowed = format!(
+        "at most {reach}: {QUANTA_MAX} quanta of {quantum}, which is what messages carry; a larger \
+         quantum reaches further"
+    );
+    Err(root.error(field, found, allowed))
 }
 
 fn limits(root: &Table, places: &Places, actors: &Actors) -> Result<Limits, SceneError> {

@@ -1,9 +1,9 @@
 //! What a scene file says about forces: drag, wind and springs.
 
 use super::actors::Place;
-use super::bodies::{PLACE, SPEED};
+use super::bodies::PLACE;
 use super::document::{Field, Range, Table, one_of};
-use super::{Placed, SIZE_MAX, SPRINGS_MAX, Scene, SceneError};
+use super::{Placed, SIZE_MAX, SPRINGS_MAX, Scene, SceneError, WIND_MAX};
 use crate::forces::Drag;
 use crate::world::Motion;
 use glam::Vec2;
@@ -23,6 +23,7 @@ pub struct PlacedSpring {
     pub damping: f32,
 }
 
+const WIND: Range = Range::from(-WIND_MAX, WIND_MAX);
 const LINEAR: Range = Range::from(0.0, 1000.0);
 const QUADRATIC: Range = Range::from(0.0, 1000.0);
 const STIFFNESS: Range = Range::above(0.0, 1.0e9);
@@ -49,7 +50,7 @@ pub(super) fn drag(table: &Table, default: Drag) -> Result<Drag, SceneError> {
 
 /// Reads `wind`; without drag nobody would feel it.
 pub(super) fn wind(root: &Table, scene: &Scene) -> Result<Vec2, SceneError> {
-    let wind = root.vector("wind", Vec2::ZERO, SPEED)?;
+    let wind = root.vector("wind", Vec2::ZERO, WIND)?;
     match root.get("wind") {
         Some(field) if !defs_with_drag(scene) => {
             Err(field.refuse("nothing: no body has drag, by which it would feel the wind"))

@@ -124,7 +124,14 @@ fn what_is_wrong_is_said_with_its_place() {
         "stiffness and frequency",
         "only one of the two",
     );
-    refused("length = 5", "length = -5", 38, "springs[1].length", "-5", "a number from 0 to 16384");
+    refused(
+        "length = 5",
+        "length = -5",
+        38,
+        "springs[1].length",
+        "-5",
+        "a number from 0 to 4000000",
+    );
     let calm = SMALL.replace("drag = { linear = 0.5, quadratic = 0.25 }", "");
     let error = Scene::parse("small.toml", &calm).expect_err("wind without drag");
     assert_eq!((error.line, error.field.as_str()), (6, "wind"));
