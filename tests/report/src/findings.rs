@@ -3,6 +3,7 @@
 
 use crate::methods::{Family, Method, SOLVERS};
 use crate::number::short;
+use crate::problems::FORCE_ERROR;
 use crate::stability::{Outcome, Verdicts};
 use crate::study::{Curve, Point, Study};
 
@@ -152,6 +153,7 @@ pub fn seen(study: &Study) -> Vec<String> {
     sentences.extend(on_best(study));
     sentences.extend(on_slopes(study));
     sentences.extend(on_stalled(study));
+    sentences.extend(on_sweeps(study));
     for comparison in comparisons(study) {
         sentences.push(on_peer(&comparison));
     }
@@ -212,6 +214,27 @@ fn on_stalled(study: &Study) -> Option<String> {
         .collect();
     (!names.is_empty())
         .then(|| format!("Turning the knob up does not halve the error: {}.", names.join("; ")))
+}
+
+/// Where contact forces are known: the least setting of each knob from which on they are right to a
+/// thousandth and to a millionth.
+fn on_sweeps(study: &Study) -> Option<String> {
+    let norm = study.problem.norms.iter().position(|norm| norm.name == FORCE_ERROR)?;
+    let least = |curve: &Curve, most: f64| {
+        let wrong = |point: &Point| point.errors[norm].is_nan() || point.errors[norm] > most;
+        let first = curve.points.iter().rposition(wrong).map_or(0, |last| last + 1);
+        curve.points.get(first).map_or("none of them".to_owned(), |p| p.setting.to_string())
+    };
+    let of = |curve: &Curve| {
+        let (name, knob) = (curve.method.name, curve.method.knob);
+        format!("{name}, {knob}: {} and {}", least(curve, 1e-3), least(curve, 1e-6))
+    };
+    let counted = |curve: &&Curve| curve.points.windows(2).all(|p| p[0].setting < p[1].setting);
+    let all: Vec<String> = study.curves.iter().filter(counted).map(of).collect();
+    Some(format!(
+        "Least setting that gets every contact force right to 10⁻³, and to 10⁻⁶: {}.",
+        all.join("; ")
+    ))
 }
 
 fn on_peer(comparison: &Comparison) -> String {

@@ -6,6 +6,7 @@
 mod cores;
 pub mod csv;
 pub mod engine;
+pub mod ensembles;
 pub mod figures;
 pub mod findings;
 pub mod integrators;
@@ -77,9 +78,12 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
         .into_iter()
         .filter(|pile| wanted(&pile.id) && !(arguments.quick && pile.full_only))
         .collect();
-    let progress = Progress::new(cases.len() + problems.len() + piles.len());
+    let ensembles: Vec<Case> =
+        ensembles::ENSEMBLES.into_iter().filter(|case| wanted(case.id)).collect();
+    let progress = Progress::new(cases.len() + ensembles.len() + problems.len() + piles.len());
     let costs = arguments.costs.as_deref().map(unneeded::measure).transpose()?;
     let cases = judge_all(&cases, &methods, arguments.quick, &progress);
+    let ensembles = judge_all(&ensembles, &methods, arguments.quick, &progress);
     let effort = Effort::of(arguments.quick);
     let mut studies: Vec<Study> = Vec::new();
     for problem in problems {
@@ -100,7 +104,7 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
         compiler: arguments.compiler.clone(),
         quick: arguments.quick,
     };
-    write(&Results { origin, methods, studies, heaps, cases, costs }, &arguments.out)
+    write(&Results { origin, methods, studies, heaps, cases, ensembles, costs }, &arguments.out)
 }
 
 /// The stability cases need no clock, so they take turns on all cores.
@@ -135,6 +139,7 @@ fn write(results: &Results, out: &Path) -> Result<()> {
         put("unneeded.csv", unneeded::csv(costs))?;
     }
     put("stability.csv", csv::of_stability(&results.cases, &solvers))?;
+    put("ensembles.csv", csv::of_stability(&results.ensembles, &solvers))?;
     for case in &results.cases {
         if let Some(text) = csv::of_series(case, &solvers) {
             put(&format!("case-{}.csv", case.case.id), text)?;

@@ -4,7 +4,7 @@ use crate::findings::{Tally, comparisons, tally};
 use crate::methods::{Family, SOLVERS};
 use crate::number::short;
 use crate::overview::{PEERS, RULE, scene_sentences, standing};
-use crate::page::{Results, within};
+use crate::page::{ENSEMBLES, Results, within};
 use crate::unneeded;
 use std::fmt::Write;
 
@@ -54,6 +54,7 @@ pub fn markdown(results: &Results) -> String {
     }
     piles(results, &mut text);
     stability(results, &mut text);
+    ensembles(results, &mut text);
     unneeded::markdown(results, &mut text);
     omissions(results, &mut text);
     text
@@ -112,6 +113,35 @@ fn stability(results: &Results, text: &mut String) {
             let _ = write!(text, " {cell} |");
         }
         text.push('\n');
+    }
+}
+
+fn ensembles(results: &Results, text: &mut String) {
+    let solvers = results.solvers();
+    let _ = write!(
+        text,
+        "\n## Ensembles\n\n{ENSEMBLES} Bold: beyond what is accepted.\n\n| ensemble | variant | metric | accepted |"
+    );
+    solvers.iter().for_each(|solver| text.push_str(&format!(" {solver} |")));
+    let _ = writeln!(text, "\n| --- | --- | --- | --- |{}", " --- |".repeat(solvers.len()));
+    for case in &results.ensembles {
+        let Some(rows) = case.outcomes.iter().map(|out| &out.checks).max_by_key(|c| c.len()) else {
+            continue;
+        };
+        for (place, row) in rows.iter().enumerate() {
+            let title = if place == 0 { case.case.title } else { "" };
+            let accepted = short(row.accepted);
+            let _ = write!(text, "| {title} | {} | {} | {accepted} |", row.variant, row.metric);
+            for outcome in &case.outcomes {
+                let cell = match outcome.checks.get(place) {
+                    None => "n/a".into(),
+                    Some(check) if check.passes() => short(check.measured),
+                    Some(check) => format!("**{}**", short(check.measured)),
+                };
+                let _ = write!(text, " {cell} |");
+            }
+            text.push('\n');
+        }
     }
 }
 

@@ -52,6 +52,10 @@ pub enum Figure {
     Rising,
     /// How far the highest body sank.
     HeightLost,
+    /// Height of the centre of mass after the last step.
+    MeanHeight,
+    /// Root mean square of the speeds at [`LATER_S`], over the largest until then.
+    SpeedLeft,
     /// Bodies that are awake after the last step.
     Awake,
     /// Change of the total momentum, as a share of the sum of all momenta at the start.
@@ -60,6 +64,8 @@ pub enum Figure {
 
 /// Root mean square of the speeds at which a pile counts as calm, units/s.
 const CALM: f64 = 0.05;
+/// When a poured heap is asked how much of its motion is left, seconds.
+const LATER_S: f64 = 4.0;
 /// Speed at which a body counts as still, units/s.
 const STILL: f64 = 0.01;
 /// Steps that count as falling, and those of the slowest stretch.
@@ -82,6 +88,8 @@ impl Figure {
             Figure::SettledAfter => "nobody faster than 0.01 after, s",
             Figure::Rising => "fastest upward speed, units/s",
             Figure::HeightLost => "height lost, units",
+            Figure::MeanHeight => "height of the centre of mass at the end, units",
+            Figure::SpeedLeft => "rms speed after 4 s, share of the largest",
             Figure::Awake => "awake at the end, bodies",
             Figure::Momentum => "momentum error, share",
         }
@@ -106,6 +114,16 @@ impl Figure {
             Figure::SettledAfter => last_above(STILL, |sample| sample.fastest),
             Figure::Rising => ever(|sample| sample.rising),
             Figure::HeightLost => height(scene, &run.first) - height(scene, &run.last),
+            Figure::MeanHeight => {
+                let of = |i: usize| scene.bodies[i].mass * run.last[i].position.y;
+                let mass = scene.dynamic().map(|i| scene.bodies[i].mass).sum::<f64>();
+                scene.dynamic().map(of).sum::<f64>() / mass
+            }
+            Figure::SpeedLeft => {
+                let early = || run.samples.iter().filter(|sample| sample.time_s <= LATER_S);
+                let last = early().next_back().map_or(f64::NAN, |sample| sample.rms);
+                last / largest(early().map(|sample| sample.rms))
+            }
             Figure::Awake => run.awake as f64,
             Figure::Momentum => {
                 let shares =

@@ -26,7 +26,7 @@ pub fn all() -> Vec<Pile> {
     piles.extend([1000, 4000].map(sleeping_rain));
     piles.extend([10_000, 20_000].map(large_rain));
     piles.extend([20, 100, TALL].map(stack));
-    piles.extend([dropped(), pyramid(), capped(), thrown(), ball()]);
+    piles.extend([dropped(), pyramid(), capped(), thrown(), ball(), poured()]);
     piles
 }
 
@@ -149,6 +149,31 @@ fn ball() -> Pile {
         (Figure::RmsAtEnd, Bound::Value(0.01)),
     ];
     pile("ball-360", "Ball 1000 times as heavy dropped on 360 circles", scene, 600, &bounds)
+}
+
+/// 2000 discs of three sizes fall in a column 40 wide onto an open floor, friction 0.5: without
+/// rotation they stand in a heap.
+fn poured() -> Pile {
+    let mut scene = Scene::new(GRAVITY);
+    scene.floor(400.0, 0.5, 0.0);
+    let mut draws = Mulberry(0x2000);
+    for i in 0..2000 {
+        let radius = [0.7, 0.85, 1.0][i % 3];
+        let (x, y) = (2.2 * (i % 20) as f64 - 21.0, 1.1 + 2.2 * (i / 20) as f64);
+        let (jitter_x, jitter_y) = (draws.range(-0.09, 0.09), draws.range(-0.09, 0.09));
+        let disc = Body::new(Shape::Circle { radius }, x + jitter_x, y + jitter_y);
+        scene.add(disc.of_stuff(0.5, 0.0));
+    }
+    let bounds = [
+        (Figure::DeepestEver, Bound::Value(0.02)),
+        (Figure::DeepestAtEnd, Bound::Value(0.01)),
+        (Figure::RmsAtEnd, Bound::Value(0.05)),
+        (Figure::MeanHeight, Bound::None),
+        (Figure::SpeedLeft, Bound::None),
+        (Figure::CalmAfter, Bound::None),
+    ];
+    let title = "2000 discs of three sizes poured onto an open floor, friction 0.5, for 10 s";
+    pile("poured-2000", title, scene, 600, &bounds)
 }
 
 fn floor(half_width: f64) -> Scene {

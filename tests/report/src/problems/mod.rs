@@ -9,6 +9,7 @@ mod springs;
 mod stack;
 
 use crate::study::Problem;
+pub use stack::FORCE_ERROR;
 
 /// All of them, in the order of the report.
 pub fn all() -> Vec<Problem> {

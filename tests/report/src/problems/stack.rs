@@ -7,6 +7,8 @@ use crate::shape::deepest_overlap;
 use crate::study::{Norm, Problem};
 
 const GRAVITY: f64 = 50.0;
+/// The norm that tells how many sweeps a stack needs.
+pub const FORCE_ERROR: &str = "largest relative error of a contact force, last second";
 
 const NORMS: &[Norm] = &[
     Norm {
@@ -24,11 +26,7 @@ const NORMS: &[Norm] = &[
         of: |s, t| deepest_overlap(&s.bodies, t.last()),
     },
     Norm { name: "rms speed, last second", unit: "units/s", of: rms_speed },
-    Norm {
-        name: "largest relative error of a contact force, last second",
-        unit: "",
-        of: force_error,
-    },
+    Norm { name: FORCE_ERROR, unit: "", of: force_error },
 ];
 
 pub const PROBLEMS: [Problem; 3] = [

@@ -100,7 +100,7 @@ impl Outcome {
 }
 
 /// Turns "this engine cannot do that" into an outcome.
-fn outcome(run: impl FnOnce(&mut Outcome) -> Result<(), String>) -> Outcome {
+pub(crate) fn outcome(run: impl FnOnce(&mut Outcome) -> Result<(), String>) -> Outcome {
     let mut outcome = Outcome::default();
     if let Err(why) = run(&mut outcome) {
         outcome.not_applicable = Some(why);
