@@ -117,7 +117,7 @@ fn room_page(headers: &HeaderMap, word: &str, app: &App) -> Answer {
 
 /// The code that a link was to name before it was typed by hand, capitalised by a phone, or copied
 /// with the space or the slash after it.
-fn meant_code(word: &str) -> Option<String> {
+pub fn meant_code(word: &str) -> Option<String> {
     let text = percent_decoded(word)?;
     let code = text.trim_matches(|c: char| c == '/' || c.is_whitespace()).to_ascii_lowercase();
     is_code(&code).then_some(code)

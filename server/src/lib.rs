@@ -90,3 +90,29 @@ pub struct App {
     /// The replays, if games are recorded.
     pub replays: Option<Arc<replays::Shelf>>,
 }
+
+impl App {
+    /// What every connection of a server with this configuration needs; no room is open yet. Games are
+    /// recorded if there is a way to.
+    pub fn new(
+        config: Config,
+        phase: watch::Receiver<Phase>,
+        recording: Option<Arc<replays::Recording>>,
+    ) -> App {
+        let metrics = Arc::new(metrics::Metrics::default());
+        App {
+            waits: config.waits,
+            origins: config.origins.clone(),
+            trusted_proxies: config.trusted_proxies.clone(),
+            replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),
+            rooms: rooms::Rooms::new(config, phase.clone(), recording, Arc::clone(&metrics)),
+            metrics,
+            connections: peers::Peers::new(
+                limits::CONNECTIONS_MAX,
+                limits::ADDRESS_CONNECTIONS_MAX,
+            ),
+            sessions: peers::Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
+            phase,
+        }
+    }
+}

@@ -1,19 +1,18 @@
 //! The port: accepts connections until it is told to stop, then drains them.
 
 use crate::http::{self, Upgrade};
-use crate::metrics::Metrics;
-use crate::peers::{Peers, Permit};
+use crate::peers::Permit;
 use crate::replays::Recording;
-use crate::rooms::Rooms;
 use crate::{App, Config, Phase, limits, ops, session};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use std::convert::Infallible;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::pin::pin;
 use std::sync::{Arc, Mutex, PoisonError};
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
@@ -39,21 +38,8 @@ pub async fn run_with_ops(
 ) -> io::Result<()> {
     check(&config)?;
     let (phase, followed) = watch::channel(Phase::Running);
-    let waits = config.waits;
-    let (origins, trusted_proxies) = (config.origins.clone(), config.trusted_proxies.clone());
     let recording = config.replays.clone().map(Recording::start).transpose()?;
-    let metrics = Arc::new(Metrics::default());
-    let app = Arc::new(App {
-        rooms: Rooms::new(config, followed.clone(), recording.clone(), Arc::clone(&metrics)),
-        metrics,
-        connections: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_CONNECTIONS_MAX),
-        sessions: Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
-        waits,
-        origins,
-        trusted_proxies,
-        phase: followed,
-        replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),
-    });
+    let app = Arc::new(App::new(config, followed, recording.clone()));
     let ops = ops.map(|ops| tokio::spawn(ops::serve(ops, Arc::clone(&app))));
     // Every connection holds a sender; when the last is dropped, nobody is connected.
     let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
@@ -131,9 +117,9 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, app: &Arc<A
         debug!(address = %peer.ip(), %error, "socket lost before it was served");
         return;
     }
-    let upgrade = match timeout(limits::HTTP_CONNECTION_MAX, speak_http(stream, peer, app)).await {
-        Ok(Some(upgrade)) => upgrade,
-        Ok(None) | Err(_) => return,
+    let spoken = speak_http(stream, peer.ip(), app);
+    let Ok(Some(upgrade)) = timeout(limits::HTTP_CONNECTION_MAX, spoken).await else {
+        return;
     };
     let Ok(connection) = upgrade.connection.await else {
         return;
@@ -151,12 +137,17 @@ fn tune(stream: &TcpStream) -> io::Result<()> {
     socket2::SockRef::from(stream).set_send_buffer_size(limits::SEND_BUFFER_BYTES)
 }
 
-async fn speak_http(stream: TcpStream, peer: SocketAddr, app: &Arc<App>) -> Option<Upgrade> {
+/// Answers requests until the peer has no more, or one asks for an upgrade: that one is returned. Any
+/// stream will do; a peer that sends nothing is left after a while.
+pub async fn speak_http<S>(stream: S, peer: IpAddr, app: &Arc<App>) -> Option<Upgrade>
+where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
     let upgraded = Arc::new(Mutex::new(None));
     let service = service_fn(|request| {
         let (app, upgraded) = (Arc::clone(app), Arc::clone(&upgraded));
         async move {
-            let (answer, upgrade) = http::answer(request, peer.ip(), &app).await;
+            let (answer, upgrade) = http::answer(request, peer, &app).await;
             if upgrade.is_some() {
                 *upgraded.lock().unwrap_or_else(PoisonError::into_inner) = upgrade;
             }
@@ -180,7 +171,7 @@ async fn speak_http(stream: TcpStream, peer: SocketAddr, app: &Arc<App>) -> Opti
         }
     };
     if let Err(error) = served {
-        debug!(address = %peer.ip(), %error, "connection ended");
+        debug!(address = %peer, %error, "connection ended");
     }
     upgraded.lock().unwrap_or_else(PoisonError::into_inner).take()
 }

@@ -7,7 +7,7 @@ mod shelf;
 mod tape;
 mod writer;
 
-pub use name::calendar;
+pub use name::{calendar, is_name};
 pub use shelf::{Entry, Readable, Refused, Shelf};
 pub use tape::Tape;
 

@@ -5,6 +5,7 @@
 
 mod apt;
 mod chromium;
+mod fuzz;
 mod goldens;
 mod pictures;
 mod play;
@@ -59,6 +60,14 @@ enum Task {
     },
     /// Check the habits of the code base: links, arrows between crates, file sizes
     Tidy,
+    /// Try the decoders, replays, scenes, rooms and handshakes on millions of broken inputs
+    Fuzz {
+        /// Only this one, such as keyframe
+        target: Option<String>,
+        /// Seconds for each
+        #[arg(long, value_name = "N", default_value_t = 60)]
+        seconds: u32,
+    },
     /// Measure error against run time, and stability; write a page with plots and tables
     Report {
         /// A few minutes instead of an hour: fewer runs, no largest variants
@@ -100,6 +109,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Test { quick, .. } => return Ok(test::test(quick)),
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
         Task::Tidy => tidy::tidy()?,
+        Task::Fuzz { target, seconds } => fuzz::fuzz(target.as_deref(), seconds)?,
         Task::Pictures => pictures::take()?,
         Task::Report { quick, peers, out } => report::report(quick, peers, &out)?,
         Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,

@@ -4,7 +4,7 @@ use super::Finding;
 use crate::workspace::Package;
 
 /// Every crate of the workspace and those of ours that it may depend on, tests included.
-const ARROWS: [(&str, &[&str]); 8] = [
+const ARROWS: [(&str, &[&str]); 9] = [
     ("jostle-sim", &[]),
     ("jostle-protocol", &["jostle-sim"]),
     ("jostle-room", &["jostle-sim", "jostle-protocol"]),
@@ -15,6 +15,7 @@ const ARROWS: [(&str, &[&str]); 8] = [
         "jostle-tests",
         &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],
     ),
+    ("jostle-fuzz", &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server"]),
     ("jostle-report", &["jostle-protocol", "jostle-sim"]),
     (
         "xtask",

@@ -1,0 +1,258 @@
+//! Writes the corpus anew: for each property some inputs that reach deep into what it checks. All are
+//! made by the code under test.
+//!
+//! Usage: `cargo run -p jostle-fuzz --example corpus`
+
+use jostle_fuzz::{push_part, snapshots};
+use jostle_protocol::replay::{Record, frame};
+use jostle_protocol::{
+    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, Stream, TimedEvent, VERSION,
+};
+use jostle_room::Room;
+use jostle_sim::{BodyId, Buttons, EmitterDef, Event, Input, Kind, Scene, Seat, Source, Vec2};
+use std::path::Path;
+use std::sync::Arc;
+use std::{fs, io};
+
+fn main() -> io::Result<()> {
+    write("client_message", client_messages())?;
+    write("server_message", server_messages())?;
+    write("keyframe", keyframes())?;
+    write("delta", deltas())?;
+    write("events", coded_events())?;
+    write("replay", replays())?;
+    write("scene", scenes())?;
+    write("room", rooms())?;
+    write("link", links())?;
+    write("handshake", handshakes())
+}
+
+fn write(property: &str, inputs: Vec<Vec<u8>>) -> io::Result<()> {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(property);
+    fs::create_dir_all(&dir)?;
+    for (number, input) in inputs.iter().enumerate() {
+        fs::write(dir.join(format!("{number:02}")), input)?;
+    }
+    println!("{property}: {} inputs", inputs.len());
+    Ok(())
+}
+
+// Messages.
+
+fn hello(name: &str, token: Option<u64>) -> ClientMessage {
+    let appearance = Appearance { name: name.to_owned(), color: 5 };
+    ClientMessage::Hello { version: VERSION, appearance, token }
+}
+
+fn input(seq: u32, buttons: Buttons, pointer: Option<Vec2>) -> ClientMessage {
+    ClientMessage::Input { seq, input: Input { buttons, pointer } }
+}
+
+fn client_messages() -> Vec<Vec<u8>> {
+    let messages = [
+        hello("Ann", None),
+        hello("Ørsted 日本 🙂", Some(u64::MAX)),
+        input(1, Buttons(0), None),
+        input(u32::MAX, Buttons::ALL, Some(Vec2::new(-1.5, 1e6))),
+        ClientMessage::Ping { stamp: 0xdead_beef },
+    ];
+    let mut inputs: Vec<Vec<u8>> = messages.iter().map(ClientMessage::encode).collect();
+    // Of another version.
+    inputs.push(vec![0, 1, 0, 9, 9]);
+    inputs
+}
+
+fn server_messages() -> Vec<Vec<u8>> {
+    let welcome = ServerMessage::Welcome {
+        seat: 3,
+        token: 77,
+        tick: 300,
+        room: "k7f3q2".into(),
+        scene_name: "arena".into(),
+        scene: "title = \"A\"\n".into(),
+    };
+    let refused = Refusal::ALL.map(|refusal| ServerMessage::Refused { refusal });
+    let others = [
+        ServerMessage::Draining { seconds: 2 },
+        ServerMessage::Pong { stamp: 7, tick: 1 << 20 },
+        ServerMessage::Snapshot(vec![0x80, 1]),
+    ];
+    let all = [welcome].into_iter().chain(refused).chain(others);
+    all.map(|message| message.encode()).collect()
+}
+
+fn events(tick: u32) -> Vec<TimedEvent> {
+    let id = |index| BodyId { index, generation: 2 };
+    let point = Vec2::new(3.5, -1.0);
+    let emitter = |source| EmitterDef { recipe: 3, count: 200, seed: 9, source };
+    let events = [
+        Event::Impact { a: id(1), b: id(2), point, speed: 30.0 },
+        Event::PackHit { owner: Seat(1), victim: Some(Seat(4)), hero: id(2), point },
+        Event::PackHit { owner: Seat(1), victim: None, hero: id(2), point },
+        Event::BodyLeft { kind: Kind::Dumb, body: id(0), point },
+        Event::EmitterStarted(emitter(Source::Point(point))),
+        Event::EmitterStarted(emitter(Source::Body(id(1)))),
+        Event::Joined(Seat(63)),
+        Event::Left(Seat(0)),
+    ];
+    events.into_iter().map(|event| TimedEvent { tick, event }).collect()
+}
+
+fn encode(snapshot: Snapshot, every: u8, events: &[TimedEvent]) -> Vec<u8> {
+    Stream::new(every).encode(&Arc::new(snapshot), events)
+}
+
+fn keyframes() -> Vec<Vec<u8>> {
+    let mut keyframes = vec![
+        encode(Snapshot::default(), 1, &[]),
+        encode(snapshots::sample(300, 3, 9, -100), 3, &events(299)),
+        encode(snapshots::sample(7, 40, 500, 1 << 20), 12, &[]),
+    ];
+    keyframes.extend(fresh_rooms().map(|room| encode(room.snapshot().clone(), 1, &[])));
+    keyframes
+}
+
+fn coded_events() -> Vec<Vec<u8>> {
+    let empty = |tick| Snapshot { tick, ..Snapshot::default() };
+    let all = events(16_383);
+    let some = all.chunks(1).chain([&all[..]]);
+    // Without the head that the property puts before them.
+    some.map(|events| encode(empty(16_383), 1, events)[4..].to_vec()).collect()
+}
+
+/// For each of the streams, messages that go on as the stream did, and such that do not.
+fn deltas() -> Vec<Vec<u8>> {
+    let mut inputs = Vec::new();
+    for (chosen, stream) in snapshots::streams().iter().enumerate() {
+        for surprise in [0, 1, 300] {
+            let mut stream = stream.clone();
+            let mut input = vec![chosen as u8];
+            for step in 1..5 {
+                let message = stream.encode(&Arc::new(next(&stream, step * surprise)), &[]);
+                push_part(0, &message, &mut input);
+            }
+            inputs.push(input);
+        }
+    }
+    inputs
+}
+
+/// The next snapshot: bodies and pointers off by `surprise`, and with it deaths, births and events.
+fn next(stream: &Stream, surprise: i32) -> Snapshot {
+    let mut next = stream.newest().map_or_else(Snapshot::default, |newest| (**newest).clone());
+    next.tick += 1;
+    for (index, body) in next.bodies.iter_mut().enumerate() {
+        body.quanta[index % 2] += surprise * (index as i32 % 3);
+    }
+    for player in &mut next.players {
+        player.input_seq += 1;
+        player.score += surprise.unsigned_abs() as u16;
+        player.pointer = player.pointer.map(|[x, y]| [x, y + surprise]);
+    }
+    if surprise > 100 {
+        next.bodies.retain(|body| body.id.index % 5 != 1);
+        next.players.retain(|player| player.seat != Seat(1));
+    }
+    next
+}
+
+// Files.
+
+/// A room of every scene, with a player who does something of everything for a while.
+fn fresh_rooms() -> impl Iterator<Item = Room> {
+    Scene::built_in().into_iter().map(|scene| {
+        let mut room = Room::new("corpus", Arc::new(scene), 5);
+        let look = Appearance { name: "Ann".into(), color: 1 };
+        room.join(look, None, 1).expect("a free seat");
+        for seq in 1..20 {
+            let pointer = Some(Vec2::new(10.0 + seq as f32, 20.0));
+            let buttons = Buttons(Buttons::ALL.0 >> (seq % 7));
+            room.input(Seat(0), seq, Input { buttons, pointer });
+            room.tick();
+        }
+        room
+    })
+}
+
+fn replays() -> Vec<Vec<u8>> {
+    fresh_rooms().map(replay_of).collect()
+}
+
+/// The records of some more ticks, in parts: the middle of a game, so that a keyframe comes first.
+fn replay_of(mut room: Room) -> Vec<u8> {
+    room.record("corpus", 0);
+    for seq in 20..30 {
+        room.input(Seat(0), seq, Input { buttons: Buttons::RIGHT, pointer: None });
+        room.tick();
+    }
+    let mut input = vec![1];
+    for record in room.stop_recording() {
+        push_part(kind_of(&record), &record.seal()[frame(0, &[]).len()..], &mut input);
+    }
+    input
+}
+
+/// The byte that its frame begins with.
+fn kind_of(record: &Record) -> u8 {
+    record.seal()[0]
+}
+
+/// The shipped scenes are inputs as they stand; these are small.
+fn scenes() -> Vec<Vec<u8>> {
+    let least = "title = \"A\"\nsize = [40, 30]\ngroups = [\"a\"]\n";
+    let mut texts = vec![String::new(), least.to_owned(), format!("{least}gravity = [0, -1e9]\n")];
+    // A line of each shipped scene left out, or all from there on.
+    for scene in Scene::built_in() {
+        let lines: Vec<&str> = scene.source.lines().collect();
+        texts.push(lines[..lines.len() / 2].join("\n"));
+    }
+    texts.into_iter().map(String::into_bytes).collect()
+}
+
+// Play, and the server.
+
+fn rooms() -> Vec<Vec<u8>> {
+    let tick = 0x80;
+    let mut usual = Vec::new();
+    for (seat, name) in ["Ann", "Bob", "Cid"].into_iter().enumerate() {
+        push_part(tick | seat as u8, &hello(name, None).encode(), &mut usual);
+    }
+    for seq in 1..30 {
+        let buttons = Buttons(1 << (seq % 12));
+        let pointer = (seq % 4 > 0).then_some(Vec2::new(seq as f32, 40.0));
+        push_part(tick | (seq % 3) as u8, &input(seq, buttons, pointer).encode(), &mut usual);
+    }
+    let mut lost = usual.clone();
+    push_part(tick | 0x41, &[1], &mut lost);
+    push_part(tick, &hello("Bob", Some(2)).encode(), &mut lost);
+    push_part(tick, &hello("Eve", Some(2)).encode(), &mut lost);
+    push_part(tick | 0x40, &[], &mut lost);
+    push_part(0x40, &[], &mut lost);
+    push_part(tick, &hello("Ann", Some(99)).encode(), &mut lost);
+    vec![Vec::new(), usual, lost]
+}
+
+fn links() -> Vec<Vec<u8>> {
+    let words = ["arena", "ARENA", "abc%20/", "%41bc", "abc%C2%A0", "%zz", "%", "..%2f", "é", ""];
+    words.into_iter().map(|word| word.as_bytes().to_vec()).collect()
+}
+
+fn handshakes() -> Vec<Vec<u8>> {
+    let key = "Sec-WebSocket-Key: YW55IHNpeHRlZW4gYnl0ZQ==\r\n";
+    let upgrade = "Host: a\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n";
+    let full = format!("GET /arena HTTP/1.1\r\n{upgrade}Sec-WebSocket-Version: 13\r\n{key}\r\n");
+    let heads = [
+        full.clone(),
+        full.replace("13", "8"),
+        full.replace("Host: a\r\n", "Host: a\r\nOrigin: http://b\r\nX-Forwarded-For: ::1\r\n"),
+        "GET / HTTP/1.1\r\nHost: a\r\n\r\nGET /api/scenes HTTP/1.0\r\n\r\n".into(),
+        "GET /assets/client.js HTTP/1.1\r\nHost: a\r\nAccept-Encoding: br\r\n\r\n".into(),
+        "GET /replays/a-b-20260101-000000.jostle HTTP/1.1\r\nHost: a\r\n\r\n".into(),
+        "POST /api/rooms HTTP/1.1\r\nHost: a\r\nContent-Length: 17\r\n\r\n{\"scene\":\"arena\"}"
+            .into(),
+        "POST /api/rooms HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n".into(),
+        "OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n".into(),
+        "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n".into(),
+    ];
+    heads.into_iter().map(String::into_bytes).collect()
+}

@@ -1,0 +1,82 @@
+//! Messages. What is accepted has one form only: it encodes to the bytes that it was read from.
+
+use crate::part;
+use crate::snapshots::streams;
+use jostle_protocol::limits::{BODIES_MAX, EVENTS_MAX, QUANTA_MAX};
+use jostle_protocol::{ClientMessage, Heard, ServerMessage, Stream, VERSION};
+use std::sync::Arc;
+
+/// A message of a client.
+pub fn client_message(bytes: &[u8]) {
+    if let Ok(message) = ClientMessage::decode(bytes) {
+        // Of other versions nothing but the number is read.
+        let other = matches!(message, ClientMessage::Hello { version, .. } if version != VERSION);
+        assert!(other || message.encode() == bytes, "{message:?}");
+    }
+}
+
+/// A message of a server, snapshots but for their first byte left alone.
+pub fn server_message(bytes: &[u8]) {
+    if let Ok(message) = ServerMessage::decode(bytes) {
+        assert_eq!(message.encode(), bytes, "{message:?}");
+    }
+}
+
+/// A snapshot for one who holds nothing.
+pub fn keyframe(bytes: &[u8]) {
+    let mut reader = Stream::default();
+    let Ok(heard) = reader.decode(bytes) else { return };
+    assert_sound(&reader, &heard, bytes);
+    let mut sender = Stream::new(bytes_every(bytes));
+    let newest = reader.newest().expect("a keyframe was read");
+    assert_eq!(sender.encode(newest, &heard.events), bytes, "{newest:?}");
+}
+
+/// Ticks between messages, which stand behind the tick of a keyframe.
+fn bytes_every(keyframe: &[u8]) -> u8 {
+    let tick_bytes = 1 + keyframe[1..].iter().position(|byte| byte & 0x80 == 0).unwrap_or(0);
+    keyframe[1 + tick_bytes]
+}
+
+/// Events in a keyframe of nothing else.
+pub fn events(bytes: &[u8]) {
+    // Kind, sections, tick 16383 and a message a tick.
+    keyframe(&[&[0b1110_0000, 0xff, 0x7f, 1], bytes].concat());
+}
+
+/// Messages, parts each, for one who holds what the first byte says.
+pub fn delta(bytes: &[u8]) {
+    let Some((&chosen, mut rest)) = bytes.split_first() else { return };
+    let streams = streams();
+    let mut reader = streams[usize::from(chosen) % streams.len()].clone();
+    while let Some((_, message)) = part(&mut rest) {
+        let mut sender = reader.clone();
+        let before = reader.newest().map(Arc::clone);
+        let Ok(heard) = reader.decode(message) else {
+            assert_eq!(reader.newest(), before.as_ref(), "what was refused changes nothing");
+            continue;
+        };
+        assert_sound(&reader, &heard, message);
+        if message[0] & 0x40 == 0 {
+            // There may be shorter bytes for the same, but they say the same.
+            let newest = reader.newest().expect("a snapshot was read");
+            let again = sender.clone().decode(&sender.encode(newest, &heard.events));
+            assert_eq!(again.map(|heard| heard.events), Ok(heard.events));
+        }
+    }
+}
+
+/// What was accepted could have been sent, and takes no more memory than what was.
+fn assert_sound(reader: &Stream, heard: &Heard, bytes: &[u8]) {
+    let snapshot = reader.newest().expect("a snapshot was read");
+    assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));
+    assert!(snapshot.bodies.len() <= BODIES_MAX && heard.events.len() <= EVENTS_MAX);
+    assert!(heard.events.len() <= bytes.len());
+    assert!(snapshot.players.is_sorted_by(|a, b| a.seat < b.seat));
+    let pointers = snapshot.players.iter().filter_map(|player| player.pointer);
+    let places = snapshot.bodies.iter().map(|body| body.quanta).chain(pointers);
+    assert!(places.flatten().all(|axis| axis.abs() <= QUANTA_MAX));
+    assert!(heard.events.is_sorted_by_key(|event| event.tick));
+    assert!(heard.events.iter().all(|event| event.tick <= snapshot.tick));
+    assert!(reader.patience() > 0);
+}

@@ -1,0 +1,85 @@
+//! A room and what several clients do to it.
+
+use crate::part;
+use jostle_protocol::{ClientMessage, ServerMessage, Stream};
+use jostle_room::{Rate, Reader, Room};
+use jostle_sim::{Scene, Seat};
+use std::sync::{Arc, OnceLock};
+
+/// Ticks of one input.
+const TICKS_MAX: u32 = 100;
+
+/// Parts: messages of clients, whose seat is the low six bits of the kind. With bit 6 the client goes,
+/// for good if the part is empty; with bit 7 a tick is played first. Everybody who reads holds what the
+/// room shows.
+pub fn room(bytes: &[u8]) {
+    let mut room = Room::new("fuzz", Arc::clone(scene()), 3);
+    let mut clients: Vec<Client> = Vec::new();
+    let (mut rest, mut ticks) = (bytes, 0);
+    while let Some((kind, message)) = part(&mut rest) {
+        if kind & 0x80 != 0 && ticks < TICKS_MAX {
+            ticks += 1;
+            room.tick();
+            clients.iter_mut().for_each(|client| client.listen(&room));
+        }
+        let seat = Seat(kind & 0x3f);
+        if kind & 0x40 != 0 {
+            if message.is_empty() {
+                room.leave(seat);
+            } else {
+                room.disconnect(seat);
+            }
+        } else {
+            say(message, seat, &mut room, &mut clients);
+        }
+    }
+    room.tick();
+    clients.iter_mut().for_each(|client| client.listen(&room));
+    assert!(room.connected() <= room.players());
+    assert!(room.players() <= usize::from(scene().players_max));
+}
+
+fn scene() -> &'static Arc<Scene> {
+    static SCENE: OnceLock<Arc<Scene>> = OnceLock::new();
+    let arena = || Scene::built_in().into_iter().find(|scene| scene.name == "arena");
+    SCENE.get_or_init(|| Arc::new(arena().expect("a built-in scene")))
+}
+
+fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
+    match ClientMessage::decode(message) {
+        Ok(ClientMessage::Hello { appearance, token, .. }) => {
+            // Tokens that are easily guessed, for once.
+            let fresh = clients.len() as u64 + 1;
+            if let Ok(welcome) = room.join(appearance, token, fresh) {
+                let welcome = ServerMessage::decode(&welcome.bytes).expect("a readable welcome");
+                assert!(matches!(welcome, ServerMessage::Welcome { token, .. } if token == fresh));
+                clients.push(Client::begin(room, Rate::ALL[clients.len() % Rate::ALL.len()]));
+            }
+        }
+        Ok(ClientMessage::Input { seq, input }) => room.input(seat, seq, input),
+        Ok(ClientMessage::Ping { .. }) | Err(_) => {}
+    }
+}
+
+/// Somebody who reads snapshots to the end.
+struct Client {
+    reader: Reader,
+    stream: Stream,
+}
+
+impl Client {
+    fn begin(room: &mut Room, rate: Rate) -> Client {
+        let (reader, keyframe) = room.begin(rate);
+        let mut stream = Stream::default();
+        stream.decode(&keyframe).expect("a readable keyframe");
+        Client { reader, stream }
+    }
+
+    fn listen(&mut self, room: &Room) {
+        if let Some(message) = room.message(&self.reader) {
+            self.stream.decode(message).expect("a readable snapshot");
+            let newest = self.stream.newest().expect("a snapshot was read");
+            assert_eq!(&**newest, room.snapshot(), "both ends hold the same");
+        }
+    }
+}

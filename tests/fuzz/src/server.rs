@@ -1,0 +1,80 @@
+//! What comes to the server before a session: the head of a request, and the word in a link.
+
+use jostle_server::listen::speak_http;
+use jostle_server::rooms::is_code;
+use jostle_server::{App, Config, Phase, http, replays};
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::{Arc, OnceLock};
+use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
+use tokio::runtime::{Builder, Runtime};
+use tokio::sync::watch;
+
+/// Bytes on their way to a slow reader.
+const PIPE_BYTES: usize = 1 << 16;
+
+/// The word of a link, as it stands in a path.
+pub fn link(bytes: &[u8]) {
+    let Ok(word) = std::str::from_utf8(bytes) else { return };
+    if let Some(code) = http::meant_code(word) {
+        assert!(is_code(&code), "{code:?}");
+        assert_eq!(http::meant_code(&code).as_ref(), Some(&code));
+    }
+    if replays::is_name(word) {
+        assert!(!word.contains(['/', '.', '\\']), "{word:?} leads out of the directory");
+    }
+}
+
+/// All that a peer sends before a session, and then nothing more. What it gets begins as HTTP does, and
+/// the connection is over.
+pub fn handshake(bytes: &[u8]) {
+    let host = host();
+    let answer = host.runtime.block_on(async {
+        let (mut peer, server) = duplex(PIPE_BYTES);
+        let talk = async {
+            let (mut reads, mut writes) = tokio::io::split(&mut peer);
+            let mut answer = Vec::new();
+            let send = async {
+                // The server may be done before it has read everything.
+                let _ = writes.write_all(bytes).await;
+                let _ = writes.shutdown().await;
+            };
+            let (_, read) = tokio::join!(send, reads.read_to_end(&mut answer));
+            read.expect("a pipe in memory");
+            answer
+        };
+        let serve = async {
+            // The rest of an upgrade is the connection, which ends here.
+            let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
+            speak_http(server, address, &host.app).await.map(|upgrade| upgrade.code)
+        };
+        let (code, answer) = tokio::join!(serve, talk);
+        if let Some(code) = code {
+            assert!(code.is_empty() || is_code(&code));
+            assert!(answer.windows(12).any(|part| part == b"HTTP/1.1 101"));
+        }
+        answer
+    });
+    assert!(answer.is_empty() || answer.starts_with(b"HTTP/1."), "{answer:?}");
+}
+
+struct Host {
+    app: Arc<App>,
+    runtime: Runtime,
+    /// While it is there, the server runs.
+    _phase: watch::Sender<Phase>,
+}
+
+/// A server without scenes, so that no request opens a room and with it a thread.
+fn host() -> &'static Host {
+    static HOST: OnceLock<Host> = OnceLock::new();
+    HOST.get_or_init(|| {
+        let (sender, phase) = watch::channel(Phase::Running);
+        let config = Config { scenes: Vec::new(), ..Config::default() };
+        let runtime = Builder::new_current_thread().enable_time().build();
+        Host {
+            app: Arc::new(App::new(config, phase, None)),
+            runtime: runtime.expect("a runtime of one thread"),
+            _phase: sender,
+        }
+    })
+}

@@ -1,0 +1,5 @@
+//! A replay, raw or with right checksums: see `jostle_fuzz::replay`.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| jostle_fuzz::replay(bytes));

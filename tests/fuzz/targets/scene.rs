@@ -1,0 +1,5 @@
+//! The file of a scene: see `jostle_fuzz::scene`.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| jostle_fuzz::scene(bytes));

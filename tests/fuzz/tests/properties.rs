@@ -1,0 +1,140 @@
+//! The properties hold for the committed corpus, for thousands of its mutations, and for any bytes. The
+//! fuzzer tries the same, guided and for as long as one likes.
+
+use jostle_fuzz::PROPERTIES;
+use proptest::prelude::*;
+use proptest::sample::Index;
+use proptest::test_runner::{Config, RngSeed, TestRunner};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What a mutation does at a place of an input, with a byte of its own.
+type Edit = (u8, Index, u8);
+
+fn here() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Files of the corpus of a property, and whatever else is one of its inputs.
+fn inputs(name: &str) -> Vec<Vec<u8>> {
+    let mut files = files(&here().join("corpus").join(name));
+    if name == "scene" {
+        files.extend(self::files(&here().join("../../assets/scenes")));
+        files.extend(self::files(&here().join("../scenes")));
+    }
+    files.iter().map(|path| fs::read(path).expect("a file that was just listed")).collect()
+}
+
+fn files(dir: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(dir).unwrap_or_else(|error| panic!("{}: {error}", dir.display()));
+    let mut paths: Vec<_> = entries.map(|entry| entry.expect("a readable entry").path()).collect();
+    paths.sort();
+    paths
+}
+
+fn mutated(mut bytes: Vec<u8>, other: &[u8], edits: &[Edit]) -> Vec<u8> {
+    for &(kind, place, byte) in edits {
+        let at = place.index(bytes.len() + 1);
+        let end = (at + usize::from(byte % 8) + 1).min(bytes.len());
+        match kind % 8 {
+            _ if at == bytes.len() => bytes.push(byte),
+            0 => bytes.truncate(at),
+            1 => bytes.insert(at, byte),
+            2 => drop(bytes.drain(at..end)),
+            3 => bytes[at] = byte,
+            4 => bytes[at] = [0, 1, 0x7f, 0x80, 0xff][usize::from(byte % 5)],
+            5 => drop(bytes.splice(at..end, other.iter().copied().skip(at).take(8))),
+            _ => bytes[at] ^= 1 << (byte % 8),
+        }
+    }
+    bytes
+}
+
+/// Tries the corpus, and as many mutations of it and random inputs.
+fn check(name: &str, cases: u32) {
+    let (_, property) = PROPERTIES.iter().find(|(known, _)| *known == name).expect("a property");
+    let inputs = inputs(name);
+    assert!(inputs.len() > 2, "the corpus of {name}: cargo run -p jostle-fuzz --example corpus");
+    inputs.iter().for_each(|input| property(input));
+    let config = Config {
+        cases,
+        rng_seed: RngSeed::Fixed(0x4655_5a5a),
+        failure_persistence: None,
+        ..Config::default()
+    };
+    let edits = prop::collection::vec(any::<Edit>(), 0..8);
+    let mutation = (any::<Index>(), any::<Index>(), edits).prop_map(|(one, other, edits)| {
+        mutated(one.get(&inputs).clone(), other.get::<Vec<u8>>(&inputs), &edits)
+    });
+    let noise = prop::collection::vec(any::<u8>(), 0..64);
+    TestRunner::new(config)
+        .run(&prop_oneof![9 => mutation, 1 => noise], |bytes| {
+            property(&bytes);
+            Ok(())
+        })
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+}
+
+#[test]
+fn a_client_message_has_one_form() {
+    check("client_message", 20_000);
+}
+
+#[test]
+fn a_server_message_has_one_form() {
+    check("server_message", 20_000);
+}
+
+#[test]
+fn a_keyframe_has_one_form() {
+    check("keyframe", 5_000);
+}
+
+#[test]
+fn a_delta_is_sound_or_changes_nothing() {
+    check("delta", 5_000);
+}
+
+#[test]
+fn events_have_one_form() {
+    check("events", 20_000);
+}
+
+#[test]
+fn a_replay_is_refused_or_plays_as_far_as_it_goes() {
+    check("replay", 500);
+}
+
+#[test]
+fn a_scene_is_refused_or_can_be_played() {
+    check("scene", 500);
+}
+
+#[test]
+fn clients_do_no_harm_to_a_room() {
+    check("room", 500);
+}
+
+#[test]
+fn a_link_means_a_room_or_nothing() {
+    check("link", 20_000);
+}
+
+#[test]
+fn whatever_comes_before_a_session_is_answered_or_dropped() {
+    check("handshake", 2_000);
+}
+
+#[test]
+fn every_property_has_a_target_and_a_corpus() {
+    let properties: BTreeSet<String> =
+        PROPERTIES.iter().map(|(name, _)| name.to_string()).collect();
+    let stem = |path: PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let corpora: BTreeSet<String> =
+        files(&here().join("corpus")).into_iter().filter_map(stem).collect();
+    assert_eq!(corpora, properties);
+    let mut targets = files(&here().join("targets"));
+    targets.retain(|path| path.extension().is_some_and(|ending| ending == "rs"));
+    assert_eq!(targets.into_iter().filter_map(stem).collect::<BTreeSet<_>>(), properties);
+}

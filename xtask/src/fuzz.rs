@@ -1,0 +1,145 @@
+//! `cargo xtask fuzz`: the properties of `tests/fuzz` on millions of inputs, guided by what they reach.
+//! Each target is a libFuzzer program, built by cargo-fuzz with a nightly compiler; both are installed
+//! if they are missing, cargo-fuzz into the target directory.
+
+use crate::shell::{cargo, in_path, line_of, root, run, say, target_dir};
+use anyhow::{Context, Result, bail};
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+const TARGETS: &str = "tests/fuzz/targets";
+const TOOL: &str = "cargo-fuzz";
+const TOOL_VERSION: &str = "0.13.2";
+/// Those that need the server compiled, which takes minutes.
+const OF_SERVER: [&str; 2] = ["link", "handshake"];
+/// Inputs besides the corpus, by target.
+const MORE_INPUTS: [(&str, &str); 2] = [("scene", "assets/scenes"), ("scene", "tests/scenes")];
+/// Lines of the fuzzer that are shown when it found something.
+const LINES_SHOWN: usize = 60;
+/// Longest input, seconds for one, megabytes at once and in one allocation.
+const LIMITS: [&str; 4] =
+    ["-max_len=8192", "-timeout=20", "-rss_limit_mb=2048", "-malloc_limit_mb=256"];
+
+/// Tries one target, or all of them one after another, for so long each. What they find is told when
+/// all are done.
+pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
+    let names = chosen(only)?;
+    provide()?;
+    let (mut inputs, mut failed) = (0, Vec::new());
+    for name in &names {
+        say("fuzz", &format!("{name}: build, then {seconds} s"));
+        build(name)?;
+        let outcome = try_target(name, seconds)?;
+        say("fuzz", &format!("{name}: {} inputs", outcome.inputs));
+        inputs += outcome.inputs;
+        if !outcome.passed {
+            outcome.last_lines.iter().for_each(|line| println!("  {line}"));
+            failed.push(name.as_str());
+        }
+    }
+    say("fuzz", &format!("{inputs} inputs in {} targets, {} failed", names.len(), failed.len()));
+    if failed.is_empty() { Ok(()) } else { bail!("found something: {}", failed.join(", ")) }
+}
+
+fn chosen(only: Option<&str>) -> Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(root().join(TARGETS)).with_context(|| format!("no {TARGETS}"))? {
+        let file = entry?.file_name().to_string_lossy().into_owned();
+        names.extend(file.strip_suffix(".rs").map(str::to_owned));
+    }
+    names.sort();
+    let Some(only) = only else { return Ok(names) };
+    if !names.iter().any(|name| name == only) {
+        bail!("no target {only:?}; there are {}", names.join(", "));
+    }
+    Ok(vec![only.to_owned()])
+}
+
+/// The compiler and the tool.
+fn provide() -> Result<()> {
+    let known = nightly("rustc").arg("--version").stdout(Stdio::null()).status();
+    if !known.context("rustup, which brings the nightly compiler")?.success() {
+        run(Command::new("rustup").args([
+            "toolchain",
+            "install",
+            "nightly",
+            "--profile",
+            "minimal",
+        ]))?;
+    }
+    if !in_path(TOOL) && !installed().is_file() {
+        let mut install = cargo(&["install", TOOL, "--locked", "--version", TOOL_VERSION]);
+        run(install.arg("--root").arg(dir("tools")))?;
+    }
+    Ok(())
+}
+
+/// Where everything of this task is kept.
+fn dir(name: &str) -> PathBuf {
+    target_dir().join("fuzz").join(name)
+}
+
+fn installed() -> PathBuf {
+    dir("tools/bin").join(TOOL)
+}
+
+/// A program in the environment of the nightly compiler, and not in that of this task.
+fn nightly(program: &str) -> Command {
+    let mut command = Command::new("rustup");
+    command.args(["run", "nightly", program]).current_dir(root()).env_remove("CARGO");
+    command
+}
+
+fn tool(task: &str, name: &str) -> Command {
+    let own = installed();
+    let program = if own.is_file() { own.to_string_lossy().into_owned() } else { TOOL.to_owned() };
+    let mut command = nightly(&program);
+    command.args(["fuzz", task, "--fuzz-dir", TARGETS, "--target-dir"]).arg(dir("build"));
+    if OF_SERVER.contains(&name) {
+        command.args(["--features", "server"]);
+    }
+    command.arg(name);
+    command
+}
+
+fn build(name: &str) -> Result<()> {
+    run(&mut tool("build", name))
+}
+
+struct Outcome {
+    inputs: u64,
+    passed: bool,
+    /// Of the fuzzer; an input that fails is named there, and how to try it again.
+    last_lines: Vec<String>,
+}
+
+/// What it finds new is kept for the next time, beside the committed corpus.
+fn try_target(name: &str, seconds: u32) -> Result<Outcome> {
+    let (found, broken) = (dir("corpus").join(name), dir("artifacts").join(name));
+    fs::create_dir_all(&found)?;
+    fs::create_dir_all(&broken)?;
+    let mut command = tool("run", name);
+    command.arg(found).arg(format!("tests/fuzz/corpus/{name}"));
+    command.args(MORE_INPUTS.iter().filter(|(target, _)| *target == name).map(|(_, dir)| dir));
+    command.arg("--").args(LIMITS).arg("-print_final_stats=1");
+    command.arg(format!("-max_total_time={seconds}"));
+    command.arg(format!("-artifact_prefix={}/", broken.display()));
+    let mut child = command
+        .stderr(Stdio::piped())
+        .spawn()
+        .with_context(|| format!("cannot start {}", line_of(&command)))?;
+    let stderr = child.stderr.take().context("the fuzzer's messages")?;
+    let (mut inputs, mut last_lines) = (0, Vec::new());
+    for line in BufReader::new(stderr).lines() {
+        let line = line?;
+        if let Some(count) = line.strip_prefix("stat::number_of_executed_units:") {
+            inputs = count.trim().parse()?;
+        }
+        last_lines.push(line);
+        let more = last_lines.len().saturating_sub(LINES_SHOWN);
+        last_lines.drain(..more);
+    }
+    Ok(Outcome { inputs, passed: child.wait()?.success(), last_lines })
+}
