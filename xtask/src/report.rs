@@ -29,7 +29,7 @@ pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     run(&mut command)
 }
 
-/// What `room/examples/costs.rs` is built without, beside the shipped build.
+/// What `sim/examples/steps.rs` is built without, beside the shipped build.
 const LEFT_OUT: [&str; 10] = [
     "friction",
     "restitution",
@@ -49,17 +49,23 @@ fn costs() -> Result<PathBuf> {
     let (target, programs) = (root().join("target/costs"), root().join("target/costs/programs"));
     fs::create_dir_all(&programs).context("a directory for the programs to be counted")?;
     say("report", "build what is counted, with and without each feature");
-    for name in LEFT_OUT.into_iter().chain(["shipped"]) {
-        let mut build = cargo(&["build", "--quiet", "--release", "--example", "costs"]);
-        build.args(["--package", "jostle-room", "--target-dir"]).arg(&target);
-        match name {
-            "shipped" => build.env_remove("JOSTLE_LEAVE_OUT"),
-            left_out => build.env("JOSTLE_LEAVE_OUT", left_out),
+    let build = |package: &str, example: &str, left_out: Option<&str>, name: &str| -> Result<()> {
+        let mut build = cargo(&["build", "--quiet", "--release", "--package", package]);
+        build.args(["--example", example, "--target-dir"]).arg(&target);
+        match left_out {
+            Some(left_out) => build.env("JOSTLE_LEAVE_OUT", left_out),
+            None => build.env_remove("JOSTLE_LEAVE_OUT"),
         };
         run(&mut build)?;
-        let built = target.join("release/examples").join(format!("costs{EXE_SUFFIX}"));
+        let built = target.join("release/examples").join(format!("{example}{EXE_SUFFIX}"));
         fs::copy(&built, programs.join(name)).context("the program to be counted")?;
+        Ok(())
+    };
+    for name in LEFT_OUT {
+        build("jostle-sim", "steps", Some(name), name)?;
     }
+    build("jostle-sim", "steps", None, "shipped")?;
+    build("jostle-room", "bytes", None, "bytes")?;
     Ok(programs)
 }
 

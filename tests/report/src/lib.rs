@@ -58,7 +58,8 @@ pub struct Arguments {
     /// What compiled it
     #[arg(long, default_value = "an unknown compiler")]
     pub compiler: String,
-    /// Builds of room/examples/costs.rs, by what they leave out: what features cost is counted too
+    /// Builds of sim/examples/steps.rs, by what they leave out, and of room/examples/bytes.rs: what features
+    /// cost is counted too
     #[arg(long, value_name = "DIR")]
     pub costs: Option<PathBuf>,
     /// Only problems, cases and piles with these ids, such as 9a, S2 or rain-4000

@@ -290,7 +290,8 @@ fn ensembles(results: &Results, page: &mut String) {
 pub const ENSEMBLES: &str = "What is chaos body by body has means and variances that are known. The gas: 100 \
     discs of radius 0.5 in a box of 120 by 120, speeds to about 75, without friction and gravity; the \
     pressure on the walls against that of the law of gases at the energy of the start, with the second \
-    virial coefficient of the discs (1 %), and the speeds against Maxwell's law. Emitters: how many, how \
+    virial coefficient of the discs (1 %; walls are told from other discs by where a speed turns round, \
+    to about 1 %), and the speeds against Maxwell's law. Emitters: how many, how \
     fast and how long, in standard errors of as many independent draws.";
 
 fn case_table(cases: &[Verdicts], solvers: &[&str], page: &mut String) {

@@ -1,7 +1,7 @@
 //! What a feature costs a scene that does not use it: instructions of a step, counted by callgrind,
 //! bytes on the wire, and what the page makes.
 //!
-//! The programs that are counted are builds of `room/examples/costs.rs`: one as it is shipped, and
+//! The programs that are counted are builds of `sim/examples/steps.rs`: one as it is shipped, and
 //! for each feature one that can not do it at all. A step's instructions are those of a long run less
 //! those of a short one, over the steps between; they depend on no clock and no neighbour.
 
@@ -132,10 +132,10 @@ pub struct Costs {
     pub bytes: Vec<Bytes>,
 }
 
-/// Measures with the programs in a directory: `shipped`, and one by the name of each feature.
+/// Measures with the programs in a directory: `shipped`, one by the name of each feature, and `bytes`.
 pub fn measure(programs: &Path) -> Result<Costs> {
     let steps = if has_valgrind() { count_all(programs)? } else { Vec::new() };
-    Ok(Costs { steps, bytes: bytes(&programs.join("shipped"))? })
+    Ok(Costs { steps, bytes: bytes(&programs.join("bytes"))? })
 }
 
 fn has_valgrind() -> bool {
@@ -174,7 +174,7 @@ fn instructions(
 ) -> Result<f64> {
     let mut command = Command::new("valgrind");
     command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(program);
-    command.args(["step", solver, scene, &steps.to_string()]).args(named);
+    command.args([solver, scene, &steps.to_string()]).args(named);
     let output = command.output().context("cannot run valgrind")?;
     let said = String::from_utf8_lossy(&output.stderr);
     let collected = said.lines().find_map(|line| line.split_once("Collected : "));
@@ -185,7 +185,7 @@ fn instructions(
 }
 
 fn bytes(program: &Path) -> Result<Vec<Bytes>> {
-    let output = Command::new(program).arg("bytes").output();
+    let output = Command::new(program).output();
     let output = output.with_context(|| format!("cannot run {}", program.display()))?;
     let said = String::from_utf8(output.stdout).context("a table of bytes")?;
     said.lines().skip(1).map(bytes_of).collect()

@@ -151,15 +151,17 @@ fn ball() -> Pile {
     pile("ball-360", "Ball 1000 times as heavy dropped on 360 circles", scene, 600, &bounds)
 }
 
-/// 2000 discs of three sizes fall in a column 40 wide onto an open floor, friction 0.5: without
-/// rotation they stand in a heap.
+/// 2000 discs of three sizes fall in a column 44 wide onto an open floor, each between two below it, so
+/// that friction 0.5 does not hold it there.
 fn poured() -> Pile {
     let mut scene = Scene::new(GRAVITY);
     scene.floor(400.0, 0.5, 0.0);
     let mut draws = Mulberry(0x2000);
     for i in 0..2000 {
         let radius = [0.7, 0.85, 1.0][i % 3];
-        let (x, y) = (2.2 * (i % 20) as f64 - 21.0, 1.1 + 2.2 * (i / 20) as f64);
+        let (column, row) = ((i % 20) as f64, (i / 20) as f64);
+        let shift = if i / 20 % 2 == 0 { 0.0 } else { 0.5 };
+        let (x, y) = (2.2 * (column + shift) - 21.0, 1.1 + 2.2 * row);
         let (jitter_x, jitter_y) = (draws.range(-0.09, 0.09), draws.range(-0.09, 0.09));
         let disc = Body::new(Shape::Circle { radius }, x + jitter_x, y + jitter_y);
         scene.add(disc.of_stuff(0.5, 0.0));

@@ -5,6 +5,7 @@ mod flight;
 mod gas;
 mod impact;
 mod pile;
+mod rubbing;
 mod springs;
 mod stack;
 
@@ -21,6 +22,7 @@ pub fn all() -> Vec<Problem> {
     problems.extend(gas::PROBLEMS);
     problems.extend(impact::PROBLEMS);
     problems.extend(pile::PROBLEMS);
+    problems.extend(rubbing::PROBLEMS);
     problems.sort_by_key(|problem| order(problem.id));
     problems
 }

@@ -2,6 +2,7 @@
 //! solved in f64 by two methods that share no code.
 
 pub mod closed;
+pub mod coulomb;
 pub mod events;
 pub mod fine;
 pub mod moreau;
