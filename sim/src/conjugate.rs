@@ -234,6 +234,8 @@ impl Workspace {
             self.leave_out_unsound(bodies);
         }
         travel::force(bodies, moves, frame.dt, &mut self.travel);
+        // Forces may swing a body out and back within the step.
+        self.quick |= CAN.continuous && !moves.is_empty();
         self.lines.reserve(bodies.alive.len());
         self.trees.reserve(bodies.alive.len());
         self.islands.find(bodies.alive.len(), &self.rows);
