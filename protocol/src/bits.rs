@@ -19,14 +19,14 @@ pub struct BitWriter {
 impl BitWriter {
     /// The low `count` bits of a number, the lowest first.
     pub fn push(&mut self, value: u32, count: u32) {
-        for at in 0..count {
-            if self.count.is_multiple_of(8) {
-                self.bytes.push(0);
-            }
-            let last = self.bytes.last_mut().expect("a byte was begun");
-            *last |= ((value >> at & 1) as u8) << (self.count % 8);
-            self.count += 1;
-        }
+        let used = self.count % 8;
+        // What the last byte holds, and the new bits above it: 39 at most.
+        let begun = if used > 0 { self.bytes.pop().unwrap_or(0) } else { 0 };
+        let low = u64::from(value) & ((1 << count) - 1);
+        let bits = u64::from(begun) | low << used;
+        self.count += count as usize;
+        let bytes = (used + count as usize).div_ceil(8);
+        self.bytes.extend_from_slice(&bits.to_le_bytes()[..bytes]);
     }
 
     /// Bits so far.
@@ -55,13 +55,13 @@ impl<'a> BitReader<'a> {
 
     /// The next `count` bits as a number.
     pub fn take(&mut self, count: u32, field: &'static str) -> Result<u32, DecodeError> {
-        let mut value = 0;
-        for place in 0..count {
-            let byte = self.bytes.get(self.at / 8).ok_or(DecodeError::Truncated { field })?;
-            value |= u32::from(byte >> (self.at % 8) & 1) << place;
-            self.at += 1;
-        }
-        Ok(value)
+        let used = self.at % 8;
+        let end = (self.at + count as usize).div_ceil(8);
+        let bytes = self.bytes.get(self.at / 8..end).ok_or(DecodeError::Truncated { field })?;
+        let high_first = bytes.iter().rev();
+        let bits = high_first.fold(0u64, |bits, &byte| bits << 8 | u64::from(byte));
+        self.at += count as usize;
+        Ok((bits >> used & ((1 << count) - 1)) as u32)
     }
 
     /// Whole bytes that were begun, and what is left behind them; the last one's other bits must be

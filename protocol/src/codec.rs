@@ -53,9 +53,9 @@ pub struct Baseline<'a> {
 
 impl Baseline<'_> {
     /// Trails of what may move: the bodies at these places, then the pointers that there are.
-    fn trails(&self, survivors: impl Iterator<Item = u32>) -> Vec<Trail> {
-        let bodies = survivors.map(|place| self.bodies[place as usize]);
-        bodies.chain(self.pointing().map(|(_, trail)| *trail)).collect()
+    fn trails(&self, survivors: &[u32]) -> impl Iterator<Item = &Trail> {
+        let bodies = survivors.iter().map(|&place| &self.bodies[place as usize]);
+        bodies.chain(self.pointing().map(|(_, trail)| trail))
     }
 
     /// Players with a pointer.
@@ -77,14 +77,11 @@ pub fn encode(
     assert!(base.tick <= snapshot.tick, "baseline {} is newer than {}", base.tick, snapshot.tick);
     let bodies = bodies::Difference::between(&base.bodies, &snapshot.bodies);
     let players = players::Difference::between(base, snapshot);
-    let (trails, places) = match baseline {
-        Some(baseline) => moves(&baseline, &bodies, snapshot),
-        None => (Vec::new(), Vec::new()),
-    };
+    let moves = baseline.and_then(|baseline| moves(&baseline, &bodies, snapshot));
 
     let bit = |present: bool, section: u8| if present { section } else { 0 };
     let sections = bodies.sections()
-        | bit(motion::is_surprising(&trails, &places), section::MOVES)
+        | bit(moves.is_some(), section::MOVES)
         | players.sections()
         | bit(!events.is_empty(), section::EVENTS)
         | bit(baseline.is_none(), section::KEYFRAME);
@@ -98,9 +95,7 @@ pub fn encode(
         }
     }
     bodies.write_deaths(&mut writer);
-    if sections & section::MOVES != 0 {
-        motion::write(&trails, &places, &mut writer);
-    }
+    moves.iter().for_each(|moves| writer.raw(moves));
     bodies.write_births(&mut writer);
     players.write(&mut writer);
     if !events.is_empty() {
@@ -109,21 +104,22 @@ pub fn encode(
     writer.finish()
 }
 
-/// What may move, and where it is now. A pointer that went away counts as where it was expected.
-fn moves(
-    baseline: &Baseline,
-    bodies: &bodies::Difference,
-    snapshot: &Snapshot,
-) -> (Vec<Trail>, Vec<Place>) {
-    let trails = baseline.trails(bodies.survivors.iter().map(|&(place, _)| place));
-    let pointer = |(player, trail): (&PlayerState, &Trail)| {
+/// The moves of what may move. A pointer that went away counts as where it was expected.
+fn moves(baseline: &Baseline, bodies: &bodies::Difference, snapshot: &Snapshot) -> Option<Vec<u8>> {
+    let centers =
+        bodies.survivors.iter().map(|&(place, quanta)| (&baseline.bodies[place as usize], quanta));
+    let pointers = baseline.pointing().map(|(player, trail)| {
         let now = snapshot.players.binary_search_by_key(&player.seat, |other| other.seat);
         let now = now.ok().and_then(|place| snapshot.players[place].pointer);
-        now.unwrap_or_else(|| trail.expected())
-    };
-    let centers = bodies.survivors.iter().map(|&(_, quanta)| quanta);
-    let places = centers.chain(baseline.pointing().map(pointer)).collect();
-    (trails, places)
+        (trail, now.unwrap_or_else(|| trail.expected()))
+    });
+    motion::code(centers.chain(pointers))
+}
+
+/// Whether the bodies after this message are those before it, maybe elsewhere; from its first byte.
+pub fn keeps_bodies(bytes: &[u8]) -> bool {
+    const OTHERS: u8 = section::DEATHS | section::BIRTHS | section::KEYFRAME;
+    bytes.first().is_some_and(|sections| sections & OTHERS == 0)
 }
 
 /// The snapshot, the ticks between messages if a keyframe told them, and the events. See
@@ -183,11 +179,11 @@ fn read_survivors(
     base: &Baseline,
 ) -> Result<(Vec<SnapshotBody>, Vec<PlayerState>), DecodeError> {
     let survivors = bodies::read_survivors(reader, sections, &base.snapshot.bodies)?;
-    let trails = base.trails(survivors.iter().copied());
+    let trails = base.trails(&survivors);
     let places = if sections & section::MOVES == 0 {
-        trails.iter().map(Trail::expected).collect()
+        trails.map(Trail::expected).collect()
     } else {
-        motion::read(&trails, reader)?
+        motion::read(trails, reader)?
     };
     let (centers, pointers) = places.split_at(survivors.len());
     let moved = |(&place, &quanta): (&u32, &Place)| SnapshotBody {

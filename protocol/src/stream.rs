@@ -8,6 +8,7 @@ use crate::codec::{self, Baseline, is_same};
 use crate::limits::QUIET_MESSAGES_MAX;
 use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 use crate::wire::DecodeError;
+use std::iter::zip;
 use std::sync::Arc;
 
 /// What both ends hold; at first nothing, and the first message is a keyframe.
@@ -70,7 +71,7 @@ impl Stream {
         let ticks = self.newest.as_ref().map_or(0, |newest| snapshot.tick - newest.tick);
         assert!(ticks <= Stream::TICKS_MAX, "{ticks} ticks without a message");
         let bytes = codec::encode(snapshot, self.every, self.baseline(), events);
-        self.follow(Arc::clone(snapshot));
+        self.follow(Arc::clone(snapshot), codec::keeps_bodies(&bytes));
         bytes
     }
 
@@ -85,7 +86,7 @@ impl Stream {
         let quiet_until = snapshot.tick.saturating_sub(u32::from(self.every));
         let before = self.newest.as_ref().filter(|before| before.tick < quiet_until);
         let still_until = before.map(|_| quiet_until);
-        self.follow(Arc::new(snapshot));
+        self.follow(Arc::new(snapshot), codec::keeps_bodies(bytes));
         Ok(Heard { events, still_until })
     }
 
@@ -101,10 +102,15 @@ impl Stream {
         Some(Baseline { snapshot, bodies: &self.bodies, pointers: &self.pointers })
     }
 
-    fn follow(&mut self, next: Arc<Snapshot>) {
+    /// `keeps_bodies`: they are those of the newest snapshot, maybe elsewhere.
+    fn follow(&mut self, next: Arc<Snapshot>, keeps_bodies: bool) {
         let nothing = Snapshot::default();
         let old = self.newest.as_deref().unwrap_or(&nothing);
-        self.bodies = body_trails(&old.bodies, &self.bodies, &next.bodies);
+        if keeps_bodies {
+            zip(&mut self.bodies, &next.bodies).for_each(|(trail, body)| trail.go(body.quanta));
+        } else {
+            self.bodies = body_trails(&old.bodies, &self.bodies, &next.bodies);
+        }
         self.pointers = pointer_trails(&old.players, &self.pointers, &next.players);
         self.newest = Some(next);
     }

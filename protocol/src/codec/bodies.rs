@@ -7,6 +7,7 @@ use crate::snapshot::SnapshotBody;
 use crate::wire::{DecodeError, Gaps, Reader, Writer};
 use jostle_sim::world::GROUPS_MAX;
 use jostle_sim::{BodyId, Kind, SEATS_MAX, Seat, Shape, Vec2};
+use std::iter::zip;
 
 const BOX: u8 = 1 << 3;
 const OWNED: u8 = 1 << 4;
@@ -28,10 +29,13 @@ impl<'a> Difference<'a> {
     /// Walks both lists in index order. A body that changed more than its place counts as another
     /// one, so that every pair of snapshots can be coded.
     pub fn between(base: &[SnapshotBody], bodies: &'a [SnapshotBody]) -> Difference<'a> {
+        // Mostly all are the same: the walk begins where they are not.
+        let same = zip(base, bodies).take_while(|(known, body)| is_same(known, body)).count();
+        let survivors = (0u32..).zip(&bodies[..same]).map(|(place, body)| (place, body.quanta));
         let mut found =
-            Difference { deaths: Vec::new(), survivors: Vec::new(), births: Vec::new() };
-        let mut old = (0u32..).zip(base).peekable();
-        for body in bodies {
+            Difference { deaths: Vec::new(), survivors: survivors.collect(), births: Vec::new() };
+        let mut old = (same as u32..).zip(&base[same..]).peekable();
+        for body in &bodies[same..] {
             while let Some((place, _)) = old.next_if(|(_, known)| known.id.index < body.id.index) {
                 found.deaths.push(place);
             }
@@ -106,12 +110,13 @@ pub fn read_survivors(
     sections: u8,
     base: &[SnapshotBody],
 ) -> Result<Vec<u32>, DecodeError> {
+    if sections & section::DEATHS == 0 {
+        return Ok((0..base.len() as u32).collect());
+    }
     let mut alive = vec![true; base.len()];
-    if sections & section::DEATHS != 0 {
-        let mut gaps = Gaps::default();
-        for _ in 0..read_count(reader, base.len(), 1, "deaths")? {
-            alive[gaps.read(reader, base.len(), "death")? as usize] = false;
-        }
+    let mut gaps = Gaps::default();
+    for _ in 0..read_count(reader, base.len(), 1, "deaths")? {
+        alive[gaps.read(reader, base.len(), "death")? as usize] = false;
     }
     Ok((0u32..).zip(alive).filter_map(|(place, alive)| alive.then_some(place)).collect())
 }

@@ -10,8 +10,7 @@ use crate::bits::{
     BitReader, BitWriter, fold, read_golomb, read_wide, unfold, write_golomb, write_wide,
 };
 use crate::limits::QUANTA_MAX;
-use crate::wire::{DecodeError, Reader, Writer};
-use std::iter::zip;
+use crate::wire::{DecodeError, Reader};
 
 /// A place in quanta.
 pub type Place = [i32; 2];
@@ -45,7 +44,9 @@ impl Trail {
     /// Whether it moved lately.
     pub fn is_moving(&self) -> bool {
         let [newest, older @ ..] = self.0;
-        older != [newest; 3]
+        // One branch instead of six: this is asked of every point, and most are at rest.
+        let apart = |[x, y]: Place| x ^ newest[0] | y ^ newest[1];
+        apart(older[0]) | apart(older[1]) | apart(older[2]) != 0
     }
 
     /// The last three ways along an axis, the newest first.
@@ -72,41 +73,51 @@ impl Trail {
     }
 }
 
-/// Whether some point is not where it is expected.
-pub fn is_surprising(trails: &[Trail], places: &[Place]) -> bool {
-    zip(trails, places).any(|(trail, place)| trail.expected() != *place)
+/// A point that was at rest and is not any more.
+struct Woken {
+    /// Sleepers before it, whether they wake or not.
+    before: u32,
+    from: Place,
+    to: Place,
 }
 
-/// Writes where the points are now; both slices have the same order and length.
-pub fn write(trails: &[Trail], places: &[Place], writer: &mut Writer) {
+/// The moves of points, each with its trail and where it is now; `None` if all are where they are
+/// expected.
+pub fn code<'a>(points: impl Iterator<Item = (&'a Trail, Place)>) -> Option<Vec<u8>> {
     let mut bits = BitWriter::default();
-    for (trail, place) in zip(trails, places).filter(|(trail, _)| trail.is_moving()) {
-        let expected = trail.expected();
-        bits.push(u32::from(*place != expected), 1);
-        if *place != expected {
-            write_way(expected, *place, [trail.width(0), trail.width(1)], &mut bits);
+    let (mut surprising, mut asleep, mut woken) = (false, 0, Vec::new());
+    for (trail, place) in points {
+        if trail.is_moving() {
+            let expected = trail.expected();
+            let is_elsewhere = place != expected;
+            bits.push(u32::from(is_elsewhere), 1);
+            if is_elsewhere {
+                write_way(expected, place, [trail.width(0), trail.width(1)], &mut bits);
+                surprising = true;
+            }
+        } else {
+            if place != trail.place() {
+                woken.push(Woken { before: asleep, from: trail.place(), to: place });
+            }
+            asleep += 1;
         }
     }
-    write_woken(trails, places, &mut bits);
-    writer.raw(&bits.finish());
+    if !surprising && woken.is_empty() {
+        return None;
+    }
+    write_woken(asleep, &woken, &mut bits);
+    Some(bits.finish())
 }
 
 /// How many woke; then for each how many slept on before it, and its way.
-fn write_woken(trails: &[Trail], places: &[Place], bits: &mut BitWriter) {
-    let asleep = || zip(trails, places).filter(|(trail, _)| !trail.is_moving());
-    let woke = |(trail, place): &(&Trail, &Place)| trail.place() != **place;
-    let (rest, count) = (asleep().count(), asleep().filter(woke).count());
-    write_golomb(count as u32, bits);
-    let width = gap_width(rest, count);
-    let mut gap = 0;
-    for (trail, place) in asleep() {
-        if woke(&(trail, place)) {
-            write_wide(gap, width, bits);
-            write_way(trail.place(), *place, [WAKE_WIDTH; 2], bits);
-            gap = 0;
-        } else {
-            gap += 1;
-        }
+fn write_woken(asleep: u32, woken: &[Woken], bits: &mut BitWriter) {
+    write_golomb(woken.len() as u32, bits);
+    let width = gap_width(asleep as usize, woken.len());
+    let mut next = 0;
+    for Woken { before, from, to } in woken {
+        write_wide(before - next, width, bits);
+        write_way(*from, *to, [WAKE_WIDTH; 2], bits);
+        next = before + 1;
     }
 }
 
@@ -121,34 +132,39 @@ fn gap_width(rest: usize, count: usize) -> u32 {
     (rest / (count + 1)).max(1).ilog2()
 }
 
-/// Where the points are now; what [`write`] wrote is taken off the reader.
-pub fn read(trails: &[Trail], reader: &mut Reader) -> Result<Vec<Place>, DecodeError> {
+/// Where the points are now; what [`code`] made is taken off the reader.
+pub fn read<'a>(
+    trails: impl Iterator<Item = &'a Trail>,
+    reader: &mut Reader,
+) -> Result<Vec<Place>, DecodeError> {
     let mut bits = BitReader::new(reader.rest());
-    let mut places: Vec<Place> = trails.iter().map(Trail::expected).collect();
-    let mut asleep = Vec::new();
-    for (index, trail) in trails.iter().enumerate() {
+    let mut places: Vec<Place> = Vec::with_capacity(trails.size_hint().0);
+    let (mut surprising, mut asleep) = (false, Vec::with_capacity(trails.size_hint().0));
+    for trail in trails {
+        let mut place = trail.place();
         if !trail.is_moving() {
-            asleep.push(index);
-        } else if bits.take(1, "move")? == 1 {
-            let widths = [trail.width(0), trail.width(1)];
-            places[index] = read_way(places[index], widths, &mut bits)?;
+            asleep.push(places.len());
+        } else {
+            place = trail.expected();
+            if bits.take(1, "move")? == 1 {
+                place = read_way(place, [trail.width(0), trail.width(1)], &mut bits)?;
+                surprising = true;
+            }
         }
+        places.push(place);
     }
-    read_woken(&asleep, &mut places, &mut bits)?;
+    surprising |= read_woken(&asleep, &mut places, &mut bits)? > 0;
     let left = bits.rest("moves")?.len();
     reader.raw(reader.remaining() - left, "moves")?;
-    if is_surprising(trails, &places) {
-        Ok(places)
-    } else {
-        Err(DecodeError::OutOfRange { field: "moves" })
-    }
+    if surprising { Ok(places) } else { Err(DecodeError::OutOfRange { field: "moves" }) }
 }
 
+/// How many woke.
 fn read_woken(
     asleep: &[usize],
     places: &mut [Place],
     bits: &mut BitReader,
-) -> Result<(), DecodeError> {
+) -> Result<usize, DecodeError> {
     let field = "woken";
     let count = read_golomb(bits, field)? as usize;
     if count > asleep.len() {
@@ -165,7 +181,7 @@ fn read_woken(
         places[index] = read_way(places[index], [WAKE_WIDTH; 2], bits)?;
         rest = after;
     }
-    Ok(())
+    Ok(count)
 }
 
 /// The end of a way that is not zero.
