@@ -14,7 +14,7 @@ use jostle_sim::conjugate::Conjugate;
 use jostle_sim::math::Rng;
 use jostle_sim::relaxation::Relaxation;
 use jostle_sim::world::{GROUPS_MAX, WorldSettings};
-use jostle_sim::{BodyDef, Features, ForceSettings, Motion, Shape, Solver, Vec2, World};
+use jostle_sim::{BodyDef, Features, Motion, Shape, Solver, Vec2, World};
 use std::process::ExitCode;
 
 const USAGE: &str = "usage: steps relaxation|conjugate boxes|circles|strangers STEPS [FEATURE]";
@@ -51,12 +51,6 @@ fn named(name: &str) -> Option<WorldSettings> {
         "circles" => Features { circles: true, ..none },
         "boxes" => Features { boxes: true, ..none },
         "particles" => Features { particles: true, ..none },
-        "forces" => {
-            return Some(WorldSettings {
-                forces: Some(ForceSettings { wind: Vec2::ZERO, springs_max: 0 }),
-                ..bare
-            });
-        }
         _ => return None,
     };
     Some(WorldSettings { features, ..bare })

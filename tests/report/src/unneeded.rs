@@ -45,7 +45,7 @@ const ROWS: [Row; 18] = [
     row("relaxation", "circles", "boxes"),
     row("relaxation", "boxes", "circles"),
     row("relaxation", "particles", "boxes"),
-    row("relaxation", "forces", "boxes"),
+    bare("relaxation", "forces", "boxes"),
     bare("relaxation", "kinematic", "boxes"),
     bare("relaxation", "touches", "strangers"),
     row("conjugate", "friction", "boxes"),
@@ -53,7 +53,7 @@ const ROWS: [Row; 18] = [
     row("conjugate", "circles", "boxes"),
     row("conjugate", "boxes", "circles"),
     row("conjugate", "particles", "boxes"),
-    row("conjugate", "forces", "boxes"),
+    bare("conjugate", "forces", "boxes"),
     bare("conjugate", "sleeping", "boxes"),
     bare("conjugate", "kinematic", "boxes"),
     bare("conjugate", "continuous", "boxes"),
@@ -149,37 +149,40 @@ fn count_all(programs: &Path) -> Result<Vec<Steps>> {
 fn count_row(row: &Row, programs: &Path) -> Result<Steps> {
     let Row { feature, solver, scene, is_named } = *row;
     let shipped = programs.join("shipped");
-    let count = |program: &PathBuf, named: Option<&str>| -> Result<f64> {
+    let count = |program: &PathBuf, named: Option<&str>| -> Result<(f64, String)> {
         let [short, long] = STEPS;
-        let whole = |steps| instructions(program, solver, scene, steps, named);
-        Ok((whole(long)? - whole(short)?) / f64::from(long - short))
+        let whole = |steps| counted(program, [solver, scene], steps, named);
+        let ((few, _), (many, hash)) = (whole(short)?, whole(long)?);
+        Ok(((many - few) / f64::from(long - short), hash))
     };
-    Ok(Steps {
-        feature: title(feature),
-        solver,
-        scene,
-        without: count(&programs.join(feature), None)?,
-        planned: count(&shipped, None)?,
-        named: is_named.then(|| count(&shipped, Some(feature))).transpose()?,
-    })
+    let (without, bare_hash) = count(&programs.join(feature), None)?;
+    let (planned, hash) = count(&shipped, None)?;
+    let named = is_named.then(|| count(&shipped, Some(feature))).transpose()?;
+    let same = |(_, other): &(f64, String)| *other == hash;
+    if bare_hash != hash || !named.iter().all(same) {
+        bail!("{solver}, {scene}: the world is another one without {feature}");
+    }
+    let named = named.map(|(count, _)| count);
+    Ok(Steps { feature: title(feature), solver, scene, without, planned, named })
 }
 
-/// Instructions of a whole run, as callgrind tells them.
-fn instructions(
+/// Instructions of a whole run, as callgrind tells them, and the hash of its world.
+fn counted(
     program: &Path,
-    solver: &str,
-    scene: &str,
+    world: [&str; 2],
     steps: u32,
     named: Option<&str>,
-) -> Result<f64> {
+) -> Result<(f64, String)> {
     let mut command = Command::new("valgrind");
     command.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(program);
-    command.args([solver, scene, &steps.to_string()]).args(named);
+    command.args(world).arg(steps.to_string()).args(named);
     let output = command.output().context("cannot run valgrind")?;
     let said = String::from_utf8_lossy(&output.stderr);
     let collected = said.lines().find_map(|line| line.split_once("Collected : "));
     match collected.and_then(|(_, count)| count.trim().parse().ok()) {
-        Some(count) if output.status.success() => Ok(count),
+        Some(count) if output.status.success() => {
+            Ok((count, String::from_utf8_lossy(&output.stdout).into_owned()))
+        }
         _ => bail!("callgrind counted nothing of {}: {said}", program.display()),
     }
 }
@@ -226,12 +229,12 @@ pub const ABOUT: &str = "A scene is compiled to a plan when it loads, and what t
     is skipped: loops of a step, sections of a message, pipelines of the page. Instructions a step are \
     counted by callgrind, on a bare world of 80 bodies that rains, lands and rests, in a build that can not do \
     the thing at all, in the shipped one, and in the shipped one with a plan that names it though no \
-    body has it. Kinematic bodies, continuous collision and sleeping are not planned: a step asks each body \
-    whether it is pushed, itself whether anybody is fast, and the settings whether anybody may sleep; the column \
-    of costs says what asking costs. Impact events come from the list of who \
-    touches whom, which is there for every scene in which two groups meet; strangers are boxes of groups that \
-    do not. A part that builds differently moves a few instructions of its neighbours: a \
-    cost may be negative.";
+    body has it. Forces, sleeping, kinematic bodies and continuous collision are not named: a step asks the \
+    settings for the first two, each body whether it is pushed, and itself whether anybody is fast; the column \
+    of costs says what asking costs. Impact events come from the list of who touches whom, which is there \
+    for every scene in which two groups meet; strangers are boxes of groups that do not. All builds of a row \
+    end with the same hash, or the count fails. A part that builds differently moves a few instructions of \
+    its neighbours: a cost may be negative.";
 
 /// Where there is nothing that a plan could name.
 const NO_PLAN: &str = "nothing to name";
