@@ -7,7 +7,7 @@ use jostle_sim::{Scene, Seat};
 use std::sync::{Arc, OnceLock};
 
 /// Ticks of one input.
-const TICKS_MAX: u32 = 100;
+const TICKS_MAX: u32 = 40;
 
 /// Parts: messages of clients, whose seat is the low six bits of the kind. With bit 6 the client goes,
 /// for good if the part is empty; with bit 7 a tick is played first. Everybody who reads holds what the
