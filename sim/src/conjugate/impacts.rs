@@ -14,9 +14,11 @@
 //!
 //! Pairs that do not bounce are here too if one moves by more than the size of the other: a row is a
 //! tangent for a whole step, and whoever is stopped and slides on in the same step is long past it.
-//! All others are left to the rows, unless something bounces beyond: then they stop there first.
+//! All others are left to the rows, unless something bounces beyond: then they stop there first, and
+//! what rests is held until then. A path is looked at along its chord, since shapes are swept along
+//! straight lines; gravity bends it, so whoever is struck is asked what was in the way up to that time.
 
-use super::rows::{Facts, Row, is_fast, placed};
+use super::rows::{Facts, Row, bearable, is_fast, placed, thickness};
 use super::{Frame, gap};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::body::Motion;
@@ -33,6 +35,8 @@ const IMPACTS_MAX: u32 = 32;
 /// A pair is fast where one of the two moves in a step by more than so many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
+/// How often something is looked for in the way of what is in the way.
+const WAYS_MAX: u32 = 8;
 /// End of a list of pairs.
 const NONE: u32 = u32::MAX;
 
@@ -122,8 +126,12 @@ struct Hit {
     normal: Vec2,
     /// Closing speed then, units/s.
     closing: f32,
+    /// What gravity adds to it, units/s^2.
+    gain: f32,
     /// Seconds into the step.
     time: f32,
+    /// How deep gravity has drawn the two into each other by then, world units: 0 unless they rest.
+    depth: f32,
 }
 
 impl Impacts {
@@ -203,19 +211,16 @@ impl Impacts {
                 continue;
             }
             let time = f32::from_bits(event.time_bits);
-            let (pair, hit, restitution) = match self.in_the_way(bodies, pairs, pair, time, frame) {
+            let (pair, hit) = match self.in_the_way(bodies, pairs, pair, time, frame) {
                 // Between walls that close it would never end; the rows hold both.
                 Some((other, _)) if self.is_tired(other) => continue,
-                Some((other, hit)) => (other, hit, 0.0),
-                None => match self.look(bodies, pair, frame) {
-                    Some(hit) if bounces(bodies, pair, &hit, frame) => {
-                        (pair, hit, restitution(bodies, pair))
-                    }
-                    Some(hit) => (pair, hit, 0.0),
-                    None => continue,
+                Some(found) => found,
+                None => match self.look(bodies, pair, frame.dt, frame) {
+                    Some(hit) if hit.closing > 0.0 => (pair, hit),
+                    Some(_) | None => continue,
                 },
             };
-            self.strike(bodies, pair, &hit, restitution, frame);
+            self.strike(bodies, pair, &hit, frame);
             for slot in [pair.a, pair.b] {
                 self.expect_again(bodies, pairs, slot, frame);
             }
@@ -258,8 +263,9 @@ impl Impacts {
         if !counts || self.is_tired(pair) || !near(bodies, pair.a, pair.b) {
             return;
         }
-        if let Some(hit) = self.look(bodies, pair, frame)
-            && (fast && goes_through(&hit, frame.dt, frame) || bounces(bodies, pair, &hit, frame))
+        if let Some(hit) = self.look(bodies, pair, frame.dt, frame)
+            && (fast && goes_through(bodies, pair, &hit, frame)
+                || bounces(bodies, pair, &hit, frame))
         {
             let (time_bits, version) = (hit.time.to_bits(), self.version(pair));
             self.queue.push(Reverse(Event { time_bits, pair: place, version }));
@@ -291,8 +297,29 @@ impl Impacts {
         }
     }
 
-    /// The first pair of either body that would be through each other by then, without a bounce.
+    /// What stops a pair before it strikes at that time.
     fn in_the_way<'a>(
+        &self,
+        bodies: &Bodies,
+        pairs: &'a [Pair],
+        struck: &Pair,
+        time: f32,
+        frame: &Frame,
+    ) -> Option<(&'a Pair, Hit)> {
+        let mut found = self.first_passed(bodies, pairs, struck, time, frame)?;
+        for _ in 1..WAYS_MAX {
+            match self.first_passed(bodies, pairs, found.0, found.1.time, frame) {
+                Some(next) if next.1.time < found.1.time => found = next,
+                // It rests on something up to the same time.
+                Some(next) if next.1.depth > 0.0 && found.1.depth == 0.0 => found = next,
+                Some(_) | None => break,
+            }
+        }
+        Some(found)
+    }
+
+    /// The first pair of either body that would be through each other by then.
+    fn first_passed<'a>(
         &self,
         bodies: &Bodies,
         pairs: &'a [Pair],
@@ -312,13 +339,14 @@ impl Impacts {
                 if !near(bodies, pair.a, pair.b) {
                     continue;
                 }
-                let Some(hit) = self.look(bodies, pair, frame) else { continue };
-                let expected =
-                    is_fast(bodies, pair, frame.dt, FAST) || bounces(bodies, pair, &hit, frame);
+                let hit = self.look(bodies, pair, time, frame);
+                let Some(hit) = hit.and_then(|hit| passed(bodies, pair, hit, time, frame)) else {
+                    continue;
+                };
                 let earlier = found.as_ref().is_none_or(|(other, best)| {
                     (hit.time, pair.a, pair.b) < (best.time, other.a, other.b)
                 });
-                if !expected && earlier && goes_through(&hit, time, frame) {
+                if earlier {
                     found = Some((pair, hit));
                 }
             }
@@ -326,11 +354,14 @@ impl Impacts {
         found
     }
 
-    /// The next touch of a pair as it moves now.
-    fn look(&self, bodies: &Bodies, pair: &Pair, frame: &Frame) -> Option<Hit> {
+    /// The next touch of a pair as it moves now, until a time.
+    fn look(&self, bodies: &Bodies, pair: &Pair, until: f32, frame: &Frame) -> Option<Hit> {
         let (a, b) = (pair.a as usize, pair.b as usize);
         let start = max(self.paths.since[a], self.paths.since[b]);
-        let left = frame.dt - start;
+        let left = until - start;
+        if left <= 0.0 {
+            return None;
+        }
         let acceleration = fall(bodies, b, frame) - fall(bodies, a, frame);
         let first = bodies.velocity[b] - bodies.velocity[a];
         let velocity = first + acceleration * start;
@@ -347,7 +378,7 @@ impl Impacts {
         let (distance, closing) = (max(gap.separation, 0.0), -gap.normal.dot(velocity));
         let gain = -gap.normal.dot(acceleration);
         let squared = closing * closing + 2.0 * gain * distance;
-        let touching = if squared > 0.0 { squared.sqrt() } else { return None };
+        let touching = if squared >= 0.0 { squared.sqrt() } else { return None };
         let after = if closing > 0.0 {
             2.0 * distance / (closing + touching)
         } else if gain > 0.0 {
@@ -355,19 +386,15 @@ impl Impacts {
         } else {
             return None;
         };
-        let hit = Hit { normal: gap.normal, closing: touching, time: start + after };
+        let time = start + after;
+        let hit = Hit { normal: gap.normal, closing: touching, gain, time, depth: 0.0 };
         (after <= left).then_some(hit)
     }
 
     /// Gives both bodies of a pair their new paths.
-    fn strike(
-        &mut self,
-        bodies: &mut Bodies,
-        pair: &Pair,
-        hit: &Hit,
-        restitution: f32,
-        frame: &Frame,
-    ) {
+    fn strike(&mut self, bodies: &mut Bodies, pair: &Pair, hit: &Hit, frame: &Frame) {
+        let restitution =
+            if bounces(bodies, pair, hit, frame) { restitution(bodies, pair) } else { 0.0 };
         let (a, b) = (pair.a as usize, pair.b as usize);
         let (weight_a, weight_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
         let mass = 1.0 / (weight_a + weight_b);
@@ -378,14 +405,15 @@ impl Impacts {
         let friction = (bodies.material[a].friction * bodies.material[b].friction).sqrt();
         let limit = friction * press;
         let rub = clamp(-along.dot(relative) * mass, -limit, limit);
-        let impulse = hit.normal * press + along * rub;
-        for (slot, change) in [(pair.a, impulse * -weight_a), (pair.b, impulse * weight_b)] {
+        let (impulse, out) = (hit.normal * press + along * rub, hit.normal * (hit.depth * mass));
+        for (slot, weight) in [(pair.a, -weight_a), (pair.b, weight_b)] {
             let index = slot as usize;
             if bodies.inverse_mass[index] == 0.0 {
                 continue;
             }
-            let velocity = clamp_length(bodies.velocity[index] + change, frame.speed_max);
-            bodies.center[index] -= (velocity - bodies.velocity[index]) * hit.time;
+            let velocity = bodies.velocity[index] + impulse * weight;
+            let velocity = clamp_length(velocity, frame.speed_max);
+            bodies.center[index] += out * weight - (velocity - bodies.velocity[index]) * hit.time;
             bodies.velocity[index] = velocity;
             if self.count[index] == 0 {
                 self.struck.push(slot);
@@ -409,13 +437,34 @@ fn restitution(bodies: &Bodies, pair: &Pair) -> f32 {
 /// Whether a pair bounces off each other.
 #[inline]
 fn bounces(bodies: &Bodies, pair: &Pair, hit: &Hit, frame: &Frame) -> bool {
-    hit.closing > frame.settings.bounce_threshold && restitution(bodies, pair) > 0.0
+    hit.depth == 0.0
+        && hit.closing > frame.settings.bounce_threshold
+        && restitution(bodies, pair) > 0.0
 }
 
-/// Whether a pair that nothing stops overlaps by then, by more than it may.
+/// Overlap of a pair that is left to the rows: they see to what gravity does in a step.
 #[inline]
-fn goes_through(hit: &Hit, time: f32, frame: &Frame) -> bool {
-    (time - hit.time) * hit.closing > frame.settings.slop + frame.fall()
+fn left_alone(bodies: &Bodies, pair: &Pair, frame: &Frame) -> f32 {
+    bearable(thickness(bodies, pair), frame.settings.slop + frame.fall())
+}
+
+/// Whether a pair that nothing stops overlaps at the end of the step, by more than it may.
+#[inline]
+fn goes_through(bodies: &Bodies, pair: &Pair, hit: &Hit, frame: &Frame) -> bool {
+    (frame.dt - hit.time) * hit.closing > left_alone(bodies, pair, frame)
+}
+
+/// What stops a pair that would overlap by then, by more than it may: its touch, or, if only gravity
+/// draws it on from there, a support that has held it until then.
+#[inline]
+fn passed(bodies: &Bodies, pair: &Pair, hit: Hit, time: f32, frame: &Frame) -> Option<Hit> {
+    let (since, allowed) = (time - hit.time, left_alone(bodies, pair, frame));
+    if since * hit.closing > allowed {
+        return Some(hit);
+    }
+    let depth = since * (hit.closing + 0.5 * hit.gain * since);
+    let closing = hit.closing + hit.gain * since;
+    (depth > allowed).then_some(Hit { closing, time, depth, ..hit })
 }
 
 /// Gravity on a body.

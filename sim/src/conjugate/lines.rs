@@ -40,7 +40,8 @@ pub(crate) struct Lines {
     masses: Vec<f32>,
     links: Vec<u32>,
     /// Rows of the island that are in no line; faces before what is slanted: a body that crosses
-    /// from face to face is carried by them, and the edge between has nothing left to push.
+    /// from face to face is carried by them, and the edge between has nothing left to push. Those that
+    /// pass each other are in neither: they carry nothing.
     pub others: Vec<u32>,
     edges: Vec<Edge>,
     /// By slot: last edge up from it, edges down from it that are unused, and the path that came by.
@@ -89,7 +90,7 @@ impl Lines {
         for axis in 0..2 {
             self.find_along(axis, rows, island);
         }
-        let slanted = |row: &Row| row.normal.x != 0.0 && row.normal.y != 0.0;
+        let slanted = |row: &Row| row.normal.x != 0.0 && row.normal.y != 0.0 && !row.passes();
         self.others.extend(island.iter().filter(|&&place| slanted(&rows[place as usize])));
     }
 
@@ -118,7 +119,7 @@ impl Lines {
         self.edges.clear();
         for &place in island {
             let row = &rows[place as usize];
-            if row.normal[1 - axis] != 0.0 {
+            if row.normal[1 - axis] != 0.0 || row.passes() {
                 continue;
             }
             let upward = row.normal[axis] > 0.0;
@@ -308,5 +309,49 @@ fn sum_impulses(pool: Pool, nodes: &[Node], links: &[u32], rows: &[Row], changes
             change += nodes[place].mass * nodes[place].speed;
             changes[place - 1] = change;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::gap::FAR;
+    use super::*;
+
+    /// A row from a lower body to a higher one.
+    fn upward((a, weight_a): (u32, f32), (b, weight_b): (u32, f32), bound: f32) -> Row {
+        Row {
+            a,
+            b,
+            normal: Vec2::Y,
+            bound,
+            mass: 1.0 / (weight_a + weight_b),
+            weight_a,
+            weight_b,
+            friction: 0.0,
+            press: 0.0,
+            rub: 0.0,
+            press_before: 0.0,
+            rub_before: 0.0,
+            press_along: 0.0,
+            rub_along: 0.0,
+            pair: 0,
+        }
+    }
+
+    #[test]
+    fn a_line_goes_by_what_can_carry_not_by_who_passes() {
+        let (ground, light, passing, heavy) = ((0, 0.0), (1, 1e4), (2, 1.0), (3, 1e-4));
+        let mut rows = [
+            upward(ground, light, 0.0),
+            upward(light, passing, -FAR / 0.02),
+            upward(light, heavy, 0.0),
+        ];
+        let mut lines = Lines::default();
+        lines.reserve(4);
+        lines.find(&rows, &[0, 1, 2]);
+        assert!(lines.others.is_empty(), "{:?}", lines.others);
+        let mut velocity = [0.0, 0.0, -30.0, -3.0].map(|speed| Vec2::new(0.0, speed));
+        lines.sweep::<true>(&mut rows, &mut velocity);
+        assert_eq!(velocity.map(|v| v.y), [0.0, 0.0, -30.0, 0.0]);
     }
 }

@@ -21,6 +21,9 @@ const SPECULATIVE: f32 = 0.02;
 const ROUNDING: f32 = 1.2e-7;
 /// Share of the greatest friction from which on a pair slides.
 const SLIDING: f32 = 0.999;
+/// Share of the thinner one's half-size that two bodies may overlap at most, whatever else is left
+/// alone: who is in a wall to the middle has no side any more.
+const THIN_SHARE: f32 = 0.25;
 
 /// What a sweep reads and writes of a pair: one cache line.
 #[derive(Clone, Copy, Debug)]
@@ -183,9 +186,20 @@ pub(crate) fn is_fast(bodies: &Bodies, pair: &Pair, dt: f32, times: f32) -> bool
     if !CAN.continuous {
         return false;
     }
-    let thickness = |slot: u32| bodies.thickness(slot as usize);
-    let path = max(speed(pair.a), speed(pair.b)) * dt;
-    path > times * min(thickness(pair.a), thickness(pair.b))
+    max(speed(pair.a), speed(pair.b)) * dt > times * thickness(bodies, pair)
+}
+
+/// The smaller half-size of a pair, world units.
+#[inline]
+pub(crate) fn thickness(bodies: &Bodies, pair: &Pair) -> f32 {
+    let of = |slot: u32| bodies.thickness(slot as usize);
+    min(of(pair.a), of(pair.b))
+}
+
+/// As much of an overlap that is left alone as bodies of this size may have.
+#[inline]
+pub(crate) fn bearable(thickness: f32, overlap: f32) -> f32 {
+    min(overlap, THIN_SHARE * thickness)
 }
 
 #[inline]
@@ -275,6 +289,12 @@ impl Row {
     #[inline]
     pub fn sticks(&self) -> bool {
         self.rub.abs() < SLIDING * self.friction * self.press
+    }
+
+    /// Whether the pair passes each other: no impulse of it is ever needed.
+    #[inline]
+    pub fn passes(&self) -> bool {
+        self.bound <= -FAR
     }
 
     /// Whether both bodies can be pushed.

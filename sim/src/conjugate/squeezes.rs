@@ -8,7 +8,7 @@
 
 use super::gap::{FAR, Gap};
 use super::impacts::{Impacts, Paths, fall};
-use super::rows::{Facts, Row, sight};
+use super::rows::{Facts, Row, bearable, sight, thickness};
 use super::travel::Travel;
 use super::{Frame, doubts};
 use crate::bodies::Bodies;
@@ -34,9 +34,11 @@ pub(crate) fn settle(
     impacts.held.clear();
     for &place in island {
         let (row, facts) = (&rows[place as usize], &facts[place as usize]);
-        if impacts.paths.start(&pairs[row.pair as usize]) <= 0.0 {
+        let pair = &pairs[row.pair as usize];
+        if impacts.paths.start(pair) <= 0.0 {
             continue;
         }
+        let allowed = bearable(thickness(bodies, pair), allowed);
         let closing = -row.normal.dot(row.relative(&bodies.velocity));
         if closing * frame.dt > facts.separation + allowed {
             for slot in [row.a, row.b] {

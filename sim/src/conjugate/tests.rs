@@ -1,5 +1,7 @@
 //! The solver on the cases that it is built for, with the figures that are accepted.
 
+mod rooms;
+
 use super::*;
 use crate::math::Rng;
 use crate::shape::Shape;

@@ -11,19 +11,15 @@
 
 use super::gap::{self, Gap};
 use super::impacts::Paths;
-use super::rows::placed;
+use super::rows::{bearable, placed, thickness};
 use crate::bodies::Bodies;
-use crate::math::{max, min};
+use crate::math::max;
 use crate::pairs::Pair;
 use glam::Vec2;
 use std::cmp::Ordering;
 
 /// How often it is looked: who is put out of one wall may be in the next one, in a corner.
 const ROUNDS: u32 = 4;
-
-/// Overlap with a wall that is left alone, as a share of the thinner one's half-size, if that is less
-/// than the slop: who is in a wall to the middle has no side any more.
-const SHARE: f32 = 0.25;
 
 /// Scratch.
 #[derive(Clone, Debug, Default)]
@@ -45,7 +41,7 @@ impl Walls {
     /// have gone far.
     pub fn may_be_passed(&self, bodies: &mut Bodies, least: f32, slop: f32, quick: bool) -> bool {
         let thin = bodies.thinnest();
-        let left_alone = -min(slop, SHARE * thin);
+        let left_alone = -bearable(thin, slop);
         let far =
             |slot: usize| (bodies.center[slot] - self.start[slot]).length_squared() > thin * thin;
         least < left_alone || quick && bodies.moving.iter().any(|&slot| far(slot as usize))
@@ -84,8 +80,8 @@ impl Walls {
             return None;
         }
         let reach = bodies.half[a] + bodies.half[b];
-        let thin = min(bodies.shape[a].thickness(), bodies.shape[b].thickness());
-        let slop = min(slop, SHARE * thin);
+        let thin = thickness(bodies, pair);
+        let slop = bearable(thin, slop);
         let end = (bodies.center[b] - bodies.center[a]).abs();
         let overlaps = end.x < reach.x - slop && end.y < reach.y - slop;
         let way = (bodies.center[b] - self.start[b] - bodies.center[a] + self.start[a]).abs();
