@@ -25,6 +25,10 @@ const LEFT_ALONE: f32 = 0.8;
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 20;
 const WORK_SHARE: u32 = 4;
+/// How many contacts away from an overlap bodies still give way: sweeps that few reach no further,
+/// and a pile in which one body is deep in another need not be looked at as a whole.
+const LAYERS: u8 = 8;
+const FAR_OFF: u8 = u8::MAX;
 /// Change of a displacement at which they end: a share of the slop, or world units.
 const TOLERANCE: f32 = 0.1;
 const TOLERANCE_MIN: f32 = 1e-5;
@@ -38,6 +42,8 @@ pub(crate) struct Places {
     island: Vec<u32>,
     /// By slot.
     shift: Vec<Vec2>,
+    /// By slot: how many contacts a movable body is away from an overlap, if at most [`LAYERS`].
+    layer: Vec<u8>,
 }
 
 /// Parts what overlaps; whether anything did.
@@ -50,12 +56,12 @@ pub(crate) fn part(
 ) -> bool {
     let tolerance = max(TOLERANCE * settings.slop, TOLERANCE_MIN);
     let visits = settings.work_max / WORK_SHARE / settings.position_passes.max(1);
-    let sweeps = visits / (rows.len() as u32).max(1);
-    let end = End { tolerance, sweeps_max: sweeps.clamp(SWEEPS_MIN, SWEEPS_MAX) };
     for _ in 0..settings.position_passes {
         if !places.list(bodies, rows, facts, pairs, settings) {
             return true;
         }
+        let sweeps = visits / (places.rows.len() as u32).max(1);
+        let end = End { tolerance, sweeps_max: sweeps.clamp(SWEEPS_MIN, SWEEPS_MAX) };
         lines.find(&places.rows, &places.island);
         let blocks = (&mut *lines, &mut *trees);
         sweep::solve::<false>(&mut places.rows, &places.island, blocks, &mut places.shift, end);
@@ -77,20 +83,46 @@ impl Places {
         settings: &Conjugate,
     ) -> bool {
         self.rows.clear();
-        self.island.clear();
         self.shift.resize(bodies.alive.len(), Vec2::ZERO);
+        self.layer.clear();
+        self.layer.resize(bodies.alive.len(), FAR_OFF);
         let mut any = false;
         for (row, facts) in rows.iter_mut().zip(facts) {
             let Some(gap) = look(bodies, row, &pairs[row.pair as usize]) else { continue };
             row.normal = gap.normal;
             facts.left = gap.separation;
-            any |= gap.separation < -settings.slop;
             if gap.separation < settings.correction_max {
-                self.island.push(self.rows.len() as u32);
                 self.rows.push(asking(row, -room(gap.separation, settings)));
             }
+            if gap.separation < -settings.slop {
+                any = true;
+                for (slot, weight) in [(row.a, row.weight_a), (row.b, row.weight_b)] {
+                    self.layer[slot as usize] = if weight > 0.0 { 0 } else { FAR_OFF };
+                }
+            }
+        }
+        if any {
+            self.stay_near();
         }
         any
+    }
+
+    /// Leaves the rows that are few contacts away from an overlap.
+    fn stay_near(&mut self) {
+        for layer in 0..LAYERS {
+            for row in self.rows.iter().filter(|row| row.is_free()) {
+                let (a, b) = (row.a as usize, row.b as usize);
+                for (from, to) in [(a, b), (b, a)] {
+                    if self.layer[from] == layer && self.layer[to] > layer {
+                        self.layer[to] = layer + 1;
+                    }
+                }
+            }
+        }
+        let layer = &self.layer;
+        self.rows.retain(|row| layer[row.a as usize].min(layer[row.b as usize]) < LAYERS);
+        self.island.clear();
+        self.island.extend(0..self.rows.len() as u32);
     }
 
     /// Moves the bodies, none by more than `most`: tangents say nothing of what is further away.
