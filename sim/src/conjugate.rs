@@ -133,6 +133,7 @@ pub(crate) struct Workspace {
     pub rows: Vec<Row>,
     /// Of each row.
     pub facts: Vec<Facts>,
+    crowd: Vec<u8>,
     impacts: Impacts,
     islands: Islands,
     lines: Lines,
@@ -215,13 +216,13 @@ impl Workspace {
     pub fn meet(&mut self, bodies: &Bodies, pairs: &[Pair], frame: &Frame) {
         let step = Step { dt: frame.dt, fall: frame.fall(), quick: self.quick };
         let paths = &self.impacts.paths;
-        let (rows, facts) = (&mut self.rows, &mut self.facts);
+        let rows = (&mut self.rows, &mut self.facts, &mut self.crowd);
         let gather = match (frame.features.circles, frame.features.boxes) {
             (true, false) => rows::gather::<{ shapes::CIRCLES }>,
             (false, true) => rows::gather::<{ shapes::BOXES }>,
             _ => rows::gather::<{ shapes::BOTH }>,
         };
-        self.doubtful = gather(bodies, pairs, paths, step, rows, facts);
+        self.doubtful = gather(bodies, pairs, paths, step, rows);
     }
 
     /// Who bounced, and who has rows.

@@ -14,9 +14,13 @@ use super::rows::{Facts, Row, placed};
 use super::sweep::{self, End};
 use super::trees::Trees;
 use crate::bodies::Bodies;
-use crate::math::max;
+use crate::math::{max, min};
 use crate::pairs::Pair;
+use crate::shape::Shape;
 use glam::Vec2;
+
+#[cfg(test)]
+mod tests;
 
 /// Share of the slop to which an overlap beyond it is brought back: whoever rests at its edge would
 /// be looked at in every step.
@@ -29,6 +33,9 @@ const WORK_SHARE: u32 = 4;
 /// and a pile in which one body is deep in another need not be looked at as a whole.
 const LAYERS: u8 = 8;
 const FAR_OFF: u8 = u8::MAX;
+/// Side of that square, as a share of the thinner one's half-size.
+const SEATS: f32 = 0.25;
+const TWO_TO_32: f32 = 4_294_967_296.0;
 /// Change of a displacement at which they end: a share of the slop, or world units.
 const TOLERANCE: f32 = 0.1;
 const TOLERANCE_MIN: f32 = 1e-5;
@@ -120,7 +127,10 @@ impl Places {
             }
         }
         let layer = &self.layer;
-        self.rows.retain(|row| layer[row.a as usize].min(layer[row.b as usize]) < LAYERS);
+        self.rows.retain(|row| {
+            let nearest = layer[row.a as usize].min(layer[row.b as usize]);
+            nearest < LAYERS || nearest == LAYERS && !row.is_free()
+        });
         self.island.clear();
         self.island.extend(0..self.rows.len() as u32);
     }
@@ -155,6 +165,30 @@ fn room(separation: f32, settings: &Conjugate) -> f32 {
     if room >= 0.0 { room } else { max(room * settings.correction, -settings.correction_max) }
 }
 
+/// The gap of a pair where it is. Who has no side any more is parted along the line of centres: from
+/// a heap at one point that is outwards, and in a row that fills its container from wall to wall a
+/// little out of the row.
 fn look(bodies: &Bodies, row: &Row, pair: &Pair) -> Option<Gap> {
-    gap::between(placed(bodies, row.a), placed(bodies, row.b), Vec2::ZERO, pair.axis)
+    let gap = gap::between(placed(bodies, row.a), placed(bodies, row.b), Vec2::ZERO, pair.axis)?;
+    if !row.is_sideless(bodies, gap.separation) {
+        return Some(gap);
+    }
+    let (a, b) = (row.a as usize, row.b as usize);
+    let way = bodies.center[b] - bodies.center[a];
+    let thin = min(bodies.shape[a].thickness(), bodies.shape[b].thickness());
+    let normal = (way + (seat(row.b) - seat(row.a)) * (SEATS * thin)).normalize_or(Vec2::Y);
+    let support = |slot: usize| match bodies.shape[slot] {
+        Shape::Circle { radius } => radius,
+        Shape::Box { half } => half.dot(normal.abs()),
+    };
+    Some(Gap { normal, separation: normal.dot(way) - support(a) - support(b) })
+}
+
+/// Where in the unit square a body counts as lying if many lie at one place: they part as if they had
+/// been spread evenly (multiples of the inverses of the plastic number and of its square; Roberts 2018,
+/// "The unreasonable effectiveness of quasirandom sequences").
+fn seat(slot: u32) -> Vec2 {
+    const STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
+    let unit = |step: u32| slot.wrapping_mul(step) as f32 / TWO_TO_32;
+    Vec2::new(unit(STEPS[0]), unit(STEPS[1]))
 }

@@ -25,6 +25,11 @@ const SLIDING: f32 = 0.999;
 /// alone: who is in a wall to the middle has no side any more.
 const THIN_SHARE: f32 = 0.25;
 
+/// Overlap, as a share of the thinner one's half-size, from which on it does not say a side.
+const SIDELESS: f32 = 0.5;
+/// Rows with such an overlap that every body has at least.
+const CROWD: u8 = 32;
+
 /// What a sweep reads and writes of a pair: one cache line.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
@@ -83,19 +88,22 @@ pub(crate) struct Step {
 }
 
 /// The rows of a step in (a, b) order, from where the bodies are and how they move before gravity
-/// and contacts act, in a world with these [`shapes`] only. Whether one is of a fast pair.
+/// and contacts act, in a world with these [`shapes`] only. Of a crowd at one place, whose
+/// pairs are as many as the square of its bodies, [`CROWD`] a body have rows: these part first.
+/// Whether one row is of a fast pair.
 pub(crate) fn gather<const SHAPES: u8>(
     bodies: &Bodies,
     pairs: &[Pair],
     paths: &Paths,
     step: Step,
-    rows: &mut Vec<Row>,
-    facts: &mut Vec<Facts>,
+    (rows, facts, crowd): (&mut Vec<Row>, &mut Vec<Facts>, &mut Vec<u8>),
 ) -> bool {
     let Step { dt, fall, .. } = step;
     let mut doubtful = false;
     rows.clear();
     facts.clear();
+    crowd.clear();
+    crowd.resize(bodies.alive.len(), 0);
     for (place, pair) in (0u32..).zip(pairs) {
         if !near(bodies, pair.a, pair.b) {
             continue;
@@ -110,6 +118,13 @@ pub(crate) fn gather<const SHAPES: u8>(
         let speeds = gap.normal.dot(velocity_a).abs() + gap.normal.dot(velocity_b).abs();
         if gap.separation == FAR || gap.separation < SPECULATIVE + fall + speeds * dt {
             let (row, fact) = meet::<SHAPES>(bodies, pair, place, gap, step);
+            if row.is_sideless(bodies, gap.separation) {
+                if crowd[a] >= CROWD && crowd[b] >= CROWD {
+                    continue;
+                }
+                crowd[a] = crowd[a].saturating_add(1);
+                crowd[b] = crowd[b].saturating_add(1);
+            }
             doubtful |= fact.fast;
             rows.push(row);
             facts.push(fact);
@@ -295,6 +310,15 @@ impl Row {
     #[inline]
     pub fn passes(&self) -> bool {
         self.bound <= -FAR
+    }
+
+    /// Whether the two can part to any side, and are so deep in each other that none is theirs.
+    pub fn is_sideless(&self, bodies: &Bodies, separation: f32) -> bool {
+        if separation >= 0.0 || !self.is_free() {
+            return false;
+        }
+        let thickness = |slot: u32| bodies.shape[slot as usize].thickness();
+        separation < -SIDELESS * min(thickness(self.a), thickness(self.b))
     }
 
     /// Whether both bodies can be pushed.

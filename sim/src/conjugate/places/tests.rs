@@ -1,0 +1,86 @@
+//! Bodies that were put into each other, few and many.
+
+use crate::conjugate::Conjugate;
+use crate::solver::Solver;
+use crate::world::{BodyDef, BodyId, Motion, World, WorldSettings};
+use crate::{Shape, Vec2};
+
+const SLOP: f32 = 0.005;
+/// Half of the container's inside.
+const HALF: f32 = 30.0;
+
+/// A container with crates and balls of size 1 at these places.
+fn crowded(gravity: f32, places: impl Iterator<Item = Vec2>) -> World {
+    let mut world = World::new(WorldSettings {
+        gravity: Vec2::new(0.0, -gravity),
+        solver: Some(Solver::Conjugate(Conjugate::default())),
+        ..WorldSettings::default()
+    });
+    let wall = BodyDef { motion: Motion::Static, friction: 0.3, ..BodyDef::default() };
+    for side in [Vec2::X, Vec2::Y, Vec2::NEG_X, Vec2::NEG_Y] {
+        let along = side.perp().abs() * (2.0 * HALF + 40.0);
+        let size = along + side.abs() * 20.0;
+        let position = side * (HALF + 10.0);
+        add(&mut world, &BodyDef { shape: Shape::rect(size.x, size.y), position, ..wall });
+    }
+    for (count, position) in places.enumerate() {
+        let shape = if count % 2 == 0 { Shape::rect(1.0, 1.0) } else { Shape::circle(0.5) };
+        add(&mut world, &BodyDef { shape, position, friction: 0.3, ..BodyDef::default() });
+    }
+    world
+}
+
+fn add(world: &mut World, def: &BodyDef) -> BodyId {
+    world.add(def).expect("there is room")
+}
+
+/// The largest overlap of two bodies, as far as crates and balls of size 1 and the walls go.
+fn deepest(world: &World) -> f32 {
+    let bodies: Vec<(Vec2, bool)> = world
+        .ids()
+        .filter(|&id| world.motion(id) == Motion::Dynamic)
+        .map(|id| (world.position(id), matches!(world.shape(id), Shape::Circle { .. })))
+        .collect();
+    let mut deepest: f32 = 0.0;
+    for (index, &(place, round)) in bodies.iter().enumerate() {
+        deepest = deepest.max(place.abs().max_element() + 0.5 - HALF);
+        for &(other, other_round) in &bodies[index + 1..] {
+            let way = (other - place).abs();
+            let depth = match (round, other_round) {
+                (true, true) => 1.0 - way.length(),
+                (false, false) => (1.0 - way).min_element(),
+                _ => 0.5 - (way - 0.5).max(Vec2::ZERO).length(),
+            };
+            deepest = deepest.max(depth);
+        }
+    }
+    deepest
+}
+
+#[test]
+fn three_hundred_bodies_at_one_point_are_apart_within_a_second() {
+    for gravity in [0.0, 50.0] {
+        let mut world = crowded(gravity, (0..300).map(|_| Vec2::new(0.0, -HALF + 3.0)));
+        (0..60).for_each(|_| world.step());
+        let deepest = deepest(&world);
+        assert!(deepest < 2.0 * SLOP, "gravity {gravity}: {deepest} deep");
+    }
+}
+
+#[test]
+fn a_crowd_has_rows_by_the_body_and_not_by_the_pair() {
+    let count = 300;
+    let mut world = crowded(0.0, (0..count).map(|_| Vec2::ZERO));
+    world.step();
+    let rows = world.workspace_rows();
+    assert!(rows <= 32 * count, "{rows} rows of {count} bodies");
+}
+
+#[test]
+fn a_row_from_wall_to_wall_that_has_no_room_gives_way_upwards() {
+    let places = (0..90).map(|k| Vec2::new(-HALF + 0.5 + 59.0 / 89.0 * k as f32, -HALF + 0.5));
+    let mut world = crowded(50.0, places);
+    (0..120).for_each(|_| world.step());
+    let deepest = deepest(&world);
+    assert!(deepest < 2.0 * SLOP, "{deepest} deep");
+}
