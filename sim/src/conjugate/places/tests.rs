@@ -1,6 +1,7 @@
 //! Bodies that were put into each other, few and many.
 
 use crate::conjugate::Conjugate;
+use crate::math::max;
 use crate::solver::Solver;
 use crate::world::{BodyDef, BodyId, Motion, World, WorldSettings};
 use crate::{Shape, Vec2};
@@ -41,17 +42,18 @@ fn deepest(world: &World) -> f32 {
         .filter(|&id| world.motion(id) == Motion::Dynamic)
         .map(|id| (world.position(id), matches!(world.shape(id), Shape::Circle { .. })))
         .collect();
-    let mut deepest: f32 = 0.0;
+    let mut deepest = 0.0;
     for (index, &(place, round)) in bodies.iter().enumerate() {
-        deepest = deepest.max(place.abs().max_element() + 0.5 - HALF);
+        let out = max(place.x.abs(), place.y.abs()) + 0.5 - HALF;
+        deepest = max(deepest, out);
         for &(other, other_round) in &bodies[index + 1..] {
             let way = (other - place).abs();
             let depth = match (round, other_round) {
                 (true, true) => 1.0 - way.length(),
-                (false, false) => (1.0 - way).min_element(),
-                _ => 0.5 - (way - 0.5).max(Vec2::ZERO).length(),
+                (false, false) => 1.0 - max(way.x, way.y),
+                _ => 0.5 - Vec2::new(max(way.x - 0.5, 0.0), max(way.y - 0.5, 0.0)).length(),
             };
-            deepest = deepest.max(depth);
+            deepest = max(deepest, depth);
         }
     }
     deepest
