@@ -77,7 +77,8 @@ impl Strays {
             let gap = rows::sight::<{ shapes::BOTH }>(bodies, paths, pair, path, dt);
             if let Some(gap) = gap.filter(|gap| gap.separation + gap.normal.dot(path) < -TOUCH) {
                 let (row, facts) = rows::meet::<{ shapes::BOTH }>(bodies, pair, place, gap, step);
-                self.rows.push(row);
+                // The last step's impulse, which `meet` knows, was not given in this one.
+                self.rows.push(Row { press: 0.0, rub: 0.0, ..row });
                 self.facts.push(facts);
             }
         }
@@ -122,5 +123,40 @@ pub(crate) fn find_again(rows: &mut [Row], pairs: &[Pair]) {
             place += 1;
         }
         row.pair = place as u32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pairs::Axis;
+    use crate::shape::Shape;
+    use crate::world::{BodyDef, World, WorldSettings};
+    use glam::Vec2;
+
+    #[test]
+    fn a_stray_has_no_impulse_that_nobody_was_given() {
+        let mut world = World::new(WorldSettings::default());
+        for (x, speed) in [(0.0, 100.0), (3.0, -100.0)] {
+            let (position, velocity) = (Vec2::new(x, 0.0), Vec2::new(speed, 0.0));
+            let def =
+                BodyDef { shape: Shape::circle(1.0), position, velocity, ..BodyDef::default() };
+            world.add(&def).expect("there is room");
+        }
+        let mut bodies = world.body_arrays().clone();
+        let (mut strays, mut paths, dt) = (Strays::default(), Paths::default(), 1.0 / 60.0);
+        paths.since.resize(2, 0.0);
+        assert!(strays.reach_out(&mut bodies, dt));
+        let pair = Pair {
+            a: 0,
+            b: 1,
+            normal_impulse: 5.0,
+            tangent_impulse: 1.0,
+            axis: Axis::Free,
+            warm_normal: Vec2::ZERO,
+        };
+        let (mut rows, mut facts) = (Vec::new(), Vec::new());
+        assert!(strays.gather(&bodies, &[pair], &paths, dt, (&mut rows, &mut facts)));
+        assert_eq!((rows.len(), rows[0].press, rows[0].rub), (1, 0.0, 0.0));
     }
 }

@@ -209,7 +209,7 @@ mod tests {
     use super::super::{Arguments, run};
     use super::*;
 
-    /// Not evidence of the rate, which is some one failure in 10,000 (docs/development.md), but a
+    /// Not evidence of the rate, which is some three failures in 100,000 (docs/development.md), but a
     /// guard: of the first 300 none fails.
     #[test]
     fn of_the_first_300_none_escapes_or_gains_or_stops_being_a_number() {
@@ -228,15 +228,15 @@ mod tests {
             &[
                 668, 880, 1272, 2286, 2585, 2991, 3212, 4182, 6041, 7046, 7811, 7984, 8321, 8538,
                 8574, 8901, 9173, 9394, 9965, 10191, 10220, 10467, 10894, 11611, 11675, 12320,
-                13781, 13893, 13969, 14378, 14480, 14633, 14775,
+                13781, 13893, 13969, 14378, 14480, 14633, 14775, 24374, 29089,
             ],
         ),
         (
             2,
             &[
                 264, 561, 1695, 1719, 1902, 2245, 2448, 2713, 3202, 3430, 3976, 4855, 5611, 5649,
-                5936, 6044, 7589, 7612, 8037, 8235, 8713, 8728, 9384, 9923, 10608, 12102, 12644,
-                13479, 13508,
+                5936, 6044, 7589, 7612, 8037, 8235, 8713, 8728, 9384, 9923, 10608, 12102, 12344,
+                12644, 13479, 13508,
             ],
         ),
     ];
