@@ -209,7 +209,7 @@ mod tests {
     use super::super::{Arguments, run};
     use super::*;
 
-    /// Not evidence of the rate, which is some three failures in 100,000 (docs/development.md), but a
+    /// Not evidence of the rate, which is a few failures in 100,000 at most (docs/development.md), but a
     /// guard: of the first 300 none fails.
     #[test]
     fn of_the_first_300_none_escapes_or_gains_or_stops_being_a_number() {
