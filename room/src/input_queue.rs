@@ -38,12 +38,12 @@ impl InputQueue {
         self.seq_played
     }
 
-    /// Queues an input. Old, repeated and far-future numbers are dropped; past
-    /// [`INPUTS_QUEUED_MAX`] the oldest input is.
-    pub fn push(&mut self, seq: u32, input: Input) {
+    /// Queues an input, and returns whether it did. Old, repeated and far-future numbers are dropped;
+    /// past [`INPUTS_QUEUED_MAX`] the oldest input is.
+    pub fn push(&mut self, seq: u32, input: Input) -> bool {
         let ahead = seq.checked_sub(self.seq_newest);
         if !ahead.is_some_and(|ahead| (1..=SEQ_AHEAD_MAX).contains(&ahead)) {
-            return;
+            return false;
         }
         self.seq_newest = seq;
         if self.waiting.len() == INPUTS_QUEUED_MAX {
@@ -51,6 +51,7 @@ impl InputQueue {
         }
         let input = input.rounded();
         self.waiting.push_back(Waiting { seq, input, dropped: Buttons::default() });
+        true
     }
 
     /// The input to play in this tick: the next one, or the last one for [`SILENCE_TICKS`], or
@@ -127,7 +128,7 @@ mod tests {
     #[test]
     fn one_input_is_played_a_tick_in_order() {
         let mut queue = InputQueue::default();
-        (1..=2).for_each(|seq| queue.push(seq, numbered(seq)));
+        (1..=2).for_each(|seq| assert!(queue.push(seq, numbered(seq))));
         assert_eq!(queue.seq_played(), 0);
         for seq in 1..=2 {
             assert_eq!(queue.take(), Some(numbered(seq)));
@@ -192,7 +193,7 @@ mod tests {
     #[test]
     fn a_queue_that_stays_long_is_cut_down() {
         let mut queue = InputQueue::default();
-        (1..=5).for_each(|seq| queue.push(seq, numbered(seq)));
+        (1..=5).for_each(|seq| assert!(queue.push(seq, numbered(seq))));
         let mut delays = Vec::new();
         for seq in 6..100 {
             queue.take();
@@ -208,7 +209,7 @@ mod tests {
         let mut queue = InputQueue::default();
         let mut seqs = Vec::new();
         for burst in 0..20 {
-            (burst * 6 + 1..=burst * 6 + 6).for_each(|seq| queue.push(seq, numbered(seq)));
+            (burst * 6 + 1..=burst * 6 + 6).for_each(|seq| assert!(queue.push(seq, numbered(seq))));
             seqs.extend(played(&mut queue));
         }
         assert_eq!(seqs, (1..=120).collect::<Vec<_>>());

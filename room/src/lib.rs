@@ -146,14 +146,14 @@ impl Room {
         }
     }
 
-    /// Queues an input; old, repeated and far-future sequence numbers are dropped, and so is
-    /// everything for a seat without a socket.
-    pub fn input(&mut self, seat: Seat, seq: u32, input: Input) {
+    /// Queues an input, and returns whether it did: old, repeated and far-future sequence numbers
+    /// are dropped, and so is everything for a seat without a socket.
+    pub fn input(&mut self, seat: Seat, seq: u32, input: Input) -> bool {
         let member = self.members.at_mut(seat).filter(|member| member.lost_tick.is_none());
-        if let Some(member) = member {
+        member.is_some_and(|member| {
             member.token_before = None;
-            member.inputs.push(seq, input);
-        }
+            member.inputs.push(seq, input)
+        })
     }
 
     /// Plays one tick: joins and leaves, one input per player in seat order, the game, a snapshot.

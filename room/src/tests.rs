@@ -308,7 +308,7 @@ fn inputs_from_the_past_and_the_future_change_nothing() {
 fn a_burst_of_inputs_is_played_one_a_tick() {
     let mut room = yard();
     let seat = join(&mut room, "Ann");
-    (1..=4).for_each(|seq| room.input(seat, seq, Input::default()));
+    (1..=4).for_each(|seq| assert!(room.input(seat, seq, Input::default())));
     for seq in [1, 2, 3, 4, 4] {
         room.tick();
         assert_eq!(player(&room, seat).unwrap().input_seq, seq);
@@ -322,7 +322,7 @@ fn a_click_in_a_dropped_input_still_launches() {
     ticks(&mut room, 2);
     let at = |buttons| Input { buttons, pointer: Some(Vec2::new(50.0, 50.0)) };
     room.input(seat, 1, at(Buttons::FIRE));
-    (2..=20).for_each(|seq| room.input(seat, seq, at(Buttons::default())));
+    (2..=20).for_each(|seq| assert!(room.input(seat, seq, at(Buttons::default()))));
     room.tick();
     let packs = room.snapshot().bodies.iter().filter(|body| body.kind == jostle_sim::Kind::Pack);
     assert_eq!(packs.count(), 1);

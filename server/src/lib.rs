@@ -12,6 +12,7 @@ pub mod cli;
 pub mod http;
 pub mod limits;
 pub mod listen;
+pub mod metered;
 pub mod metrics;
 pub mod ops;
 pub mod outbox;

@@ -1,7 +1,9 @@
 //! Limits of the host. Past each of them one peer gets a named answer and nobody else notices.
 //! Limits on what a message may hold are in [`jostle_protocol::limits`].
 
-use jostle_protocol::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX};
+use jostle_protocol::limits::{
+    CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX,
+};
 use jostle_sim::TICKS_PER_SECOND;
 use std::time::Duration;
 
@@ -49,6 +51,13 @@ pub const HELLO_WAIT: Duration = Duration::from_secs(5);
 pub const MESSAGES_PER_SECOND_MAX: u32 = 120;
 /// Messages at once: what an honest client has sent after a network stall of four seconds.
 pub const MESSAGES_BURST_MAX: u32 = 240;
+/// Bytes of the longest message with its frame: two of opcode and length, two more of length, a mask.
+const FRAME_BYTES_MAX: u32 = CLIENT_MESSAGE_BYTES_MAX as u32 + 2 + 2 + 4;
+/// Bytes a second in the long run. Messages are counted when they are whole; this counts fragments,
+/// of which a message may have any number, and pings before the hello.
+pub const BYTES_PER_SECOND_MAX: u32 = MESSAGES_PER_SECOND_MAX * FRAME_BYTES_MAX;
+/// Bytes at once: [`MESSAGES_BURST_MAX`] of the longest messages.
+pub const BYTES_BURST_MAX: u32 = MESSAGES_BURST_MAX * FRAME_BYTES_MAX;
 /// Decoded messages that wait for the room. Twice the burst, so only a room that stands still for
 /// seconds can fill it.
 pub const INBOX_MAX: usize = 512;

@@ -11,6 +11,7 @@ use std::convert::Infallible;
 use std::io;
 use std::net::{IpAddr, SocketAddr};
 use std::pin::pin;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
@@ -83,15 +84,22 @@ fn check(config: &Config) -> io::Result<()> {
 }
 
 async fn accept(listener: &TcpListener, app: &Arc<App>, alive: &mpsc::Sender<Infallible>) {
+    let mut is_failing = false;
     loop {
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
             Err(error) => {
-                warn!(%error, "cannot accept");
+                app.metrics.turned_away("cannot_accept");
+                // Told once, for this may go on twenty times a second.
+                if !is_failing {
+                    warn!(%error, "cannot accept; trying again and again");
+                }
+                is_failing = true;
                 sleep(limits::ACCEPT_RETRY).await;
                 continue;
             }
         };
+        is_failing = false;
         let is_proxy = app.trusted_proxies.contains(&peer.ip().to_canonical());
         let permit = match is_proxy {
             // It speaks for many; they are counted when they play.
@@ -144,8 +152,10 @@ where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
     let upgraded = Arc::new(Mutex::new(None));
+    let asked = Arc::new(AtomicBool::new(false));
     let service = service_fn(|request| {
         let (app, upgraded) = (Arc::clone(app), Arc::clone(&upgraded));
+        asked.store(true, Ordering::Relaxed);
         async move {
             let (answer, upgrade) = http::answer(request, peer, &app).await;
             if upgrade.is_some() {
@@ -172,8 +182,19 @@ where
     };
     if let Err(error) = served {
         debug!(address = %peer, %error, "connection ended");
+        count_refused(&error, asked.load(Ordering::Relaxed), app);
     }
     upgraded.lock().unwrap_or_else(PoisonError::into_inner).take()
+}
+
+/// Counts a connection that was no HTTP, or whose first request did not come in time. One that asked
+/// before has only been idle.
+fn count_refused(error: &hyper::Error, asked: bool, app: &App) {
+    if error.is_parse() {
+        app.metrics.turned_away("bad_request");
+    } else if error.is_timeout() && !asked {
+        app.metrics.turned_away("slow_request");
+    }
 }
 
 /// Resolves when the server begins to close.

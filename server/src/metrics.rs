@@ -24,6 +24,10 @@ pub struct Metrics {
     pub snapshots: [Snapshots; Rate::ALL.len()],
     /// Keyframes for sockets that were too far behind.
     pub late: Counter,
+    /// Inputs that no tick will play, because of their numbers.
+    pub inputs_ignored: Counter,
+    /// Rooms that panicked.
+    pub rooms_failed: Counter,
     joins: Family<Label, Counter>,
     leaves: Family<Label, Counter>,
     refusals: Family<Label, Counter>,
@@ -84,6 +88,8 @@ impl Default for Metrics {
             ticks: Ticks::registered(&mut registry),
             snapshots: snapshots(&mut registry),
             late: Counter::default(),
+            inputs_ignored: Counter::default(),
+            rooms_failed: Counter::default(),
             joins: Family::default(),
             leaves: Family::default(),
             refusals: Family::default(),
@@ -96,6 +102,9 @@ impl Default for Metrics {
         };
         let late = metrics.late.clone();
         registry.register("sockets_late", "Sockets that were too far behind for deltas", late);
+        let ignored = metrics.inputs_ignored.clone();
+        let about = "Inputs with old, repeated or far-future numbers";
+        registry.register("inputs_ignored", about, ignored);
         registry.register("joins", "Players who got a seat, by how", metrics.joins.clone());
         registry.register("leaves", "Players who went, by how", metrics.leaves.clone());
         registry.register(
@@ -104,6 +113,8 @@ impl Default for Metrics {
             metrics.refusals.clone(),
         );
         registry.register("rooms", "Open rooms", metrics.rooms.clone());
+        let failed = metrics.rooms_failed.clone();
+        registry.register("rooms_failed", "Rooms ended by a panic", failed);
         registry.register("players", "Seats taken", metrics.players.clone());
         registry.register("bodies", "Bodies in all rooms", metrics.bodies.clone());
         let written = metrics.replay_bytes.clone();
@@ -184,9 +195,14 @@ impl Metrics {
         snapshots.bytes.inc_by(bytes as u64);
     }
 
-    /// A player got a seat, an old one or a new one.
-    pub fn joined(&self, resumed: bool) {
-        let how = if resumed { "resumed" } else { "new" };
+    /// A player got a seat: an old one, or a new one, be it for want of a token or for one that gives
+    /// no seat back (any more).
+    pub fn joined(&self, resumed: bool, with_token: bool) {
+        let how = match (resumed, with_token) {
+            (true, _) => "resumed",
+            (false, true) => "unknown_token",
+            (false, false) => "new",
+        };
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
@@ -240,7 +256,8 @@ mod tests {
     #[test]
     fn what_happened_is_in_the_text() {
         let metrics = Metrics::default();
-        metrics.joined(false);
+        metrics.joined(false, false);
+        metrics.joined(false, true);
         metrics.left(true);
         metrics.refused(Refusal::Flood);
         metrics.turned_away("foreign_page");
@@ -255,6 +272,9 @@ mod tests {
             "jostle_tick_play_seconds_count 1",
             "jostle_snapshots_bytes_total{hz=\"20\"} 700",
             "jostle_joins_total{how=\"new\"} 1",
+            "jostle_joins_total{how=\"unknown_token\"} 1",
+            "jostle_inputs_ignored_total 0",
+            "jostle_rooms_failed_total 0",
             "jostle_leaves_total{how=\"left\"} 1",
             "jostle_refusals_total{reason=\"flood\"} 1",
             "jostle_refusals_total{reason=\"foreign_page\"} 1",

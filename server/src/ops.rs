@@ -34,7 +34,10 @@ pub async fn serve(listener: TcpListener, app: Arc<App>) {
                 continue;
             }
         };
-        let Some(permit) = places.admit(peer.ip()) else { continue };
+        let Some(permit) = places.admit_one_of_all(peer.ip()) else {
+            app.metrics.turned_away("ops_busy");
+            continue;
+        };
         let app = Arc::clone(&app);
         tokio::spawn(async move {
             let served = timeout(limits::OPS_CONNECTION_MAX, speak(stream, &app)).await;

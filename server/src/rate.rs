@@ -20,12 +20,18 @@ impl TokenBucket {
 
     /// Takes one token; `false` when none is left.
     pub fn take(&mut self, now: Instant) -> bool {
+        self.take_many(1, now)
+    }
+
+    /// Takes so many tokens; `false`, and none is taken, when fewer are left.
+    pub fn take_many(&mut self, count: usize, now: Instant) -> bool {
+        let count = count as f64;
         let gained = now.saturating_duration_since(self.filled_at).as_secs_f64() * self.per_second;
         self.tokens = (self.tokens + gained).min(self.burst);
         self.filled_at = now;
-        let allowed = self.tokens >= 1.0;
+        let allowed = self.tokens >= count;
         if allowed {
-            self.tokens -= 1.0;
+            self.tokens -= count;
         }
         allowed
     }

@@ -3,6 +3,7 @@
 //! its outbox.
 
 use crate::limits;
+use crate::metered::Metered;
 use crate::outbox::Outbox;
 use crate::rate::TokenBucket;
 use crate::rooms::{Facts, random};
@@ -27,7 +28,7 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tracing::{debug, info};
 
-type Socket = WebSocketStream<TcpStream>;
+type Socket = WebSocketStream<Metered>;
 
 /// How a session ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +42,7 @@ enum End {
 /// Plays one session on an upgraded connection; `read` holds bytes that came with the upgrade.
 pub async fn play(stream: TcpStream, read: Vec<u8>, code: &str, address: IpAddr, app: &App) {
     let config = Some(socket_config());
+    let stream = Metered::new(stream);
     let mut socket = WebSocketStream::from_partially_read(stream, read, Role::Server, config).await;
     let end = serve(&mut socket, code, address, app).await;
     match end {
@@ -97,8 +99,8 @@ async fn hello(socket: &mut Socket) -> Result<(Appearance, Option<u64>), End> {
             Some(Ok(Message::Binary(bytes))) => bytes,
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
             Some(Ok(Message::Close(_))) | None => return Err(End::Gone),
-            Some(Err(error)) if is_lost(&error) => return Err(End::Gone),
-            Some(_) => return Err(End::Refused(Refusal::BadMessage)),
+            Some(Err(error)) => return Err(end_of(&error)),
+            Some(Ok(_)) => return Err(End::Refused(Refusal::BadMessage)),
         };
         return match ClientMessage::decode(&bytes) {
             Ok(ClientMessage::Hello { version, .. }) if version != VERSION => {
@@ -165,8 +167,8 @@ impl Seated {
                 Some(Ok(Message::Binary(bytes))) => self.accept(&bytes),
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
                 Some(Ok(Message::Close(frame))) => Err(self.leave(frame)),
-                Some(Err(error)) if is_lost(&error) => Err(End::Gone),
-                Some(Err(_) | Ok(_)) => Err(End::Refused(Refusal::BadMessage)),
+                Some(Err(error)) => Err(end_of(&error)),
+                Some(Ok(_)) => Err(End::Refused(Refusal::BadMessage)),
                 None => Err(End::Gone),
             };
             if let Err(end) = accepted {
@@ -234,16 +236,18 @@ impl Seated {
     }
 }
 
-/// Whether the error is a lost connection, and not something that the peer said.
-fn is_lost(error: &tokio_tungstenite::tungstenite::Error) -> bool {
+/// What an error of the socket ends: too many bytes, a lost connection, or else something that the
+/// peer said.
+fn end_of(error: &tokio_tungstenite::tungstenite::Error) -> End {
     use tokio_tungstenite::tungstenite::error::{Error, ProtocolError};
-    matches!(
-        error,
+    match error {
+        Error::Io(error) if error.kind() == Metered::SPENT => End::Refused(Refusal::Flood),
         Error::Io(_)
-            | Error::ConnectionClosed
-            | Error::AlreadyClosed
-            | Error::Protocol(ProtocolError::ResetWithoutClosingHandshake)
-    )
+        | Error::ConnectionClosed
+        | Error::AlreadyClosed
+        | Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => End::Gone,
+        _ => End::Refused(Refusal::BadMessage),
+    }
 }
 
 /// Says why, closes, and reads on until the peer has closed too: closing a socket with unread bytes
@@ -269,7 +273,7 @@ async fn close(mut socket: Socket, end: End) {
             let _ = socket.flush().await;
         }
     }
-    let mut stream = socket.into_inner();
+    let mut stream = socket.into_inner().into_inner();
     if stream.shutdown().await.is_err() {
         return;
     }

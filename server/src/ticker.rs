@@ -135,6 +135,7 @@ impl Ticker {
             Ok(end) => info!(room = %code, reason = ?end, "room closed"),
             Err(_) => {
                 error!(room = %code, players = self.members.len(), "room failed and was closed");
+                self.metrics.rooms_failed.inc();
                 self.fail();
             }
         }
@@ -195,10 +196,10 @@ impl Ticker {
     }
 
     fn seat(&mut self, room: &mut Room, join: Join) {
-        let name = join.appearance.name.clone();
+        let (name, with_token) = (join.appearance.name.clone(), join.token.is_some());
         match room.join(join.appearance, join.token, join.fresh_token) {
             Ok(welcome) => {
-                self.metrics.joined(welcome.resumed);
+                self.metrics.joined(welcome.resumed, with_token);
                 self.replace(welcome.seat);
                 info!(
                     room = %self.facts.code, seat = welcome.seat.0, %name, address = %join.address,
@@ -228,7 +229,11 @@ impl Ticker {
         self.members.retain(|member| {
             loop {
                 match member.inbox.try_recv() {
-                    Ok(FromSession::Input { seq, input }) => room.input(member.seat, seq, input),
+                    Ok(FromSession::Input { seq, input }) => {
+                        if !room.input(member.seat, seq, input) {
+                            metrics.inputs_ignored.inc();
+                        }
+                    }
                     Ok(FromSession::Leave) => {
                         info!(room = %code, seat = member.seat.0, "player left");
                         metrics.left(true);

@@ -94,7 +94,9 @@ fn base(scene: &Arc<Scene>, ticks_before: u32) -> Base {
     let mut play = |room: &mut Room, ticks: u32| {
         for _ in 0..ticks {
             seq += 1;
-            (0..2).for_each(|seat| room.input(Seat(seat), seq, wild(&mut rng, scene.size)));
+            for seat in 0..2 {
+                room.input(Seat(seat), seq, wild(&mut rng, scene.size));
+            }
             room.tick();
         }
     };

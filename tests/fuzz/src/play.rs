@@ -56,7 +56,9 @@ fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
                 clients.push(Client::begin(room, Rate::ALL[clients.len() % Rate::ALL.len()]));
             }
         }
-        Ok(ClientMessage::Input { seq, input }) => room.input(seat, seq, input),
+        Ok(ClientMessage::Input { seq, input }) => {
+            room.input(seat, seq, input);
+        }
         Ok(ClientMessage::Ping { .. }) | Err(_) => {}
     }
 }

@@ -84,6 +84,7 @@ async fn another_version_is_told_so() {
     let mut old = Client::connect(server.address, "arena").await;
     old.hello(VERSION + 1, "Old", None).await;
     old.is_refused(Refusal::Version).await;
+    server.counts("jostle_refusals_total{reason=\"version\"}", 1).await;
     ann.goes_on().await;
 }
 
@@ -143,6 +144,7 @@ async fn a_flood_is_cut_off() {
         send_unless_closed(&mut eve, Message::Binary(input.encode().into())).await;
     }
     eve.is_refused(Refusal::Flood).await;
+    server.counts("jostle_refusals_total{reason=\"flood\"}", 1).await;
     ann.goes_on().await;
 }
 
@@ -205,6 +207,7 @@ async fn who_does_not_even_answer_pings_is_given_up() {
     let server = Server::start_with_waits(waits).await;
     let mut mute = Client::join(server.address, "arena", "Mute").await;
     mute.is_refused(Refusal::Silent).await;
+    server.counts("jostle_refusals_total{reason=\"silent\"}", 1).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     ann.goes_on().await;
 }
@@ -221,6 +224,7 @@ async fn a_half_sent_request_is_closed() {
         let closed = timeout(LONG / 5, stream.read_to_end(&mut answer)).await;
         closed.expect("the server gives up").expect("a clean end");
     }
+    server.counts("jostle_refusals_total{reason=\"slow_request\"}", 2).await;
     ann.goes_on().await;
 }
 

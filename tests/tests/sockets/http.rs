@@ -101,6 +101,7 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     assert_eq!(raw(server.address, create).await.status, 403);
     let get = "GET / HTTP/1.1\r\nHost: jostle\r\nOrigin: null\r\nConnection: close\r\n\r\n";
     assert_eq!(raw(server.address, get).await.status, 200, "reading is free");
+    server.counts("jostle_refusals_total{reason=\"foreign_page\"}", 2).await;
 }
 
 /// The first 12 bytes of the answer, from a socket that is dropped then.

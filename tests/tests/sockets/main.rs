@@ -4,6 +4,7 @@
 mod bad_clients;
 mod client;
 mod examples;
+mod faults;
 mod http;
 mod ops;
 mod play;

@@ -13,7 +13,8 @@ fn series(text: &str, name: &str) -> Option<f64> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn operators_see_who_plays_and_who_was_refused() {
-    let (mut server, ops) = Server::start_with_ops().await;
+    let mut server = Server::start().await;
+    let ops = server.ops;
     assert_eq!(get(ops, "/healthz").await.body, b"alive\n");
     assert_eq!(get(ops, "/readyz").await.status, 200);
     assert_eq!(get(ops, "/arena").await.status, 404, "nobody plays here");

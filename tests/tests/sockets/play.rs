@@ -81,6 +81,8 @@ async fn a_second_socket_with_the_same_token_replaces_the_first() {
     second.enter("Bob", Some(first.token)).await;
     assert_eq!(second.seat, first.seat);
     first.is_refused(Refusal::Replaced).await;
+    server.counts("jostle_refusals_total{reason=\"replaced\"}", 1).await;
+    server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
     drop(first);
     // The end of the first socket must not be taken for the end of the second.
     second.goes_on().await;
@@ -165,6 +167,7 @@ async fn the_end_of_the_server_is_announced_and_every_socket_closed() {
     let mut silent = Client::connect(server.address, "arena").await;
     server.stop();
     silent.is_refused(Refusal::Closing).await;
+    server.counts("jostle_refusals_total{reason=\"closing\"}", 1).await;
     let seconds = loop {
         if let ServerMessage::Draining { seconds } = ann.message().await {
             break seconds;

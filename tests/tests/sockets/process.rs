@@ -29,24 +29,41 @@ fn binary() -> PathBuf {
 pub struct Process {
     child: Child,
     pub address: SocketAddr,
+    /// The operators' port.
+    pub ops: SocketAddr,
 }
 
 impl Process {
     /// With more arguments; its log goes to `log`.
     pub fn serve(more: &[&str], log: Stdio) -> Process {
-        let mut child = Command::new(binary())
-            .args(["serve", "--listen", "127.0.0.1:0", "--log", "warn"])
+        Process::start(Command::new(binary()), more, log)
+    }
+
+    /// With so many descriptors at most.
+    #[cfg(unix)]
+    pub fn serve_with_descriptors(count: u32, log: Stdio) -> Process {
+        let mut shell = Command::new("sh");
+        shell.arg("-c").arg(format!("ulimit -n {count}; exec \"$0\" \"$@\"")).arg(binary());
+        Process::start(shell, &[], log)
+    }
+
+    fn start(mut command: Command, more: &[&str], log: Stdio) -> Process {
+        let mut child = command
+            .args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"])
             .args(more)
             .stdout(Stdio::piped())
             .stderr(log)
             .spawn()
             .expect("jostle starts");
-        let stdout = child.stdout.take().expect("a pipe");
-        let mut line = String::new();
-        BufReader::new(stdout).read_line(&mut line).expect("a line");
-        let url = line.trim().rsplit(' ').next().expect("a url");
-        let address = url.trim_start_matches("http://").trim_end_matches('/');
-        Process { child, address: address.parse().unwrap_or_else(|_| panic!("no url in {line:?}")) }
+        let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines();
+        let mut address = || {
+            let line = lines.next().expect("a line").expect("a readable line");
+            let url = line.trim().rsplit(' ').next().expect("a url");
+            let address = url.trim_start_matches("http://").trim_end_matches('/');
+            address.parse().unwrap_or_else(|_| panic!("no url in {line:?}"))
+        };
+        let (address, ops) = (address(), address());
+        Process { child, address, ops }
     }
 
     pub fn signal(&self, name: &str) {

@@ -214,6 +214,7 @@ async fn a_file_in_place_of_the_directory_costs_no_tick() {
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
     until_errors(&server, 1).await;
+    assert!(server.count("jostle_replay_errors_total").await > 1);
     keeps_its_rate(&mut ann, &mut bob).await;
     assert_eq!(fs::read_to_string(&file).expect("still there"), "in the way");
 }
@@ -257,6 +258,7 @@ async fn a_disk_that_fills_up_costs_no_tick_and_leaves_what_was_written() {
         }
     };
     timeout(2 * LONG, filled).await.expect("a full disk");
+    assert!(server.count("jostle_replay_errors_total").await > 0);
     keeps_its_rate(&mut ann, &mut bob).await;
     let replays = dir.replays();
     let [replay] = &replays[..] else { panic!("{} replays", replays.len()) };

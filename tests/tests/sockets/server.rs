@@ -1,17 +1,23 @@
 //! The server under test, on a port of its own.
 
+use crate::client::LONG;
+use crate::http::get;
 use jostle_server::limits::Waits;
 use jostle_server::{Config, run_with_ops};
 use jostle_sim::Scene;
 use std::io;
 use std::net::SocketAddr;
+use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
+use tokio::time::{sleep, timeout};
 
 /// A running server; it is told to stop when this is dropped.
 pub struct Server {
     pub address: SocketAddr,
+    /// The operators' port.
+    pub ops: SocketAddr,
     stop: Option<oneshot::Sender<()>>,
     task: JoinHandle<io::Result<()>>,
 }
@@ -36,26 +42,29 @@ impl Server {
     }
 
     pub async fn start_with(config: Config) -> Server {
-        Server::launch(config, None).await
-    }
-
-    /// With the built-in scenes and a port for operators.
-    pub async fn start_with_ops() -> (Server, SocketAddr) {
-        let ops = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
-        let address = ops.local_addr().expect("a bound port");
-        (Server::launch(Config::default(), Some(ops)).await, address)
-    }
-
-    async fn launch(config: Config, ops: Option<TcpListener>) -> Server {
-        let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+        let bind = || TcpListener::bind("127.0.0.1:0");
+        let listener = bind().await.expect("a free port");
+        let ops_listener = bind().await.expect("a free port");
         let address = listener.local_addr().expect("a bound port");
+        let ops = ops_listener.local_addr().expect("a bound port");
         let (stop, stopped) = oneshot::channel();
         let shutdown = async {
             // Dropping the sender stops the server as well.
             let _ = stopped.await;
         };
-        let task = tokio::spawn(run_with_ops(listener, ops, config, shutdown));
-        Server { address, stop: Some(stop), task }
+        let task = tokio::spawn(run_with_ops(listener, Some(ops_listener), config, shutdown));
+        Server { address, ops, stop: Some(stop), task }
+    }
+
+    /// What a counter says; 0 before anything of its kind happened.
+    pub async fn count(&self, series: &str) -> u64 {
+        count(self.ops, series).await
+    }
+
+    /// Expects a counter to reach a value, and not to pass it.
+    pub async fn counts(&self, series: &str, expected: u64) {
+        until_count(self.ops, series, expected).await;
+        assert_eq!(self.count(series).await, expected, "{series}");
     }
 
     /// Tells it to stop, without waiting.
@@ -67,4 +76,21 @@ impl Server {
     pub async fn ended(self) {
         self.task.await.expect("the server does not panic").expect("the server ends well");
     }
+}
+
+/// What a counter says on an operators' port.
+pub async fn count(ops: SocketAddr, series: &str) -> u64 {
+    let text = String::from_utf8(get(ops, "/metrics").await.body).expect("text");
+    let mut lines = text.lines().filter_map(|line| line.strip_prefix(series)?.strip_prefix(' '));
+    lines.next().map_or(0, |value| value.parse().expect("a whole number"))
+}
+
+/// Waits until a counter has reached a value: rooms count with their next tick.
+pub async fn until_count(ops: SocketAddr, series: &str, at_least: u64) {
+    let reached = async {
+        while count(ops, series).await < at_least {
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(LONG, reached).await.unwrap_or_else(|_| panic!("{series} did not reach {at_least}"));
 }

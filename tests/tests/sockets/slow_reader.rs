@@ -12,7 +12,7 @@ use tokio::net::TcpSocket;
 use tokio::time::timeout;
 
 /// Many bodies that never rest, so that a second of snapshots is more than any buffer holds.
-const RESTLESS: &str = r#"title = "Restless"
+pub const RESTLESS: &str = r#"title = "Restless"
 size = [400, 200]
 gravity = [0, 0]
 groups = ["block", "platform"]
@@ -91,6 +91,7 @@ async fn a_slow_reader_delays_nobody_and_gets_the_newest_state() {
     slow.until("the newest state", |snapshot| snapshot.tick >= resumed_tick).await;
     let messages = slow.snapshots - before;
     assert!(messages < elapsed / 2, "{messages} messages for {elapsed} ticks");
+    assert!(server.count("jostle_sockets_late_total").await > 0);
     let equal = same_tick(&mut ann, &mut slow, &mut seen).await;
     assert!(equal, "both see the same world at the same tick");
     ann.goes_on().await;
@@ -111,11 +112,19 @@ async fn who_takes_nothing_for_too_long_is_given_up() {
         snapshot.players.iter().any(|player| player.seat.0 == seat && !player.connected)
     })
     .await;
+    server.counts("jostle_refusals_total{reason=\"silent\"}", 1).await;
+    server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
+    // A tab that was in the background for too long comes back to its seat and the newest state.
+    let mut back = Client::connect(server.address, "restless").await;
+    back.enter("Stuck", Some(stuck.token)).await;
+    assert_eq!(back.seat, seat);
+    server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
     ann.goes_on().await;
+    back.goes_on().await;
 }
 
 /// A client whose kernel holds as little as possible for it.
-async fn connect_small(server: &Server) -> Client {
+pub async fn connect_small(server: &Server) -> Client {
     let small = TcpSocket::new_v4().expect("a socket");
     small.set_recv_buffer_size(4096).expect("a small buffer");
     Client::connect_over(small, server.address, "restless").await

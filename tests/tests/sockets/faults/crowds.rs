@@ -1,0 +1,107 @@
+//! Many at once: connects, leaves, and questions of operators.
+
+use super::refusals;
+use crate::client::{Client, LONG};
+use crate::http::get;
+use crate::server::Server;
+use jostle_protocol::{Refusal, ServerMessage, VERSION};
+use jostle_server::limits::OPS_CONNECTIONS_MAX;
+use jostle_sim::SEATS_MAX;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::{TcpSocket, TcpStream};
+use tokio::time::timeout;
+
+/// Sockets of the crowd.
+const CROWD: u16 = 500;
+
+/// Joins from one of several addresses of this machine; a seat, or why there is none.
+async fn attempt(server: SocketAddr, number: u16) -> Result<Client, Refusal> {
+    let socket = TcpSocket::new_v4().expect("a socket");
+    let own = Ipv4Addr::new(127, 0, 1, (number % 8) as u8 + 1);
+    socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
+    let mut client = Client::connect_over(socket, server, "arena").await;
+    client.hello(VERSION, "Many", None).await;
+    match client.message().await {
+        ServerMessage::Welcome { .. } => Ok(client),
+        ServerMessage::Refused { refusal } => Err(refusal),
+        other => panic!("{other:?} instead of an answer"),
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn five_hundred_connect_at_once_and_leave_at_once() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let address = server.address;
+    let attempts: Vec<_> =
+        (0..CROWD).map(|number| tokio::spawn(attempt(address, number))).collect();
+    let (mut seated, mut refused) = (Vec::new(), 0);
+    for attempt in attempts {
+        match timeout(2 * LONG, attempt).await.expect("an answer in time").expect("no panic") {
+            Ok(client) => seated.push(client),
+            Err(Refusal::RoomFull | Refusal::ServerFull) => refused += 1,
+            Err(other) => panic!("{other:?}"),
+        }
+    }
+    // Every seat is taken, and everybody else was told so.
+    assert_eq!((seated.len(), refused), (SEATS_MAX - 1, usize::from(CROWD) + 1 - SEATS_MAX));
+    server.counts("jostle_joins_total{how=\"new\"}", SEATS_MAX as u64).await;
+    let full = server.count(&refusals("room_full")).await;
+    assert_eq!(full + server.count(&refusals("server_full")).await, refused as u64);
+    ann.goes_on().await;
+
+    let left = seated.len() as u64;
+    drop(seated);
+    server.counts("jostle_leaves_total{how=\"lost\"}", left).await;
+    ann.until("everybody else gone", |snapshot| {
+        snapshot.players.iter().filter(|player| player.connected).count() == 1
+    })
+    .await;
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn operators_who_ask_hard_cost_players_nothing() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let ops = server.ops;
+    let asking: Vec<_> = (0..OPS_CONNECTIONS_MAX / 2)
+        .map(|_| {
+            tokio::spawn(async move {
+                for _ in 0..25 {
+                    assert_eq!(get(ops, "/metrics").await.status, 200);
+                }
+            })
+        })
+        .collect();
+    ann.goes_on().await;
+    for asked in asking {
+        timeout(LONG, asked).await.expect("answers in time").expect("only good answers");
+    }
+
+    // Who holds all its connections open shuts the port, and only that port.
+    let mut held = Vec::new();
+    while held.len() < OPS_CONNECTIONS_MAX + 4 {
+        held.push(TcpStream::connect(ops).await.expect("a connection"));
+    }
+    let mut last = held.pop().expect("the last connection");
+    let closed = timeout(LONG, last.read(&mut [0])).await.expect("an end in time");
+    assert!(!matches!(closed, Ok(1..)), "closed without an answer");
+    ann.goes_on().await;
+    drop(held);
+    timeout(LONG, until_answered(ops)).await.expect("a free connection");
+    assert!(server.count(&refusals("ops_busy")).await >= 4);
+}
+
+/// Asks until the server has noticed that its connections are free again.
+async fn until_answered(ops: SocketAddr) {
+    loop {
+        let mut stream = TcpStream::connect(ops).await.expect("a connection");
+        let asked = stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: jostle\r\n\r\n").await;
+        if asked.is_ok() && matches!(stream.read(&mut [0; 8]).await, Ok(1..)) {
+            return;
+        }
+    }
+}

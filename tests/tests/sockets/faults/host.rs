@@ -1,0 +1,67 @@
+//! What the machine does to the real program: it stands still, or has no descriptor left.
+#![cfg(unix)]
+
+use super::refusals;
+use crate::client::{Client, LONG};
+use crate::process::Process;
+use crate::server::{count, until_count};
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio::time::{sleep, timeout};
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_server_that_stood_still_skips_the_time_and_plays_on() {
+    let serve = || Process::serve(&[], Stdio::inherit());
+    let process = tokio::task::spawn_blocking(serve).await.expect("a server");
+    let mut ann = Client::join(process.address, "arena", "Ann").await;
+    ann.goes_on().await;
+    let before = count(process.ops, "jostle_ticks_missed_total").await;
+    process.signal("STOP");
+    sleep(Duration::from_millis(250)).await;
+    process.signal("CONT");
+    // 15 ticks were due; 5 are caught up, and some may have been due at either end.
+    until_count(process.ops, "jostle_ticks_missed_total", before + 8).await;
+    ann.goes_on().await;
+    assert_eq!(count(process.ops, "jostle_leaves_total{how=\"lost\"}").await, 0);
+    process.signal("TERM");
+    assert_eq!(process.exit_status().await, Some(0));
+}
+
+/// Enough for the program itself and some players.
+const DESCRIPTORS: u32 = 48;
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn without_descriptors_players_play_on_and_others_wait() {
+    let log = Path::new(env!("CARGO_TARGET_TMPDIR")).join("descriptors.log");
+    let file = std::fs::File::create(&log).expect("a file");
+    let serve = || Process::serve_with_descriptors(DESCRIPTORS, file.into());
+    let process = tokio::task::spawn_blocking(serve).await.expect("a server");
+    let mut ann = Client::join(process.address, "arena", "Ann").await;
+    let mut idle = Vec::new();
+    for _ in 0..2 * DESCRIPTORS {
+        idle.push(TcpStream::connect(process.address).await.expect("a place in the queue"));
+    }
+    let told = || {
+        let text = std::fs::read_to_string(&log).expect("a log");
+        text.lines().filter(|line| line.contains("cannot accept")).count()
+    };
+    let exhausted = async {
+        while told() == 0 {
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(LONG, exhausted).await.expect("no descriptor left");
+    ann.goes_on().await;
+    assert_eq!(told(), 1, "it is told once and not with every attempt");
+
+    drop(idle);
+    let mut bob = Client::join(process.address, "arena", "Bob").await;
+    bob.goes_on().await;
+    assert!(count(process.ops, &refusals("cannot_accept")).await > 10);
+    ann.goes_on().await;
+    process.signal("TERM");
+    assert_eq!(process.exit_status().await, Some(0));
+    std::fs::remove_file(&log).expect("the log");
+}

@@ -1,0 +1,143 @@
+//! Links that are slow, silent or gone, and tokens that come back to them.
+
+use super::refusals;
+use crate::client::{Client, LONG};
+use crate::server::Server;
+use crate::slow_reader::{RESTLESS, connect_small};
+use jostle_server::Config;
+use jostle_server::limits::Waits;
+use jostle_sim::{Buttons, Scene};
+use std::net::SocketAddr;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::mpsc;
+use tokio::time::{Instant, sleep, sleep_until, timeout};
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_peer_that_vanished_without_a_word_is_given_up_and_may_come_back() {
+    let waits = Waits {
+        keepalive: Duration::from_millis(200),
+        silence: Duration::from_secs(1),
+        ..Waits::default()
+    };
+    let server = Server::start_with_waits(waits).await;
+    let gone = Client::join(server.address, "arena", "Gone").await;
+    // Nobody reads this socket, so no ping is answered, and it is never closed from this side.
+    server.counts(&refusals("silent"), 1).await;
+    server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
+    let mut back = Client::connect(server.address, "arena").await;
+    back.enter("Gone", Some(gone.token)).await;
+    assert_eq!(back.seat, gone.seat);
+    server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
+    back.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_reads_byte_by_byte_is_given_up() {
+    let waits = Waits { stall: Duration::from_secs(1), ..Waits::default() };
+    let mut config = Config { waits, ..Config::default() };
+    config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
+    let server = Server::start_with(config).await;
+    let mut ann = Client::join(server.address, "restless", "Ann").await;
+    let mut slow = connect_small(&server).await;
+    slow.enter("Slow", None).await;
+    let reading = tokio::spawn(async move {
+        let mut byte = [0];
+        while slow.socket.get_mut().read_exact(&mut byte).await.is_ok() {
+            sleep(Duration::from_millis(50)).await;
+        }
+    });
+    ann.until("the end of the slow socket", |snapshot| {
+        snapshot.players.iter().any(|player| !player.connected)
+    })
+    .await;
+    server.counts(&refusals("silent"), 1).await;
+    ann.goes_on().await;
+    reading.abort();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_token_that_was_used_or_made_up_gives_no_seat_back() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let bob = Client::join(server.address, "arena", "Bob").await;
+    let (seat, used) = (bob.seat, bob.token);
+    drop(bob);
+    let mut bob = Client::connect(server.address, "arena").await;
+    bob.enter("Bob", Some(used)).await;
+    assert_ne!(bob.token, used, "every session gets a token of its own");
+    // The first input shows that the new token arrived; from then on the old one is worth nothing.
+    bob.goes_on().await;
+    for token in [used, 0, u64::MAX, ann.token ^ 1] {
+        let mut eve = Client::connect(server.address, "arena").await;
+        eve.enter("Eve", Some(token)).await;
+        assert!(eve.seat != seat && eve.seat != ann.seat, "{token:x} took a seat over");
+    }
+    server.counts("jostle_joins_total{how=\"unknown_token\"}", 4).await;
+    server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
+    bob.goes_on().await;
+    ann.goes_on().await;
+}
+
+/// One way of a link: bytes arrive in order, each part 100 to 200 ms after it was sent, and every
+/// fifteenth half a second later, with all that comes after it.
+async fn delayed(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut seed: u32) {
+    let (sender, mut parts) = mpsc::unbounded_channel::<(Instant, Vec<u8>)>();
+    let reading = async move {
+        let mut buffer = [0; 4096];
+        while let Ok(count @ 1..) = from.read(&mut buffer).await {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let stall = if (seed >> 16).is_multiple_of(15) { 500 } else { 0 };
+            let delay = Duration::from_millis(u64::from(100 + (seed >> 8) % 100 + stall));
+            if sender.send((Instant::now() + delay, buffer[..count].to_vec())).is_err() {
+                return;
+            }
+        }
+    };
+    let writing = async move {
+        while let Some((due, bytes)) = parts.recv().await {
+            sleep_until(due).await;
+            if to.write_all(&bytes).await.is_err() {
+                return;
+            }
+        }
+    };
+    tokio::join!(reading, writing);
+}
+
+/// A port whose one connection leads to `server` over a link with a round trip of 200 to 400 ms.
+async fn far_away(server: SocketAddr) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+    let address = listener.local_addr().expect("a bound port");
+    tokio::spawn(async move {
+        let (near, _) = listener.accept().await.expect("a client");
+        let far = TcpStream::connect(server).await.expect("a server");
+        let (near, far) = (near.into_split(), far.into_split());
+        tokio::join!(delayed(near.0, far.1, 1), delayed(far.0, near.1, 2));
+    });
+    address
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_far_player_on_a_bad_link_plays_on() {
+    let server = Server::start().await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut far = Client::join(far_away(server.address).await, "arena", "Far").await;
+    let play = async {
+        while far.seq < 180 {
+            far.input(Buttons::RIGHT, None).await;
+            timeout(Duration::from_millis(16), far.snapshot()).await.ok();
+        }
+    };
+    timeout(LONG, play).await.expect("a game that goes on");
+    far.goes_on().await;
+    assert!(far.player().connected);
+    // Its inputs came in clumps, and none of them was wrong.
+    assert_eq!(server.count("jostle_inputs_ignored_total").await, 0);
+    for reason in ["flood", "silent", "bad_message"] {
+        assert_eq!(server.count(&refusals(reason)).await, 0, "{reason}");
+    }
+    ann.goes_on().await;
+}
