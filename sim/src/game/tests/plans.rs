@@ -15,6 +15,7 @@ fn scenes() -> Vec<Scene> {
     let more = [
         ("explosions.toml", include_str!("../../../../tests/scenes/explosions.toml")),
         ("gas.toml", include_str!("../../../../tests/scenes/gas.toml")),
+        ("heap.toml", include_str!("../../../../tests/scenes/heap.toml")),
         ("pyramid.toml", include_str!("../../../../tests/scenes/pyramid.toml")),
         ("springs.toml", include_str!("../../../../tests/scenes/springs.toml")),
     ];
