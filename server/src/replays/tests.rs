@@ -6,6 +6,7 @@ use jostle_sim::Scene;
 use std::fs;
 use std::sync::mpsc::sync_channel;
 use std::time::{Instant, SystemTime};
+use writer::Clock;
 
 /// Longer than anything takes.
 const LONG: Duration = Duration::from_secs(30);
@@ -255,6 +256,29 @@ fn the_oldest_go_first_and_nothing_but_replays_goes() {
     assert!(shelf.make_room(1300).is_ok(), "the last one goes too");
     assert_eq!(dir.names(), ["My Game.jostle", "folder.jostle", "notes.txt"]);
     assert!(shelf.make_room(1301).is_err());
+}
+
+#[test]
+fn a_clock_that_steps_deletes_nothing() {
+    let began = Instant::now();
+    for wall in [SystemTime::UNIX_EPOCH, SystemTime::now()] {
+        // Files are stamped by the wall clock: before it was set, after, and after it was set back.
+        let dir = Dir::new("stepped");
+        dir.put("before.jostle", &[0; 600], 0);
+        let shelf = Shelf::new(dir.settings());
+        File::options()
+            .append(true)
+            .open(dir.0.join("before.jostle"))
+            .and_then(|file| file.set_modified(wall))
+            .expect("a time");
+        dir.put("after.jostle", &[0; 600], 0);
+        let later = began + days(1);
+        shelf.look(Clock::new(began, wall).time(later)).expect("a directory");
+        assert_eq!(dir.names(), ["after.jostle", "before.jostle"]);
+        // Age goes on all the same.
+        shelf.look(Clock::new(began, wall).time(began + days(32))).expect("a directory");
+        assert!(!dir.names().contains(&"before.jostle".to_owned()));
+    }
 }
 
 #[test]

@@ -24,6 +24,26 @@ pub struct Writer {
     is_failing: bool,
     /// Counters as they were last told.
     told: [u64; 4],
+    clock: Clock,
+}
+
+/// The wall clock as it was when the writer began, carried on by one that never steps: when the
+/// wall clock is set, no replay is suddenly too old.
+pub struct Clock {
+    began: Instant,
+    wall: SystemTime,
+}
+
+impl Clock {
+    /// A clock that goes by these two from now on.
+    pub fn new(began: Instant, wall: SystemTime) -> Clock {
+        Clock { began, wall }
+    }
+
+    /// The time of `now`.
+    pub fn time(&self, now: Instant) -> SystemTime {
+        self.wall + now.saturating_duration_since(self.began)
+    }
 }
 
 /// A file that is being written.
@@ -39,7 +59,8 @@ impl Writer {
     /// No files yet.
     pub fn new(shelf: Arc<Shelf>, jobs: Receiver<Job>, waiting_bytes: Arc<AtomicUsize>) -> Writer {
         let (open, is_failing, told) = (Vec::new(), false, [0; 4]);
-        Writer { shelf, jobs, waiting_bytes, open, is_failing, told }
+        let clock = Clock::new(Instant::now(), SystemTime::now());
+        Writer { shelf, jobs, waiting_bytes, open, is_failing, told, clock }
     }
 
     /// Writes until it is told to close.
@@ -158,7 +179,7 @@ impl Writer {
 
     /// Once a minute: the directory, files that nobody writes to any more, the counters.
     fn look(&mut self) {
-        if let Err(error) = self.shelf.look(SystemTime::now()) {
+        if let Err(error) = self.shelf.look(self.clock.time(Instant::now())) {
             self.count_error(&self.shelf.settings().dir.display().to_string(), &error);
         }
         let (left, open): (Vec<_>, Vec<_>) = std::mem::take(&mut self.open)

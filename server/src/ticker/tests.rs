@@ -81,7 +81,9 @@ fn a_room_that_fails_tells_its_players_and_no_other_room_notices() {
     let (other, other_inbox, other_outbox) = join();
     outside.rooms.join("arena", other).expect("another room");
 
+    let metrics = Arc::clone(&ticker.metrics);
     std::thread::spawn(move || ticker.run()).join().expect("the panic stays inside");
+    assert_eq!(metrics.rooms_failed.get(), 1);
     assert_eq!(end_of(&seated_outbox), Refusal::RoomFailed);
     assert_eq!(end_of(&waiting_outbox), Refusal::RoomFailed);
 

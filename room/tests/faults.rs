@@ -1,0 +1,194 @@
+//! A seeded simulation of a room, two players who behave, and everything else that may happen to it,
+//! without sockets and in virtual time. Whatever happens, the hashes are those of the quiet game with
+//! the same inputs, and a reader who keeps up sees every tick as it was. A failure names its seed.
+
+use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Stream};
+use jostle_room::{Rate, Reader, Room, SEQ_AHEAD_MAX};
+use jostle_sim::math::Rng;
+use jostle_sim::{Buttons, Input, Scene, Seat, Vec2};
+use std::sync::Arc;
+
+/// Two seats, both taken, so that no stranger gets one.
+const SCENE: &str = r#"title = "Pair"
+size = [100, 60]
+tools = ["steer"]
+groups = ["hero", "platform", "block"]
+pairs = [["hero", "platform"], ["hero", "block"], ["block", "block"], ["block", "platform"]]
+
+[limits]
+players = 2
+
+[hero]
+spawns = [[30, 20], [70, 20]]
+
+[[bodies]]
+kind = "wall"
+position = [50, 0]
+size = [100, 4]
+
+[[layouts]]
+kind = "block"
+count = 40
+area = [[5, 5], [95, 55]]
+radius = 1
+"#;
+
+const TICKS: u32 = 240;
+const SEEDS: u64 = 16;
+/// Readers at a time; one more makes all of them leave in one tick.
+const READERS_MAX: usize = 40;
+
+/// A game of two, whose inputs come from its seed alone.
+struct Play {
+    room: Room,
+    rng: Rng,
+    seq: u32,
+}
+
+fn look(name: &str) -> Appearance {
+    Appearance::new(name, 0).expect("a name")
+}
+
+impl Play {
+    fn new(seed: u64) -> Play {
+        let scene = Scene::parse("pair.toml", SCENE).unwrap_or_else(|error| panic!("{error}"));
+        let mut room = Room::new("pair", Arc::new(scene), seed);
+        for (name, token) in [("Ann", 1), ("Bob", 2)] {
+            room.join(look(name), None, token).expect("a free seat");
+        }
+        Play { room, rng: Rng::new(seed, 1), seq: 0 }
+    }
+
+    fn inputs(&mut self) {
+        self.seq += 1;
+        for seat in [Seat(0), Seat(1)] {
+            let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
+            let x = self.rng.range(0.0, 100.0);
+            let input = Input { buttons, pointer: Some(Vec2::new(x, 30.0)) };
+            assert!(self.room.input(seat, self.seq, input), "an honest input is taken");
+        }
+    }
+}
+
+fn quiet(seed: u64) -> Vec<u64> {
+    let mut play = Play::new(seed);
+    let tick = |_| {
+        play.inputs();
+        play.room.tick();
+        play.room.game().hash()
+    };
+    (0..TICKS).map(tick).collect()
+}
+
+/// Everybody and everything but the two players.
+struct Trouble {
+    rng: Rng,
+    readers: Vec<Reader>,
+}
+
+impl Trouble {
+    /// One thing that goes wrong.
+    fn strike(&mut self, room: &mut Room, seq: u32) {
+        let input = Input { buttons: Buttons::LEFT, pointer: None };
+        let seat = Seat(self.rng.below(2) as u8);
+        match self.rng.below(9) {
+            0 => {
+                let token = Some(u64::from(self.rng.next_u32()) << 8);
+                assert_eq!(room.join(look("Eve"), token, 9), Err(Refusal::RoomFull));
+            }
+            1 => assert!(!room.input(seat, self.rng.below(seq + 1), input), "an old input"),
+            2 => {
+                let ahead = SEQ_AHEAD_MAX + 1 + self.rng.below(1 << 20);
+                assert!(!room.input(seat, seq + ahead, input), "an input of the far future");
+            }
+            3 => {
+                let nobody = Seat(2 + self.rng.below(254) as u8);
+                assert!(!room.input(nobody, seq, input), "an input of nobody");
+                room.disconnect(nobody);
+                room.leave(nobody);
+            }
+            4 => self.garbage(),
+            5 => room.record("a disk that was empty", 0),
+            6 => drop(room.take_records()),
+            7 => drop(room.stop_recording()),
+            _ => self.read(room),
+        }
+    }
+
+    /// Bytes that mean nothing, or an input that nobody sends.
+    fn garbage(&mut self) {
+        let count = self.rng.below(CLIENT_MESSAGE_BYTES_MAX as u32 + 9) as usize;
+        let bytes: Vec<u8> = (0..count).map(|_| self.rng.next_u32() as u8).collect();
+        if let Ok(message) = ClientMessage::decode(&bytes) {
+            assert!(message.encode().len() <= CLIENT_MESSAGE_BYTES_MAX);
+        }
+    }
+
+    /// Somebody begins to read; or everybody goes at once.
+    fn read(&mut self, room: &mut Room) {
+        if self.readers.len() == READERS_MAX {
+            self.readers.clear();
+        }
+        let rate = Rate::ALL[self.rng.below(Rate::ALL.len() as u32) as usize];
+        self.readers.push(room.begin(rate).0);
+    }
+}
+
+/// A reader who keeps up, and compares.
+struct Watcher {
+    reader: Reader,
+    stream: Stream,
+}
+
+impl Watcher {
+    fn new(room: &mut Room) -> Watcher {
+        let (reader, keyframe) = room.begin(Rate::Full);
+        let mut watcher = Watcher { reader, stream: Stream::default() };
+        watcher.take(&keyframe);
+        watcher
+    }
+
+    fn take(&mut self, bytes: &[u8]) {
+        let Ok(ServerMessage::Snapshot(coded)) = ServerMessage::decode(bytes) else {
+            panic!("no snapshot")
+        };
+        self.stream.decode(&coded).expect("a readable snapshot");
+    }
+
+    fn look(&mut self, room: &Room, seed: u64) {
+        if let Some(bytes) = room.message(&self.reader).cloned() {
+            self.take(&bytes);
+            let newest = self.stream.newest().expect("a snapshot was read");
+            assert_eq!(&**newest, room.snapshot(), "seed {seed}");
+        }
+    }
+}
+
+fn troubled(seed: u64) -> Vec<u64> {
+    let mut play = Play::new(seed);
+    let mut trouble = Trouble { rng: Rng::new(seed, 2), readers: Vec::new() };
+    let mut watcher = Watcher::new(&mut play.room);
+    let tick = |_| {
+        for _ in 0..trouble.rng.below(12) {
+            trouble.strike(&mut play.room, play.seq);
+        }
+        play.inputs();
+        for _ in 0..trouble.rng.below(4) {
+            trouble.strike(&mut play.room, play.seq);
+        }
+        play.room.tick();
+        watcher.look(&play.room, seed);
+        play.room.game().hash()
+    };
+    (0..TICKS).map(tick).collect()
+}
+
+#[test]
+fn whatever_happens_around_them_two_players_have_the_same_game() {
+    for seed in 0..SEEDS {
+        let (quiet, troubled) = (quiet(seed), troubled(seed));
+        let parted = quiet.iter().zip(&troubled).position(|(a, b)| a != b);
+        assert_eq!(parted, None, "seed {seed}: tick after which the games part");
+    }
+}
