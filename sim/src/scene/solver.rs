@@ -7,6 +7,9 @@ use crate::conjugate::Conjugate;
 use crate::relaxation::Relaxation;
 use crate::solver::Solver;
 
+#[cfg(test)]
+mod tests;
+
 const RELAXATION_FIELDS: &[&str] =
     &["iterations", "correction", "slop", "bounce_threshold", "warm_start"];
 const CONJUGATE_FIELDS: &[&str] = &[
