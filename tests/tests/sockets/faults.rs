@@ -5,6 +5,7 @@ mod crowds;
 mod frames;
 mod host;
 mod links;
+mod soak;
 
 /// Name of the counter of a refusal.
 fn refusals(reason: &str) -> String {

@@ -20,17 +20,17 @@ use std::time::{Duration, Instant};
 use tokio::time::timeout;
 
 /// An empty directory for one test, removed when the test passed.
-struct Dir(PathBuf);
+pub struct Dir(PathBuf);
 
 impl Dir {
-    fn new(test: &str) -> Dir {
+    pub fn new(test: &str) -> Dir {
         let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("replays-{test}"));
         let _ = fs::remove_dir_all(&dir);
         fs::create_dir_all(&dir).expect("a directory");
         Dir(dir)
     }
 
-    fn settings(&self) -> Settings {
+    pub fn settings(&self) -> Settings {
         Settings::new(self.0.clone())
     }
 
@@ -39,7 +39,7 @@ impl Dir {
     }
 
     /// All replays in it; a file that was made this very moment is none yet.
-    fn replays(&self) -> Vec<Arc<Replay>> {
+    pub fn replays(&self) -> Vec<Arc<Replay>> {
         let paths = fs::read_dir(&self.0)
             .expect("a directory")
             .map(|entry| entry.expect("an entry").path());
@@ -56,12 +56,12 @@ impl Drop for Dir {
     }
 }
 
-async fn recording(settings: Settings) -> Server {
+pub async fn recording(settings: Settings) -> Server {
     Server::start_with(Config { replays: Some(settings), ..Config::default() }).await
 }
 
 /// Two players, for so many ticks.
-async fn play(one: &mut Client, other: &mut Client, ticks: u32) {
+pub async fn play(one: &mut Client, other: &mut Client, ticks: u32) {
     let end = one.newest.tick + ticks;
     let played = async {
         while one.newest.tick < end {
@@ -76,7 +76,7 @@ async fn play(one: &mut Client, other: &mut Client, ticks: u32) {
 }
 
 /// Verifies a replay, and expects it to be equal.
-async fn verify(replay: &Arc<Replay>) {
+pub async fn verify(replay: &Arc<Replay>) {
     let replay = Arc::clone(replay);
     let found = tokio::task::spawn_blocking(move || divergence::verify(&replay, |_| {})).await;
     assert_eq!(found.expect("no panic"), Ok(None));

@@ -13,13 +13,13 @@ use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 /// First byte of a whole binary frame, of a first fragment, of the next and of the last one.
-const WHOLE: u8 = 0x82;
-const FIRST: u8 = 0x02;
-const NEXT: u8 = 0x00;
+pub const WHOLE: u8 = 0x82;
+pub const FIRST: u8 = 0x02;
+pub const NEXT: u8 = 0x00;
 const LAST: u8 = 0x80;
 
 /// A frame with a mask of zeros, which leaves the payload as it is.
-fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
+pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
     let length = u8::try_from(payload.len()).expect("a short payload");
     assert!(length < 126, "a payload whose length is one byte");
     [&[first, 0x80 | length, 0, 0, 0, 0], payload].concat()
@@ -30,13 +30,13 @@ fn hello(name: &str) -> Vec<u8> {
     ClientMessage::Hello { version: VERSION, appearance, token: None }.encode()
 }
 
-fn input(seq: u32) -> Vec<u8> {
+pub fn input(seq: u32) -> Vec<u8> {
     let input = Input { buttons: Buttons::RIGHT, pointer: Some(Vec2::new(40.0, 30.0)) };
     ClientMessage::Input { seq, input }.encode()
 }
 
 /// Writes below the client's own framing. The server may close before it has read everything.
-async fn write(client: &mut Client, bytes: &[u8]) {
+pub async fn write(client: &mut Client, bytes: &[u8]) {
     let _ = timeout(LONG, client.socket.get_mut().write_all(bytes)).await.expect("time");
 }
 
