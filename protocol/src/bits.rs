@@ -17,6 +17,11 @@ pub struct BitWriter {
 }
 
 impl BitWriter {
+    /// No bits, in memory for so many bytes; it may grow past them.
+    pub fn with_capacity(bytes: usize) -> BitWriter {
+        BitWriter { bytes: Vec::with_capacity(bytes), count: 0 }
+    }
+
     /// The low `count` bits of a number, the lowest first.
     pub fn push(&mut self, value: u32, count: u32) {
         let used = self.count % 8;

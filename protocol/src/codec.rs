@@ -29,6 +29,9 @@ mod section {
     pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | EVENTS;
 }
 
+/// Memory that a message is given to begin with: most of them fit.
+const USUAL_BYTES: usize = 512;
+
 /// Names of the sections, in the order of their bits.
 const SECTION_NAMES: [&str; 7] =
     ["deaths", "moves", "births", "players", "inputs", "events", "keyframe"];
@@ -85,7 +88,7 @@ pub fn encode(
         | players.sections()
         | bit(!events.is_empty(), section::EVENTS)
         | bit(baseline.is_none(), section::KEYFRAME);
-    let mut writer = Writer::new();
+    let mut writer = Writer::with_capacity(USUAL_BYTES);
     writer.byte(SNAPSHOT | sections);
     match baseline {
         Some(_) => writer.byte(snapshot.tick as u8),

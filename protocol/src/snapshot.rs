@@ -69,13 +69,25 @@ pub struct Snapshot {
 impl Snapshot {
     /// The bodies of a game now. `players` come from the room, which knows names and sockets.
     /// Coordinates past [`QUANTA_MAX`] are brought back to it, far outside of any view.
-    pub fn capture(game: &Game, mut players: Vec<PlayerState>) -> Snapshot {
-        let bodies: Vec<_> = game.bodies().map(visible).collect();
-        assert!(bodies.len() <= BODIES_MAX, "{} bodies exceed {BODIES_MAX}", bodies.len());
-        for player in &mut players {
+    pub fn capture(game: &Game, players: Vec<PlayerState>) -> Snapshot {
+        let mut snapshot = Snapshot { players, ..Snapshot::default() };
+        snapshot.recapture(game);
+        snapshot
+    }
+
+    /// [`Snapshot::capture`] in the memory of an older one, whose players are up to date already.
+    pub fn recapture(&mut self, game: &Game) {
+        self.tick = game.tick_count();
+        self.bodies.clear();
+        self.bodies.extend(game.bodies().map(visible));
+        assert!(
+            self.bodies.len() <= BODIES_MAX,
+            "{} bodies exceed {BODIES_MAX}",
+            self.bodies.len()
+        );
+        for player in &mut self.players {
             player.pointer = player.pointer.map(limited);
         }
-        Snapshot { tick: game.tick_count(), bodies, players }
     }
 
     /// Names of the sections that a coded snapshot has, read from its first byte alone.

@@ -50,6 +50,11 @@ impl Writer {
         Writer::default()
     }
 
+    /// An empty message in memory for so many bytes; it may grow past them.
+    pub fn with_capacity(bytes: usize) -> Writer {
+        Writer { bytes: Vec::with_capacity(bytes) }
+    }
+
     /// The message.
     pub fn finish(self) -> Vec<u8> {
         self.bytes

@@ -35,7 +35,11 @@ pub struct Room {
     members: Members,
     /// Joins, leaves and looks since the last tick, at most three a seat.
     changes: Vec<Change>,
+    /// Of the newest tick.
+    inputs: Vec<(Seat, Input)>,
     newest: Arc<Snapshot>,
+    /// The one before, whose memory is used again.
+    before: Arc<Snapshot>,
     /// By rate; those that nobody ever asked for are not made.
     feeds: [Option<Feed>; Rate::ALL.len()],
     recorder: Option<Recorder>,
@@ -75,6 +79,8 @@ impl Room {
             game,
             members,
             changes: Vec::new(),
+            inputs: Vec::new(),
+            before: Arc::clone(&newest),
             newest,
             feeds: [const { None }; Rate::ALL.len()],
             recorder: None,
@@ -160,21 +166,38 @@ impl Room {
     pub fn tick(&mut self) {
         self.free_abandoned_seats();
         let changes = self.apply_changes();
-        let inputs: Vec<_> = self
-            .members
-            .iter_mut()
-            .filter_map(|(seat, member)| Some((seat, member.inputs.take()?)))
-            .collect();
-        self.game.tick(&inputs);
+        self.inputs.clear();
+        let members = self.members.iter_mut();
+        self.inputs
+            .extend(members.filter_map(|(seat, member)| Some((seat, member.inputs.take()?))));
+        self.game.tick(&self.inputs);
         if let Some(recorder) = &mut self.recorder {
-            recorder.tick(changes, &inputs, &self.game, || self.members.appearances());
+            recorder.tick(changes, &self.inputs, &self.game, || self.members.appearances());
         }
-        let states = self
-            .game
-            .players()
-            .filter_map(|player| Some(self.members.at(player.seat)?.state(&player)));
-        self.newest = Arc::new(Snapshot::capture(&self.game, states.collect()));
+        self.capture();
         self.feed();
+    }
+
+    /// Takes the newest snapshot, in the memory of the one before the last unless a feed still
+    /// holds that.
+    fn capture(&mut self) {
+        let mut next = std::mem::replace(&mut self.before, Arc::clone(&self.newest));
+        if Arc::get_mut(&mut next).is_none() {
+            next = Arc::default();
+        }
+        let snapshot = Arc::get_mut(&mut next).expect("nobody else holds it");
+        let mut count = 0;
+        for player in self.game.players() {
+            let Some(member) = self.members.at(player.seat) else { continue };
+            match snapshot.players.get_mut(count) {
+                Some(state) => member.update(&player, state),
+                None => snapshot.players.push(member.state(&player)),
+            }
+            count += 1;
+        }
+        snapshot.players.truncate(count);
+        snapshot.recapture(&self.game);
+        self.newest = next;
     }
 
     /// Codes the newest snapshot for each rate.

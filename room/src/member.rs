@@ -41,9 +41,20 @@ impl Member {
 
     /// The player as the others see it.
     pub fn state(&self, player: &PlayerInfo) -> PlayerState {
+        self.shown(player, self.appearance.clone())
+    }
+
+    /// The same in the memory of whatever player it was before.
+    pub fn update(&self, player: &PlayerInfo, state: &mut PlayerState) {
+        let mut name = std::mem::take(&mut state.appearance.name);
+        name.clone_from(&self.appearance.name);
+        *state = self.shown(player, Appearance { name, ..self.appearance });
+    }
+
+    fn shown(&self, player: &PlayerInfo, appearance: Appearance) -> PlayerState {
         PlayerState {
             seat: player.seat,
-            appearance: self.appearance.clone(),
+            appearance,
             connected: self.lost_tick.is_none(),
             input_seq: self.inputs.seq_played(),
             hero: player.hero,

@@ -84,7 +84,7 @@ struct Woken {
 /// The moves of points, each with its trail and where it is now; `None` if all are where they are
 /// expected.
 pub fn code<'a>(points: impl Iterator<Item = (&'a Trail, Place)>) -> Option<Vec<u8>> {
-    let mut bits = BitWriter::default();
+    let mut bits = BitWriter::with_capacity(super::USUAL_BYTES);
     let (mut surprising, mut asleep, mut woken) = (false, 0, Vec::new());
     for (trail, place) in points {
         if trail.is_moving() {

@@ -52,9 +52,11 @@ impl<'a> Difference<'a> {
             let place = list.binary_search_by_key(&player.seat, |other| other.seat);
             place.ok().map(|place| &list[place])
         };
+        let mut stayed = Vec::with_capacity(old.len());
+        stayed.extend(old.iter().filter_map(|old| Some((old, seated(players, old)?))));
         Difference {
             gone: old.iter().map(|player| seated(players, player).is_none()).collect(),
-            stayed: old.iter().filter_map(|old| Some((old, seated(players, old)?))).collect(),
+            stayed,
             new: players.iter().filter(|player| seated(old, player).is_none()).collect(),
             distance: snapshot.tick - base.tick,
         }
