@@ -103,6 +103,9 @@ impl Demo {
             Ok(ClientMessage::Ping { stamp }) => {
                 self.outbox.push(ServerMessage::Pong { stamp, tick: self.tick }.encode());
             }
+            Ok(ClientMessage::View { size }) => {
+                self.own.into_iter().for_each(|seat| self.room.view(seat, size));
+            }
             Err(_) => {}
         }
     }
@@ -127,11 +130,11 @@ impl Demo {
         }
         self.room.tick();
         self.tick = self.room.game().tick_count();
-        if self.own.is_some() {
+        if let Some(seat) = self.own {
             let message = match &self.reader {
                 Some(reader) => self.room.message(reader).cloned(),
                 None => {
-                    let (reader, keyframe) = self.room.begin(Rate::Full);
+                    let (reader, keyframe) = self.room.begin_at(seat, Rate::Full);
                     self.reader = Some(reader);
                     Some(keyframe)
                 }

@@ -30,6 +30,8 @@ pub const COLORS: u8 = 8;
 pub const QUANTA_MAX: i32 = scene::QUANTA_MAX;
 /// Coordinates of a pointer in an input, world units, either sign.
 pub const POINTER_MAX: f32 = jostle_sim::game::POINTER_MAX;
+/// Width and height of what a client shows, world units: more than any world has.
+pub const VIEW_MAX: f32 = POINTER_MAX;
 /// Longest replay that is read, bytes.
 pub const REPLAY_BYTES_MAX: usize = 64 << 20;
 /// Longest record of a replay, packed and unpacked, bytes: a keyframe of the largest scene.

@@ -7,7 +7,7 @@ pub use crate::refusal::Refusal;
 use crate::VERSION;
 use crate::limits::{
     CLIENT_MESSAGE_BYTES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
-    SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
+    SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX, VIEW_MAX,
 };
 use crate::wire::{DecodeError, Reader, Writer};
 use jostle_sim::{Buttons, Input, SEATS_MAX, Vec2};
@@ -15,6 +15,7 @@ use jostle_sim::{Buttons, Input, SEATS_MAX, Vec2};
 const HELLO: u8 = 0;
 const INPUT: u8 = 1;
 const PING: u8 = 2;
+const VIEW: u8 = 3;
 
 const WELCOME: u8 = 0;
 const REFUSED: u8 = 1;
@@ -46,6 +47,11 @@ pub enum ClientMessage {
     Ping {
         /// Any number; comes back unchanged.
         stamp: u32,
+    },
+    /// Says how much of the world the page shows, where that is less than all of it.
+    View {
+        /// Width and height in world units, both above 0 and at most [`VIEW_MAX`].
+        size: Vec2,
     },
 }
 
@@ -112,6 +118,10 @@ impl ClientMessage {
                 writer.byte(PING);
                 writer.fixed32(*stamp);
             }
+            ClientMessage::View { size } => {
+                writer.byte(VIEW);
+                writer.point(*size);
+            }
         }
         writer.finish()
     }
@@ -138,6 +148,7 @@ impl ClientMessage {
                 ClientMessage::Input { seq, input: read_input(&mut reader)? }
             }
             PING => ClientMessage::Ping { stamp: reader.fixed32("stamp")? },
+            VIEW => ClientMessage::View { size: read_view(&mut reader)? },
             _ => return Err(DecodeError::OutOfRange { field: "kind" }),
         };
         reader.end()?;
@@ -164,6 +175,13 @@ fn read_pointer(reader: &mut Reader) -> Result<Vec2, DecodeError> {
     let point = reader.point("pointer")?;
     let inside = point.x.abs() <= POINTER_MAX && point.y.abs() <= POINTER_MAX;
     if inside { Ok(point) } else { Err(DecodeError::OutOfRange { field: "pointer" }) }
+}
+
+fn read_view(reader: &mut Reader) -> Result<Vec2, DecodeError> {
+    let size = reader.point("view")?;
+    let allowed = |length: f32| length > 0.0 && length <= VIEW_MAX;
+    let known = allowed(size.x) && allowed(size.y);
+    if known { Ok(size) } else { Err(DecodeError::OutOfRange { field: "view" }) }
 }
 
 fn check_length(bytes: &[u8], bytes_max: usize) -> Result<(), DecodeError> {

@@ -3,6 +3,7 @@
 
 use jostle_protocol::limits::{EVENTS_MAX, QUIET_MESSAGES_MAX};
 use jostle_protocol::{Snapshot, Stream, TimedEvent};
+use jostle_sim::Seat;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -55,6 +56,15 @@ pub struct Reader {
     pub rate: Rate,
     /// Messages of the feed before its keyframe.
     since: u64,
+    /// Whose camera it sees with; the whole world if nobody's.
+    pub(crate) seat: Option<Seat>,
+}
+
+impl Reader {
+    /// Who sees with this player's camera.
+    pub(crate) fn of(self, seat: Seat) -> Reader {
+        Reader { seat: Some(seat), ..self }
+    }
 }
 
 /// The messages of one rate.
@@ -89,21 +99,38 @@ impl Feed {
         Feed { rate, stream, young: VecDeque::new(), count: 0, events: Vec::new(), message: None }
     }
 
+    /// How often it has a message.
+    pub fn rate(&self) -> Rate {
+        self.rate
+    }
+
     /// The next tick. `stirs`: clients need its number, although nothing may have moved.
     pub fn push(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent], stirs: bool) {
+        self.push_seen(snapshot.tick, events, stirs, |_| Arc::clone(snapshot));
+    }
+
+    /// The same, where the snapshot is made only if it is due, and depends on the newest message's.
+    pub fn push_seen(
+        &mut self,
+        tick: u32,
+        events: &[TimedEvent],
+        stirs: bool,
+        see: impl FnOnce(&Snapshot) -> Arc<Snapshot>,
+    ) {
         self.message = None;
         self.young.iter_mut().for_each(|young| young.message = None);
         self.events.extend_from_slice(events);
         let every = u32::from(self.rate.every());
-        if !snapshot.tick.is_multiple_of(every) {
+        if !tick.is_multiple_of(every) {
             return;
         }
         let newest = self.stream.newest().expect("a feed begins with a snapshot");
-        let quiet = !stirs && self.events.is_empty() && self.stream.is_quiet(snapshot);
-        if quiet && snapshot.tick - newest.tick <= QUIET_MESSAGES_MAX * every {
+        let snapshot = see(newest);
+        let quiet = !stirs && self.events.is_empty() && self.stream.is_quiet(&snapshot);
+        if quiet && tick - newest.tick <= QUIET_MESSAGES_MAX * every {
             return;
         }
-        self.send(snapshot);
+        self.send(&snapshot);
     }
 
     fn send(&mut self, snapshot: &Arc<Snapshot>) {
@@ -131,7 +158,7 @@ impl Feed {
 
     /// A client begins with the newest message's snapshot, which may be older than the newest tick.
     pub fn begin(&mut self) -> (Reader, Arc<[u8]>) {
-        let reader = Reader { rate: self.rate, since: self.count };
+        let reader = Reader { rate: self.rate, since: self.count, seat: None };
         if let Some(young) = self.young.back().filter(|young| young.since == self.count) {
             return (reader, Arc::clone(&young.keyframe));
         }
@@ -146,7 +173,7 @@ impl Feed {
     /// What a client is sent in this tick, if anything. It must have been given all messages since
     /// it began.
     pub fn message(&self, reader: &Reader) -> Option<&Arc<[u8]>> {
-        let age = self.count - reader.since;
+        let age = self.count.checked_sub(reader.since)?;
         if age > u64::from(Stream::KEYFRAME_AGE) {
             return self.message.as_ref();
         }

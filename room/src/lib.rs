@@ -6,12 +6,13 @@ mod input_queue;
 mod member;
 pub mod playback;
 mod recorder;
+mod sight;
 
 use feed::Feed;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::replay::{self, Record};
 use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, TimedEvent};
-use jostle_sim::{Event, Game, Input, Scene, Seat};
+use jostle_sim::{Event, Game, Input, Scene, Seat, Vec2};
 use member::{Member, Members};
 use std::sync::Arc;
 
@@ -19,6 +20,7 @@ pub use feed::{Rate, Reader};
 pub use input_queue::{INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX};
 pub use playback::{Playback, PlaybackError, Played};
 pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
+pub use sight::{Sight, VIEW_DEFAULT, VIEW_MAX, view_of};
 
 /// Ticks for which a seat is held after its socket is lost.
 pub const SEAT_HELD_TICKS: u32 = 45 * 60;
@@ -42,6 +44,8 @@ pub struct Room {
     before: Arc<Snapshot>,
     /// By rate; those that nobody ever asked for are not made.
     feeds: [Option<Feed>; Rate::ALL.len()],
+    /// By seat; of those who see a part of the world.
+    sights: Vec<Option<Sight>>,
     recorder: Option<Recorder>,
 }
 
@@ -71,6 +75,7 @@ impl Room {
     pub fn new(code: &str, scene: Arc<Scene>, seed: u64) -> Room {
         assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
         let members = Members::new(usize::from(scene.players_max));
+        let sights = vec![None; usize::from(scene.players_max)];
         let game = Game::new(scene, seed);
         let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
         Room {
@@ -83,6 +88,7 @@ impl Room {
             before: Arc::clone(&newest),
             newest,
             feeds: [const { None }; Rate::ALL.len()],
+            sights,
             recorder: None,
         }
     }
@@ -136,6 +142,7 @@ impl Room {
         if let Some(member) = self.members.at_mut(seat) {
             member.lost_tick.get_or_insert(tick);
             member.inputs.rest();
+            self.sights[usize::from(seat.0)] = None;
         }
     }
 
@@ -144,6 +151,7 @@ impl Room {
         if !self.members.remove(seat) {
             return;
         }
+        self.sights[usize::from(seat.0)] = None;
         self.changes.retain(|&change| change != Change::Look(seat));
         // Who leaves before the tick of joining was never there.
         match self.changes.iter().position(|&change| change == Change::Join(seat)) {
@@ -209,6 +217,9 @@ impl Room {
         let stirs = !self.game.world().particles().is_empty();
         for feed in self.feeds.iter_mut().flatten() {
             feed.push(&self.newest, &events, stirs);
+        }
+        for sight in self.sights.iter_mut().flatten() {
+            sight.push(&self.newest, &events, stirs);
         }
     }
 
@@ -276,18 +287,42 @@ impl Room {
         abandoned.into_iter().for_each(|seat| self.leave(seat));
     }
 
-    /// A client begins to read snapshots: its place, and the coded keyframe to be sent first.
-    /// After every tick from the next on [`Room::message`] has what it is sent.
+    /// A client begins to read snapshots of the whole world: its place, and the coded keyframe to be
+    /// sent first. After every tick from the next on [`Room::message`] has what it is sent.
     pub fn begin(&mut self, rate: Rate) -> (Reader, Arc<[u8]>) {
         let feed = &mut self.feeds[rate as usize];
         feed.get_or_insert_with(|| Feed::new(rate, &self.newest)).begin()
+    }
+
+    /// The same for a player's client, which in a world larger than its view is sent what the camera
+    /// can see. A reader that the player had before ends with this.
+    pub fn begin_at(&mut self, seat: Seat, rate: Rate) -> (Reader, Arc<[u8]>) {
+        let scene = self.game.scene();
+        let member = self.members.at(seat);
+        let view = member.and_then(|member| view_of(scene, member.view));
+        let Some(view) = view else { return self.begin(rate) };
+        let (sight, reader, keyframe) = Sight::begin(seat, rate, scene, view, &self.newest);
+        self.sights[usize::from(seat.0)] = Some(sight);
+        (reader, keyframe)
+    }
+
+    /// A player's page shows this much of the world, width and height in world units. Nothing happens
+    /// if the seat is free.
+    pub fn view(&mut self, seat: Seat, size: Vec2) {
+        let Some(member) = self.members.at_mut(seat) else { return };
+        member.view = Some(size);
+        let Some(sight) = &mut self.sights[usize::from(seat.0)] else { return };
+        sight.resize(self.game.scene(), size);
     }
 
     /// The coded snapshot that a client is sent after this tick; `None` between the ticks of its
     /// rate, and while nothing moves. Coded once, then shared. A client that misses one has to begin
     /// again.
     pub fn message(&self, reader: &Reader) -> Option<&Arc<[u8]>> {
-        self.feeds[reader.rate as usize].as_ref()?.message(reader)
+        match reader.seat {
+            None => self.feeds[reader.rate as usize].as_ref()?.message(reader),
+            Some(seat) => self.sights[usize::from(seat.0)].as_ref()?.message(reader),
+        }
     }
 
     /// The newest snapshot: what is coded.

@@ -3,7 +3,7 @@
 use crate::input_queue::InputQueue;
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::{Appearance, PlayerState};
-use jostle_sim::{PlayerInfo, Seat};
+use jostle_sim::{PlayerInfo, Seat, Vec2};
 
 /// Who has a seat.
 #[derive(Clone, Debug)]
@@ -19,13 +19,15 @@ pub struct Member {
     pub lost_tick: Option<u32>,
     /// What was sent and is not played yet.
     pub inputs: InputQueue,
+    /// Width and height of what the page shows, world units, if it told.
+    pub view: Option<Vec2>,
 }
 
 impl Member {
     /// A new member with a socket.
     pub fn new(appearance: Appearance, token: u64) -> Member {
         let inputs = InputQueue::default();
-        Member { appearance, token, token_before: None, lost_tick: None, inputs }
+        Member { appearance, token, token_before: None, lost_tick: None, inputs, view: None }
     }
 
     /// Whether a token gives this seat back.

@@ -187,6 +187,7 @@ impl Seated {
                 self.outbox.control(ServerMessage::Pong { stamp, tick }.encode());
                 Ok(())
             }
+            Ok(ClientMessage::View { size }) => self.pass_on(FromSession::View { size }),
             Ok(ClientMessage::Hello { .. }) | Err(_) => Err(End::Refused(Refusal::BadMessage)),
         }
     }

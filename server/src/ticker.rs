@@ -10,7 +10,7 @@ use crate::schedule::Schedule;
 use crate::{Phase, rooms::Facts};
 use jostle_protocol::{Appearance, Refusal};
 use jostle_room::{Rate, Reader, Room};
-use jostle_sim::{Input, Seat};
+use jostle_sim::{Input, Seat, Vec2};
 use std::net::IpAddr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -45,6 +45,11 @@ pub enum FromSession {
         seq: u32,
         /// What is down.
         input: Input,
+    },
+    /// How much of the world the page shows.
+    View {
+        /// Width and height, world units.
+        size: Vec2,
     },
     /// The player closed the socket on purpose: the seat need not be held.
     Leave,
@@ -110,7 +115,7 @@ impl Member {
             self.late_tick = tick;
         }
         if self.reader.is_none() {
-            let (reader, keyframe) = room.begin(self.rate);
+            let (reader, keyframe) = room.begin_at(self.seat, self.rate);
             metrics.sent(self.rate, keyframe.len());
             self.outbox.keyframe(keyframe);
             self.reader = Some(reader);
@@ -234,6 +239,7 @@ impl Ticker {
                             metrics.inputs_ignored.inc();
                         }
                     }
+                    Ok(FromSession::View { size }) => room.view(member.seat, size),
                     Ok(FromSession::Leave) => {
                         info!(room = %code, seat = member.seat.0, "player left");
                         metrics.left(true);

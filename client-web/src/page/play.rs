@@ -13,7 +13,9 @@ use crate::meter::Meter;
 use crate::reconnect::Backoff;
 use crate::replica::{Eye, Replica};
 use crate::words::{self, Notice};
+use jostle_protocol::limits::VIEW_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
+use jostle_sim::scene::Camera as CameraRule;
 use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -22,6 +24,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 const SILENCE_MS: f64 = 6000.0;
 /// Milliseconds between two pings.
 const PING_MS: f64 = 1000.0;
+/// The view before the first frame.
+const UNSEEN: View = View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] };
 /// A connection whose snapshots were read for so long after the welcome is good, milliseconds:
 /// the next loss is answered at once. One that fails sooner is retried ever more slowly.
 const PROVEN_MS: f64 = 5000.0;
@@ -94,6 +98,8 @@ pub struct Play {
     outflow: Outflow,
     camera: Option<Camera>,
     view: View,
+    /// Width and height of the view that the room was told.
+    told_view: Option<Vec2>,
     heard_ms: f64,
     pinged_ms: f64,
     framed_ms: f64,
@@ -159,7 +165,8 @@ impl Play {
             clock: Clock::default(),
             outflow: Outflow::default(),
             camera: None,
-            view: View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] },
+            view: UNSEEN,
+            told_view: None,
             heard_ms: now,
             pinged_ms: now,
             framed_ms: now,
@@ -309,6 +316,7 @@ impl Play {
         self.copy = COPIES.fetch_add(1, Ordering::Relaxed) + 1;
         self.clock = Clock::default();
         self.outflow = Outflow::default();
+        self.told_view = None;
         self.closing_ms = None;
         self.restarting = false;
         self.joined_ms.get_or_insert(dom::now_ms());
@@ -445,9 +453,29 @@ impl Play {
         while let Some((seq, input)) = self.outflow.due(now_ms) {
             self.send(&ClientMessage::Input { seq, input });
         }
-        if now_ms - self.pinged_ms >= PING_MS {
+        let pings = now_ms - self.pinged_ms >= PING_MS;
+        if pings || self.told_view.is_none() {
+            self.tell_view();
+        }
+        if pings {
             self.pinged_ms = now_ms;
             self.send(&ClientMessage::Ping { stamp: now_ms as u32 });
+        }
+    }
+
+    /// The room is told how much of the world is shown, if that depends on the screen.
+    fn tell_view(&mut self) {
+        let scene = self.replica.as_ref().map(|replica| &replica.scene);
+        let follows = scene.is_some_and(|scene| matches!(scene.camera, CameraRule::Follow { .. }));
+        if !follows || self.view.pixels == UNSEEN.pixels {
+            return;
+        }
+        let [width, height] = self.view.pixels.map(|pixels| pixels as f32);
+        let size = Vec2::new(width, height) * self.view.unit_per_pixel();
+        let size = size.min(Vec2::splat(VIEW_MAX));
+        if self.told_view != Some(size) {
+            self.told_view = Some(size);
+            self.send(&ClientMessage::View { size });
         }
     }
 

@@ -34,7 +34,10 @@ fn client_messages() -> impl Strategy<Value = ClientMessage> {
     });
     let input =
         (any::<u32>(), inputs()).prop_map(|(seq, input)| ClientMessage::Input { seq, input });
-    prop_oneof![hello, input, any::<u32>().prop_map(|stamp| ClientMessage::Ping { stamp })]
+    let ping = any::<u32>().prop_map(|stamp| ClientMessage::Ping { stamp });
+    let side = || f32::MIN_POSITIVE..=VIEW_MAX;
+    let view = (side(), side()).prop_map(|(x, y)| ClientMessage::View { size: Vec2::new(x, y) });
+    prop_oneof![hello, input, ping, view]
 }
 
 fn server_messages() -> impl Strategy<Value = ServerMessage> {
@@ -150,6 +153,8 @@ fn client_messages_have_the_documented_bytes() {
     assert_eq!(rest.encode(), [1, 1, 0, 0]);
 
     assert_eq!(ClientMessage::Ping { stamp: 0x0403_0201 }.encode(), [2, 1, 2, 3, 4]);
+    let view = ClientMessage::View { size: Vec2::new(1.0, 2.0) };
+    assert_eq!(view.encode(), [3, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40]);
 }
 
 #[test]
@@ -187,7 +192,7 @@ fn fields_past_their_range_are_named() {
     let refused = |bytes: &[u8], field| {
         assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
-    refused(&[3], "kind");
+    refused(&[4], "kind");
     refused(&[0, 2, 0, 1, b' ', 0, 0], "name");
     refused(&[0, 2, 0, 2, b' ', b'A', 0, 0], "name");
     refused(&[0, 2, 0, 1, b'A', 8, 0], "color");
@@ -197,6 +202,9 @@ fn fields_past_their_range_are_named() {
     refused(&[1, 1, 0, 1, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0], "pointer");
     refused(&[1, 1, 0, 1, 0, 0, 0, 0x4a, 0, 0, 0, 0], "pointer");
     refused(&[1, 0x80, 0, 0, 0], "seq");
+    refused(&[3, 0, 0, 0, 0, 0, 0, 0, 0x40], "view");
+    refused(&[3, 0, 0, 0, 0x40, 0, 0, 0x80, 0xbf], "view");
+    refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "view");
     let found = ServerMessage::decode(&[1, 12]);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "refusal" }));
     let found = ServerMessage::decode(&[0, 64]);

@@ -55,6 +55,7 @@ fn client_messages() -> Vec<Vec<u8>> {
         input(1, Buttons(0), None),
         input(u32::MAX, Buttons::ALL, Some(Vec2::new(-1.5, 1e6))),
         ClientMessage::Ping { stamp: 0xdead_beef },
+        ClientMessage::View { size: Vec2::new(160.0, 90.0) },
     ];
     let mut inputs: Vec<Vec<u8>> = messages.iter().map(ClientMessage::encode).collect();
     // Of another version.

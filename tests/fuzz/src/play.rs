@@ -59,6 +59,7 @@ fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
         Ok(ClientMessage::Input { seq, input }) => {
             room.input(seat, seq, input);
         }
+        Ok(ClientMessage::View { size }) => room.view(seat, size),
         Ok(ClientMessage::Ping { .. }) | Err(_) => {}
     }
 }

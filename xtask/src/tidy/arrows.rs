@@ -16,7 +16,7 @@ const ARROWS: [(&str, &[&str]); 9] = [
         &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],
     ),
     ("jostle-fuzz", &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server"]),
-    ("jostle-report", &["jostle-protocol", "jostle-sim"]),
+    ("jostle-report", &["jostle-protocol", "jostle-room", "jostle-sim"]),
     (
         "xtask",
         &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],

@@ -13,11 +13,11 @@ use jostle_sim::{Aabb, BodyDef, BodyId, Kind, Shape, Solver, Vec2, World};
 use std::sync::Arc;
 
 /// Quanta a unit.
-const QUANTA: f64 = 256.0;
+pub const QUANTA: f64 = 256.0;
 /// TCP and IP headers with timestamps, bytes.
 const PACKET_BYTES: usize = 52;
 /// A keyframe, and three messages of the lowest rate.
-const FIRST_TICKS: u32 = 37;
+pub const FIRST_TICKS: u32 = 37;
 
 /// Where a body is, in quanta.
 pub type Place = [i32; 2];
@@ -40,6 +40,18 @@ pub struct Traffic {
 }
 
 impl Traffic {
+    /// Nothing yet.
+    pub fn new(rate: u32) -> Traffic {
+        Traffic { rate, sizes: Vec::new(), seconds: 0.0, moved: 0, encode_us: 0.0, decode_us: 0.0 }
+    }
+
+    /// All that came in so many ticks.
+    pub fn finish(mut self, ticks: u32) -> Traffic {
+        self.sizes.sort_unstable();
+        self.seconds = f64::from(ticks) / 60.0;
+        self
+    }
+
     /// Bytes a second, without and with frames and packets of their own.
     pub fn bytes_per_s(&self) -> [f64; 2] {
         let payload: usize = self.sizes.iter().sum();
@@ -70,17 +82,9 @@ struct Client {
 
 impl Client {
     fn new(rate: u32) -> Client {
-        let traffic = Traffic {
-            rate,
-            sizes: Vec::new(),
-            seconds: 0.0,
-            moved: 0,
-            encode_us: 0.0,
-            decode_us: 0.0,
-        };
         let every = 60 / rate;
         let (sender, reader) = (Stream::new(every as u8), Stream::default());
-        Client { every, sender, reader, traffic }
+        Client { every, sender, reader, traffic: Traffic::new(rate) }
     }
 
     fn see(&mut self, snapshot: &Arc<Snapshot>, counts: bool) {
@@ -104,12 +108,6 @@ impl Client {
             self.traffic.encode_us += coded - begun;
             self.traffic.decode_us += decoded - coded;
         }
-    }
-
-    fn finish(mut self, ticks: u32) -> Traffic {
-        self.traffic.sizes.sort_unstable();
-        self.traffic.seconds = f64::from(ticks) / 60.0;
-        self.traffic
     }
 }
 
@@ -140,7 +138,7 @@ impl Scale {
     /// What each client got.
     pub fn finish(self) -> Vec<Traffic> {
         let ticks = self.ticks.saturating_sub(FIRST_TICKS);
-        self.clients.into_iter().map(|client| client.finish(ticks)).collect()
+        self.clients.into_iter().map(|client| client.traffic.finish(ticks)).collect()
     }
 }
 

@@ -2,6 +2,7 @@
 //! sent through both ends of a [`jostle_protocol::Stream`]. Some seconds of each are kept as
 //! recordings, and what they cost as a golden table.
 
+pub mod interest;
 pub mod measure;
 pub mod program;
 pub mod recording;

@@ -1,5 +1,6 @@
 //! The command line of the programs that measure traffic, one with Jostle's engine and one with a peer.
 
+use super::interest::{large_world, small_world};
 use super::measure::{Scale, Traffic, watch};
 use super::recording::Recording;
 use super::sizes::{ENDING, GOLDENS, RENEW, TABLE, measure};
@@ -20,6 +21,8 @@ pub struct Arguments {
 enum Task {
     /// Play the scenes and print bytes a second, sizes of messages, bits a moved body and times; the default
     Play,
+    /// Play A10k and print what a client costs who sees 900 bodies of it, beside one in K901
+    Interest,
     /// Play the scenes and keep some seconds of each
     Record,
     /// Print what the recordings cost
@@ -37,6 +40,7 @@ pub type Make = fn(&Script) -> Box<dyn Crowd>;
 pub fn run(arguments: &Arguments, engine: &str, make: Make) -> Result<()> {
     match arguments.task {
         None | Some(Task::Play) => play(make),
+        Some(Task::Interest) => interest(make)?,
         Some(Task::Record) => record(engine, make)?,
         Some(Task::Sizes { renew }) => sizes(renew)?,
     }
@@ -70,6 +74,36 @@ fn print(name: &str, traffic: &Traffic) {
         each(traffic.encode_us),
         each(traffic.decode_us),
     );
+}
+
+fn interest(make: Make) -> Result<()> {
+    println!(
+        "scene  Hz  bodies  kB/s  on the wire  bits a move in view  times K901's: each  encode us"
+    );
+    for (base, seen) in small_world(make).iter().zip(large_world(make)?) {
+        let [payload, wire] = base.bytes_per_s();
+        let rate = base.rate;
+        let bits = base.bits_per_moved();
+        println!(
+            "K901  {rate:3} {:5} {:6.2} {:6.2} {bits:5.2}",
+            901,
+            payload / 1000.0,
+            wire / 1000.0
+        );
+        let [more, more_wire] = seen.bytes_per_s();
+        println!(
+            "A10k  {rate:3} {:5.0} {:6.2} {:6.2} {:5.2} {:5.2} {:5.2} {:5.2} {:6.1}",
+            seen.bodies,
+            more / 1000.0,
+            more_wire / 1000.0,
+            seen.bits_per_moved(),
+            more / payload,
+            more_wire / wire,
+            seen.bits_per_moved() / bits,
+            seen.encode_us,
+        );
+    }
+    Ok(())
 }
 
 fn record(engine: &str, make: Make) -> Result<()> {

@@ -39,7 +39,8 @@ pub struct Script {
     pub ticks: [u32; 2],
     /// Ticks of these in its recording.
     pub ticks_recorded: u32,
-    players: usize,
+    /// How many of those that move are players; they come first.
+    pub players: usize,
     size: DVec2,
     acceleration: f64,
     pulls: bool,
@@ -180,7 +181,8 @@ fn push(
     }
 }
 
-fn flock() -> Script {
+/// A flock of 900 boxes and a player.
+pub fn flock() -> Script {
     let mut script = Script::new("K901", DVec2::splat(100.0), 0.0, 0x4B39_3031);
     script.player(50.0, 10.0, 4.0, 4.0);
     script.boxes(900, 30, DVec2::splat(21.0));
@@ -193,7 +195,8 @@ fn still() -> Script {
     script
 }
 
-fn crowd() -> Script {
+/// Ten thousand boxes and eight players.
+pub fn crowd() -> Script {
     let mut script = Script::new("A10k", DVec2::splat(220.0), 0.0, 0x4131_3030);
     for player in 0..8 {
         let y = if player < 4 { 5.0 } else { 215.0 };
