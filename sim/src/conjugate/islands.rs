@@ -36,12 +36,15 @@ impl Islands {
     }
 
     /// Finds the islands of the rows among `slots` bodies.
+    #[inline(never)]
     pub fn find(&mut self, slots: usize, rows: &[Row]) {
         self.parent.resize(slots, 0);
         self.number.resize(slots, NONE);
-        for slot in rows.iter().flat_map(|row| [row.a, row.b]) {
-            self.parent[slot as usize] = slot;
-            self.number[slot as usize] = NONE;
+        for row in rows {
+            for slot in [row.a, row.b] {
+                self.parent[slot as usize] = slot;
+                self.number[slot as usize] = NONE;
+            }
         }
         for row in rows.iter().filter(|row| row.is_free()) {
             let (a, b) = (root(&mut self.parent, row.a), root(&mut self.parent, row.b));

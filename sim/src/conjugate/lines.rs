@@ -212,6 +212,7 @@ impl Lines {
     }
 
     /// Solves every line once.
+    #[inline(never)]
     pub fn sweep<const RUBS: bool>(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> Change {
         let mut change = Change::default();
         for place in 0..self.lines.len() {

@@ -28,6 +28,8 @@ pub(crate) struct Travel {
 
 /// Gravity: remembers the velocities before it, and adds what it gives in the step. Whether all
 /// places and speeds are numbers.
+// Within its caller its loop is compiled worse, and so are others in this crate that say `never`.
+#[inline(never)]
 pub(crate) fn accelerate(
     bodies: &mut Bodies,
     gain: Vec2,
@@ -69,6 +71,7 @@ pub(crate) struct Gone {
 }
 
 /// Moves the bodies, and tells every row what is left of its gap.
+#[inline(never)]
 pub(crate) fn go(
     bodies: &mut Bodies,
     rows: &[Row],
