@@ -20,7 +20,7 @@ pub use feed::{Rate, Reader};
 pub use input_queue::{INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX};
 pub use playback::{Playback, PlaybackError, Played};
 pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
-pub use sight::{Sight, VIEW_DEFAULT, VIEW_MAX, view_of};
+pub use sight::{Sight, view_of};
 
 /// Ticks for which a seat is held after its socket is lost.
 pub const SEAT_HELD_TICKS: u32 = 45 * 60;
@@ -28,6 +28,8 @@ pub const SEAT_HELD_TICKS: u32 = 45 * 60;
 pub const INPUTS_QUEUED_MAX: usize = 8;
 /// Ticks for which the last input is repeated when none arrives; then the player stops steering.
 pub const SILENCE_TICKS: u32 = 15;
+/// How often what a page shows may become wider or narrower.
+pub const VIEW_EVERY_TICKS: u32 = 60;
 
 /// One game and its members.
 pub struct Room {
@@ -218,6 +220,9 @@ impl Room {
         for feed in self.feeds.iter_mut().flatten() {
             feed.push(&self.newest, &events, stirs);
         }
+        if tick.is_multiple_of(VIEW_EVERY_TICKS) {
+            self.resize_sights();
+        }
         for sight in self.sights.iter_mut().flatten() {
             sight.push(&self.newest, &events, stirs);
         }
@@ -300,19 +305,37 @@ impl Room {
         let scene = self.game.scene();
         let member = self.members.at(seat);
         let view = member.and_then(|member| view_of(scene, member.view));
-        let Some(view) = view else { return self.begin(rate) };
+        let Some(view) = view else {
+            if let Some(sight) = self.sights.get_mut(usize::from(seat.0)) {
+                *sight = None;
+            }
+            return self.begin(rate);
+        };
         let (sight, reader, keyframe) = Sight::begin(seat, rate, scene, view, &self.newest);
         self.sights[usize::from(seat.0)] = Some(sight);
         (reader, keyframe)
     }
 
-    /// A player's page shows this much of the world, width and height in world units. Nothing happens
-    /// if the seat is free.
+    /// A player's page shows this much of the world, width and height in world units. The first word of
+    /// a player holds at once, later ones from the next of the ticks that are [`VIEW_EVERY_TICKS`] apart:
+    /// whoever comes into sight is told in full. Nothing happens if the seat is free.
     pub fn view(&mut self, seat: Seat, size: Vec2) {
         let Some(member) = self.members.at_mut(seat) else { return };
-        member.view = Some(size);
+        let first = member.view.replace(size).is_none();
         let Some(sight) = &mut self.sights[usize::from(seat.0)] else { return };
-        sight.resize(self.game.scene(), size);
+        if first {
+            sight.resize(self.game.scene(), size);
+        }
+    }
+
+    /// Has the sights be as wide as their pages said last.
+    fn resize_sights(&mut self) {
+        for (sight, seat) in self.sights.iter_mut().zip(0..) {
+            let told = self.members.at(Seat(seat)).and_then(|member| member.view);
+            if let (Some(sight), Some(size)) = (sight, told) {
+                sight.resize(self.game.scene(), size);
+            }
+        }
     }
 
     /// The coded snapshot that a client is sent after this tick; `None` between the ticks of its

@@ -2,8 +2,9 @@
 //!
 //! The view is around the own hero and stays inside of the world, as the page has it. A body is sent
 //! from when it comes within a margin of where the view is and soon will be, until it is twice the
-//! margin away; one that rests costs nothing, and is kept much longer. Which bodies those are is a function of the snapshot, of what was sent before, and of
-//! where the hero was; to the stream they are born and die.
+//! margin away; one that rests costs nothing, and is kept much longer. Which bodies those are is a
+//! function of the snapshot, of what was sent before, and of where the hero was; to the stream they
+//! are born and die.
 
 use crate::feed::{Feed, Rate, Reader};
 use jostle_protocol::limits::QUANTA_MAX;
@@ -13,9 +14,9 @@ use jostle_sim::{BodyId, Event, Scene, Seat, Vec2};
 use std::sync::Arc;
 
 /// Width and height of a view that the client did not tell, in heights of the scene's camera.
-pub const VIEW_DEFAULT: Vec2 = Vec2::new(2.0, 1.0);
+const VIEW_DEFAULT: Vec2 = Vec2::new(2.0, 1.0);
 /// Width and height of a view at most, in the same measure.
-pub const VIEW_MAX: f32 = 4.0;
+const VIEW_HEIGHTS_MAX: f32 = 4.0;
 /// The margin is the smaller side of the view divided by this; at the lowest rate three times that.
 const MARGINS: i32 = 16;
 /// Margins within which who rests is kept: half a view.
@@ -41,7 +42,7 @@ pub fn view_of(scene: &Scene, told: Option<Vec2>) -> Option<Place> {
 /// The part of this width and height that there is of the world, at most what any view shows.
 fn extent(scene: &Scene, size: Vec2, height: f32) -> Place {
     let world = world_of(scene);
-    let most = quanta(VIEW_MAX * height, scene.quantum);
+    let most = quanta(VIEW_HEIGHTS_MAX * height, scene.quantum);
     let size = [size.x, size.y].map(|length| quanta(length, scene.quantum).clamp(1, most));
     [size[0].min(world[0]), size[1].min(world[1])]
 }
@@ -163,8 +164,9 @@ impl Area {
 
     /// Whether the page does not glide from one place to the other, but jumps.
     fn is_jump(&self, from: Place, to: Place) -> bool {
-        let far = self.view[1] + self.view[1] / 2;
-        [0, 1].iter().any(|&axis| (from[axis] - to[axis]).abs() > far)
+        let far = i64::from(self.view[1] + self.view[1] / 2);
+        let way = [0, 1].map(|axis| i64::from(from[axis]) - i64::from(to[axis]));
+        way[0] * way[0] + way[1] * way[1] > far * far
     }
 
     /// The middle of a view that stays inside of the world, or in its middle.

@@ -2,7 +2,8 @@
 //!
 //! The room fills it and never waits; the session empties it at the pace of its socket. Snapshots
 //! lead from one to the next, so none may be left out: who is so far behind that a keyframe is
-//! shorter gets that instead. All but the keyframes of such readers are shared with the others'.
+//! shorter gets that instead. Where all see the whole world the bytes are shared by all readers of a rate, but
+//! for such keyframes.
 
 use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
 use hyper::body::Bytes;

@@ -387,9 +387,11 @@ impl Workspace {
         let slop = frame.settings.slop;
         let quick = self.quick || !self.impacts.is_empty();
         let far = CAN.continuous && self.walls.may_be_passed(bodies, gone.least, slop, quick);
-        let parted =
-            gone.least < -slop && places::part(bodies, rows, pairs, frame.settings, scratch);
-        if CAN.continuous && (parted || far) {
+        let overlaps = gone.least < -slop;
+        if overlaps {
+            places::part(bodies, rows, pairs, frame.settings, scratch);
+        }
+        if CAN.continuous && (overlaps || far) {
             self.walls.keep(bodies, pairs, &self.impacts.paths, slop);
         }
     }

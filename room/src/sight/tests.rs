@@ -1,5 +1,5 @@
 use super::*;
-use crate::Room;
+use crate::{Room, VIEW_EVERY_TICKS};
 use jostle_protocol::{Appearance, PlayerState, Stream};
 use jostle_sim::math::Rng;
 use jostle_sim::{Buttons, Input, Kind, Shape};
@@ -272,12 +272,41 @@ fn players_see_their_own_parts_and_a_larger_view_shows_more() {
     // The camera's height is 40: no view is larger than 160 on either side.
     for (size, bodies) in [([24.0, 40.0], 1), ([1000.0, 1000.0], 2)] {
         room.view(SEAT, Vec2::from(size));
-        // The camera glides to where it stays inside of the world.
-        for _ in 0..40 {
+        // The view may change now, and the camera glides to where it stays inside of the world.
+        for _ in 0..VIEW_EVERY_TICKS + 40 {
             room.tick();
             room.message(&reader).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
         }
         assert_eq!(stream.newest().unwrap().bodies.len(), bodies, "{size:?}");
+    }
+}
+
+#[test]
+fn a_page_that_says_another_size_each_tick_changes_its_view_once_a_second() {
+    let mut room = room(follow());
+    let (reader, keyframe) = room.begin_at(SEAT, Rate::Full);
+    room.view(SEAT, Vec2::new(80.0, 40.0));
+    let mut stream = Stream::default();
+    stream.decode(&keyframe).unwrap();
+    let (mut held, mut changes) = (stream.newest().unwrap().bodies.len(), 0);
+    for tick in 0..4 * VIEW_EVERY_TICKS {
+        room.view(SEAT, if tick % 7 < 3 { Vec2::new(10.0, 10.0) } else { Vec2::new(80.0, 40.0) });
+        room.tick();
+        room.message(&reader).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
+        let now = stream.newest().unwrap().bodies.len();
+        changes += u32::from(now != std::mem::replace(&mut held, now));
+    }
+    assert!((1..=4).contains(&changes), "{changes} changes");
+}
+
+#[test]
+fn a_hero_that_is_carried_across_a_corner_takes_the_view_along_at_once() {
+    let mut area = Area::new(&follow(), view_of(&follow(), None).unwrap());
+    let far = 1.3 * 40.0;
+    let places = [Vec2::new(150.0, 70.0), Vec2::new(150.0 + far, 70.0 + far)];
+    for (tick, place) in (0..).zip(places) {
+        area.follow(&snapshot(tick, vec![body(HERO.index, place)]), SEAT, Rate::Full);
+        assert_eq!(area.middle, Some(body(HERO.index, place).quanta));
     }
 }
 

@@ -10,11 +10,11 @@
 use super::Conjugate;
 use super::gap::{self, Gap};
 use super::lines::Lines;
-use super::rows::{Facts, Row, placed};
+use super::rows::{Facts, Row, placed, thickness};
 use super::sweep::{self, End};
 use super::trees::Trees;
 use crate::bodies::Bodies;
-use crate::math::{max, min};
+use crate::math::max;
 use crate::pairs::Pair;
 use crate::shape::Shape;
 use glam::Vec2;
@@ -33,8 +33,8 @@ const WORK_SHARE: u32 = 4;
 /// and a pile in which one body is deep in another need not be looked at as a whole.
 const LAYERS: u8 = 8;
 const FAR_OFF: u8 = u8::MAX;
-/// Side of that square, as a share of the thinner one's half-size.
-const SEATS: f32 = 0.25;
+/// Side of the square in which bodies at one place count as spread, as a share of the thinner one's half-size.
+const SPREAD: f32 = 0.25;
 const TWO_TO_32: f32 = 4_294_967_296.0;
 /// Change of a displacement at which they end: a share of the slop, or world units.
 const TOLERANCE: f32 = 0.1;
@@ -53,19 +53,19 @@ pub(crate) struct Places {
     layer: Vec<u8>,
 }
 
-/// Parts what overlaps; whether anything did.
+/// Parts what overlaps.
 pub(crate) fn part(
     bodies: &mut Bodies,
     (rows, facts): (&mut [Row], &mut [Facts]),
     pairs: &[Pair],
     settings: &Conjugate,
     (lines, trees, places): (&mut Lines, &mut Trees, &mut Places),
-) -> bool {
+) {
     let tolerance = max(TOLERANCE * settings.slop, TOLERANCE_MIN);
     let visits = settings.work_max / WORK_SHARE / settings.position_passes.max(1);
     for _ in 0..settings.position_passes {
         if !places.list(bodies, rows, facts, pairs, settings) {
-            return true;
+            return;
         }
         let sweeps = visits / (places.rows.len() as u32).max(1);
         let end = End { tolerance, sweeps_max: sweeps.clamp(SWEEPS_MIN, SWEEPS_MAX) };
@@ -76,7 +76,6 @@ pub(crate) fn part(
         places.shift(bodies, settings.correction_max);
     }
     places.list(bodies, rows, facts, pairs, settings);
-    true
 }
 
 impl Places {
@@ -175,8 +174,8 @@ fn look(bodies: &Bodies, row: &Row, pair: &Pair) -> Option<Gap> {
     }
     let (a, b) = (row.a as usize, row.b as usize);
     let way = bodies.center[b] - bodies.center[a];
-    let thin = min(bodies.shape[a].thickness(), bodies.shape[b].thickness());
-    let normal = (way + (seat(row.b) - seat(row.a)) * (SEATS * thin)).normalize_or(Vec2::Y);
+    let thin = thickness(bodies, pair);
+    let normal = (way + (spread(row.b) - spread(row.a)) * (SPREAD * thin)).normalize_or(Vec2::Y);
     let support = |slot: usize| match bodies.shape[slot] {
         Shape::Circle { radius } => radius,
         Shape::Box { half } => half.dot(normal.abs()),
@@ -187,7 +186,7 @@ fn look(bodies: &Bodies, row: &Row, pair: &Pair) -> Option<Gap> {
 /// Where in the unit square a body counts as lying if many lie at one place: they part as if they had
 /// been spread evenly (multiples of the inverses of the plastic number and of its square; Roberts 2018,
 /// "The unreasonable effectiveness of quasirandom sequences").
-fn seat(slot: u32) -> Vec2 {
+fn spread(slot: u32) -> Vec2 {
     const STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
     let unit = |step: u32| slot.wrapping_mul(step) as f32 / TWO_TO_32;
     Vec2::new(unit(STEPS[0]), unit(STEPS[1]))

@@ -317,7 +317,7 @@ impl Row {
         if separation >= 0.0 || !self.is_free() {
             return false;
         }
-        let thickness = |slot: u32| bodies.shape[slot as usize].thickness();
+        let thickness = |slot: u32| bodies.thickness(slot as usize);
         separation < -SIDELESS * min(thickness(self.a), thickness(self.b))
     }
 
