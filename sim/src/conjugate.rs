@@ -133,6 +133,7 @@ pub(crate) struct Workspace {
     pub rows: Vec<Row>,
     /// Of each row.
     pub facts: Vec<Facts>,
+    /// By slot: rows in which it is too deep in another body to have a side.
     crowd: Vec<u8>,
     impacts: Impacts,
     islands: Islands,

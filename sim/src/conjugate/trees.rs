@@ -228,8 +228,8 @@ impl Trees {
         self.nodes.clear();
     }
 
-    /// `RUBS` as in [`super::sweep`]. Solves the forest: impulses and velocities move to the answer, or as far towards it as raises
-    /// D (see `warm`). Whether that is more than [`FITS`] of the way.
+    /// Solves the forest: impulses and velocities move to the answer, or as far towards it as raises
+    /// D (see `warm`). Whether that is more than [`FITS`] of the way. `RUBS` as in [`super::sweep`].
     pub fn solve<const RUBS: bool>(&mut self, rows: &mut [Row], velocity: &mut [Vec2]) -> bool {
         if self.nodes.is_empty() {
             return true;
