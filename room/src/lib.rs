@@ -305,13 +305,9 @@ impl Room {
         let scene = self.game.scene();
         let member = self.members.at(seat);
         let view = member.and_then(|member| view_of(scene, member.view));
-        let Some(view) = view else {
-            if let Some(sight) = self.sights.get_mut(usize::from(seat.0)) {
-                *sight = None;
-            }
-            return self.begin(rate);
-        };
-        let (sight, reader, keyframe) = Sight::begin(seat, rate, scene, view, &self.newest);
+        let before = self.sights.get_mut(usize::from(seat.0)).and_then(Option::take);
+        let Some(view) = view else { return self.begin(rate) };
+        let (sight, reader, keyframe) = Sight::begin(before, seat, rate, scene, view, &self.newest);
         self.sights[usize::from(seat.0)] = Some(sight);
         (reader, keyframe)
     }

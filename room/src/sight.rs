@@ -65,15 +65,20 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// A sight and the client that begins to read it, with its keyframe.
+    /// A sight and the client that begins to read it, with its keyframe. The page's camera stays where
+    /// it was when the rate changes: so does that of the sight `before`.
     pub fn begin(
+        before: Option<Sight>,
         seat: Seat,
         rate: Rate,
         scene: &Scene,
         view: Place,
         newest: &Snapshot,
     ) -> (Sight, Reader, Arc<[u8]>) {
-        let mut area = Area::new(scene, view);
+        let mut area = match before {
+            Some(sight) => Area { view, ..sight.area },
+            None => Area::new(scene, view),
+        };
         area.follow(newest, seat, rate);
         let first = Arc::new(area.seen(newest, &[]));
         let mut feed = Feed::new(rate, &first);
@@ -151,8 +156,11 @@ impl Area {
         let half = |axis: usize| self.view[axis] / 2;
         self.low = [0, 1].map(|axis| middle[axis] + way[axis].min(0) - half(axis));
         self.high = [0, 1].map(|axis| middle[axis] + way[axis].max(0) + half(axis));
-        self.middle = Some(middle);
-        self.margin = self.view[0].min(self.view[1]) / MARGINS * (1 + every / 6);
+        // Where nobody was followed yet, the page jumps to its first hero.
+        self.middle = self.middle.or(hero.map(|_| middle)).and(Some(middle));
+        // A glide in whole quanta ends this far from where the page's does.
+        let margin = (self.view[0].min(self.view[1]) / MARGINS).max(CATCH_UP_TICKS);
+        self.margin = margin * (1 + every / 6);
     }
 
     /// The hero's way in a tick; none if it was carried off.

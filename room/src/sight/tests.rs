@@ -127,7 +127,7 @@ fn what_a_camera_shows_is_there_once_and_in_its_place_at_every_rate() {
     for rate in Rate::ALL {
         let mut flight = Flight::new();
         let first = flight.step();
-        let (mut sight, reader, keyframe) = Sight::begin(SEAT, rate, &scene, view, &first);
+        let (mut sight, reader, keyframe) = Sight::begin(None, SEAT, rate, &scene, view, &first);
         let (mut stream, mut page) = (Stream::default(), Page { center: None });
         stream.decode(&keyframe).unwrap();
         let (mut shown, mut held, mut came) = (0, 0, 0);
@@ -265,6 +265,7 @@ fn players_see_their_own_parts_and_a_larger_view_shows_more() {
     assert!(far.len() == 2 && far.iter().all(|&x| x > 340.0), "{far:?}");
     assert_eq!(held(&room.begin(Rate::Full).1).len(), 4);
 
+    let mut room = self::room(follow());
     room.view(SEAT, Vec2::new(24.0, 40.0));
     let (reader, keyframe) = room.begin_at(SEAT, Rate::Full);
     let mut stream = Stream::default();
@@ -308,6 +309,32 @@ fn a_hero_that_is_carried_across_a_corner_takes_the_view_along_at_once() {
         area.follow(&snapshot(tick, vec![body(HERO.index, place)]), SEAT, Rate::Full);
         assert_eq!(area.middle, Some(body(HERO.index, place).quanta));
     }
+}
+
+#[test]
+fn a_change_of_rate_leaves_the_camera_where_it_was() {
+    let scene = follow();
+    let view = view_of(&scene, None).unwrap();
+    let at =
+        |tick: u32| snapshot(tick, vec![body(HERO.index, Vec2::new(100.0 + tick as f32, 100.0))]);
+    let (mut sight, ..) = Sight::begin(None, SEAT, Rate::Full, &scene, view, &at(0));
+    (1..60).for_each(|tick| sight.push(&at(tick), &[], false));
+    let middle = sight.area.middle.unwrap();
+    let (sight, ..) = Sight::begin(Some(sight), SEAT, Rate::Third, &scene, view, &at(59));
+    let moved = sight.area.middle.unwrap()[0] - middle[0];
+    // Not more than a tick's glide; the hero's place is 11 ticks of its way off.
+    assert!(moved.abs() <= 2 * 64, "{moved} quanta");
+}
+
+#[test]
+fn the_view_jumps_to_the_first_hero_and_stays_where_the_last_one_was() {
+    let mut area = Area::new(&follow(), view_of(&follow(), None).unwrap());
+    area.follow(&snapshot(0, vec![]), SEAT, Rate::Full);
+    let hero = body(HERO.index, Vec2::new(160.0, 110.0));
+    area.follow(&snapshot(1, vec![hero]), SEAT, Rate::Full);
+    assert_eq!(area.middle, Some(hero.quanta));
+    area.follow(&snapshot(2, vec![]), SEAT, Rate::Full);
+    assert_eq!(area.middle, Some(hero.quanta));
 }
 
 #[test]

@@ -107,7 +107,7 @@ struct Client {
 impl Client {
     fn begin(seat: Seat, rate: Rate, scene: &Scene, first: &Snapshot) -> Client {
         let view = view_of(scene, Some(Vec2::splat(VIEW))).expect("the world is larger");
-        let (sight, reader, keyframe) = Sight::begin(seat, rate, scene, view, first);
+        let (sight, reader, keyframe) = Sight::begin(None, seat, rate, scene, view, first);
         let hero = first.bodies[usize::from(seat.0)].id;
         let mut stream = Stream::default();
         stream.decode(&keyframe).expect("a keyframe can be decoded");
