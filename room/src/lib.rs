@@ -278,6 +278,11 @@ impl Room {
         recorder.map(|recorder| recorder.finish(&self.game)).unwrap_or_default()
     }
 
+    /// Ends the recording of a game that failed inside a tick: what was played until then.
+    pub fn break_off_recording(&mut self) -> Vec<Record> {
+        self.recorder.take().map(Recorder::break_off).unwrap_or_default()
+    }
+
     fn free_abandoned_seats(&mut self) {
         let tick = self.game.tick_count();
         let is_over = |member: &Member| {

@@ -18,6 +18,8 @@ const KEYFRAME_BYTES_PER_TICK: usize = 1;
 pub struct Recorder {
     /// The block that is being filled.
     ticks: Vec<Tick>,
+    /// The last tick in it.
+    newest: u32,
     next_keyframe: u32,
     records: Vec<Record>,
 }
@@ -28,7 +30,8 @@ impl Recorder {
         let first_tick = game.tick_count();
         let records = vec![Record::Start(Start { first_tick, ..start })];
         let next_keyframe = first_tick + KEYFRAME_TICKS_MIN;
-        let mut recorder = Recorder { ticks: Vec::new(), next_keyframe, records };
+        let mut recorder =
+            Recorder { ticks: Vec::new(), newest: first_tick, next_keyframe, records };
         if first_tick > 0 {
             recorder.keyframe(game, members);
         }
@@ -48,6 +51,7 @@ impl Recorder {
         let hash = if keeps_full_hash(number) { hash } else { hash & 0xffff };
         let inputs = inputs.iter().map(|&(seat, input)| (seat, input.rounded())).collect();
         self.ticks.push(Tick { changes, inputs, hash });
+        self.newest = number;
         let is_keyframe = number >= self.next_keyframe;
         if self.ticks.len() == BLOCK_TICKS || is_keyframe {
             self.close_block(number);
@@ -71,6 +75,12 @@ impl Recorder {
         let pause = (state.len() / KEYFRAME_BYTES_PER_TICK) as u32;
         self.next_keyframe = tick + pause.max(KEYFRAME_TICKS_MIN);
         self.records.push(Record::Keyframe(Keyframe { tick, hash, members, state }));
+    }
+
+    /// What is known of a game that cannot go on: its last ticks, without an end.
+    pub fn break_off(mut self) -> Vec<Record> {
+        self.close_block(self.newest);
+        self.records
     }
 
     /// The records that are ready.

@@ -135,63 +135,77 @@ impl Ticker {
     pub fn run(mut self) {
         let code = self.facts.code.clone();
         info!(room = %code, scene = %self.facts.scene.name, seed = self.seed, "room opened");
-        let played = catch_unwind(AssertUnwindSafe(|| self.play()));
-        match played {
-            Ok(end) => info!(room = %code, reason = ?end, "room closed"),
-            Err(_) => {
+        // Out here they outlive a panic, and the last ticks before it can still be recorded.
+        let mut opened = None;
+        let played = catch_unwind(AssertUnwindSafe(|| {
+            let (room, tape) = opened.insert(self.open());
+            self.play(room, tape.as_mut())
+        }));
+        let now = Instant::now();
+        match (played, opened) {
+            (Ok(end), opened) => {
+                if let Some((mut room, Some(tape))) = opened {
+                    tape.end(&mut room, now);
+                }
+                info!(room = %code, reason = ?end, "room closed");
+            }
+            (Err(_), opened) => {
                 error!(room = %code, players = self.members.len(), "room failed and was closed");
                 self.metrics.rooms_failed.inc();
                 self.fail();
+                if let Some((mut room, Some(tape))) = opened {
+                    tape.break_off(&mut room, now);
+                }
             }
         }
     }
 
-    fn play(&mut self) -> End {
+    fn open(&mut self) -> (Room, Option<Tape>) {
         let mut room = Room::new(&self.facts.code, Arc::clone(&self.facts.scene), self.seed);
+        let recording = self.recording.take();
+        let tape = recording.map(|recording| Tape::start(recording, &mut room, Instant::now()));
+        (room, tape)
+    }
+
+    fn play(&mut self, room: &mut Room, mut tape: Option<&mut Tape>) -> End {
         let mut schedule = Schedule::new(Instant::now());
         let mut missed = Missed::default();
         let mut empty_since = Instant::now();
-        let recording = self.recording.take();
-        let mut tape = recording.map(|recording| Tape::start(recording, &mut room, Instant::now()));
-        let end = loop {
+        loop {
             let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
             std::thread::sleep(awaited.saturating_duration_since(Instant::now()));
             let now = Instant::now();
             let due = schedule.due(now);
             missed.report(&self.facts.code, schedule.missed(), now);
             if *self.phase.borrow() == Phase::Closing {
-                break End::Closing;
+                return End::Closing;
             }
             if due == 0 {
                 continue;
             }
-            self.admit(&mut room);
+            self.admit(room);
             let late = now.saturating_duration_since(awaited);
             let mut watch = Stopwatch::start();
             for _ in 0..due {
-                self.pass_on(&mut room);
+                self.pass_on(room);
                 watch.lap(0);
                 room.tick();
                 watch.lap(1);
-                self.members.iter_mut().for_each(|member| member.feed(&mut room, &self.metrics));
+                self.members.iter_mut().for_each(|member| member.feed(room, &self.metrics));
                 watch.lap(2);
             }
             let skipped = schedule.missed() - missed_before;
             self.metrics.ticks.woke(due, skipped, late, watch.laps);
-            self.publish(&room);
+            self.publish(room);
             if let Some(tape) = &mut tape {
-                tape.after_ticks(&mut room, now);
+                tape.after_ticks(room, now);
             }
             if !self.members.is_empty() {
                 empty_since = now;
-            } else if now - empty_since >= self.empty_grace && self.retire(&mut room) {
-                break End::Empty;
+            } else if now - empty_since >= self.empty_grace && self.retire(room) {
+                return End::Empty;
             }
-        };
-        if let Some(tape) = tape {
-            tape.end(&mut room, Instant::now());
         }
-        end
     }
 
     fn admit(&mut self, room: &mut Room) {

@@ -66,6 +66,15 @@ impl Tape {
         }
     }
 
+    /// Ends the recording of a room that failed inside a tick. Only whole ticks are on it.
+    pub fn break_off(mut self, room: &mut Room, now: Instant) {
+        if matches!(self.state, State::On { .. }) {
+            let last = room.break_off_recording();
+            self.hand_over(room, last, true, now);
+            self.state = State::Off { retry_at: now };
+        }
+    }
+
     /// Whether it is time for a new file.
     fn is_long(&self, reel: &Reel, room: &Room, first_tick: u32) -> bool {
         let ticks_max = self.recording.shelf().settings().file_ticks_max;

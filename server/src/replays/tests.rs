@@ -154,6 +154,18 @@ fn a_room_that_fails_leaves_a_replay_up_to_its_last_record() {
     assert!(!stage.recording.shelf().list()[0].recording);
 }
 
+#[test]
+fn a_room_that_fails_inside_a_tick_leaves_all_whole_ones() {
+    let dir = Dir::new("broken-off");
+    let mut stage = Stage::new(dir.settings());
+    stage.play(650);
+    stage.tape.break_off(&mut stage.room, Instant::now());
+    stage.recording.close();
+    let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
+    assert!(matches!(replay.ending(), Ending::Cut(_)));
+    assert_eq!(replay.last_tick(), 650);
+}
+
 /// A disk with so little space that the second block of ticks does not fit.
 struct SmallDisk {
     file: File,

@@ -57,15 +57,20 @@ fn end_of(outbox: &Outbox) -> Refusal {
     runtime.block_on(outbox.ended())
 }
 
+fn play(ticker: &mut Ticker) -> End {
+    let (mut room, mut tape) = ticker.open();
+    ticker.play(&mut room, tape.as_mut())
+}
+
 #[test]
 fn an_empty_room_ends_and_a_closing_server_ends_a_full_one() {
     let (mut ticker, _outside) = room("empty", Duration::ZERO);
-    assert_eq!(ticker.play(), End::Empty);
+    assert_eq!(play(&mut ticker), End::Empty);
 
     let (mut ticker, outside) = room("closing", Duration::ZERO);
     let (join, _inbox, _outbox) = join();
     outside.joins.send(join).expect("a place");
-    let ended = std::thread::spawn(move || ticker.play());
+    let ended = std::thread::spawn(move || play(&mut ticker));
     outside.phase.send_replace(Phase::Closing);
     assert_eq!(ended.join().expect("no panic"), End::Closing);
 }
