@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 use writer::Writer;
 
 /// Makes a new file, and fails if there is one of that name.
@@ -41,6 +41,8 @@ pub struct Settings {
     pub retry: Duration,
     /// How files are made; tests have some that fail.
     pub create: Create,
+    /// The wall clock; tests have one that steps.
+    pub wall: fn() -> SystemTime,
 }
 
 impl Settings {
@@ -53,6 +55,7 @@ impl Settings {
             file_ticks_max: limits::REPLAY_FILE_TICKS_MAX,
             retry: limits::REPLAY_RETRY,
             create: create_file,
+            wall: SystemTime::now,
         }
     }
 }

@@ -142,7 +142,7 @@ impl Shelf {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
                 Err(error) => return Err(error),
                 Ok(file) => {
-                    let modified = SystemTime::now();
+                    let modified = (self.settings.wall)();
                     let start = Some(Facts::of(start));
                     let held = Held { start, bytes: 0, recording: true, modified };
                     self.lock().insert(name.clone(), held);
@@ -157,7 +157,7 @@ impl Shelf {
     pub(super) fn grow(&self, name: &str, bytes: u64) {
         if let Some(held) = self.lock().get_mut(name) {
             held.bytes += bytes;
-            held.modified = SystemTime::now();
+            held.modified = (self.settings.wall)();
         }
     }
 

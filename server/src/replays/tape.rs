@@ -7,7 +7,7 @@ use jostle_protocol::replay::Record;
 use jostle_room::Room;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, UNIX_EPOCH};
 use tracing::warn;
 
 /// What records one room.
@@ -83,7 +83,8 @@ impl Tape {
     }
 
     fn begin(&mut self, room: &mut Room, now: Instant) {
-        let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
+        let wall = (self.recording.shelf().settings().wall)();
+        let unix = wall.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
         room.record(env!("CARGO_PKG_VERSION"), unix.as_secs());
         let first_tick = room.game().tick_count();
         self.state = State::On { reel: Arc::default(), first_tick };

@@ -28,7 +28,8 @@ pub struct Writer {
 }
 
 /// The wall clock as it was when the writer began, carried on by one that never steps: when the
-/// wall clock is set, no replay is suddenly too old.
+/// wall clock is set on, no replay is suddenly too old. What is stamped after it was set back would be, so
+/// that the earlier of the two counts.
 pub struct Clock {
     began: Instant,
     wall: SystemTime,
@@ -40,9 +41,9 @@ impl Clock {
         Clock { began, wall }
     }
 
-    /// The time of `now`.
-    pub fn time(&self, now: Instant) -> SystemTime {
-        self.wall + now.saturating_duration_since(self.began)
+    /// The time of `now`, at which the wall clock says `wall`.
+    pub fn time(&self, now: Instant, wall: SystemTime) -> SystemTime {
+        wall.min(self.wall + now.saturating_duration_since(self.began))
     }
 }
 
@@ -59,7 +60,7 @@ impl Writer {
     /// No files yet.
     pub fn new(shelf: Arc<Shelf>, jobs: Receiver<Job>, waiting_bytes: Arc<AtomicUsize>) -> Writer {
         let (open, is_failing, told) = (Vec::new(), false, [0; 4]);
-        let clock = Clock::new(Instant::now(), SystemTime::now());
+        let clock = Clock::new(Instant::now(), (shelf.settings().wall)());
         Writer { shelf, jobs, waiting_bytes, open, is_failing, told, clock }
     }
 
@@ -179,7 +180,8 @@ impl Writer {
 
     /// Once a minute: the directory, files that nobody writes to any more, the counters.
     fn look(&mut self) {
-        if let Err(error) = self.shelf.look(self.clock.time(Instant::now())) {
+        let now = self.clock.time(Instant::now(), (self.shelf.settings().wall)());
+        if let Err(error) = self.shelf.look(now) {
             self.count_error(&self.shelf.settings().dir.display().to_string(), &error);
         }
         let (left, open): (Vec<_>, Vec<_>) = std::mem::take(&mut self.open)
