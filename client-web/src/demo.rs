@@ -61,11 +61,12 @@ impl Demo {
     /// A room at tick 0. `scripted`: inputs of the own player come from the script too.
     pub fn new(scene: Arc<Scene>, seed: u64, bots: u8, scripted: bool) -> Demo {
         let mut room = Room::new("demo", scene.clone(), seed);
-        let bots = bots.min(scene.players_max.saturating_sub(1));
+        const COLORS: u16 = jostle_protocol::limits::COLORS as u16;
+        let bots = u16::from(bots).min(scene.players_max.saturating_sub(1));
         let names = ["Ada", "Grace", "Alan", "Edsger", "Barbara", "Donald", "Niklaus", "Radia"];
         let seats = (0..bots).filter_map(|i| {
             let name = names[usize::from(i) % names.len()].to_owned();
-            let appearance = Appearance { name, color: (i + 1) % jostle_protocol::limits::COLORS };
+            let appearance = Appearance { name, color: ((i + 1) % COLORS) as u8 };
             room.join(appearance, None, u64::from(i) + 2).ok().map(|welcome| welcome.seat)
         });
         let bots = seats.collect();

@@ -10,7 +10,7 @@ name, port = host.rsplit(":", 1)
 wire = socket.create_connection((name, int(port))).makefile("rwb")
 wire.write(f"GET /{room} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
            "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: YW55IHNpeHRlZW4gYnl0ZQ==\r\n\r\n".encode())
-hello = struct.pack("<BHB", 0, 2, 6) + b"Python" + bytes(2)  # version 2, a name, colour 0, no token
+hello = struct.pack("<BHB", 0, 3, 6) + b"Python" + bytes(2)  # version 3, a name, colour 0, no token
 wire.write(bytes([0x82, 0x80 | len(hello)]) + bytes(4) + hello)  # a frame, masked with zeros
 wire.flush()
 while len(wire.readline()) > 2: pass  # the answer's headers
@@ -30,7 +30,7 @@ def leb(data):
 
 welcome = message()
 if u8(welcome) != 0: sys.exit(f"refused: {u8(welcome)}")
-seat, token, tick, code, scene = u8(welcome), welcome.read(8), leb(welcome), text(welcome), text(welcome)
+seat, token, tick, code, scene = leb(welcome), welcome.read(8), leb(welcome), text(welcome), text(welcome)
 quantum = tomllib.loads(text(welcome)).get("quantum", 1 / 64)
 
 keyframe = message()
@@ -39,6 +39,6 @@ print("tick", tick)
 for _ in range(leb(keyframe) if sections & 4 else 0):
     index += 1 + leb(keyframe)
     generation, tag, group = leb(keyframe), u8(keyframe), u8(keyframe)
-    owner = u8(keyframe) if tag & 16 else None
+    owner = leb(keyframe) if tag & 16 else None
     size = [f32(keyframe) for _ in range(2 if tag & 8 else 1)]
     print(f"{index}.{generation}", zig(keyframe) * quantum, zig(keyframe) * quantum)

@@ -41,10 +41,10 @@ def receive(wire):
 def join(host, room, name="Python"):
     """The socket, and the size of a quantum in world units."""
     wire = connect(host, room)
-    send(wire, struct.pack("<BHB", 0, 2, len(name)) + name.encode() + bytes([0, 0]))
+    send(wire, struct.pack("<BHB", 0, 3, len(name)) + name.encode() + bytes([0, 0]))
     welcome = Reader(receive(wire))
     if welcome.u8() != 0: sys.exit(f"refused, see the protocol: {welcome.u8()}")
-    _seat, _token, _tick = welcome.u8(), welcome.raw(8), welcome.leb()
+    _seat, _token, _tick = welcome.leb(), welcome.raw(8), welcome.leb()
     _code, _name, scene = welcome.text(), welcome.text(), tomllib.loads(welcome.text())
     return wire, scene.get("quantum", 1 / 64)
 
@@ -120,7 +120,7 @@ def births(reader):
     for _ in range(reader.leb()):
         index += 1 + reader.leb()
         generation, tag, _group = reader.leb(), reader.u8(), reader.u8()
-        if tag & 16: reader.u8()  # the owner
+        if tag & 16: reader.leb()  # the owner
         _size = [reader.f32() for _ in range(2 if tag & 8 else 1)]
         yield index, generation, reader.quanta()
 

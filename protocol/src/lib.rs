@@ -8,6 +8,7 @@ pub mod limits;
 pub mod message;
 mod refusal;
 pub mod replay;
+mod seat;
 pub mod snapshot;
 mod stream;
 pub mod wire;
@@ -18,4 +19,4 @@ pub use stream::{Heard, Stream};
 pub use wire::DecodeError;
 
 /// Version of everything in this crate; both ends must agree.
-pub const VERSION: u16 = 2;
+pub const VERSION: u16 = 3;

@@ -44,10 +44,10 @@ pub const REPLAY_TICKS_MAX: u32 = 1 << 23;
 pub const PROGRAM_BYTES_MAX: usize = 64;
 
 // A client message fits a hello with the longest name; a server message the longest welcome, and a
-// keyframe or delta with the largest bodies and events: 29 and 34 bytes each, 112 a player.
+// keyframe or delta with the largest bodies and events: 30 and 36 bytes each, 113 a player.
 const _: () = assert!(CLIENT_MESSAGE_BYTES_MAX >= 1 + 2 + 1 + NAME_BYTES_MAX + 1 + 9);
 const _: () = assert!(
     SERVER_MESSAGE_BYTES_MAX >= 64 + SCENE_BYTES_MAX + SCENE_NAME_BYTES_MAX + ROOM_CODE_BYTES_MAX
 );
 const _: () =
-    assert!(SERVER_MESSAGE_BYTES_MAX >= 64 + 29 * BODIES_MAX + 34 * EVENTS_MAX + 112 * SEATS_MAX);
+    assert!(SERVER_MESSAGE_BYTES_MAX >= 64 + 30 * BODIES_MAX + 36 * EVENTS_MAX + 113 * SEATS_MAX);

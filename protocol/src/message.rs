@@ -9,8 +9,9 @@ use crate::limits::{
     CLIENT_MESSAGE_BYTES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX, VIEW_MAX,
 };
+use crate::seat::{read_seat, write_seat};
 use crate::wire::{DecodeError, Reader, Writer};
-use jostle_sim::{Buttons, Input, SEATS_MAX, Vec2};
+use jostle_sim::{Buttons, Input, Seat, Vec2};
 
 const HELLO: u8 = 0;
 const INPUT: u8 = 1;
@@ -61,7 +62,7 @@ pub enum ServerMessage {
     /// The seat is taken; a keyframe follows.
     Welcome {
         /// The seat.
-        seat: u8,
+        seat: u16,
         /// Gives the seat back after a lost socket.
         token: u64,
         /// Tick at which the player joins.
@@ -196,7 +197,7 @@ impl ServerMessage {
         match self {
             ServerMessage::Welcome { seat, token, tick, room, scene_name, scene } => {
                 writer.byte(WELCOME);
-                writer.byte(*seat);
+                write_seat(&mut writer, Seat(*seat));
                 writer.fixed64(*token);
                 writer.leb32(*tick);
                 writer.text(room, ROOM_CODE_BYTES_MAX);
@@ -249,12 +250,8 @@ impl ServerMessage {
 }
 
 fn read_welcome(reader: &mut Reader) -> Result<ServerMessage, DecodeError> {
-    let seat = reader.byte("seat")?;
-    if usize::from(seat) >= SEATS_MAX {
-        return Err(DecodeError::OutOfRange { field: "seat" });
-    }
     Ok(ServerMessage::Welcome {
-        seat,
+        seat: read_seat(reader)?.0,
         token: reader.fixed64("token")?,
         tick: reader.leb32("tick")?,
         room: reader.text(ROOM_CODE_BYTES_MAX, "room")?.to_owned(),

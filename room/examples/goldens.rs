@@ -64,7 +64,7 @@ fn played(scene: Scene) -> Vec<Record> {
             room.leave(Seat(1));
         }
         for seat in 0..PLAYERS {
-            room.input(Seat(seat), tick + 1, press(&mut rng, size));
+            room.input(Seat(seat.into()), tick + 1, press(&mut rng, size));
         }
         room.tick();
     }

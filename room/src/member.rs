@@ -4,6 +4,7 @@ use crate::input_queue::InputQueue;
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::{PlayerInfo, Seat, Vec2};
+use std::collections::BTreeSet;
 
 /// Who has a seat.
 #[derive(Clone, Debug)]
@@ -93,18 +94,18 @@ impl Members {
     /// Everybody in seat order.
     pub fn iter(&self) -> impl Iterator<Item = (Seat, &Member)> {
         let numbered = self.seats.iter().enumerate();
-        numbered.filter_map(|(seat, member)| Some((Seat(seat as u8), member.as_ref()?)))
+        numbered.filter_map(|(seat, member)| Some((Seat(seat as u16), member.as_ref()?)))
     }
 
     /// Everybody in seat order, to be changed.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = (Seat, &mut Member)> {
         let numbered = self.seats.iter_mut().enumerate();
-        numbered.filter_map(|(seat, member)| Some((Seat(seat as u8), member.as_mut()?)))
+        numbered.filter_map(|(seat, member)| Some((Seat(seat as u16), member.as_mut()?)))
     }
 
     /// The lowest free seat.
     pub fn free_seat(&self) -> Option<Seat> {
-        self.seats.iter().position(Option::is_none).map(|seat| Seat(seat as u8))
+        self.seats.iter().position(Option::is_none).map(|seat| Seat(seat as u16))
     }
 
     /// The seat that a token gives back.
@@ -133,13 +134,13 @@ impl Members {
     pub fn distinct(&self, wanted: &Appearance, own: Option<Seat>) -> Appearance {
         let others =
             || self.iter().filter(|(seat, _)| Some(*seat) != own).map(|(_, member)| member);
-        let named = |name: &str| others().any(|other| other.appearance.name == name);
+        let names: BTreeSet<&str> = others().map(|other| other.appearance.name.as_str()).collect();
         let colored = |color: u8| {
             others().any(|other| other.lost_tick.is_none() && other.appearance.color == color)
         };
         let mut appearance = wanted.clone();
         let mut number = 1;
-        while named(&appearance.name) {
+        while names.contains(appearance.name.as_str()) {
             number += 1;
             appearance = wanted.numbered(number);
         }
@@ -157,7 +158,7 @@ mod tests {
         Appearance::new(name, color).unwrap()
     }
 
-    fn members(seated: &[(u8, &str, u8)]) -> Members {
+    fn members(seated: &[(u16, &str, u8)]) -> Members {
         let mut members = Members::new(12);
         for &(seat, name, color) in seated {
             members.put(Seat(seat), Member::new(look(name, color), u64::from(seat)));
@@ -195,7 +196,8 @@ mod tests {
     #[test]
     fn when_all_colours_are_taken_the_wanted_one_is_shared() {
         let names = ["A", "B", "C", "D", "E", "F", "G", "H"];
-        let seated: Vec<_> = (0..COLORS).map(|c| (c, names[usize::from(c)], c)).collect();
+        let seated: Vec<_> =
+            (0..COLORS).map(|c| (u16::from(c), names[usize::from(c)], c)).collect();
         assert_eq!(members(&seated).distinct(&look("I", 3), None), look("I", 3));
     }
 

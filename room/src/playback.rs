@@ -23,7 +23,7 @@ pub enum PlaybackError {
         /// When.
         tick: u32,
         /// Who.
-        seat: u8,
+        seat: u16,
     },
     /// A keyframe is no state of this scene.
     #[error("the keyframe of tick {tick} is refused: {error}")]
@@ -61,13 +61,13 @@ pub struct Moment {
     /// The game.
     pub game: Game,
     /// Who sits where.
-    pub members: BTreeMap<u8, Appearance>,
+    pub members: BTreeMap<u16, Appearance>,
 }
 
 #[derive(Clone, Debug)]
 struct Mark {
     state: Vec<u8>,
-    members: BTreeMap<u8, Appearance>,
+    members: BTreeMap<u16, Appearance>,
 }
 
 impl Moment {

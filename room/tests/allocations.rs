@@ -41,7 +41,7 @@ fn a_steady_tick_allocates_next_to_nothing() {
     let mut play = || {
         tick += 1;
         for seat in 0..PLAYERS {
-            assert!(room.input(Seat(seat), tick, input(seat, tick)));
+            assert!(room.input(Seat(seat.into()), tick, input(seat, tick)));
         }
         room.tick();
         let sent: usize = readers.iter().filter_map(|r| room.message(r)).map(|m| m.len()).sum();

@@ -91,7 +91,7 @@ impl Trouble {
     /// One thing that goes wrong.
     fn strike(&mut self, room: &mut Room, seq: u32) {
         let input = Input { buttons: Buttons::LEFT, pointer: None };
-        let seat = Seat(self.rng.below(2) as u8);
+        let seat = Seat(self.rng.below(2) as u16);
         match self.rng.below(9) {
             0 => {
                 let token = Some(u64::from(self.rng.next_u32()) << 8);
@@ -103,7 +103,7 @@ impl Trouble {
                 assert!(!room.input(seat, seq + ahead, input), "an input of the far future");
             }
             3 => {
-                let nobody = Seat(2 + self.rng.below(254) as u8);
+                let nobody = Seat(2 + self.rng.below(998) as u16);
                 assert!(!room.input(nobody, seq, input), "an input of nobody");
                 room.disconnect(nobody);
                 room.leave(nobody);

@@ -219,7 +219,7 @@ struct SceneEntry {
     name: String,
     title: String,
     about: String,
-    players_max: u8,
+    players_max: u16,
     /// Path of the picture; `null` for scenes that have none.
     picture: Option<String>,
 }
@@ -235,7 +235,7 @@ struct RoomEntry {
     scene: String,
     title: String,
     players: usize,
-    players_max: u8,
+    players_max: u16,
 }
 
 fn scenes(app: &App) -> Scenes {

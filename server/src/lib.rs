@@ -42,6 +42,8 @@ pub struct Config {
     pub origins: Vec<String>,
     /// Proxies that are believed about whom they speak for, in canonical form.
     pub trusted_proxies: Vec<IpAddr>,
+    /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
+    pub address_sessions_max: usize,
     /// Where games are recorded; `None` records nothing.
     pub replays: Option<replays::Settings>,
 }
@@ -54,6 +56,7 @@ impl Default for Config {
             waits: limits::Waits::default(),
             origins: Vec::new(),
             trusted_proxies: Vec::new(),
+            address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
             replays: None,
         }
     }
@@ -101,6 +104,7 @@ impl App {
         recording: Option<Arc<replays::Recording>>,
     ) -> App {
         let metrics = Arc::new(metrics::Metrics::default());
+        let address_max = config.address_sessions_max;
         App {
             waits: config.waits,
             origins: config.origins.clone(),
@@ -110,9 +114,9 @@ impl App {
             metrics,
             connections: peers::Peers::new(
                 limits::CONNECTIONS_MAX,
-                limits::ADDRESS_CONNECTIONS_MAX,
+                limits::ADDRESS_CONNECTIONS_SPARE + address_max,
             ),
-            sessions: peers::Peers::new(limits::CONNECTIONS_MAX, limits::ADDRESS_SESSIONS_MAX),
+            sessions: peers::Peers::new(limits::CONNECTIONS_MAX, address_max),
             phase,
         }
     }

@@ -4,7 +4,7 @@
 use jostle_protocol::limits::{
     CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX,
 };
-use jostle_sim::TICKS_PER_SECOND;
+use jostle_sim::{SEATS_MAX, TICKS_PER_SECOND};
 use std::time::Duration;
 
 // Sockets.
@@ -14,8 +14,11 @@ pub const CONNECTIONS_MAX: usize = 4096;
 /// TCP connections of one address at a time (IPv6: of one /64). A school behind one address loads
 /// the page over some six connections a browser, and plays over one.
 pub const ADDRESS_CONNECTIONS_MAX: usize = 512;
-/// Game sockets of one address at a time; one more is told `TooManySockets`.
+/// Game sockets of one address at a time, unless `--address-sockets` says otherwise; one more is told
+/// `TooManySockets`.
 pub const ADDRESS_SESSIONS_MAX: usize = 128;
+/// TCP connections of one address beyond its game sockets, where more of those are allowed than usual.
+pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MAX - ADDRESS_SESSIONS_MAX;
 /// Wait after the listener failed to accept, so that a lack of descriptors does not spin.
 pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// Bytes that the kernel may hold for one socket. What it holds can no longer be left out for a
@@ -90,8 +93,8 @@ pub const ROOMS_MAX: usize = 64;
 pub const ADDRESS_ROOMS_MAX: usize = 8;
 /// Time for which a room stays open with nobody in it.
 pub const ROOM_EMPTY_GRACE: Duration = Duration::from_secs(120);
-/// Joins that wait for a room's next tick.
-pub const JOINS_WAITING_MAX: usize = 256;
+/// Joins that wait for a room's next tick: all that a room can take.
+pub const JOINS_WAITING_MAX: usize = SEATS_MAX;
 /// Ticks played in a row to catch up; what is due beyond them is skipped and counted as missed.
 pub const CATCH_UP_TICKS_MAX: u32 = 5;
 /// Time between two log lines about missed ticks of a room.

@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 /// A place in a game, 0..[`SEATS_MAX`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Seat(pub u8);
+pub struct Seat(pub u16);
 
 /// Keys and pointer buttons that are down, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

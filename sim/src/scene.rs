@@ -41,7 +41,9 @@ pub const SCENE_BYTES_MAX: usize = 64 << 10;
 /// Longest name of a scene, bytes.
 pub const SCENE_NAME_BYTES_MAX: usize = 32;
 /// Players in one game.
-pub const SEATS_MAX: usize = 64;
+pub const SEATS_MAX: usize = 512;
+/// Players in one game whose camera follows them: each is sent something else, which costs a server more.
+pub const FOLLOWERS_MAX: u32 = 64;
 /// Width and height of a world or a body, world units.
 pub const SIZE_MAX: f32 = 1.0e6;
 /// Least width, height or radius of a body, world units.
@@ -127,7 +129,7 @@ pub struct Scene {
     /// Closing speed above which a contact is reported, units/s.
     pub impact_speed: f32,
     /// Players at a time.
-    pub players_max: u8,
+    pub players_max: u16,
     /// Bodies at a time.
     pub bodies_max: usize,
     /// Particles at a time.

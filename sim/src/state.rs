@@ -31,7 +31,7 @@ pub enum Subject {
     /// The rules as a whole.
     Rules,
     /// The player in this seat.
-    Player(u8),
+    Player(u16),
 }
 
 impl fmt::Display for Subject {

@@ -12,7 +12,7 @@ pub struct State {
     pub state: String,
     /// Own seat, while there is one.
     #[serde(default)]
-    pub seat: Option<u8>,
+    pub seat: Option<u16>,
     /// Tick shown, with its fraction: a little behind the server.
     #[serde(default)]
     pub tick: Option<f64>,
@@ -109,7 +109,7 @@ pub struct Body {
     pub kind: String,
     /// Seat of its player.
     #[serde(default)]
-    pub owner: Option<u8>,
+    pub owner: Option<u16>,
     /// Centre, world units.
     pub pos: [f32; 2],
 }
@@ -118,7 +118,7 @@ pub struct Body {
 #[derive(Clone, Debug, Deserialize)]
 pub struct Player {
     /// Seat in the room.
-    pub seat: u8,
+    pub seat: u16,
     /// Chosen name.
     pub name: String,
     /// Whether there is a socket.
@@ -147,7 +147,7 @@ impl State {
     }
 
     /// The hero of a seat.
-    pub fn hero(&self, seat: u8) -> Option<&Body> {
+    pub fn hero(&self, seat: u16) -> Option<&Body> {
         self.bodies.iter().find(|body| body.kind == "hero" && body.owner == Some(seat))
     }
 

@@ -6,7 +6,7 @@ use jostle_sim::{Buttons, Game, Input, Scene, Seat, Tools, Vec2};
 const SHOT_TICKS: u32 = 75;
 
 /// How many bots a scene gets.
-pub fn players(scene: &Scene) -> u8 {
+pub fn players(scene: &Scene) -> u16 {
     let wanted = if scene.name == "arena" { 6 } else { 1 };
     scene.players_max.min(wanted)
 }

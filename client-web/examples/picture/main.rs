@@ -134,7 +134,10 @@ fn played(scene: Scene, ticks: u32) -> Result<Vec<u8>, Box<dyn Error>> {
     for tick in 0..ticks {
         let mut changes = Vec::new();
         for seat in (0..cast::players(game.scene())).filter(|_| tick == 0) {
-            changes.push(Change::Join(Seat(seat), Appearance::new("Bot", seat % COLORS)?));
+            changes.push(Change::Join(
+                Seat(seat),
+                Appearance::new("Bot", (seat % u16::from(COLORS)) as u8)?,
+            ));
             game.join(Seat(seat));
         }
         let inputs = cast::inputs(&game, tick);

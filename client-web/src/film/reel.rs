@@ -14,7 +14,7 @@ const AGE_MAX_S: f32 = 1.0;
 /// are far smaller, so that they cannot be seen.
 const SQUASH_STEPS: f32 = 1024.0;
 /// The seat of nobody.
-const NOBODY: Seat = Seat(u8::MAX);
+const NOBODY: Seat = Seat(u16::MAX);
 
 /// Ticks played in a row, as they are drawn.
 pub struct Reel {

@@ -12,7 +12,7 @@ fn replica(name: &str) -> Replica {
     Replica::new(scene(name), Seat(0), "room".into())
 }
 
-fn body(index: u32, kind: Kind, x: f32, owner: Option<u8>) -> SnapshotBody {
+fn body(index: u32, kind: Kind, x: f32, owner: Option<u16>) -> SnapshotBody {
     SnapshotBody {
         id: BodyId { index, generation: 0 },
         kind,
@@ -24,10 +24,10 @@ fn body(index: u32, kind: Kind, x: f32, owner: Option<u8>) -> SnapshotBody {
     }
 }
 
-fn player(seat: u8, hero: Option<u32>) -> PlayerState {
+fn player(seat: u16, hero: Option<u32>) -> PlayerState {
     PlayerState {
         seat: Seat(seat),
-        appearance: Appearance { name: format!("p{seat}"), color: seat + 3 },
+        appearance: Appearance { name: format!("p{seat}"), color: seat as u8 + 3 },
         connected: true,
         input_seq: 0,
         hero: hero.map(|index| BodyId { index, generation: 0 }),

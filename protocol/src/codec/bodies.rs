@@ -3,10 +3,11 @@
 
 use super::section;
 use crate::limits::BODIES_MAX;
+use crate::seat::{read_seat, write_seat};
 use crate::snapshot::SnapshotBody;
 use crate::wire::{DecodeError, Gaps, Reader, Writer};
 use jostle_sim::world::GROUPS_MAX;
-use jostle_sim::{BodyId, Kind, SEATS_MAX, Seat, Shape, Vec2};
+use jostle_sim::{BodyId, Kind, Shape, Vec2};
 use std::iter::zip;
 
 const BOX: u8 = 1 << 3;
@@ -95,7 +96,7 @@ fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
     writer.byte(body.kind as u8 | outline | owned);
     writer.byte(body.group);
     if let Some(seat) = body.owner {
-        writer.byte(seat.0);
+        write_seat(writer, seat);
     }
     match body.shape {
         Shape::Circle { radius } => writer.finite(radius),
@@ -170,16 +171,6 @@ fn read_birth(reader: &mut Reader, gaps: &mut Gaps) -> Result<SnapshotBody, Deco
 pub fn read_kind(byte: u8) -> Result<Kind, DecodeError> {
     let kind = Kind::ALL.get(usize::from(byte)).copied();
     kind.ok_or(DecodeError::OutOfRange { field: "body kind" })
-}
-
-/// A seat, one byte.
-pub fn read_seat(reader: &mut Reader) -> Result<Seat, DecodeError> {
-    let seat = reader.byte("seat")?;
-    if usize::from(seat) < SEATS_MAX {
-        Ok(Seat(seat))
-    } else {
-        Err(DecodeError::OutOfRange { field: "seat" })
-    }
 }
 
 fn read_extent(reader: &mut Reader) -> Result<f32, DecodeError> {

@@ -1,8 +1,9 @@
 //! Events in a coded snapshot: each with its distance to the tick of the one before.
 
-use super::bodies::{read_kind, read_seat};
+use super::bodies::read_kind;
 use super::{read_id, write_id};
 use crate::limits::EVENTS_MAX;
+use crate::seat::{read_seat, write_seat};
 use crate::snapshot::TimedEvent;
 use crate::wire::{DecodeError, Reader, Writer};
 use jostle_sim::{EmitterDef, Event, Source};
@@ -43,9 +44,9 @@ fn write_event(writer: &mut Writer, event: &Event) {
         }
         Event::PackHit { owner, victim, hero, point } => {
             writer.byte(PACK_HIT);
-            writer.byte(owner.0);
+            write_seat(writer, owner);
             writer.flag(victim.is_some());
-            victim.iter().for_each(|seat| writer.byte(seat.0));
+            victim.into_iter().for_each(|seat| write_seat(writer, seat));
             write_id(writer, hero);
             writer.point(point);
         }
@@ -61,11 +62,11 @@ fn write_event(writer: &mut Writer, event: &Event) {
         }
         Event::Joined(seat) => {
             writer.byte(JOINED);
-            writer.byte(seat.0);
+            write_seat(writer, seat);
         }
         Event::Left(seat) => {
             writer.byte(LEFT);
-            writer.byte(seat.0);
+            write_seat(writer, seat);
         }
     }
 }

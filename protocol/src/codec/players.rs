@@ -2,9 +2,9 @@
 //! to the baseline: one bit. Other changes name their fields. Where a pointer is that was there
 //! before is told with all that moves, see `motion`.
 
-use super::bodies::read_seat;
 use super::{read_id, section, write_id};
 use crate::appearance::Appearance;
+use crate::seat::{read_seat, write_seat};
 use crate::snapshot::{PlayerState, Snapshot};
 use crate::wire::{DecodeError, Reader, Writer};
 use jostle_sim::{BodyId, SEATS_MAX, Seat};
@@ -155,7 +155,7 @@ fn write_change(writer: &mut Writer, new: &PlayerState, mask: u8) {
 }
 
 fn write_new(writer: &mut Writer, player: &PlayerState) {
-    writer.byte(player.seat.0);
+    write_seat(writer, player.seat);
     player.appearance.write(writer);
     writer.flag(player.connected);
     for body in [player.hero, player.selected, player.held] {

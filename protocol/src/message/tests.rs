@@ -1,4 +1,5 @@
 use super::*;
+use jostle_sim::SEATS_MAX;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -42,7 +43,7 @@ fn client_messages() -> impl Strategy<Value = ClientMessage> {
 
 fn server_messages() -> impl Strategy<Value = ServerMessage> {
     let texts = ("[a-z0-9-]{0,32}", "[a-z-]{0,32}", any::<String>());
-    let welcome = (0..SEATS_MAX as u8, any::<u64>(), any::<u32>(), texts).prop_map(
+    let welcome = (0..SEATS_MAX as u16, any::<u64>(), any::<u32>(), texts).prop_map(
         |(seat, token, tick, (room, scene_name, scene))| ServerMessage::Welcome {
             seat,
             token,
@@ -143,8 +144,8 @@ fn hello(version: u16) -> ClientMessage {
 
 #[test]
 fn client_messages_have_the_documented_bytes() {
-    let bytes = [0, 2, 0, 3, b'A', b'n', b'n', 3, 1, 1, 2, 3, 4, 5, 6, 7, 8];
-    assert_eq!(hello(2).encode(), bytes);
+    let bytes = [0, 3, 0, 3, b'A', b'n', b'n', 3, 1, 1, 2, 3, 4, 5, 6, 7, 8];
+    assert_eq!(hello(VERSION).encode(), bytes);
 
     let input = Input { buttons: Buttons(0x90), pointer: Some(Vec2::new(1.0, -2.5)) };
     let bytes = [1, 0xac, 2, 0x90, 1, 1, 0, 0, 0x80, 0x3f, 0, 0, 0x20, 0xc0];
@@ -193,11 +194,11 @@ fn fields_past_their_range_are_named() {
         assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
     refused(&[4], "kind");
-    refused(&[0, 2, 0, 1, b' ', 0, 0], "name");
-    refused(&[0, 2, 0, 2, b' ', b'A', 0, 0], "name");
-    refused(&[0, 2, 0, 1, b'A', 8, 0], "color");
-    refused(&[0, 2, 0, 1, b'A', 0, 2], "token");
-    refused(&[0, 2, 0, 65], "name");
+    refused(&[0, 3, 0, 1, b' ', 0, 0], "name");
+    refused(&[0, 3, 0, 2, b' ', b'A', 0, 0], "name");
+    refused(&[0, 3, 0, 1, b'A', 8, 0], "color");
+    refused(&[0, 3, 0, 1, b'A', 0, 2], "token");
+    refused(&[0, 3, 0, 65], "name");
     refused(&[1, 1, 0x80, 0x20, 0], "buttons");
     refused(&[1, 1, 0, 1, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0], "pointer");
     refused(&[1, 1, 0, 1, 0, 0, 0, 0x4a, 0, 0, 0, 0], "pointer");
@@ -207,7 +208,7 @@ fn fields_past_their_range_are_named() {
     refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "view");
     let found = ServerMessage::decode(&[1, 12]);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "refusal" }));
-    let found = ServerMessage::decode(&[0, 64]);
+    let found = ServerMessage::decode(&[0, 0x80, 4]);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "seat" }));
 }
 

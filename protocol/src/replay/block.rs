@@ -4,10 +4,11 @@
 mod column;
 
 use super::keeps_full_hash;
-use super::record::{pack, read_seat, unpack};
+use super::record::{pack, unpack};
 use crate::Appearance;
 use crate::bits::{BitReader, BitWriter};
 use crate::limits::{REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
+use crate::seat::{read_seat, write_seat};
 use crate::wire::{DecodeError, Reader, Writer};
 use jostle_sim::{Input, SEATS_MAX, Seat};
 
@@ -121,7 +122,7 @@ impl Block {
                     Change::Look(seat, appearance) => (2, seat, Some(appearance)),
                 };
                 columns.byte(kind);
-                columns.byte(seat.0);
+                write_seat(columns, *seat);
                 if let Some(appearance) = appearance {
                     appearance.write(columns);
                 }
@@ -139,14 +140,15 @@ impl Block {
         for seat in seats {
             let inputs: Vec<Option<Input>> =
                 self.ticks.iter().map(|tick| input_of(&tick.inputs, seat)).collect();
-            columns.byte(seat.0);
+            write_seat(columns, seat);
             column::write(&inputs, columns, moves);
         }
     }
 }
 
 fn input_of(inputs: &[(Seat, Input)], seat: Seat) -> Option<Input> {
-    inputs.iter().find(|&&(other, _)| other == seat).map(|&(_, input)| input)
+    let place = inputs.binary_search_by_key(&seat, |&(seat, _)| seat).ok()?;
+    Some(inputs[place].1)
 }
 
 fn read_changes(ticks: &mut [Tick], columns: &mut Reader) -> Result<(), DecodeError> {

@@ -7,6 +7,7 @@ use crate::limits::{
     PROGRAM_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX,
 };
+use crate::seat::{read_seat, write_seat};
 use crate::wire::{DecodeError, Reader, Writer};
 use jostle_sim::{SEATS_MAX, Seat};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
@@ -159,7 +160,7 @@ impl Keyframe {
         writer.fixed64(self.hash);
         writer.count(self.members.len());
         for (seat, appearance) in &self.members {
-            writer.byte(seat.0);
+            write_seat(writer, *seat);
             appearance.write(writer);
         }
         pack(writer, &self.state);
@@ -177,15 +178,6 @@ impl Keyframe {
         }
         let state = unpack(reader, REPLAY_RECORD_BYTES_MAX, "state")?;
         Ok(Keyframe { tick, hash, members, state })
-    }
-}
-
-pub(super) fn read_seat(reader: &mut Reader) -> Result<Seat, DecodeError> {
-    let seat = reader.byte("seat")?;
-    if usize::from(seat) < SEATS_MAX {
-        Ok(Seat(seat))
-    } else {
-        Err(DecodeError::OutOfRange { field: "seat" })
     }
 }
 

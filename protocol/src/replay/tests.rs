@@ -23,7 +23,7 @@ fn play(first: u32, count: u32, rng: &mut Rng) -> Block {
     for number in first..first + count {
         let mut changes = Vec::new();
         if rng.below(20) == 0 {
-            changes.push(Change::Join(Seat(rng.below(64) as u8), ann()));
+            changes.push(Change::Join(Seat(rng.below(512) as u16), ann()));
             changes.push(Change::Leave(Seat(3)));
             changes.push(Change::Look(Seat(0), ann()));
         }

@@ -17,10 +17,10 @@ fn body(index: u32, x: i32) -> SnapshotBody {
     }
 }
 
-fn player(seat: u8, name: &str) -> PlayerState {
+fn player(seat: u16, name: &str) -> PlayerState {
     PlayerState {
         seat: Seat(seat),
-        appearance: Appearance::new(name, seat % 8).unwrap(),
+        appearance: Appearance::new(name, (seat % 8) as u8).unwrap(),
         connected: true,
         input_seq: 0,
         hero: None,
@@ -85,7 +85,7 @@ fn random_body(rng: &mut Rng, index: u32) -> SnapshotBody {
         id: BodyId { index, generation: rng.below(3) },
         kind: Kind::ALL[rng.below(7) as usize],
         group: rng.below(32) as u8,
-        owner: (rng.below(4) == 0).then(|| Seat(rng.below(SEATS_MAX as u32) as u8)),
+        owner: (rng.below(4) == 0).then(|| Seat(rng.below(SEATS_MAX as u32) as u16)),
         shape: match rng.below(2) {
             0 => Shape::circle(rng.range(0.1, 9.0)),
             _ => Shape::rect(rng.range(0.1, 9.0), rng.range(0.1, 9.0)),
@@ -95,7 +95,7 @@ fn random_body(rng: &mut Rng, index: u32) -> SnapshotBody {
 }
 
 fn random_event(rng: &mut Rng) -> Event {
-    let seat = Seat(rng.below(SEATS_MAX as u32) as u8);
+    let seat = Seat(rng.below(SEATS_MAX as u32) as u16);
     let point = random_point(rng);
     match rng.below(6) {
         0 => {
@@ -156,7 +156,7 @@ fn advance(rng: &mut Rng, snapshot: &Snapshot, ticks: u32) -> Snapshot {
     next.bodies.sort_by_key(|body| body.id.index);
     next.players.retain(|_| rng.below(30) > 0);
     next.players.iter_mut().for_each(|player| change_player(rng, player));
-    let seat = rng.below(12) as u8;
+    let seat = rng.below(12) as u16;
     if rng.below(10) == 0 && next.players.iter().all(|player| player.seat.0 != seat) {
         next.players.push(player(seat, "Ørsted 🙂"));
         next.players.sort_by_key(|player| player.seat);
@@ -274,7 +274,7 @@ fn the_fullest_snapshot_fits_a_message() {
     let mut rng = Rng::new(3, 0);
     let far = |index| SnapshotBody {
         id: BodyId { index, generation: u32::MAX },
-        owner: Some(Seat(63)),
+        owner: Some(Seat(SEATS_MAX as u16 - 1)),
         shape: Shape::rect(3.3, 4.4),
         quanta: [-QUANTA_MAX, QUANTA_MAX],
         ..body(index, 0)
@@ -287,7 +287,7 @@ fn the_fullest_snapshot_fits_a_message() {
     let full = Snapshot {
         tick: 200,
         bodies: (0..BODIES_MAX as u32).map(far).collect(),
-        players: (0..64).map(|seat| player(seat, &"🙂".repeat(16))).collect(),
+        players: (0..SEATS_MAX as u16).map(|seat| player(seat, &"🙂".repeat(16))).collect(),
     };
     let events: Vec<_> =
         (0..EVENTS_MAX).map(|_| TimedEvent { tick: 200, event: random_event(&mut rng) }).collect();
@@ -423,7 +423,7 @@ fn fields_out_of_range_are_named() {
     delta(8, &[2, 0], "players changed");
     delta(8, &[2, 1, 0], "player fields");
     delta(8, &[4, 1, 1, 1, b'A', 0, 1, 0, 0, 0, 0, 0, 0], "seat");
-    delta(8, &[4, 1, 64, 1, b'A', 0, 1, 0, 0, 0, 0, 0, 0], "seat");
+    delta(8, &[4, 1, 0x80, 4, 1, b'A', 0, 1, 0, 0, 0, 0, 0, 0], "seat");
     delta(16, &[0], "inputs advanced");
     delta(16, &[2], "inputs advanced");
     delta(32, &[0], "events");

@@ -270,7 +270,7 @@ fn change_text(text: &mut Vec<u8>, rng: &mut Rng) {
 }
 
 fn change_tick(tick: &mut Tick, rng: &mut Rng) {
-    let seat = Seat(rng.below(4) as u8);
+    let seat = Seat(rng.below(4) as u16);
     let look = Appearance { name: "Stranger".to_owned(), color: 1 };
     match rng.below(6) {
         0 => tick.hash ^= 1 << rng.below(16),

@@ -17,7 +17,7 @@ struct Play {
 }
 
 impl Play {
-    fn new(scene: &Scene, players: u8) -> Play {
+    fn new(scene: &Scene, players: u16) -> Play {
         let mut room = Room::new("oak", Arc::new(scene.clone()), 3);
         let players = players.min(scene.players_max);
         let seats: Vec<_> = (0..players).map(|_| join(&mut room, "Ann")).collect();

@@ -45,7 +45,7 @@ struct Change {
 struct Line {
     tick: u32,
     #[serde(default)]
-    seat: u8,
+    seat: u16,
     #[serde(default)]
     buttons: Vec<String>,
     pointer: Option<[f32; 2]>,
@@ -58,14 +58,14 @@ impl Inputs {
     }
 
     /// Reads a file. Seats from 0 up to the highest one named take part from the start.
-    pub fn read(path: &Path, seats_max: u8) -> Result<Inputs, Failure> {
+    pub fn read(path: &Path, seats_max: u16) -> Result<Inputs, Failure> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(path)
             .map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
         Inputs::parse(&file, &text, seats_max)
     }
 
-    fn parse(file: &str, text: &str, seats_max: u8) -> Result<Inputs, Failure> {
+    fn parse(file: &str, text: &str, seats_max: u16) -> Result<Inputs, Failure> {
         let mut inputs = Inputs::none();
         for (index, line) in text.lines().enumerate() {
             if line.trim().is_empty() {
@@ -98,7 +98,7 @@ impl Inputs {
     }
 }
 
-fn parse_line(line: &str, seats_max: u8) -> Result<Change, String> {
+fn parse_line(line: &str, seats_max: u16) -> Result<Change, String> {
     let line: Line = serde_json::from_str(line)
         .map_err(|error| format!("line: found {error}; allowed: {LINE_ALLOWED}"))?;
     if line.seat >= seats_max {

@@ -118,7 +118,7 @@ struct ToldPart {
 
 #[derive(Debug, Serialize)]
 struct Limits {
-    players: u8,
+    players: u16,
     bodies: usize,
     particles: usize,
 }

@@ -46,8 +46,8 @@ pub struct Run {
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
     /// Let so many bots play instead; what they do follows from the seed
-    #[arg(long, value_name = "N", conflicts_with = "inputs", value_parser = clap::value_parser!(u8).range(1..))]
-    bots: Option<u8>,
+    #[arg(long, value_name = "N", conflicts_with = "inputs", value_parser = clap::value_parser!(u16).range(1..))]
+    bots: Option<u16>,
     /// Where to write a replay of the run
     #[arg(long, value_name = "FILE.jostle")]
     replay: Option<PathBuf>,

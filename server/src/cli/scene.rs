@@ -42,7 +42,7 @@ struct Entry {
     name: String,
     title: String,
     about: String,
-    players_max: u8,
+    players_max: u16,
 }
 
 impl SceneCommand {

@@ -32,6 +32,11 @@ pub struct Serve {
     /// (X-Forwarded-For), so that limits count players and not the proxy. May be given more than once
     #[arg(long, value_name = "ADDRESS")]
     trusted_proxy: Vec<IpAddr>,
+    /// Game sockets that one address may hold at a time (IPv6: one /64); more for a party or a class
+    /// behind one address, or for a load test
+    #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
+        value_parser = clap::value_parser!(u32).range(1..=limits::CONNECTIONS_MAX as i64))]
+    address_sockets: u32,
     /// Record every room into this directory, which is made if it is missing. The page lists what
     /// is in it, and plays it
     #[arg(long, value_name = "DIR")]
@@ -55,6 +60,7 @@ impl Serve {
         }
         config.origins = self.allow_origin;
         config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
+        config.address_sessions_max = self.address_sockets as usize;
         config.replays = self.replays.map(|dir| Settings {
             bytes_max: u64::from(self.replays_mb) << 20,
             age_max: days(self.replays_days),

@@ -16,6 +16,8 @@ use std::sync::Arc;
 
 /// In place of a seat: nobody's.
 const NOBODY: u8 = u8::MAX;
+/// Seats from here on take two bytes.
+const LONG_SEATS: u16 = 128;
 const PLAYER_BYTES_MIN: usize = 42;
 const PENDING_BYTES: usize = 2;
 
@@ -101,11 +103,9 @@ impl Game {
     fn read_players(&mut self, bytes: &mut StateReader) -> Result<(), StateError> {
         let count_max = usize::from(self.scene.players_max);
         for _ in 0..bytes.count(count_max, PLAYER_BYTES_MIN, "number of players")? {
-            let seat = bytes.byte("seat")?;
             let seat_before = self.players.last().map(|player: &Player| player.seat);
-            let fits = usize::from(seat) < SEATS_MAX && seat_before < Some(Seat(seat));
-            bytes.check(fits, "seat")?;
-            let player = self.read_player(Seat(seat), bytes)?;
+            let seat = read_seat("seat", bytes)?.filter(|&seat| seat_before < Some(seat));
+            let player = self.read_player(seat.ok_or_else(|| bytes.wrong("seat"))?, bytes)?;
             self.players.push(player);
         }
         Ok(())
@@ -151,9 +151,12 @@ impl Game {
 
     fn read_pending(&mut self, bytes: &mut StateReader) -> Result<(), StateError> {
         for _ in 0..bytes.count(2 * SEATS_MAX, PENDING_BYTES, "number of changes")? {
-            let (kind, seat) = (bytes.byte("change")?, Seat(bytes.byte("seat")?));
-            bytes.check(kind <= 1 && usize::from(seat.0) < SEATS_MAX, "change")?;
-            self.pending.push(if kind == 0 { Event::Joined(seat) } else { Event::Left(seat) });
+            let kind = bytes.byte("change")?;
+            self.pending.push(match (kind, read_seat("seat", bytes)?) {
+                (0, Some(seat)) => Event::Joined(seat),
+                (1, Some(seat)) => Event::Left(seat),
+                _ => return Err(bytes.wrong("change")),
+            });
         }
         Ok(())
     }
@@ -185,7 +188,7 @@ fn save_actor(actor: &Actor, out: &mut StateWriter) {
         Rule::Chase { .. } => 2,
     };
     out.byte(rule << 4 | actor.kind as u8);
-    out.byte(actor.owner.map_or(NOBODY, |seat| seat.0));
+    save_seat(actor.owner, out);
     match actor.rule {
         Rule::Still => {}
         Rule::Wander { heading, speed } => {
@@ -221,8 +224,7 @@ fn read_actors(
 fn read_actor(scene: &Scene, id: BodyId, bytes: &mut StateReader) -> Result<Actor, StateError> {
     let tag = bytes.byte("kind")?;
     let kind = *Kind::ALL.get(usize::from(tag & 15)).ok_or_else(|| bytes.wrong("kind"))?;
-    let owner = bytes.byte("owner")?;
-    bytes.check(owner == NOBODY || usize::from(owner) < SEATS_MAX, "owner")?;
+    let owner = read_seat("owner", bytes)?;
     let rule = match tag >> 4 {
         0 => Rule::Still,
         1 => Rule::Wander {
@@ -237,7 +239,7 @@ fn read_actor(scene: &Scene, id: BodyId, bytes: &mut StateReader) -> Result<Acto
         },
         _ => return Err(bytes.wrong("rule")),
     };
-    Ok(Actor { id, kind, owner: (owner != NOBODY).then_some(Seat(owner)), rule })
+    Ok(Actor { id, kind, owner, rule })
 }
 
 /// Where the bodies of the scene file are; those on a path must be able to follow it.
@@ -259,7 +261,7 @@ fn read_placed(
 }
 
 fn save_player(player: &Player, out: &mut StateWriter) {
-    out.byte(player.seat.0);
+    save_seat(Some(player.seat), out);
     out.body(player.hero);
     out.word(player.hero_wait);
     out.body(player.selected);
@@ -278,5 +280,29 @@ fn save_pending(event: &Event, out: &mut StateWriter) {
         _ => unreachable!("only joins and leaves wait for a tick"),
     };
     out.byte(kind);
-    out.byte(seat.0);
+    save_seat(Some(*seat), out);
+}
+
+/// One byte below 128, as most are; above it two, high bits first; nobody is one byte too.
+fn save_seat(seat: Option<Seat>, out: &mut StateWriter) {
+    match seat {
+        None => out.byte(NOBODY),
+        Some(Seat(low @ 0..LONG_SEATS)) => out.byte(low as u8),
+        Some(Seat(seat)) => {
+            out.byte(LONG_SEATS as u8 | (seat >> 8) as u8);
+            out.byte(seat as u8);
+        }
+    }
+}
+
+fn read_seat(field: &'static str, bytes: &mut StateReader) -> Result<Option<Seat>, StateError> {
+    let first = bytes.byte(field)?;
+    let seat = match u16::from(first) {
+        _ if first == NOBODY => return Ok(None),
+        low @ 0..LONG_SEATS => low,
+        high => (high - LONG_SEATS) << 8 | u16::from(bytes.byte(field)?),
+    };
+    let shortest = u16::from(first) < LONG_SEATS || seat >= LONG_SEATS;
+    bytes.check(shortest && usize::from(seat) < SEATS_MAX, field)?;
+    Ok(Some(Seat(seat)))
 }

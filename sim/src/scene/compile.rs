@@ -9,8 +9,8 @@ use super::groups::Groups;
 use super::recipes::Recipes;
 use super::solver;
 use super::{
-    BODIES_MAX, Camera, EMITTERS_MAX, GRAVITY_MAX, Layout, PACKS_MAX, PARTICLES_MAX, Placed,
-    PlacedSpring, QUANTA_MAX, QUANTUM_MIN, Repeater, SEATS_MAX, SIZE_MAX, SPEED_MAX, Scene,
+    BODIES_MAX, Camera, EMITTERS_MAX, FOLLOWERS_MAX, GRAVITY_MAX, Layout, PACKS_MAX, PARTICLES_MAX,
+    Placed, PlacedSpring, QUANTA_MAX, QUANTUM_MIN, Repeater, SEATS_MAX, SIZE_MAX, SPEED_MAX, Scene,
     SceneError, Tools,
 };
 use crate::contact::collide;
@@ -79,7 +79,8 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
     let mut recipes = Recipes::read(root)?;
     let actors = actors::actors(root, tools, &groups, &mut recipes)?;
     let places = Places::read(root, &actors, &groups, &mut recipes)?;
-    let limits = limits(root, &places, &actors)?;
+    let camera = camera(root)?;
+    let limits = limits(root, camera, &places, &actors)?;
     let spray = spray(root, tools, &mut recipes)?;
     let mut scene = Scene {
         name,
@@ -95,12 +96,12 @@ pub(super) fn scene(name: String, source: &str, root: &Table) -> Result<Scene, S
         meets: groups.meets,
         meets_particles: groups.meets_particles,
         tools,
-        camera: camera(root)?,
+        camera,
         kill_zone: kill_zone(root, size)?,
         quantum: quantum(root)?,
         speed_max: root.number("speed_max", 150.0, Range::from(1.0, SPEED_MAX))?,
         impact_speed: root.number("impact_speed", 12.0, Range::from(0.0, 1.0e6))?,
-        players_max: limits.players as u8,
+        players_max: limits.players as u16,
         bodies_max: limits.bodies as usize,
         particles_max: limits.particles as usize,
         dumb_max: limits.dumb as usize,
@@ -237,9 +238,18 @@ fn check_quanta(root: &Table, scene: &Scene) -> Result<(), SceneError> {
     Err(root.error(field, found, allowed))
 }
 
-fn limits(root: &Table, places: &Places, actors: &Actors) -> Result<Limits, SceneError> {
+fn limits(
+    root: &Table,
+    camera: Camera,
+    places: &Places,
+    actors: &Actors,
+) -> Result<Limits, SceneError> {
     let table = actors::table_or_empty(root, "limits", LIMIT_FIELDS)?;
-    let players = table.whole("players", 16, 1, SEATS_MAX as u32)?;
+    let seats_max = match camera {
+        Camera::Fit => SEATS_MAX as u32,
+        Camera::Follow { .. } => FOLLOWERS_MAX,
+    };
+    let players = table.whole("players", 16, 1, seats_max)?;
     let packs = table.whole("packs", 8, 0, PACKS_MAX)?;
     let dumb = table.whole("dumb", 200, 0, BODIES_MAX)?;
     let laid_out: u64 = places.layouts.iter().map(|layout| u64::from(layout.count)).sum();

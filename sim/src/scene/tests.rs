@@ -306,8 +306,16 @@ fn limits_are_kept() {
     refused("[hero]", to, 13, "limits.bodies", found, "21 or more, up to 20000");
     refused(
         "[hero]",
-        "[limits]\nplayers = 65\n[hero]",
+        "[limits]\nplayers = 513\n[hero]",
         13,
+        "limits.players",
+        "513",
+        "a whole number from 1 to 512",
+    );
+    refused(
+        "gravity = [0, -10]\n",
+        "camera = { follow = 90 }\nlimits = { players = 65 }\n",
+        4,
         "limits.players",
         "65",
         "a whole number from 1 to 64",

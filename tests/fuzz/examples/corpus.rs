@@ -93,7 +93,7 @@ fn events(tick: u32) -> Vec<TimedEvent> {
         Event::BodyLeft { kind: Kind::Dumb, body: id(0), point },
         Event::EmitterStarted(emitter(Source::Point(point))),
         Event::EmitterStarted(emitter(Source::Body(id(1)))),
-        Event::Joined(Seat(63)),
+        Event::Joined(Seat(511)),
         Event::Left(Seat(0)),
     ];
     events.into_iter().map(|event| TimedEvent { tick, event }).collect()

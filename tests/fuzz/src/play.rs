@@ -22,7 +22,7 @@ pub fn room(bytes: &[u8]) {
             room.tick();
             clients.iter_mut().for_each(|client| client.listen(&room));
         }
-        let seat = Seat(kind & 0x3f);
+        let seat = Seat(u16::from(kind & 0x3f));
         if kind & 0x40 != 0 {
             if message.is_empty() {
                 room.leave(seat);

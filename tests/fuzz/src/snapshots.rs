@@ -39,7 +39,7 @@ pub fn sample(tick: u32, bodies: i32, way: i32, from: i32) -> Snapshot {
         quanta: [from + if index % 2 == 0 { moved } else { 0 }, -from],
     };
     let player = |seat: u8| PlayerState {
-        seat: Seat(seat),
+        seat: Seat(seat.into()),
         appearance: Appearance { name: format!("P{seat}"), color: seat },
         connected: true,
         input_seq: tick,

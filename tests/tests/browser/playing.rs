@@ -28,7 +28,7 @@ pub async fn a_key_in_one_page_moves_the_hero_seen_in_another(stage: Arc<Stage>)
     Ok(())
 }
 
-fn x_of(state: &State, seat: u8) -> f32 {
+fn x_of(state: &State, seat: u16) -> f32 {
     state.hero(seat).map_or(f32::NAN, |hero| hero.pos[0])
 }
 

@@ -20,7 +20,7 @@ pub const LONG: Duration = Duration::from_secs(30);
 /// One socket, and the newest snapshot that came over it.
 pub struct Client {
     pub socket: WebSocketStream<TcpStream>,
-    pub seat: u8,
+    pub seat: u16,
     pub token: u64,
     pub newest: Snapshot,
     pub stream: Stream,
@@ -50,7 +50,7 @@ impl Client {
             client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
         let newest = Snapshot::default();
         let stream = Stream::default();
-        Client { socket, seat: u8::MAX, token: 0, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
+        Client { socket, seat: u16::MAX, token: 0, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
     }
 
     /// A seated player with a first snapshot.

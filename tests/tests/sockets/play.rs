@@ -105,7 +105,7 @@ async fn fifty_clients_share_a_room() {
     }
     let mut seats: Vec<_> = clients.iter().map(|client| client.seat).collect();
     seats.sort_unstable();
-    assert_eq!(seats, (0..50).collect::<Vec<u8>>());
+    assert_eq!(seats, (0..50).collect::<Vec<u16>>());
     let playing: Vec<_> = clients
         .into_iter()
         .map(|mut client| {

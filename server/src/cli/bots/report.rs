@@ -11,7 +11,7 @@ use std::time::Instant;
 pub struct ClientReport {
     index: u32,
     /// Its seat, once welcomed.
-    pub seat: Option<u8>,
+    pub seat: Option<u16>,
     /// When it was welcomed.
     pub started_at: Option<Instant>,
     /// When it stopped, unless an error came first.
@@ -109,7 +109,7 @@ pub struct Report {
 #[derive(Debug, Serialize)]
 struct Entry {
     client: u32,
-    seat: Option<u8>,
+    seat: Option<u16>,
     seconds: f64,
     bytes: u64,
     bytes_per_second: f64,

@@ -51,7 +51,7 @@ struct Report {
 /// A player, from one tick to another.
 #[derive(Serialize)]
 struct Stay {
-    seat: u8,
+    seat: u16,
     name: String,
     from_tick: u32,
     to_tick: u32,
@@ -140,7 +140,7 @@ fn stays(replay: &Replay) -> Vec<Stay> {
     let (first, last) = (replay.first_tick() + 1, replay.last_tick());
     let mut stays: Vec<Stay> = Vec::new();
     let mut here = BTreeMap::new();
-    let come = |stays: &mut Vec<Stay>, seat: u8, name: &str, from_tick| {
+    let come = |stays: &mut Vec<Stay>, seat: u16, name: &str, from_tick| {
         stays.push(Stay { seat, name: name.to_owned(), from_tick, to_tick: last });
         stays.len() - 1
     };

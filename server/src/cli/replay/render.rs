@@ -43,7 +43,7 @@ pub struct Render {
     size: [u32; 2],
     /// Follow the player in this seat, as the page does; the whole world otherwise
     #[arg(long, value_name = "SEAT")]
-    follow: Option<u8>,
+    follow: Option<u16>,
     /// Pixels at the bottom that something will cover: the world is fitted above
     #[arg(long, value_name = "PIXELS", default_value_t = 0)]
     bottom: u32,

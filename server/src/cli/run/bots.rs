@@ -28,8 +28,8 @@ struct Bot {
 
 impl Bots {
     /// So many bots; they come before the first tick.
-    pub fn new(count: u8, seed: u64, scene: &Scene) -> Bots {
-        let bot = |index: u8| Bot {
+    pub fn new(count: u16, seed: u64, scene: &Scene) -> Bots {
+        let bot = |index: u16| Bot {
             seat: Seat(index),
             hands: Hands::new(seed, index.into(), scene.size),
             is_here: false,
@@ -69,5 +69,5 @@ impl Bots {
 
 /// How a seat of a run looks.
 pub fn appearance(seat: Seat) -> Appearance {
-    Appearance { name: format!("Bot {}", seat.0 + 1), color: seat.0 % COLORS }
+    Appearance { name: format!("Bot {}", seat.0 + 1), color: (seat.0 % u16::from(COLORS)) as u8 }
 }

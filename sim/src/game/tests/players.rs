@@ -100,7 +100,7 @@ fn hashes(seed: u64) -> Vec<u64> {
     let mut hashes = vec![game.hash()];
     for tick in 0..240 {
         if tick % 40 == 0 {
-            game.join(Seat(tick as u8 / 4));
+            game.join(Seat(tick as u16 / 4));
         }
         if tick == 150 {
             game.leave(Seat(10));

@@ -62,7 +62,7 @@ pub fn large_world(make: Make) -> Result<Vec<Seen>> {
     watch(&mut script, &mut *engine, TICKS, |snapshot| {
         let snapshot = with_players(snapshot, players);
         if clients.is_empty() {
-            let seats = || (0..players).map(|seat| Seat(seat as u8));
+            let seats = || (0..players).map(|seat| Seat(seat as u16));
             let begin = |rate| seats().map(move |seat| (seat, rate));
             let asked = Rate::ALL.into_iter().flat_map(begin);
             clients =

@@ -6,7 +6,6 @@ use crate::http::get;
 use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage, VERSION};
 use jostle_server::limits::{OPS_CONNECTIONS_MAX, Waits};
-use jostle_sim::SEATS_MAX;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
@@ -14,6 +13,8 @@ use tokio::time::timeout;
 
 /// Sockets of the crowd.
 const CROWD: u16 = 500;
+/// Players of the arena.
+const SEATS: usize = 64;
 
 /// Joins from one of several addresses of this machine; a seat, or why there is none.
 async fn attempt(server: SocketAddr, number: u16) -> Result<Client, Refusal> {
@@ -47,8 +48,8 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
         }
     }
     // Every seat is taken, and everybody else was told so.
-    assert_eq!((seated.len(), refused), (SEATS_MAX - 1, usize::from(CROWD) + 1 - SEATS_MAX));
-    server.counts("jostle_joins_total{how=\"new\"}", SEATS_MAX as u64).await;
+    assert_eq!((seated.len(), refused), (SEATS - 1, usize::from(CROWD) + 1 - SEATS));
+    server.counts("jostle_joins_total{how=\"new\"}", SEATS as u64).await;
     let full = server.count(&refusals("room_full")).await;
     assert_eq!(full + server.count(&refusals("server_full")).await, refused as u64);
     ann.goes_on().await;
