@@ -23,6 +23,7 @@ pub mod render;
 pub mod replica;
 pub mod stick;
 pub mod timeline;
+pub mod witness;
 pub mod words;
 
 #[cfg(target_arch = "wasm32")]

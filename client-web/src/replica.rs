@@ -66,6 +66,8 @@ pub struct Replica {
     stream: Stream,
     timeline: Timeline,
     particles: Particles,
+    /// What a keyframe told of the particles of its tick, which was not shown yet.
+    told: Option<(u32, Particles)>,
     /// The last tick whose events and particles were played.
     applied: Option<u32>,
     waiting: VecDeque<TimedEvent>,
@@ -88,6 +90,7 @@ impl Replica {
             stream: Stream::default(),
             timeline: Timeline::new(scene.quantum, scene.speed_max),
             particles: Particles::new(scene.recipes.clone(), scene.particles_max),
+            told: None,
             scene,
             seat,
             room,
@@ -118,8 +121,11 @@ impl Replica {
     /// Reads a coded snapshot and files it: what it says about time, and how many emitters it starts.
     pub fn hear(&mut self, coded: &[u8]) -> Result<(Arrival, usize), DecodeError> {
         let before = self.stream.newest().map(Arc::clone);
-        let Heard { events, still_until } = self.stream.decode(coded)?;
+        let Heard { events, still_until, particles } = self.stream.decode(coded)?;
         let newest = self.stream.newest().map(Arc::clone).expect("a snapshot was decoded");
+        if !particles.is_empty() {
+            self.told = Some((newest.tick, self.read_particles(&particles)?));
+        }
         // What was left out was as before: nothing glides into what came after it.
         let still = before.as_ref().zip(still_until);
         if let Some((before, tick)) = still {
@@ -135,6 +141,11 @@ impl Replica {
         let emitters = events.iter().filter(starts).count();
         self.file(newest, events);
         Ok((arrival, emitters))
+    }
+
+    fn read_particles(&self, told: &[u8]) -> Result<Particles, DecodeError> {
+        let told = Particles::told(self.scene.recipes.clone(), self.scene.particles_max, told);
+        told.map_err(|error| DecodeError::OutOfRange { field: error.field })
     }
 
     /// Files a snapshot and the events that led to it.
@@ -154,7 +165,9 @@ impl Replica {
     pub fn advance(&mut self, tick: f64, eye: Eye) {
         let Some(newest) = self.newest().map(|s| s.tick) else { return };
         let until = (tick.max(0.0) as u32).min(newest);
-        let from = self.applied.unwrap_or_else(|| until.saturating_sub(1));
+        let told = self.told.as_ref().map(|told| told.0).filter(|&told| told <= until);
+        let first = || told.unwrap_or(until).saturating_sub(1);
+        let from = self.applied.unwrap_or_else(first);
         for next in from.max(until.saturating_sub(CATCH_UP_TICKS_MAX)) + 1..=until {
             self.play_tick(next);
         }
@@ -180,10 +193,17 @@ impl Replica {
         self.collect_effects();
     }
 
-    /// Events first, then particles: the order of the server's tick.
+    /// Events first, then particles: the order of the server's tick. At a whole tick the samples are the
+    /// places of its snapshot, to the last bit.
     fn play_tick(&mut self, tick: u32) {
         while let Some(timed) = self.waiting.pop_front_if(|timed| timed.tick <= tick) {
             self.play_event(timed);
+        }
+        if let Some((told, particles)) = self.told.take_if(|told| told.0 <= tick) {
+            self.particles = particles;
+            if told == tick {
+                return;
+            }
         }
         self.timeline.sample(f64::from(tick), &mut self.samples);
         let samples = &self.samples;
@@ -203,7 +223,9 @@ impl Replica {
         match timed.event {
             Event::EmitterStarted(emitter) => {
                 // The room reports only those that found a place, and this copy has as many.
-                self.particles.start(emitter);
+                if usize::from(emitter.recipe) < self.scene.recipes.len() {
+                    self.particles.start(emitter);
+                }
             }
             Event::Impact { a, b, point, speed } => {
                 let body = if self.is_hero(b) && !self.is_hero(a) { b } else { a };
@@ -360,6 +382,11 @@ impl Replica {
     /// Flashes of the last second.
     pub fn effects(&self) -> &[Effect] {
         &self.effects
+    }
+
+    /// The last tick whose particles were played.
+    pub fn played_tick(&self) -> Option<u32> {
+        self.applied
     }
 
     /// Particles as of the last whole tick.

@@ -8,7 +8,7 @@ mod players;
 
 pub use bodies::is_same;
 
-use crate::limits::{BODIES_MAX, SERVER_MESSAGE_BYTES_MAX};
+use crate::limits::{BODIES_MAX, PARTICLES_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
 use crate::message::SNAPSHOT;
 use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 use crate::wire::{DecodeError, Reader, Writer};
@@ -22,11 +22,13 @@ mod section {
     pub const BIRTHS: u8 = 1 << 2;
     pub const PLAYERS: u8 = 1 << 3;
     pub const INPUTS: u8 = 1 << 4;
+    /// In a keyframe, where no input number grew.
+    pub const PARTICLES: u8 = INPUTS;
     pub const EVENTS: u8 = 1 << 5;
     /// No section: the snapshot starts from nothing.
     pub const KEYFRAME: u8 = 1 << 6;
     /// Sections that a keyframe may have: it has nothing to change or to remove.
-    pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | EVENTS;
+    pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | PARTICLES | EVENTS;
 }
 
 /// Memory that a message is given to begin with: most of them fit.
@@ -39,8 +41,13 @@ const SECTION_NAMES: [&str; 7] =
 /// See [`Snapshot::section_names`].
 pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
     let sections = Reader::new(bytes).byte("sections")?;
+    let is_keyframe = sections & section::KEYFRAME != 0;
+    let mut names = SECTION_NAMES;
+    if is_keyframe {
+        names[section::PARTICLES.trailing_zeros() as usize] = "particles";
+    }
     let present = |(bit, _): &(usize, &'static str)| sections >> bit & 1 == 1;
-    Ok(SECTION_NAMES.into_iter().enumerate().filter(present).map(|(_, name)| name).collect())
+    Ok(names.into_iter().enumerate().filter(present).map(|(_, name)| name).collect())
 }
 
 /// What the next snapshot is coded against.
@@ -68,13 +75,16 @@ impl Baseline<'_> {
     }
 }
 
-/// The whole message. See [`crate::Stream::encode`].
+/// The whole message. See [`crate::Stream::encode`]. `particles` are told in a keyframe, unless empty.
 pub fn encode(
     snapshot: &Snapshot,
     every: u8,
     baseline: Option<Baseline>,
     events: &[TimedEvent],
+    particles: &[u8],
 ) -> Vec<u8> {
+    assert!(particles.len() <= PARTICLES_BYTES_MAX, "{} bytes of particles", particles.len());
+    assert!(particles.is_empty() || baseline.is_none(), "only a keyframe tells particles");
     let nothing = Snapshot::default();
     let base = baseline.map_or(&nothing, |baseline| baseline.snapshot);
     assert!(base.tick <= snapshot.tick, "baseline {} is newer than {}", base.tick, snapshot.tick);
@@ -86,9 +96,10 @@ pub fn encode(
     let sections = bodies.sections()
         | bit(moves.is_some(), section::MOVES)
         | players.sections()
+        | bit(!particles.is_empty(), section::PARTICLES)
         | bit(!events.is_empty(), section::EVENTS)
         | bit(baseline.is_none(), section::KEYFRAME);
-    let mut writer = Writer::with_capacity(USUAL_BYTES);
+    let mut writer = Writer::with_capacity(USUAL_BYTES + particles.len());
     writer.byte(SNAPSHOT | sections);
     match baseline {
         Some(_) => writer.byte(snapshot.tick as u8),
@@ -101,6 +112,10 @@ pub fn encode(
     moves.iter().for_each(|moves| writer.raw(moves));
     bodies.write_births(&mut writer);
     players.write(&mut writer);
+    if !particles.is_empty() {
+        writer.count(particles.len());
+        writer.raw(particles);
+    }
     if !events.is_empty() {
         events::write(&mut writer, events, base.tick, snapshot.tick);
     }
@@ -125,12 +140,21 @@ pub fn keeps_bodies(bytes: &[u8]) -> bool {
     bytes.first().is_some_and(|sections| sections & OTHERS == 0)
 }
 
-/// The snapshot, the ticks between messages if a keyframe told them, and the events. See
-/// [`crate::Stream::decode`].
-pub fn decode(
-    bytes: &[u8],
-    baseline: Option<Baseline>,
-) -> Result<(Snapshot, Option<u8>, Vec<TimedEvent>), DecodeError> {
+/// A message that was read.
+#[derive(Debug)]
+pub struct Decoded {
+    /// What it led to.
+    pub snapshot: Snapshot,
+    /// Ticks between messages, if it is a keyframe.
+    pub every: Option<u8>,
+    /// What happened since the message before.
+    pub events: Vec<TimedEvent>,
+    /// What a keyframe told of particles; empty if nothing.
+    pub particles: Vec<u8>,
+}
+
+/// Reads a message. See [`crate::Stream::decode`].
+pub fn decode(bytes: &[u8], baseline: Option<Baseline>) -> Result<Decoded, DecodeError> {
     if bytes.len() > SERVER_MESSAGE_BYTES_MAX {
         let bytes_max = SERVER_MESSAGE_BYTES_MAX;
         return Err(DecodeError::TooLong { bytes: bytes.len(), bytes_max });
@@ -152,20 +176,34 @@ pub fn decode(
     };
     let (survivors, mut players) = read_survivors(&mut reader, sections, &base)?;
     let bodies = bodies::read(&mut reader, sections, survivors)?;
-    players::read(&mut reader, sections, &mut players, tick - base.snapshot.tick)?;
+    let changes = if is_keyframe { sections & !section::INPUTS } else { sections };
+    players::read(&mut reader, changes, &mut players, tick - base.snapshot.tick)?;
+    let particles = if is_keyframe && sections & section::PARTICLES != 0 {
+        read_particles(&mut reader)?
+    } else {
+        Vec::new()
+    };
     let events = if sections & section::EVENTS == 0 {
         Vec::new()
     } else {
         events::read(&mut reader, base.snapshot.tick, tick)?
     };
     reader.end()?;
-    Ok((Snapshot { tick, bodies, players }, every, events))
+    Ok(Decoded { snapshot: Snapshot { tick, bodies, players }, every, events, particles })
 }
 
 fn read_every(reader: &mut Reader) -> Result<u8, DecodeError> {
     match reader.byte("ticks between messages")? {
         0 => Err(DecodeError::OutOfRange { field: "ticks between messages" }),
         every => Ok(every),
+    }
+}
+
+/// Bytes that only who knows the scene can read further.
+fn read_particles(reader: &mut Reader) -> Result<Vec<u8>, DecodeError> {
+    match reader.count(PARTICLES_BYTES_MAX, 1, "particles")? {
+        0 => Err(DecodeError::OutOfRange { field: "particles" }),
+        bytes => Ok(reader.raw(bytes, "particles")?.to_vec()),
     }
 }
 

@@ -1,12 +1,12 @@
 //! Limits of the protocol. Past a limit the peer gets a named answer; nothing grows without one.
 //! Those of a scene are the simulation's own.
 
-use jostle_sim::{SEATS_MAX, scene};
+use jostle_sim::{SEATS_MAX, particle, scene};
 
 /// Longest message from a client, bytes.
 pub const CLIENT_MESSAGE_BYTES_MAX: usize = 192;
-/// Longest message from a server, bytes: a keyframe of a full room, or a welcome with its scene.
-pub const SERVER_MESSAGE_BYTES_MAX: usize = 1 << 20;
+/// Longest message from a server, bytes: a keyframe of a full room with all of its particles.
+pub const SERVER_MESSAGE_BYTES_MAX: usize = 3 << 19;
 /// Longest player name in bytes of UTF-8.
 pub const NAME_BYTES_MAX: usize = 64;
 /// Longest player name in characters.
@@ -22,6 +22,8 @@ pub const BODIES_MAX: usize = scene::BODIES_MAX as usize;
 /// Messages that a room may leave out in a row because nothing moves: the next is sent all the same,
 /// so that clients know that it lives.
 pub const QUIET_MESSAGES_MAX: u32 = 12;
+/// What a keyframe tells of emitters and particles, bytes: all that a scene may have at a time.
+pub const PARTICLES_BYTES_MAX: usize = particle::told_bytes_max(scene::PARTICLES_MAX as usize);
 /// Events between two snapshots.
 pub const EVENTS_MAX: usize = 4096;
 /// Player colours, see the palette of the page.
@@ -44,10 +46,13 @@ pub const REPLAY_TICKS_MAX: u32 = 1 << 23;
 pub const PROGRAM_BYTES_MAX: usize = 64;
 
 // A client message fits a hello with the longest name; a server message the longest welcome, and a
-// keyframe or delta with the largest bodies and events: 30 and 36 bytes each, 113 a player.
+// keyframe or delta with the largest bodies and events: 30 and 36 bytes each, 113 a player, and all that
+// flies.
 const _: () = assert!(CLIENT_MESSAGE_BYTES_MAX >= 1 + 2 + 1 + NAME_BYTES_MAX + 1 + 9);
 const _: () = assert!(
     SERVER_MESSAGE_BYTES_MAX >= 64 + SCENE_BYTES_MAX + SCENE_NAME_BYTES_MAX + ROOM_CODE_BYTES_MAX
 );
-const _: () =
-    assert!(SERVER_MESSAGE_BYTES_MAX >= 64 + 30 * BODIES_MAX + 36 * EVENTS_MAX + 113 * SEATS_MAX);
+const _: () = assert!(
+    SERVER_MESSAGE_BYTES_MAX
+        >= 64 + 30 * BODIES_MAX + 36 * EVENTS_MAX + 113 * SEATS_MAX + PARTICLES_BYTES_MAX
+);

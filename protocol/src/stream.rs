@@ -4,7 +4,7 @@
 //! from keyframes at least [`Stream::KEYFRAME_AGE`] messages old share the same bytes.
 
 use crate::codec::motion::Trail;
-use crate::codec::{self, Baseline, is_same};
+use crate::codec::{self, Baseline, Decoded, is_same};
 use crate::limits::QUIET_MESSAGES_MAX;
 use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 use crate::wire::DecodeError;
@@ -37,12 +37,13 @@ impl Stream {
         Stream { every, newest: None, bodies: Vec::new(), pointers: Vec::new() }
     }
 
-    /// An end that was just sent the newest snapshot of this one as a keyframe, and those bytes.
-    /// Panics if there is none yet.
-    pub fn branch(&self) -> (Stream, Vec<u8>) {
+    /// An end that was just sent the newest snapshot of this one as a keyframe, and those bytes. They
+    /// tell `particles` too, unless that is empty: what [`jostle_sim::Particles::tell`] makes of those
+    /// of the same tick. Panics if there is no snapshot yet.
+    pub fn branch(&self, particles: &[u8]) -> (Stream, Vec<u8>) {
         let newest = self.newest.as_ref().expect("a snapshot was sent before");
         let mut branch = Stream::new(self.every);
-        let bytes = branch.encode(newest, &[]);
+        let bytes = branch.keyframe(newest, &[], particles);
         (branch, bytes)
     }
 
@@ -70,15 +71,29 @@ impl Stream {
     pub fn encode(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
         let ticks = self.newest.as_ref().map_or(0, |newest| snapshot.tick - newest.tick);
         assert!(ticks <= Stream::TICKS_MAX, "{ticks} ticks without a message");
-        let bytes = codec::encode(snapshot, self.every, self.baseline(), events);
+        let bytes = codec::encode(snapshot, self.every, self.baseline(), events, &[]);
         self.follow(Arc::clone(snapshot), codec::keeps_bodies(&bytes));
+        bytes
+    }
+
+    /// Begins anew with this snapshot: the bytes of its keyframe, with the particles of the same tick,
+    /// see [`Stream::branch`].
+    pub fn keyframe(
+        &mut self,
+        snapshot: &Arc<Snapshot>,
+        events: &[TimedEvent],
+        particles: &[u8],
+    ) -> Vec<u8> {
+        *self = Stream::new(self.every);
+        let bytes = codec::encode(snapshot, self.every, None, events, particles);
+        self.follow(Arc::clone(snapshot), false);
         bytes
     }
 
     /// Reads what the other end's `encode` wrote and follows it. After an error this end is as it
     /// was.
     pub fn decode(&mut self, bytes: &[u8]) -> Result<Heard, DecodeError> {
-        let (snapshot, every, events) = codec::decode(bytes, self.baseline())?;
+        let Decoded { snapshot, every, events, particles } = codec::decode(bytes, self.baseline())?;
         if let Some(every) = every {
             *self = Stream::new(every);
         }
@@ -87,7 +102,7 @@ impl Stream {
         let before = self.newest.as_ref().filter(|before| before.tick < quiet_until);
         let still_until = before.map(|_| quiet_until);
         self.follow(Arc::new(snapshot), codec::keeps_bodies(bytes));
-        Ok(Heard { events, still_until })
+        Ok(Heard { events, still_until, particles })
     }
 
     /// Whether nothing moved lately and the next snapshot shows the same: it need not be sent.
@@ -130,6 +145,9 @@ pub struct Heard {
     pub events: Vec<TimedEvent>,
     /// Until this tick all was as in the snapshot before; `None` if that was the message before.
     pub still_until: Option<u32>,
+    /// What a keyframe told of the particles of its tick, for [`jostle_sim::Particles::told`]; empty if
+    /// nothing, or if none fly.
+    pub particles: Vec<u8>,
 }
 
 /// Trails of the next snapshot's bodies; who was just born was always there.

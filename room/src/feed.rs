@@ -3,7 +3,7 @@
 
 use jostle_protocol::limits::{EVENTS_MAX, QUIET_MESSAGES_MAX};
 use jostle_protocol::{Snapshot, Stream, TimedEvent};
-use jostle_sim::Seat;
+use jostle_sim::{Particles, Seat};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -67,6 +67,15 @@ impl Reader {
     }
 }
 
+/// The particles and emitters at the end of a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct Flying<'a> {
+    /// The tick.
+    pub tick: u32,
+    /// What flies and runs.
+    pub particles: &'a Particles,
+}
+
 /// The messages of one rate.
 #[derive(Clone, Debug)]
 pub struct Feed {
@@ -88,6 +97,8 @@ struct Young {
     since: u64,
     stream: Stream,
     keyframe: Arc<[u8]>,
+    /// The keyframe with particles, if anybody asked for it.
+    flying: Option<Arc<[u8]>>,
     message: Option<Arc<[u8]>>,
 }
 
@@ -104,9 +115,9 @@ impl Feed {
         self.rate
     }
 
-    /// The next tick. `stirs`: clients need its number, although nothing may have moved.
-    pub fn push(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent], stirs: bool) {
-        self.push_seen(snapshot.tick, events, stirs, |_| Arc::clone(snapshot));
+    /// The next tick, and the particles at its end: while some fly, clients need to know of every tick.
+    pub fn push(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent], particles: &Particles) {
+        self.push_seen(snapshot.tick, events, particles, |_| Arc::clone(snapshot));
     }
 
     /// The same, where the snapshot is made only if it is due, and depends on the newest message's.
@@ -114,7 +125,7 @@ impl Feed {
         &mut self,
         tick: u32,
         events: &[TimedEvent],
-        stirs: bool,
+        particles: &Particles,
         see: impl FnOnce(&Snapshot) -> Arc<Snapshot>,
     ) {
         self.message = None;
@@ -126,17 +137,17 @@ impl Feed {
         }
         let newest = self.stream.newest().expect("a feed begins with a snapshot");
         let snapshot = see(newest);
-        let quiet = !stirs && self.events.is_empty() && self.stream.is_quiet(&snapshot);
+        let quiet = !particles.stirs() && self.events.is_empty() && self.stream.is_quiet(&snapshot);
         if quiet && tick - newest.tick <= QUIET_MESSAGES_MAX * every {
             return;
         }
-        self.send(&snapshot);
+        self.send(&snapshot, particles);
     }
 
-    fn send(&mut self, snapshot: &Arc<Snapshot>) {
+    fn send(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
         let events = std::mem::take(&mut self.events);
         if events.len() > EVENTS_MAX {
-            self.restart(snapshot);
+            self.restart(snapshot, particles);
             return;
         }
         self.count += 1;
@@ -148,26 +159,34 @@ impl Feed {
         }
     }
 
-    /// More happened than one message may tell: a keyframe for all, which tells nothing of it.
-    fn restart(&mut self, snapshot: &Arc<Snapshot>) {
-        self.stream = Stream::new(self.rate.every());
-        self.message = Some(self.stream.encode(snapshot, &[]).into());
+    /// More happened than one message may tell: a keyframe for all, which tells nothing of it but what
+    /// flies since.
+    fn restart(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
+        let told = if particles.stirs() { particles.tell() } else { Vec::new() };
+        self.message = Some(self.stream.keyframe(snapshot, &[], &told).into());
         self.count += u64::from(Stream::KEYFRAME_AGE) + 1;
         self.young.clear();
     }
 
-    /// A client begins with the newest message's snapshot, which may be older than the newest tick.
-    pub fn begin(&mut self) -> (Reader, Arc<[u8]>) {
+    /// A client begins with the newest message's snapshot, which may be older than the newest tick. It
+    /// is told what flies if that is known of the very tick of the snapshot.
+    pub fn begin(&mut self, flying: Option<Flying>) -> (Reader, Arc<[u8]>) {
         let reader = Reader { rate: self.rate, since: self.count, seat: None };
-        if let Some(young) = self.young.back().filter(|young| young.since == self.count) {
-            return (reader, Arc::clone(&young.keyframe));
+        let newest = self.stream.newest().expect("a feed begins with a snapshot").tick;
+        let flying = flying.filter(|flying| flying.tick == newest && flying.particles.stirs());
+        if self.young.back().is_none_or(|young| young.since != self.count) {
+            let (stream, keyframe) = self.stream.branch(&[]);
+            let (since, keyframe) = (self.count, keyframe.into());
+            self.young.push_back(Young { since, stream, keyframe, flying: None, message: None });
         }
-        let (stream, keyframe) = self.stream.branch();
-        let keyframe: Arc<[u8]> = keyframe.into();
-        let young =
-            Young { since: self.count, stream, keyframe: Arc::clone(&keyframe), message: None };
-        self.young.push_back(young);
-        (reader, keyframe)
+        let young = self.young.back_mut().expect("one was just put there");
+        let keyframe = match flying {
+            Some(Flying { particles, .. }) => {
+                young.flying.get_or_insert_with(|| self.stream.branch(&particles.tell()).1.into())
+            }
+            None => &young.keyframe,
+        };
+        (reader, Arc::clone(keyframe))
     }
 
     /// What a client is sent in this tick, if anything. It must have been given all messages since
@@ -186,7 +205,7 @@ impl Feed {
 mod tests {
     use super::*;
     use jostle_protocol::ServerMessage;
-    use jostle_sim::{BodyId, Event, Kind, Seat, Shape};
+    use jostle_sim::{BodyId, EmitterDef, Event, Kind, Recipe, Seat, Shape, Source, Vec2};
 
     /// A client at the end of a feed.
     struct Client {
@@ -198,7 +217,7 @@ mod tests {
 
     impl Client {
         fn begin(feed: &mut Feed) -> Client {
-            let (reader, keyframe) = feed.begin();
+            let (reader, keyframe) = feed.begin(None);
             let mut client =
                 Client { reader, stream: Stream::default(), events: Vec::new(), messages: 0 };
             client.hear(&keyframe);
@@ -240,6 +259,17 @@ mod tests {
         TimedEvent { tick, event: Event::Joined(Seat(0)) }
     }
 
+    fn still() -> Particles {
+        Particles::default()
+    }
+
+    fn flying() -> Particles {
+        let mut particles = Particles::new(vec![Recipe::default()], 10);
+        let source = Source::Point(Vec2::ZERO);
+        particles.start(EmitterDef { recipe: 0, count: 3, seed: 1, source });
+        particles
+    }
+
     #[test]
     fn clients_of_every_rate_see_what_they_should_whenever_they_came() {
         for rate in Rate::ALL {
@@ -247,7 +277,7 @@ mod tests {
             let mut clients: Vec<Client> = Vec::new();
             for tick in 1..=660 {
                 let events: Vec<_> = (tick % 31 == 0).then(|| event(tick)).into_iter().collect();
-                feed.push(&snapshot(tick), &events, false);
+                feed.push(&snapshot(tick), &events, &still());
                 for client in &mut clients {
                     if client.listen(&feed) {
                         assert_eq!(client.stream.newest(), Some(&snapshot(tick)));
@@ -270,11 +300,11 @@ mod tests {
     fn old_clients_share_the_very_bytes() {
         let mut feed = Feed::new(Rate::Full, &snapshot(0));
         let mut early = Client::begin(&mut feed);
-        feed.push(&snapshot(1), &[], false);
+        feed.push(&snapshot(1), &[], &still());
         early.listen(&feed);
         let mut late = Client::begin(&mut feed);
         for tick in 2..8 {
-            feed.push(&snapshot(tick), &[], false);
+            feed.push(&snapshot(tick), &[], &still());
             let shared = Arc::ptr_eq(
                 feed.message(&early.reader).unwrap(),
                 feed.message(&late.reader).unwrap(),
@@ -290,24 +320,41 @@ mod tests {
         let mut feed = Feed::new(Rate::Full, &snapshot(60));
         let mut client = Client::begin(&mut feed);
         for tick in 61..=180 {
-            feed.push(&snapshot(tick), &[], false);
+            feed.push(&snapshot(tick), &[], &still());
             client.listen(&feed);
         }
         assert_eq!(client.messages, 1 + 120 / (QUIET_MESSAGES_MAX + 1));
-        feed.push(&snapshot(180), &[], true);
+        feed.push(&snapshot(180), &[], &flying());
         assert!(client.listen(&feed), "what stirs is sent");
+    }
+
+    #[test]
+    fn who_begins_is_told_what_flies_in_bytes_that_all_of_them_share() {
+        let mut feed = Feed::new(Rate::Full, &snapshot(0));
+        feed.push(&snapshot(1), &[], &flying());
+        let particles = flying();
+        let begin =
+            |feed: &mut Feed, tick| feed.begin(Some(Flying { tick, particles: &particles })).1;
+        let told = begin(&mut feed, 1);
+        assert!(Arc::ptr_eq(&told, &begin(&mut feed, 1)));
+        let mut stream = Stream::default();
+        assert_eq!(stream.decode(&told).unwrap().particles, particles.tell());
+        let plain = feed.begin(None).1;
+        assert_eq!(Snapshot::section_names(&plain).unwrap(), ["births", "keyframe"]);
+        assert_eq!(begin(&mut feed, 2), plain, "known of another tick");
+        assert_eq!(feed.young.len(), 1, "they share what follows");
     }
 
     #[test]
     fn more_events_than_a_message_may_hold_make_a_keyframe_for_all() {
         let mut feed = Feed::new(Rate::Full, &snapshot(0));
         let mut client = Client::begin(&mut feed);
-        feed.push(&snapshot(1), &vec![event(1); EVENTS_MAX], false);
+        feed.push(&snapshot(1), &vec![event(1); EVENTS_MAX], &still());
         assert!(client.listen(&feed));
         let mut young = Client::begin(&mut feed);
-        feed.push(&snapshot(2), &vec![event(2); EVENTS_MAX + 1], false);
+        feed.push(&snapshot(2), &vec![event(2); EVENTS_MAX + 1], &still());
         assert!(client.listen(&feed) && young.listen(&feed));
-        feed.push(&snapshot(3), &[event(3)], false);
+        feed.push(&snapshot(3), &[event(3)], &still());
         assert!(client.listen(&feed) && young.listen(&feed));
         assert_eq!(client.events.len(), EVENTS_MAX + 1);
         assert_eq!(young.events, [3]);

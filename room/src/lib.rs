@@ -8,7 +8,7 @@ pub mod playback;
 mod recorder;
 mod sight;
 
-use feed::Feed;
+use feed::{Feed, Flying};
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::replay::{self, Record};
 use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, TimedEvent};
@@ -215,16 +215,15 @@ impl Room {
         let tick = self.newest.tick;
         let timed = |&event: &Event| TimedEvent { tick, event };
         let events: Vec<TimedEvent> = self.game.events().iter().map(timed).collect();
-        // Particles move by ticks that clients know of.
-        let stirs = !self.game.world().particles().is_empty();
+        let particles = self.game.world().particles();
         for feed in self.feeds.iter_mut().flatten() {
-            feed.push(&self.newest, &events, stirs);
+            feed.push(&self.newest, &events, particles);
         }
         if tick.is_multiple_of(VIEW_EVERY_TICKS) {
             self.resize_sights();
         }
         for sight in self.sights.iter_mut().flatten() {
-            sight.push(&self.newest, &events, stirs);
+            sight.push(&self.newest, &events, self.game.world().particles());
         }
     }
 
@@ -298,21 +297,34 @@ impl Room {
     }
 
     /// A client begins to read snapshots of the whole world: its place, and the coded keyframe to be
-    /// sent first. After every tick from the next on [`Room::message`] has what it is sent.
+    /// sent first. After every tick from the next on [`Room::message`] has what it is sent. At the full
+    /// rate it is told all that flies, and has the particles of the game from here on.
     pub fn begin(&mut self, rate: Rate) -> (Reader, Arc<[u8]>) {
+        self.begin_with(rate, true)
+    }
+
+    /// `fresh`: it knows of no particles.
+    fn begin_with(&mut self, rate: Rate, fresh: bool) -> (Reader, Arc<[u8]>) {
+        let flying = flying(&self.game).filter(|_| fresh);
         let feed = &mut self.feeds[rate as usize];
-        feed.get_or_insert_with(|| Feed::new(rate, &self.newest)).begin()
+        feed.get_or_insert_with(|| Feed::new(rate, &self.newest)).begin(flying)
     }
 
     /// The same for a player's client, which in a world larger than its view is sent what the camera
-    /// can see. A reader that the player had before ends with this.
+    /// can see. A reader that the player had before ends with this. Only the first of a socket is told
+    /// what flies: who begins again was too slow, or was not any more, and has most of it.
     pub fn begin_at(&mut self, seat: Seat, rate: Rate) -> (Reader, Arc<[u8]>) {
         let scene = self.game.scene();
+        let member = self.members.at_mut(seat);
+        let fresh = member.map(|member| !std::mem::replace(&mut member.began, true));
+        let fresh = fresh.unwrap_or_default();
         let member = self.members.at(seat);
         let view = member.and_then(|member| view_of(scene, member.view));
         let before = self.sights.get_mut(usize::from(seat.0)).and_then(Option::take);
-        let Some(view) = view else { return self.begin(rate) };
-        let (sight, reader, keyframe) = Sight::begin(before, seat, rate, scene, view, &self.newest);
+        let Some(view) = view else { return self.begin_with(rate, fresh) };
+        let flying = flying(&self.game).filter(|_| fresh);
+        let (sight, reader, keyframe) =
+            Sight::begin(before, seat, rate, scene, view, &self.newest, flying);
         self.sights[usize::from(seat.0)] = Some(sight);
         (reader, keyframe)
     }
@@ -378,6 +390,10 @@ impl Room {
     pub fn connected(&self) -> usize {
         self.members.iter().filter(|(_, member)| member.lost_tick.is_none()).count()
     }
+}
+
+fn flying(game: &Game) -> Option<Flying<'_>> {
+    Some(Flying { tick: game.tick_count(), particles: game.world().particles() })
 }
 
 #[cfg(test)]

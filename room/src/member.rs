@@ -22,13 +22,23 @@ pub struct Member {
     pub inputs: InputQueue,
     /// Width and height of what the page shows, world units, if it told.
     pub view: Option<Vec2>,
+    /// Whether its socket was sent a keyframe.
+    pub began: bool,
 }
 
 impl Member {
     /// A new member with a socket.
     pub fn new(appearance: Appearance, token: u64) -> Member {
         let inputs = InputQueue::default();
-        Member { appearance, token, token_before: None, lost_tick: None, inputs, view: None }
+        Member {
+            appearance,
+            token,
+            token_before: None,
+            lost_tick: None,
+            inputs,
+            view: None,
+            began: false,
+        }
     }
 
     /// Whether a token gives this seat back.

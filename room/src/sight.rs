@@ -6,11 +6,11 @@
 //! function of the snapshot, of what was sent before, and of where the hero was; to the stream they
 //! are born and die.
 
-use crate::feed::{Feed, Rate, Reader};
+use crate::feed::{Feed, Flying, Rate, Reader};
 use jostle_protocol::limits::QUANTA_MAX;
 use jostle_protocol::{Snapshot, SnapshotBody, TimedEvent};
 use jostle_sim::scene::Camera;
-use jostle_sim::{BodyId, Event, Scene, Seat, Vec2};
+use jostle_sim::{BodyId, Event, Particles, Scene, Seat, Vec2};
 use std::sync::Arc;
 
 /// Width and height of a view that the client did not tell, in heights of the scene's camera.
@@ -74,6 +74,7 @@ impl Sight {
         scene: &Scene,
         view: Place,
         newest: &Snapshot,
+        flying: Option<Flying>,
     ) -> (Sight, Reader, Arc<[u8]>) {
         let mut area = match before {
             Some(sight) => Area { view, ..sight.area },
@@ -82,7 +83,7 @@ impl Sight {
         area.follow(newest, seat, rate);
         let first = Arc::new(area.seen(newest, &[]));
         let mut feed = Feed::new(rate, &first);
-        let (reader, keyframe) = feed.begin();
+        let (reader, keyframe) = feed.begin(flying);
         (Sight { seat, feed, area }, reader.of(seat), keyframe)
     }
 
@@ -94,11 +95,11 @@ impl Sight {
     }
 
     /// The next tick, see [`Feed::push`].
-    pub fn push(&mut self, newest: &Snapshot, events: &[TimedEvent], stirs: bool) {
+    pub fn push(&mut self, newest: &Snapshot, events: &[TimedEvent], particles: &Particles) {
         let Sight { seat, feed, area } = self;
         area.follow(newest, *seat, feed.rate());
         let told: Vec<_> = events.iter().filter(|timed| area.tells(timed)).copied().collect();
-        feed.push_seen(newest.tick, &told, stirs, |before| {
+        feed.push_seen(newest.tick, &told, particles, |before| {
             Arc::new(area.seen(newest, &before.bodies))
         });
     }

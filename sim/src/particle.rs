@@ -7,9 +7,11 @@
 mod emitter;
 mod obstacles;
 mod state;
+mod told;
 
 pub use emitter::{EmitterDef, Source};
 pub use obstacles::{Obstacle, dequantise, quantise};
+pub use told::told_bytes_max;
 
 use crate::DT;
 use crate::body::BodyId;
@@ -213,6 +215,11 @@ impl Particles {
     /// Whether no particle lives.
     pub fn is_empty(&self) -> bool {
         self.position.is_empty()
+    }
+
+    /// Whether a particle flies or an emitter runs: the next tick changes something.
+    pub fn stirs(&self) -> bool {
+        !self.is_empty() || !self.emitters.is_empty()
     }
 
     /// Running emitters.

@@ -8,4 +8,5 @@ pub mod picture;
 pub mod runner;
 pub mod server;
 pub mod state;
+pub mod streams;
 pub mod tab;

@@ -4,6 +4,7 @@ use super::app;
 use super::watch::Watch;
 use crate::render::Made;
 use crate::replica::Replica;
+use crate::witness;
 use jostle_protocol::PlayerState;
 use jostle_sim::Vec2;
 use serde_json::{Value, json};
@@ -95,6 +96,18 @@ pub fn seek(tick: u32) {
         film.pause();
         film.aim(tick);
     });
+}
+
+/// Hears a recording, see [`witness`]: `[[tick, digits], ...]` as JSON, or what is wrong with it.
+#[wasm_bindgen]
+pub fn particle_digests(scene: &str, recording: &[u8]) -> String {
+    match witness::particle_digests(scene, recording) {
+        Ok(digests) => {
+            let digests = digests.into_iter().map(|(tick, digest)| json!([tick, hex(digest)]));
+            digests.collect::<Value>().to_string()
+        }
+        Err(error) => error,
+    }
 }
 
 /// 16 digits: numbers of JavaScript do not hold 64 bits.

@@ -2,7 +2,7 @@ use super::*;
 use crate::{Room, VIEW_EVERY_TICKS};
 use jostle_protocol::{Appearance, PlayerState, Stream};
 use jostle_sim::math::Rng;
-use jostle_sim::{Buttons, Input, Kind, Shape};
+use jostle_sim::{Buttons, Input, Kind, Particles, Shape};
 
 const QUANTUM: f32 = 1.0 / 64.0;
 const SEAT: Seat = Seat(0);
@@ -127,14 +127,15 @@ fn what_a_camera_shows_is_there_once_and_in_its_place_at_every_rate() {
     for rate in Rate::ALL {
         let mut flight = Flight::new();
         let first = flight.step();
-        let (mut sight, reader, keyframe) = Sight::begin(None, SEAT, rate, &scene, view, &first);
+        let (mut sight, reader, keyframe) =
+            Sight::begin(None, SEAT, rate, &scene, view, &first, None);
         let (mut stream, mut page) = (Stream::default(), Page { center: None });
         stream.decode(&keyframe).unwrap();
         let (mut shown, mut held, mut came) = (0, 0, 0);
         for _ in 0..1200 {
             let now = flight.step();
             page.follow(flight.hero());
-            sight.push(&now, &[], false);
+            sight.push(&now, &[], &Particles::default());
             let before = stream.newest().unwrap().bodies.clone();
             sight.message(&reader).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
             let newest = stream.newest().unwrap();
@@ -317,10 +318,10 @@ fn a_change_of_rate_leaves_the_camera_where_it_was() {
     let view = view_of(&scene, None).unwrap();
     let at =
         |tick: u32| snapshot(tick, vec![body(HERO.index, Vec2::new(100.0 + tick as f32, 100.0))]);
-    let (mut sight, ..) = Sight::begin(None, SEAT, Rate::Full, &scene, view, &at(0));
-    (1..60).for_each(|tick| sight.push(&at(tick), &[], false));
+    let (mut sight, ..) = Sight::begin(None, SEAT, Rate::Full, &scene, view, &at(0), None);
+    (1..60).for_each(|tick| sight.push(&at(tick), &[], &Particles::default()));
     let middle = sight.area.middle.unwrap();
-    let (sight, ..) = Sight::begin(Some(sight), SEAT, Rate::Third, &scene, view, &at(59));
+    let (sight, ..) = Sight::begin(Some(sight), SEAT, Rate::Third, &scene, view, &at(59), None);
     let moved = sight.area.middle.unwrap()[0] - middle[0];
     // Not more than a tick's glide; the hero's place is 11 ticks of its way off.
     assert!(moved.abs() <= 2 * 64, "{moved} quanta");

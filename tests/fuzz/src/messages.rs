@@ -29,7 +29,8 @@ pub fn keyframe(bytes: &[u8]) {
     assert_sound(&reader, &heard, bytes);
     let mut sender = Stream::new(bytes_every(bytes));
     let newest = reader.newest().expect("a keyframe was read");
-    assert_eq!(sender.encode(newest, &heard.events), bytes, "{newest:?}");
+    let again = sender.keyframe(newest, &heard.events, &heard.particles);
+    assert_eq!(again, bytes, "{newest:?}");
 }
 
 /// Ticks between messages, which stand behind the tick of a keyframe.

@@ -2,6 +2,7 @@
 
 mod lobby;
 mod needs;
+mod particles;
 mod pictures;
 mod playing;
 mod replay;
@@ -99,6 +100,10 @@ const CASES: &[Case] = &[
     Case {
         name: "the_page_plays_a_scene_bit_for_bit_as_the_native_program_does",
         run: |stage| Box::pin(pictures::the_page_plays_bit_for_bit(stage)),
+    },
+    Case {
+        name: "the_page_has_the_particles_of_the_game",
+        run: |stage| Box::pin(particles::the_page_has_the_particles_of_the_game(stage)),
     },
     Case {
         name: "a_dropped_replay_plays_and_every_tick_is_equal",

@@ -8,7 +8,7 @@ use crate::study::thread_time_us;
 use anyhow::Result;
 use jostle_protocol::{Appearance, PlayerState, Snapshot, Stream};
 use jostle_room::{Rate, Reader, Sight, view_of};
-use jostle_sim::{BodyId, Scene, Seat, Vec2};
+use jostle_sim::{BodyId, Particles, Scene, Seat, Vec2};
 
 /// Ticks of each scene.
 const TICKS: u32 = 1200;
@@ -107,7 +107,7 @@ struct Client {
 impl Client {
     fn begin(seat: Seat, rate: Rate, scene: &Scene, first: &Snapshot) -> Client {
         let view = view_of(scene, Some(Vec2::splat(VIEW))).expect("the world is larger");
-        let (sight, reader, keyframe) = Sight::begin(None, seat, rate, scene, view, first);
+        let (sight, reader, keyframe) = Sight::begin(None, seat, rate, scene, view, first, None);
         let hero = first.bodies[usize::from(seat.0)].id;
         let mut stream = Stream::default();
         stream.decode(&keyframe).expect("a keyframe can be decoded");
@@ -117,7 +117,7 @@ impl Client {
     fn see(&mut self, snapshot: &Snapshot) {
         self.ticks += 1;
         let begun = thread_time_us();
-        self.sight.push(snapshot, &[], false);
+        self.sight.push(snapshot, &[], &Particles::default());
         let pushed = thread_time_us();
         let before = self.stream.newest().cloned().expect("a keyframe was read");
         let message = self.sight.message(&self.reader);

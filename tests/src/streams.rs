@@ -1,0 +1,186 @@
+//! Games of scripted players as their clients hear them: what somebody is sent who joins at some tick,
+//! and the digests of the game's own particles, to compare with.
+
+use anyhow::{Context, Result, anyhow};
+use jostle_client_web::demo::scripted_input;
+use jostle_client_web::witness::record;
+use jostle_protocol::Appearance;
+use jostle_room::{Rate, Reader, Room};
+use jostle_sim::{Scene, Seat};
+use std::sync::Arc;
+
+/// Ticks of a game.
+pub const TICKS: u32 = 1000;
+/// After so many ticks the last of those joins who listen.
+const JOIN_TICKS: [u32; 4] = [1, 7, 333, 702];
+/// Scripted players.
+const PLAYERS: u8 = 3;
+
+/// Particles against bodies that move and die, from emitters of every kind, more than the limit
+/// allows, and between them nothing at all for a while.
+const FOUNTAINS: &str = r#"title = "Fountains"
+size = [160, 90]
+gravity = [0, -60]
+tools = ["steer", "launch", "dumb", "hold"]
+groups = ["hero", "block", "pack", "dumb"]
+pairs = [["hero", "block"], ["block", "block"], ["pack", "block"], ["dumb", "block"]]
+particles_meet = ["hero", "block"]
+
+[limits]
+particles = 900
+
+[hero]
+spawns = [[20, 30], [60, 16], [100, 16], [140, 16]]
+
+[recipes.drops]
+life_ticks = [20, 90]
+velocity = [[-40, 20], [40, 70]]
+acceleration = [0, -80]
+drag = 0.99
+
+[[bodies]]
+kind = "wall"
+position = [80, 2]
+size = [160, 4]
+group = "block"
+
+[[bodies]]
+name = "ferry"
+kind = "platform"
+path = [[40, 40], [120, 40]]
+period = 6
+size = [20, 3]
+group = "block"
+
+[[bodies]]
+name = "ball"
+kind = "block"
+position = [90, 60]
+radius = 3
+velocity = [60, 0]
+group = "block"
+
+[[layouts]]
+kind = "block"
+count = 60
+area = [[20, 50], [140, 85]]
+radius = 1.5
+group = "block"
+
+[[emitters]]
+recipe = "fire"
+count = 400
+position = [50, 10]
+start = 10
+every = 240
+
+[[emitters]]
+recipe = "drops"
+count = 90
+follow = "ferry"
+start = 40
+every = 120
+
+[[emitters]]
+recipe = "drops"
+count = 700
+follow = "ball"
+start = 60
+every = 480
+
+[[emitters]]
+recipe = "fire"
+count = 3
+position = [110, 30]
+start = 650
+every = 7
+"#;
+
+/// What one client heard, and what was to be heard.
+pub struct Heard {
+    /// Source of the scene.
+    pub scene: String,
+    /// Its tick of joining, from which the digests are.
+    pub first: u32,
+    /// The messages, as [`jostle_client_web::witness`] has them.
+    pub recording: Vec<u8>,
+    /// Bytes of its keyframe.
+    pub keyframe_bytes: usize,
+    /// Of the game's particles, by tick.
+    pub digests: Vec<(u32, u64)>,
+    /// Most particles that flew at a time, and how many did when it joined.
+    pub particles: [usize; 2],
+}
+
+/// The scenes with particles: two shipped ones, and one that has it all.
+pub fn scenes() -> Result<Vec<Arc<Scene>>> {
+    let shipped = ["emitters", "particles"];
+    let built_in = Scene::built_in().into_iter();
+    let mut scenes: Vec<Arc<Scene>> =
+        built_in.filter(|scene| shipped.contains(&scene.name.as_str())).map(Arc::new).collect();
+    let own = Scene::parse("fountains.toml", FOUNTAINS).map_err(|error| anyhow!("{error}"))?;
+    scenes.push(Arc::new(own));
+    Ok(scenes)
+}
+
+/// Plays a scene; what those heard who joined at the ticks of [`JOIN_TICKS`].
+pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
+    let mut room = Room::new("streams", Arc::clone(scene), 5);
+    for (color, name) in (0..PLAYERS).zip(["Ada", "Grace", "Alan"]) {
+        join(&mut room, name, color)?;
+    }
+    let mut listeners: Vec<(Reader, Heard)> = Vec::new();
+    let mut particles_max = 0;
+    for tick in 1..=TICKS {
+        for seat in (0..u16::from(PLAYERS)).map(Seat) {
+            room.input(seat, tick, scripted_input(scene, seat, tick));
+        }
+        room.tick();
+        let particles = room.game().world().particles();
+        particles_max = particles_max.max(particles.len());
+        let now = (tick, particles.digest());
+        for (reader, heard) in &mut listeners {
+            heard.digests.push(now);
+            if let Some(message) = room.message(reader) {
+                record(message, &mut heard.recording);
+            }
+        }
+        if JOIN_TICKS.contains(&tick) {
+            let flying = particles.len();
+            let (reader, keyframe) = room.begin(Rate::Full);
+            let mut recording = Vec::new();
+            record(&keyframe, &mut recording);
+            let heard = Heard {
+                scene: scene.source.clone(),
+                first: tick,
+                recording,
+                keyframe_bytes: keyframe.len(),
+                digests: vec![now],
+                particles: [0, flying],
+            };
+            listeners.push((reader, heard));
+        }
+    }
+    let heard = listeners.into_iter().map(|(_, heard)| heard);
+    Ok(heard
+        .map(|heard| Heard { particles: [particles_max, heard.particles[1]], ..heard })
+        .collect())
+}
+
+fn join(room: &mut Room, name: &str, color: u8) -> Result<()> {
+    let look = Appearance::new(name, color).map_err(|error| anyhow!("{error}"))?;
+    let joined = room.join(look, None, u64::from(color) + 1);
+    joined.map_err(|refusal| anyhow!("{refusal:?}")).context("a seat").map(drop)
+}
+
+impl Heard {
+    /// Compares what a copy made of the recording with the game, tick by tick; how many ticks.
+    pub fn compare(&self, digests: &[(u32, u64)]) -> Result<usize> {
+        // The last ticks may not have been told yet: nothing moved in them.
+        let told = &self.digests[..digests.len().min(self.digests.len())];
+        for (game, copy) in told.iter().zip(digests) {
+            anyhow::ensure!(game == copy, "joined at {}: {game:?} became {copy:?}", self.first);
+        }
+        Ok(told.len())
+    }
+}
