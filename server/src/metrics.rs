@@ -2,12 +2,13 @@
 //! (OpenMetrics). No label names a player, a room or an address: there are few series, and none tells
 //! who plays.
 
+use crate::process;
 use jostle_protocol::Refusal;
 use jostle_room::Rate;
-use prometheus_client::encoding::text::encode;
-use prometheus_client::metrics::counter::Counter;
+use prometheus_client::encoding::text::{encode_eof, encode_registry};
+use prometheus_client::metrics::counter::{ConstCounter, Counter};
 use prometheus_client::metrics::family::Family;
-use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::gauge::{ConstGauge, Gauge};
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::metrics::info::Info;
 use prometheus_client::registry::{Registry, Unit};
@@ -47,8 +48,19 @@ pub struct Ticks {
     pub missed: Counter,
     /// Seconds from when a tick was due to its beginning.
     pub lateness: Histogram,
+    /// The same without the time in which the thread had no processor, where the system tells.
+    pub lateness_own: Histogram,
     /// Seconds of emptying inboxes, of playing, and of handing out snapshots.
     pub phases: [Histogram; 3],
+}
+
+/// How late a wakeup came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Late {
+    /// From when a tick was due to its beginning.
+    pub raw: Duration,
+    /// Time in which the thread waited for a processor since the tick before, if the system tells.
+    pub queued: Option<Duration>,
 }
 
 /// What clients of one rate were sent.
@@ -71,6 +83,13 @@ pub struct Moment {
     pub bodies: i64,
     /// Bytes of replays written so far, and files given up.
     pub replays: Option<[u64; 2]>,
+}
+
+/// From 50 microseconds to half a second, fine where the goals are.
+fn lateness() -> Histogram {
+    let fine = [5e-5, 1e-4, 1.5e-4, 2e-4, 2.5e-4, 3.5e-4, 5e-4, 7.5e-4, 1e-3, 1.5e-3, 2.5e-3];
+    let long = [5e-3, 1e-2, 1.67e-2, 2.5e-2, 5e-2, 0.1, 0.25, 0.5];
+    Histogram::new(fine.into_iter().chain(long))
 }
 
 /// From 15 microseconds to half a second.
@@ -130,7 +149,8 @@ impl Ticks {
         let ticks = Ticks {
             played: Counter::default(),
             missed: Counter::default(),
-            lateness: seconds(),
+            lateness: lateness(),
+            lateness_own: lateness(),
             phases: [seconds(), seconds(), seconds()],
         };
         registry.register("ticks", "Ticks played", ticks.played.clone());
@@ -138,6 +158,9 @@ impl Ticks {
         let lateness = ticks.lateness.clone();
         let about = "From when a tick was due to its beginning";
         registry.register_with_unit("tick_lateness", about, Unit::Seconds, lateness);
+        let own = ticks.lateness_own.clone();
+        let about = "Of that, what was not a wait for a processor";
+        registry.register_with_unit("tick_lateness_own", about, Unit::Seconds, own);
         for (phase, histogram) in ["inputs", "play", "send"].into_iter().zip(&ticks.phases) {
             let about = format!("Time of a wakeup spent on: {phase}");
             let name = format!("tick_{phase}");
@@ -159,6 +182,24 @@ fn snapshots(registry: &mut Registry) -> [Snapshots; Rate::ALL.len()] {
             bytes: bytes.get_or_create(&label).clone(),
         }
     })
+}
+
+/// The process now, under the names that every program uses for this.
+fn of_process() -> Registry {
+    let mut registry = Registry::default();
+    let gauge = |value: u64| ConstGauge::new(value as f64);
+    if let Some(bytes) = process::resident_bytes() {
+        let about = "Physical memory in use";
+        registry.register_with_unit("process_resident_memory", about, Unit::Bytes, gauge(bytes));
+    }
+    if let Some(count) = process::open_descriptors() {
+        registry.register("process_open_fds", "Open descriptors", gauge(count));
+    }
+    if let Some(seconds) = process::cpu_seconds() {
+        let cpu = ConstCounter::new(seconds);
+        registry.register_with_unit("process_cpu", "Processor time used", Unit::Seconds, cpu);
+    }
+    registry
 }
 
 fn hz(rate: Rate) -> &'static str {
@@ -232,17 +273,22 @@ impl Metrics {
             self.replay_errors.inc_by(errors.saturating_sub(self.replay_errors.get()));
         }
         let mut text = String::new();
-        encode(&mut text, &self.registry).expect("a String takes everything");
+        encode_registry(&mut text, &self.registry).expect("a String takes everything");
+        encode_registry(&mut text, &of_process()).expect("a String takes everything");
+        encode_eof(&mut text).expect("a String takes everything");
         text
     }
 }
 
 impl Ticks {
     /// One wakeup: ticks played and missed, how late it came, and the time of each phase.
-    pub fn woke(&self, played: u32, missed: u64, late: Duration, phases: [Duration; 3]) {
+    pub fn woke(&self, played: u32, missed: u64, late: Late, phases: [Duration; 3]) {
         self.played.inc_by(u64::from(played));
         self.missed.inc_by(missed);
-        self.lateness.observe(late.as_secs_f64());
+        self.lateness.observe(late.raw.as_secs_f64());
+        if let Some(queued) = late.queued {
+            self.lateness_own.observe(late.raw.saturating_sub(queued).as_secs_f64());
+        }
         for (histogram, time) in self.phases.iter().zip(phases) {
             histogram.observe(time.as_secs_f64());
         }
@@ -263,13 +309,18 @@ mod tests {
         metrics.turned_away("foreign_page");
         metrics.snapshots[1].bytes.inc_by(700);
         let phases = [10, 300, 20].map(Duration::from_micros);
-        metrics.ticks.woke(2, 1, Duration::from_micros(90), phases);
+        let [raw, queued] = [380, 340].map(Duration::from_micros);
+        metrics.ticks.woke(2, 1, Late { raw, queued: Some(queued) }, phases);
+        metrics.ticks.woke(0, 0, Late { raw, queued: None }, phases);
         let moment = Moment { rooms: 1, players: 2, bodies: 30, replays: Some([4000, 1]) };
         let text = metrics.text(moment);
         for line in [
             "jostle_ticks_total 2",
             "jostle_ticks_missed_total 1",
-            "jostle_tick_play_seconds_count 1",
+            "jostle_tick_play_seconds_count 2",
+            "jostle_tick_lateness_seconds_bucket{le=\"0.00035\"} 0",
+            "jostle_tick_lateness_seconds_bucket{le=\"0.0005\"} 2",
+            "jostle_tick_lateness_own_seconds_bucket{le=\"0.00005\"} 1",
             "jostle_snapshots_bytes_total{hz=\"20\"} 700",
             "jostle_joins_total{how=\"new\"} 1",
             "jostle_joins_total{how=\"unknown_token\"} 1",

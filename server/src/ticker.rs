@@ -2,10 +2,11 @@
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
 use crate::limits;
-use crate::metrics::Metrics;
+use crate::metrics::{Late, Metrics};
 use crate::outbox::Outbox;
 use crate::replays::{Recording, Tape};
 use crate::rooms::Rooms;
+use crate::run_queue::RunQueue;
 use crate::schedule::Schedule;
 use crate::{Phase, rooms::Facts};
 use jostle_protocol::{Appearance, Refusal};
@@ -171,10 +172,13 @@ impl Ticker {
         let mut schedule = Schedule::new(Instant::now());
         let mut missed = Missed::default();
         let mut empty_since = Instant::now();
+        let run_queue = RunQueue::of_this_thread();
         loop {
+            let waited_before = run_queue.waited();
             let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
             std::thread::sleep(awaited.saturating_duration_since(Instant::now()));
             let now = Instant::now();
+            let queued = run_queue.waited().zip(waited_before).map(|(all, before)| all - before);
             let due = schedule.due(now);
             missed.report(&self.facts.code, schedule.missed(), now);
             if *self.phase.borrow() == Phase::Closing {
@@ -184,7 +188,7 @@ impl Ticker {
                 continue;
             }
             self.admit(room);
-            let late = now.saturating_duration_since(awaited);
+            let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start();
             for _ in 0..due {
                 self.pass_on(room);

@@ -1,27 +1,38 @@
-//! One bot: a real socket, decoded snapshots, and [`Hands`].
+//! One bot: a real socket and [`Hands`]. It joins, plays, loses its socket now and then, and comes back
+//! with its token; all of it by the clock of [`Stage`].
 
 use super::Target;
 use super::report::ClientReport;
+use super::socket::{Arrival, BotError, Socket, Token, connect, next, send};
+use super::witness::Witness;
 use crate::cli::hands::Hands;
-use futures_util::{SinkExt, StreamExt};
-use hyper::body::Bytes;
-use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Stream, VERSION};
-use jostle_sim::{Scene, TICKS_PER_SECOND, Vec2};
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Stream};
+use jostle_sim::{BodyId, TICKS_PER_SECOND};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::net::TcpStream;
-use tokio::time::{interval, sleep, timeout};
+use tokio::sync::{mpsc, watch};
+use tokio::time::{Interval, MissedTickBehavior, interval, sleep, sleep_until};
+use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
-use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
-use tokio_tungstenite::tungstenite::{Error, Message};
-use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
-type Socket = WebSocketStream<TcpStream>;
+/// Inputs from one ping to the next.
+const PING_EVERY_INPUTS: u32 = 30;
+/// Time from one bot's connecting to the next one's.
+const JOIN_EVERY: Duration = Duration::from_millis(4);
+/// Kind and keyframe bit of a coded snapshot, and where the low byte of a delta's tick is.
+const SNAPSHOT: u8 = 0x80;
+const KEYFRAME: u8 = 0x40;
 
-/// Time to connect and to be welcomed.
-const WELCOME_WAIT: Duration = Duration::from_secs(20);
-/// Time between two pings.
-const PING_EVERY: Duration = Duration::from_millis(250);
+/// What all bots do now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// They come; nothing is measured yet.
+    Coming,
+    /// They play, from this moment on.
+    Playing(Instant),
+    /// They leave.
+    Over,
+}
 
 /// A bot before it plays.
 pub struct Bot {
@@ -29,154 +40,187 @@ pub struct Bot {
     pub index: u32,
     /// Seed of all bots.
     pub seed: u64,
-    /// How long it plays.
-    pub length: Duration,
     /// Where.
     pub target: Target,
-}
-
-/// Why a bot stopped early.
-#[derive(Debug, thiserror::Error)]
-enum BotError {
-    #[error("no connection: {0}")]
-    Connect(#[from] std::io::Error),
-    #[error("socket: {0}")]
-    Socket(#[from] Box<Error>),
-    #[error("no welcome within {} s", WELCOME_WAIT.as_secs())]
-    Late,
-    #[error("refused: {0:?}")]
-    Refused(Refusal),
-    #[error("the server closed the socket")]
-    Closed,
-    #[error("the server sent what a client cannot read: {0}")]
-    Decode(#[from] jostle_protocol::DecodeError),
-    #[error("the server sent what a client does not expect")]
-    Unexpected,
-    #[error("the welcome's scene is wrong: {0}")]
-    Scene(Box<jostle_sim::SceneError>),
-}
-
-impl From<Error> for BotError {
-    fn from(error: Error) -> BotError {
-        BotError::Socket(Box::new(error))
-    }
+    /// Whether it decodes every snapshot as a page does; others read the heads of deltas only.
+    pub decodes: bool,
+    /// When, since the play began, it loses its socket.
+    pub losses: Vec<Duration>,
+    /// What to do.
+    pub stage: watch::Receiver<Stage>,
+    /// Told when it is seated, or will not be.
+    pub seated: mpsc::Sender<()>,
+    /// The first bot's snapshots.
+    pub witness: Arc<Witness>,
 }
 
 impl Bot {
     /// Plays to the end or to the first error, and says how it went.
-    pub async fn play(self) -> ClientReport {
+    pub async fn play(mut self) -> ClientReport {
         let mut report = ClientReport::new(self.index);
-        if let Err(error) = self.try_play(&mut report).await {
+        sleep(JOIN_EVERY * self.index).await;
+        let come = connect(&self.target, self.appearance(), None).await;
+        // The receiver waits for one of each bot.
+        let _ = self.seated.send(()).await;
+        let played = match come {
+            Ok(arrival) => self.play_on(arrival, &mut report).await,
+            Err(error) => Err(error),
+        };
+        if let Err(error) = played {
             report.error = Some(error.to_string());
         }
         report
     }
 
-    async fn try_play(&self, report: &mut ClientReport) -> Result<(), BotError> {
-        let joined = timeout(WELCOME_WAIT, self.join(report)).await.map_err(|_| BotError::Late)?;
-        let (mut socket, size) = joined?;
-        let mut hands = Hands::new(self.seed, self.index, size);
-        let mut seq = 0;
-        let mut eyes = Eyes::default();
-        let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
-        let mut pings = interval(PING_EVERY);
-        let mut end = std::pin::pin!(sleep(self.length));
+    fn appearance(&self) -> Appearance {
+        let color = (self.index % u32::from(jostle_protocol::limits::COLORS)) as u8;
+        Appearance { name: format!("bot {}", self.index + 1), color }
+    }
+
+    async fn play_on(&mut self, come: Arrival, report: &mut ClientReport) -> Result<(), BotError> {
+        report.seat = Some(come.seat);
+        let hands = Hands::new(self.seed, self.index, come.size()?);
+        let witness = (self.index == 0).then(|| Arc::clone(&self.witness));
+        let mut player = Player::new(come, hands, self.decodes, witness);
+        let mut losses = std::mem::take(&mut self.losses).into_iter();
+        let mut loss_at = None;
         loop {
             tokio::select! {
-                frame = socket.next() => {
-                    if let Some(bytes) = binary(frame)? {
-                        report.bytes += bytes.len() as u64;
-                        eyes.see(&bytes, report)?;
+                message = next(&mut player.socket) => {
+                    let Some(bytes) = message? else { continue };
+                    player.hear(&bytes, report)?;
+                }
+                _ = player.inputs.tick() => player.act(report).await?,
+                () = moment(loss_at) => {
+                    player = self.come_back(player, report).await?;
+                    loss_at = losses.next().map(|after| report.began() + after);
+                }
+                changed = self.stage.changed() => {
+                    let stage = *self.stage.borrow_and_update();
+                    match stage {
+                        Stage::Playing(now) => {
+                            report.begin(now);
+                            loss_at = losses.next().map(|after| now + after);
+                        }
+                        Stage::Over => break,
+                        Stage::Coming => {}
                     }
+                    if changed.is_err() { break }
                 }
-                _ = inputs.tick() => {
-                    seq += 1;
-                    let input = hands.next_input();
-                    send(&mut socket, &ClientMessage::Input { seq, input }).await?;
-                }
-                _ = pings.tick() => {
-                    let stamp = report.stamp(Instant::now());
-                    send(&mut socket, &ClientMessage::Ping { stamp }).await?;
-                }
-                () = end.as_mut() => break,
             }
         }
-        report.ended_at = Some(Instant::now());
-        let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
-        // The play is over; a server that is gone by now is none of its business.
-        let _ = socket.close(Some(frame)).await;
+        report.end(Instant::now());
+        player.leave().await;
         Ok(())
     }
 
-    /// Connects and says hello; the socket and the size of the world.
-    async fn join(&self, report: &mut ClientReport) -> Result<(Socket, Vec2), BotError> {
-        let stream = TcpStream::connect(&self.target.authority).await?;
-        stream.set_nodelay(true)?;
-        let url = format!("ws://{}/{}", self.target.authority, self.target.room);
-        let config = WebSocketConfig::default().max_message_size(Some(SERVER_MESSAGE_BYTES_MAX));
-        let (mut socket, _) = client_async_with_config(url, stream, Some(config)).await?;
-        let name = format!("bot {}", self.index + 1);
-        let color = (self.index % u32::from(jostle_protocol::limits::COLORS)) as u8;
-        let appearance = Appearance { name, color };
-        let hello = ClientMessage::Hello { version: VERSION, appearance, token: None };
-        send(&mut socket, &hello).await?;
-        let welcome = loop {
-            if let Some(bytes) = binary(socket.next().await)? {
-                break ServerMessage::decode(&bytes)?;
-            }
-        };
-        match welcome {
-            ServerMessage::Welcome { seat, scene_name, scene, .. } => {
-                report.seat = Some(seat);
-                report.started_at = Some(Instant::now());
-                let file = format!("{scene_name}.toml");
-                let scene = Scene::parse(&file, &scene)
-                    .map_err(|error| BotError::Scene(Box::new(error)))?;
-                Ok((socket, scene.size))
-            }
-            ServerMessage::Refused { refusal } => Err(BotError::Refused(refusal)),
-            _ => Err(BotError::Unexpected),
-        }
+    /// The socket is gone without a word; another one, with the token, is the same player.
+    async fn come_back(
+        &self,
+        player: Player,
+        report: &mut ClientReport,
+    ) -> Result<Player, BotError> {
+        let Player { socket, seat, token, hero, hands, witness, .. } = player;
+        let killed_at = Instant::now();
+        drop(socket);
+        let arrival = connect(&self.target, self.appearance(), Some(token)).await?;
+        report.returned(killed_at.elapsed(), arrival.seat == seat, hero, arrival.hero());
+        Ok(Player::new(arrival, hands, self.decodes, witness))
     }
 }
 
-/// The bytes of the next message; `None` is a control frame, which the socket answers by itself.
-fn binary(frame: Option<Result<Message, Error>>) -> Result<Option<Bytes>, BotError> {
-    match frame {
-        Some(Ok(Message::Binary(bytes))) => Ok(Some(bytes)),
-        Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(None),
-        Some(Ok(Message::Close(_))) | None => Err(BotError::Closed),
-        Some(Ok(_)) => Err(BotError::Unexpected),
-        Some(Err(error)) => Err(error.into()),
+/// Waits for a moment; for ever if there is none.
+async fn moment(at: Option<Instant>) {
+    match at {
+        Some(at) => sleep_until(at.into()).await,
+        None => std::future::pending().await,
     }
 }
 
-async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<(), BotError> {
-    Ok(socket.send(Message::Binary(message.encode().into())).await?)
-}
-
-/// What a bot sees, as a page would hold it.
-#[derive(Default)]
-struct Eyes {
+/// A bot with a seat and a socket.
+struct Player {
+    socket: Socket,
+    seat: u16,
+    token: Token,
+    hero: Option<BodyId>,
     stream: Stream,
+    /// Tick of the newest snapshot.
+    tick: u32,
+    decodes: bool,
+    hands: Hands,
+    seq: u32,
+    inputs: Interval,
+    witness: Option<Arc<Witness>>,
 }
 
-impl Eyes {
-    fn see(&mut self, bytes: &[u8], report: &mut ClientReport) -> Result<(), BotError> {
-        match ServerMessage::decode(bytes)? {
-            ServerMessage::Snapshot(coded) => {
-                let still_until = self.stream.decode(&coded)?.still_until;
-                let tick = self.stream.newest().map_or(0, |newest| newest.tick);
-                report.saw(tick, still_until, Instant::now());
-                Ok(())
-            }
-            ServerMessage::Pong { stamp, .. } => {
-                report.ponged(stamp, Instant::now());
-                Ok(())
-            }
-            ServerMessage::Draining { .. } => Ok(()),
-            ServerMessage::Refused { refusal } => Err(BotError::Refused(refusal)),
-            ServerMessage::Welcome { .. } => Err(BotError::Unexpected),
+impl Player {
+    fn new(come: Arrival, hands: Hands, decodes: bool, witness: Option<Arc<Witness>>) -> Player {
+        let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
+        inputs.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let (hero, tick) = (come.hero(), come.tick());
+        let Arrival { socket, seat, token, stream, .. } = come;
+        Player { socket, seat, token, hero, stream, tick, decodes, hands, seq: 0, inputs, witness }
+    }
+
+    /// An input, and now and then a ping.
+    async fn act(&mut self, report: &mut ClientReport) -> Result<(), BotError> {
+        self.seq += 1;
+        let input = self.hands.next_input();
+        send(&mut self.socket, &ClientMessage::Input { seq: self.seq, input }).await?;
+        if self.seq % PING_EVERY_INPUTS == 1 {
+            let stamp = report.stamp(Instant::now());
+            send(&mut self.socket, &ClientMessage::Ping { stamp }).await?;
         }
+        Ok(())
+    }
+
+    fn hear(&mut self, bytes: &[u8], report: &mut ClientReport) -> Result<(), BotError> {
+        let now = Instant::now();
+        let [head, low, ..] = *bytes else { return Err(BotError::Unexpected) };
+        if head & SNAPSHOT == 0 {
+            return self.hear_other(bytes, report, now);
+        }
+        let before = self.tick;
+        let mut still_until = None;
+        if head & KEYFRAME != 0 || self.decodes {
+            still_until = self.stream.decode(bytes)?.still_until;
+            let newest = self.stream.newest().expect("one was just decoded");
+            self.tick = newest.tick;
+            self.witness.iter().for_each(|witness| witness.saw(newest));
+            let own = newest.players.iter().find(|player| player.seat.0 == self.seat);
+            self.hero = own.and_then(|player| player.hero).or(self.hero);
+        } else {
+            self.tick += u32::from(low.wrapping_sub(self.tick as u8));
+        }
+        let told = still_until.unwrap_or(before);
+        report.saw(
+            head & KEYFRAME != 0,
+            bytes.len(),
+            self.tick,
+            self.tick - told.min(self.tick),
+            now,
+        );
+        Ok(())
+    }
+
+    fn hear_other(
+        &mut self,
+        bytes: &[u8],
+        report: &mut ClientReport,
+        now: Instant,
+    ) -> Result<(), BotError> {
+        match ServerMessage::decode(bytes)? {
+            ServerMessage::Pong { stamp, .. } => report.ponged(stamp, bytes.len(), now),
+            ServerMessage::Refused { refusal } => return Err(BotError::Refused(refusal)),
+            ServerMessage::Welcome { .. } => return Err(BotError::Unexpected),
+            _ => report.heard_other(bytes.len()),
+        }
+        Ok(())
+    }
+
+    async fn leave(mut self) {
+        let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
+        // The play is over; a server that is gone by now is none of its business.
+        let _ = self.socket.close(Some(frame)).await;
     }
 }

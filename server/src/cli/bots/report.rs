@@ -1,31 +1,52 @@
 //! What bots measured, one by one and together.
 
 use super::Target;
-use jostle_sim::TICKS_PER_SECOND;
+use super::canary::Canary;
+use super::operators::ServerReport;
+use super::tally::{Spread, Tally};
+use super::witness::Newcomers;
+use jostle_sim::{BodyId, TICKS_PER_SECOND};
 use serde::Serialize;
-use std::fmt;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-/// What one bot measured.
+/// Bytes of messages, by kind.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Bytes {
+    /// Snapshots that say what changed.
+    pub deltas: u64,
+    /// Snapshots that start from nothing.
+    pub keyframes: u64,
+    /// Answers to pings.
+    pub pongs: u64,
+    /// All others but the welcome.
+    pub others: u64,
+}
+
+/// What one bot measured while all of them played.
 #[derive(Debug)]
 pub struct ClientReport {
     index: u32,
     /// Its seat, once welcomed.
     pub seat: Option<u16>,
-    /// When it was welcomed.
-    pub started_at: Option<Instant>,
-    /// When it stopped, unless an error came first.
-    pub ended_at: Option<Instant>,
-    /// Bytes of messages that it got.
-    pub bytes: u64,
     /// What ended it early.
     pub error: Option<String>,
+    /// Before the play stamps count from here.
+    made_at: Instant,
+    began_at: Option<Instant>,
+    ended_at: Option<Instant>,
+    bytes: Bytes,
     snapshots: u64,
     gaps: u64,
     gap_ticks_max: u32,
     first: Option<(u32, Instant)>,
     last: Option<(u32, Instant)>,
-    pings_ms: Vec<f64>,
+    pings: Tally,
+    jitter: Tally,
+    ping_before: Option<Duration>,
+    intervals: Tally,
+    returns: Tally,
+    seats_lost: u32,
+    heroes_lost: u32,
 }
 
 impl ClientReport {
@@ -34,45 +55,101 @@ impl ClientReport {
         ClientReport {
             index,
             seat: None,
-            started_at: None,
-            ended_at: None,
-            bytes: 0,
             error: None,
+            made_at: Instant::now(),
+            began_at: None,
+            ended_at: None,
+            bytes: Bytes::default(),
             snapshots: 0,
             gaps: 0,
             gap_ticks_max: 0,
             first: None,
             last: None,
-            pings_ms: Vec::new(),
+            pings: Tally::default(),
+            jitter: Tally::default(),
+            ping_before: None,
+            intervals: Tally::default(),
+            returns: Tally::default(),
+            seats_lost: 0,
+            heroes_lost: 0,
         }
     }
 
-    /// A snapshot of this tick came; until `still_until` nothing had moved since the one before.
-    pub fn saw(&mut self, tick: u32, still_until: Option<u32>, now: Instant) {
+    /// From now on everything counts.
+    pub fn begin(&mut self, now: Instant) {
+        self.began_at = Some(now);
+    }
+
+    /// When that was; now if it was not yet.
+    pub fn began(&self) -> Instant {
+        self.began_at.unwrap_or_else(Instant::now)
+    }
+
+    /// And from now on nothing does.
+    pub fn end(&mut self, now: Instant) {
+        self.ended_at = Some(now);
+    }
+
+    /// A snapshot of this tick came, so many ticks after the last that was told of.
+    pub fn saw(&mut self, keyframe: bool, bytes: usize, tick: u32, ticks: u32, now: Instant) {
+        if self.began_at.is_none() {
+            return;
+        }
         self.snapshots += 1;
-        if let Some((before, _)) = self.last {
-            let before = still_until.unwrap_or(before);
-            let skipped = tick.saturating_sub(before).saturating_sub(1);
+        *(if keyframe { &mut self.bytes.keyframes } else { &mut self.bytes.deltas }) +=
+            bytes as u64;
+        if let Some((_, before)) = self.last {
+            let skipped = ticks.saturating_sub(1);
             self.gaps += u64::from(skipped > 0);
             self.gap_ticks_max = self.gap_ticks_max.max(skipped);
+            self.intervals.add(now - before);
         }
         self.first.get_or_insert((tick, now));
         self.last = Some((tick, now));
     }
 
-    /// What a ping carries: microseconds since `started_at`, which wrap after an hour.
+    /// Another message came.
+    pub fn heard_other(&mut self, bytes: usize) {
+        if self.began_at.is_some() {
+            self.bytes.others += bytes as u64;
+        }
+    }
+
+    /// What a ping carries: microseconds, which wrap after an hour.
     pub fn stamp(&self, now: Instant) -> u32 {
-        self.started_at.map_or(0, |started| (now - started).as_micros() as u32)
+        (now - self.made_at).as_micros() as u32
     }
 
     /// The answer to a ping came.
-    pub fn ponged(&mut self, stamp: u32, now: Instant) {
-        let elapsed_us = self.stamp(now).wrapping_sub(stamp);
-        self.pings_ms.push(f64::from(elapsed_us) / 1e3);
+    pub fn ponged(&mut self, stamp: u32, bytes: usize, now: Instant) {
+        if self.began_at.is_none() {
+            return;
+        }
+        self.bytes.pongs += bytes as u64;
+        let ping = Duration::from_micros(self.stamp(now).wrapping_sub(stamp).into());
+        self.pings.add(ping);
+        if let Some(before) = self.ping_before.replace(ping) {
+            self.jitter.add(ping.abs_diff(before));
+        }
+    }
+
+    /// It came back after its socket was lost: to the same seat or another, the same hero or another.
+    pub fn returned(
+        &mut self,
+        took: Duration,
+        same_seat: bool,
+        before: Option<BodyId>,
+        hero: Option<BodyId>,
+    ) {
+        self.returns.add(took);
+        self.seats_lost += u32::from(!same_seat);
+        self.heroes_lost += u32::from(hero != before);
+        // What came in between is no gap between two snapshots of a socket.
+        self.last = None;
     }
 
     fn seconds(&self) -> f64 {
-        match (self.started_at, self.ended_at.or(self.last.map(|(_, at)| at))) {
+        match (self.began_at, self.ended_at.or(self.last.map(|(_, at)| at))) {
             (Some(start), Some(end)) if end > start => (end - start).as_secs_f64(),
             _ => 0.0,
         }
@@ -85,61 +162,84 @@ impl ClientReport {
         let due = (to - from).as_secs_f64() * f64::from(TICKS_PER_SECOND);
         Some(due - f64::from(last - first))
     }
+
+    fn bytes_in_all(&self) -> u64 {
+        let Bytes { deltas, keyframes, pongs, others } = self.bytes;
+        deltas + keyframes + pongs + others
+    }
 }
 
 /// Everything, as it is printed.
 #[derive(Debug, Serialize)]
 pub struct Report {
-    room: String,
-    clients: usize,
-    failed: usize,
-    bytes_per_second_mean: f64,
-    bytes_per_second_max: f64,
-    snapshots_per_second_mean: f64,
-    snapshots_per_second_min: f64,
-    ping_ms: Spread,
+    pub room: String,
+    pub clients: usize,
+    /// Those who decoded every snapshot.
+    pub decoders: usize,
+    pub failed: usize,
+    pub seconds: f64,
+    /// An idle thread before the play.
+    pub canary: Option<Canary>,
+    /// Whether that came so late that the times here say little.
+    pub too_busy_to_judge: bool,
+    pub bytes_per_second_mean: f64,
+    pub bytes_per_second_max: f64,
+    /// The mean by kind of message.
+    pub bytes_per_second: [(&'static str, f64); 4],
+    pub snapshots_per_second_mean: f64,
+    pub snapshots_per_second_min: f64,
+    pub ping_ms: Spread,
+    /// Between one ping and the next of the same client.
+    pub jitter_ms: Spread,
+    /// From one snapshot to the next of the same socket.
+    pub interval_ms: Spread,
+    /// Snapshots that came more than one tick after what was told before.
+    pub gaps: u64,
+    pub gap_ticks_max: u32,
     /// Ticks that the server advanced, as the longest-playing client saw it.
-    server_ticks: u32,
+    pub server_ticks: u32,
     /// Ticks that it should have advanced and did not: the least that any client saw, because
     /// delays of the network look the same.
-    server_missed_ticks: u32,
-    per_client: Vec<Entry>,
+    pub server_missed_ticks: u32,
+    /// From the loss of a socket to the keyframe on the next.
+    pub return_ms: Spread,
+    /// Returns to another seat, and to another hero.
+    pub seats_lost: u32,
+    pub heroes_lost: u32,
+    pub newcomers: Option<Come>,
+    /// What the server says.
+    pub server: Option<ServerReport>,
+    /// Physical memory of the server for each client, bytes.
+    pub server_bytes_per_client: Option<f64>,
+    pub per_client: Vec<Entry>,
+}
+
+/// Newcomers, as they are printed.
+#[derive(Debug, Serialize)]
+pub struct Come {
+    /// From the hello to the first keyframe, decoded.
+    pub took_ms: Spread,
+    /// Shown the very state that the first bot saw; another; one of a tick that it did not see.
+    pub right: u32,
+    pub wrong: u32,
+    pub unseen: u32,
+    pub failed: u32,
+    pub error: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
-struct Entry {
-    client: u32,
-    seat: Option<u16>,
-    seconds: f64,
-    bytes: u64,
-    bytes_per_second: f64,
-    snapshots: u64,
-    snapshots_per_second: f64,
-    /// Times that a snapshot came more than one tick after the one before.
-    gaps: u64,
-    /// Most ticks between two snapshots that were left out.
-    gap_ticks_max: u32,
-    ping_ms: Spread,
-    error: Option<String>,
-}
-
-/// Of a set of measurements; zeros of none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-struct Spread {
-    p50: f64,
-    p99: f64,
-    max: f64,
-}
-
-impl Spread {
-    fn of(mut values: Vec<f64>) -> Spread {
-        values.sort_by(f64::total_cmp);
-        let Some(last) = values.len().checked_sub(1) else {
-            return Spread::default();
-        };
-        let rank = |share: f64| values[(last as f64 * share).round() as usize];
-        Spread { p50: rank(0.5), p99: rank(0.99), max: values[last] }
-    }
+pub struct Entry {
+    pub client: u32,
+    pub seat: Option<u16>,
+    pub seconds: f64,
+    pub bytes: u64,
+    pub bytes_per_second: f64,
+    pub snapshots: u64,
+    pub snapshots_per_second: f64,
+    pub gaps: u64,
+    pub gap_ticks_max: u32,
+    pub ping_ms: Spread,
+    pub error: Option<String>,
 }
 
 impl Entry {
@@ -150,115 +250,148 @@ impl Entry {
             client: client.index,
             seat: client.seat,
             seconds,
-            bytes: client.bytes,
-            bytes_per_second: rate(client.bytes),
+            bytes: client.bytes_in_all(),
+            bytes_per_second: rate(client.bytes_in_all()),
             snapshots: client.snapshots,
             snapshots_per_second: rate(client.snapshots),
             gaps: client.gaps,
             gap_ticks_max: client.gap_ticks_max,
-            ping_ms: Spread::of(client.pings_ms.clone()),
+            ping_ms: client.pings.spread(),
             error: client.error.clone(),
         }
     }
 }
 
+/// What is known besides what the clients measured.
+#[derive(Debug, Default)]
+pub struct Around {
+    pub canary: Option<Canary>,
+    pub server: Option<ServerReport>,
+    pub server_bytes_per_client: Option<f64>,
+    pub newcomers: Option<Newcomers>,
+    pub decoders: usize,
+}
+
 impl Report {
     /// Puts together what `clients` measured.
-    pub fn new(target: &Target, clients: Vec<ClientReport>) -> Report {
+    pub fn new(target: &Target, clients: Vec<ClientReport>, around: Around) -> Report {
         let per_client: Vec<_> = clients.iter().map(Entry::of).collect();
-        let pings = clients.iter().flat_map(|client| client.pings_ms.iter().copied()).collect();
+        let all = |tally: fn(&ClientReport) -> &Tally| {
+            let mut sum = Tally::default();
+            clients.iter().for_each(|client| sum.merge(tally(client)));
+            sum.spread()
+        };
+        let count = clients.len() as f64;
         let bytes = per_client.iter().map(|entry| entry.bytes_per_second);
         let snapshots = per_client.iter().map(|entry| entry.snapshots_per_second);
-        let count = clients.len() as f64;
-        let advanced = |client: &ClientReport| Some(client.last?.0 - client.first?.0);
+        let advanced = |client: &ClientReport| Some(client.last?.0.saturating_sub(client.first?.0));
         let missed = clients.iter().filter_map(ClientReport::missed_ticks);
+        let seconds = clients.iter().map(ClientReport::seconds).fold(0.0, f64::max);
         Report {
             room: target.room.clone(),
             clients: clients.len(),
+            decoders: around.decoders,
             failed: clients.iter().filter(|client| client.error.is_some()).count(),
+            seconds,
+            too_busy_to_judge: around.canary.is_some_and(|canary| canary.is_too_busy()),
+            canary: around.canary,
             bytes_per_second_mean: bytes.clone().sum::<f64>() / count,
             bytes_per_second_max: bytes.fold(0.0, f64::max),
+            bytes_per_second: by_kind(&clients, count * seconds.max(1e-9)),
             snapshots_per_second_mean: snapshots.clone().sum::<f64>() / count,
             snapshots_per_second_min: snapshots.fold(f64::INFINITY, f64::min),
-            ping_ms: Spread::of(pings),
+            ping_ms: all(|client| &client.pings),
+            jitter_ms: all(|client| &client.jitter),
+            interval_ms: all(|client| &client.intervals),
+            gaps: clients.iter().map(|client| client.gaps).sum(),
+            gap_ticks_max: clients.iter().map(|client| client.gap_ticks_max).max().unwrap_or(0),
             server_ticks: clients.iter().filter_map(advanced).max().unwrap_or(0),
             server_missed_ticks: missed.reduce(f64::min).map_or(0, |least| least.round() as u32),
+            return_ms: all(|client| &client.returns),
+            seats_lost: clients.iter().map(|client| client.seats_lost).sum(),
+            heroes_lost: clients.iter().map(|client| client.heroes_lost).sum(),
+            newcomers: around.newcomers.map(Come::of),
+            server: around.server,
+            server_bytes_per_client: around.server_bytes_per_client,
             per_client,
         }
     }
 
-    /// How many clients met an error, and the first one's.
+    /// What went wrong with clients, if anything did.
     pub fn failure(&self) -> Option<String> {
-        let error = self.per_client.iter().find_map(|entry| entry.error.as_deref())?;
-        Some(format!("{} of {} clients failed: {error}", self.failed, self.clients))
+        let error = self.per_client.iter().find_map(|entry| entry.error.as_deref());
+        if let Some(error) = error {
+            return Some(format!("{} of {} clients failed: {error}", self.failed, self.clients));
+        }
+        if self.seats_lost > 0 {
+            return Some(format!("{} returns to another seat", self.seats_lost));
+        }
+        let come = self.newcomers.as_ref()?;
+        if let Some(error) = &come.error {
+            return Some(format!("{} newcomers failed: {error}", come.failed));
+        }
+        (come.wrong > 0).then(|| format!("{} newcomers were shown a wrong state", come.wrong))
     }
 }
 
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        for entry in &self.per_client {
-            write!(
-                f,
-                "bot {:>3}: {:>8.0} bytes/s, {:>5.1} snapshots/s, {:>3} gaps (at most {} ticks), \
-                 ping {:.1} / {:.1} / {:.1} ms",
-                entry.client + 1,
-                entry.bytes_per_second,
-                entry.snapshots_per_second,
-                entry.gaps,
-                entry.gap_ticks_max,
-                entry.ping_ms.p50,
-                entry.ping_ms.p99,
-                entry.ping_ms.max
-            )?;
-            match &entry.error {
-                Some(error) => writeln!(f, ", {error}")?,
-                None => writeln!(f)?,
-            }
-        }
-        write!(
-            f,
-            "{} clients in {}: {:.0} bytes/s each, {:.1} snapshots/s, ping p50 {:.1}, p99 {:.1}, \
-             max {:.1} ms; {} ticks, {} missed; {} failed",
-            self.clients,
-            self.room,
-            self.bytes_per_second_mean,
-            self.snapshots_per_second_mean,
-            self.ping_ms.p50,
-            self.ping_ms.p99,
-            self.ping_ms.max,
-            self.server_ticks,
-            self.server_missed_ticks,
-            self.failed
-        )
+fn by_kind(clients: &[ClientReport], client_seconds: f64) -> [(&'static str, f64); 4] {
+    let sum = |kind: fn(&Bytes) -> u64| {
+        clients.iter().map(|client| kind(&client.bytes)).sum::<u64>() as f64 / client_seconds
+    };
+    [
+        ("deltas", sum(|bytes| bytes.deltas)),
+        ("keyframes", sum(|bytes| bytes.keyframes)),
+        ("pongs", sum(|bytes| bytes.pongs)),
+        ("others", sum(|bytes| bytes.others)),
+    ]
+}
+
+impl Come {
+    fn of(newcomers: Newcomers) -> Come {
+        let Newcomers { took, right, wrong, unseen, failed, error } = newcomers;
+        Come { took_ms: took.spread(), right, wrong, unseen, failed, error }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
+
+    fn report(client: ClientReport) -> Report {
+        let target = Target { authority: "h:80".into(), room: "arena".into() };
+        Report::new(&target, vec![client], Around::default())
+    }
 
     #[test]
     fn gaps_and_missed_ticks_are_told_apart() {
         let start = Instant::now();
         let mut client = ClientReport::new(0);
-        client.started_at = Some(start);
+        client.begin(start);
         // One second in which the server played 50 ticks, and one snapshot stood for three.
+        let mut before = 99;
         for tick in (100..=150).filter(|tick| ![120, 121].contains(tick)) {
             let at = start + Duration::from_millis(20) * (tick - 100);
-            client.saw(tick, None, at);
+            client.saw(false, 10, tick, tick - before, at);
+            before = tick;
         }
-        client.ended_at = Some(start + Duration::from_secs(1));
-        let target = Target { authority: "h:80".into(), room: "arena".into() };
-        let report = Report::new(&target, vec![client]);
+        client.end(start + Duration::from_secs(1));
+        let report = report(client);
         let entry = &report.per_client[0];
         assert_eq!((entry.snapshots, entry.gaps, entry.gap_ticks_max), (49, 1, 2));
         assert_eq!((report.server_ticks, report.server_missed_ticks), (50, 10));
+        assert_eq!(report.bytes_per_second[0], ("deltas", 490.0));
+        assert_eq!(report.interval_ms.max, 60.0);
     }
 
     #[test]
-    fn a_spread_of_nothing_is_zero_and_of_one_is_that() {
-        assert_eq!(Spread::of(Vec::new()), Spread::default());
-        assert_eq!(Spread::of(vec![3.0]), Spread { p50: 3.0, p99: 3.0, max: 3.0 });
+    fn a_return_to_another_seat_is_a_failure_and_another_hero_is_told() {
+        let mut client = ClientReport::new(0);
+        client.begin(Instant::now());
+        client.returned(Duration::from_millis(30), true, None, None);
+        let hero = Some(BodyId { index: 1, generation: 0 });
+        client.returned(Duration::from_millis(30), false, None, hero);
+        let report = report(client);
+        assert_eq!((report.return_ms.count, report.seats_lost, report.heroes_lost), (2, 1, 1));
+        assert!(report.failure().is_some_and(|text| text.contains("another seat")));
     }
 }

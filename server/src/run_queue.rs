@@ -1,0 +1,61 @@
+//! How long this thread was ready to run and had no processor. That makes a tick late too, but is the
+//! machine's doing: what is left of the lateness is ours. Linux alone tells.
+
+use std::fs::File;
+use std::time::Duration;
+
+/// What Linux counts of one thread.
+pub struct RunQueue {
+    counts: Option<File>,
+}
+
+impl RunQueue {
+    /// Of the thread that calls.
+    pub fn of_this_thread() -> RunQueue {
+        RunQueue { counts: File::open("/proc/thread-self/schedstat").ok() }
+    }
+
+    /// Time waited so far; `None` where nobody counts it.
+    pub fn waited(&self) -> Option<Duration> {
+        let mut bytes = [0; 96];
+        let length = read_from_start(self.counts.as_ref()?, &mut bytes)?;
+        waited(str::from_utf8(&bytes[..length]).ok()?)
+    }
+}
+
+/// Nanoseconds on a processor, nanoseconds waiting for one, turns.
+fn waited(schedstat: &str) -> Option<Duration> {
+    let nanos = schedstat.split_ascii_whitespace().nth(1)?;
+    nanos.parse().ok().map(Duration::from_nanos)
+}
+
+#[cfg(unix)]
+fn read_from_start(file: &File, bytes: &mut [u8]) -> Option<usize> {
+    std::os::unix::fs::FileExt::read_at(file, bytes, 0).ok()
+}
+
+#[cfg(not(unix))]
+fn read_from_start(_: &File, _: &mut [u8]) -> Option<usize> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_number_is_the_wait() {
+        assert_eq!(waited("12 3400 5\n"), Some(Duration::from_nanos(3400)));
+        assert_eq!(waited(""), None);
+        assert_eq!(waited("1 x 2"), None);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn this_thread_is_counted_and_only_ever_waits_longer() {
+        let counts = RunQueue::of_this_thread();
+        let before = counts.waited().expect("a count");
+        std::thread::yield_now();
+        assert!(counts.waited().expect("a count") >= before);
+    }
+}
