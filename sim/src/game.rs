@@ -17,12 +17,12 @@ mod tests;
 
 pub use crate::scene::{Kind, SEATS_MAX};
 
-use crate::math::{Rng, clamp_length};
+use crate::Tools;
+use crate::math::Rng;
 use crate::particle::{EmitterDef, Source, dequantise, quantise};
 use crate::scene::{Place, Scene};
 use crate::shape::Shape;
 use crate::world::{BodyId, Phase, World};
-use crate::{DT, Tools};
 use actor::{Actor, Player, Rule};
 use glam::Vec2;
 use std::sync::Arc;
@@ -66,6 +66,11 @@ impl Buttons {
     /// Whether all of `other` are down.
     pub fn contains(self, other: Buttons) -> bool {
         self.0 & other.0 == other.0
+    }
+
+    /// 1, 0 or -1 for a pair of opposite keys.
+    pub fn axis(self, positive: Buttons, negative: Buttons) -> f32 {
+        f32::from(u8::from(self.contains(positive))) - f32::from(u8::from(self.contains(negative)))
     }
 }
 
@@ -365,9 +370,9 @@ impl Game {
     fn drive_platforms(&mut self) {
         for (body, id) in self.scene.bodies.iter().zip(&self.placed) {
             if let (Some(path), Some(id)) = (&body.path, id) {
-                let way = path.at(self.ticks + 1) - self.world.position(*id);
-                // One that a player dragged off its path comes back no faster than a body may be.
-                self.world.set_velocity(*id, clamp_length(way / DT, self.scene.speed_max));
+                let place = self.world.position(*id);
+                let velocity = path.velocity_to(self.ticks + 1, place, self.scene.speed_max);
+                self.world.set_velocity(*id, velocity);
             }
         }
     }

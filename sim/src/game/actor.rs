@@ -119,11 +119,6 @@ impl Player {
         self.pressed.contains(button)
     }
 
-    /// 1, 0 or -1 for a pair of opposite keys.
-    pub fn axis(&self, positive: Buttons, negative: Buttons) -> f32 {
-        f32::from(u8::from(self.holds(positive))) - f32::from(u8::from(self.holds(negative)))
-    }
-
     /// Lets go of a body that is gone.
     pub fn forget(&mut self, body: BodyId) {
         self.hero.take_if(|hero| *hero == body);

@@ -76,17 +76,23 @@ impl Game {
         let Some(spec) = scene.hero.as_ref().filter(|_| self.allows(Tools::STEER)) else { return };
         for player in &self.players {
             let Some(hero) = player.hero else { continue };
-            let push = Vec2::new(
-                player.axis(Buttons::RIGHT, Buttons::LEFT),
-                player.axis(Buttons::UP, Buttons::DOWN),
-            );
-            if push == Vec2::ZERO {
-                continue;
-            }
             let before = self.world.velocity(hero);
-            let speed_max = max(spec.speed_max, before.length());
-            let after = clamp_length(before + push * spec.thrust * DT, speed_max);
-            self.world.set_velocity(hero, after);
+            self.world.set_velocity(hero, spec.steered(before, player.down));
         }
+    }
+}
+
+impl HeroSpec {
+    /// The velocity of a hero after a tick with these buttons down, before the world steps.
+    pub fn steered(&self, velocity: Vec2, down: Buttons) -> Vec2 {
+        let push = Vec2::new(
+            down.axis(Buttons::RIGHT, Buttons::LEFT),
+            down.axis(Buttons::UP, Buttons::DOWN),
+        );
+        if push == Vec2::ZERO {
+            return velocity;
+        }
+        let speed_max = max(self.speed_max, velocity.length());
+        clamp_length(velocity + push * self.thrust * DT, speed_max)
     }
 }

@@ -1,5 +1,7 @@
 //! The way of a kinematic body: to and fro between points, as a function of the tick alone.
 
+use crate::DT;
+use crate::math::clamp_length;
 use glam::Vec2;
 
 /// Points that a kinematic body visits from first to last and back, again and again.
@@ -50,6 +52,12 @@ impl Path {
         self.points[leg] + (self.points[leg + 1] - self.points[leg]) * share
     }
 
+    /// The velocity, units/s, that takes a body from `place` to where it is to be at the end of a
+    /// tick. One that a player dragged off its path comes back no faster than a body may be.
+    pub fn velocity_to(&self, tick: u32, place: Vec2, speed_max: f32) -> Vec2 {
+        clamp_length((self.at(tick) - place) / DT, speed_max)
+    }
+
     /// Ticks from the first point to the last.
     pub fn half_ticks(&self) -> u32 {
         self.arrivals[self.arrivals.len() - 1]
@@ -64,7 +72,7 @@ impl Path {
     pub fn speed_max(&self) -> f32 {
         let mut fastest = 0.0;
         for (leg, times) in self.points.windows(2).zip(self.arrivals.windows(2)) {
-            let seconds = (times[1] - times[0]) as f32 * crate::DT;
+            let seconds = (times[1] - times[0]) as f32 * DT;
             fastest = crate::math::max(fastest, (leg[1] - leg[0]).length() / seconds);
         }
         fastest
