@@ -82,6 +82,12 @@ pub fn replay_name(path: &str) -> Option<&str> {
     (!name.is_empty()).then_some(name)
 }
 
+/// The value of a name in the part of an address after `?`.
+pub fn query_value<'a>(query: &'a str, name: &str) -> Option<&'a str> {
+    let pairs = query.trim_start_matches('?').split('&').filter_map(|pair| pair.split_once('='));
+    pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
+}
+
 /// Answer of `POST /api/rooms`.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 #[serde(untagged)]

@@ -5,14 +5,17 @@ use std::collections::VecDeque;
 
 /// Milliseconds of one tick.
 pub const TICK_MS: f64 = 1000.0 / jostle_sim::TICKS_PER_SECOND as f64;
-/// The delay on a perfect connection, ticks.
-pub const DELAY_TICKS_MIN: f64 = 2.5;
+/// The delay on a perfect connection, ticks: between the newest snapshot and the one before it.
+pub const DELAY_TICKS_MIN: f64 = 1.0;
 /// The delay past which a bad connection is shown as it is, ticks.
 pub const DELAY_TICKS_MAX: f64 = 30.0;
 /// The display never runs further past the tick up to which all is known, ticks.
 pub const AHEAD_TICKS_MAX: f64 = 2.0;
 /// Arrivals older than this say nothing about the connection any more.
 const WINDOW_MS: f64 = 1000.0;
+/// What was late lengthens the delay at once; a third of that is left after this time without more,
+/// milliseconds.
+const CALM_MS: f64 = 4000.0;
 /// A display that is further off than this jumps instead of hurrying.
 const JUMP_TICKS: f64 = 30.0;
 /// How far the display's speed may differ from one tick a tick.
@@ -23,6 +26,7 @@ const RATE_DEVIATION_MAX: f64 = 0.15;
 pub struct Clock {
     arrivals: VecDeque<Transit>,
     lateness_ticks: f64,
+    measured_ms: f64,
     /// The display may come so far.
     known: Option<u32>,
     display: Option<f64>,
@@ -50,6 +54,11 @@ struct Transit {
 impl Clock {
     /// Notes what arrived at `now_ms`.
     pub fn arrived(&mut self, arrival: Arrival, now_ms: f64) {
+        if self.arrivals.back().is_some_and(|last| last.at_ms > now_ms) {
+            // Somebody set the time back: what was measured before says nothing any more.
+            self.arrivals.clear();
+            self.measured_ms = now_ms;
+        }
         let origin_ms = now_ms - f64::from(arrival.tick) * TICK_MS;
         self.arrivals.push_back(Transit { at_ms: now_ms, origin_ms });
         while self.arrivals.front().is_some_and(|a| a.at_ms < now_ms - WINDOW_MS) {
@@ -59,16 +68,18 @@ impl Clock {
         self.known = Some(arrival.tick + arrival.patience - 1);
     }
 
-    /// Rises fast with a late snapshot, falls slowly. A snapshot that skips ticks counts as late
-    /// by the first tick that it skipped: until it came, nothing after its predecessor was known.
+    /// As late as the latest snapshot of late, which is forgotten slowly. A snapshot that skips ticks
+    /// counts as late by the first tick that it skipped: until it came, nothing after its
+    /// predecessor was known.
     fn measure_lateness(&mut self, first: u32, now_ms: f64) {
         let Some(due_ms) = self.origin_ms().map(|origin| origin + f64::from(first) * TICK_MS)
         else {
             return;
         };
         let late = ((now_ms - due_ms) / TICK_MS).clamp(0.0, DELAY_TICKS_MAX);
-        let share = if late > self.lateness_ticks { 0.3 } else { 0.01 };
-        self.lateness_ticks += (late - self.lateness_ticks) * share;
+        let left = (-(now_ms - self.measured_ms).max(0.0) / CALM_MS).exp();
+        self.measured_ms = now_ms;
+        self.lateness_ticks = late.max(late + (self.lateness_ticks - late) * left);
     }
 
     /// Local time of tick 0 on the fastest path seen in the window.
@@ -88,7 +99,7 @@ impl Clock {
 
     /// Ticks by which the display trails the server.
     pub fn delay_ticks(&self) -> f64 {
-        (self.lateness_ticks + 1.5).clamp(DELAY_TICKS_MIN, DELAY_TICKS_MAX)
+        (self.lateness_ticks + DELAY_TICKS_MIN).clamp(DELAY_TICKS_MIN, DELAY_TICKS_MAX)
     }
 
     /// The fractional tick to show at `now_ms`; never runs backwards except in a jump, and `None`
@@ -110,8 +121,8 @@ impl Clock {
     }
 }
 
-/// The step that brings the display towards `error` ticks ahead without a visible change of speed.
-fn paced(elapsed: f64, error: f64) -> f64 {
+/// The step that brings a moment on display towards `error` ticks ahead without a visible change of speed.
+pub(crate) fn paced(elapsed: f64, error: f64) -> f64 {
     let correction = (error - elapsed) * 0.1;
     let limit = elapsed * RATE_DEVIATION_MAX;
     elapsed + correction.clamp(-limit, limit)

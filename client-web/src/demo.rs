@@ -1,6 +1,7 @@
 //! A room inside the page: the offline demo. It speaks the same bytes as a server, so everything
 //! past the socket is the code that plays online. Scripted, it gives the same picture every time.
 
+use crate::api::query_value;
 use jostle_protocol::{Appearance, ClientMessage, ServerMessage};
 use jostle_room::{Rate, Reader, Room};
 use jostle_sim::{Buttons, Input, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
@@ -29,10 +30,7 @@ pub struct DemoRequest {
 impl DemoRequest {
     /// Reads the part of an address after `?`; `None` if it asks for no demo.
     pub fn parse(query: &str) -> Option<DemoRequest> {
-        let value = |name: &str| {
-            let pairs = query.trim_start_matches('?').split('&').filter_map(|p| p.split_once('='));
-            pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
-        };
+        let value = |name: &str| query_value(query, name);
         Some(DemoRequest {
             scene: value("demo")?.to_owned(),
             seed: value("seed").and_then(|v| v.parse().ok()).unwrap_or(1),

@@ -7,10 +7,36 @@ const WINDOW_MS: f64 = 1000.0;
 /// Weight of a new round trip in the shown one.
 const PING_SHARE: f64 = 0.3;
 
-/// Counts what comes in and what is drawn.
+/// What a message is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traffic {
+    /// A snapshot that leads on from the one before.
+    Snapshot,
+    /// A snapshot that starts from nothing.
+    Keyframe,
+    /// All else that the server says.
+    Answer,
+    /// An input on its way out.
+    Input,
+    /// All else that the page says.
+    Question,
+}
+
+impl Traffic {
+    /// All of them, what comes in first.
+    pub const ALL: [Traffic; 5] =
+        [Traffic::Snapshot, Traffic::Keyframe, Traffic::Answer, Traffic::Input, Traffic::Question];
+
+    /// Whether the server sends it.
+    pub fn comes_in(self) -> bool {
+        !matches!(self, Traffic::Input | Traffic::Question)
+    }
+}
+
+/// Counts what comes in and goes out, and what is drawn.
 #[derive(Debug, Default)]
 pub struct Meter {
-    received: VecDeque<(f64, usize)>,
+    carried: VecDeque<(f64, Traffic, usize)>,
     frames: VecDeque<f64>,
     ping_ms: Option<f64>,
     sections: BTreeMap<&'static str, u64>,
@@ -18,11 +44,11 @@ pub struct Meter {
 }
 
 impl Meter {
-    /// A message of so many bytes came.
-    pub fn received(&mut self, now_ms: f64, bytes: usize) {
-        self.received.push_back((now_ms, bytes));
-        while self.received.front().is_some_and(|(at, _)| *at < now_ms - WINDOW_MS) {
-            self.received.pop_front();
+    /// A message of so many bytes came or went.
+    pub fn carried(&mut self, now_ms: f64, traffic: Traffic, bytes: usize) {
+        self.carried.push_back((now_ms, traffic, bytes));
+        while self.carried.front().is_some_and(|(at, ..)| *at < now_ms - WINDOW_MS) {
+            self.carried.pop_front();
         }
     }
 
@@ -65,8 +91,15 @@ impl Meter {
 
     /// Bytes received in the last second.
     pub fn bytes_a_second(&self, now_ms: f64) -> usize {
-        let recent = self.received.iter().filter(|(at, _)| *at >= now_ms - WINDOW_MS);
-        recent.map(|(_, bytes)| bytes).sum()
+        let incoming = Traffic::ALL.into_iter().filter(|traffic| traffic.comes_in());
+        incoming.map(|traffic| self.rate(traffic, now_ms).1).sum()
+    }
+
+    /// Messages of a kind in the last second, and their bytes.
+    pub fn rate(&self, traffic: Traffic, now_ms: f64) -> (usize, usize) {
+        let recent = self.carried.iter().filter(|(at, ..)| *at >= now_ms - WINDOW_MS);
+        let alike = recent.filter(|(_, kind, _)| *kind == traffic);
+        alike.fold((0, 0), |(count, sum), (.., bytes)| (count + 1, sum + bytes))
     }
 
     /// Frames drawn in the last second.
@@ -95,12 +128,14 @@ mod tests {
     fn rates_cover_the_last_second() {
         let mut meter = Meter::default();
         for ms in 0..3000 {
-            meter.received(f64::from(ms), 10);
+            meter.carried(f64::from(ms), Traffic::Snapshot, 10);
+            meter.carried(f64::from(ms), Traffic::Input, 5);
             if ms % 20 == 0 {
                 meter.drawn(f64::from(ms));
             }
         }
         assert_eq!(meter.bytes_a_second(2999.0), 10_010);
+        assert_eq!(meter.rate(Traffic::Input, 2999.0), (1001, 5005));
         assert_eq!(meter.frames_a_second(2999.0), 50);
         assert_eq!(meter.bytes_a_second(9000.0), 0);
     }

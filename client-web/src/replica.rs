@@ -4,6 +4,7 @@
 use crate::clock::Arrival;
 use crate::frame::{Effect, EffectKind, FrameBody};
 use crate::overlap;
+use crate::predict::Predicted;
 use crate::timeline::{Sample, Timeline};
 use jostle_protocol::{Appearance, DecodeError, Heard, PlayerState, Snapshot, Stream, TimedEvent};
 use jostle_sim::particle::{Obstacle, dequantise, quantise};
@@ -118,6 +119,11 @@ impl Replica {
         self.timeline.newest()
     }
 
+    /// The newest two snapshots that are filed, the newest first.
+    pub fn newest_two(&self) -> (Option<&Snapshot>, Option<&Snapshot>) {
+        self.timeline.newest_two()
+    }
+
     /// Reads a coded snapshot and files it: what it says about time, and how many emitters it starts.
     pub fn hear(&mut self, coded: &[u8]) -> Result<(Arrival, usize), DecodeError> {
         let before = self.stream.newest().map(Arc::clone);
@@ -185,6 +191,23 @@ impl Replica {
     pub fn show(&mut self, tick: f64, eye: Eye) {
         self.timeline.sample(tick, &mut self.samples);
         self.present(tick, eye);
+    }
+
+    /// Shows a body elsewhere than the snapshots do: the own hero, before the server's word.
+    pub fn lead(&mut self, own: Predicted) {
+        let place = self.samples.binary_search_by_key(&own.id.index, |s| s.id.index);
+        let Some(place) = place.ok().filter(|&place| self.samples[place].id == own.id) else {
+            return;
+        };
+        let Predicted { center, velocity, .. } = own;
+        let (sample, body) = (&mut self.samples[place], &mut self.bodies[place]);
+        (sample.center, sample.velocity) = (center, velocity);
+        (body.center, body.velocity) = (center, velocity);
+    }
+
+    /// Where a body is on display.
+    pub fn place(&self, id: BodyId) -> Option<Vec2> {
+        self.sampled(id).map(|sample| sample.center)
     }
 
     fn present(&mut self, tick: f64, eye: Eye) {
@@ -419,6 +442,14 @@ impl Replica {
     pub fn own_hero(&self) -> Option<&FrameBody> {
         let hero = self.own()?.hero?;
         self.bodies.iter().find(|b| b.id == hero)
+    }
+
+    /// Where the newest snapshot has the own hero, whatever is on display.
+    pub fn told_place(&self) -> Option<Vec2> {
+        let newest = self.newest()?;
+        let hero = newest.players.iter().find(|p| p.seat == self.seat)?.hero?;
+        let body = newest.bodies.iter().find(|body| body.id == hero)?;
+        Some(dequantise(body.quanta, self.scene.quantum))
     }
 
     /// Kind of the body that the own player selected, in scenes of selecting.

@@ -79,6 +79,12 @@ impl Timeline {
         self.snapshots.back().map(|snapshot| &**snapshot)
     }
 
+    /// The newest snapshot and the one before it.
+    pub fn newest_two(&self) -> (Option<&Snapshot>, Option<&Snapshot>) {
+        let mut newest = self.snapshots.iter().rev().map(|snapshot| &**snapshot);
+        (newest.next(), newest.next())
+    }
+
     /// The newest snapshot that is not past `tick`, or the oldest.
     pub fn at_or_before(&self, tick: f64) -> Option<&Snapshot> {
         let after = self.snapshots.partition_point(|s| f64::from(s.tick) <= tick);

@@ -46,9 +46,24 @@ pub struct State {
     /// Events received that started emitters.
     #[serde(default)]
     pub emitter_events: u64,
+    /// Where the server's newest word has the own hero.
+    #[serde(default)]
+    pub told_place: Option<[f32; 2]>,
+    /// What is known of the own hero before the server's word.
+    #[serde(default)]
+    pub prediction: Option<Prediction>,
     /// The replay that is watched.
     #[serde(default)]
     pub replay: Option<Shown>,
+}
+
+/// The own hero's prediction.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Prediction {
+    /// Smoothed distance of the server's word from what was drawn for its tick, world units.
+    pub error: f32,
+    /// Inputs that the server has not played yet.
+    pub unacknowledged: usize,
 }
 
 /// What the graphics have made.

@@ -440,6 +440,8 @@ fn number_of(key: &str) -> i64 {
         "Escape" => 27,
         "F2" => 113,
         "F3" => 114,
+        "F4" => 115,
+        "ArrowDown" => 40,
         _ => 0,
     }
 }

@@ -5,13 +5,15 @@
 use super::graphics::{self, Graphics};
 use super::hud::{Hud, Tags};
 use super::lobby::{self, Lobby};
+use super::network::{self, Panel};
 use super::play::{Canvas, Play, State};
 use super::socket::SocketEvent;
 use super::touchpad::Touchpad;
 use super::watch::Screening;
-use super::{deck, dom, files, modal, notice, profile};
+use super::{deck, dom, files, modal, notice, profile, socket};
 use crate::api;
 use crate::demo::{Demo, DemoRequest};
+use crate::lag::Lag;
 use crate::quality::Quality;
 use crate::render::Made;
 use crate::words::{self, Notice, Way};
@@ -48,6 +50,8 @@ pub struct App {
     pub touchpad: Touchpad,
     /// The hud.
     pub hud: Hud,
+    /// The network panel.
+    pub network: Panel,
     /// Frames drawn since the page was opened.
     pub drawn_frames: u64,
     tags: Tags,
@@ -80,6 +84,9 @@ pub fn with<R>(work: impl FnOnce(&mut App) -> R) -> Option<R> {
 /// Builds the app, listens to the page, shows what the address asks for.
 pub fn start() {
     notice::listen();
+    let query = dom::window().location().search().unwrap_or_default();
+    // A bad network for tests, and for links to one: `?lag=150,30` or `?lag=300,100,stalls`.
+    socket::set_lag(api::query_value(&query, "lag").and_then(Lag::parse).unwrap_or(Lag::OFF));
     let appearance = profile::load();
     lobby::wear(appearance.color);
     let app = App {
@@ -90,6 +97,7 @@ pub fn start() {
         card: None,
         touchpad: Touchpad::default(),
         hud: Hud::default(),
+        network: Panel::default(),
         drawn_frames: 0,
         tags: Tags::default(),
         graphics: None,
@@ -104,6 +112,7 @@ pub fn start() {
     APP.with(|cell| *cell.borrow_mut() = Some(app));
     lobby::listen();
     super::controls::listen();
+    network::listen();
     deck::listen();
     files::listen();
     graphics::watch_context(
@@ -329,8 +338,10 @@ impl App {
         if size.is_some() && self.context_lost_ms.is_none() {
             self.draw(now);
         }
-        if let Some(play) = &mut self.play {
-            self.hud.update(play, now);
+        if let Some(play) = &mut self.play
+            && self.hud.update(play, now)
+        {
+            self.network.update(play, now);
         }
         self.show_state();
     }

@@ -1,7 +1,7 @@
 //! Listens to keys, pointers and buttons of the game and turns them into controls.
 
 use super::app::{self, App};
-use super::{deck, dom, modal};
+use super::{deck, dom, modal, network};
 use crate::fingers::Touched;
 use crate::input;
 use crate::layers::Layer;
@@ -54,7 +54,9 @@ fn key_down(event: &KeyboardEvent) {
     if app::with(|app| app.watch().is_some()).unwrap_or(false) {
         return film_key_down(event);
     }
-    if typing(event) || !app::with(|app| app.play.is_some()).unwrap_or(false) {
+    if !app::with(|app| app.play.is_some()).unwrap_or(false)
+        || (typing(event) && !is_function(event))
+    {
         return;
     }
     // With these held, the system takes keys whose release never comes.
@@ -86,6 +88,11 @@ fn film_key_down(event: &KeyboardEvent) {
     event.prevent_default();
 }
 
+/// Whether it is one of the keys that no field of the page has a use for.
+fn is_function(event: &KeyboardEvent) -> bool {
+    matches!(event.code().as_str(), "F2" | "F3" | "F4")
+}
+
 /// Whether a key belongs to a text field.
 fn typing(event: &Event) -> bool {
     let Some(target) = event.target() else { return false };
@@ -102,6 +109,7 @@ fn command(event: &KeyboardEvent) -> Option<fn()> {
     match (event.code().as_str(), event.key().as_str()) {
         ("F2", _) => Some(toggle_bounds),
         ("F3", _) => Some(toggle_figures),
+        ("F4", _) => Some(network::toggle),
         (_, "?") => Some(toggle_help),
         ("Escape", _) if modal::top() == Layer::Help => Some(toggle_help),
         _ => None,

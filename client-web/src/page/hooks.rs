@@ -1,6 +1,7 @@
 //! What tests may ask of the page: `window.jostle` is made of these.
 
 use super::app;
+use super::play::Play;
 use super::watch::Watch;
 use crate::render::Made;
 use crate::replica::Replica;
@@ -57,8 +58,25 @@ fn describe(app: &app::App) -> Value {
         "sections": meter.map(|meter| meter.sections()),
         "emitter_events": meter.map_or(0, |meter| meter.emitters()),
         "hash": app.play.as_ref().and_then(|play| play.state_hash()).map(hex),
+        "told_place": replica.filter(|_| watch.is_none()).and_then(told_place),
+        "prediction": app.play.as_ref().and_then(prediction),
         "replay": watch.map(replay),
     })
+}
+
+/// Where the server's newest word has the own hero.
+fn told_place(replica: &Replica) -> Option<[f32; 2]> {
+    replica.told_place().map(|at| [at.x, at.y])
+}
+
+/// What is predicted, and what the server's newest word is.
+fn prediction(play: &Play) -> Option<Value> {
+    let predictor = play.predictor()?;
+    Some(json!({
+        "error": predictor.error(),
+        "lead_ticks": predictor.lead_ticks(),
+        "unacknowledged": predictor.unacknowledged(),
+    }))
 }
 
 fn gpu(made: Made) -> Value {
@@ -87,6 +105,13 @@ fn replay(watch: &Watch) -> Value {
         "view": { "center": [view.center.x, view.center.y], "height": view.height,
             "pixels": view.pixels },
     })
+}
+
+/// Where the last frame drew the own hero, world units: `[x, y]`, or nothing.
+#[wasm_bindgen]
+pub fn own_place() -> Option<js_sys::Array> {
+    let place = app::with(|app| app.play.as_ref()?.replica()?.own_hero().map(|hero| hero.center));
+    place.flatten().map(|at| js_sys::Array::of2(&at.x.into(), &at.y.into()))
 }
 
 /// Sets out for a tick of the replay, standing still; `state().replay.seeking` says when it is there.

@@ -3,6 +3,7 @@
 
 use super::dom;
 use super::play::{Play, State};
+use super::socket;
 use crate::frame::View;
 use crate::replica::{News, Replica};
 use crate::words::{self, Cap};
@@ -33,17 +34,24 @@ pub struct Hud {
 }
 
 impl Hud {
-    /// Brings the hud up to a frame at `now_ms`.
-    pub fn update(&mut self, play: &mut Play, now_ms: f64) {
+    /// Brings the hud up to a frame at `now_ms`. Whether texts are brought up to date with it.
+    pub fn update(&mut self, play: &mut Play, now_ms: f64) -> bool {
         self.adopt_scene(play);
         self.light_caps(play, now_ms);
         while let Some(news) = play.replica_mut().and_then(Replica::next_news) {
             tell(&news);
         }
-        if now_ms - self.text_ms >= TEXT_MS {
+        let due = now_ms - self.text_ms >= TEXT_MS;
+        if due {
             self.text_ms = now_ms;
             self.update_text(play, now_ms);
         }
+        due
+    }
+
+    /// Has the texts brought up to date with the next frame.
+    pub fn refresh(&mut self) {
+        self.text_ms = 0.0;
     }
 
     /// CSS pixels at the bottom of the canvas that the key caps cover.
@@ -57,7 +65,7 @@ impl Hud {
         for id in ["caps", "feed", "players", "room-title", "room-code"] {
             dom::by_id::<HtmlElement>(id).set_text_content(None);
         }
-        for id in ["banner", "hint", "help-hint"] {
+        for id in ["banner", "lag-badge", "hint", "help-hint"] {
             dom::show(&dom::by_id(id), false);
         }
         dom::show(&dom::by_id("copy"), true);
@@ -67,7 +75,7 @@ impl Hud {
     /// Shows or hides the figures.
     pub fn toggle_figures(&mut self) {
         self.figures_shown = !self.figures_shown;
-        self.text_ms = 0.0;
+        self.refresh();
         dom::show(&dom::by_id("figures"), self.figures_shown);
         dom::set(&dom::by_id("signal"), "aria-pressed", &self.figures_shown.to_string());
     }
@@ -134,6 +142,7 @@ impl Hud {
             show_figures(play, now_ms);
         }
         show_banner(play, now_ms);
+        show_lag(play);
         self.bottom_css = dom::by_id::<HtmlElement>("caps").offset_height() as f32;
     }
 }
@@ -172,7 +181,7 @@ fn fill_game_help(scene: &Scene) {
         ("Touch", "use the chosen tool there"),
     ];
     let general =
-        [("?", "this help"), ("F2", "bounds of all bodies"), ("F3", "figures of the connection")];
+        [("?", "this help"), ("F2", "bounds of all bodies"), ("F3", "figures"), ("F4", "network")];
     let keys = words::caps(scene).into_iter().map(|cap| (cap.key, cap.does)).chain(general);
     let keys = touch.into_iter().filter(|_| is_touched()).chain(keys);
     fill_help("How to play", &scene.about, "Back to the game", keys);
@@ -311,6 +320,15 @@ fn show_banner(play: &Play, now_ms: f64) {
     let seconds = ((closing - now_ms) / 1000.0).ceil().max(0.0);
     dom::set_text(&banner, &format!("The server closes in {seconds:.0} s"));
     dom::show(&banner, true);
+}
+
+/// A simulated network is never mistaken for the real one.
+fn show_lag(play: &Play) {
+    let (badge, lag) = (dom::by_id::<HtmlElement>("lag-badge"), socket::lag());
+    if lag.is_on() {
+        dom::set_text(&badge, &format!("Simulated network: {}", lag.words()));
+    }
+    dom::show(&badge, lag.is_on() && !play.is_demo());
 }
 
 /// Name tags over heroes.

@@ -11,6 +11,7 @@ mod http;
 mod hud;
 mod lobby;
 mod modal;
+mod network;
 mod notice;
 mod play;
 mod profile;

@@ -9,12 +9,15 @@ use crate::clock::Clock;
 use crate::demo::Demo;
 use crate::frame::{Frame, View};
 use crate::input::{Controls, Outflow};
-use crate::meter::Meter;
+use crate::meter::{Meter, Traffic};
+use crate::predict::Predictor;
 use crate::reconnect::Backoff;
 use crate::replica::{Eye, Replica};
 use crate::words::{self, Notice};
 use jostle_protocol::limits::VIEW_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, VERSION};
+use jostle_protocol::{
+    Appearance, ClientMessage, DecodeError, Refusal, ServerMessage, Snapshot, VERSION,
+};
 use jostle_sim::scene::Camera as CameraRule;
 use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
@@ -96,6 +99,8 @@ pub struct Play {
     copy: u32,
     clock: Clock,
     outflow: Outflow,
+    /// The own hero before the server's word, where the player steers one and wants that.
+    predictor: Option<Predictor>,
     camera: Option<Camera>,
     view: View,
     /// Width and height of the view that the room was told.
@@ -164,6 +169,7 @@ impl Play {
             copy: 0,
             clock: Clock::default(),
             outflow: Outflow::default(),
+            predictor: None,
             camera: None,
             view: UNSEEN,
             told_view: None,
@@ -265,6 +271,11 @@ impl Play {
 
     fn send(&mut self, message: &ClientMessage) {
         let bytes = message.encode();
+        let traffic = match message {
+            ClientMessage::Input { .. } => Traffic::Input,
+            _ => Traffic::Question,
+        };
+        self.meter.carried(dom::now_ms(), traffic, bytes.len());
         match &mut self.link {
             Link::Server { socket, .. } => {
                 if let Some(socket) = socket {
@@ -277,8 +288,9 @@ impl Play {
 
     fn receive(&mut self, bytes: &[u8], now_ms: f64) {
         self.heard_ms = now_ms;
-        self.meter.received(now_ms, bytes.len());
-        match ServerMessage::decode(bytes) {
+        let message = ServerMessage::decode(bytes);
+        self.meter.carried(now_ms, traffic_of(&message), bytes.len());
+        match message {
             Ok(ServerMessage::Snapshot(coded)) => self.file(&coded, now_ms),
             Ok(ServerMessage::Welcome { seat, token, room, scene_name, scene, .. }) => {
                 match Scene::parse(&format!("{scene_name}.toml"), &scene) {
@@ -313,6 +325,8 @@ impl Play {
             camera => *camera = Some(Camera::new(scene.camera, world)),
         }
         self.replica = Some(Replica::new(scene, seat, room));
+        self.predictor = None;
+        self.set_prediction(profile::predicts());
         self.copy = COPIES.fetch_add(1, Ordering::Relaxed) + 1;
         self.clock = Clock::default();
         self.outflow = Outflow::default();
@@ -328,6 +342,11 @@ impl Play {
         match replica.hear(coded) {
             Ok((arrival, emitters)) => {
                 self.clock.arrived(arrival, now_ms);
+                if let (Some(predictor), (Some(newest), before)) =
+                    (&mut self.predictor, replica.newest_two())
+                {
+                    predictor.heard(newest, before);
+                }
                 self.meter.snapshot(&Snapshot::section_names(coded).unwrap_or_default(), emitters);
                 self.prove(now_ms);
             }
@@ -452,6 +471,11 @@ impl Play {
         self.outflow.note(self.controls.input(&self.view));
         while let Some((seq, input)) = self.outflow.due(now_ms) {
             self.send(&ClientMessage::Input { seq, input });
+            if let (Some(predictor), Some(tick)) =
+                (&mut self.predictor, self.clock.server_tick(now_ms))
+            {
+                predictor.sent(seq, input, tick);
+            }
         }
         let pings = now_ms - self.pinged_ms >= PING_MS;
         if pings || self.told_view.is_none() {
@@ -494,6 +518,32 @@ impl Play {
         if let (Some(replica), Some(tick)) = (&mut self.replica, self.clock.display(now_ms)) {
             replica.advance(tick, eye);
         }
+        let (Some(replica), Some(predictor)) = (&mut self.replica, &mut self.predictor) else {
+            return;
+        };
+        let tick = self.clock.server_tick(now_ms);
+        let own = tick.and_then(|tick| predictor.advance(tick, now_ms, |id| replica.place(id)));
+        if let Some(own) = own {
+            replica.lead(own);
+        }
+    }
+
+    /// Begins or ends to show the own hero before the server's word. A room in the page needs none.
+    pub fn set_prediction(&mut self, wanted: bool) {
+        let predictor = match &self.replica {
+            Some(replica) if wanted && !self.is_demo() => {
+                Predictor::new(&replica.scene, replica.seat)
+            }
+            _ => None,
+        };
+        if predictor.is_some() != self.predictor.is_some() {
+            self.predictor = predictor;
+        }
+    }
+
+    /// What shows the own hero before the server's word, if anything does.
+    pub fn predictor(&self) -> Option<&Predictor> {
+        self.predictor.as_ref()
     }
 
     fn eye(&self) -> Eye {
@@ -576,4 +626,10 @@ impl Play {
         };
         Some(Picture { replica, frame })
     }
+}
+
+fn traffic_of(message: &Result<ServerMessage, DecodeError>) -> Traffic {
+    let Ok(ServerMessage::Snapshot(coded)) = message else { return Traffic::Answer };
+    let sections = Snapshot::section_names(coded).unwrap_or_default();
+    if sections.contains(&"keyframe") { Traffic::Keyframe } else { Traffic::Snapshot }
 }

@@ -1,11 +1,13 @@
 //! Who plays: name and colour, remembered by the browser.
 
 use super::dom;
+use crate::api::query_value;
 use crate::{name, words};
 use jostle_protocol::{Appearance, limits};
 
 const NAME_KEY: &str = "jostle.name";
 const COLOR_KEY: &str = "jostle.color";
+const PREDICT_KEY: &str = "jostle.predict";
 
 /// The remembered player, or a friendly stranger who is remembered from now on.
 pub fn load() -> Appearance {
@@ -26,6 +28,22 @@ pub fn save(appearance: &Appearance) {
         // A full or forbidden storage only means that the next visit starts anew.
         let _ = storage.set_item(NAME_KEY, &appearance.name);
         let _ = storage.set_item(COLOR_KEY, &appearance.color.to_string());
+    }
+}
+
+/// Whether the own hero is to be shown before the server's word: the address (`?predict=0`) decides,
+/// then what was chosen before; on for strangers.
+pub fn predicts() -> bool {
+    let query = dom::window().location().search().unwrap_or_default();
+    let asked = query_value(&query, "predict").map(str::to_owned);
+    let stored = || dom::local_storage().and_then(|s| s.get_item(PREDICT_KEY).ok().flatten());
+    asked.or_else(stored).is_none_or(|word| word != "0")
+}
+
+/// Remembers whether the own hero is to be shown before the server's word.
+pub fn set_predicts(wanted: bool) {
+    if let Some(storage) = dom::local_storage() {
+        let _ = storage.set_item(PREDICT_KEY, if wanted { "1" } else { "0" });
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod lobby;
 mod needs;
+mod network;
 mod particles;
 mod pictures;
 mod playing;
@@ -48,6 +49,18 @@ const CASES: &[Case] = &[
     Case {
         name: "another_room_adds_what_is_missing",
         run: |stage| Box::pin(needs::another_room_adds_what_is_missing(stage)),
+    },
+    Case {
+        name: "a_key_moves_the_hero_before_the_server_says_so",
+        run: |stage| Box::pin(network::a_key_moves_the_hero_before_the_server_says_so(stage)),
+    },
+    Case {
+        name: "without_prediction_the_hero_waits_for_the_server",
+        run: |stage| Box::pin(network::without_prediction_the_hero_waits(stage)),
+    },
+    Case {
+        name: "f4_shows_the_network_and_makes_a_bad_one_that_is_marked",
+        run: |stage| Box::pin(network::the_panel_makes_a_bad_network(stage)),
     },
     Case {
         name: "a_lost_socket_gives_the_same_seat_back",

@@ -1,0 +1,257 @@
+//! The hero and what is near it as a small world of the simulation, kept true to the snapshots.
+
+use super::near::{self, NEAR_MAX, Near};
+use super::schedule::Schedule;
+use jostle_protocol::{Snapshot, SnapshotBody};
+use jostle_sim::particle::dequantise;
+use jostle_sim::world::WorldSettings;
+use jostle_sim::{Aabb, BodyDef, BodyId, DT, Motion, Scene, Vec2, World};
+
+/// Ticks between two snapshots past which nothing is carried on from the one to the other.
+const GAP_TICKS_MAX: u32 = 60;
+/// What the server's place differs by is a blow that was not foreseen from here on, in quanta:
+/// less is a velocity that is not known well enough.
+const BLOW_QUANTA: f32 = 6.0;
+/// Snapshots whose places make up a velocity; older ones say nothing of it any more.
+const MEMORY: u32 = 24;
+
+/// A small world at the end of a tick.
+#[derive(Clone)]
+pub(super) struct Anchor {
+    world: World,
+    tick: u32,
+    hero: BodyId,
+    /// The hero's name in the small world.
+    local: BodyId,
+    /// In index order of the room.
+    others: Vec<Other>,
+    /// Snapshots since the velocity was last guessed anew, on each axis.
+    known: [u32; 2],
+}
+
+/// A body near the hero.
+#[derive(Clone, Copy, Debug)]
+struct Other {
+    id: BodyId,
+    local: BodyId,
+    motion: Motion,
+    path: Option<usize>,
+}
+
+/// What carries the hero.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Carrier {
+    /// Its name in the room.
+    pub id: BodyId,
+    /// Where it is, world units.
+    pub center: Vec2,
+    /// Its way in the last tick, world units.
+    pub step: Vec2,
+}
+
+impl Anchor {
+    /// A world around a hero where a snapshot shows it; `None` if it does not.
+    pub fn new(
+        scene: &Scene,
+        hero: BodyId,
+        newest: &Snapshot,
+        before: Option<&Snapshot>,
+    ) -> Option<Anchor> {
+        let shown = body_of(newest, hero)?;
+        let velocity = step_between(before, newest, hero, scene.quantum);
+        let mut world = World::new(settings(scene));
+        let position = dequantise(shown.quanta, scene.quantum);
+        let local = world.add(&BodyDef { position, velocity, ..near::traits(scene, shown) })?;
+        let (others, known) = (Vec::new(), [1, 1]);
+        let mut anchor = Anchor { world, tick: newest.tick, hero, local, others, known };
+        anchor.surround(scene, shown, newest, before);
+        Some(anchor)
+    }
+
+    /// Whether the world can go on to a snapshot with this hero.
+    pub fn follows(&self, hero: BodyId, tick: u32) -> bool {
+        let near_in_time = tick > self.tick && tick - self.tick <= GAP_TICKS_MAX;
+        self.hero == hero && near_in_time && self.world.contains(self.local)
+    }
+
+    /// Goes on to the newest snapshot, and believes it.
+    pub fn hear(
+        &mut self,
+        scene: &Scene,
+        schedule: &Schedule,
+        newest: &Snapshot,
+        before: Option<&Snapshot>,
+    ) {
+        let ticks = newest.tick - self.tick;
+        while self.tick < newest.tick {
+            self.step(scene, schedule);
+        }
+        let Some(shown) = body_of(newest, self.hero) else { return };
+        self.believe(
+            scene.quantum,
+            shown,
+            step_between(before, newest, self.hero, scene.quantum),
+            ticks,
+        );
+        self.surround(scene, shown, newest, before);
+    }
+
+    /// Within half a quantum of the server's place the own one stays. Else the growing-memory filter
+    /// (Brookner 1998, 1.2.10: least squares of a line) of places and velocity corrects it, and after
+    /// a blow it begins anew.
+    fn believe(&mut self, quantum: f32, shown: &SnapshotBody, step: Vec2, ticks: u32) {
+        let place = dequantise(shown.quanta, quantum);
+        let (mut at, mut speed) = (self.center(), self.velocity());
+        for axis in 0..2 {
+            let off = place[axis] - at[axis];
+            self.known[axis] = (self.known[axis] + 1).min(MEMORY);
+            if off.abs() <= 0.5 * quantum {
+                continue;
+            }
+            if off.abs() > BLOW_QUANTA * quantum {
+                (at[axis], speed[axis]) = (place[axis], step[axis]);
+                self.known[axis] = 1;
+                continue;
+            }
+            let n = self.known[axis] as f32;
+            at[axis] += off * (2.0 * (2.0 * n - 1.0) / (n * (n + 1.0)));
+            speed[axis] += off * (6.0 / (n * (n + 1.0))) / (ticks as f32 * DT);
+        }
+        self.world.set_position(self.local, at);
+        self.world.set_velocity(self.local, speed);
+    }
+
+    /// Takes over what is near the hero now. What is where it was expected stays as it is.
+    fn surround(
+        &mut self,
+        scene: &Scene,
+        hero: &SnapshotBody,
+        newest: &Snapshot,
+        before: Option<&Snapshot>,
+    ) {
+        let found = near::find(scene, hero, self.velocity(), newest, before);
+        let Anchor { world, others, .. } = self;
+        others.retain(|other| {
+            let place = found.binary_search_by_key(&other.id, |near| near.id);
+            let stays = place.is_ok_and(|place| found[place].def.motion == other.motion);
+            let stays = stays && world.contains(other.local);
+            if !stays {
+                world.remove(other.local);
+            }
+            stays
+        });
+        for near in found {
+            match others.binary_search_by_key(&near.id, |other| other.id) {
+                Ok(place) => update(world, &others[place], &near, scene.quantum),
+                Err(place) => {
+                    let Some(local) = world.add(&near.def) else { continue };
+                    let Near { id, path, def } = near;
+                    others.insert(place, Other { id, local, motion: def.motion, path });
+                }
+            }
+        }
+    }
+
+    /// Plays one tick, as the room does.
+    pub fn step(&mut self, scene: &Scene, schedule: &Schedule) {
+        self.tick += 1;
+        for other in &self.others {
+            let placed = other.path.and_then(|index| scene.bodies.get(index));
+            if let Some(path) = placed.and_then(|placed| placed.path.as_ref())
+                && self.world.contains(other.local)
+            {
+                let place = self.world.position(other.local);
+                let velocity = path.velocity_to(self.tick, place, scene.speed_max);
+                self.world.set_velocity(other.local, velocity);
+            }
+        }
+        if let Some(spec) = &scene.hero {
+            let velocity = spec.steered(self.velocity(), schedule.at(self.tick));
+            self.world.set_velocity(self.local, velocity);
+        }
+        self.world.step();
+    }
+
+    /// The tick at whose end it is.
+    pub fn tick(&self) -> u32 {
+        self.tick
+    }
+
+    /// The hero's name in the room.
+    pub fn hero(&self) -> BodyId {
+        self.hero
+    }
+
+    /// The hero's centre, world units.
+    pub fn center(&self) -> Vec2 {
+        self.world.position(self.local)
+    }
+
+    /// The hero's velocity, units/s.
+    pub fn velocity(&self) -> Vec2 {
+        self.world.velocity(self.local)
+    }
+
+    /// What moves by itself, yields to nobody, and is touched by the hero: a lift.
+    pub fn carrier(&self) -> Option<Carrier> {
+        let mut touches = self.world.touches().iter();
+        let local = touches.find_map(|touch| {
+            let other = match (touch.a == self.local, touch.b == self.local) {
+                (true, _) => touch.b,
+                (_, true) => touch.a,
+                _ => return None,
+            };
+            let moves = self.world.motion(other) == Motion::Kinematic;
+            (moves && self.world.velocity(other) != Vec2::ZERO).then_some(other)
+        })?;
+        let other = self.others.iter().find(|other| other.local == local)?;
+        let (center, step) = (self.world.position(local), self.world.velocity(local) * DT);
+        Some(Carrier { id: other.id, center, step })
+    }
+}
+
+/// Settings of the small world: the scene's, without what concerns no hero.
+fn settings(scene: &Scene) -> WorldSettings {
+    let everywhere = Aabb { low: Vec2::splat(f32::MIN), high: Vec2::splat(f32::MAX) };
+    WorldSettings {
+        sleeping: false,
+        kill_zone: everywhere,
+        bodies_max: NEAR_MAX + 1,
+        particles_max: 0,
+        ..scene.world_settings()
+    }
+}
+
+fn update(world: &mut World, other: &Other, near: &Near, quantum: f32) {
+    let off = near.def.position - world.position(other.local);
+    if off.abs().max_element() > 0.5 * quantum {
+        world.set_position(other.local, near.def.position);
+        world.set_velocity(other.local, near.def.velocity);
+    } else if near.def.motion == Motion::Kinematic {
+        world.set_velocity(other.local, near.def.velocity);
+    }
+}
+
+fn body_of(snapshot: &Snapshot, id: BodyId) -> Option<&SnapshotBody> {
+    let place = snapshot.bodies.binary_search_by_key(&id.index, |body| body.id.index).ok()?;
+    Some(&snapshot.bodies[place]).filter(|body| body.id == id)
+}
+
+/// Where a snapshot shows a body, world units.
+pub(super) fn place_of(snapshot: &Snapshot, id: BodyId, quantum: f32) -> Option<Vec2> {
+    body_of(snapshot, id).map(|body| dequantise(body.quanta, quantum))
+}
+
+/// Velocity of a body from one snapshot to the next, units/s; zero where only one shows it.
+pub(super) fn step_between(
+    before: Option<&Snapshot>,
+    newest: &Snapshot,
+    id: BodyId,
+    quantum: f32,
+) -> Vec2 {
+    let from = before.and_then(|before| place_of(before, id, quantum));
+    let (Some(before), Some(from), Some(to)) = (before, from, place_of(newest, id, quantum)) else {
+        return Vec2::ZERO;
+    };
+    (to - from) / (newest.tick.saturating_sub(before.tick).max(1) as f32 * DT)
+}
