@@ -7,6 +7,7 @@ mod apt;
 mod chromium;
 mod fuzz;
 mod goldens;
+mod latency;
 mod pictures;
 mod play;
 mod python;
@@ -80,6 +81,15 @@ enum Task {
         #[arg(long, value_name = "DIR", default_value = "target/report")]
         out: PathBuf,
     },
+    /// Measure the time from a key press to the frame that shows it
+    Latency {
+        /// Presses in each of the cases
+        #[arg(long, value_name = "N", default_value_t = 200)]
+        presses: u32,
+        /// Where the figures go as JSON too
+        #[arg(long, value_name = "FILE")]
+        json: Option<PathBuf>,
+    },
     /// Take the README's screenshot from a game with three players
     Pictures,
     /// Open a page once its server answers
@@ -110,6 +120,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
         Task::Tidy => tidy::tidy()?,
         Task::Fuzz { target, seconds } => fuzz::fuzz(target.as_deref(), seconds)?,
+        Task::Latency { presses, json } => latency::latency(presses, json.as_deref())?,
         Task::Pictures => pictures::take()?,
         Task::Report { quick, peers, out } => report::report(quick, peers, &out)?,
         Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,
