@@ -2,8 +2,9 @@
 //! past the socket is the code that plays online. Scripted, it gives the same picture every time.
 
 use crate::api::query_value;
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage};
-use jostle_room::{Rate, Reader, Room};
+use jostle_protocol::limits::TOKEN_BYTES;
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Token};
+use jostle_room::{Claim, Rate, Reader, Room, Welcome};
 use jostle_sim::{Buttons, Input, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
 use std::sync::Arc;
 
@@ -65,7 +66,7 @@ impl Demo {
         let seats = (0..bots).filter_map(|i| {
             let name = names[usize::from(i) % names.len()].to_owned();
             let appearance = Appearance { name, color: ((i + 1) % COLORS) as u8 };
-            room.join(appearance, None, u64::from(i) + 2).ok().map(|welcome| welcome.seat)
+            room.join(appearance, None).ok().map(|welcome| welcome.claim.seat)
         });
         let bots = seats.collect();
         Demo {
@@ -86,15 +87,17 @@ impl Demo {
     pub fn receive(&mut self, bytes: &[u8]) {
         match ClientMessage::decode(bytes) {
             Ok(ClientMessage::Hello { appearance, .. }) => {
-                match self.room.join(appearance, None, 1) {
-                    Ok(welcome) => {
-                        self.own = Some(welcome.seat);
-                        self.outbox.push(welcome.bytes);
+                match self.room.join(appearance, None) {
+                    Ok(Welcome { claim: Claim { seat, .. }, .. }) => {
+                        self.own = Some(seat);
+                        // Nobody comes back to a room that is gone with its page.
+                        let token = Token([0; TOKEN_BYTES]);
+                        self.outbox.push(self.room.welcome(seat, token, false));
                     }
                     Err(refusal) => self.outbox.push(ServerMessage::Refused { refusal }.encode()),
                 }
             }
-            Ok(ClientMessage::Input { seq, input }) => {
+            Ok(ClientMessage::Input { seq, input, .. }) => {
                 if let Some(seat) = self.own.filter(|_| !self.scripted) {
                     self.room.input(seat, seq, input);
                 }
@@ -105,7 +108,7 @@ impl Demo {
             Ok(ClientMessage::View { size }) => {
                 self.own.into_iter().for_each(|seat| self.room.view(seat, size));
             }
-            Err(_) => {}
+            Ok(ClientMessage::Kick { .. } | ClientMessage::CloseRoom) | Err(_) => {}
         }
     }
 

@@ -299,7 +299,9 @@ pub fn refused(refusal: Refusal) -> Option<Notice> {
         Refusal::Flood => ("Slow down", "Join again", Again),
         Refusal::Silent => ("Are you there?", "Join again", Again),
         Refusal::Replaced => ("Playing elsewhere", "Play here", Again),
-        Refusal::Closing => return None,
+        Refusal::Closing | Refusal::BadToken => return None,
+        Refusal::Kicked => ("Asked to leave", "See the rooms", Lobby),
+        Refusal::RoomClosed => ("Room closed", "See the rooms", Lobby),
         Refusal::RoomFailed => ("Room broken", "Go to the lobby", Lobby),
         Refusal::BadHello | Refusal::BadMessage => ("Misunderstood", "Load again", Reload),
     };
@@ -326,10 +328,11 @@ mod tests {
     }
 
     #[test]
-    fn only_a_server_that_closes_is_waited_for() {
+    fn only_what_passes_by_itself_is_waited_for() {
         for refusal in Refusal::ALL {
             let stops = refused(refusal).is_some_and(|notice| !notice.passing);
-            assert_eq!(stops, refusal != Refusal::Closing, "{refusal:?}");
+            let passes = [Refusal::Closing, Refusal::BadToken].contains(&refusal);
+            assert_eq!(stops, !passes, "{refusal:?}");
         }
     }
 

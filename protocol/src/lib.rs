@@ -11,11 +11,13 @@ pub mod replay;
 mod seat;
 pub mod snapshot;
 mod stream;
+mod token;
 pub mod wire;
 
 pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage};
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 pub use stream::{Heard, Stream};
+pub use token::Token;
 pub use wire::DecodeError;
 
 /// Version of everything in this crate; both ends must agree.

@@ -7,6 +7,8 @@ use jostle_sim::{SEATS_MAX, particle, scene};
 pub const CLIENT_MESSAGE_BYTES_MAX: usize = 192;
 /// Longest message from a server, bytes: a keyframe of a full room with all of its particles.
 pub const SERVER_MESSAGE_BYTES_MAX: usize = 3 << 19;
+/// A token, bytes.
+pub const TOKEN_BYTES: usize = 34;
 /// Longest player name in bytes of UTF-8.
 pub const NAME_BYTES_MAX: usize = 64;
 /// Longest player name in characters.
@@ -45,12 +47,14 @@ pub const REPLAY_TICKS_MAX: u32 = 1 << 23;
 /// Longest name of a program version in a replay, bytes.
 pub const PROGRAM_BYTES_MAX: usize = 64;
 
-// A client message fits a hello with the longest name; a server message the longest welcome, and a
-// keyframe or delta with the largest bodies and events: 30 and 36 bytes each, 113 a player, and all that
-// flies.
-const _: () = assert!(CLIENT_MESSAGE_BYTES_MAX >= 1 + 2 + 1 + NAME_BYTES_MAX + 1 + 9);
+// A client message fits a hello with the longest name and both tokens; a server message the longest
+// welcome, and a keyframe or delta with the largest bodies and events: 30 and 36 bytes each, 113 a player,
+// and all that flies.
+const _: () =
+    assert!(CLIENT_MESSAGE_BYTES_MAX >= 1 + 2 + 1 + NAME_BYTES_MAX + 1 + 2 * (1 + TOKEN_BYTES));
 const _: () = assert!(
-    SERVER_MESSAGE_BYTES_MAX >= 64 + SCENE_BYTES_MAX + SCENE_NAME_BYTES_MAX + ROOM_CODE_BYTES_MAX
+    SERVER_MESSAGE_BYTES_MAX
+        >= 64 + TOKEN_BYTES + SCENE_BYTES_MAX + SCENE_NAME_BYTES_MAX + ROOM_CODE_BYTES_MAX
 );
 const _: () = assert!(
     SERVER_MESSAGE_BYTES_MAX

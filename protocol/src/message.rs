@@ -4,24 +4,27 @@
 pub use crate::appearance::{Appearance, AppearanceError};
 pub use crate::refusal::Refusal;
 
-use crate::VERSION;
 use crate::limits::{
     CLIENT_MESSAGE_BYTES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX, VIEW_MAX,
 };
 use crate::seat::{read_seat, write_seat};
 use crate::wire::{DecodeError, Reader, Writer};
+use crate::{Token, VERSION};
 use jostle_sim::{Buttons, Input, Seat, Vec2};
 
 const HELLO: u8 = 0;
 const INPUT: u8 = 1;
 const PING: u8 = 2;
 const VIEW: u8 = 3;
+const KICK: u8 = 4;
+const CLOSE_ROOM: u8 = 5;
 
 const WELCOME: u8 = 0;
 const REFUSED: u8 = 1;
 const DRAINING: u8 = 2;
 const PONG: u8 = 3;
+const DENIED: u8 = 4;
 /// All kinds from here on: what is above it says which sections there are.
 pub(crate) const SNAPSHOT: u8 = 1 << 7;
 
@@ -35,12 +38,16 @@ pub enum ClientMessage {
         /// Name and colour.
         appearance: Appearance,
         /// Token of a seat held before, to get it back.
-        token: Option<u64>,
+        token: Option<Token>,
+        /// Key of the room's host, for whoever has it.
+        host_key: Option<Token>,
     },
     /// Intent for one tick.
     Input {
         /// Grows by one with every input of a session, from 1.
         seq: u32,
+        /// Low bits of the newest tick of which a snapshot was read; before the first, of the welcome's.
+        heard: u16,
         /// What is down, and the pointer.
         input: Input,
     },
@@ -54,6 +61,13 @@ pub enum ClientMessage {
         /// Width and height in world units, both above 0 and at most [`VIEW_MAX`].
         size: Vec2,
     },
+    /// The host has a player leave the room, and not come back for a while.
+    Kick {
+        /// Whom.
+        seat: Seat,
+    },
+    /// The host closes the room for everybody.
+    CloseRoom,
 }
 
 /// From server to client.
@@ -63,8 +77,10 @@ pub enum ServerMessage {
     Welcome {
         /// The seat.
         seat: u16,
-        /// Gives the seat back after a lost socket.
-        token: u64,
+        /// Whether the player is the room's host: the key of the hello was the right one.
+        host: bool,
+        /// Gives the seat back after a lost socket, once.
+        token: Token,
         /// Tick at which the player joins.
         tick: u32,
         /// Code of the room, as in its link.
@@ -91,6 +107,8 @@ pub enum ServerMessage {
         /// Server tick when it was answered.
         tick: u32,
     },
+    /// Answer to what only a host may ask for.
+    Denied,
     /// A snapshot, still coded, kind included: for [`crate::Stream::decode`].
     Snapshot(Vec<u8>),
 }
@@ -101,18 +119,19 @@ impl ClientMessage {
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         match self {
-            ClientMessage::Hello { version, appearance, token } => {
+            ClientMessage::Hello { version, appearance, token, host_key } => {
                 writer.byte(HELLO);
                 writer.fixed16(*version);
                 appearance.write(&mut writer);
-                writer.flag(token.is_some());
-                if let Some(token) = token {
-                    writer.fixed64(*token);
+                for token in [token, host_key] {
+                    writer.flag(token.is_some());
+                    token.iter().for_each(|token| token.write(&mut writer));
                 }
             }
-            ClientMessage::Input { seq, input } => {
+            ClientMessage::Input { seq, heard, input } => {
                 writer.byte(INPUT);
                 writer.leb32(*seq);
+                writer.fixed16(*heard);
                 write_input(&mut writer, input);
             }
             ClientMessage::Ping { stamp } => {
@@ -123,6 +142,11 @@ impl ClientMessage {
                 writer.byte(VIEW);
                 writer.point(*size);
             }
+            ClientMessage::Kick { seat } => {
+                writer.byte(KICK);
+                write_seat(&mut writer, *seat);
+            }
+            ClientMessage::CloseRoom => writer.byte(CLOSE_ROOM),
         }
         writer.finish()
     }
@@ -137,24 +161,33 @@ impl ClientMessage {
                 let version = reader.fixed16("version")?;
                 if version != VERSION {
                     let appearance = Appearance { name: "?".to_owned(), color: 0 };
-                    return Ok(ClientMessage::Hello { version, appearance, token: None });
+                    let (token, host_key) = (None, None);
+                    return Ok(ClientMessage::Hello { version, appearance, token, host_key });
                 }
                 let appearance = Appearance::read(&mut reader)?;
-                let resumes = reader.flag("token")?;
-                let token = resumes.then(|| reader.fixed64("token")).transpose()?;
-                ClientMessage::Hello { version, appearance, token }
+                let token = read_token(&mut reader, "token")?;
+                let host_key = read_token(&mut reader, "host key")?;
+                ClientMessage::Hello { version, appearance, token, host_key }
             }
             INPUT => {
                 let seq = reader.leb32("seq")?;
-                ClientMessage::Input { seq, input: read_input(&mut reader)? }
+                let heard = reader.fixed16("heard")?;
+                ClientMessage::Input { seq, heard, input: read_input(&mut reader)? }
             }
             PING => ClientMessage::Ping { stamp: reader.fixed32("stamp")? },
             VIEW => ClientMessage::View { size: read_view(&mut reader)? },
+            KICK => ClientMessage::Kick { seat: read_seat(&mut reader)? },
+            CLOSE_ROOM => ClientMessage::CloseRoom,
             _ => return Err(DecodeError::OutOfRange { field: "kind" }),
         };
         reader.end()?;
         Ok(message)
     }
+}
+
+fn read_token(reader: &mut Reader, field: &'static str) -> Result<Option<Token>, DecodeError> {
+    let given = reader.flag(field)?;
+    given.then(|| Token::read(reader, field)).transpose()
 }
 
 fn write_input(writer: &mut Writer, input: &Input) {
@@ -195,10 +228,11 @@ impl ServerMessage {
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         match self {
-            ServerMessage::Welcome { seat, token, tick, room, scene_name, scene } => {
+            ServerMessage::Welcome { seat, host, token, tick, room, scene_name, scene } => {
                 writer.byte(WELCOME);
                 write_seat(&mut writer, Seat(*seat));
-                writer.fixed64(*token);
+                writer.flag(*host);
+                token.write(&mut writer);
                 writer.leb32(*tick);
                 writer.text(room, ROOM_CODE_BYTES_MAX);
                 writer.text(scene_name, SCENE_NAME_BYTES_MAX);
@@ -217,6 +251,7 @@ impl ServerMessage {
                 writer.fixed32(*stamp);
                 writer.leb32(*tick);
             }
+            ServerMessage::Denied => writer.byte(DENIED),
             ServerMessage::Snapshot(bytes) => writer.raw(bytes),
         }
         writer.finish()
@@ -238,6 +273,7 @@ impl ServerMessage {
                 let stamp = reader.fixed32("stamp")?;
                 ServerMessage::Pong { stamp, tick: reader.leb32("tick")? }
             }
+            DENIED => ServerMessage::Denied,
             SNAPSHOT.. => {
                 reader.raw(reader.remaining(), "snapshot")?;
                 ServerMessage::Snapshot(bytes.to_vec())
@@ -252,7 +288,8 @@ impl ServerMessage {
 fn read_welcome(reader: &mut Reader) -> Result<ServerMessage, DecodeError> {
     Ok(ServerMessage::Welcome {
         seat: read_seat(reader)?.0,
-        token: reader.fixed64("token")?,
+        host: reader.flag("host")?,
+        token: Token::read(reader, "token")?,
         tick: reader.leb32("tick")?,
         room: reader.text(ROOM_CODE_BYTES_MAX, "room")?.to_owned(),
         scene_name: reader.text(SCENE_NAME_BYTES_MAX, "scene name")?.to_owned(),

@@ -28,12 +28,18 @@ pub enum Refusal {
     Closing,
     /// The room failed; the others are not affected.
     RoomFailed,
+    /// The token gives no seat back: it was used, or is of another server or room.
+    BadToken,
+    /// The host had the player leave.
+    Kicked,
+    /// The host closed the room.
+    RoomClosed,
 }
 
 impl Refusal {
     /// Every refusal, in wire order. The bytes stay the same in all versions of the protocol, so
     /// that a client of another version can read why it was refused.
-    pub const ALL: [Refusal; 12] = [
+    pub const ALL: [Refusal; 15] = [
         Refusal::Version,
         Refusal::RoomFull,
         Refusal::NoSuchRoom,
@@ -46,6 +52,9 @@ impl Refusal {
         Refusal::Replaced,
         Refusal::Closing,
         Refusal::RoomFailed,
+        Refusal::BadToken,
+        Refusal::Kicked,
+        Refusal::RoomClosed,
     ];
 
     /// WebSocket close code (RFC 6455, section 7.4): 1001 closing, 1008 policy, 1011 room failed,
@@ -62,6 +71,9 @@ impl Refusal {
             Refusal::ServerFull => 4003,
             Refusal::Silent => 4004,
             Refusal::Replaced => 4005,
+            Refusal::BadToken => 4006,
+            Refusal::Kicked => 4007,
+            Refusal::RoomClosed => 4008,
         }
     }
 
@@ -88,6 +100,11 @@ impl Refusal {
             Refusal::Replaced => "You play on in another window; close it to play here.",
             Refusal::Closing => "The server is closing; it should be back soon.",
             Refusal::RoomFailed => "This room broke and was closed; please pick another one.",
+            Refusal::BadToken => "Your seat could not be kept; join again for another one.",
+            Refusal::Kicked => {
+                "The host of this room had you leave it; you may come back later, or play elsewhere."
+            }
+            Refusal::RoomClosed => "The host closed this room; please pick another one.",
         }
     }
 }

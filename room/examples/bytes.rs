@@ -102,7 +102,7 @@ fn scene(top: &str, bodies: &str) -> Option<Scene> {
 /// Mean bytes of a tick's snapshot for a player who reads all of them.
 fn played(top: &str, bodies: &str, pressed: Buttons) -> Option<f32> {
     let mut room = Room::new("costs", Arc::new(scene(top, bodies)?), 1);
-    room.join(Appearance::new("Ann", 0).ok()?, None, 1).ok()?;
+    room.join(Appearance::new("Ann", 0).ok()?, None).ok()?;
     let (reader, _) = room.begin(Rate::Full);
     let mut sum = 0;
     for tick in 1..=TICKS {

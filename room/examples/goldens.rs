@@ -58,7 +58,7 @@ fn played(scene: Scene) -> Vec<Record> {
         for seat in (0..PLAYERS).filter(|&seat| tick == u32::from(seat) * 60) {
             let look = Appearance::new(["Ada", "Grace", "Alan"][usize::from(seat)], seat);
             let look = look.expect("a good name");
-            room.join(look, None, u64::from(seat) + 1).expect("a free seat");
+            room.join(look, None).expect("a free seat");
         }
         if tick == TICKS * 3 / 4 {
             room.leave(Seat(1));

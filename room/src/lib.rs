@@ -11,7 +11,7 @@ mod sight;
 use feed::{Feed, Flying};
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::replay::{self, Record};
-use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, TimedEvent};
+use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, TimedEvent, Token};
 use jostle_sim::{Event, Game, Input, Scene, Seat, Vec2};
 use member::{Member, Members};
 use std::sync::Arc;
@@ -37,6 +37,8 @@ pub struct Room {
     seed: u64,
     game: Game,
     members: Members,
+    /// Of the newest claim; no two of a room have the same.
+    serial: u64,
     /// Joins, leaves and looks since the last tick, at most three a seat.
     changes: Vec<Change>,
     /// Of the newest tick.
@@ -59,16 +61,24 @@ enum Change {
     Look(Seat),
 }
 
-/// What a player gets on joining.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Welcome {
+/// What gives a seat back: whoever took the seat was given it, sealed by the caller in a token, for
+/// a room knows no secrets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claim {
     /// The seat.
     pub seat: Seat,
+    /// No two claims of a room have the same.
+    pub serial: u64,
+}
+
+/// What a player gets on joining; [`Room::welcome`] says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Welcome {
+    /// Gives the seat back later.
+    pub claim: Claim,
     /// Whether an earlier seat was resumed. If a socket was still attached to it, that one is
     /// replaced: the caller closes it, and does not report it as lost.
     pub resumed: bool,
-    /// Coded [`jostle_protocol::ServerMessage::Welcome`], to be sent first.
-    pub bytes: Vec<u8>,
 }
 
 impl Room {
@@ -85,6 +95,7 @@ impl Room {
             seed,
             game,
             members,
+            serial: 0,
             changes: Vec::new(),
             inputs: Vec::new(),
             before: Arc::clone(&newest),
@@ -95,46 +106,55 @@ impl Room {
         }
     }
 
-    /// Takes the lowest free seat, or the one that `token` names; effective with the next tick.
-    /// `fresh_token` (random, from the caller) is what will give the seat back later.
+    /// Takes the lowest free seat, or the claimed one; effective with the next tick. A claim is good
+    /// once, and once more while nothing shows that the claim it was exchanged for arrived: the welcome
+    /// may have been lost. Any other is refused as [`Refusal::BadToken`].
     pub fn join(
         &mut self,
         appearance: Appearance,
-        token: Option<u64>,
-        fresh_token: u64,
+        claim: Option<Claim>,
     ) -> Result<Welcome, Refusal> {
-        let known = token.and_then(|token| Some((self.members.seat_of(token)?, token)));
-        let seat = match known {
-            Some((seat, _)) => seat,
+        let seat = match claim {
+            Some(claim) if self.is_good(claim) => claim.seat,
+            Some(_) => return Err(Refusal::BadToken),
             None => self.members.free_seat().ok_or(Refusal::RoomFull)?,
         };
         let appearance = self.members.distinct(&appearance, Some(seat));
-        match (known, self.members.at_mut(seat)) {
-            (Some((_, token)), Some(member)) => {
-                member.resume(appearance, token, fresh_token);
+        self.serial += 1;
+        match (claim, self.members.at_mut(seat)) {
+            (Some(claim), Some(member)) => {
+                member.resume(appearance, claim.serial, self.serial);
                 if !self.changes.contains(&Change::Look(seat)) {
                     self.changes.push(Change::Look(seat));
                 }
             }
             _ => {
-                self.members.put(seat, Member::new(appearance, fresh_token));
+                self.members.put(seat, Member::new(appearance, self.serial));
                 self.changes.push(Change::Join(seat));
             }
         }
-        let bytes = self.welcome(seat, fresh_token).encode();
-        Ok(Welcome { seat, resumed: known.is_some(), bytes })
+        let claim_next = Claim { seat, serial: self.serial };
+        Ok(Welcome { claim: claim_next, resumed: claim.is_some() })
     }
 
-    fn welcome(&self, seat: Seat, token: u64) -> ServerMessage {
+    fn is_good(&self, claim: Claim) -> bool {
+        self.members.at(claim.seat).is_some_and(|member| member.answers_to(claim.serial))
+    }
+
+    /// Coded [`ServerMessage::Welcome`], which a player who joined is to be sent first. `token` seals
+    /// the claim that the player was given.
+    pub fn welcome(&self, seat: Seat, token: Token, host: bool) -> Vec<u8> {
         let scene = self.game.scene();
-        ServerMessage::Welcome {
+        let welcome = ServerMessage::Welcome {
             seat: seat.0,
+            host,
             token,
             tick: self.game.tick_count() + 1,
             room: self.code.clone(),
             scene_name: scene.name.clone(),
             scene: scene.source.clone(),
-        }
+        };
+        welcome.encode()
     }
 
     /// The seat's socket is gone; the seat is held for [`SEAT_HELD_TICKS`], its hero at rest.
@@ -167,7 +187,7 @@ impl Room {
     pub fn input(&mut self, seat: Seat, seq: u32, input: Input) -> bool {
         let member = self.members.at_mut(seat).filter(|member| member.lost_tick.is_none());
         member.is_some_and(|member| {
-            member.token_before = None;
+            member.serial_before = None;
             member.inputs.push(seq, input)
         })
     }

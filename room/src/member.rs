@@ -11,11 +11,11 @@ use std::collections::BTreeSet;
 pub struct Member {
     /// Name and colour, different from the others'.
     pub appearance: Appearance,
-    /// Gives the seat back.
-    pub token: u64,
-    /// The token that the new session came with; valid until an input proves that the session got
-    /// its own.
-    pub token_before: Option<u64>,
+    /// Of the claim that gives the seat back.
+    pub serial: u64,
+    /// Of the claim that the new session came with; it counts until an input proves that the session
+    /// got its own.
+    pub serial_before: Option<u64>,
     /// Tick at which the socket was lost; `None` with a socket.
     pub lost_tick: Option<u32>,
     /// What was sent and is not played yet.
@@ -28,12 +28,12 @@ pub struct Member {
 
 impl Member {
     /// A new member with a socket.
-    pub fn new(appearance: Appearance, token: u64) -> Member {
+    pub fn new(appearance: Appearance, serial: u64) -> Member {
         let inputs = InputQueue::default();
         Member {
             appearance,
-            token,
-            token_before: None,
+            serial,
+            serial_before: None,
             lost_tick: None,
             inputs,
             view: None,
@@ -41,15 +41,15 @@ impl Member {
         }
     }
 
-    /// Whether a token gives this seat back.
-    pub fn answers_to(&self, token: u64) -> bool {
-        self.token == token || self.token_before == Some(token)
+    /// Whether a claim of this serial gives the seat back.
+    pub fn answers_to(&self, serial: u64) -> bool {
+        self.serial == serial || self.serial_before == Some(serial)
     }
 
-    /// A new session takes the seat over; it came with `token_before`.
-    pub fn resume(&mut self, appearance: Appearance, token_before: u64, token: u64) {
-        let token_before = Some(token_before);
-        *self = Member { token_before, ..Member::new(appearance, token) };
+    /// A new session takes the seat over; it came with `serial_before`.
+    pub fn resume(&mut self, appearance: Appearance, serial_before: u64, serial: u64) {
+        let serial_before = Some(serial_before);
+        *self = Member { serial_before, ..Member::new(appearance, serial) };
     }
 
     /// The player as the others see it.
@@ -116,11 +116,6 @@ impl Members {
     /// The lowest free seat.
     pub fn free_seat(&self) -> Option<Seat> {
         self.seats.iter().position(Option::is_none).map(|seat| Seat(seat as u16))
-    }
-
-    /// The seat that a token gives back.
-    pub fn seat_of(&self, token: u64) -> Option<Seat> {
-        self.iter().find(|(_, member)| member.answers_to(token)).map(|(seat, _)| seat)
     }
 
     /// Name and colour of everybody, in seat order.
@@ -212,13 +207,11 @@ mod tests {
     }
 
     #[test]
-    fn the_token_before_counts_until_it_is_given_up() {
-        let mut members = members(&[(0, "A", 0), (1, "B", 1)]);
-        members.at_mut(Seat(1)).unwrap().resume(look("B", 1), 1, 77);
-        assert_eq!(members.seat_of(77), Some(Seat(1)));
-        assert_eq!(members.seat_of(1), Some(Seat(1)));
-        members.at_mut(Seat(1)).unwrap().token_before = None;
-        assert_eq!(members.seat_of(1), None);
-        assert_eq!(members.seat_of(5), None);
+    fn the_serial_before_counts_until_it_is_given_up() {
+        let mut member = Member::new(look("B", 1), 1);
+        member.resume(look("B", 1), 1, 77);
+        assert!(member.answers_to(77) && member.answers_to(1));
+        member.serial_before = None;
+        assert!(member.answers_to(77) && !member.answers_to(1) && !member.answers_to(5));
     }
 }

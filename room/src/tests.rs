@@ -5,6 +5,7 @@ mod clients;
 mod extremes;
 
 use super::*;
+use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::{PlayerState, Stream};
 use jostle_sim::{Buttons, Vec2};
 
@@ -50,10 +51,14 @@ fn look(name: &str) -> Appearance {
     Appearance::new(name, 0).unwrap()
 }
 
-/// Joins with a token that is 100 times the number of players before.
 fn join(room: &mut Room, name: &str) -> Seat {
-    let token = 100 * room.players() as u64;
-    room.join(look(name), None, token).unwrap().seat
+    room.join(look(name), None).unwrap().claim.seat
+}
+
+/// Joins, or comes back with a claim: the next claim, and whether it is the seat of before.
+fn claim(room: &mut Room, name: &str, claim: Option<Claim>) -> (Claim, bool) {
+    let welcome = room.join(look(name), claim).unwrap();
+    (welcome.claim, welcome.resumed)
 }
 
 fn ticks(room: &mut Room, count: u32) {
@@ -131,17 +136,20 @@ fn a_new_room_is_empty_at_tick_0() {
 fn a_welcome_says_all_that_a_client_needs() {
     let mut room = yard();
     ticks(&mut room, 4);
-    let welcome = room.join(look("Ann"), None, 99).unwrap();
-    assert_eq!((welcome.seat, welcome.resumed), (Seat(0), false));
+    let welcome = room.join(look("Ann"), None).unwrap();
+    assert_eq!((welcome.claim.seat, welcome.resumed), (Seat(0), false));
+    let token = Token([9; TOKEN_BYTES]);
     let expected = ServerMessage::Welcome {
         seat: 0,
-        token: 99,
+        host: true,
+        token,
         tick: 5,
         room: "oak".to_owned(),
         scene_name: "yard".to_owned(),
         scene: YARD.to_owned(),
     };
-    assert_eq!(ServerMessage::decode(&welcome.bytes), Ok(expected));
+    let bytes = room.welcome(welcome.claim.seat, token, true);
+    assert_eq!(ServerMessage::decode(&bytes), Ok(expected));
 }
 
 #[test]
@@ -246,8 +254,7 @@ fn a_full_room_refuses_and_plays_on() {
     for name in ["Ann", "Bob", "Cid"] {
         join(&mut room, name);
     }
-    assert_eq!(room.join(look("Dan"), None, 1), Err(Refusal::RoomFull));
-    assert_eq!(room.join(look("Dan"), Some(12_345), 1), Err(Refusal::RoomFull));
+    assert_eq!(room.join(look("Dan"), None), Err(Refusal::RoomFull));
     ticks(&mut room, 3);
     assert_eq!((room.players(), room.snapshot().players.len()), (3, 3));
     room.leave(Seat(1));
@@ -331,10 +338,11 @@ fn a_click_in_a_dropped_input_still_launches() {
 // Lost sockets.
 
 #[test]
-fn a_token_gives_the_seat_and_its_hero_back() {
+fn a_claim_gives_the_seat_and_its_hero_back() {
     let mut room = yard();
     join(&mut room, "Ann");
-    let bob = room.join(look("Bob"), None, 42).unwrap().seat;
+    let (bobs, _) = claim(&mut room, "Bob", None);
+    let bob = bobs.seat;
     (1..=30).for_each(|seq| {
         room.input(bob, seq, down(Buttons::RIGHT));
         room.tick();
@@ -346,8 +354,8 @@ fn a_token_gives_the_seat_and_its_hero_back() {
     assert_eq!((room.players(), room.connected()), (2, 1));
     assert!(!player(&room, bob).unwrap().connected);
 
-    let welcome = room.join(look("Bob"), Some(42), 43).unwrap();
-    assert_eq!((welcome.seat, welcome.resumed), (bob, true));
+    let (again, resumed) = claim(&mut room, "Bob", Some(bobs));
+    assert_eq!((again.seat, resumed), (bob, true));
     room.input(bob, 1, Input::default());
     room.tick();
     let back = player(&room, bob).unwrap();
@@ -358,43 +366,62 @@ fn a_token_gives_the_seat_and_its_hero_back() {
 }
 
 #[test]
-fn a_forged_token_gets_a_fresh_seat() {
+fn a_claim_that_nobody_was_given_is_refused() {
     let mut room = yard();
-    let ann = room.join(look("Ann"), None, 42).unwrap().seat;
+    let (anns, _) = claim(&mut room, "Ann", None);
     room.tick();
-    room.disconnect(ann);
-    let welcome = room.join(look("Ann"), Some(41), 1).unwrap();
-    assert_eq!((welcome.seat, welcome.resumed), (Seat(1), false));
-    room.tick();
-    assert_eq!(player(&room, Seat(1)).unwrap().appearance.name, "Ann 2");
-    assert!(!player(&room, ann).unwrap().connected);
+    room.disconnect(anns.seat);
+    let others = [
+        Claim { serial: anns.serial + 1, ..anns },
+        Claim { serial: 0, ..anns },
+        Claim { seat: Seat(1), ..anns },
+        Claim { seat: Seat(200), ..anns },
+    ];
+    for other in others {
+        assert_eq!(room.join(look("Ann"), Some(other)), Err(Refusal::BadToken));
+    }
+    assert_eq!((room.players(), room.connected()), (1, 0));
 }
 
 #[test]
-fn a_used_token_is_worthless_once_the_new_one_arrived() {
+fn a_used_claim_is_worthless_once_the_new_one_arrived() {
     let mut room = yard();
-    let ann = room.join(look("Ann"), None, 1).unwrap().seat;
-    room.disconnect(ann);
-    // Welcomes may be lost on the way, so token 1 counts until the client is heard.
-    for fresh in [2, 3, 4] {
-        let welcome = room.join(look("Ann"), Some(1), fresh).unwrap();
-        assert_eq!((welcome.seat, welcome.resumed), (ann, true));
+    let (first, _) = claim(&mut room, "Ann", None);
+    room.disconnect(first.seat);
+    // Welcomes may be lost on the way, so the first counts until the client is heard.
+    let mut newest = first;
+    for _ in 0..3 {
+        let lost = newest;
+        let (again, resumed) = claim(&mut room, "Ann", Some(first));
+        assert!(resumed && again.seat == first.seat && again.serial > lost.serial);
+        newest = again;
     }
-    room.input(ann, 1, Input::default());
-    assert!(!room.join(look("Ann"), Some(1), 5).unwrap().resumed);
-    assert!(room.join(look("Ann"), Some(4), 6).unwrap().resumed);
+    room.input(first.seat, 1, Input::default());
+    assert_eq!(room.join(look("Ann"), Some(first)), Err(Refusal::BadToken));
+    assert!(claim(&mut room, "Ann", Some(newest)).1);
+}
+
+#[test]
+fn a_claim_dies_with_its_seat() {
+    let mut room = yard();
+    let (anns, _) = claim(&mut room, "Ann", None);
+    room.leave(anns.seat);
+    let (bobs, _) = claim(&mut room, "Bob", None);
+    assert_eq!(bobs.seat, anns.seat);
+    assert_eq!(room.join(look("Ann"), Some(anns)), Err(Refusal::BadToken));
 }
 
 #[test]
 fn a_second_socket_takes_the_seat_over() {
     let mut room = yard();
-    let ann = room.join(look("Ann"), None, 1).unwrap().seat;
+    let (anns, _) = claim(&mut room, "Ann", None);
+    let ann = anns.seat;
     (1..=9).for_each(|seq| {
         room.input(ann, seq, Input::default());
         room.tick();
     });
-    let welcome = room.join(look("Ann"), Some(1), 2).unwrap();
-    assert_eq!((welcome.seat, welcome.resumed, room.players()), (ann, true, 1));
+    let (again, resumed) = claim(&mut room, "Ann", Some(anns));
+    assert_eq!((again.seat, resumed, room.players()), (ann, true, 1));
     // Its numbers start anew.
     room.input(ann, 1, Input::default());
     room.tick();

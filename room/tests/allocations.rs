@@ -28,7 +28,7 @@ fn full_arena() -> Room {
     let mut room = Room::new("arena", Arc::new(arena), 1);
     for seat in 0..PLAYERS {
         let look = Appearance::new(&format!("P{seat}"), seat % 8).expect("a name");
-        room.join(look, None, u64::from(seat) + 1).expect("a seat");
+        room.join(look, None).expect("a seat");
     }
     room
 }

@@ -34,10 +34,10 @@ fn five_hundred_and_twelve_players_share_a_room() {
     let mut room = Room::new("crowd", Arc::clone(&scene), 5);
     room.record("a test", 0);
     for seat in 0..SEATS {
-        let welcome = room.join(look(seat), None, u64::from(seat) + 1).expect("a seat");
-        assert_eq!(welcome.seat, Seat(seat));
+        let welcome = room.join(look(seat), None).expect("a seat");
+        assert_eq!(welcome.claim.seat, Seat(seat));
     }
-    assert_eq!(room.join(look(0), None, 999), Err(Refusal::RoomFull));
+    assert_eq!(room.join(look(0), None), Err(Refusal::RoomFull));
     let (reader, keyframe) = room.begin(Rate::Full);
     let mut stream = Stream::default();
     stream.decode(&keyframe).expect("a keyframe");

@@ -4,7 +4,7 @@
 
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Stream};
-use jostle_room::{Rate, Reader, Room, SEQ_AHEAD_MAX};
+use jostle_room::{Claim, Rate, Reader, Room, SEQ_AHEAD_MAX};
 use jostle_sim::math::Rng;
 use jostle_sim::{Buttons, Input, Scene, Seat, Vec2};
 use std::sync::Arc;
@@ -54,8 +54,8 @@ impl Play {
     fn new(seed: u64) -> Play {
         let scene = Scene::parse("pair.toml", SCENE).unwrap_or_else(|error| panic!("{error}"));
         let mut room = Room::new("pair", Arc::new(scene), seed);
-        for (name, token) in [("Ann", 1), ("Bob", 2)] {
-            room.join(look(name), None, token).expect("a free seat");
+        for name in ["Ann", "Bob"] {
+            room.join(look(name), None).expect("a free seat");
         }
         Play { room, rng: Rng::new(seed, 1), seq: 0 }
     }
@@ -94,8 +94,9 @@ impl Trouble {
         let seat = Seat(self.rng.below(2) as u16);
         match self.rng.below(9) {
             0 => {
-                let token = Some(u64::from(self.rng.next_u32()) << 8);
-                assert_eq!(room.join(look("Eve"), token, 9), Err(Refusal::RoomFull));
+                assert_eq!(room.join(look("Eve"), None), Err(Refusal::RoomFull));
+                let claim = Claim { seat, serial: u64::from(self.rng.next_u32()) << 8 };
+                assert_eq!(room.join(look("Eve"), Some(claim)), Err(Refusal::BadToken));
             }
             1 => assert!(!room.input(seat, self.rng.below(seq + 1), input), "an old input"),
             2 => {

@@ -25,7 +25,7 @@ struct Busy {
 impl Busy {
     fn new(scene: &Arc<Scene>, seed: u64) -> Busy {
         let mut room = Room::new("busy", Arc::clone(scene), seed);
-        room.join(Appearance::new("Ann", 0).expect("a name"), None, 1).expect("a free seat");
+        room.join(Appearance::new("Ann", 0).expect("a name"), None).expect("a free seat");
         Busy { room, rng: Rng::new(seed, 5), hashes: Vec::new() }
     }
 

@@ -23,6 +23,7 @@ pub mod replays;
 pub mod rooms;
 pub mod run_queue;
 pub mod schedule;
+pub mod seal;
 pub mod session;
 pub mod ticker;
 
@@ -81,6 +82,8 @@ pub struct App {
     pub rooms: Arc<rooms::Rooms>,
     /// TCP connections.
     pub connections: Arc<peers::Peers>,
+    /// What it gives out and believes.
+    pub sealer: Arc<seal::Sealer>,
     /// Game sockets.
     pub sessions: Arc<peers::Peers>,
     /// What is counted.
@@ -107,12 +110,21 @@ impl App {
     ) -> App {
         let metrics = Arc::new(metrics::Metrics::default());
         let address_max = config.address_sessions_max;
+        let sealer = Arc::new(seal::Sealer::new(&rooms::random_key()));
+        let rooms = rooms::Rooms::new(
+            config.clone(),
+            phase.clone(),
+            recording.clone(),
+            Arc::clone(&metrics),
+            Arc::clone(&sealer),
+        );
         App {
             waits: config.waits,
-            origins: config.origins.clone(),
-            trusted_proxies: config.trusted_proxies.clone(),
+            origins: config.origins,
+            trusted_proxies: config.trusted_proxies,
             replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),
-            rooms: rooms::Rooms::new(config, phase.clone(), recording, Arc::clone(&metrics)),
+            rooms,
+            sealer,
             metrics,
             connections: peers::Peers::new(
                 limits::CONNECTIONS_MAX,

@@ -225,6 +225,9 @@ fn reason(refusal: Refusal) -> &'static str {
         Refusal::Replaced => "replaced",
         Refusal::Closing => "closing",
         Refusal::RoomFailed => "room_failed",
+        Refusal::BadToken => "bad_token",
+        Refusal::Kicked => "kicked",
+        Refusal::RoomClosed => "room_closed",
     }
 }
 
@@ -236,14 +239,9 @@ impl Metrics {
         snapshots.bytes.inc_by(bytes as u64);
     }
 
-    /// A player got a seat: an old one, or a new one, be it for want of a token or for one that gives
-    /// no seat back (any more).
-    pub fn joined(&self, resumed: bool, with_token: bool) {
-        let how = match (resumed, with_token) {
-            (true, _) => "resumed",
-            (false, true) => "unknown_token",
-            (false, false) => "new",
-        };
+    /// A player got a seat: the old one, or a new one.
+    pub fn joined(&self, resumed: bool) {
+        let how = if resumed { "resumed" } else { "new" };
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
@@ -302,8 +300,8 @@ mod tests {
     #[test]
     fn what_happened_is_in_the_text() {
         let metrics = Metrics::default();
-        metrics.joined(false, false);
-        metrics.joined(false, true);
+        metrics.joined(false);
+        metrics.joined(true);
         metrics.left(true);
         metrics.refused(Refusal::Flood);
         metrics.turned_away("foreign_page");
@@ -323,7 +321,7 @@ mod tests {
             "jostle_tick_lateness_own_seconds_bucket{le=\"0.00005\"} 1",
             "jostle_snapshots_bytes_total{hz=\"20\"} 700",
             "jostle_joins_total{how=\"new\"} 1",
-            "jostle_joins_total{how=\"unknown_token\"} 1",
+            "jostle_joins_total{how=\"resumed\"} 1",
             "jostle_inputs_ignored_total 0",
             "jostle_rooms_failed_total 0",
             "jostle_leaves_total{how=\"left\"} 1",

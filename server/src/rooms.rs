@@ -5,6 +5,7 @@ use crate::limits;
 use crate::metrics::Metrics;
 use crate::peers::network;
 use crate::replays::Recording;
+use crate::seal::Sealer;
 use crate::ticker::{Join, Ticker};
 use crate::{Config, Phase};
 use jostle_protocol::Refusal;
@@ -29,6 +30,8 @@ const CODE_CHARS: usize = 6;
 pub struct Facts {
     /// The word in its link.
     pub code: String,
+    /// Drawn at random when it opened: no other room, of no other time either, has it.
+    pub number: u64,
     /// Its scene.
     pub scene: Arc<Scene>,
     /// Newest tick.
@@ -46,6 +49,7 @@ pub struct Rooms {
     phase: watch::Receiver<Phase>,
     recording: Option<Arc<Recording>>,
     metrics: Arc<Metrics>,
+    sealer: Arc<Sealer>,
     open: Mutex<BTreeMap<String, Open>>,
 }
 
@@ -81,11 +85,12 @@ impl Rooms {
         phase: watch::Receiver<Phase>,
         recording: Option<Arc<Recording>>,
         metrics: Arc<Metrics>,
+        sealer: Arc<Sealer>,
     ) -> Arc<Rooms> {
         let scenes = config.scenes.into_iter().map(Arc::new).collect();
         let empty_grace = config.waits.room_empty;
         let open = Mutex::default();
-        Arc::new(Rooms { scenes, empty_grace, phase, recording, metrics, open })
+        Arc::new(Rooms { scenes, empty_grace, phase, recording, metrics, sealer, open })
     }
 
     /// The scenes, in the order in which they are offered.
@@ -187,6 +192,7 @@ impl Rooms {
         }
         let facts = Arc::new(Facts {
             code: code.to_owned(),
+            number: random(),
             scene: Arc::clone(scene),
             tick: AtomicU32::new(0),
             players: AtomicUsize::new(0),
@@ -203,6 +209,7 @@ impl Rooms {
             members: Vec::new(),
             recording: self.recording.clone(),
             metrics: Arc::clone(&self.metrics),
+            sealer: Arc::clone(&self.sealer),
         };
         let spawned = std::thread::Builder::new()
             .name(format!("room {code}"))
@@ -225,6 +232,13 @@ pub fn is_code(text: &str) -> bool {
 /// A random number that nobody can guess.
 pub fn random() -> u64 {
     getrandom::u64().expect("the system's random source worked when the server started")
+}
+
+/// A key that nobody can guess.
+pub fn random_key() -> [u8; 32] {
+    let mut key = [0; 32];
+    getrandom::fill(&mut key).expect("the system's random source worked when the server started");
+    key
 }
 
 fn random_code(mut random: u64) -> String {

@@ -6,13 +6,13 @@ use crate::limits;
 use crate::metered::Metered;
 use crate::outbox::Outbox;
 use crate::rate::TokenBucket;
-use crate::rooms::{Facts, random};
+use crate::rooms::Facts;
 use crate::ticker::{FromSession, Join};
 use crate::{App, Phase};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use jostle_protocol::limits::{CLIENT_MESSAGE_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Token, VERSION};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -81,19 +81,26 @@ async fn serve(socket: &mut Socket, code: &str, address: IpAddr, app: &App) -> E
         hello = timeout(app.waits.hello, hello(socket)) => hello,
         _ = phase.wait_for(|phase| *phase != Phase::Running) => Ok(Err(End::Refused(Refusal::Closing))),
     };
-    let (appearance, token) = match hello {
+    let hello = match hello {
         Ok(Ok(hello)) => hello,
         Ok(Err(end)) => return end,
         Err(_late) => return End::Refused(Refusal::BadHello),
     };
-    match Seated::new(appearance, token, code, address, app) {
+    match Seated::new(hello, code, address, app) {
         Ok(seated) => seated.pump(socket, phase).await,
         Err(refusal) => End::Refused(refusal),
     }
 }
 
+/// Who comes, and what they hold of earlier.
+struct Hello {
+    appearance: Appearance,
+    token: Option<Token>,
+    host_key: Option<Token>,
+}
+
 /// The first message of a socket.
-async fn hello(socket: &mut Socket) -> Result<(Appearance, Option<u64>), End> {
+async fn hello(socket: &mut Socket) -> Result<Hello, End> {
     loop {
         let bytes = match socket.next().await {
             Some(Ok(Message::Binary(bytes))) => bytes,
@@ -106,7 +113,9 @@ async fn hello(socket: &mut Socket) -> Result<(Appearance, Option<u64>), End> {
             Ok(ClientMessage::Hello { version, .. }) if version != VERSION => {
                 Err(End::Refused(Refusal::Version))
             }
-            Ok(ClientMessage::Hello { appearance, token, .. }) => Ok((appearance, token)),
+            Ok(ClientMessage::Hello { appearance, token, host_key, .. }) => {
+                Ok(Hello { appearance, token, host_key })
+            }
             _ => Err(End::Refused(Refusal::BadHello)),
         };
     }
@@ -121,19 +130,17 @@ struct Seated {
 }
 
 impl Seated {
-    fn new(
-        appearance: Appearance,
-        token: Option<u64>,
-        code: &str,
-        address: IpAddr,
-        app: &App,
-    ) -> Result<Seated, Refusal> {
+    fn new(hello: Hello, code: &str, address: IpAddr, app: &App) -> Result<Seated, Refusal> {
+        let sealed = |token: Token| app.sealer.seat_claim(&token).ok_or(Refusal::BadToken);
+        let claim = hello.token.map(sealed).transpose()?;
+        // A wrong key makes nobody host, and is no reason to stay outside.
+        let hosted = hello.host_key.and_then(|key| app.sealer.hosted(&key));
         let (sender, receiver) = sync_channel(limits::INBOX_MAX);
         let outbox = Arc::new(Outbox::default());
         let join = Join {
-            appearance,
-            token,
-            fresh_token: random(),
+            appearance: hello.appearance,
+            claim,
+            hosted,
             address,
             inbox: receiver,
             outbox: Arc::clone(&outbox),
@@ -179,7 +186,7 @@ impl Seated {
 
     fn accept(&self, bytes: &[u8]) -> Result<(), End> {
         match ClientMessage::decode(bytes) {
-            Ok(ClientMessage::Input { seq, input }) => {
+            Ok(ClientMessage::Input { seq, heard: _, input }) => {
                 self.pass_on(FromSession::Input { seq, input })
             }
             Ok(ClientMessage::Ping { stamp }) => {
@@ -188,6 +195,10 @@ impl Seated {
                 Ok(())
             }
             Ok(ClientMessage::View { size }) => self.pass_on(FromSession::View { size }),
+            Ok(ClientMessage::Kick { .. } | ClientMessage::CloseRoom) => {
+                self.outbox.control(ServerMessage::Denied.encode());
+                Ok(())
+            }
             Ok(ClientMessage::Hello { .. }) | Err(_) => Err(End::Refused(Refusal::BadMessage)),
         }
     }

@@ -8,9 +8,10 @@ use crate::replays::{Recording, Tape};
 use crate::rooms::Rooms;
 use crate::run_queue::RunQueue;
 use crate::schedule::Schedule;
+use crate::seal::{Sealer, SeatClaim};
 use crate::{Phase, rooms::Facts};
 use jostle_protocol::{Appearance, Refusal};
-use jostle_room::{Rate, Reader, Room};
+use jostle_room::{Rate, Reader, Room, Welcome};
 use jostle_sim::{Input, Seat, Vec2};
 use std::net::IpAddr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -25,10 +26,10 @@ use tracing::{error, info, warn};
 pub struct Join {
     /// Name and colour.
     pub appearance: Appearance,
-    /// Token of a seat held before.
-    pub token: Option<u64>,
-    /// Random token for the new seat.
-    pub fresh_token: u64,
+    /// What it says of a seat held before, under a seal of ours.
+    pub claim: Option<SeatClaim>,
+    /// The room whose host it is, under a seal of ours.
+    pub hosted: Option<u64>,
     /// For the log.
     pub address: IpAddr,
     /// What the session sends; a dropped sender is a lost socket.
@@ -76,6 +77,8 @@ pub struct Ticker {
     pub recording: Option<Arc<Recording>>,
     /// Where it is counted.
     pub metrics: Arc<Metrics>,
+    /// Seals the tokens.
+    pub sealer: Arc<Sealer>,
 }
 
 /// One player with a socket.
@@ -219,18 +222,25 @@ impl Ticker {
     }
 
     fn seat(&mut self, room: &mut Room, join: Join) {
-        let (name, with_token) = (join.appearance.name.clone(), join.token.is_some());
-        match room.join(join.appearance, join.token, join.fresh_token) {
-            Ok(welcome) => {
-                self.metrics.joined(welcome.resumed, with_token);
-                self.replace(welcome.seat);
+        let name = join.appearance.name.clone();
+        let own = self.facts.number;
+        let joined = match join.claim {
+            Some(claim) if claim.room != own => Err(Refusal::BadToken),
+            claim => room.join(join.appearance, claim.map(|claim| claim.claim)),
+        };
+        match joined {
+            Ok(Welcome { claim, resumed }) => {
+                self.metrics.joined(resumed);
+                let (seat, host) = (claim.seat, join.hosted == Some(own));
+                self.replace(seat);
                 info!(
-                    room = %self.facts.code, seat = welcome.seat.0, %name, address = %join.address,
-                    resumed = welcome.resumed, "player joined"
+                    room = %self.facts.code, seat = seat.0, %name, address = %join.address,
+                    resumed, host, "player joined"
                 );
-                join.outbox.control(welcome.bytes);
+                let token = self.sealer.seat_token(SeatClaim { room: own, claim });
+                join.outbox.control(room.welcome(seat, token, host));
                 let tick = room.game().tick_count();
-                self.members.push(Member::new(welcome.seat, join.inbox, join.outbox, tick));
+                self.members.push(Member::new(seat, join.inbox, join.outbox, tick));
             }
             Err(refusal) => join.outbox.end(refusal),
         }

@@ -169,7 +169,7 @@ pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
 
 fn join(room: &mut Room, name: &str, color: u8) -> Result<()> {
     let look = Appearance::new(name, color).map_err(|error| anyhow!("{error}"))?;
-    let joined = room.join(look, None, u64::from(color) + 1);
+    let joined = room.join(look, None);
     joined.map_err(|refusal| anyhow!("{refusal:?}")).context("a seat").map(drop)
 }
 

@@ -18,7 +18,13 @@ fn the_address_names_scene_seed_and_ticks() {
 
 fn hello() -> Vec<u8> {
     let appearance = Appearance { name: "Me".into(), color: 0 };
-    ClientMessage::Hello { version: jostle_protocol::VERSION, appearance, token: None }.encode()
+    ClientMessage::Hello {
+        version: jostle_protocol::VERSION,
+        appearance,
+        token: None,
+        host_key: None,
+    }
+    .encode()
 }
 
 /// Plays a scripted demo through the bytes, as the page does.

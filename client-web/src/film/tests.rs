@@ -18,7 +18,7 @@ pub(crate) fn records(scene: &str, ticks: u32) -> Vec<Record> {
     for tick in 0..ticks {
         if [0, 1, 300].contains(&tick) {
             let look = Appearance::new("Ann", seats.len() as u8).expect("a name");
-            seats.extend(room.join(look, None, u64::from(tick) + 1).map(|welcome| welcome.seat));
+            seats.extend(room.join(look, None).map(|welcome| welcome.claim.seat));
         }
         if tick == 500 && seats.len() > 1 {
             room.leave(seats.remove(0));

@@ -16,7 +16,7 @@ use crate::replica::{Eye, Replica};
 use crate::words::{self, Notice};
 use jostle_protocol::limits::VIEW_MAX;
 use jostle_protocol::{
-    Appearance, ClientMessage, DecodeError, Refusal, ServerMessage, Snapshot, VERSION,
+    Appearance, ClientMessage, DecodeError, Refusal, ServerMessage, Snapshot, Token, VERSION,
 };
 use jostle_sim::scene::Camera as CameraRule;
 use jostle_sim::{Scene, Seat, TICKS_PER_SECOND, Tools, Vec2};
@@ -111,6 +111,8 @@ pub struct Play {
     opened_ms: f64,
     /// When the welcome came, while the connection is not known to be good.
     unproven_ms: Option<f64>,
+    /// Tick of the welcome.
+    welcomed_tick: u32,
 }
 
 /// What a frame is drawn on, device pixels.
@@ -178,6 +180,7 @@ impl Play {
             framed_ms: now,
             opened_ms: now,
             unproven_ms: None,
+            welcomed_tick: 0,
         }
     }
 
@@ -266,7 +269,8 @@ impl Play {
         let appearance = self.appearance.clone();
         let token = profile::seat_token(&self.code).filter(|_| !self.is_demo());
         self.heard_ms = dom::now_ms();
-        self.send(&ClientMessage::Hello { version: VERSION, appearance, token });
+        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key: None };
+        self.send(&hello);
     }
 
     fn send(&mut self, message: &ClientMessage) {
@@ -292,9 +296,12 @@ impl Play {
         self.meter.carried(now_ms, traffic_of(&message), bytes.len());
         match message {
             Ok(ServerMessage::Snapshot(coded)) => self.file(&coded, now_ms),
-            Ok(ServerMessage::Welcome { seat, token, room, scene_name, scene, .. }) => {
+            Ok(ServerMessage::Welcome { seat, token, tick, room, scene_name, scene, .. }) => {
                 match Scene::parse(&format!("{scene_name}.toml"), &scene) {
-                    Ok(scene) => self.welcome(Arc::new(scene), Seat(seat), token, room),
+                    Ok(scene) => {
+                        self.welcomed_tick = tick;
+                        self.welcome(Arc::new(scene), Seat(seat), token, room);
+                    }
                     Err(error) => {
                         dom::warn(&format!("the server's scene: {error}"));
                         self.end(Refusal::Version);
@@ -308,11 +315,12 @@ impl Play {
             Ok(ServerMessage::Pong { stamp, .. }) => {
                 self.meter.ponged(f64::from(stamp), now_ms.floor());
             }
+            Ok(ServerMessage::Denied) => dom::warn("only the host of a room may do that"),
             Err(error) => self.misunderstood(&error.to_string()),
         }
     }
 
-    fn welcome(&mut self, scene: Arc<Scene>, seat: Seat, token: u64, room: String) {
+    fn welcome(&mut self, scene: Arc<Scene>, seat: Seat, token: Token, room: String) {
         if !self.is_demo() {
             profile::set_seat_token(&self.code, Some(token));
         }
@@ -390,6 +398,9 @@ impl Play {
 
     /// The server ended the session: for good, or as if the network had.
     fn end(&mut self, refusal: Refusal) {
+        if refusal == Refusal::BadToken {
+            return self.join_anew();
+        }
         let known_room = self.joined_ms.is_some();
         let notice = match refusal {
             Refusal::NoSuchRoom if known_room => Some(words::ROOM_GONE),
@@ -402,6 +413,16 @@ impl Play {
         self.notice = Some(notice);
         self.state = State::Refused;
         self.closing_ms = None;
+    }
+
+    /// The seat is lost to this page: it asks for another at once, and says nothing of it.
+    fn join_anew(&mut self) {
+        profile::set_seat_token(&self.code, None);
+        if let Link::Server { socket, backoff, .. } = &mut self.link {
+            *socket = None;
+            backoff.lost(dom::now_ms(), 0.0);
+            backoff.hurry();
+        }
     }
 
     fn closed(&mut self, code: u16) {
@@ -470,7 +491,8 @@ impl Play {
         }
         self.outflow.note(self.controls.input(&self.view));
         while let Some((seq, input)) = self.outflow.due(now_ms) {
-            self.send(&ClientMessage::Input { seq, input });
+            let heard = self.heard();
+            self.send(&ClientMessage::Input { seq, heard, input });
             if let (Some(predictor), Some(tick)) =
                 (&mut self.predictor, self.clock.server_tick(now_ms))
             {
@@ -485,6 +507,12 @@ impl Play {
             self.pinged_ms = now_ms;
             self.send(&ClientMessage::Ping { stamp: now_ms as u32 });
         }
+    }
+
+    /// Low bits of the newest tick of which a snapshot was read.
+    fn heard(&self) -> u16 {
+        let newest = self.replica.as_ref().and_then(|replica| replica.newest());
+        newest.map_or(self.welcomed_tick, |newest| newest.tick) as u16
     }
 
     /// The room is told how much of the world is shown, if that depends on the screen.

@@ -3,7 +3,7 @@
 use super::dom;
 use crate::api::query_value;
 use crate::{name, words};
-use jostle_protocol::{Appearance, limits};
+use jostle_protocol::{Appearance, Token, limits};
 
 const NAME_KEY: &str = "jostle.name";
 const COLOR_KEY: &str = "jostle.color";
@@ -48,16 +48,16 @@ pub fn set_predicts(wanted: bool) {
 }
 
 /// The token of the seat that this tab had in a room.
-pub fn seat_token(code: &str) -> Option<u64> {
+pub fn seat_token(code: &str) -> Option<Token> {
     let text = dom::session_storage()?.get_item(&seat_key(code)).ok()??;
-    u64::from_str_radix(&text, 16).ok()
+    Token::parse(&text)
 }
 
 /// Remembers the token of a seat, or forgets it.
-pub fn set_seat_token(code: &str, token: Option<u64>) {
+pub fn set_seat_token(code: &str, token: Option<Token>) {
     let Some(storage) = dom::session_storage() else { return };
     let _ = match token {
-        Some(token) => storage.set_item(&seat_key(code), &format!("{token:x}")),
+        Some(token) => storage.set_item(&seat_key(code), &token.text()),
         None => storage.remove_item(&seat_key(code)),
     };
 }

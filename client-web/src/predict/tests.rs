@@ -46,7 +46,7 @@ impl Net {
         let scene = Arc::new(scene);
         let mut room = Room::new("room", Arc::clone(&scene), 1);
         let appearance = Appearance { name: "Jo".into(), color: 0 };
-        let seat = room.join(appearance, None, 1).unwrap().seat;
+        let seat = room.join(appearance, None).unwrap().claim.seat;
         room.tick();
         let (reader, keyframe) = room.begin_at(seat, rate);
         let ServerMessage::Snapshot(coded) = ServerMessage::decode(&keyframe).unwrap() else {

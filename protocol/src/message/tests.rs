@@ -1,4 +1,5 @@
 use super::*;
+use crate::limits::TOKEN_BYTES;
 use jostle_sim::SEATS_MAX;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -29,23 +30,31 @@ fn inputs() -> impl Strategy<Value = Input> {
     })
 }
 
+fn tokens() -> impl Strategy<Value = Token> {
+    let bytes = proptest::collection::vec(any::<u8>(), TOKEN_BYTES);
+    bytes.prop_map(|bytes| Token(bytes.try_into().expect("that many")))
+}
+
 fn client_messages() -> impl Strategy<Value = ClientMessage> {
-    let hello = (appearances(), any::<Option<u64>>()).prop_map(|(appearance, token)| {
-        ClientMessage::Hello { version: VERSION, appearance, token }
+    let token = || proptest::option::of(tokens());
+    let hello = (appearances(), token(), token()).prop_map(|(appearance, token, host_key)| {
+        ClientMessage::Hello { version: VERSION, appearance, token, host_key }
     });
-    let input =
-        (any::<u32>(), inputs()).prop_map(|(seq, input)| ClientMessage::Input { seq, input });
+    let input = (any::<u32>(), any::<u16>(), inputs())
+        .prop_map(|(seq, heard, input)| ClientMessage::Input { seq, heard, input });
     let ping = any::<u32>().prop_map(|stamp| ClientMessage::Ping { stamp });
     let side = || f32::MIN_POSITIVE..=VIEW_MAX;
     let view = (side(), side()).prop_map(|(x, y)| ClientMessage::View { size: Vec2::new(x, y) });
-    prop_oneof![hello, input, ping, view]
+    let kick = (0..SEATS_MAX).prop_map(|seat| ClientMessage::Kick { seat: Seat(seat as u16) });
+    prop_oneof![hello, input, ping, view, kick, Just(ClientMessage::CloseRoom)]
 }
 
 fn server_messages() -> impl Strategy<Value = ServerMessage> {
     let texts = ("[a-z0-9-]{0,32}", "[a-z-]{0,32}", any::<String>());
-    let welcome = (0..SEATS_MAX as u16, any::<u64>(), any::<u32>(), texts).prop_map(
-        |(seat, token, tick, (room, scene_name, scene))| ServerMessage::Welcome {
+    let welcome = ((0..SEATS_MAX as u16, any::<bool>()), tokens(), any::<u32>(), texts).prop_map(
+        |((seat, host), token, tick, (room, scene_name, scene))| ServerMessage::Welcome {
             seat,
+            host,
             token,
             tick,
             room,
@@ -59,6 +68,7 @@ fn server_messages() -> impl Strategy<Value = ServerMessage> {
             .prop_map(|refusal| ServerMessage::Refused { refusal }),
         any::<u8>().prop_map(|seconds| ServerMessage::Draining { seconds }),
         (any::<u32>(), any::<u32>()).prop_map(|(stamp, tick)| ServerMessage::Pong { stamp, tick }),
+        Just(ServerMessage::Denied),
         any::<Vec<u8>>().prop_map(|mut bytes| {
             bytes.insert(0, 0x80 | bytes.len() as u8);
             ServerMessage::Snapshot(bytes)
@@ -103,7 +113,7 @@ proptest! {
 
     /// What is accepted has one form only: it encodes to the bytes that it was read from.
     #[test]
-    fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..6) {
+    fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..8) {
         let bytes = [&[kind][..], &bytes].concat();
         if let Ok(message) = ClientMessage::decode(&bytes) {
             let other = matches!(message, ClientMessage::Hello { version, .. } if version != VERSION);
@@ -137,44 +147,53 @@ proptest! {
     }
 }
 
+/// Bytes 1, 2, 3 and so on.
+fn counted() -> Token {
+    Token(std::array::from_fn(|place| place as u8 + 1))
+}
+
 fn hello(version: u16) -> ClientMessage {
     let appearance = Appearance::new("Ann", 3).unwrap();
-    ClientMessage::Hello { version, appearance, token: Some(0x0807_0605_0403_0201) }
+    ClientMessage::Hello { version, appearance, token: Some(counted()), host_key: None }
 }
 
 #[test]
 fn client_messages_have_the_documented_bytes() {
-    let bytes = [0, 3, 0, 3, b'A', b'n', b'n', 3, 1, 1, 2, 3, 4, 5, 6, 7, 8];
-    assert_eq!(hello(VERSION).encode(), bytes);
+    let bytes = [&[0, 3, 0, 3, b'A', b'n', b'n', 3, 1][..], &counted().0, &[0]];
+    assert_eq!(hello(VERSION).encode(), bytes.concat());
 
     let input = Input { buttons: Buttons(0x90), pointer: Some(Vec2::new(1.0, -2.5)) };
-    let bytes = [1, 0xac, 2, 0x90, 1, 1, 0, 0, 0x80, 0x3f, 0, 0, 0x20, 0xc0];
-    assert_eq!(ClientMessage::Input { seq: 300, input }.encode(), bytes);
-    let rest = ClientMessage::Input { seq: 1, input: Input::default() };
-    assert_eq!(rest.encode(), [1, 1, 0, 0]);
+    let bytes = [1, 0xac, 2, 0x34, 0x12, 0x90, 1, 1, 0, 0, 0x80, 0x3f, 0, 0, 0x20, 0xc0];
+    assert_eq!(ClientMessage::Input { seq: 300, heard: 0x1234, input }.encode(), bytes);
+    let rest = ClientMessage::Input { seq: 1, heard: 2, input: Input::default() };
+    assert_eq!(rest.encode(), [1, 1, 2, 0, 0, 0]);
 
     assert_eq!(ClientMessage::Ping { stamp: 0x0403_0201 }.encode(), [2, 1, 2, 3, 4]);
     let view = ClientMessage::View { size: Vec2::new(1.0, 2.0) };
     assert_eq!(view.encode(), [3, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40]);
+    assert_eq!(ClientMessage::Kick { seat: Seat(9) }.encode(), [4, 9]);
+    assert_eq!(ClientMessage::CloseRoom.encode(), [5]);
 }
 
 #[test]
 fn server_messages_have_the_documented_bytes() {
     let welcome = ServerMessage::Welcome {
         seat: 2,
-        token: 0x0807_0605_0403_0201,
+        host: true,
+        token: counted(),
         tick: 200,
         room: "oak".to_owned(),
         scene_name: "arena".to_owned(),
         scene: "x = 1".to_owned(),
     };
-    let bytes =
-        [&[0, 2, 1, 2, 3, 4, 5, 6, 7, 8, 0xc8, 1, 3][..], b"oak", b"\x05arena", b"\x05x = 1"];
+    let texts = [&b"oak"[..], b"\x05arena", b"\x05x = 1"].concat();
+    let bytes = [&[0, 2, 1][..], &counted().0, &[0xc8, 1, 3], &texts];
     assert_eq!(welcome.encode(), bytes.concat());
     let refused = ServerMessage::Refused { refusal: Refusal::Closing };
     assert_eq!(refused.encode(), [1, 10]);
     assert_eq!(ServerMessage::Draining { seconds: 5 }.encode(), [2, 5]);
     assert_eq!(ServerMessage::Pong { stamp: 7, tick: 128 }.encode(), [3, 7, 0, 0, 0, 0x80, 1]);
+    assert_eq!(ServerMessage::Denied.encode(), [4]);
     assert_eq!(ServerMessage::Snapshot(vec![0x89, 8]).encode(), [0x89, 8]);
 }
 
@@ -193,20 +212,22 @@ fn fields_past_their_range_are_named() {
     let refused = |bytes: &[u8], field| {
         assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
-    refused(&[4], "kind");
+    refused(&[6], "kind");
     refused(&[0, 3, 0, 1, b' ', 0, 0], "name");
     refused(&[0, 3, 0, 2, b' ', b'A', 0, 0], "name");
     refused(&[0, 3, 0, 1, b'A', 8, 0], "color");
     refused(&[0, 3, 0, 1, b'A', 0, 2], "token");
+    refused(&[0, 3, 0, 1, b'A', 0, 0, 2], "host key");
     refused(&[0, 3, 0, 65], "name");
-    refused(&[1, 1, 0x80, 0x20, 0], "buttons");
-    refused(&[1, 1, 0, 1, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0], "pointer");
-    refused(&[1, 1, 0, 1, 0, 0, 0, 0x4a, 0, 0, 0, 0], "pointer");
-    refused(&[1, 0x80, 0, 0, 0], "seq");
+    refused(&[1, 1, 0, 0, 0x80, 0x20, 0], "buttons");
+    refused(&[1, 1, 0, 0, 0, 1, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0], "pointer");
+    refused(&[1, 1, 0, 0, 0, 1, 0, 0, 0, 0x4a, 0, 0, 0, 0], "pointer");
+    refused(&[1, 0x80, 0, 0, 0, 0, 0], "seq");
+    refused(&[4, 0x80, 4], "seat");
     refused(&[3, 0, 0, 0, 0, 0, 0, 0, 0x40], "view");
     refused(&[3, 0, 0, 0, 0x40, 0, 0, 0x80, 0xbf], "view");
     refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "view");
-    let found = ServerMessage::decode(&[1, 12]);
+    let found = ServerMessage::decode(&[1, 15]);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "refusal" }));
     let found = ServerMessage::decode(&[0, 0x80, 4]);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "seat" }));

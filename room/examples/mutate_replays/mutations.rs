@@ -87,9 +87,9 @@ fn base(scene: &Arc<Scene>, ticks_before: u32) -> Base {
     let mut room = Room::new("mutated", Arc::clone(scene), 5);
     let mut rng = Rng::new(u64::from(ticks_before), 0);
     let mut seq = 0;
-    for token in 0..2 {
-        let look = Appearance { name: format!("Player {token}"), color: token as u8 };
-        room.join(look, None, token + 1).expect("a free seat");
+    for number in 0..2 {
+        let look = Appearance { name: format!("Player {number}"), color: number };
+        room.join(look, None).expect("a free seat");
     }
     let mut play = |room: &mut Room, ticks: u32| {
         for _ in 0..ticks {

@@ -1,7 +1,7 @@
 //! Recorded games play again, from every tick of theirs.
 
 use super::*;
-use crate::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Room};
+use crate::{BLOCK_TICKS, Claim, KEYFRAME_TICKS_MIN, Room};
 use jostle_protocol::replay::{Ending, Record, header};
 use jostle_sim::math::Rng;
 use jostle_sim::{Buttons, Input, Vec2};
@@ -24,24 +24,23 @@ pub fn records(scene: &str, ticks: u32, seed: u64) -> Vec<Record> {
     room.record("test", 0);
     let mut rng = Rng::new(seed, 1);
     let mut records = Vec::new();
-    let mut tokens = Vec::new();
+    let mut claims = Vec::new();
     for tick in 0..ticks {
-        if tick % 200 == 0 && tokens.len() < 3 {
-            let look = Appearance::new("Ann", tokens.len() as u8).unwrap();
-            let token = u64::from(tick) + 1;
-            tokens.push((room.join(look, None, token).unwrap().seat, token));
+        if tick % 200 == 0 && claims.len() < 3 {
+            let look = Appearance::new("Ann", claims.len() as u8).unwrap();
+            claims.push(room.join(look, None).unwrap().claim);
         }
         if tick == 450 {
-            room.disconnect(tokens[0].0);
+            room.disconnect(claims[0].seat);
         }
         if tick == 500 {
             let look = Appearance::new("Bob", 5).unwrap();
-            room.join(look, Some(tokens[0].1), 77).unwrap();
+            room.join(look, Some(claims[0])).unwrap();
         }
         if tick == 700 {
-            room.leave(tokens[1].0);
+            room.leave(claims[1].seat);
         }
-        for &(seat, _) in &tokens {
+        for &Claim { seat, .. } in &claims {
             if rng.below(4) > 0 {
                 room.input(seat, tick + 1, wild(&mut rng, scene.size));
             }
@@ -113,9 +112,9 @@ fn seeking_leads_to_the_state_that_playing_leads_to() {
 fn a_recording_that_begins_later_begins_with_its_state() {
     let scene = Arc::new(Scene::built_in().remove(0));
     let mut room = Room::new("test", scene, 3);
-    room.join(Appearance::new("Ann", 0).unwrap(), None, 1).unwrap();
+    room.join(Appearance::new("Ann", 0).unwrap(), None).unwrap();
     (0..100).for_each(|_| room.tick());
-    room.join(Appearance::new("Bob", 0).unwrap(), None, 2).unwrap();
+    room.join(Appearance::new("Bob", 0).unwrap(), None).unwrap();
     room.record("test", 0);
     (0..100).for_each(|_| room.tick());
     let replay = Arc::new(Replay::read(file(&room.stop_recording())).unwrap());

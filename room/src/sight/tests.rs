@@ -224,8 +224,8 @@ fn impacts_are_told_where_they_are_seen_and_all_else_everywhere() {
 /// A room of two players at both ends of the plain.
 fn room(scene: Arc<Scene>) -> Room {
     let mut room = Room::new("oak", scene, 1);
-    for token in 0..2 {
-        room.join(Appearance::new("Ann", 0).unwrap(), None, token).unwrap();
+    for _ in 0..2 {
+        room.join(Appearance::new("Ann", 0).unwrap(), None).unwrap();
     }
     room.tick();
     room

@@ -103,7 +103,7 @@ fn the_same_calls_give_the_same_hashes_and_bytes() {
             match tick {
                 100 => play.room.disconnect(play.seats[1]),
                 150 => play.room.leave(play.seats[2]),
-                200 => drop(play.room.join(look("Eve"), None, 9)),
+                200 => drop(play.room.join(look("Eve"), None)),
                 _ => {}
             }
             let bytes = Rate::ALL.map(|rate| play.room.begin(rate).1);

@@ -41,7 +41,7 @@ kind = "block"
 /// Plays it and looks at every tick; the client compares what it holds with what there is.
 fn play(scene: Scene) {
     let mut room = Room::new("oak", Arc::new(scene), 7);
-    room.join(look("Ann"), None, 1).expect("a seat");
+    room.join(look("Ann"), None).expect("a seat");
     let mut client = Client::default();
     for tick in 0..TICKS {
         room.tick();

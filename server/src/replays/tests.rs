@@ -81,7 +81,7 @@ impl Stage {
         let scene = Arc::new(Scene::built_in().swap_remove(0));
         let mut room = Room::new("k7f3q2", scene, 5);
         let ann = Appearance::new("Ann", 0).expect("a name");
-        room.join(ann, None, 1).expect("a seat");
+        room.join(ann, None).expect("a seat");
         let tape = Tape::start(Arc::clone(&recording), &mut room, Instant::now());
         Stage { recording, room, tape }
     }

@@ -11,14 +11,19 @@ struct Outside {
     joins: SyncSender<Join>,
 }
 
+fn sealer() -> Arc<Sealer> {
+    Arc::new(Sealer::new(&[7; 32]))
+}
+
 fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let (phase, followed) = watch::channel(Phase::Running);
     let config = Config::default();
     let scene = Arc::new(config.scenes[0].clone());
-    let rooms = Rooms::new(config, followed.clone(), None, Arc::default());
+    let rooms = Rooms::new(config, followed.clone(), None, Arc::default(), sealer());
     let (joins, receiver) = sync_channel(4);
     let facts = Facts {
         code: code.to_owned(),
+        number: 1,
         scene,
         tick: AtomicU32::new(0),
         players: AtomicUsize::new(0),
@@ -34,6 +39,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
         members: Vec::new(),
         recording: None,
         metrics: Arc::default(),
+        sealer: sealer(),
     };
     (ticker, Outside { rooms, phase, joins })
 }
@@ -43,8 +49,8 @@ fn join() -> (Join, SyncSender<FromSession>, Arc<Outbox>) {
     let outbox = Arc::new(Outbox::default());
     let join = Join {
         appearance: Appearance { name: "Ann".to_owned(), color: 0 },
-        token: None,
-        fresh_token: 7,
+        claim: None,
+        hosted: None,
         address: IpAddr::from([127, 0, 0, 1]),
         inbox,
         outbox: Arc::clone(&outbox),

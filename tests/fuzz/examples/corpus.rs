@@ -4,11 +4,13 @@
 //! Usage: `cargo run -p jostle-fuzz --example corpus`
 
 use jostle_fuzz::{push_part, snapshots};
+use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::replay::{Record, frame};
 use jostle_protocol::{
-    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, Stream, TimedEvent, VERSION,
+    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, Stream, TimedEvent, Token, VERSION,
 };
-use jostle_room::Room;
+use jostle_room::{Claim, Room};
+use jostle_server::seal::SeatClaim;
 use jostle_sim::{BodyId, Buttons, EmitterDef, Event, Input, Kind, Scene, Seat, Source, Vec2};
 use std::path::Path;
 use std::sync::Arc;
@@ -24,7 +26,8 @@ fn main() -> io::Result<()> {
     write("scene", scenes())?;
     write("room", rooms())?;
     write("link", links())?;
-    write("handshake", handshakes())
+    write("handshake", handshakes())?;
+    write("token", tokens())
 }
 
 fn write(property: &str, inputs: Vec<Vec<u8>>) -> io::Result<()> {
@@ -39,23 +42,32 @@ fn write(property: &str, inputs: Vec<Vec<u8>>) -> io::Result<()> {
 
 // Messages.
 
-fn hello(name: &str, token: Option<u64>) -> ClientMessage {
+fn hello(name: &str, token: Option<Token>) -> ClientMessage {
     let appearance = Appearance { name: name.to_owned(), color: 5 };
-    ClientMessage::Hello { version: VERSION, appearance, token }
+    ClientMessage::Hello { version: VERSION, appearance, token, host_key: None }
+}
+
+/// A token without a seal, as the room of the fuzzer takes it.
+fn token(seat: u8, serial: u8) -> Token {
+    let mut token = Token([0; TOKEN_BYTES]);
+    (token.0[0], token.0[1]) = (seat, serial);
+    token
 }
 
 fn input(seq: u32, buttons: Buttons, pointer: Option<Vec2>) -> ClientMessage {
-    ClientMessage::Input { seq, input: Input { buttons, pointer } }
+    ClientMessage::Input { seq, heard: seq as u16, input: Input { buttons, pointer } }
 }
 
 fn client_messages() -> Vec<Vec<u8>> {
     let messages = [
         hello("Ann", None),
-        hello("Ørsted 日本 🙂", Some(u64::MAX)),
+        hello("Ørsted 日本 🙂", Some(Token([255; TOKEN_BYTES]))),
         input(1, Buttons(0), None),
         input(u32::MAX, Buttons::ALL, Some(Vec2::new(-1.5, 1e6))),
         ClientMessage::Ping { stamp: 0xdead_beef },
         ClientMessage::View { size: Vec2::new(160.0, 90.0) },
+        ClientMessage::Kick { seat: Seat(63) },
+        ClientMessage::CloseRoom,
     ];
     let mut inputs: Vec<Vec<u8>> = messages.iter().map(ClientMessage::encode).collect();
     // Of another version.
@@ -66,7 +78,8 @@ fn client_messages() -> Vec<Vec<u8>> {
 fn server_messages() -> Vec<Vec<u8>> {
     let welcome = ServerMessage::Welcome {
         seat: 3,
-        token: 77,
+        host: true,
+        token: token(1, 2),
         tick: 300,
         room: "k7f3q2".into(),
         scene_name: "arena".into(),
@@ -76,6 +89,7 @@ fn server_messages() -> Vec<Vec<u8>> {
     let others = [
         ServerMessage::Draining { seconds: 2 },
         ServerMessage::Pong { stamp: 7, tick: 1 << 20 },
+        ServerMessage::Denied,
         ServerMessage::Snapshot(vec![0x80, 1]),
     ];
     let all = [welcome].into_iter().chain(refused).chain(others);
@@ -164,7 +178,7 @@ fn fresh_rooms() -> impl Iterator<Item = Room> {
     Scene::built_in().into_iter().map(|scene| {
         let mut room = Room::new("corpus", Arc::new(scene), 5);
         let look = Appearance { name: "Ann".into(), color: 1 };
-        room.join(look, None, 1).expect("a free seat");
+        room.join(look, None).expect("a free seat");
         for seq in 1..20 {
             let pointer = Some(Vec2::new(10.0 + seq as f32, 20.0));
             let buttons = Buttons(Buttons::ALL.0 >> (seq % 7));
@@ -225,17 +239,26 @@ fn rooms() -> Vec<Vec<u8>> {
     }
     let mut lost = usual.clone();
     push_part(tick | 0x41, &[1], &mut lost);
-    push_part(tick, &hello("Bob", Some(2)).encode(), &mut lost);
-    push_part(tick, &hello("Eve", Some(2)).encode(), &mut lost);
+    push_part(tick, &hello("Bob", Some(token(1, 2))).encode(), &mut lost);
+    push_part(tick, &hello("Eve", Some(token(1, 2))).encode(), &mut lost);
     push_part(tick | 0x40, &[], &mut lost);
     push_part(0x40, &[], &mut lost);
-    push_part(tick, &hello("Ann", Some(99)).encode(), &mut lost);
+    push_part(tick, &hello("Ann", Some(token(0, 99))).encode(), &mut lost);
     vec![Vec::new(), usual, lost]
 }
 
 fn links() -> Vec<Vec<u8>> {
     let words = ["arena", "ARENA", "abc%20/", "%41bc", "abc%C2%A0", "%zz", "%", "..%2f", "é", ""];
     words.into_iter().map(|word| word.as_bytes().to_vec()).collect()
+}
+
+fn tokens() -> Vec<Vec<u8>> {
+    let sealer = jostle_server::seal::Sealer::new(&jostle_fuzz::SEALER_KEY);
+    let claim = |room, seat, serial| SeatClaim { room, claim: Claim { seat: Seat(seat), serial } };
+    let claims = [claim(0, 0, 1), claim(u64::MAX, 63, u64::MAX)];
+    let seats = claims.map(|claim| sealer.seat_token(claim));
+    let all = seats.into_iter().chain([sealer.host_key(0), sealer.host_key(1 << 40)]);
+    all.map(|token| token.0.to_vec()).collect()
 }
 
 fn handshakes() -> Vec<Vec<u8>> {

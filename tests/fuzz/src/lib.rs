@@ -13,14 +13,14 @@ pub use files::{replay, scene};
 pub use messages::{client_message, delta, events, keyframe, server_message};
 pub use play::room;
 #[cfg(feature = "server")]
-pub use server::{handshake, link};
+pub use server::{SEALER_KEY, handshake, link, token};
 
 /// A property of bytes; panics where it does not hold.
 pub type Property = fn(&[u8]);
 
 /// All of them; the fuzzer's targets and the directories of the corpus have these names.
 #[cfg(feature = "server")]
-pub const PROPERTIES: [(&str, Property); 10] = [
+pub const PROPERTIES: [(&str, Property); 11] = [
     ("client_message", client_message),
     ("server_message", server_message),
     ("keyframe", keyframe),
@@ -31,6 +31,7 @@ pub const PROPERTIES: [(&str, Property); 10] = [
     ("room", room),
     ("link", link),
     ("handshake", handshake),
+    ("token", token),
 ];
 
 /// Takes a part with its length before it off an input that is made of several; the rest at most.

@@ -1,8 +1,9 @@
 //! A room and what several clients do to it.
 
 use crate::part;
-use jostle_protocol::{ClientMessage, ServerMessage, Stream};
-use jostle_room::{Rate, Reader, Room};
+use jostle_protocol::limits::TOKEN_BYTES;
+use jostle_protocol::{ClientMessage, ServerMessage, Stream, Token};
+use jostle_room::{Claim, Rate, Reader, Room};
 use jostle_sim::{Scene, Seat};
 use std::sync::{Arc, OnceLock};
 
@@ -48,19 +49,26 @@ fn scene() -> &'static Arc<Scene> {
 fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
     match ClientMessage::decode(message) {
         Ok(ClientMessage::Hello { appearance, token, .. }) => {
-            // Tokens that are easily guessed, for once.
-            let fresh = clients.len() as u64 + 1;
-            if let Ok(welcome) = room.join(appearance, token, fresh) {
-                let welcome = ServerMessage::decode(&welcome.bytes).expect("a readable welcome");
+            // Tokens without a seal, for once: they begin with seat and serial.
+            let claim = token.map(|Token([seat, serial, ..])| Claim {
+                seat: Seat(seat.into()),
+                serial: u64::from(serial),
+            });
+            if let Ok(joined) = room.join(appearance, claim) {
+                let fresh = Token([7; TOKEN_BYTES]);
+                let welcome = room.welcome(joined.claim.seat, fresh, false);
+                let welcome = ServerMessage::decode(&welcome).expect("a readable welcome");
                 assert!(matches!(welcome, ServerMessage::Welcome { token, .. } if token == fresh));
+                assert_eq!(joined.resumed, claim.is_some());
                 clients.push(Client::begin(room, Rate::ALL[clients.len() % Rate::ALL.len()]));
             }
         }
-        Ok(ClientMessage::Input { seq, input }) => {
+        Ok(ClientMessage::Input { seq, input, .. }) => {
             room.input(seat, seq, input);
         }
         Ok(ClientMessage::View { size }) => room.view(seat, size),
-        Ok(ClientMessage::Ping { .. }) | Err(_) => {}
+        Ok(ClientMessage::Ping { .. } | ClientMessage::Kick { .. } | ClientMessage::CloseRoom)
+        | Err(_) => {}
     }
 }
 

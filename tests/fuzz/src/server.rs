@@ -1,7 +1,9 @@
 //! What comes to the server before a session: the head of a request, and the word in a link.
 
+use jostle_protocol::Token;
 use jostle_server::listen::speak_http;
 use jostle_server::rooms::is_code;
+use jostle_server::seal::Sealer;
 use jostle_server::{App, Config, Phase, http, replays};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
@@ -55,6 +57,25 @@ pub fn handshake(bytes: &[u8]) {
         answer
     });
     assert!(answer.is_empty() || answer.starts_with(b"HTTP/1."), "{answer:?}");
+}
+
+/// The key of [`token`], for the corpus.
+pub const SEALER_KEY: [u8; 32] = [7; 32];
+
+/// A token for a seat, or the key of a host: what is believed is what was sealed. A text of one gives
+/// it back.
+pub fn token(bytes: &[u8]) {
+    let text = std::str::from_utf8(bytes).ok().and_then(Token::parse);
+    if let Some(token) = text {
+        assert_eq!(token.text().as_bytes(), bytes);
+    }
+    let Ok(token) = bytes.try_into().map(Token) else { return };
+    assert_eq!(Token::parse(&token.text()), Some(token));
+    let sealer = Sealer::new(&SEALER_KEY);
+    let (claim, hosted) = (sealer.seat_claim(&token), sealer.hosted(&token));
+    assert!(claim.is_none() || hosted.is_none());
+    assert!(claim.is_none_or(|claim| sealer.seat_token(claim) == token));
+    assert!(hosted.is_none_or(|room| sealer.host_key(room) == token));
 }
 
 struct Host {

@@ -127,6 +127,11 @@ fn whatever_comes_before_a_session_is_answered_or_dropped() {
 }
 
 #[test]
+fn a_token_is_believed_as_it_was_sealed() {
+    check("token", 20_000);
+}
+
+#[test]
 fn every_property_has_a_target_and_a_corpus() {
     let properties: BTreeSet<String> =
         PROPERTIES.iter().map(|(name, _)| name.to_string()).collect();

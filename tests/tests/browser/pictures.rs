@@ -118,7 +118,10 @@ fn native_demo(scene: &str, ticks: u32) -> Result<(Demo, Replica)> {
     let scene = Arc::new(found.with_context(|| format!("no scene {scene}"))?);
     let appearance = Appearance::new("Native", 0).map_err(|error| anyhow!("{error:?}"))?;
     let mut demo = Demo::new(Arc::clone(&scene), SEED, BOTS, true);
-    demo.receive(&ClientMessage::Hello { version: VERSION, appearance, token: None }.encode());
+    demo.receive(
+        &ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None }
+            .encode(),
+    );
     let mut replica = None;
     for tick in 0..=ticks {
         for bytes in demo.take() {

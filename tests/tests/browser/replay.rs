@@ -37,8 +37,8 @@ fn records() -> Result<Vec<Record>> {
     let mut seats = Vec::new();
     for (color, name) in (0..).zip(NAMES) {
         let look = Appearance::new(name, color).map_err(|error| anyhow!("{error}"))?;
-        let joined = room.join(look, None, u64::from(color) + 1);
-        seats.push(joined.map_err(|refusal| anyhow!("{refusal:?}"))?.seat);
+        let joined = room.join(look, None);
+        seats.push(joined.map_err(|refusal| anyhow!("{refusal:?}"))?.claim.seat);
     }
     for tick in 0..TICKS {
         for &seat in &seats {

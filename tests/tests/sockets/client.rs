@@ -1,9 +1,10 @@
 //! A client for tests: what a page does, without a page. Every wait has an end.
 
 use futures_util::{SinkExt, StreamExt};
-use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
+use jostle_protocol::limits::{SERVER_MESSAGE_BYTES_MAX, TOKEN_BYTES};
 use jostle_protocol::{
-    Appearance, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot, Stream, VERSION,
+    Appearance, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot, Stream, Token,
+    VERSION,
 };
 use jostle_sim::{Buttons, Input, Vec2};
 use std::net::SocketAddr;
@@ -21,7 +22,9 @@ pub const LONG: Duration = Duration::from_secs(30);
 pub struct Client {
     pub socket: WebSocketStream<TcpStream>,
     pub seat: u16,
-    pub token: u64,
+    pub token: Token,
+    /// Whether the welcome said so.
+    pub host: bool,
     pub newest: Snapshot,
     pub stream: Stream,
     /// Bytes of all messages that came.
@@ -50,7 +53,9 @@ impl Client {
             client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
         let newest = Snapshot::default();
         let stream = Stream::default();
-        Client { socket, seat: u16::MAX, token: 0, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
+        let token = Token([0; TOKEN_BYTES]);
+        let (seat, host) = (u16::MAX, false);
+        Client { socket, seat, token, host, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
     }
 
     /// A seated player with a first snapshot.
@@ -61,20 +66,20 @@ impl Client {
     }
 
     /// Says hello, and expects a seat and a first snapshot.
-    pub async fn enter(&mut self, name: &str, token: Option<u64>) {
+    pub async fn enter(&mut self, name: &str, token: Option<Token>) {
         self.hello(VERSION, name, token).await;
         match self.message().await {
-            ServerMessage::Welcome { seat, token, .. } => {
-                (self.seat, self.token) = (seat, token);
+            ServerMessage::Welcome { seat, token, host, .. } => {
+                (self.seat, self.token, self.host) = (seat, token, host);
             }
             other => panic!("{name}: {other:?} instead of a welcome"),
         }
         self.snapshot().await;
     }
 
-    pub async fn hello(&mut self, version: u16, name: &str, token: Option<u64>) {
+    pub async fn hello(&mut self, version: u16, name: &str, token: Option<Token>) {
         let appearance = Appearance { name: name.to_owned(), color: 1 };
-        self.send(&ClientMessage::Hello { version, appearance, token }).await;
+        self.send(&ClientMessage::Hello { version, appearance, token, host_key: None }).await;
     }
 
     pub async fn send(&mut self, message: &ClientMessage) {
@@ -88,7 +93,8 @@ impl Client {
     pub async fn input(&mut self, buttons: Buttons, pointer: Option<Vec2>) {
         self.seq += 1;
         let input = Input { buttons, pointer };
-        self.send(&ClientMessage::Input { seq: self.seq, input }).await;
+        let heard = self.newest.tick as u16;
+        self.send(&ClientMessage::Input { seq: self.seq, heard, input }).await;
     }
 
     /// The next frame that is not a ping or pong.

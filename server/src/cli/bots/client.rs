@@ -3,10 +3,10 @@
 
 use super::Target;
 use super::report::ClientReport;
-use super::socket::{Arrival, BotError, Socket, Token, connect, next, send};
+use super::socket::{Arrival, BotError, Socket, connect, next, send};
 use super::witness::Witness;
 use crate::cli::hands::Hands;
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Stream};
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Stream, Token};
 use jostle_sim::{BodyId, TICKS_PER_SECOND};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -165,8 +165,8 @@ impl Player {
     /// An input, and now and then a ping.
     async fn act(&mut self, report: &mut ClientReport) -> Result<(), BotError> {
         self.seq += 1;
-        let input = self.hands.next_input();
-        send(&mut self.socket, &ClientMessage::Input { seq: self.seq, input }).await?;
+        let (heard, input) = (self.tick as u16, self.hands.next_input());
+        send(&mut self.socket, &ClientMessage::Input { seq: self.seq, heard, input }).await?;
         if self.seq % PING_EVERY_INPUTS == 1 {
             let stamp = report.stamp(Instant::now());
             send(&mut self.socket, &ClientMessage::Ping { stamp }).await?;

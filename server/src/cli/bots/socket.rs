@@ -4,7 +4,7 @@ use super::Target;
 use futures_util::{SinkExt, StreamExt};
 use hyper::body::Bytes;
 use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Stream, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Stream, Token, VERSION};
 use jostle_sim::{BodyId, Scene, Vec2};
 use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
@@ -14,9 +14,6 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 pub type Socket = WebSocketStream<TcpStream>;
-/// What gives a seat back.
-pub type Token = u64;
-
 /// Time to connect and to be sent the first keyframe.
 const ARRIVAL_WAIT: Duration = Duration::from_secs(20);
 /// Bytes read at a time: there may be many bots.
@@ -104,7 +101,8 @@ async fn arrive(
         .write_buffer_size(0);
     let (mut socket, _) = client_async_with_config(url, stream, Some(config)).await?;
     let said_at = Instant::now();
-    send(&mut socket, &ClientMessage::Hello { version: VERSION, appearance, token }).await?;
+    let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key: None };
+    send(&mut socket, &hello).await?;
     let (seat, token, scene) = match ServerMessage::decode(&message(&mut socket).await?)? {
         ServerMessage::Welcome { seat, token, scene_name, scene, .. } => {
             (seat, token, [scene_name, scene])

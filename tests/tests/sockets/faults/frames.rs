@@ -27,12 +27,12 @@ pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
 
 fn hello(name: &str) -> Vec<u8> {
     let appearance = Appearance { name: name.to_owned(), color: 0 };
-    ClientMessage::Hello { version: VERSION, appearance, token: None }.encode()
+    ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None }.encode()
 }
 
 pub fn input(seq: u32) -> Vec<u8> {
     let input = Input { buttons: Buttons::RIGHT, pointer: Some(Vec2::new(40.0, 30.0)) };
-    ClientMessage::Input { seq, input }.encode()
+    ClientMessage::Input { seq, heard: 0, input }.encode()
 }
 
 /// Writes below the client's own framing. The server may close before it has read everything.
@@ -228,7 +228,7 @@ async fn inputs_from_far_future_and_past_are_ignored() {
     let wrong = [0, seq, u32::MAX, 1 << 31, seq + 1000];
     for seq in wrong {
         let input = Input { buttons: Buttons::LEFT, pointer: None };
-        bob.send(&ClientMessage::Input { seq, input }).await;
+        bob.send(&ClientMessage::Input { seq, heard: 0, input }).await;
     }
     server.counts("jostle_inputs_ignored_total", wrong.len() as u64).await;
     bob.snapshot().await;

@@ -4,6 +4,8 @@ use super::refusals;
 use crate::client::{Client, LONG};
 use crate::server::Server;
 use crate::slow_reader::{RESTLESS, connect_small};
+use jostle_protocol::limits::TOKEN_BYTES;
+use jostle_protocol::{Refusal, Token, VERSION};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_sim::{Buttons, Scene};
@@ -70,15 +72,35 @@ async fn a_token_that_was_used_or_made_up_gives_no_seat_back() {
     assert_ne!(bob.token, used, "every session gets a token of its own");
     // The first input shows that the new token arrived; from then on the old one is worth nothing.
     bob.goes_on().await;
-    for token in [used, 0, u64::MAX, ann.token ^ 1] {
+    let mut forged = ann.token;
+    forged.0[0] ^= 1;
+    for token in [used, Token([0; TOKEN_BYTES]), Token([255; TOKEN_BYTES]), forged] {
         let mut eve = Client::connect(server.address, "arena").await;
-        eve.enter("Eve", Some(token)).await;
-        assert!(eve.seat != seat && eve.seat != ann.seat, "{token:x} took a seat over");
+        eve.hello(VERSION, "Eve", Some(token)).await;
+        eve.is_refused(Refusal::BadToken).await;
     }
-    server.counts("jostle_joins_total{how=\"unknown_token\"}", 4).await;
+    server.counts(&refusals("bad_token"), 4).await;
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
+    assert_eq!(bob.seat, seat);
     bob.goes_on().await;
     ann.goes_on().await;
+    assert_eq!(ann.newest.players.len(), 2);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_token_of_another_room_or_process_gives_no_seat_back() {
+    let (server, restarted) = (Server::start().await, Server::start().await);
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut bob = Client::join(server.address, "pile", "Bob").await;
+    for (address, room) in [(server.address, "pile"), (restarted.address, "arena")] {
+        let mut eve = Client::connect(address, room).await;
+        eve.hello(VERSION, "Eve", Some(ann.token)).await;
+        eve.is_refused(Refusal::BadToken).await;
+    }
+    server.counts(&refusals("bad_token"), 1).await;
+    restarted.counts(&refusals("bad_token"), 1).await;
+    ann.goes_on().await;
+    bob.goes_on().await;
 }
 
 /// One way of a link: bytes arrive in order, each part 100 to 200 ms after it was sent, and every

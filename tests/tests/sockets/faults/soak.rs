@@ -56,7 +56,9 @@ async fn guests(server: SocketAddr) {
             (Client::connect(server, "pile").await, Client::connect(server, "pile").await);
         second.enter("Second", Some(back.token)).await;
         back.is_refused(Refusal::Replaced).await;
-        late.enter("Late", Some(token)).await;
+        late.hello(VERSION, "Late", Some(token)).await;
+        late.is_refused(Refusal::BadToken).await;
+        let mut late = Client::join(server, "pile", "Late").await;
         for seq in [0, 1 << 30, u32::MAX] {
             write(&mut late, &frame(WHOLE, &input(seq))).await;
         }
@@ -111,7 +113,7 @@ async fn faults_have_no_way_into_a_game_but_their_inputs() {
     for reason in ["version", "bad_message", "bad_hello", "bad_request", "no_such_room"] {
         assert!(server.count(&refusals(reason)).await > 0, "{reason}");
     }
-    for reason in ["replaced", "flood"] {
+    for reason in ["replaced", "flood", "bad_token"] {
         assert!(server.count(&refusals(reason)).await > 0, "{reason}");
     }
     assert!(server.count("jostle_inputs_ignored_total").await > 0);

@@ -1,0 +1,69 @@
+//! What gives a seat, or the rights of a host, back to whom it was given. Opaque here and to clients:
+//! what it says and how it is sealed is the server's own business.
+
+use crate::limits::TOKEN_BYTES;
+use crate::wire::{DecodeError, Reader, Writer};
+use std::fmt;
+
+/// A sealed note of the server to itself.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Token(pub [u8; TOKEN_BYTES]);
+
+impl Token {
+    /// Its form in texts: hexadecimal digits.
+    pub fn text(&self) -> String {
+        self.0.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Reads that form, and no other.
+    pub fn parse(text: &str) -> Option<Token> {
+        let digit = |byte: u8| match byte {
+            b'0'..=b'9' => Some(byte - b'0'),
+            b'a'..=b'f' => Some(byte - b'a' + 10),
+            _ => None,
+        };
+        let mut token = Token([0; TOKEN_BYTES]);
+        let (pairs, rest) = text.as_bytes().as_chunks::<2>();
+        if pairs.len() != TOKEN_BYTES || !rest.is_empty() {
+            return None;
+        }
+        for (byte, &[high, low]) in token.0.iter_mut().zip(pairs) {
+            *byte = digit(high)? << 4 | digit(low)?;
+        }
+        Some(token)
+    }
+
+    pub(crate) fn write(&self, writer: &mut Writer) {
+        writer.raw(&self.0);
+    }
+
+    pub(crate) fn read(reader: &mut Reader, field: &'static str) -> Result<Token, DecodeError> {
+        let bytes = reader.raw(TOKEN_BYTES, field)?;
+        Ok(Token(bytes.try_into().expect("as many bytes as were asked for")))
+    }
+}
+
+impl fmt::Debug for Token {
+    /// Says nothing of it: who reads it in a log could use it.
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("Token(..)")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_gives_the_token_back_and_no_other_text_does() {
+        let token = Token(std::array::from_fn(|place| (place * 37) as u8));
+        let text = token.text();
+        assert_eq!(Token::parse(&text), Some(token));
+        let long = format!("{text}00");
+        for wrong in ["", &text[2..], &text[1..], &long, &text.to_uppercase()] {
+            assert_eq!(Token::parse(wrong), None, "{wrong}");
+        }
+        assert_eq!(Token::parse(&text.replacen('0', "g", 1)), None);
+        assert_eq!(format!("{token:?}"), "Token(..)");
+    }
+}

@@ -1,0 +1,5 @@
+//! A token, as its holder brings it: see `jostle_fuzz::token`.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| jostle_fuzz::token(bytes));
