@@ -10,7 +10,8 @@ use jostle_protocol::{Appearance, DecodeError, Heard, PlayerState, Snapshot, Str
 use jostle_sim::particle::{Obstacle, dequantise, quantise};
 use jostle_sim::scene::Plan;
 use jostle_sim::{
-    BodyId, Event, Kind, Motion, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND, Tools, Vec2,
+    BodyId, EmitterDef, Event, Kind, Motion, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND,
+    Tools, Vec2,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -143,7 +144,9 @@ impl Replica {
             first: known.map_or(newest.tick, |known| (known + 1).min(newest.tick)),
             patience: self.stream.patience(),
         };
-        let starts = |timed: &&TimedEvent| matches!(timed.event, Event::EmitterStarted(_));
+        let starts = |timed: &&TimedEvent| {
+            matches!(timed.event, Event::EmitterStarted(_) | Event::RepeaterStarted { .. })
+        };
         let emitters = events.iter().filter(starts).count();
         self.file(newest, events);
         Ok((arrival, emitters))
@@ -244,10 +247,10 @@ impl Replica {
 
     fn play_event(&mut self, timed: TimedEvent) {
         match timed.event {
-            Event::EmitterStarted(emitter) => {
-                // The room reports only those that found a place, and this copy has as many.
-                if usize::from(emitter.recipe) < self.scene.recipes.len() {
-                    self.particles.start(emitter);
+            Event::EmitterStarted(emitter) => self.start(emitter),
+            Event::RepeaterStarted { index, seed } => {
+                if let Some(emitter) = self.scene.emitter(index, seed) {
+                    self.start(emitter);
                 }
             }
             Event::Impact { a, b, point, speed } => {
@@ -280,6 +283,13 @@ impl Replica {
                     self.tell(News::Left(name));
                 }
             }
+        }
+    }
+
+    /// The room reports only those that found a place, and this copy has as many.
+    fn start(&mut self, emitter: EmitterDef) {
+        if usize::from(emitter.recipe) < self.scene.recipes.len() {
+            self.particles.start(emitter);
         }
     }
 

@@ -137,6 +137,13 @@ pub enum Event {
     },
     /// An emitter was started.
     EmitterStarted(EmitterDef),
+    /// An emitter of the scene that stands at a place was started again: [`Scene::emitter`].
+    RepeaterStarted {
+        /// Index into the scene's emitters.
+        index: u8,
+        /// Seed of all that is random about its particles this time.
+        seed: u32,
+    },
     /// A player took a seat.
     Joined(Seat),
     /// A player left a seat; hero and packs are gone.
@@ -381,15 +388,21 @@ impl Game {
     fn start_emitters(&mut self) {
         let scene = Arc::clone(&self.scene);
         let tick = self.ticks;
-        for repeater in scene.emitters.iter().filter(|repeater| repeater.starts_at(tick)) {
-            let source = match repeater.place {
-                Place::Point(point) => Source::Point(point),
-                Place::Body(index) => match self.placed[index] {
-                    Some(id) => Source::Body(id),
-                    None => continue,
-                },
-            };
-            self.emit(repeater.recipe, repeater.count, source);
+        let numbered = (0..=u8::MAX).zip(&scene.emitters);
+        for (index, repeater) in numbered.filter(|(_, repeater)| repeater.starts_at(tick)) {
+            match repeater.place {
+                Place::Point(point) => {
+                    let seed = self.chance.emit.next_u32();
+                    if self.world.start_emitter(repeater.at(point, seed)) {
+                        self.events.push(Event::RepeaterStarted { index, seed });
+                    }
+                }
+                Place::Body(placed) => {
+                    if let Some(id) = self.placed[placed] {
+                        self.emit(repeater.recipe, repeater.count, Source::Body(id));
+                    }
+                }
+            }
         }
     }
 

@@ -29,7 +29,7 @@ pub use recipes::{RECIPES_MAX, presets};
 pub use tools::Tools;
 
 use crate::forces::ForceSettings;
-use crate::particle::Recipe;
+use crate::particle::{EmitterDef, Recipe};
 use crate::shape::Aabb;
 use crate::solver::Solver;
 use crate::world::{BodyDef, GROUPS_MAX, WorldSettings};
@@ -194,6 +194,16 @@ impl Scene {
         })?;
         let root = Table::root(document, entries.get_ref(), compile::FIELDS)?;
         compile::scene(name, source, &root)
+    }
+
+    /// The emitter that one of the scene's starts with the seed of this time; `None` if there is none of
+    /// this number, or if it follows a body.
+    pub fn emitter(&self, index: u8, seed: u32) -> Option<EmitterDef> {
+        let repeater = self.emitters.get(usize::from(index))?;
+        match repeater.place {
+            Place::Point(point) => Some(repeater.at(point, seed)),
+            Place::Body(_) => None,
+        }
     }
 
     /// The scenes that Jostle ships, embedded from `assets/scenes`, `arena` first.

@@ -3,7 +3,64 @@
 //! page hear the same streams.
 
 use jostle_client_web::witness::particle_digests;
+use jostle_room::{Rate, Room};
+use jostle_sim::Scene;
 use jostle_tests::streams::{TICKS, play, scenes};
+use std::sync::Arc;
+
+/// Fires over a floor, as many particles as a scene may have.
+const FIREWORKS: &str = r#"title = "Fireworks"
+size = [400, 200]
+groups = ["floor"]
+particles_meet = ["floor"]
+
+[limits]
+particles = 20000
+
+[[bodies]]
+kind = "wall"
+position = [200, 10]
+size = [400, 20]
+group = "floor"
+"#;
+/// Bursts of 200 a second, whose particles live for 2.2 s: enough for 20,000 at a time.
+const BURSTS: u32 = 54;
+
+fn fireworks() -> Arc<Scene> {
+    let mut source = FIREWORKS.to_owned();
+    for number in 0..BURSTS {
+        let (x, start) = (5 + 390 * number / BURSTS, 60 * number / BURSTS);
+        source.push_str(&format!(
+            "[[emitters]]\nrecipe = \"fire\"\ncount = 200\nposition = [{x}, 60]\n\
+             start = {start}\nevery = 60\n"
+        ));
+    }
+    Arc::new(Scene::parse("fireworks.toml", &source).unwrap_or_else(|error| panic!("{error}")))
+}
+
+#[test]
+fn twenty_thousand_particles_cost_at_most_600_bytes_a_second() {
+    let mut room = Room::new("fireworks", fireworks(), 1);
+    (0..300).for_each(|_| room.tick());
+    let (reader, keyframe) = room.begin(Rate::Full);
+    let (mut fewest, mut payload, mut messages) = (usize::MAX, 0, 0);
+    let seconds = 5;
+    for _ in 0..60 * seconds {
+        room.tick();
+        fewest = fewest.min(room.game().world().particles().len());
+        let message = room.message(&reader);
+        payload += message.map_or(0, |message| message.len());
+        messages += message.iter().len();
+    }
+    println!(
+        "{fewest} particles at least: {} B/s in {} messages, keyframe of {} bytes",
+        payload / seconds,
+        messages / seconds,
+        keyframe.len()
+    );
+    assert!(fewest > 19_900, "{fewest} particles");
+    assert!(payload / seconds <= 600, "{} bytes a second", payload / seconds);
+}
 
 #[test]
 fn the_game_and_all_who_hear_it_have_the_same_particles() {

@@ -14,6 +14,7 @@ const BODY_LEFT: u8 = 2;
 const EMITTER_STARTED: u8 = 3;
 const JOINED: u8 = 4;
 const LEFT: u8 = 5;
+const REPEATER_STARTED: u8 = 6;
 
 /// Distance, tag and a seat.
 const EVENT_BYTES_MIN: usize = 3;
@@ -59,6 +60,11 @@ fn write_event(writer: &mut Writer, event: &Event) {
         Event::EmitterStarted(emitter) => {
             writer.byte(EMITTER_STARTED);
             write_emitter(writer, &emitter);
+        }
+        Event::RepeaterStarted { index, seed } => {
+            writer.byte(REPEATER_STARTED);
+            writer.byte(index);
+            writer.fixed32(seed);
         }
         Event::Joined(seat) => {
             writer.byte(JOINED);
@@ -127,6 +133,10 @@ fn read_event(reader: &mut Reader) -> Result<Event, DecodeError> {
             point: reader.point("leave point")?,
         }),
         EMITTER_STARTED => Ok(Event::EmitterStarted(read_emitter(reader)?)),
+        REPEATER_STARTED => Ok(Event::RepeaterStarted {
+            index: reader.byte("emitter")?,
+            seed: reader.fixed32("emitter seed")?,
+        }),
         JOINED => Ok(Event::Joined(read_seat(reader)?)),
         LEFT => Ok(Event::Left(read_seat(reader)?)),
         _ => Err(DecodeError::OutOfRange { field: "event kind" }),

@@ -97,7 +97,7 @@ fn random_body(rng: &mut Rng, index: u32) -> SnapshotBody {
 fn random_event(rng: &mut Rng) -> Event {
     let seat = Seat(rng.below(SEATS_MAX as u32) as u16);
     let point = random_point(rng);
-    match rng.below(6) {
+    match rng.below(7) {
         0 => {
             let (a, b) = (random_id(rng), random_id(rng));
             Event::Impact { a, b, point, speed: rng.range(0.0, 90.0) }
@@ -116,6 +116,7 @@ fn random_event(rng: &mut Rng) -> Event {
             Event::EmitterStarted(EmitterDef { recipe: 3, count, seed: rng.next_u32(), source })
         }
         4 => Event::Joined(seat),
+        5 => Event::RepeaterStarted { index: rng.next_u32() as u8, seed: rng.next_u32() },
         _ => Event::Left(seat),
     }
 }
@@ -364,6 +365,9 @@ fn an_event_of_200_particles_costs_few_bytes() {
     let event = TimedEvent { tick: 2, event: Event::EmitterStarted(emitter) };
     let bytes = |events: &[TimedEvent]| Link::holding(&base).send(&next, events).len();
     assert_eq!(bytes(&[event]) - bytes(&[]), 19);
+    let repeated = TimedEvent { tick: 2, event: Event::RepeaterStarted { index: 200, seed: 9 } };
+    assert_eq!(bytes(&[repeated]) - bytes(&[]), 8, "the scene knows the rest");
+    assert_eq!(bytes(&[repeated; 2]) - bytes(&[]), 15);
 }
 
 // Bytes that are refused.
@@ -429,7 +433,7 @@ fn fields_out_of_range_are_named() {
     delta(32, &[0], "events");
     delta(32, &[1, 0, 4, 1], "event tick");
     delta(32, &[1, 2, 4, 1], "event tick");
-    delta(32, &[1, 1, 6, 1], "event kind");
+    delta(32, &[1, 1, 7, 1], "event kind");
     let kind = Err(DecodeError::OutOfRange { field: "sections" });
     assert_eq!(decode(&[4, 45], Some(&base)), kind);
     let trailing = decode(&[0x80, 45, 0], Some(&base));

@@ -7,6 +7,7 @@ use super::groups::Groups;
 use super::recipes::Recipes;
 use super::{Kind, Placed, SPEED_MAX, SceneError, Tools};
 use crate::forces::Drag;
+use crate::particle::{EmitterDef, Source};
 use crate::world::BodyDef;
 use glam::Vec2;
 
@@ -82,6 +83,11 @@ impl Repeater {
             Some(every) => tick >= self.start && (tick - self.start).is_multiple_of(every),
             None => tick == self.start,
         }
+    }
+
+    /// The emitter that it starts at a place.
+    pub fn at(&self, point: Vec2, seed: u32) -> EmitterDef {
+        EmitterDef { recipe: self.recipe, count: self.count, seed, source: Source::Point(point) }
     }
 }
 

@@ -9,9 +9,12 @@ use jostle_protocol::replay::{Record, frame};
 use jostle_protocol::{
     Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, Stream, TimedEvent, Token, VERSION,
 };
-use jostle_room::{Claim, Room};
+use jostle_room::{Claim, Rate, Room};
 use jostle_server::seal::SeatClaim;
-use jostle_sim::{BodyId, Buttons, EmitterDef, Event, Input, Kind, Scene, Seat, Source, Vec2};
+use jostle_sim::scene::presets;
+use jostle_sim::{
+    BodyId, Buttons, EmitterDef, Event, Input, Kind, Particles, Scene, Seat, Source, Vec2,
+};
 use std::path::Path;
 use std::sync::Arc;
 use std::{fs, io};
@@ -22,6 +25,7 @@ fn main() -> io::Result<()> {
     write("keyframe", keyframes())?;
     write("delta", deltas())?;
     write("events", coded_events())?;
+    write("particles", told())?;
     write("replay", replays())?;
     write("scene", scenes())?;
     write("room", rooms())?;
@@ -107,6 +111,7 @@ fn events(tick: u32) -> Vec<TimedEvent> {
         Event::BodyLeft { kind: Kind::Dumb, body: id(0), point },
         Event::EmitterStarted(emitter(Source::Point(point))),
         Event::EmitterStarted(emitter(Source::Body(id(1)))),
+        Event::RepeaterStarted { index: 200, seed: 9 },
         Event::Joined(Seat(511)),
         Event::Left(Seat(0)),
     ];
@@ -124,6 +129,8 @@ fn keyframes() -> Vec<Vec<u8>> {
         encode(snapshots::sample(7, 40, 500, 1 << 20), 12, &[]),
     ];
     keyframes.extend(fresh_rooms().map(|room| encode(room.snapshot().clone(), 1, &[])));
+    // With what flies.
+    keyframes.extend(fresh_rooms().map(|mut room| room.begin(Rate::Full).1.to_vec()));
     keyframes
 }
 
@@ -133,6 +140,23 @@ fn coded_events() -> Vec<Vec<u8>> {
     let some = all.chunks(1).chain([&all[..]]);
     // Without the head that the property puts before them.
     some.map(|events| encode(empty(16_383), 1, events)[4..].to_vec()).collect()
+}
+
+/// Nothing, an emitter that has just begun, and what two of them made in a while.
+fn told() -> Vec<Vec<u8>> {
+    let mut particles = Particles::new(presets(), 500);
+    let mut told = vec![particles.tell()];
+    let place = Source::Point(Vec2::new(30.0, 20.0));
+    let body = Source::Body(BodyId { index: 3, generation: 1 });
+    for (recipe, source) in [(0, place), (1, body)] {
+        particles.start(EmitterDef { recipe, count: 60, seed: 5, source });
+        told.push(particles.tell());
+    }
+    for _ in 0..8 {
+        particles.step(&[], |_| None);
+        told.push(particles.tell());
+    }
+    told
 }
 
 /// For each of the streams, messages that go on as the stream did, and such that do not.

@@ -10,7 +10,7 @@ mod server;
 pub mod snapshots;
 
 pub use files::{replay, scene};
-pub use messages::{client_message, delta, events, keyframe, server_message};
+pub use messages::{client_message, delta, events, keyframe, particles, server_message};
 pub use play::room;
 #[cfg(feature = "server")]
 pub use server::{SEALER_KEY, handshake, link, token};
@@ -20,12 +20,13 @@ pub type Property = fn(&[u8]);
 
 /// All of them; the fuzzer's targets and the directories of the corpus have these names.
 #[cfg(feature = "server")]
-pub const PROPERTIES: [(&str, Property); 11] = [
+pub const PROPERTIES: [(&str, Property); 12] = [
     ("client_message", client_message),
     ("server_message", server_message),
     ("keyframe", keyframe),
     ("delta", delta),
     ("events", events),
+    ("particles", particles),
     ("replay", replay),
     ("scene", scene),
     ("room", room),

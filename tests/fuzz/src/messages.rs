@@ -4,7 +4,12 @@ use crate::part;
 use crate::snapshots::streams;
 use jostle_protocol::limits::{BODIES_MAX, EVENTS_MAX, QUANTA_MAX};
 use jostle_protocol::{ClientMessage, Heard, ServerMessage, Stream, VERSION};
+use jostle_sim::Particles;
+use jostle_sim::scene::presets;
 use std::sync::Arc;
+
+/// Limit of the scene that particles are told of.
+const PARTICLES_MAX: usize = 500;
 
 /// A message of a client.
 pub fn client_message(bytes: &[u8]) {
@@ -43,6 +48,19 @@ fn bytes_every(keyframe: &[u8]) -> u8 {
 pub fn events(bytes: &[u8]) {
     // Kind, sections, tick 16383 and a message a tick.
     keyframe(&[&[0b1110_0000, 0xff, 0x7f, 1], bytes].concat());
+}
+
+/// What a keyframe tells of particles: what is accepted is told again in as many bytes, and lives for as
+/// long as its recipes say at most.
+pub fn particles(bytes: &[u8]) {
+    let Ok(mut particles) = Particles::told(presets(), PARTICLES_MAX, bytes) else { return };
+    assert_eq!(particles.tell().len(), bytes.len());
+    let count = particles.len();
+    assert!(count <= PARTICLES_MAX && count * 20 <= bytes.len());
+    for _ in 0..4 {
+        particles.step(&[], |_| None);
+        assert!(particles.positions().iter().all(|place| place.is_finite()));
+    }
 }
 
 /// Messages, parts each, for one who holds what the first byte says.

@@ -102,6 +102,11 @@ fn events_have_one_form() {
 }
 
 #[test]
+fn particles_that_are_told_can_be_played() {
+    check("particles", 5_000);
+}
+
+#[test]
 fn a_replay_is_refused_or_plays_as_far_as_it_goes() {
     check("replay", 500);
 }
