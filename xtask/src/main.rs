@@ -8,6 +8,7 @@ mod chromium;
 mod fuzz;
 mod goldens;
 mod latency;
+mod load;
 mod pictures;
 mod play;
 mod python;
@@ -90,6 +91,24 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },
+    /// Measure the server under load: a crowd in one room, many rooms, newcomers and lost sockets
+    Load {
+        /// Clients of the one room; 0 leaves that out
+        #[arg(long, value_name = "N", default_value_t = 500)]
+        clients: u32,
+        /// Rooms of 16 players; 0 leaves that out
+        #[arg(long, value_name = "N", default_value_t = 16)]
+        rooms: u32,
+        /// Seconds of each
+        #[arg(long, value_name = "S", default_value_t = 60)]
+        seconds: u32,
+        /// Sockets that are lost while the crowd plays, one after another; 0 leaves that out
+        #[arg(long, value_name = "N", default_value_t = 1000)]
+        reconnects: u32,
+        /// Count allocations of the whole server too, which makes it a little slower
+        #[arg(long)]
+        allocations: bool,
+    },
     /// Take the README's screenshot from a game with three players
     Pictures,
     /// Open a page once its server answers
@@ -121,6 +140,9 @@ fn run(task: Task) -> Result<bool> {
         Task::Tidy => tidy::tidy()?,
         Task::Fuzz { target, seconds } => fuzz::fuzz(target.as_deref(), seconds)?,
         Task::Latency { presses, json } => latency::latency(presses, json.as_deref())?,
+        Task::Load { clients, rooms, seconds, reconnects, allocations } => {
+            load::load(&load::Load { clients, rooms, seconds, reconnects, allocations })?;
+        }
         Task::Pictures => pictures::take()?,
         Task::Report { quick, peers, out } => report::report(quick, peers, &out)?,
         Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,

@@ -37,9 +37,9 @@ const LOSS_EVERY: Duration = Duration::from_secs(60);
 /// any client met an error, came back to another seat, or was shown a wrong state.
 #[derive(clap::Args)]
 pub struct Bots {
-    /// Where to play
-    #[arg(value_name = "ws://HOST/ROOM")]
-    url: String,
+    /// Where to play; of several rooms each gets its share of the clients, the first the newcomers
+    #[arg(value_name = "ws://HOST/ROOM", required = true)]
+    urls: Vec<String>,
     /// How many
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(CLIENTS_MAX)))]
     clients: u32,
@@ -81,15 +81,16 @@ pub struct Target {
 impl Bots {
     /// Plays and reports.
     pub fn run(self) -> Result<(), Failure> {
-        let target = Target::parse(&self.url)?;
+        let targets: Result<Vec<_>, _> = self.urls.iter().map(|url| Target::parse(url)).collect();
+        let targets = targets?;
         let operators = self.ops.as_deref().map(Operators::parse).transpose()?;
         let watched = Duration::from_secs(self.canary.into());
         let canary = (self.canary > 0).then(|| Canary::watch(watched));
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
         let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
-        let (clients, around) = runtime.block_on(self.play(&target, operators))?;
+        let (clients, around) = runtime.block_on(self.play(&targets, operators))?;
         let decoders = self.decode.min(self.clients) as usize;
-        let report = Report::new(&target, clients, Around { canary, decoders, ..around });
+        let report = Report::new(&targets, clients, Around { canary, decoders, ..around });
         if self.json { say(json(&report)) } else { say(&report) }?;
         match report.failure() {
             None => Ok(()),
@@ -99,19 +100,19 @@ impl Bots {
 
     async fn play(
         &self,
-        target: &Target,
+        targets: &[Target],
         operators: Option<Operators>,
     ) -> Result<(Vec<ClientReport>, Around), Failure> {
         let length = Duration::from_secs(self.seconds.into());
         let empty = scrape(operators.clone()).await?;
         let (stage, followed) = watch::channel(Stage::Coming);
         let witness = Arc::new(Witness::default());
-        let playing = self.send_in(target, &followed, &witness).await;
+        let playing = self.send_in(targets, &followed, &witness).await;
         sleep(SETTLE).await;
         let full = scrape(operators.clone()).await?;
         stage.send_replace(Stage::Playing(Instant::now()));
         let newcomers = (self.newcomers > 0).then(|| {
-            let target = target.clone();
+            let target = targets[0].clone();
             tokio::spawn(Newcomers::come(self.newcomers, length, target, witness))
         });
         sleep(length).await;
@@ -137,7 +138,7 @@ impl Bots {
     /// Has all bots connect, and waits until each has a seat or has none to come.
     async fn send_in(
         &self,
-        target: &Target,
+        targets: &[Target],
         stage: &watch::Receiver<Stage>,
         witness: &Arc<Witness>,
     ) -> Vec<JoinHandle<ClientReport>> {
@@ -145,7 +146,7 @@ impl Bots {
         let bots = (0..self.clients).map(|index| Bot {
             index,
             seed: self.seed,
-            target: target.clone(),
+            target: targets[index as usize % targets.len()].clone(),
             decodes: index < self.decode || index == 0,
             losses: self.losses(index),
             stage: stage.clone(),

@@ -172,7 +172,7 @@ impl ClientReport {
 /// Everything, as it is printed.
 #[derive(Debug, Serialize)]
 pub struct Report {
-    pub room: String,
+    pub rooms: Vec<String>,
     pub clients: usize,
     /// Those who decoded every snapshot.
     pub decoders: usize,
@@ -274,7 +274,7 @@ pub struct Around {
 
 impl Report {
     /// Puts together what `clients` measured.
-    pub fn new(target: &Target, clients: Vec<ClientReport>, around: Around) -> Report {
+    pub fn new(targets: &[Target], clients: Vec<ClientReport>, around: Around) -> Report {
         let per_client: Vec<_> = clients.iter().map(Entry::of).collect();
         let all = |tally: fn(&ClientReport) -> &Tally| {
             let mut sum = Tally::default();
@@ -288,7 +288,7 @@ impl Report {
         let missed = clients.iter().filter_map(ClientReport::missed_ticks);
         let seconds = clients.iter().map(ClientReport::seconds).fold(0.0, f64::max);
         Report {
-            room: target.room.clone(),
+            rooms: targets.iter().map(|target| target.room.clone()).collect(),
             clients: clients.len(),
             decoders: around.decoders,
             failed: clients.iter().filter(|client| client.error.is_some()).count(),
@@ -359,7 +359,7 @@ mod tests {
 
     fn report(client: ClientReport) -> Report {
         let target = Target { authority: "h:80".into(), room: "arena".into() };
-        Report::new(&target, vec![client], Around::default())
+        Report::new(&[target], vec![client], Around::default())
     }
 
     #[test]

@@ -14,6 +14,7 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 pub type Socket = WebSocketStream<TcpStream>;
+
 /// Time to connect and to be sent the first keyframe.
 const ARRIVAL_WAIT: Duration = Duration::from_secs(20);
 /// Bytes read at a time: there may be many bots.

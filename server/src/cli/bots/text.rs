@@ -51,7 +51,7 @@ impl fmt::Display for Report {
             "{} clients in {} for {:.0} s, {} of them decode everything: {:.0} bytes/s each; {} ticks, \
              {} missed; {} failed",
             self.clients,
-            self.room,
+            self.rooms.join(", "),
             self.seconds,
             self.decoders,
             self.bytes_per_second_mean,
