@@ -1,5 +1,6 @@
 //! Keys, pointer and thumbs become [`Input`]s: what is down now, and a queue that sends every
-//! change once, at most sixty a second. Positions arrive in device pixels and leave in world units.
+//! change once. Keys leave at once; what can wait leaves when no other input is played in the same
+//! tick, so that none waits at the server. Positions arrive in device pixels and leave in world units.
 
 use crate::frame::View;
 use jostle_sim::{Buttons, Input, Vec2};
@@ -47,6 +48,14 @@ const BURST: f64 = 3.0;
 const WAITING_MAX: usize = 8;
 /// Without a change the input is repeated so often, so that the server knows that it still holds.
 const REPEAT_MS: f64 = 80.0;
+
+/// After so long something is sent whatever is booked: the server would let go of all keys.
+const OVERDUE_MS: f64 = 160.0;
+/// What can wait leaves in this share of a tick or later: one that arrives a little sooner than
+/// expected is not to meet the tick before, where another one is played.
+const PHASE_MIN: f64 = 0.25;
+/// Ticks that may be booked ahead; more is an error.
+const BOOKED_AHEAD_MAX: u32 = 90;
 
 /// What is down now.
 #[derive(Debug, Default)]
@@ -122,6 +131,8 @@ pub struct Outflow {
     allowance: f64,
     refilled_ms: f64,
     seq: u32,
+    /// The last tick in which something is played that was sent.
+    booked: u32,
 }
 
 impl Default for Outflow {
@@ -133,14 +144,18 @@ impl Default for Outflow {
             allowance: BURST,
             refilled_ms: 0.0,
             seq: 0,
+            booked: 0,
         }
     }
 }
 
 impl Outflow {
     /// Notes the intent of this moment. A change of buttons is kept, so that a tap shorter than a
-    /// tick still counts; a mere move replaces the move before it.
+    /// tick still counts; a mere move gives way to whatever comes after it.
     pub fn note(&mut self, input: Input) {
+        if self.ends_in_a_move() {
+            self.waiting.pop_back();
+        }
         if let Some(newest) = self.waiting.back_mut()
             && newest.buttons == input.buttons
         {
@@ -156,19 +171,46 @@ impl Outflow {
         self.waiting.push_back(input);
     }
 
-    /// The next input to send at `now_ms` with its sequence number, if one is due. Call until `None`.
-    pub fn due(&mut self, now_ms: f64) -> Option<(u32, Input)> {
+    /// Whether the newest input that waits changes no button.
+    fn ends_in_a_move(&self) -> bool {
+        let before = match self.waiting.len() {
+            0 => return false,
+            1 => self.last,
+            count => self.waiting.get(count - 2).copied(),
+        };
+        let newest = self.waiting.back();
+        before.zip(newest).is_some_and(|(before, newest)| before.buttons == newest.buttons)
+    }
+
+    /// The next input to send at `now_ms` with its sequence number, if one is due. It would be played
+    /// in the first tick after `moment`. Call until `None`.
+    pub fn due(&mut self, now_ms: f64, moment: f64) -> Option<(u32, Input)> {
         self.refill(now_ms);
-        if self.allowance < 1.0 {
-            return None;
+        let tick = moment.max(0.0) as u32 + 1;
+        if self.booked > tick + BOOKED_AHEAD_MAX {
+            // The ticks are others: another session, or a guess before the first snapshot.
+            self.booked = 0;
         }
         let repeat = self.last.filter(|_| now_ms - self.sent_ms >= REPEAT_MS);
-        let input = self.waiting.pop_front().or(repeat)?;
+        let input = self.waiting.front().copied().or(repeat)?;
+        let urgent = self.last.is_none_or(|last| last.buttons != input.buttons);
+        let overdue = now_ms - self.sent_ms >= OVERDUE_MS;
+        let fits = overdue || tick > self.booked && moment.rem_euclid(1.0) >= PHASE_MIN;
+        if self.allowance < 1.0 || !(urgent || fits) {
+            return None;
+        }
+        self.waiting.pop_front();
+        self.booked = tick.max(self.booked + 1);
         self.allowance -= 1.0;
         self.sent_ms = now_ms;
         self.last = Some(input);
         self.seq += 1;
         Some((self.seq, input))
+    }
+
+    /// What was sent is played later than was thought: up to this tick.
+    pub fn book_until(&mut self, tick: u32) {
+        self.booked = self.booked.max(tick);
     }
 
     fn refill(&mut self, now_ms: f64) {

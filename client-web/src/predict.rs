@@ -87,15 +87,15 @@ impl Predictor {
         })
     }
 
-    /// An input was sent when the server's tick was this one, as the clock estimates it.
-    pub fn sent(&mut self, seq: u32, input: Input, server_tick: f64) {
+    /// An input was sent at `now_ms`, when the server's tick was this one, as the clock estimates it.
+    pub fn sent(&mut self, seq: u32, input: Input, server_tick: f64, now_ms: f64) {
         let buttons = input.rounded().buttons;
-        let moment = self.moment.unwrap_or(server_tick + self.schedule.lead_ticks());
+        let moment = self.moment_at(server_tick, now_ms);
         if self.schedule.send(seq, buttons, server_tick, moment)
             && let Some(anchor) = &self.anchor
         {
             // It changes what was to come: nothing to fade, this is the answer to the key.
-            self.lead = Some(self.lead_to(anchor, moment));
+            self.lead = Some(self.lead_to(anchor, self.moment.unwrap_or(moment)));
         }
     }
 
@@ -231,10 +231,24 @@ impl Predictor {
         self.schedule.lead_ticks()
     }
 
-    /// The drawn moment: the tick that an input of now will be played in, with its fraction.
-    pub fn moment(&self) -> Option<f64> {
-        self.moment
+    /// When an input would be played that leaves at `now_ms`, when the server's tick is this one: in the
+    /// first tick after this moment.
+    pub fn moment_at(&self, server_tick: f64, now_ms: f64) -> f64 {
+        match self.moment {
+            Some(moment) => moment + ((now_ms - self.updated_ms) / TICK_MS).max(0.0),
+            None => server_tick + self.schedule.lead_ticks(),
+        }
     }
+
+    /// The last tick in which something is played that was sent, as far as is known.
+    pub fn booked(&self) -> u32 {
+        self.schedule.booked()
+    }
+}
+
+/// The first tick that a moment has not seen.
+fn next_tick(moment: f64) -> u32 {
+    moment.max(0.0) as u32 + 1
 }
 
 fn longer_side(body: &BodyDef) -> f32 {
@@ -243,8 +257,7 @@ fn longer_side(body: &BodyDef) -> f32 {
 
 /// The tick at whose end the hero is drawn next.
 fn last_tick(anchor: &Anchor, moment: f64) -> u32 {
-    let next = moment.max(0.0) as u32 + 1;
-    next.clamp(anchor.tick(), anchor.tick() + LEAD_TICKS_MAX)
+    next_tick(moment).clamp(anchor.tick(), anchor.tick() + LEAD_TICKS_MAX)
 }
 
 impl Lead {

@@ -1,9 +1,10 @@
 use super::*;
+use crate::clock::TICK_MS;
 
 const VIEW: View = View { center: Vec2::new(100.0, 50.0), height: 100.0, pixels: [2000, 1000] };
 
 fn sent(outflow: &mut Outflow, now_ms: f64) -> Vec<(u32, Input)> {
-    std::iter::from_fn(|| outflow.due(now_ms)).collect()
+    std::iter::from_fn(|| outflow.due(now_ms, now_ms / TICK_MS)).collect()
 }
 
 fn pressed(buttons: Buttons) -> Input {
@@ -110,6 +111,39 @@ fn moves_are_merged_and_the_rate_is_bounded() {
         count += sent(&mut outflow, f64::from(ms)).len();
     }
     assert!((55..=64).contains(&count), "{count} inputs in a second");
+}
+
+#[test]
+fn what_can_wait_leaves_once_a_tick_and_a_key_does_not_wait() {
+    let mut outflow = Outflow::default();
+    let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+    let none = Buttons::default();
+    let mut at = |input: Input, moment: f64| {
+        outflow.note(input);
+        outflow.due(moment * TICK_MS, moment).map(|(_, input)| input)
+    };
+    assert!(at(moved(0.0, none), 60.5).is_some());
+    assert_eq!(at(moved(1.0, none), 60.9), None, "something is played in that tick already");
+    assert_eq!(at(moved(2.0, none), 61.1), None, "it might still meet the tick before");
+    assert_eq!(at(moved(3.0, none), 61.3), Some(moved(3.0, none)));
+    assert_eq!(at(moved(4.0, none), 61.4), None);
+    let key = moved(5.0, Buttons::RIGHT);
+    assert_eq!(at(key, 61.5), Some(key), "the move before it is out of date");
+    assert_eq!(at(moved(6.0, Buttons::RIGHT), 62.5), None, "the key is played in that tick");
+    assert!(at(moved(7.0, Buttons::RIGHT), 63.5).is_some());
+}
+
+#[test]
+fn nothing_booked_keeps_a_held_key_silent() {
+    let mut outflow = Outflow::default();
+    outflow.note(pressed(Buttons::LEFT));
+    let mut count = 0;
+    for ms in 0..1000 {
+        // The server never says that it played anything.
+        outflow.book_until(50);
+        count += sent(&mut outflow, f64::from(ms) / 2.0).len();
+    }
+    assert!((3..=5).contains(&count), "{count} inputs in half a second");
 }
 
 #[test]

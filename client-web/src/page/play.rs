@@ -5,7 +5,7 @@ use super::dom;
 use super::profile;
 use super::socket::{Socket, SocketEvent};
 use crate::camera::{Camera, Target};
-use crate::clock::Clock;
+use crate::clock::{Clock, TICK_MS};
 use crate::demo::Demo;
 use crate::frame::{Frame, View};
 use crate::input::{Controls, Outflow};
@@ -490,13 +490,14 @@ impl Play {
             return;
         }
         self.outflow.note(self.controls.input(&self.view));
-        while let Some((seq, input)) = self.outflow.due(now_ms) {
+        let moment = self.next_moment(now_ms);
+        while let Some((seq, input)) = self.outflow.due(now_ms, moment) {
             let heard = self.heard();
             self.send(&ClientMessage::Input { seq, heard, input });
             if let (Some(predictor), Some(tick)) =
                 (&mut self.predictor, self.clock.server_tick(now_ms))
             {
-                predictor.sent(seq, input, tick);
+                predictor.sent(seq, input, tick, now_ms);
             }
         }
         let pings = now_ms - self.pinged_ms >= PING_MS;
@@ -513,6 +514,15 @@ impl Play {
     fn heard(&self) -> u16 {
         let newest = self.replica.as_ref().and_then(|replica| replica.newest());
         newest.map_or(self.welcomed_tick, |newest| newest.tick) as u16
+    }
+
+    /// In the tick after this moment an input of now is played; without a prediction its phase is
+    /// a guess.
+    fn next_moment(&mut self, now_ms: f64) -> f64 {
+        let tick = self.clock.server_tick(now_ms).unwrap_or(now_ms / TICK_MS);
+        let Some(predictor) = &self.predictor else { return tick };
+        self.outflow.book_until(predictor.booked());
+        predictor.moment_at(tick, now_ms)
     }
 
     /// The room is told how much of the world is shown, if that depends on the screen.

@@ -9,8 +9,8 @@ use jostle_sim::{Aabb, BodyDef, BodyId, DT, Motion, Scene, Vec2, World};
 
 /// Ticks between two snapshots past which nothing is carried on from the one to the other.
 const GAP_TICKS_MAX: u32 = 60;
-/// What the server's place differs by is a blow that was not foreseen from here on, in quanta:
-/// less is a velocity that is not known well enough.
+/// What the server's place differs by is a blow that was not foreseen from here on, in quanta: less is
+/// a velocity that is not known well enough.
 const BLOW_QUANTA: f32 = 6.0;
 /// Snapshots whose places make up a velocity; older ones say nothing of it any more.
 const MEMORY: u32 = 24;
@@ -87,19 +87,14 @@ impl Anchor {
             self.step(scene, schedule);
         }
         let Some(shown) = body_of(newest, self.hero) else { return };
-        self.believe(
-            scene.quantum,
-            shown,
-            step_between(before, newest, self.hero, scene.quantum),
-            ticks,
-        );
+        self.believe(scene.quantum, shown, ticks);
         self.surround(scene, shown, newest, before);
     }
 
     /// Within half a quantum of the server's place the own one stays. Else the growing-memory filter
     /// (Brookner 1998, 1.2.10: least squares of a line) of places and velocity corrects it, and after
-    /// a blow it begins anew.
-    fn believe(&mut self, quantum: f32, shown: &SnapshotBody, step: Vec2, ticks: u32) {
+    /// a blow it begins anew, with a velocity that explains the difference.
+    fn believe(&mut self, quantum: f32, shown: &SnapshotBody, ticks: u32) {
         let place = dequantise(shown.quanta, quantum);
         let (mut at, mut speed) = (self.center(), self.velocity());
         for axis in 0..2 {
@@ -109,7 +104,8 @@ impl Anchor {
                 continue;
             }
             if off.abs() > BLOW_QUANTA * quantum {
-                (at[axis], speed[axis]) = (place[axis], step[axis]);
+                at[axis] = place[axis];
+                speed[axis] += off / (ticks as f32 * DT);
                 self.known[axis] = 1;
                 continue;
             }

@@ -1,11 +1,14 @@
 //! Inputs that were sent, and the ticks in which the server plays them: as expected from how long
 //! earlier ones took, then as the snapshots say.
 
+use super::next_tick;
 use jostle_sim::Buttons;
 use std::collections::VecDeque;
 
-/// Weight of a new measurement of the lead in the old one, once there were some.
-const LEAD_SHARE: f64 = 0.1;
+/// Share of what a measurement contradicts the lead by that changes it.
+const LEAD_SHARE: f64 = 0.25;
+/// The same where snapshots are more than a tick apart.
+const WIDE_SHARE: f64 = 0.02;
 /// Ticks that an input takes before that is known.
 const LEAD_TICKS: f64 = 1.0;
 /// Longest lead that is believed, ticks.
@@ -42,7 +45,7 @@ impl Schedule {
     /// An input leaves at a moment: it is played in the tick after it, one input a tick. Whether it
     /// changes what is down.
     pub fn send(&mut self, seq: u32, buttons: Buttons, server_tick: f64, moment: f64) -> bool {
-        let next = moment.max(0.0) as u32 + 1;
+        let next = next_tick(moment);
         let last = self.sent.back();
         let played = last.map_or(next, |last| next.max(last.played + 1));
         let changes = last.map_or(Buttons::default(), |last| last.buttons) != buttons;
@@ -67,8 +70,9 @@ impl Schedule {
             }
             sent.played = sent.played.min(tick.saturating_sub(seq - sent.seq));
             if let Some(at) = sent.at.take() {
-                let played = 0.5 * (f64::from(since) + 1.0 + f64::from(tick));
-                measure(&mut self.lead, &mut self.measured, played - at - 0.5);
+                self.measured += 1;
+                let (low, high) = (f64::from(since) - at, f64::from(tick) - at);
+                self.lead = measured(self.lead, low, high, self.measured);
             }
         }
         self.acknowledged = seq;
@@ -79,6 +83,11 @@ impl Schedule {
         let after = self.sent.partition_point(|sent| sent.played <= tick);
         let newest = after.checked_sub(1).map(|place| self.sent[place].buttons);
         newest.unwrap_or_default()
+    }
+
+    /// The last tick in which something is played that was sent.
+    pub fn booked(&self) -> u32 {
+        self.sent.back().map_or(0, |last| last.played)
     }
 
     /// Forgets what no tick after this one can need.
@@ -100,11 +109,17 @@ impl Schedule {
     }
 }
 
-/// An input is in time for the next tick: on average it waits for half of one.
-fn measure(lead: &mut f64, measured: &mut u32, sample: f64) {
-    *measured += 1;
-    let share = LEAD_SHARE.max(1.0 / f64::from(*measured));
-    *lead += (sample.clamp(0.0, LEAD_TICKS_MAX) - *lead) * share;
+/// The lead after an input that was played after the lower and by the upper of these, in ticks from
+/// its leaving. What agrees with both changes nothing: inputs that leave at the same phase of
+/// their ticks tell nothing more.
+fn measured(lead: f64, low: f64, high: f64, count: u32) -> f64 {
+    let first = 1.0 / f64::from(count);
+    let (wanted, share) = match high - low > 1.0 {
+        // Few snapshots leave much open, and meet every phase: on average it is the middle.
+        true => (0.5 * (low + high), first.max(WIDE_SHARE)),
+        false => (lead.clamp(low, high), first.max(LEAD_SHARE)),
+    };
+    (lead + (wanted - lead) * share).clamp(0.0, LEAD_TICKS_MAX)
 }
 
 #[cfg(test)]
