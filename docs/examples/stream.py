@@ -63,6 +63,9 @@ class Reader:
     def quanta(self): return [self.zig(), self.zig()]
     def text(self): return self.raw(self.leb()).decode()
 
+def lebs(number):
+    return bytes([number]) if number < 128 else bytes([number & 127 | 128]) + lebs(number >> 7)
+
 def unfold(number): return number >> 1 ^ -(number & 1)
 
 class Bits:
@@ -195,11 +198,14 @@ class Stream:
 
 if __name__ == "__main__":
     wire, quantum = join(*sys.argv[1:3])
-    stream, left = Stream(), int(sys.argv[3]) if len(sys.argv) > 3 else -1
+    stream, left, seq = Stream(), int(sys.argv[3]) if len(sys.argv) > 3 else -1, 0
     while left:
         if (message := receive(wire))[0] < 128: continue  # not a snapshot
         stream.read(message)
         left -= 1
+        if left % 10 == 0:  # an input with nothing down says which tick was heard
+            seq += 1
+            send(wire, bytes([1]) + lebs(seq) + struct.pack("<H", stream.tick & 0xffff) + bytes(2))
         places = {f"{index}.{generation}": [axis * quantum for axis in trail[0]]
                   for index, generation, trail in stream.bodies}
         print(json.dumps({"tick": stream.tick, "bodies": places}), flush=True)

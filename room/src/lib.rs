@@ -157,10 +157,13 @@ impl Room {
         welcome.encode()
     }
 
-    /// The seat's socket is gone; the seat is held for [`SEAT_HELD_TICKS`], its hero at rest.
-    /// Nothing happens if the seat is free.
+    /// The seat's socket is gone; the seat is held for [`SEAT_HELD_TICKS`], its hero at rest. Of somebody
+    /// who never sent an input it is free at once. Nothing happens if the seat is free.
     pub fn disconnect(&mut self, seat: Seat) {
         let tick = self.game.tick_count();
+        if self.members.at(seat).is_some_and(|member| !member.played) {
+            return self.leave(seat);
+        }
         if let Some(member) = self.members.at_mut(seat) {
             member.lost_tick.get_or_insert(tick);
             member.inputs.rest();
@@ -188,6 +191,7 @@ impl Room {
         let member = self.members.at_mut(seat).filter(|member| member.lost_tick.is_none());
         member.is_some_and(|member| {
             member.serial_before = None;
+            member.played = true;
             member.inputs.push(seq, input)
         })
     }
@@ -404,6 +408,14 @@ impl Room {
     /// Seats taken, held ones included; 0 is a room that nobody misses.
     pub fn players(&self) -> usize {
         self.members.iter().count()
+    }
+
+    /// Seats that are held for lost players, those first who were lost first.
+    pub fn held(&self) -> Vec<Seat> {
+        let lost = self.members.iter().filter_map(|(seat, member)| Some((member.lost_tick?, seat)));
+        let mut held: Vec<_> = lost.collect();
+        held.sort_unstable();
+        held.into_iter().map(|(_, seat)| seat).collect()
     }
 
     /// Seats with a socket.

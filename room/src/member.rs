@@ -16,6 +16,8 @@ pub struct Member {
     /// Of the claim that the new session came with; it counts until an input proves that the session
     /// got its own.
     pub serial_before: Option<u64>,
+    /// Whether an input ever came, in this session or an earlier one of the seat.
+    pub played: bool,
     /// Tick at which the socket was lost; `None` with a socket.
     pub lost_tick: Option<u32>,
     /// What was sent and is not played yet.
@@ -34,6 +36,7 @@ impl Member {
             appearance,
             serial,
             serial_before: None,
+            played: false,
             lost_tick: None,
             inputs,
             view: None,
@@ -49,7 +52,8 @@ impl Member {
     /// A new session takes the seat over; it came with `serial_before`.
     pub fn resume(&mut self, appearance: Appearance, serial_before: u64, serial: u64) {
         let serial_before = Some(serial_before);
-        *self = Member { serial_before, ..Member::new(appearance, serial) };
+        let played = self.played;
+        *self = Member { serial_before, played, ..Member::new(appearance, serial) };
     }
 
     /// The player as the others see it.

@@ -369,6 +369,7 @@ fn a_claim_gives_the_seat_and_its_hero_back() {
 fn a_claim_that_nobody_was_given_is_refused() {
     let mut room = yard();
     let (anns, _) = claim(&mut room, "Ann", None);
+    room.input(anns.seat, 1, Input::default());
     room.tick();
     room.disconnect(anns.seat);
     let others = [
@@ -387,6 +388,7 @@ fn a_claim_that_nobody_was_given_is_refused() {
 fn a_used_claim_is_worthless_once_the_new_one_arrived() {
     let mut room = yard();
     let (first, _) = claim(&mut room, "Ann", None);
+    room.input(first.seat, 1, Input::default());
     room.disconnect(first.seat);
     // Welcomes may be lost on the way, so the first counts until the client is heard.
     let mut newest = first;
@@ -399,6 +401,33 @@ fn a_used_claim_is_worthless_once_the_new_one_arrived() {
     room.input(first.seat, 1, Input::default());
     assert_eq!(room.join(look("Ann"), Some(first)), Err(Refusal::BadToken));
     assert!(claim(&mut room, "Ann", Some(newest)).1);
+}
+
+#[test]
+fn a_seat_is_held_for_whoever_ever_sent_an_input_and_for_nobody_else() {
+    let mut room = yard();
+    let (anns, _) = claim(&mut room, "Ann", None);
+    room.disconnect(anns.seat);
+    assert_eq!((room.players(), room.held()), (0, vec![]));
+    assert_eq!(room.join(look("Ann"), Some(anns)), Err(Refusal::BadToken));
+    let (bobs, _) = claim(&mut room, "Bob", None);
+    room.tick();
+    room.disconnect(bobs.seat);
+    room.tick();
+    assert_eq!((room.players(), room.game().players().count()), (0, 0));
+
+    let (cids, dans) = (join(&mut room, "Cid"), claim(&mut room, "Dan", None).0);
+    for seat in [cids, dans.seat] {
+        assert!(room.input(seat, 1, Input::default()));
+    }
+    room.disconnect(dans.seat);
+    // The newer session said nothing, but there is a game to come back to.
+    let (again, _) = claim(&mut room, "Dan", Some(dans));
+    ticks(&mut room, 2);
+    room.disconnect(cids);
+    ticks(&mut room, 2);
+    room.disconnect(again.seat);
+    assert_eq!((room.players(), room.held()), (2, vec![cids, again.seat]));
 }
 
 #[test]

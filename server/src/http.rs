@@ -260,7 +260,8 @@ fn rooms(app: &App) -> RoomList {
         players: facts.players.load(Ordering::Relaxed),
         players_max: facts.scene.players_max,
     };
-    RoomList { rooms: app.rooms.list().iter().map(entry).collect() }
+    let open = app.rooms.list();
+    RoomList { rooms: open.iter().filter(|facts| !facts.private).map(entry).collect() }
 }
 
 // Creating a room.
@@ -269,11 +270,16 @@ fn rooms(app: &App) -> RoomList {
 #[serde(deny_unknown_fields)]
 struct Create {
     scene: String,
+    /// Whether it is in no list.
+    #[serde(default)]
+    private: bool,
 }
 
 #[derive(Serialize)]
 struct Created {
     code: String,
+    /// What the creator's hello has to hold to be the host.
+    host_key: String,
 }
 
 #[derive(Serialize)]
@@ -292,12 +298,17 @@ async fn create_room(request: Request<Incoming>, address: IpAddr, app: &App) -> 
     let create: Create = match serde_json::from_slice(&body) {
         Ok(create) => create,
         Err(error) => {
-            let text = format!("the body must be {{\"scene\":\"NAME\"}}: {error}");
+            let text = format!(
+                "the body must be {{\"scene\":\"NAME\"}}, with \"private\":true for a private room: {error}"
+            );
             return failed(StatusCode::BAD_REQUEST, &text);
         }
     };
-    match app.rooms.create(&create.scene, address) {
-        Ok(code) => json(StatusCode::CREATED, &Created { code }),
+    match app.rooms.create(&create.scene, create.private, address) {
+        Ok(room) => {
+            let created = Created { code: room.code, host_key: room.host_key.text() };
+            json(StatusCode::CREATED, &created)
+        }
         Err(error) => {
             tracing::info!(%address, scene = ?create.scene, reason = ?error, "no room created");
             failed(refused_status(&error), &error.to_string())

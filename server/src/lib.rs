@@ -10,6 +10,7 @@
 pub mod assets;
 pub mod cli;
 pub mod http;
+pub mod lag;
 pub mod limits;
 pub mod listen;
 pub mod metered;

@@ -70,6 +70,16 @@ pub const OUTBOX_CONTROL_MAX: usize = 16;
 pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
 /// Ticks for which a client has to keep up before it is sent more often again.
 pub const RATE_RISE_TICKS: u32 = 600;
+/// Ticks by which a client may be further behind than it was at best of late: more is no longer way.
+pub const LAG_GROWTH_TICKS: u32 = 45;
+/// Ticks by which no way is so long that a client could be behind for it: two seconds.
+pub const LAG_TICKS_MAX: u32 = 2 * TICKS_PER_SECOND;
+/// Ticks for which a client lags before it is sent less: a stall of the network is shorter.
+pub const LAGGING_TICKS: u32 = TICKS_PER_SECOND;
+/// Ticks of a window; a client is compared with its best in this one and the one before.
+pub const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
+/// Time for which a client may be sent snapshots without a word that it heard one.
+pub const HEARING_MAX: Duration = Duration::from_secs(20);
 /// Time between two WebSocket pings.
 pub const KEEPALIVE_EVERY: Duration = Duration::from_secs(10);
 /// Silence (not even a pong) after which a session is closed.
@@ -93,6 +103,17 @@ pub const ROOMS_MAX: usize = 64;
 pub const ADDRESS_ROOMS_MAX: usize = 8;
 /// Time for which a room stays open with nobody in it.
 pub const ROOM_EMPTY_GRACE: Duration = Duration::from_secs(120);
+/// Held seats of one address in a room, as a part of its seats: of an address that has more, the
+/// longest-lost may be given to anybody once the room is full.
+pub const HELD_SHARE: usize = 4;
+/// Ticks for which the address of somebody who was told to leave gets no seat in the room.
+pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
+/// Addresses that get no seat in a room; the first is forgotten for one more.
+pub const KICKED_MAX: usize = 64;
+/// Characters of the code of a private room, 5 bits each: nobody finds one by trying.
+pub const PRIVATE_CODE_CHARS: usize = 20;
+/// Orders of operators that wait for a room's next tick.
+pub const ORDERS_WAITING_MAX: usize = 16;
 /// Joins that wait for a room's next tick: all that a room can take.
 pub const JOINS_WAITING_MAX: usize = SEATS_MAX;
 /// Ticks played in a row to catch up; what is due beyond them is skipped and counted as missed.
@@ -151,6 +172,8 @@ pub struct Waits {
     pub silence: Duration,
     /// [`STALL_MAX`].
     pub stall: Duration,
+    /// [`HEARING_MAX`].
+    pub hearing: Duration,
     /// [`ROOM_EMPTY_GRACE`].
     pub room_empty: Duration,
 }
@@ -164,6 +187,7 @@ impl Default for Waits {
             keepalive: KEEPALIVE_EVERY,
             silence: SILENCE_MAX,
             stall: STALL_MAX,
+            hearing: HEARING_MAX,
             room_empty: ROOM_EMPTY_GRACE,
         }
     }

@@ -23,12 +23,16 @@ pub struct Metrics {
     pub ticks: Ticks,
     /// By rate, in the order of [`Rate::ALL`].
     pub snapshots: [Snapshots; Rate::ALL.len()],
-    /// Keyframes for sockets that were too far behind.
+    /// Keyframes at a lower rate, for sockets that were too far behind.
     pub late: Counter,
+    /// Ticks by which clients are behind, each once a second.
+    pub lag: Histogram,
     /// Inputs that no tick will play, because of their numbers.
     pub inputs_ignored: Counter,
     /// Rooms that panicked.
     pub rooms_failed: Counter,
+    /// In the order of [`Skip`].
+    skips: [Counter; 4],
     joins: Family<Label, Counter>,
     leaves: Family<Label, Counter>,
     refusals: Family<Label, Counter>,
@@ -72,6 +76,19 @@ pub struct Snapshots {
     pub bytes: Counter,
 }
 
+/// Why a client was not sent a snapshot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Skip {
+    /// All went on as expected.
+    Quiet,
+    /// It is sent 20 or 5 a second.
+    Rate,
+    /// It took too few of those that waited here.
+    Queue,
+    /// What it heard is too old.
+    Lag,
+}
+
 /// What is true at the moment of a scrape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Moment {
@@ -107,6 +124,8 @@ impl Default for Metrics {
             ticks: Ticks::registered(&mut registry),
             snapshots: snapshots(&mut registry),
             late: Counter::default(),
+            lag: Histogram::new(exponential_buckets(1.0, 2.0, 11)),
+            skips: skips(&mut registry),
             inputs_ignored: Counter::default(),
             rooms_failed: Counter::default(),
             joins: Family::default(),
@@ -121,6 +140,9 @@ impl Default for Metrics {
         };
         let late = metrics.late.clone();
         registry.register("sockets_late", "Sockets that were too far behind for deltas", late);
+        let about =
+            "Ticks from the newest snapshot sent to the newest heard, each client once a second";
+        registry.register("client_lag_ticks", about, metrics.lag.clone());
         let ignored = metrics.inputs_ignored.clone();
         let about = "Inputs with old, repeated or far-future numbers";
         registry.register("inputs_ignored", about, ignored);
@@ -202,6 +224,14 @@ fn of_process() -> Registry {
     registry
 }
 
+fn skips(registry: &mut Registry) -> [Counter; 4] {
+    let skips = Family::<Label, Counter>::default();
+    let about = "Snapshots that a client was not sent, by why";
+    registry.register("snapshots_skipped", about, skips.clone());
+    ["quiet", "rate", "queue", "lag"]
+        .map(|reason| skips.get_or_create(&[("reason", reason)]).clone())
+}
+
 fn hz(rate: Rate) -> &'static str {
     match rate {
         Rate::Full => "60",
@@ -245,9 +275,14 @@ impl Metrics {
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
-    /// A player closed the socket on purpose (`true`) or lost it.
-    pub fn left(&self, on_purpose: bool) {
-        let how = if on_purpose { "left" } else { "lost" };
+    /// So many snapshots were not sent to a client.
+    pub fn skipped(&self, why: Skip, count: usize) {
+        self.skips[why as usize].inc_by(count as u64);
+    }
+
+    /// A player went: `left` on purpose, `lost` the socket, or was `kicked`; or a held seat was
+    /// `displaced` by a newcomer.
+    pub fn left(&self, how: &'static str) {
         self.leaves.get_or_create(&[("how", how)]).inc();
     }
 
@@ -302,7 +337,9 @@ mod tests {
         let metrics = Metrics::default();
         metrics.joined(false);
         metrics.joined(true);
-        metrics.left(true);
+        metrics.left("left");
+        metrics.skipped(Skip::Queue, 3);
+        metrics.lag.observe(5.0);
         metrics.refused(Refusal::Flood);
         metrics.turned_away("foreign_page");
         metrics.snapshots[1].bytes.inc_by(700);
@@ -327,6 +364,8 @@ mod tests {
             "jostle_leaves_total{how=\"left\"} 1",
             "jostle_refusals_total{reason=\"flood\"} 1",
             "jostle_refusals_total{reason=\"foreign_page\"} 1",
+            "jostle_snapshots_skipped_total{reason=\"queue\"} 3",
+            "jostle_client_lag_ticks_bucket{le=\"8.0\"} 1",
             "jostle_bodies 30",
             "jostle_replay_bytes_total 4000",
         ] {

@@ -45,36 +45,36 @@ impl Outbox {
         fits
     }
 
-    /// Queues the next snapshot. `false`: the peer is so far behind that it needs a keyframe; what
-    /// waited is gone.
-    pub fn snapshot(&self, bytes: &Arc<[u8]>) -> bool {
+    /// Queues the next snapshot, and returns how many are left out with that: 0, or if the peer is so far
+    /// behind that it needs a keyframe, this one and all that waited.
+    pub fn snapshot(&self, bytes: &Arc<[u8]>) -> usize {
         let mut state = self.lock();
         if state.end.is_some() {
-            return true;
+            return 0;
         }
         let waiting = state.waiting_bytes + bytes.len();
         let late = !state.snapshots.is_empty() && waiting > state.keyframe_bytes.max(bytes.len());
         if late && state.snapshots.len() >= LATE_SNAPSHOTS_MIN
             || state.snapshots.len() >= OUTBOX_SNAPSHOTS_MAX
         {
-            state.snapshots.clear();
             state.waiting_bytes = 0;
-            return false;
+            return 1 + state.snapshots.drain(..).count();
         }
         state.waiting_bytes = waiting;
         state.snapshots.push_back(Arc::clone(bytes));
         self.filled.notify_one();
-        true
+        0
     }
 
-    /// Begins anew with this snapshot.
-    pub fn keyframe(&self, bytes: Arc<[u8]>) {
+    /// Begins anew with this snapshot, and returns how many that waited are left out with that.
+    pub fn keyframe(&self, bytes: Arc<[u8]>) -> usize {
         let mut state = self.lock();
         state.keyframe_bytes = bytes.len();
         state.waiting_bytes = bytes.len();
-        state.snapshots.clear();
+        let dropped = state.snapshots.drain(..).count();
         state.snapshots.push_back(bytes);
         self.filled.notify_one();
+        dropped
     }
 
     /// Whether the socket took all snapshots.

@@ -6,10 +6,10 @@ use crate::metrics::Metrics;
 use crate::peers::network;
 use crate::replays::Recording;
 use crate::seal::Sealer;
-use crate::ticker::{Join, Ticker};
+use crate::ticker::{Door, Join, Order, Ticker};
 use crate::{Config, Phase};
-use jostle_protocol::Refusal;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use jostle_protocol::{Refusal, Token};
 use jostle_sim::Scene;
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -32,6 +32,8 @@ pub struct Facts {
     pub code: String,
     /// Drawn at random when it opened: no other room, of no other time either, has it.
     pub number: u64,
+    /// Only who was given its link knows of it: it is in no list, and is not recorded.
+    pub private: bool,
     /// Its scene.
     pub scene: Arc<Scene>,
     /// Newest tick.
@@ -46,6 +48,7 @@ pub struct Facts {
 pub struct Rooms {
     scenes: Vec<Arc<Scene>>,
     empty_grace: Duration,
+    hearing: Duration,
     phase: watch::Receiver<Phase>,
     recording: Option<Arc<Recording>>,
     metrics: Arc<Metrics>,
@@ -56,9 +59,18 @@ pub struct Rooms {
 struct Open {
     facts: Arc<Facts>,
     joins: SyncSender<Join>,
+    orders: SyncSender<Order>,
     /// Who created it; `None` for a standing room.
     creator: Option<IpAddr>,
     thread: JoinHandle<()>,
+}
+
+/// A room that somebody created.
+pub struct Created {
+    /// The word in its link.
+    pub code: String,
+    /// Makes its holder the host.
+    pub host_key: Token,
 }
 
 /// Why no room was created.
@@ -88,9 +100,9 @@ impl Rooms {
         sealer: Arc<Sealer>,
     ) -> Arc<Rooms> {
         let scenes = config.scenes.into_iter().map(Arc::new).collect();
-        let empty_grace = config.waits.room_empty;
+        let (empty_grace, hearing) = (config.waits.room_empty, config.waits.hearing);
         let open = Mutex::default();
-        Arc::new(Rooms { scenes, empty_grace, phase, recording, metrics, sealer, open })
+        Arc::new(Rooms { scenes, empty_grace, hearing, phase, recording, metrics, sealer, open })
     }
 
     /// The scenes, in the order in which they are offered.
@@ -108,8 +120,13 @@ impl Rooms {
         self.scene(code).is_some() || self.lock().contains_key(code)
     }
 
-    /// Opens a room with a random code, and returns the code.
-    pub fn create(self: &Arc<Self>, scene: &str, creator: IpAddr) -> Result<String, CreateError> {
+    /// Opens a room with a random code.
+    pub fn create(
+        self: &Arc<Self>,
+        scene: &str,
+        private: bool,
+        creator: IpAddr,
+    ) -> Result<Created, CreateError> {
         let Some(scene) = self.scene(scene) else {
             return Err(CreateError::NoSuchScene(scene.to_owned()));
         };
@@ -124,15 +141,17 @@ impl Rooms {
         if created.count() >= limits::ROOMS_MAX {
             return Err(CreateError::TooMany);
         }
+        let chars = if private { limits::PRIVATE_CODE_CHARS } else { CODE_CHARS };
         let code = loop {
-            let code = random_code(random());
+            let code = random_code(chars, random);
             if !open.contains_key(&code) && self.scene(&code).is_none() {
                 break code;
             }
         };
-        let room = self.open(&code, scene, Some(creator)).ok_or(CreateError::NotNow)?;
+        let room = self.open(&code, scene, private, Some(creator)).ok_or(CreateError::NotNow)?;
+        let host_key = self.sealer.host_key(room.facts.number);
         open.insert(code.clone(), room);
-        Ok(code)
+        Ok(Created { code, host_key })
     }
 
     /// Hands a session to a room, which is opened if it is a standing one. The room answers through
@@ -141,7 +160,7 @@ impl Rooms {
         let mut rooms = self.lock();
         if !rooms.contains_key(code) {
             let scene = self.scene(code).ok_or(Refusal::NoSuchRoom)?;
-            let room = self.open(code, scene, None).ok_or(Refusal::ServerFull)?;
+            let room = self.open(code, scene, false, None).ok_or(Refusal::ServerFull)?;
             rooms.insert(code.to_owned(), room);
         }
         let room = &rooms[code];
@@ -150,6 +169,11 @@ impl Rooms {
             Err(TrySendError::Full(_)) => Err(Refusal::ServerFull),
             Err(TrySendError::Disconnected(_)) => Err(Refusal::RoomFailed),
         }
+    }
+
+    /// Passes an order on to a room; `false` if there is none, or it has enough to do.
+    pub fn order(&self, code: &str, order: Order) -> bool {
+        self.lock().get(code).is_some_and(|room| room.orders.try_send(order).is_ok())
     }
 
     /// Takes an empty room off the list, or returns a session that is just joining it.
@@ -185,6 +209,7 @@ impl Rooms {
         self: &Arc<Self>,
         code: &str,
         scene: &Arc<Scene>,
+        private: bool,
         creator: Option<IpAddr>,
     ) -> Option<Open> {
         if *self.phase.borrow() != Phase::Running {
@@ -193,21 +218,28 @@ impl Rooms {
         let facts = Arc::new(Facts {
             code: code.to_owned(),
             number: random(),
+            private,
             scene: Arc::clone(scene),
             tick: AtomicU32::new(0),
             players: AtomicUsize::new(0),
             bodies: AtomicUsize::new(0),
         });
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
+        let (orders, ordered) = sync_channel(limits::ORDERS_WAITING_MAX);
+        let recording = self.recording.clone().filter(|_| !private);
         let ticker = Ticker {
             facts: Arc::clone(&facts),
             rooms: Arc::clone(self),
             joins: receiver,
+            orders: ordered,
             phase: self.phase.clone(),
             empty_grace: self.empty_grace,
+            hearing: self.hearing,
             seed: random(),
             members: Vec::new(),
-            recording: self.recording.clone(),
+            door: Door::default(),
+            closed: false,
+            recording,
             metrics: Arc::clone(&self.metrics),
             sealer: Arc::clone(&self.sealer),
         };
@@ -215,7 +247,7 @@ impl Rooms {
             .name(format!("room {code}"))
             .spawn(move || ticker.run())
             .inspect_err(|error| error!(room = %code, %error, "no thread for a room"));
-        Some(Open { facts, joins: sender, creator, thread: spawned.ok()? })
+        Some(Open { facts, joins: sender, orders, creator, thread: spawned.ok()? })
     }
 
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Open>> {
@@ -241,14 +273,9 @@ pub fn random_key() -> [u8; 32] {
     key
 }
 
-fn random_code(mut random: u64) -> String {
+fn random_code(chars: usize, mut random: impl FnMut() -> u64) -> String {
     let base = CODE_ALPHABET.len() as u64;
-    let mut next = || {
-        let char = CODE_ALPHABET[(random % base) as usize];
-        random /= base;
-        char::from(char)
-    };
-    (0..CODE_CHARS).map(|_| next()).collect()
+    (0..chars).map(|_| char::from(CODE_ALPHABET[(random() % base) as usize])).collect()
 }
 
 #[cfg(test)]
@@ -257,9 +284,9 @@ mod tests {
 
     #[test]
     fn random_codes_are_codes_and_differ() {
-        let mut codes: Vec<_> =
-            (0..1000u64).map(|n| random_code(n.wrapping_mul(0x9e37_79b9_7f4a_7c15))).collect();
-        assert!(codes.iter().all(|code| is_code(code) && code.len() == CODE_CHARS));
+        let chars = limits::PRIVATE_CODE_CHARS;
+        let mut codes: Vec<_> = (0..1000).map(|_| random_code(chars, random)).collect();
+        assert!(codes.iter().all(|code| is_code(code) && code.len() == chars));
         codes.sort();
         codes.dedup();
         assert_eq!(codes.len(), 1000);

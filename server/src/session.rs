@@ -186,8 +186,8 @@ impl Seated {
 
     fn accept(&self, bytes: &[u8]) -> Result<(), End> {
         match ClientMessage::decode(bytes) {
-            Ok(ClientMessage::Input { seq, heard: _, input }) => {
-                self.pass_on(FromSession::Input { seq, input })
+            Ok(ClientMessage::Input { seq, heard, input }) => {
+                self.pass_on(FromSession::Input { seq, heard, input })
             }
             Ok(ClientMessage::Ping { stamp }) => {
                 let tick = self.facts.tick.load(Ordering::Relaxed);
@@ -195,10 +195,8 @@ impl Seated {
                 Ok(())
             }
             Ok(ClientMessage::View { size }) => self.pass_on(FromSession::View { size }),
-            Ok(ClientMessage::Kick { .. } | ClientMessage::CloseRoom) => {
-                self.outbox.control(ServerMessage::Denied.encode());
-                Ok(())
-            }
+            Ok(ClientMessage::Kick { seat }) => self.pass_on(FromSession::Kick { seat }),
+            Ok(ClientMessage::CloseRoom) => self.pass_on(FromSession::CloseRoom),
             Ok(ClientMessage::Hello { .. }) | Err(_) => Err(End::Refused(Refusal::BadMessage)),
         }
     }

@@ -1,5 +1,12 @@
 //! The thread of one room: it owns the [`Room`], plays its ticks on schedule and hands snapshots to
-//! the sessions' outboxes. It waits for nothing but the time of the next tick.
+//! the sessions' outboxes. It waits for nothing but the time of the next tick. [`member`] is one player
+//! with a socket, [`door`] decides who else gets a seat.
+
+mod door;
+mod member;
+
+pub use door::Door;
+pub use member::Member;
 
 use crate::limits;
 use crate::metrics::{Late, Metrics};
@@ -10,16 +17,16 @@ use crate::run_queue::RunQueue;
 use crate::schedule::Schedule;
 use crate::seal::{Sealer, SeatClaim};
 use crate::{Phase, rooms::Facts};
-use jostle_protocol::{Appearance, Refusal};
-use jostle_room::{Rate, Reader, Room, Welcome};
-use jostle_sim::{Input, Seat, Vec2};
+use jostle_protocol::{Appearance, PlayerState, Refusal, ServerMessage};
+use jostle_room::{Room, Welcome};
+use jostle_sim::{Input, Seat, TICKS_PER_SECOND, Vec2};
 use std::net::IpAddr;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
-use tokio::sync::watch;
+use tokio::sync::{oneshot, watch};
 use tracing::{error, info, warn};
 
 /// A session that wants a seat. It learns the answer from its outbox: a welcome or the end.
@@ -30,7 +37,7 @@ pub struct Join {
     pub claim: Option<SeatClaim>,
     /// The room whose host it is, under a seal of ours.
     pub hosted: Option<u64>,
-    /// For the log.
+    /// Whom it counts for.
     pub address: IpAddr,
     /// What the session sends; a dropped sender is a lost socket.
     pub inbox: Receiver<FromSession>,
@@ -45,6 +52,8 @@ pub enum FromSession {
     Input {
         /// Its number.
         seq: u32,
+        /// Low bits of the newest tick heard.
+        heard: u16,
         /// What is down.
         input: Input,
     },
@@ -53,8 +62,26 @@ pub enum FromSession {
         /// Width and height, world units.
         size: Vec2,
     },
+    /// The host has a player leave.
+    Kick {
+        /// Whom.
+        seat: Seat,
+    },
+    /// The host closes the room.
+    CloseRoom,
     /// The player closed the socket on purpose: the seat need not be held.
     Leave,
+}
+
+/// What an operator asks of a room; it answers with its next tick.
+#[derive(Debug)]
+pub enum Order {
+    /// Who has a seat.
+    Players(oneshot::Sender<Vec<PlayerState>>),
+    /// A player is to leave; the answer is whether there is one.
+    Kick(Seat, oneshot::Sender<bool>),
+    /// The room closes.
+    Close,
 }
 
 /// What the thread works on.
@@ -65,14 +92,22 @@ pub struct Ticker {
     pub rooms: Arc<Rooms>,
     /// Sessions that want in.
     pub joins: Receiver<Join>,
+    /// What operators ask.
+    pub orders: Receiver<Order>,
     /// Whether the server is closing.
     pub phase: watch::Receiver<Phase>,
     /// How long the room stays open with nobody in it.
     pub empty_grace: Duration,
+    /// [`limits::HEARING_MAX`].
+    pub hearing: Duration,
     /// Seed of the game.
     pub seed: u64,
     /// Players with a socket.
     pub members: Vec<Member>,
+    /// Who gets a seat.
+    pub door: Door,
+    /// Somebody who may closed the room.
+    pub closed: bool,
     /// Where the room is recorded, if it is.
     pub recording: Option<Arc<Recording>>,
     /// Where it is counted.
@@ -81,56 +116,11 @@ pub struct Ticker {
     pub sealer: Arc<Sealer>,
 }
 
-/// One player with a socket.
-pub struct Member {
-    seat: Seat,
-    inbox: Receiver<FromSession>,
-    outbox: Arc<Outbox>,
-    /// What it is fed; `None` until its next keyframe.
-    reader: Option<Reader>,
-    rate: Rate,
-    /// Tick at which it was last found to be far behind.
-    late_tick: u32,
-}
-
-impl Member {
-    fn new(seat: Seat, inbox: Receiver<FromSession>, outbox: Arc<Outbox>, tick: u32) -> Member {
-        Member { seat, inbox, outbox, reader: None, rate: Rate::default(), late_tick: tick }
-    }
-
-    /// Hands over what the newest tick sends. Who is too far behind begins anew at a lower rate,
-    /// and gets a higher one after it kept up for long enough.
-    fn feed(&mut self, room: &mut Room, metrics: &Metrics) {
-        let tick = room.game().tick_count();
-        if let Some(message) = self.reader.and_then(|reader| room.message(&reader)) {
-            if self.outbox.snapshot(message) {
-                metrics.sent(self.rate, message.len());
-            } else {
-                metrics.late.inc();
-                self.reader = None;
-                self.rate = self.rate.lower();
-                self.late_tick = tick;
-            }
-        }
-        let calm = || tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
-        if self.rate != Rate::Full && calm() {
-            self.reader = None;
-            self.rate = self.rate.higher();
-            self.late_tick = tick;
-        }
-        if self.reader.is_none() {
-            let (reader, keyframe) = room.begin_at(self.seat, self.rate);
-            metrics.sent(self.rate, keyframe.len());
-            self.outbox.keyframe(keyframe);
-            self.reader = Some(reader);
-        }
-    }
-}
-
 /// Why a room's thread ended.
 #[derive(Debug, PartialEq, Eq)]
 enum End {
     Empty,
+    Closed,
     Closing,
 }
 
@@ -151,12 +141,15 @@ impl Ticker {
                 if let Some((mut room, Some(tape))) = opened {
                     tape.end(&mut room, now);
                 }
+                if end == End::Closed {
+                    self.dismiss(Refusal::RoomClosed);
+                }
                 info!(room = %code, reason = ?end, "room closed");
             }
             (Err(_), opened) => {
                 error!(room = %code, players = self.members.len(), "room failed and was closed");
                 self.metrics.rooms_failed.inc();
-                self.fail();
+                self.dismiss(Refusal::RoomFailed);
                 if let Some((mut room, Some(tape))) = opened {
                     tape.break_off(&mut room, now);
                 }
@@ -191,6 +184,7 @@ impl Ticker {
                 continue;
             }
             self.admit(room);
+            self.obey(room);
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start();
             for _ in 0..due {
@@ -198,7 +192,7 @@ impl Ticker {
                 watch.lap(0);
                 room.tick();
                 watch.lap(1);
-                self.members.iter_mut().for_each(|member| member.feed(room, &self.metrics));
+                self.feed(room);
                 watch.lap(2);
             }
             let skipped = schedule.missed() - missed_before;
@@ -206,6 +200,9 @@ impl Ticker {
             self.publish(room);
             if let Some(tape) = &mut tape {
                 tape.after_ticks(room, now);
+            }
+            if self.closed {
+                return End::Closed;
             }
             if !self.members.is_empty() {
                 empty_since = now;
@@ -222,35 +219,61 @@ impl Ticker {
     }
 
     fn seat(&mut self, room: &mut Room, join: Join) {
-        let name = join.appearance.name.clone();
-        let own = self.facts.number;
-        let joined = match join.claim {
-            Some(claim) if claim.room != own => Err(Refusal::BadToken),
-            claim => room.join(join.appearance, claim.map(|claim| claim.claim)),
-        };
-        match joined {
+        let (name, address) = (join.appearance.name.clone(), join.address);
+        let (own, host) = (self.facts.number, join.hosted == Some(self.facts.number));
+        match self.place(room, &join, host) {
             Ok(Welcome { claim, resumed }) => {
                 self.metrics.joined(resumed);
-                let (seat, host) = (claim.seat, join.hosted == Some(own));
+                let seat = claim.seat;
                 self.replace(seat);
+                self.door.seated(seat, address);
                 info!(
-                    room = %self.facts.code, seat = seat.0, %name, address = %join.address,
-                    resumed, host, "player joined"
+                    room = %self.facts.code, seat = seat.0, %name, %address, resumed, host,
+                    "player joined"
                 );
                 let token = self.sealer.seat_token(SeatClaim { room: own, claim });
                 join.outbox.control(room.welcome(seat, token, host));
                 let tick = room.game().tick_count();
-                self.members.push(Member::new(seat, join.inbox, join.outbox, tick));
+                self.members.push(Member::new(seat, host, join.inbox, join.outbox, tick));
             }
             Err(refusal) => join.outbox.end(refusal),
         }
     }
 
+    /// The claimed seat, a free one, or in a full room one that is held for somebody who has to give way.
+    fn place(&self, room: &mut Room, join: &Join, host: bool) -> Result<Welcome, Refusal> {
+        let seat = |room: &mut Room| {
+            let claim = join.claim.map(|sealed| sealed.claim);
+            room.join(join.appearance.clone(), claim)
+        };
+        match join.claim {
+            Some(claim) if claim.room != self.facts.number => return Err(Refusal::BadToken),
+            Some(_) => return seat(room),
+            None => {}
+        }
+        if !host && self.door.is_shut(join.address, room.game().tick_count()) {
+            return Err(Refusal::Kicked);
+        }
+        match seat(room) {
+            Err(Refusal::RoomFull) => {
+                let held = self.door.displaced(room, join.address).ok_or(Refusal::RoomFull)?;
+                self.metrics.left("displaced");
+                room.leave(held);
+                seat(room)
+            }
+            joined => joined,
+        }
+    }
+
     /// The seat has a new socket; an older one, if there still is one, is told so and forgotten.
     fn replace(&mut self, seat: Seat) {
+        self.end_sessions(seat, Refusal::Replaced);
+    }
+
+    fn end_sessions(&mut self, seat: Seat, refusal: Refusal) {
         self.members.retain(|member| {
             if member.seat == seat {
-                member.outbox.end(Refusal::Replaced);
+                member.outbox.end(refusal);
             }
             member.seat != seat
         });
@@ -259,31 +282,78 @@ impl Ticker {
     /// Moves what the sessions sent into the room; the inboxes are bounded, so this ends.
     fn pass_on(&mut self, room: &mut Room) {
         let (code, metrics) = (&self.facts.code, &self.metrics);
-        self.members.retain(|member| {
+        let (mut kicks, mut closes) = (Vec::new(), false);
+        self.members.retain_mut(|member| {
+            let seat = member.seat.0;
             loop {
                 match member.inbox.try_recv() {
-                    Ok(FromSession::Input { seq, input }) => {
+                    Ok(FromSession::Input { seq, heard, input }) => {
+                        member.lag.heard(heard, room.game().tick_count());
                         if !room.input(member.seat, seq, input) {
                             metrics.inputs_ignored.inc();
                         }
                     }
                     Ok(FromSession::View { size }) => room.view(member.seat, size),
+                    Ok(FromSession::Kick { seat }) if member.host && seat != member.seat => {
+                        kicks.push(seat);
+                    }
+                    Ok(FromSession::CloseRoom) if member.host => closes = true,
+                    Ok(FromSession::Kick { .. } | FromSession::CloseRoom) => {
+                        member.outbox.control(ServerMessage::Denied.encode());
+                    }
                     Ok(FromSession::Leave) => {
-                        info!(room = %code, seat = member.seat.0, "player left");
-                        metrics.left(true);
+                        info!(room = %code, seat, "player left");
+                        metrics.left("left");
                         room.leave(member.seat);
                         return false;
                     }
                     Err(TryRecvError::Empty) => return true,
                     Err(TryRecvError::Disconnected) => {
-                        info!(room = %code, seat = member.seat.0, "player lost, seat held");
-                        metrics.left(false);
+                        info!(room = %code, seat, "player lost");
+                        metrics.left("lost");
                         room.disconnect(member.seat);
                         return false;
                     }
                 }
             }
         });
+        for seat in kicks {
+            self.kick(room, seat);
+        }
+        self.closed |= closes;
+    }
+
+    /// Has a player leave, with or without a socket; whether there was one.
+    fn kick(&mut self, room: &mut Room, seat: Seat) -> bool {
+        let players = room.players();
+        room.leave(seat);
+        if room.players() == players {
+            return false;
+        }
+        info!(room = %self.facts.code, seat = seat.0, "player kicked");
+        self.metrics.left("kicked");
+        self.door.kicked(seat, room.game().tick_count());
+        self.end_sessions(seat, Refusal::Kicked);
+        true
+    }
+
+    /// Does what operators ask.
+    fn obey(&mut self, room: &mut Room) {
+        while let Ok(order) = self.orders.try_recv() {
+            // Whoever asked may be gone by now.
+            match order {
+                Order::Players(answer) => drop(answer.send(room.snapshot().players.clone())),
+                Order::Kick(seat, answer) => drop(answer.send(self.kick(room, seat))),
+                Order::Close => self.closed = true,
+            }
+        }
+    }
+
+    fn feed(&mut self, room: &mut Room) {
+        let silent_ticks_max = (self.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
+        for member in &mut self.members {
+            member.feed(room, silent_ticks_max, &self.metrics);
+        }
     }
 
     /// What others may know of the room.
@@ -305,13 +375,13 @@ impl Ticker {
     }
 
     /// Tells everybody who is in or on the way in.
-    fn fail(&mut self) {
+    fn dismiss(&mut self, refusal: Refusal) {
         self.rooms.remove(&self.facts);
         for member in &self.members {
-            member.outbox.end(Refusal::RoomFailed);
+            member.outbox.end(refusal);
         }
         while let Ok(join) = self.joins.try_recv() {
-            join.outbox.end(Refusal::RoomFailed);
+            join.outbox.end(refusal);
         }
     }
 }

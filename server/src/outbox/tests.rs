@@ -13,7 +13,7 @@ fn snapshots_are_taken_in_order() {
     let outbox = Outbox::default();
     outbox.keyframe(bytes(0, 100));
     for tick in 1..4 {
-        assert!(outbox.snapshot(&bytes(tick, 1)));
+        assert_eq!(outbox.snapshot(&bytes(tick, 1)), 0);
     }
     assert_eq!(block(outbox.take()).len(), 100);
     for tick in 1..4 {
@@ -28,7 +28,7 @@ fn who_is_further_behind_than_a_keyframe_gets_one() {
     let outbox = Outbox::default();
     outbox.keyframe(bytes(0, 100));
     outbox.try_take().expect("the keyframe");
-    let fitted = (1..20).take_while(|&tick| outbox.snapshot(&bytes(tick, 18))).count();
+    let fitted = (1..20).take_while(|&tick| outbox.snapshot(&bytes(tick, 18)) == 0).count();
     assert_eq!(fitted, 5, "five times 18 bytes are less than 100");
     assert!(outbox.is_drained(), "what cannot be used is dropped");
     outbox.keyframe(bytes(9, 80));
@@ -40,12 +40,14 @@ fn many_small_snapshots_do_not_wait_for_ever_and_a_few_large_ones_may() {
     let outbox = Outbox::default();
     outbox.keyframe(bytes(0, 10_000));
     outbox.try_take().expect("the keyframe");
-    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 2))).count();
+    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 2)) == 0).count();
     assert_eq!(fitted, OUTBOX_SNAPSHOTS_MAX);
-    outbox.keyframe(bytes(0, 10));
+    assert_eq!(outbox.keyframe(bytes(0, 10)), 0, "all that waited was counted before");
     outbox.try_take().expect("the keyframe");
-    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 50))).count();
+    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 50)) == 0).count();
     assert_eq!(fitted, LATE_SNAPSHOTS_MIN);
+    outbox.snapshot(&bytes(0, 1));
+    assert_eq!(outbox.keyframe(bytes(0, 10)), 1);
 }
 
 #[test]
@@ -67,7 +69,7 @@ fn the_first_reason_to_end_counts_and_nothing_more_is_queued() {
     let outbox = Outbox::default();
     outbox.end(Refusal::Flood);
     outbox.end(Refusal::Closing);
-    assert!(outbox.snapshot(&bytes(1, 1)));
+    assert_eq!(outbox.snapshot(&bytes(1, 1)), 0);
     assert!(outbox.is_drained());
     assert_eq!(block(outbox.ended()), Refusal::Flood);
 }

@@ -21,9 +21,11 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let scene = Arc::new(config.scenes[0].clone());
     let rooms = Rooms::new(config, followed.clone(), None, Arc::default(), sealer());
     let (joins, receiver) = sync_channel(4);
+    let (_orders, orders) = sync_channel(1);
     let facts = Facts {
         code: code.to_owned(),
         number: 1,
+        private: false,
         scene,
         tick: AtomicU32::new(0),
         players: AtomicUsize::new(0),
@@ -33,10 +35,14 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
         facts: Arc::new(facts),
         rooms: Arc::clone(&rooms),
         joins: receiver,
+        orders,
         phase: followed,
         empty_grace,
+        hearing: limits::HEARING_MAX,
         seed: 1,
         members: Vec::new(),
+        door: Door::default(),
+        closed: false,
         recording: None,
         metrics: Arc::default(),
         sealer: sealer(),
@@ -86,7 +92,7 @@ fn a_room_that_fails_tells_its_players_and_no_other_room_notices() {
     // A code that the room asserts against makes it panic, as a bug in a game would.
     let (mut ticker, outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
     let (seated, _inbox, seated_outbox) = join();
-    ticker.members.push(Member::new(Seat(0), seated.inbox, seated.outbox, 0));
+    ticker.members.push(Member::new(Seat(0), false, seated.inbox, seated.outbox, 0));
     let (waiting, _other_inbox, waiting_outbox) = join();
     outside.joins.send(waiting).expect("a place");
     let (other, other_inbox, other_outbox) = join();

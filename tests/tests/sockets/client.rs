@@ -65,9 +65,24 @@ impl Client {
         client
     }
 
+    /// The creator of a room enters it.
+    pub async fn host(address: SocketAddr, room: &str, name: &str, key: Token) -> Client {
+        let mut client = Client::connect(address, room).await;
+        let appearance = Appearance { name: name.to_owned(), color: 1 };
+        let (token, host_key) = (None, Some(key));
+        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key };
+        client.send(&hello).await;
+        client.welcomed(name).await;
+        client
+    }
+
     /// Says hello, and expects a seat and a first snapshot.
     pub async fn enter(&mut self, name: &str, token: Option<Token>) {
         self.hello(VERSION, name, token).await;
+        self.welcomed(name).await;
+    }
+
+    async fn welcomed(&mut self, name: &str) {
         match self.message().await {
             ServerMessage::Welcome { seat, token, host, .. } => {
                 (self.seat, self.token, self.host) = (seat, token, host);
@@ -157,6 +172,17 @@ impl Client {
                 return tick;
             }
         }
+    }
+
+    /// Sends an input and waits until it was played: from then on the seat is held.
+    pub async fn is_heard(&mut self) {
+        self.input(Buttons::default(), None).await;
+        let (seat, seq) = (self.seat, self.seq);
+        self.until("an input that is played", |snapshot| {
+            let own = snapshot.players.iter().find(|player| player.seat.0 == seat);
+            own.is_some_and(|own| own.input_seq >= seq)
+        })
+        .await;
     }
 
     /// Shows that this player's game goes on: a second of ticks comes, and an input is played.

@@ -49,7 +49,7 @@ pub async fn get(address: SocketAddr, path: &str) -> Answer {
     raw(address, &format!("GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n")).await
 }
 
-async fn post(address: SocketAddr, path: &str, body: &str) -> Answer {
+pub async fn post(address: SocketAddr, path: &str, body: &str) -> Answer {
     let length = body.len();
     let head = format!("POST {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n");
     raw(address, &format!("{head}Content-Length: {length}\r\n\r\n{body}")).await

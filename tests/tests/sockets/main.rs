@@ -5,6 +5,7 @@ mod bad_clients;
 mod client;
 mod examples;
 mod faults;
+mod hosts;
 mod http;
 mod ops;
 mod play;

@@ -53,7 +53,8 @@ async fn pings_are_answered_with_the_tick() {
 async fn a_lost_socket_gets_its_seat_back_and_a_goodbye_frees_it() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    let bob = Client::join(server.address, "arena", "Bob").await;
+    let mut bob = Client::join(server.address, "arena", "Bob").await;
+    bob.is_heard().await;
     let (seat, token) = (bob.seat, bob.token);
     drop(bob);
     ann.until("Bob's lost socket", |snapshot| {

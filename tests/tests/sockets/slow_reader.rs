@@ -107,6 +107,7 @@ async fn who_takes_nothing_for_too_long_is_given_up() {
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     let mut stuck = connect_small(&server).await;
     stuck.enter("Stuck", None).await;
+    stuck.is_heard().await;
     let seat = stuck.seat;
     ann.until("the end of the stuck socket", |snapshot| {
         snapshot.players.iter().any(|player| player.seat.0 == seat && !player.connected)

@@ -64,6 +64,43 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
     ann.goes_on().await;
 }
 
+/// Four seats, and nothing to do.
+const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limits]\nplayers = 4\n";
+
+/// Joins from an address of this machine, plays and vanishes; `false` if there is no seat.
+async fn comes_and_vanishes(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
+    let socket = TcpSocket::new_v4().expect("a socket");
+    socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
+    let mut client = Client::connect_over(socket, server, "small").await;
+    client.hello(VERSION, "Gone", None).await;
+    let ServerMessage::Welcome { seat, .. } = client.message().await else { return false };
+    client.seat = seat;
+    if plays {
+        client.is_heard().await;
+    }
+    true
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_joins_and_vanishes_again_and_again_fills_no_room() {
+    let server = Server::start_with_scene("small", SMALL).await;
+    let mut ann = Client::join(server.address, "small", "Ann").await;
+    let [eve, mallory] = [Ipv4Addr::new(127, 0, 1, 1), Ipv4Addr::new(127, 0, 1, 2)];
+    // Without an input no seat is held; with one, those of the own address give way in a full room.
+    for plays in [false, true] {
+        for _ in 0..9 {
+            assert!(comes_and_vanishes(server.address, eve, plays).await);
+            ann.is_heard().await;
+        }
+    }
+    assert!(server.count("jostle_leaves_total{how=\"displaced\"}").await > 0);
+    // Who comes from elsewhere finds a seat all the same.
+    assert!(comes_and_vanishes(server.address, mallory, true).await);
+    assert_eq!(server.count(&refusals("room_full")).await, 0);
+    ann.goes_on().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn operators_who_ask_hard_cost_players_nothing() {
     let server = Server::start().await;

@@ -142,7 +142,8 @@ async fn a_client_that_dies_inside_a_frame_keeps_its_seat_for_a_while() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    let whole = frame(WHOLE, &input(1));
+    bob.is_heard().await;
+    let whole = frame(WHOLE, &input(2));
     write(&mut bob, &whole[..whole.len() / 2]).await;
     let (seat, token) = (bob.seat, bob.token);
     // What it did not read makes the kernel reset the connection.

@@ -2,7 +2,7 @@
 
 use super::refusals;
 use crate::client::{Client, LONG};
-use crate::server::Server;
+use crate::server::{Server, until_count};
 use crate::slow_reader::{RESTLESS, connect_small};
 use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::{Refusal, Token, VERSION};
@@ -14,7 +14,7 @@ use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -25,7 +25,8 @@ async fn a_peer_that_vanished_without_a_word_is_given_up_and_may_come_back() {
         ..Waits::default()
     };
     let server = Server::start_with_waits(waits).await;
-    let gone = Client::join(server.address, "arena", "Gone").await;
+    let mut gone = Client::join(server.address, "arena", "Gone").await;
+    gone.is_heard().await;
     // Nobody reads this socket, so no ping is answered, and it is never closed from this side.
     server.counts(&refusals("silent"), 1).await;
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
@@ -45,6 +46,7 @@ async fn who_reads_byte_by_byte_is_given_up() {
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     let mut slow = connect_small(&server).await;
     slow.enter("Slow", None).await;
+    slow.is_heard().await;
     let reading = tokio::spawn(async move {
         let mut byte = [0];
         while slow.socket.get_mut().read_exact(&mut byte).await.is_ok() {
@@ -64,7 +66,8 @@ async fn who_reads_byte_by_byte_is_given_up() {
 async fn a_token_that_was_used_or_made_up_gives_no_seat_back() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    let bob = Client::join(server.address, "arena", "Bob").await;
+    let mut bob = Client::join(server.address, "arena", "Bob").await;
+    bob.is_heard().await;
     let (seat, used) = (bob.seat, bob.token);
     drop(bob);
     let mut bob = Client::connect(server.address, "arena").await;
@@ -140,6 +143,89 @@ async fn far_away(server: SocketAddr) -> SocketAddr {
         tokio::join!(delayed(near.0, far.1, 1), delayed(far.0, near.1, 2));
     });
     address
+}
+
+/// A port whose one connection leads to `server` through something that takes all that the server
+/// sends, and passes it on while it is not told to hold it.
+async fn hoarder(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+    let address = listener.local_addr().expect("a bound port");
+    let (hold, mut held) = watch::channel(false);
+    tokio::spawn(async move {
+        let (near, _) = listener.accept().await.expect("a client");
+        let far = TcpStream::connect(server).await.expect("a server");
+        let ((mut inputs, mut to_client), (mut news, mut to_server)) =
+            (near.into_split(), far.into_split());
+        let (sender, mut parts) = mpsc::unbounded_channel::<Vec<u8>>();
+        let reading = async move {
+            let mut buffer = [0; 4096];
+            while let Ok(count @ 1..) = news.read(&mut buffer).await {
+                // The client may be gone first.
+                let _ = sender.send(buffer[..count].to_vec());
+            }
+        };
+        let writing = async move {
+            while let Some(bytes) = parts.recv().await {
+                let free = held.wait_for(|held| !held).await.is_ok();
+                if !free || to_client.write_all(&bytes).await.is_err() {
+                    return;
+                }
+            }
+        };
+        tokio::join!(reading, writing, tokio::io::copy(&mut inputs, &mut to_server)).2.ok();
+    });
+    (address, hold)
+}
+
+/// A client behind a hoarder, which has played for a while.
+async fn behind_a_hoarder(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
+    let waits = Waits { hearing, ..Waits::default() };
+    let mut config = Config { waits, ..Config::default() };
+    config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
+    let server = Server::start_with(config).await;
+    let (address, hold) = hoarder(server.address).await;
+    let mut far = Client::join(address, "restless", "Far").await;
+    while far.seq < 30 {
+        far.is_heard().await;
+    }
+    (server, far, hold)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_waits_on_the_way_lowers_the_rate_though_all_was_taken_from_us() {
+    let (server, mut far, hold) = behind_a_hoarder(LONG).await;
+    hold.send_replace(true);
+    let lowered = async {
+        // It hears nothing new, and says so.
+        while server.count("jostle_sockets_late_total").await == 0 {
+            far.input(Buttons::RIGHT, None).await;
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(LONG, lowered).await.expect("a lower rate");
+    until_count(server.ops, "jostle_snapshots_skipped_total{reason=\"rate\"}", 1).await;
+    hold.send_replace(false);
+    far.goes_on().await;
+    assert_eq!(server.count(&refusals("silent")).await, 0);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_hears_nothing_for_too_long_is_given_up_though_all_was_taken_from_us() {
+    let (server, mut far, hold) = behind_a_hoarder(Duration::from_secs(3)).await;
+    let mut ann = Client::join(server.address, "restless", "Ann").await;
+    hold.send_replace(true);
+    let silenced = async {
+        while server.count(&refusals("silent")).await == 0 {
+            far.input(Buttons::RIGHT, None).await;
+            // Who plays says what was heard.
+            ann.is_heard().await;
+        }
+    };
+    timeout(LONG, silenced).await.expect("an end");
+    server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
+    hold.send_replace(false);
+    far.is_refused(Refusal::Silent).await;
+    ann.goes_on().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

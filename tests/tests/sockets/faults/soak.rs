@@ -45,6 +45,7 @@ async fn strangers(server: SocketAddr) {
 async fn guests(server: SocketAddr) {
     for _ in 0..GUEST_ROUNDS {
         let mut killed = Client::join(server, "pile", "Killed").await;
+        killed.is_heard().await;
         write(&mut killed, &frame(WHOLE, &input(1))[..5]).await;
         let token = killed.token;
         drop(killed);

@@ -1,0 +1,112 @@
+//! Rooms that somebody opened: their links, their hosts, and what only a host may do.
+
+use crate::client::Client;
+use crate::http::{get, post};
+use crate::server::Server;
+use jostle_protocol::{ClientMessage, Refusal, ServerMessage, Token, VERSION};
+use jostle_server::limits::PRIVATE_CODE_CHARS;
+use jostle_sim::Seat;
+use std::net::SocketAddr;
+
+/// Opens a room: its code, and the key of its host.
+async fn open(server: SocketAddr, body: &str) -> (String, Token) {
+    let created = post(server, "/api/rooms", body).await;
+    assert_eq!(created.status, 201);
+    let created = created.json();
+    let text = |field: &str| created[field].as_str().expect("a text").to_owned();
+    (text("code"), Token::parse(&text("host_key")).expect("a key"))
+}
+
+/// Reads on until the server says that only a host may do that.
+async fn is_denied(client: &mut Client) {
+    while !matches!(client.message().await, ServerMessage::Denied) {}
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_private_room_is_in_no_list_and_open_to_whoever_has_the_link() {
+    let server = Server::start().await;
+    let (code, key) = open(server.address, r#"{"scene":"arena","private":true}"#).await;
+    assert_eq!(code.len(), PRIVATE_CODE_CHARS);
+    let mut host = Client::host(server.address, &code, "Host", key).await;
+    let mut guest = Client::join(server.address, &code, "Guest").await;
+    assert!(host.host && !guest.host);
+    let list = get(server.address, "/api/rooms").await;
+    assert!(!String::from_utf8(list.body).expect("text").contains(&code));
+    assert_eq!(get(server.address, &format!("/{code}")).await.status, 200);
+    let (open_code, _) = open(server.address, r#"{"scene":"arena"}"#).await;
+    let list = get(server.address, "/api/rooms").await;
+    assert!(String::from_utf8(list.body).expect("text").contains(&open_code));
+    host.goes_on().await;
+    guest.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_host_has_a_player_leave_who_does_not_come_back_at_once() {
+    let server = Server::start().await;
+    let (code, key) = open(server.address, r#"{"scene":"arena","private":true}"#).await;
+    let mut host = Client::host(server.address, &code, "Host", key).await;
+    let mut guest = Client::join(server.address, &code, "Guest").await;
+    guest.is_heard().await;
+    // Nobody, and the host, cannot be told to leave; the latter with an answer.
+    host.send(&ClientMessage::Kick { seat: Seat(60) }).await;
+    host.send(&ClientMessage::Kick { seat: Seat(host.seat) }).await;
+    is_denied(&mut host).await;
+    host.send(&ClientMessage::Kick { seat: Seat(guest.seat) }).await;
+    guest.is_refused(Refusal::Kicked).await;
+    host.until("an empty seat", |snapshot| snapshot.players.len() == 1).await;
+    server.counts("jostle_leaves_total{how=\"kicked\"}", 1).await;
+
+    let mut again = Client::connect(server.address, &code).await;
+    again.hello(VERSION, "Guest", Some(guest.token)).await;
+    again.is_refused(Refusal::BadToken).await;
+    let mut again = Client::connect(server.address, &code).await;
+    again.hello(VERSION, "Other", None).await;
+    again.is_refused(Refusal::Kicked).await;
+    server.counts("jostle_refusals_total{reason=\"kicked\"}", 2).await;
+    // Other rooms are open, and so is this one to its host, though it is the same address.
+    let mut elsewhere = Client::join(server.address, "arena", "Guest").await;
+    let mut second = Client::host(server.address, &code, "Host", key).await;
+    elsewhere.goes_on().await;
+    second.goes_on().await;
+    host.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_host_closes_the_room_for_everybody() {
+    let server = Server::start().await;
+    let (code, key) = open(server.address, r#"{"scene":"arena"}"#).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut host = Client::host(server.address, &code, "Host", key).await;
+    let mut guest = Client::join(server.address, &code, "Guest").await;
+    host.send(&ClientMessage::CloseRoom).await;
+    host.is_refused(Refusal::RoomClosed).await;
+    guest.is_refused(Refusal::RoomClosed).await;
+    let mut late = Client::connect(server.address, &code).await;
+    late.is_refused(Refusal::NoSuchRoom).await;
+    ann.goes_on().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_is_no_host_is_denied_and_nothing_happens() {
+    let server = Server::start().await;
+    let (code, key) = open(server.address, r#"{"scene":"arena"}"#).await;
+    let (other_code, other_key) = open(server.address, r#"{"scene":"arena"}"#).await;
+    let mut forged = key;
+    forged.0[20] ^= 1;
+    let mut ann = Client::join(server.address, &code, "Ann").await;
+    // The key of another room, a forged one, and a token for a seat in its place.
+    let mut eves = Vec::new();
+    for key in [other_key, forged, ann.token] {
+        eves.push(Client::host(server.address, &code, "Eve", key).await);
+    }
+    for eve in &mut eves {
+        assert!(!eve.host);
+        for message in [ClientMessage::Kick { seat: Seat(ann.seat) }, ClientMessage::CloseRoom] {
+            eve.send(&message).await;
+            is_denied(eve).await;
+        }
+    }
+    ann.goes_on().await;
+    assert_eq!(ann.newest.players.len(), 4);
+    assert_eq!(get(server.address, &format!("/{other_code}")).await.status, 200);
+}
