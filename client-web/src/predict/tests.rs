@@ -214,6 +214,14 @@ const LIFT: &str = r#"
         period = 40
 "#;
 
+const CRATE: &str = r#"
+        [[bodies]]
+        kind = "block"
+        position = [76, 14]
+        size = [8, 8]
+        mass = 0.6
+"#;
+
 /// Of the scenes here, world units.
 const QUANTUM: f32 = 1.0 / 64.0;
 
@@ -385,6 +393,24 @@ fn the_hero_stands_on_the_lift_that_is_seen() {
     // The lift is shown 0.2 s late, in which it goes 1.4 units.
     assert!(largest(&gaps) < 0.2, "{} units between the hero and the lift", largest(&gaps));
     assert!(mean(&gaps) < 0.1, "{} units on average", mean(&gaps));
+}
+
+#[test]
+fn what_the_hero_pushes_yields_as_it_does_on_the_server() {
+    let groups = r#"groups = ["hero", "platform", "block"]"#;
+    let pairs = r#"["hero", "platform"], ["hero", "block"], ["block", "platform"],"#;
+    let source = HALL
+        .replace(r#"groups = ["hero", "platform"]"#, groups)
+        .replace(r#"["hero", "platform"],"#, pairs);
+    let scene = Scene::parse("hall.toml", &format!("{source}{CRATE}")).expect("a good scene");
+    let mut net = Net::new(scene, Rate::Full, PRESETS[2].lag);
+    net.run(3000);
+    let (begin_ms, before) = (net.now_ms, net.shown.expect("a hero").center.x);
+    net.hold(Buttons::RIGHT, 1200);
+    let way = net.shown.expect("a hero").center.x - before;
+    assert!(way > 25.0, "the crate is no wall: {way} units");
+    let errors = net.errors(begin_ms);
+    assert!(mean(&errors) < 0.1, "{} units off on average", mean(&errors));
 }
 
 #[test]
