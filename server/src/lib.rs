@@ -48,6 +48,8 @@ pub struct Config {
     pub trusted_proxies: Vec<IpAddr>,
     /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
     pub address_sessions_max: usize,
+    /// What operators have to know to do more than look; `None` lets nobody.
+    pub ops_token: Option<String>,
     /// Where games are recorded; `None` records nothing.
     pub replays: Option<replays::Settings>,
 }
@@ -61,6 +63,7 @@ impl Default for Config {
             origins: Vec::new(),
             trusted_proxies: Vec::new(),
             address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
+            ops_token: None,
             replays: None,
         }
     }
@@ -83,6 +86,10 @@ pub struct App {
     pub rooms: Arc<rooms::Rooms>,
     /// TCP connections.
     pub connections: Arc<peers::Peers>,
+    /// [`Config::ops_token`].
+    pub ops_token: Option<String>,
+    /// An operator asked for the server's end.
+    pub drain: tokio::sync::Notify,
     /// What it gives out and believes.
     pub sealer: Arc<seal::Sealer>,
     /// Game sockets.
@@ -121,6 +128,8 @@ impl App {
         );
         App {
             waits: config.waits,
+            ops_token: config.ops_token,
+            drain: tokio::sync::Notify::new(),
             origins: config.origins,
             trusted_proxies: config.trusted_proxies,
             replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),

@@ -112,6 +112,10 @@ pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
 pub const KICKED_MAX: usize = 64;
 /// Characters of the code of a private room, 5 bits each: nobody finds one by trying.
 pub const PRIVATE_CODE_CHARS: usize = 20;
+/// Time in which a room answers an operator.
+pub const ORDER_WAIT: Duration = Duration::from_secs(1);
+/// Characters of an operators' token, at least.
+pub const OPS_TOKEN_CHARS_MIN: usize = 16;
 /// Orders of operators that wait for a room's next tick.
 pub const ORDERS_WAITING_MAX: usize = 16;
 /// Joins that wait for a room's next tick: all that a room can take.

@@ -47,6 +47,7 @@ pub async fn run_with_ops(
     tokio::select! {
         () = accept(&listener, &app, &alive) => {}
         () = shutdown => {}
+        () = app.drain.notified() => {}
     }
     drop((listener, alive));
     info!("draining");

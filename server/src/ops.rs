@@ -1,6 +1,8 @@
 //! The operators' port: whether the server lives, whether it takes players, and its metrics. It is a
 //! port of its own, so that it can be closed to the world, and has its own few connections, so that
-//! scraping it hard costs players nothing.
+//! scraping it hard costs players nothing. What changes anything is in [`admin`], behind a token.
+
+mod admin;
 
 use crate::metrics::Moment;
 use crate::peers::Peers;
@@ -50,7 +52,8 @@ pub async fn serve(listener: TcpListener, app: Arc<App>) {
 }
 
 async fn speak(stream: TcpStream, app: &App) -> hyper::Result<()> {
-    let service = service_fn(|request| async move { Ok::<_, Infallible>(answer(&request, app)) });
+    let service =
+        service_fn(|request| async move { Ok::<_, Infallible>(answer(&request, app).await) });
     http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(app.waits.http_head)
@@ -60,7 +63,10 @@ async fn speak(stream: TcpStream, app: &App) -> hyper::Result<()> {
         .await
 }
 
-fn answer(request: &Request<Incoming>, app: &App) -> Response<Full<Bytes>> {
+async fn answer(request: &Request<Incoming>, app: &App) -> Response<Full<Bytes>> {
+    if let Some(rest) = request.uri().path().strip_prefix("/admin/") {
+        return admin::answer(request, rest, app).await;
+    }
     if !matches!(*request.method(), Method::GET | Method::HEAD) {
         return respond(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".into());
     }

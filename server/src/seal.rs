@@ -18,6 +18,7 @@ const NOTE_BYTES: usize = TOKEN_BYTES - SEAL_BYTES;
 enum Purpose {
     Seat = 1,
     Host = 2,
+    Secret = 3,
 }
 
 /// Seals, and knows its own seals.
@@ -66,6 +67,12 @@ impl Sealer {
     pub fn hosted(&self, key: &Token) -> Option<u64> {
         let note = self.opened(Purpose::Host, key)?;
         note.first_chunk::<8>().map(|room| u64::from_le_bytes(*room))
+    }
+
+    /// Whether two secrets are the same, found out in a time that says nothing of where they differ.
+    pub fn same(&self, a: &[u8], b: &[u8]) -> bool {
+        let seal = self.seal(Purpose::Secret, b).finalize().into_bytes();
+        self.seal(Purpose::Secret, a).verify_slice(&seal).is_ok()
     }
 
     fn sealed(&self, purpose: Purpose, note: &[u8]) -> Token {
@@ -118,5 +125,12 @@ mod tests {
         assert_eq!(other.seat_claim(&token), None);
         assert_eq!((sealer.hosted(&token), sealer.seat_claim(&key)), (None, None));
         assert_eq!((sealer.hosted(&key), other.hosted(&key)), (Some(3), None));
+    }
+
+    #[test]
+    fn secrets_are_the_same_or_not() {
+        let sealer = Sealer::new(&[7; 32]);
+        assert!(sealer.same(b"open sesame", b"open sesame"));
+        assert!(!sealer.same(b"open sesame", b"open sesamE") && !sealer.same(b"", b"open sesame"));
     }
 }

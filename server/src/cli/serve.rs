@@ -8,6 +8,9 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use tokio::net::TcpListener;
 
+/// Where the operators' token may stand instead of in a file.
+const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
+
 /// Serve the page and the rooms until SIGTERM or ctrl-c.
 ///
 /// Prints one line with the address to open. On SIGTERM or ctrl-c players are told, sockets close
@@ -21,6 +24,11 @@ pub struct Serve {
     /// the world
     #[arg(long, value_name = "ADDRESS:PORT")]
     ops: Option<SocketAddr>,
+    /// File with a token, a line of 16 or more characters, by which operators may list players, have one
+    /// leave, close rooms and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment
+    /// does the same
+    #[arg(long, value_name = "FILE", requires = "ops")]
+    ops_token_file: Option<PathBuf>,
     /// Directory with more scenes (*.toml); one with a built-in name replaces that one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
@@ -58,6 +66,7 @@ impl Serve {
         if let Some(dir) = &self.scenes {
             add_scenes(&mut config.scenes, dir)?;
         }
+        config.ops_token = ops_token(self.ops_token_file.as_deref())?;
         config.origins = self.allow_origin;
         config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
         config.address_sessions_max = self.address_sockets as usize;
@@ -90,6 +99,33 @@ async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> R
     run_with_ops(listener, ops, config, stop)
         .await
         .map_err(|error| Failure::Check(error.to_string()))
+}
+
+/// The operators' token, from the file or else from the environment: neither is in the list of processes.
+fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
+    let (place, text) = match file {
+        Some(file) => {
+            let place = format!("--ops-token-file {}", file.display());
+            let read = std::fs::read_to_string(file);
+            let text = read.map_err(|error| Failure::Usage(format!("{place}: {error}")))?;
+            (place, text)
+        }
+        None => match std::env::var(OPS_TOKEN_VARIABLE) {
+            Ok(text) => (OPS_TOKEN_VARIABLE.to_owned(), text),
+            Err(std::env::VarError::NotPresent) => return Ok(None),
+            Err(error) => return Err(Failure::Usage(format!("{OPS_TOKEN_VARIABLE}: {error}"))),
+        },
+    };
+    let token = text.trim();
+    let printable = token.bytes().all(|byte| byte.is_ascii_graphic());
+    if token.len() < limits::OPS_TOKEN_CHARS_MIN || !printable {
+        let (found, allowed) = (token.len(), limits::OPS_TOKEN_CHARS_MIN);
+        let text = format!(
+            "{place}: found {found} characters; allowed: {allowed} or more, printable ASCII without spaces"
+        );
+        return Err(Failure::Usage(text));
+    }
+    Ok(Some(token.to_owned()))
 }
 
 async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketAddr), Failure> {

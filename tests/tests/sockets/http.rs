@@ -30,7 +30,7 @@ impl Answer {
 }
 
 /// Sends one request as it is and reads to the end.
-async fn raw(address: SocketAddr, request: &str) -> Answer {
+pub async fn raw(address: SocketAddr, request: &str) -> Answer {
     let exchange = async {
         let mut stream = TcpStream::connect(address).await.expect("a connection");
         stream.write_all(request.as_bytes()).await.expect("a live socket");

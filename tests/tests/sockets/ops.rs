@@ -1,9 +1,10 @@
 //! The operators' port: alive, ready, and what is counted.
 
 use crate::client::Client;
-use crate::http::get;
+use crate::http::{Answer, get, raw};
 use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage};
+use jostle_server::Config;
 
 /// Value of a series in the metrics; `None` if it is not there.
 fn series(text: &str, name: &str) -> Option<f64> {
@@ -49,4 +50,74 @@ async fn operators_see_who_plays_and_who_was_refused() {
     assert_eq!(get(ops, "/healthz").await.status, 200);
     drop(ann);
     server.ended().await;
+}
+
+/// Asks the operators' port with these headers besides.
+async fn ask(server: &Server, method: &str, path: &str, headers: &str) -> Answer {
+    let head = format!("{method} {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n");
+    raw(server.ops, &format!("{head}{headers}\r\n")).await
+}
+
+const TOKEN: &str = "correct-horse-battery";
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn operators_with_the_token_list_kick_close_and_drain() {
+    let config = Config { ops_token: Some(TOKEN.to_owned()), ..Config::default() };
+    let server = Server::start_with(config).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let mut bob = Client::join(server.address, "arena", "Bob").await;
+    let mut cid = Client::join(server.address, "pile", "Cid").await;
+    let bearer = format!("Authorization: Bearer {TOKEN}\r\n");
+    bob.is_heard().await;
+
+    let rooms = ask(&server, "GET", "/admin/rooms", &bearer).await.json();
+    let arena = &rooms["rooms"][0];
+    assert_eq!((arena["code"].as_str(), arena["private"].as_bool()), (Some("arena"), Some(false)));
+    assert_eq!(arena["players"][1]["name"], "Bob");
+    assert_eq!(arena["players"].as_array().map(Vec::len), Some(2));
+
+    let kick = format!("/admin/rooms/arena/kick/{}", bob.seat);
+    assert_eq!(ask(&server, "POST", &kick, &bearer).await.status, 200);
+    bob.is_refused(Refusal::Kicked).await;
+    for (path, status) in [
+        (kick.as_str(), 404),
+        ("/admin/rooms/nowhere/kick/0", 404),
+        ("/admin/rooms/arena/kick/x", 400),
+        ("/admin/nothing", 404),
+    ] {
+        assert_eq!(ask(&server, "POST", path, &bearer).await.status, status, "{path}");
+    }
+    assert_eq!(ask(&server, "POST", "/admin/rooms/pile/close", &bearer).await.status, 200);
+    cid.is_refused(Refusal::RoomClosed).await;
+    ann.goes_on().await;
+
+    assert_eq!(ask(&server, "POST", "/admin/drain", &bearer).await.status, 200);
+    while !matches!(ann.message().await, ServerMessage::Draining { .. }) {}
+    drop(ann);
+    server.ended().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn without_the_token_nothing_is_told_and_nothing_happens() {
+    let config = Config { ops_token: Some(TOKEN.to_owned()), ..Config::default() };
+    let server = Server::start_with(config).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let long = format!("Authorization: Bearer {TOKEN}x\r\n");
+    let basic = format!("Authorization: Basic {TOKEN}\r\n");
+    for headers in ["", "Authorization: Bearer \r\n", &long, &basic] {
+        for (method, path) in [("GET", "/admin/rooms"), ("POST", "/admin/drain")] {
+            let answer = ask(&server, method, path, headers).await;
+            assert_eq!((answer.status, answer.header("www-authenticate")), (401, Some("Bearer")));
+            assert!(!String::from_utf8_lossy(&answer.body).contains("Ann"));
+        }
+    }
+    server.counts("jostle_refusals_total{reason=\"ops_unauthorized\"}", 8).await;
+    ann.goes_on().await;
+    // Where no token was set, none is right.
+    let open = Server::start().await;
+    let bearer = format!("Authorization: Bearer {TOKEN}\r\n");
+    assert_eq!(ask(&open, "POST", "/admin/drain", &bearer).await.status, 404);
+    let head = "GET /admin/rooms HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n";
+    let answer = raw(server.address, &format!("{head}{bearer}\r\n")).await;
+    assert_eq!(answer.status, 404, "and not on the players' port");
 }
