@@ -45,8 +45,9 @@ impl Member {
     /// given up.
     pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) {
         let tick = room.game().tick_count();
-        self.hand_over(room, tick, metrics);
+        // First: a keyframe of a tick that was handed over already would tell it twice.
         self.choose_rate(tick, metrics);
+        self.hand_over(room, tick, metrics);
         if self.reader.is_none() {
             let (reader, keyframe) = room.begin_at(self.seat, self.rate);
             metrics.sent(self.rate, keyframe.len());
