@@ -2,15 +2,14 @@
 //! looks past the world's edge without need.
 
 use crate::frame::View;
-use jostle_sim::Vec2;
+use jostle_room::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
 use jostle_sim::scene::Camera as CameraRule;
+use jostle_sim::{TICKS_PER_SECOND, Vec2};
 
 /// Share of the world added on each side when all of it is shown.
 const MARGIN: f32 = 0.01;
-/// How fast the view closes in on the hero, 1/s.
-const CATCH_UP: f32 = 7.0;
 /// Seconds of the hero's motion that the view looks ahead.
-const LOOK_AHEAD_S: f32 = 0.18;
+const LOOK_AHEAD_S: f32 = AHEAD_TICKS as f32 / TICKS_PER_SECOND as f32;
 /// A following view is at least this many times its nominal height wide.
 const FOLLOW_WIDTH_MIN: f32 = 0.9;
 /// A screen on which the whole world leaves more than this much of its height free is upright.
@@ -94,7 +93,7 @@ impl Camera {
         let wanted = target.hero.map_or(last, |(at, speed)| at + speed * LOOK_AHEAD_S);
         let wanted = within(wanted, half, self.world);
         let jump = self.cut || (wanted - last).length() > height * 1.5;
-        let share = if jump { 1.0 } else { 1.0 - (-CATCH_UP * target.elapsed_s).exp() };
+        let share = if jump { 1.0 } else { caught_up(target.elapsed_s) };
         let center = within(last + (wanted - last) * share, half, self.world);
         if target.hero.is_some() {
             self.center = Some(center);
@@ -102,6 +101,13 @@ impl Camera {
         }
         View { center, height, pixels: target.pixels }
     }
+}
+
+/// The part of the way to the hero that the view goes in so many seconds: each tick takes the same
+/// part of what is left.
+fn caught_up(elapsed_s: f32) -> f32 {
+    let left_a_tick = 1.0 - 1.0 / CATCH_UP_TICKS as f32;
+    1.0 - left_a_tick.powf(elapsed_s * TICKS_PER_SECOND as f32)
 }
 
 /// `center` moved so that a view of this half size stays inside the world, or in the world's

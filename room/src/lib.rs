@@ -1,5 +1,6 @@
 //! A Room: one Game and its members, without sockets, files or time. Bytes and ticks in, bytes out.
 
+pub mod camera;
 pub mod divergence;
 mod feed;
 mod input_queue;

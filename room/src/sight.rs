@@ -6,6 +6,7 @@
 //! function of the snapshot, of what was sent before, and of where the hero was; to the stream they
 //! are born and die.
 
+use crate::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
 use crate::feed::{Feed, Flying, Rate, Reader};
 use jostle_protocol::limits::QUANTA_MAX;
 use jostle_protocol::{Snapshot, SnapshotBody, TimedEvent};
@@ -21,10 +22,6 @@ const VIEW_HEIGHTS_MAX: f32 = 4.0;
 const MARGINS: i32 = 16;
 /// Margins within which who rests is kept: half a view.
 const MARGINS_KEPT: i32 = MARGINS / 2;
-/// The page looks so far ahead of its hero.
-const AHEAD_TICKS: i32 = 11;
-/// It closes in on that by this part of the way a tick.
-const CATCH_UP_TICKS: i32 = 9;
 /// A hero that is elsewhere in the next tick by more than this part of the view's height was carried.
 const CARRIED_PARTS: i32 = 8;
 

@@ -70,6 +70,24 @@ fn follow_moves_smoothly_towards_the_hero() {
 }
 
 #[test]
+fn follow_goes_as_far_as_the_room_expects_at_any_rate_of_frames() {
+    let way = |frames_a_tick: u32| {
+        let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
+        let hero = |x, speed| Some((Vec2::new(x, 50.0), Vec2::new(speed, 0.0)));
+        camera.view(target([100, 100], hero(50.0, 0.0)));
+        let elapsed_s = 1.0 / (60.0 * frames_a_tick as f32);
+        let frame =
+            |_| camera.view(Target { elapsed_s, ..target([100, 100], hero(50.0, 60.0)) }).center.x;
+        (0..frames_a_tick).map(frame).last().expect("at least one frame") - 50.0
+    };
+    let expected = AHEAD_TICKS as f32 / CATCH_UP_TICKS as f32;
+    for frames_a_tick in [1, 2, 4] {
+        let way = way(frames_a_tick);
+        assert!((way - expected).abs() < 1e-3, "{frames_a_tick} frames a tick: {way}");
+    }
+}
+
+#[test]
 fn follow_jumps_when_the_hero_is_placed_elsewhere() {
     let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
     camera.view(target([100, 100], Some((Vec2::new(50.0, 50.0), Vec2::ZERO))));
