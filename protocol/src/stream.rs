@@ -126,7 +126,14 @@ impl Stream {
         } else {
             self.bodies = body_trails(&old.bodies, &self.bodies, &next.bodies);
         }
-        self.pointers = pointer_trails(&old.players, &self.pointers, &next.players);
+        if zip(&old.players, &next.players).all(|(old, next)| goes_on(old, next))
+            && old.players.len() == next.players.len()
+        {
+            let pointers = next.players.iter().map(|player| player.pointer.unwrap_or_default());
+            zip(&mut self.pointers, pointers).for_each(|(trail, pointer)| trail.go(pointer));
+        } else {
+            self.pointers = pointer_trails(&old.players, &self.pointers, &next.players);
+        }
         self.newest = Some(next);
     }
 }
@@ -161,6 +168,12 @@ fn body_trails(old: &[SnapshotBody], trails: &[Trail], next: &[SnapshotBody]) ->
         }
     };
     next.iter().map(trail).collect()
+}
+
+/// Whether the trail of a player's pointer goes on: the same player, who points as before or still does
+/// not.
+fn goes_on(old: &PlayerState, next: &PlayerState) -> bool {
+    old.seat == next.seat && old.pointer.is_some() == next.pointer.is_some()
 }
 
 /// Trails of the next snapshot's pointers; one that just came was always there.

@@ -1,6 +1,7 @@
 //! What the clients of one rate are sent. A message is coded once and shared by all of them; those
 //! who began with a keyframe within the last three messages share another with each other.
 
+use bytes::Bytes;
 use jostle_protocol::limits::{EVENTS_MAX, QUIET_MESSAGES_MAX};
 use jostle_protocol::{Snapshot, Stream, TimedEvent};
 use jostle_sim::{Particles, Seat};
@@ -88,7 +89,7 @@ pub struct Feed {
     /// What happened since the newest message.
     events: Vec<TimedEvent>,
     /// The message of this tick, if there is one.
-    message: Option<Arc<[u8]>>,
+    message: Option<Bytes>,
 }
 
 /// Clients that began with the same keyframe.
@@ -96,10 +97,10 @@ pub struct Feed {
 struct Young {
     since: u64,
     stream: Stream,
-    keyframe: Arc<[u8]>,
+    keyframe: Bytes,
     /// The keyframe with particles, if anybody asked for it.
-    flying: Option<Arc<[u8]>>,
-    message: Option<Arc<[u8]>>,
+    flying: Option<Bytes>,
+    message: Option<Bytes>,
 }
 
 impl Feed {
@@ -145,18 +146,19 @@ impl Feed {
     }
 
     fn send(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
-        let events = std::mem::take(&mut self.events);
-        if events.len() > EVENTS_MAX {
+        if self.events.len() > EVENTS_MAX {
+            self.events.clear();
             self.restart(snapshot, particles);
             return;
         }
         self.count += 1;
-        self.message = Some(self.stream.encode(snapshot, &events).into());
+        self.message = Some(self.stream.encode(snapshot, &self.events).into());
         let oldest = self.count.saturating_sub(u64::from(Stream::KEYFRAME_AGE));
         self.young.retain(|young| young.since >= oldest);
         for young in &mut self.young {
-            young.message = Some(young.stream.encode(snapshot, &events).into());
+            young.message = Some(young.stream.encode(snapshot, &self.events).into());
         }
+        self.events.clear();
     }
 
     /// More happened than one message may tell: a keyframe for all, which tells nothing of it but what
@@ -170,7 +172,7 @@ impl Feed {
 
     /// A client begins with the newest message's snapshot, which may be older than the newest tick. It
     /// is told what flies if that is known of the very tick of the snapshot.
-    pub fn begin(&mut self, flying: Option<Flying>) -> (Reader, Arc<[u8]>) {
+    pub fn begin(&mut self, flying: Option<Flying>) -> (Reader, Bytes) {
         let reader = Reader { rate: self.rate, since: self.count, seat: None };
         let newest = self.stream.newest().expect("a feed begins with a snapshot").tick;
         let flying = flying.filter(|flying| flying.tick == newest && flying.particles.stirs());
@@ -186,12 +188,12 @@ impl Feed {
             }
             None => &young.keyframe,
         };
-        (reader, Arc::clone(keyframe))
+        (reader, keyframe.clone())
     }
 
     /// What a client is sent in this tick, if anything. It must have been given all messages since
     /// it began.
-    pub fn message(&self, reader: &Reader) -> Option<&Arc<[u8]>> {
+    pub fn message(&self, reader: &Reader) -> Option<&Bytes> {
         let age = self.count.checked_sub(reader.since)?;
         if age > u64::from(Stream::KEYFRAME_AGE) {
             return self.message.as_ref();
@@ -305,10 +307,8 @@ mod tests {
         let mut late = Client::begin(&mut feed);
         for tick in 2..8 {
             feed.push(&snapshot(tick), &[], &still());
-            let shared = Arc::ptr_eq(
-                feed.message(&early.reader).unwrap(),
-                feed.message(&late.reader).unwrap(),
-            );
+            let place = |client: &Client| feed.message(&client.reader).unwrap().as_ptr();
+            let shared = place(&early) == place(&late);
             assert_eq!(shared, tick > 4, "{tick}");
             early.listen(&feed);
             late.listen(&feed);
@@ -336,7 +336,7 @@ mod tests {
         let begin =
             |feed: &mut Feed, tick| feed.begin(Some(Flying { tick, particles: &particles })).1;
         let told = begin(&mut feed, 1);
-        assert!(Arc::ptr_eq(&told, &begin(&mut feed, 1)));
+        assert_eq!(told.as_ptr(), begin(&mut feed, 1).as_ptr());
         let mut stream = Stream::default();
         assert_eq!(stream.decode(&told).unwrap().particles, particles.tell());
         let plain = feed.begin(None).1;

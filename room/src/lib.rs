@@ -9,6 +9,7 @@ pub mod playback;
 mod recorder;
 mod sight;
 
+use bytes::Bytes;
 use feed::{Feed, Flying};
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::replay::{self, Record};
@@ -324,12 +325,12 @@ impl Room {
     /// A client begins to read snapshots of the whole world: its place, and the coded keyframe to be
     /// sent first. After every tick from the next on [`Room::message`] has what it is sent. At the full
     /// rate it is told all that flies, and has the particles of the game from here on.
-    pub fn begin(&mut self, rate: Rate) -> (Reader, Arc<[u8]>) {
+    pub fn begin(&mut self, rate: Rate) -> (Reader, Bytes) {
         self.begin_with(rate, true)
     }
 
     /// `fresh`: it knows of no particles.
-    fn begin_with(&mut self, rate: Rate, fresh: bool) -> (Reader, Arc<[u8]>) {
+    fn begin_with(&mut self, rate: Rate, fresh: bool) -> (Reader, Bytes) {
         let flying = flying(&self.game).filter(|_| fresh);
         let feed = &mut self.feeds[rate as usize];
         feed.get_or_insert_with(|| Feed::new(rate, &self.newest)).begin(flying)
@@ -338,7 +339,7 @@ impl Room {
     /// The same for a player's client, which in a world larger than its view is sent what the camera
     /// can see. A reader that the player had before ends with this. Only the first of a socket is told
     /// what flies: who begins again was too slow, or was not any more, and has most of it.
-    pub fn begin_at(&mut self, seat: Seat, rate: Rate) -> (Reader, Arc<[u8]>) {
+    pub fn begin_at(&mut self, seat: Seat, rate: Rate) -> (Reader, Bytes) {
         let scene = self.game.scene();
         let member = self.members.at_mut(seat);
         let fresh = member.map(|member| !std::mem::replace(&mut member.began, true));
@@ -379,7 +380,7 @@ impl Room {
     /// The coded snapshot that a client is sent after this tick; `None` between the ticks of its
     /// rate, and while nothing moves. Coded once, then shared. A client that misses one has to begin
     /// again.
-    pub fn message(&self, reader: &Reader) -> Option<&Arc<[u8]>> {
+    pub fn message(&self, reader: &Reader) -> Option<&Bytes> {
         match reader.seat {
             None => self.feeds[reader.rate as usize].as_ref()?.message(reader),
             Some(seat) => self.sights[usize::from(seat.0)].as_ref()?.message(reader),

@@ -8,6 +8,7 @@
 
 use crate::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
 use crate::feed::{Feed, Flying, Rate, Reader};
+use bytes::Bytes;
 use jostle_protocol::limits::QUANTA_MAX;
 use jostle_protocol::{Snapshot, SnapshotBody, TimedEvent};
 use jostle_sim::scene::Camera;
@@ -72,7 +73,7 @@ impl Sight {
         view: Place,
         newest: &Snapshot,
         flying: Option<Flying>,
-    ) -> (Sight, Reader, Arc<[u8]>) {
+    ) -> (Sight, Reader, Bytes) {
         let mut area = match before {
             Some(sight) => Area { view, ..sight.area },
             None => Area::new(scene, view),
@@ -102,7 +103,7 @@ impl Sight {
     }
 
     /// See [`Feed::message`].
-    pub fn message(&self, reader: &Reader) -> Option<&Arc<[u8]>> {
+    pub fn message(&self, reader: &Reader) -> Option<&Bytes> {
         self.feed.message(reader)
     }
 }

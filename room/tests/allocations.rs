@@ -11,9 +11,9 @@ const PLAYERS: u8 = 16;
 /// Until every list has the length that it keeps.
 const WARM_UP_TICKS: u32 = 900;
 const TICKS: u32 = 300;
-/// Allocations a tick, 14.2 when this was written: six of the game, and of the stream the message's
-/// moves, the message, the shared message, and the lists that are compared for it.
-const TICK_MAX: u64 = 15;
+/// Allocations a tick, 11.7 when this was written: six of the game, and of the stream the message's
+/// moves, the message, its shared handle, and the lists that are compared for it.
+const TICK_MAX: u64 = 12;
 
 /// Players who walk to and fro, and point somewhere.
 fn input(seat: u8, tick: u32) -> Input {

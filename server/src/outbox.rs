@@ -9,7 +9,7 @@ use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
 use hyper::body::Bytes;
 use jostle_protocol::Refusal;
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 
 /// Snapshots that may wait whatever they weigh: fewer are no sign of a slow reader.
@@ -26,7 +26,7 @@ pub struct Outbox {
 #[derive(Default)]
 struct State {
     control: VecDeque<Bytes>,
-    snapshots: VecDeque<Arc<[u8]>>,
+    snapshots: VecDeque<Bytes>,
     /// Bytes of those, and of the newest keyframe.
     waiting_bytes: usize,
     keyframe_bytes: usize,
@@ -47,7 +47,7 @@ impl Outbox {
 
     /// Queues the next snapshot, and returns how many are left out with that: 0, or if the peer is so far
     /// behind that it needs a keyframe, this one and all that waited.
-    pub fn snapshot(&self, bytes: &Arc<[u8]>) -> usize {
+    pub fn snapshot(&self, bytes: &Bytes) -> usize {
         let mut state = self.lock();
         if state.end.is_some() {
             return 0;
@@ -61,13 +61,13 @@ impl Outbox {
             return 1 + state.snapshots.drain(..).count();
         }
         state.waiting_bytes = waiting;
-        state.snapshots.push_back(Arc::clone(bytes));
+        state.snapshots.push_back(bytes.clone());
         self.filled.notify_one();
         0
     }
 
     /// Begins anew with this snapshot, and returns how many that waited are left out with that.
-    pub fn keyframe(&self, bytes: Arc<[u8]>) -> usize {
+    pub fn keyframe(&self, bytes: Bytes) -> usize {
         let mut state = self.lock();
         state.keyframe_bytes = bytes.len();
         state.waiting_bytes = bytes.len();
@@ -109,7 +109,7 @@ impl Outbox {
         }
         let bytes = state.snapshots.pop_front()?;
         state.waiting_bytes -= bytes.len();
-        Some(Bytes::from_owner(bytes))
+        Some(bytes)
     }
 
     /// Waits for the end and says why. For one reader; safe to cancel.

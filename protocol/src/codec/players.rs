@@ -34,7 +34,7 @@ const NEW_BYTES_MIN: usize = 11;
 
 /// What happened to the players between two snapshots.
 pub struct Difference<'a> {
-    /// Whether each player of the baseline is gone.
+    /// Whether each player of the baseline is gone; empty if nobody is.
     gone: Vec<bool>,
     /// Those in both, as they were and as they are.
     stayed: Vec<(&'a PlayerState, &'a PlayerState)>,
@@ -54,8 +54,10 @@ impl<'a> Difference<'a> {
         };
         let mut stayed = Vec::with_capacity(old.len());
         stayed.extend(old.iter().filter_map(|old| Some((old, seated(players, old)?))));
+        let is_gone = |player: &PlayerState| seated(players, player).is_none();
+        let somebody = stayed.len() < old.len();
         Difference {
-            gone: old.iter().map(|player| seated(players, player).is_none()).collect(),
+            gone: if somebody { old.iter().map(is_gone).collect() } else { Vec::new() },
             stayed,
             new: players.iter().filter(|player| seated(old, player).is_none()).collect(),
             distance: snapshot.tick - base.tick,
@@ -71,7 +73,7 @@ impl<'a> Difference<'a> {
 
     fn parts(&self) -> u8 {
         let bit = |present: bool, part: u8| if present { part } else { 0 };
-        bit(self.gone.contains(&true), part::GONE)
+        bit(!self.gone.is_empty(), part::GONE)
             | bit(self.masks().any(|mask| mask != 0), part::CHANGED)
             | bit(!self.new.is_empty(), part::NEW)
     }

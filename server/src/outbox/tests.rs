@@ -4,7 +4,7 @@ fn block<T>(future: impl Future<Output = T>) -> T {
     tokio::runtime::Builder::new_current_thread().build().expect("a runtime").block_on(future)
 }
 
-fn bytes(fill: u8, count: usize) -> Arc<[u8]> {
+fn bytes(fill: u8, count: usize) -> Bytes {
     vec![fill; count].into()
 }
 
