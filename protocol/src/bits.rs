@@ -17,9 +17,10 @@ pub struct BitWriter {
 }
 
 impl BitWriter {
-    /// No bits, in memory for so many bytes; it may grow past them.
-    pub fn with_capacity(bytes: usize) -> BitWriter {
-        BitWriter { bytes: Vec::with_capacity(bytes), count: 0 }
+    /// Takes all bits away; their memory is used again.
+    pub fn clear(&mut self) {
+        self.bytes.clear();
+        self.count = 0;
     }
 
     /// The low `count` bits of a number, the lowest first.
@@ -39,7 +40,12 @@ impl BitWriter {
         self.count
     }
 
-    /// All of them, the last byte filled with zeros.
+    /// All so far, the last byte filled with zeros.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// [`BitWriter::bytes`], with their memory.
     pub fn finish(self) -> Vec<u8> {
         self.bytes
     }

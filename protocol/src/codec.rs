@@ -31,9 +31,6 @@ mod section {
     pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | PARTICLES | EVENTS;
 }
 
-/// Memory that a message is given to begin with: most of them fit.
-const USUAL_BYTES: usize = 512;
-
 /// Names of the sections, in the order of their bits.
 const SECTION_NAMES: [&str; 7] =
     ["deaths", "moves", "births", "players", "inputs", "events", "keyframe"];
@@ -75,22 +72,35 @@ impl Baseline<'_> {
     }
 }
 
-/// The whole message. See [`crate::Stream::encode`]. `particles` are told in a keyframe, unless empty.
-pub fn encode(
+/// What messages are written with, one after the other: the lists that are compared for a message,
+/// and its bytes, in memory that is used again for the next one.
+#[derive(Clone, Debug, Default)]
+pub struct Pen {
+    bodies: bodies::Difference,
+    players: players::Difference,
+    moves: motion::Moves,
+    writer: Writer,
+}
+
+/// The whole message, in the pen. See [`crate::Stream::encode`]. `particles` are told in a keyframe,
+/// unless empty.
+pub fn encode<'a>(
+    pen: &'a mut Pen,
     snapshot: &Snapshot,
     every: u8,
     baseline: Option<Baseline>,
     events: &[TimedEvent],
     particles: &[u8],
-) -> Vec<u8> {
+) -> &'a [u8] {
     assert!(particles.len() <= PARTICLES_BYTES_MAX, "{} bytes of particles", particles.len());
     assert!(particles.is_empty() || baseline.is_none(), "only a keyframe tells particles");
     let nothing = Snapshot::default();
     let base = baseline.map_or(&nothing, |baseline| baseline.snapshot);
     assert!(base.tick <= snapshot.tick, "baseline {} is newer than {}", base.tick, snapshot.tick);
-    let bodies = bodies::Difference::between(&base.bodies, &snapshot.bodies);
-    let players = players::Difference::between(base, snapshot);
-    let moves = baseline.and_then(|baseline| moves(&baseline, &bodies, snapshot));
+    let Pen { bodies, players, moves, writer } = pen;
+    bodies.find(&base.bodies, &snapshot.bodies);
+    players.find(base, snapshot);
+    let moves = baseline.and_then(|baseline| code_moves(&baseline, bodies, snapshot, moves));
 
     let bit = |present: bool, section: u8| if present { section } else { 0 };
     let sections = bodies.sections()
@@ -99,7 +109,7 @@ pub fn encode(
         | bit(!particles.is_empty(), section::PARTICLES)
         | bit(!events.is_empty(), section::EVENTS)
         | bit(baseline.is_none(), section::KEYFRAME);
-    let mut writer = Writer::with_capacity(USUAL_BYTES + particles.len());
+    writer.clear();
     writer.byte(SNAPSHOT | sections);
     match baseline {
         Some(_) => writer.byte(snapshot.tick as u8),
@@ -108,22 +118,27 @@ pub fn encode(
             writer.byte(every);
         }
     }
-    bodies.write_deaths(&mut writer);
+    bodies.write_deaths(writer);
     moves.iter().for_each(|moves| writer.raw(moves));
-    bodies.write_births(&mut writer);
-    players.write(&mut writer);
+    bodies.write_births(writer);
+    players.write(writer, &snapshot.players);
     if !particles.is_empty() {
         writer.count(particles.len());
         writer.raw(particles);
     }
     if !events.is_empty() {
-        events::write(&mut writer, events, base.tick, snapshot.tick);
+        events::write(writer, events, base.tick, snapshot.tick);
     }
-    writer.finish()
+    writer.bytes()
 }
 
 /// The moves of what may move. A pointer that went away counts as where it was expected.
-fn moves(baseline: &Baseline, bodies: &bodies::Difference, snapshot: &Snapshot) -> Option<Vec<u8>> {
+fn code_moves<'a>(
+    baseline: &Baseline,
+    bodies: &bodies::Difference,
+    snapshot: &Snapshot,
+    moves: &'a mut motion::Moves,
+) -> Option<&'a [u8]> {
     let centers =
         bodies.survivors.iter().map(|&(place, quanta)| (&baseline.bodies[place as usize], quanta));
     let pointers = baseline.pointing().map(|(player, trail)| {
@@ -131,7 +146,7 @@ fn moves(baseline: &Baseline, bodies: &bodies::Difference, snapshot: &Snapshot) 
         let now = now.ok().and_then(|place| snapshot.players[place].pointer);
         (trail, now.unwrap_or_else(|| trail.expected()))
     });
-    motion::code(centers.chain(pointers))
+    moves.code(centers.chain(pointers))
 }
 
 /// Whether the bodies after this message are those before it, maybe elsewhere; from its first byte.

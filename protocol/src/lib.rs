@@ -14,6 +14,7 @@ mod stream;
 mod token;
 pub mod wire;
 
+pub use codec::Pen;
 pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage};
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 pub use stream::{Heard, Stream};

@@ -90,6 +90,18 @@ impl Snapshot {
         }
     }
 
+    /// Takes the players of another snapshot, in the memory of those that this one had.
+    pub fn copy_players(&mut self, other: &[PlayerState]) {
+        self.players.truncate(other.len());
+        for (own, player) in self.players.iter_mut().zip(other) {
+            let mut name = std::mem::take(&mut own.appearance.name);
+            name.clone_from(&player.appearance.name);
+            let appearance = Appearance { name, ..player.appearance };
+            *own = PlayerState { appearance, ..*player };
+        }
+        self.players.extend_from_slice(&other[self.players.len()..]);
+    }
+
     /// Names of the sections that a coded snapshot has, read from its first byte alone.
     pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
         codec::section_names(bytes)

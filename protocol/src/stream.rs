@@ -4,11 +4,12 @@
 //! from keyframes at least [`Stream::KEYFRAME_AGE`] messages old share the same bytes.
 
 use crate::codec::motion::Trail;
-use crate::codec::{self, Baseline, Decoded, is_same};
+use crate::codec::{self, Baseline, Decoded, Pen, is_same};
 use crate::limits::QUIET_MESSAGES_MAX;
 use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 use crate::wire::DecodeError;
 use std::iter::zip;
+use std::mem::swap;
 use std::sync::Arc;
 
 /// What both ends hold; at first nothing, and the first message is a keyframe.
@@ -21,6 +22,8 @@ pub struct Stream {
     bodies: Vec<Trail>,
     /// Of its players' pointers.
     pointers: Vec<Trail>,
+    /// Trails that were replaced: their memory is used again.
+    spare: Vec<Trail>,
 }
 
 impl Stream {
@@ -34,7 +37,7 @@ impl Stream {
     /// its keyframes.
     pub fn new(every: u8) -> Stream {
         assert!(every > 0, "a message every 0 ticks");
-        Stream { every, newest: None, bodies: Vec::new(), pointers: Vec::new() }
+        Stream { every, newest: None, bodies: Vec::new(), pointers: Vec::new(), spare: Vec::new() }
     }
 
     /// An end that was just sent the newest snapshot of this one as a keyframe, and those bytes. They
@@ -69,10 +72,21 @@ impl Stream {
     /// Panics unless bodies and players are in order, the snapshot is at most
     /// [`Stream::TICKS_MAX`] ticks newer, and the events are in tick order, at most `EVENTS_MAX`.
     pub fn encode(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
+        self.write(&mut Pen::default(), snapshot, events).to_vec()
+    }
+
+    /// [`Stream::encode`] with the pen that the messages before were written with, maybe those of other
+    /// streams: no memory is asked for.
+    pub fn write<'a>(
+        &mut self,
+        pen: &'a mut Pen,
+        snapshot: &Arc<Snapshot>,
+        events: &[TimedEvent],
+    ) -> &'a [u8] {
         let ticks = self.newest.as_ref().map_or(0, |newest| snapshot.tick - newest.tick);
         assert!(ticks <= Stream::TICKS_MAX, "{ticks} ticks without a message");
-        let bytes = codec::encode(snapshot, self.every, self.baseline(), events, &[]);
-        self.follow(Arc::clone(snapshot), codec::keeps_bodies(&bytes));
+        let bytes = codec::encode(pen, snapshot, self.every, self.baseline(), events, &[]);
+        self.follow(Arc::clone(snapshot), codec::keeps_bodies(bytes));
         bytes
     }
 
@@ -85,9 +99,10 @@ impl Stream {
         particles: &[u8],
     ) -> Vec<u8> {
         *self = Stream::new(self.every);
-        let bytes = codec::encode(snapshot, self.every, None, events, particles);
+        let mut pen = Pen::default();
+        let bytes = codec::encode(&mut pen, snapshot, self.every, None, events, particles);
         self.follow(Arc::clone(snapshot), false);
-        bytes
+        bytes.to_vec()
     }
 
     /// Reads what the other end's `encode` wrote and follows it. After an error this end is as it
@@ -124,7 +139,9 @@ impl Stream {
         if keeps_bodies {
             zip(&mut self.bodies, &next.bodies).for_each(|(trail, body)| trail.go(body.quanta));
         } else {
-            self.bodies = body_trails(&old.bodies, &self.bodies, &next.bodies);
+            self.spare.clear();
+            self.spare.extend(body_trails(&old.bodies, &self.bodies, &next.bodies));
+            swap(&mut self.bodies, &mut self.spare);
         }
         if zip(&old.players, &next.players).all(|(old, next)| goes_on(old, next))
             && old.players.len() == next.players.len()
@@ -132,7 +149,9 @@ impl Stream {
             let pointers = next.players.iter().map(|player| player.pointer.unwrap_or_default());
             zip(&mut self.pointers, pointers).for_each(|(trail, pointer)| trail.go(pointer));
         } else {
-            self.pointers = pointer_trails(&old.players, &self.pointers, &next.players);
+            self.spare.clear();
+            self.spare.extend(pointer_trails(&old.players, &self.pointers, &next.players));
+            swap(&mut self.pointers, &mut self.spare);
         }
         self.newest = Some(next);
     }
@@ -158,16 +177,19 @@ pub struct Heard {
 }
 
 /// Trails of the next snapshot's bodies; who was just born was always there.
-fn body_trails(old: &[SnapshotBody], trails: &[Trail], next: &[SnapshotBody]) -> Vec<Trail> {
+fn body_trails(
+    old: &[SnapshotBody],
+    trails: &[Trail],
+    next: &[SnapshotBody],
+) -> impl Iterator<Item = Trail> {
     let mut known = old.iter().zip(trails).peekable();
-    let trail = |body: &SnapshotBody| {
+    next.iter().map(move |body| {
         while known.next_if(|(old, _)| old.id.index < body.id.index).is_some() {}
         match known.next_if(|(old, _)| is_same(old, body)) {
             Some((_, trail)) => gone_on(trail, body.quanta),
             None => Trail::resting(body.quanta),
         }
-    };
-    next.iter().map(trail).collect()
+    })
 }
 
 /// Whether the trail of a player's pointer goes on: the same player, who points as before or still does
@@ -177,16 +199,19 @@ fn goes_on(old: &PlayerState, next: &PlayerState) -> bool {
 }
 
 /// Trails of the next snapshot's pointers; one that just came was always there.
-fn pointer_trails(old: &[PlayerState], trails: &[Trail], next: &[PlayerState]) -> Vec<Trail> {
-    let trail = |player: &PlayerState| {
+fn pointer_trails(
+    old: &[PlayerState],
+    trails: &[Trail],
+    next: &[PlayerState],
+) -> impl Iterator<Item = Trail> {
+    next.iter().map(move |player| {
         let place = old.binary_search_by_key(&player.seat, |other| other.seat).ok();
         let known = place.filter(|&place| old[place].pointer.is_some());
         match (known, player.pointer) {
             (Some(place), Some(pointer)) => gone_on(&trails[place], pointer),
             (_, pointer) => Trail::resting(pointer.unwrap_or_default()),
         }
-    };
-    next.iter().map(trail).collect()
+    })
 }
 
 fn gone_on(trail: &Trail, place: [i32; 2]) -> Trail {

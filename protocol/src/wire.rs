@@ -50,9 +50,14 @@ impl Writer {
         Writer::default()
     }
 
-    /// An empty message in memory for so many bytes; it may grow past them.
-    pub fn with_capacity(bytes: usize) -> Writer {
-        Writer { bytes: Vec::with_capacity(bytes) }
+    /// Takes all away that was written; its memory is used again.
+    pub fn clear(&mut self) {
+        self.bytes.clear();
+    }
+
+    /// The message so far.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// The message.

@@ -1,6 +1,7 @@
 //! What the clients of one rate are sent. A message is coded once and shared by all of them; those
 //! who began with a keyframe within the last three messages share another with each other.
 
+use crate::press::Press;
 use bytes::Bytes;
 use jostle_protocol::limits::{EVENTS_MAX, QUIET_MESSAGES_MAX};
 use jostle_protocol::{Snapshot, Stream, TimedEvent};
@@ -90,6 +91,8 @@ pub struct Feed {
     events: Vec<TimedEvent>,
     /// The message of this tick, if there is one.
     message: Option<Bytes>,
+    /// The message before's snapshot where it was made for this feed: its memory is used again.
+    spare: Arc<Snapshot>,
 }
 
 /// Clients that began with the same keyframe.
@@ -108,7 +111,15 @@ impl Feed {
     pub fn new(rate: Rate, first: &Arc<Snapshot>) -> Feed {
         let mut stream = Stream::new(rate.every());
         stream.encode(first, &[]);
-        Feed { rate, stream, young: VecDeque::new(), count: 0, events: Vec::new(), message: None }
+        Feed {
+            rate,
+            stream,
+            young: VecDeque::new(),
+            count: 0,
+            events: Vec::new(),
+            message: None,
+            spare: Arc::clone(first),
+        }
     }
 
     /// How often it has a message.
@@ -117,46 +128,74 @@ impl Feed {
     }
 
     /// The next tick, and the particles at its end: while some fly, clients need to know of every tick.
-    pub fn push(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent], particles: &Particles) {
-        self.push_seen(snapshot.tick, events, particles, |_| Arc::clone(snapshot));
+    pub fn push(
+        &mut self,
+        snapshot: &Arc<Snapshot>,
+        events: &[TimedEvent],
+        particles: &Particles,
+        press: &mut Press,
+    ) {
+        if self.is_due(snapshot.tick, events.iter().copied()) && !self.is_quiet(snapshot, particles)
+        {
+            self.send(snapshot, particles, press);
+        }
     }
 
-    /// The same, where the snapshot is made only if it is due, and depends on the newest message's.
+    /// The same, where the snapshot is made only if it is due, and depends on the newest message's:
+    /// `see` is given that one, and makes the next in the memory of an older one.
     pub fn push_seen(
         &mut self,
         tick: u32,
-        events: &[TimedEvent],
+        events: impl Iterator<Item = TimedEvent>,
         particles: &Particles,
-        see: impl FnOnce(&Snapshot) -> Arc<Snapshot>,
+        press: &mut Press,
+        see: impl FnOnce(&Snapshot, &mut Snapshot),
     ) {
-        self.message = None;
-        self.young.iter_mut().for_each(|young| young.message = None);
-        self.events.extend_from_slice(events);
-        let every = u32::from(self.rate.every());
-        if !tick.is_multiple_of(every) {
+        if !self.is_due(tick, events) {
             return;
         }
-        let newest = self.stream.newest().expect("a feed begins with a snapshot");
-        let snapshot = see(newest);
-        let quiet = !particles.stirs() && self.events.is_empty() && self.stream.is_quiet(&snapshot);
-        if quiet && tick - newest.tick <= QUIET_MESSAGES_MAX * every {
-            return;
+        let before = Arc::clone(self.newest());
+        if Arc::get_mut(&mut self.spare).is_none() {
+            self.spare = Arc::default();
         }
-        self.send(&snapshot, particles);
+        see(&before, Arc::get_mut(&mut self.spare).expect("nobody else holds it"));
+        if !self.is_quiet(&self.spare, particles) {
+            let next = std::mem::replace(&mut self.spare, before);
+            self.send(&next, particles, press);
+        }
     }
 
-    fn send(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
+    /// Takes what happened in the next tick; whether that is one of this rate.
+    fn is_due(&mut self, tick: u32, events: impl Iterator<Item = TimedEvent>) -> bool {
+        self.message = None;
+        self.young.iter_mut().for_each(|young| young.message = None);
+        self.events.extend(events);
+        tick.is_multiple_of(self.rate.every().into())
+    }
+
+    /// Whether the next snapshot need not be sent.
+    fn is_quiet(&self, next: &Snapshot, particles: &Particles) -> bool {
+        let ticks_max = QUIET_MESSAGES_MAX * u32::from(self.rate.every());
+        let quiet = !particles.stirs() && self.events.is_empty() && self.stream.is_quiet(next);
+        quiet && next.tick - self.newest().tick <= ticks_max
+    }
+
+    fn newest(&self) -> &Arc<Snapshot> {
+        self.stream.newest().expect("a feed begins with a snapshot")
+    }
+
+    fn send(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles, press: &mut Press) {
         if self.events.len() > EVENTS_MAX {
             self.events.clear();
             self.restart(snapshot, particles);
             return;
         }
         self.count += 1;
-        self.message = Some(self.stream.encode(snapshot, &self.events).into());
+        self.message = Some(press.message(&mut self.stream, snapshot, &self.events));
         let oldest = self.count.saturating_sub(u64::from(Stream::KEYFRAME_AGE));
         self.young.retain(|young| young.since >= oldest);
         for young in &mut self.young {
-            young.message = Some(young.stream.encode(snapshot, &self.events).into());
+            young.message = Some(press.message(&mut young.stream, snapshot, &self.events));
         }
         self.events.clear();
     }
@@ -174,7 +213,7 @@ impl Feed {
     /// is told what flies if that is known of the very tick of the snapshot.
     pub fn begin(&mut self, flying: Option<Flying>) -> (Reader, Bytes) {
         let reader = Reader { rate: self.rate, since: self.count, seat: None };
-        let newest = self.stream.newest().expect("a feed begins with a snapshot").tick;
+        let newest = self.newest().tick;
         let flying = flying.filter(|flying| flying.tick == newest && flying.particles.stirs());
         if self.young.back().is_none_or(|young| young.since != self.count) {
             let (stream, keyframe) = self.stream.branch(&[]);
@@ -279,7 +318,7 @@ mod tests {
             let mut clients: Vec<Client> = Vec::new();
             for tick in 1..=660 {
                 let events: Vec<_> = (tick % 31 == 0).then(|| event(tick)).into_iter().collect();
-                feed.push(&snapshot(tick), &events, &still());
+                feed.push(&snapshot(tick), &events, &still(), &mut Press::default());
                 for client in &mut clients {
                     if client.listen(&feed) {
                         assert_eq!(client.stream.newest(), Some(&snapshot(tick)));
@@ -302,11 +341,11 @@ mod tests {
     fn old_clients_share_the_very_bytes() {
         let mut feed = Feed::new(Rate::Full, &snapshot(0));
         let mut early = Client::begin(&mut feed);
-        feed.push(&snapshot(1), &[], &still());
+        feed.push(&snapshot(1), &[], &still(), &mut Press::default());
         early.listen(&feed);
         let mut late = Client::begin(&mut feed);
         for tick in 2..8 {
-            feed.push(&snapshot(tick), &[], &still());
+            feed.push(&snapshot(tick), &[], &still(), &mut Press::default());
             let place = |client: &Client| feed.message(&client.reader).unwrap().as_ptr();
             let shared = place(&early) == place(&late);
             assert_eq!(shared, tick > 4, "{tick}");
@@ -320,18 +359,18 @@ mod tests {
         let mut feed = Feed::new(Rate::Full, &snapshot(60));
         let mut client = Client::begin(&mut feed);
         for tick in 61..=180 {
-            feed.push(&snapshot(tick), &[], &still());
+            feed.push(&snapshot(tick), &[], &still(), &mut Press::default());
             client.listen(&feed);
         }
         assert_eq!(client.messages, 1 + 120 / (QUIET_MESSAGES_MAX + 1));
-        feed.push(&snapshot(180), &[], &flying());
+        feed.push(&snapshot(180), &[], &flying(), &mut Press::default());
         assert!(client.listen(&feed), "what stirs is sent");
     }
 
     #[test]
     fn who_begins_is_told_what_flies_in_bytes_that_all_of_them_share() {
         let mut feed = Feed::new(Rate::Full, &snapshot(0));
-        feed.push(&snapshot(1), &[], &flying());
+        feed.push(&snapshot(1), &[], &flying(), &mut Press::default());
         let particles = flying();
         let begin =
             |feed: &mut Feed, tick| feed.begin(Some(Flying { tick, particles: &particles })).1;
@@ -349,12 +388,12 @@ mod tests {
     fn more_events_than_a_message_may_hold_make_a_keyframe_for_all() {
         let mut feed = Feed::new(Rate::Full, &snapshot(0));
         let mut client = Client::begin(&mut feed);
-        feed.push(&snapshot(1), &vec![event(1); EVENTS_MAX], &still());
+        feed.push(&snapshot(1), &vec![event(1); EVENTS_MAX], &still(), &mut Press::default());
         assert!(client.listen(&feed));
         let mut young = Client::begin(&mut feed);
-        feed.push(&snapshot(2), &vec![event(2); EVENTS_MAX + 1], &still());
+        feed.push(&snapshot(2), &vec![event(2); EVENTS_MAX + 1], &still(), &mut Press::default());
         assert!(client.listen(&feed) && young.listen(&feed));
-        feed.push(&snapshot(3), &[event(3)], &still());
+        feed.push(&snapshot(3), &[event(3)], &still(), &mut Press::default());
         assert!(client.listen(&feed) && young.listen(&feed));
         assert_eq!(client.events.len(), EVENTS_MAX + 1);
         assert_eq!(young.events, [3]);

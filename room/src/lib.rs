@@ -6,6 +6,7 @@ mod feed;
 mod input_queue;
 mod member;
 pub mod playback;
+mod press;
 mod recorder;
 mod sight;
 
@@ -21,6 +22,7 @@ use std::sync::Arc;
 pub use feed::{Rate, Reader};
 pub use input_queue::{INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX};
 pub use playback::{Playback, PlaybackError, Played};
+pub use press::Press;
 pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
 pub use sight::{Sight, view_of};
 
@@ -48,6 +50,9 @@ pub struct Room {
     newest: Arc<Snapshot>,
     /// The one before, whose memory is used again.
     before: Arc<Snapshot>,
+    /// What happened in the newest tick.
+    events: Vec<TimedEvent>,
+    press: Press,
     /// By rate; those that nobody ever asked for are not made.
     feeds: [Option<Feed>; Rate::ALL.len()],
     /// By seat; of those who see a part of the world.
@@ -102,6 +107,8 @@ impl Room {
             inputs: Vec::new(),
             before: Arc::clone(&newest),
             newest,
+            events: Vec::new(),
+            press: Press::default(),
             feeds: [const { None }; Rate::ALL.len()],
             sights,
             recorder: None,
@@ -240,16 +247,18 @@ impl Room {
     fn feed(&mut self) {
         let tick = self.newest.tick;
         let timed = |&event: &Event| TimedEvent { tick, event };
-        let events: Vec<TimedEvent> = self.game.events().iter().map(timed).collect();
-        let particles = self.game.world().particles();
+        self.events.clear();
+        self.events.extend(self.game.events().iter().map(timed));
         for feed in self.feeds.iter_mut().flatten() {
-            feed.push(&self.newest, &events, particles);
+            let particles = self.game.world().particles();
+            feed.push(&self.newest, &self.events, particles, &mut self.press);
         }
         if tick.is_multiple_of(VIEW_EVERY_TICKS) {
             self.resize_sights();
         }
         for sight in self.sights.iter_mut().flatten() {
-            sight.push(&self.newest, &events, self.game.world().particles());
+            let particles = self.game.world().particles();
+            sight.push(&self.newest, &self.events, particles, &mut self.press);
         }
     }
 

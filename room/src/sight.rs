@@ -8,6 +8,7 @@
 
 use crate::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
 use crate::feed::{Feed, Flying, Rate, Reader};
+use crate::press::Press;
 use bytes::Bytes;
 use jostle_protocol::limits::QUANTA_MAX;
 use jostle_protocol::{Snapshot, SnapshotBody, TimedEvent};
@@ -79,8 +80,9 @@ impl Sight {
             None => Area::new(scene, view),
         };
         area.follow(newest, seat, rate);
-        let first = Arc::new(area.seen(newest, &[]));
-        let mut feed = Feed::new(rate, &first);
+        let mut first = Snapshot::default();
+        area.see(newest, &[], &mut first);
+        let mut feed = Feed::new(rate, &Arc::new(first));
         let (reader, keyframe) = feed.begin(flying);
         (Sight { seat, feed, area }, reader.of(seat), keyframe)
     }
@@ -93,12 +95,18 @@ impl Sight {
     }
 
     /// The next tick, see [`Feed::push`].
-    pub fn push(&mut self, newest: &Snapshot, events: &[TimedEvent], particles: &Particles) {
+    pub fn push(
+        &mut self,
+        newest: &Snapshot,
+        events: &[TimedEvent],
+        particles: &Particles,
+        press: &mut Press,
+    ) {
         let Sight { seat, feed, area } = self;
         area.follow(newest, *seat, feed.rate());
-        let told: Vec<_> = events.iter().filter(|timed| area.tells(timed)).copied().collect();
-        feed.push_seen(newest.tick, &told, particles, |before| {
-            Arc::new(area.seen(newest, &before.bodies))
+        let told = events.iter().filter(|timed| area.tells(timed)).copied();
+        feed.push_seen(newest.tick, told, particles, press, |before, next| {
+            area.see(newest, &before.bodies, next);
         });
     }
 
@@ -185,7 +193,7 @@ impl Area {
     }
 
     /// What is seen of a snapshot by one who was sent these bodies before; the own hero always.
-    fn seen(&self, newest: &Snapshot, before: &[SnapshotBody]) -> Snapshot {
+    fn see(&self, newest: &Snapshot, before: &[SnapshotBody], seen: &mut Snapshot) {
         let own = self.hero.map(|(id, _)| id);
         let mut held = before.iter().peekable();
         let is_seen = |body: &&SnapshotBody| {
@@ -198,8 +206,10 @@ impl Area {
             };
             own == Some(body.id) || self.touches(body, margins * self.margin)
         };
-        let bodies = newest.bodies.iter().filter(is_seen).copied().collect();
-        Snapshot { tick: newest.tick, bodies, players: newest.players.clone() }
+        seen.tick = newest.tick;
+        seen.bodies.clear();
+        seen.bodies.extend(newest.bodies.iter().filter(is_seen));
+        seen.copy_players(&newest.players);
     }
 
     fn touches(&self, body: &SnapshotBody, margin: i32) -> bool {

@@ -200,6 +200,10 @@ pub struct Game {
     events: Vec<Event>,
     /// Joins and leaves since the last tick.
     pending: Vec<Event>,
+    /// Lists of a tick, kept for their memory alone: heroes that packs may chase, and places of hard
+    /// touches in the world's list.
+    heroes: Vec<Actor>,
+    impacts: Vec<u32>,
 }
 
 /// A generator for each purpose, so that one rule's draws never shift another's.
@@ -237,6 +241,8 @@ impl Game {
             chance: Chance::new(seed),
             events: Vec::new(),
             pending: Vec::new(),
+            heroes: Vec::new(),
+            impacts: Vec::new(),
         };
         game.place_everything(&mut Rng::new(seed, Chance::LAYOUT_STREAM));
         game

@@ -17,41 +17,43 @@ const TAG_ALL: u8 = (1 << 5) - 1;
 /// Gap, generation, tag, group, radius, and two coordinates.
 const BIRTH_BYTES_MIN: usize = 10;
 
-/// What happened to the bodies between two snapshots.
-pub struct Difference<'a> {
+/// What happened to the bodies between two snapshots, in memory that is used again for the next two.
+#[derive(Clone, Debug, Default)]
+pub struct Difference {
     /// Places in the baseline's list.
     deaths: Vec<u32>,
     /// Those in both: place in the baseline's list, and where it is now.
     pub survivors: Vec<(u32, [i32; 2])>,
-    births: Vec<&'a SnapshotBody>,
+    births: Vec<SnapshotBody>,
 }
 
-impl<'a> Difference<'a> {
+impl Difference {
     /// Walks both lists in index order. A body that changed more than its place counts as another
     /// one, so that every pair of snapshots can be coded.
-    pub fn between(base: &[SnapshotBody], bodies: &'a [SnapshotBody]) -> Difference<'a> {
+    pub fn find(&mut self, base: &[SnapshotBody], bodies: &[SnapshotBody]) {
+        let Difference { deaths, survivors, births } = self;
+        deaths.clear();
+        survivors.clear();
+        births.clear();
         // Mostly all are the same: the walk begins where they are not.
         let same = zip(base, bodies).take_while(|(known, body)| is_same(known, body)).count();
-        let survivors = (0u32..).zip(&bodies[..same]).map(|(place, body)| (place, body.quanta));
-        let mut found =
-            Difference { deaths: Vec::new(), survivors: survivors.collect(), births: Vec::new() };
+        survivors.extend((0u32..).zip(&bodies[..same]).map(|(place, body)| (place, body.quanta)));
         let mut old = (same as u32..).zip(&base[same..]).peekable();
         for body in &bodies[same..] {
             while let Some((place, _)) = old.next_if(|(_, known)| known.id.index < body.id.index) {
-                found.deaths.push(place);
+                deaths.push(place);
             }
             match old.next_if(|(_, known)| known.id.index == body.id.index) {
                 Some((place, known)) if is_same(known, body) => {
-                    found.survivors.push((place, body.quanta));
+                    survivors.push((place, body.quanta));
                 }
                 other => {
-                    found.deaths.extend(other.map(|(place, _)| place));
-                    found.births.push(body);
+                    deaths.extend(other.map(|(place, _)| place));
+                    births.push(*body);
                 }
             }
         }
-        found.deaths.extend(old.map(|(place, _)| place));
-        found
+        deaths.extend(old.map(|(place, _)| place));
     }
 
     /// Sections that are not empty.

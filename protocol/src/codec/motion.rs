@@ -74,6 +74,7 @@ impl Trail {
 }
 
 /// A point that was at rest and is not any more.
+#[derive(Clone, Debug)]
 struct Woken {
     /// Sleepers before it, whether they wake or not.
     before: u32,
@@ -81,32 +82,43 @@ struct Woken {
     to: Place,
 }
 
-/// The moves of points, each with its trail and where it is now; `None` if all are where they are
-/// expected.
-pub fn code<'a>(points: impl Iterator<Item = (&'a Trail, Place)>) -> Option<Vec<u8>> {
-    let mut bits = BitWriter::with_capacity(super::USUAL_BYTES);
-    let (mut surprising, mut asleep, mut woken) = (false, 0, Vec::new());
-    for (trail, place) in points {
-        if trail.is_moving() {
-            let expected = trail.expected();
-            let is_elsewhere = place != expected;
-            bits.push(u32::from(is_elsewhere), 1);
-            if is_elsewhere {
-                write_way(expected, place, [trail.width(0), trail.width(1)], &mut bits);
-                surprising = true;
+/// Coded moves, in memory that is used again for the next message's.
+#[derive(Clone, Debug, Default)]
+pub struct Moves {
+    bits: BitWriter,
+    woken: Vec<Woken>,
+}
+
+impl Moves {
+    /// The moves of points, each with its trail and where it is now; `None` if all are where they are
+    /// expected.
+    pub fn code<'a>(&mut self, points: impl Iterator<Item = (&'a Trail, Place)>) -> Option<&[u8]> {
+        let Moves { bits, woken } = self;
+        bits.clear();
+        woken.clear();
+        let (mut surprising, mut asleep) = (false, 0);
+        for (trail, place) in points {
+            if trail.is_moving() {
+                let expected = trail.expected();
+                let is_elsewhere = place != expected;
+                bits.push(u32::from(is_elsewhere), 1);
+                if is_elsewhere {
+                    write_way(expected, place, [trail.width(0), trail.width(1)], bits);
+                    surprising = true;
+                }
+            } else {
+                if place != trail.place() {
+                    woken.push(Woken { before: asleep, from: trail.place(), to: place });
+                }
+                asleep += 1;
             }
-        } else {
-            if place != trail.place() {
-                woken.push(Woken { before: asleep, from: trail.place(), to: place });
-            }
-            asleep += 1;
         }
+        if !surprising && woken.is_empty() {
+            return None;
+        }
+        write_woken(asleep, woken, bits);
+        Some(bits.bytes())
     }
-    if !surprising && woken.is_empty() {
-        return None;
-    }
-    write_woken(asleep, &woken, &mut bits);
-    Some(bits.finish())
 }
 
 /// How many woke; then for each how many slept on before it, and its way.
@@ -132,7 +144,7 @@ fn gap_width(rest: usize, count: usize) -> u32 {
     (rest / (count + 1)).max(1).ilog2()
 }
 
-/// Where the points are now; what [`code`] made is taken off the reader.
+/// Where the points are now; what [`Moves::code`] made is taken off the reader.
 pub fn read<'a>(
     trails: impl Iterator<Item = &'a Trail>,
     reader: &mut Reader,

@@ -32,64 +32,74 @@ mod field {
 /// Seat, name of one byte and its length, colour, connected, six empty or small fields.
 const NEW_BYTES_MIN: usize = 11;
 
-/// What happened to the players between two snapshots.
-pub struct Difference<'a> {
+/// What happened to the players between two snapshots, in memory that is used again for the next two.
+#[derive(Clone, Debug, Default)]
+pub struct Difference {
     /// Whether each player of the baseline is gone; empty if nobody is.
     gone: Vec<bool>,
-    /// Those in both, as they were and as they are.
-    stayed: Vec<(&'a PlayerState, &'a PlayerState)>,
-    new: Vec<&'a PlayerState>,
-    /// Ticks between the two snapshots.
-    distance: u32,
+    /// Those in both.
+    stayed: Vec<Stayed>,
+    /// Places in the snapshot's list.
+    new: Vec<u32>,
 }
 
-impl<'a> Difference<'a> {
+/// A player of both snapshots.
+#[derive(Clone, Copy, Debug)]
+struct Stayed {
+    /// In the snapshot's list.
+    place: u32,
+    /// Changed fields.
+    mask: u8,
+    /// Whether the input number grew by the ticks between the two.
+    advanced: bool,
+}
+
+impl Difference {
     /// Compares by seat.
-    pub fn between(base: &'a Snapshot, snapshot: &'a Snapshot) -> Difference<'a> {
+    pub fn find(&mut self, base: &Snapshot, snapshot: &Snapshot) {
         let (old, players) = (&base.players, &snapshot.players);
         assert!(players.is_sorted_by(|a, b| a.seat < b.seat), "players must be in seat order");
-        let seated = |list: &'a [PlayerState], player: &PlayerState| {
-            let place = list.binary_search_by_key(&player.seat, |other| other.seat);
-            place.ok().map(|place| &list[place])
+        let distance = snapshot.tick - base.tick;
+        let place_in = |list: &[PlayerState], player: &PlayerState| {
+            list.binary_search_by_key(&player.seat, |other| other.seat).ok()
         };
-        let mut stayed = Vec::with_capacity(old.len());
-        stayed.extend(old.iter().filter_map(|old| Some((old, seated(players, old)?))));
-        let is_gone = |player: &PlayerState| seated(players, player).is_none();
-        let somebody = stayed.len() < old.len();
-        Difference {
-            gone: if somebody { old.iter().map(is_gone).collect() } else { Vec::new() },
-            stayed,
-            new: players.iter().filter(|player| seated(old, player).is_none()).collect(),
-            distance: snapshot.tick - base.tick,
+        let stayed = |old: &PlayerState| {
+            let place = place_in(players, old)?;
+            let mask = changed_fields(old, &players[place], distance);
+            let advanced = has_advanced(old, &players[place], distance);
+            Some(Stayed { place: place as u32, mask, advanced })
+        };
+        self.stayed.clear();
+        self.stayed.extend(old.iter().filter_map(stayed));
+        self.gone.clear();
+        if self.stayed.len() < old.len() {
+            self.gone.extend(old.iter().map(|old| place_in(players, old).is_none()));
         }
+        let numbered = (0u32..).zip(players);
+        let new = numbered.filter(|(_, player)| place_in(old, player).is_none());
+        self.new.clear();
+        self.new.extend(new.map(|(place, _)| place));
     }
 
     /// Sections that are not empty.
     pub fn sections(&self) -> u8 {
         let bit = |present: bool, section: u8| if present { section } else { 0 };
-        bit(self.parts() != 0, section::PLAYERS)
-            | bit(self.advanced().any(|advanced| advanced), section::INPUTS)
+        bit(self.parts() != 0, section::PLAYERS) | bit(self.any_advanced(), section::INPUTS)
     }
 
     fn parts(&self) -> u8 {
         let bit = |present: bool, part: u8| if present { part } else { 0 };
         bit(!self.gone.is_empty(), part::GONE)
-            | bit(self.masks().any(|mask| mask != 0), part::CHANGED)
+            | bit(self.stayed.iter().any(|stayed| stayed.mask != 0), part::CHANGED)
             | bit(!self.new.is_empty(), part::NEW)
     }
 
-    /// Changed fields of those in both.
-    fn masks(&self) -> impl Iterator<Item = u8> + '_ {
-        self.stayed.iter().map(|&(old, new)| changed_fields(old, new, self.distance))
+    fn any_advanced(&self) -> bool {
+        self.stayed.iter().any(|stayed| stayed.advanced)
     }
 
-    /// Whether the input number of each of those in both grew by the distance.
-    fn advanced(&self) -> impl Iterator<Item = bool> + '_ {
-        self.stayed.iter().map(|&(old, new)| has_advanced(old, new, self.distance))
-    }
-
-    /// Writes the sections that are not empty.
-    pub fn write(&self, writer: &mut Writer) {
+    /// Writes the sections that are not empty; `players` are the snapshot's.
+    pub fn write(&self, writer: &mut Writer, players: &[PlayerState]) {
         let parts = self.parts();
         if parts != 0 {
             writer.byte(parts);
@@ -98,17 +108,17 @@ impl<'a> Difference<'a> {
             writer.bits(self.gone.iter().copied());
         }
         if parts & part::CHANGED != 0 {
-            writer.bits(self.masks().map(|mask| mask != 0));
-            for (&(_, new), mask) in self.stayed.iter().zip(self.masks()) {
-                write_change(writer, new, mask);
+            writer.bits(self.stayed.iter().map(|stayed| stayed.mask != 0));
+            for &Stayed { place, mask, .. } in &self.stayed {
+                write_change(writer, &players[place as usize], mask);
             }
         }
         if parts & part::NEW != 0 {
             writer.count(self.new.len());
-            self.new.iter().for_each(|player| write_new(writer, player));
+            self.new.iter().for_each(|&place| write_new(writer, &players[place as usize]));
         }
-        if self.advanced().any(|advanced| advanced) {
-            writer.bits(self.advanced());
+        if self.any_advanced() {
+            writer.bits(self.stayed.iter().map(|stayed| stayed.advanced));
         }
     }
 }

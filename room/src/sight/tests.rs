@@ -135,7 +135,7 @@ fn what_a_camera_shows_is_there_once_and_in_its_place_at_every_rate() {
         for _ in 0..1200 {
             let now = flight.step();
             page.follow(flight.hero());
-            sight.push(&now, &[], &Particles::default());
+            sight.push(&now, &[], &Particles::default(), &mut Press::default());
             let before = stream.newest().unwrap().bodies.clone();
             sight.message(&reader).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
             let newest = stream.newest().unwrap();
@@ -179,7 +179,9 @@ fn who_trembles_on_the_edge_of_a_view_comes_once() {
         let all = vec![body(HERO.index, Vec2::new(200.0, 100.0)), edge];
         let all = snapshot(tick as u32, all);
         area.follow(&all, SEAT, Rate::Full);
-        held = area.seen(&all, &held).bodies;
+        let mut shown = Snapshot::default();
+        area.see(&all, &held, &mut shown);
+        held = shown.bodies;
         seen.push(held.len() == 2);
     }
     assert_eq!(seen, [false, true, true, true, true, true, false, false, false, true]);
@@ -197,7 +199,9 @@ fn who_rests_is_kept_when_the_camera_turns_away_but_not_for_ever() {
         let creeps = body(10, Vec2::new(100.0, 90.0 + step as f32 / 60.0));
         let all = snapshot(step, vec![hero, rests, creeps]);
         area.follow(&all, SEAT, Rate::Full);
-        held = area.seen(&all, &held).bodies;
+        let mut shown = Snapshot::default();
+        area.see(&all, &held, &mut shown);
+        held = shown.bodies;
         last.push([9, 10].map(|index| held.iter().any(|body| body.id.index == index)));
     }
     let gone = |place: usize| last.iter().position(|seen| !seen[place]).unwrap() as f32 * 0.25;
@@ -319,7 +323,8 @@ fn a_change_of_rate_leaves_the_camera_where_it_was() {
     let at =
         |tick: u32| snapshot(tick, vec![body(HERO.index, Vec2::new(100.0 + tick as f32, 100.0))]);
     let (mut sight, ..) = Sight::begin(None, SEAT, Rate::Full, &scene, view, &at(0), None);
-    (1..60).for_each(|tick| sight.push(&at(tick), &[], &Particles::default()));
+    (1..60)
+        .for_each(|tick| sight.push(&at(tick), &[], &Particles::default(), &mut Press::default()));
     let middle = sight.area.middle.unwrap();
     let (sight, ..) = Sight::begin(Some(sight), SEAT, Rate::Third, &scene, view, &at(59), None);
     let moved = sight.area.middle.unwrap()[0] - middle[0];

@@ -22,7 +22,7 @@ impl Game {
     pub(super) fn steer_packs(&mut self) {
         let scene = Arc::clone(&self.scene);
         let Some(spec) = &scene.pack else { return };
-        let heroes = self.heroes();
+        let heroes = self.list_heroes();
         for index in 0..self.actors.len() {
             let Some(actor) = self.actors[index] else { continue };
             let Rule::Chase { front, drift, life, .. } = actor.rule else { continue };
@@ -40,12 +40,15 @@ impl Game {
             let rule = Rule::Chase { front, drift, driven, life: life - 1 };
             self.actors[index] = Some(Actor { rule, ..actor });
         }
+        self.heroes = heroes;
     }
 
-    /// All heroes, owned or not, in index order.
-    fn heroes(&self) -> Vec<Actor> {
-        let all = self.actors.iter().flatten();
-        all.filter(|actor| actor.kind == Kind::Hero).copied().collect()
+    /// All heroes, owned or not, in index order; the list is to be given back.
+    fn list_heroes(&mut self) -> Vec<Actor> {
+        let mut heroes = std::mem::take(&mut self.heroes);
+        heroes.clear();
+        heroes.extend(self.actors.iter().flatten().filter(|actor| actor.kind == Kind::Hero));
+        heroes
     }
 
     /// The centre of the nearest hero that a pack may burst on.
@@ -80,7 +83,7 @@ impl Game {
     pub(super) fn burst_packs(&mut self) {
         let scene = Arc::clone(&self.scene);
         let Some(spec) = &scene.pack else { return };
-        let heroes = self.heroes();
+        let heroes = self.list_heroes();
         for index in 0..self.actors.len() {
             let pack = self.actors[index].filter(|actor| actor.kind == Kind::Pack);
             let Some(pack) = pack else { continue };
@@ -98,6 +101,7 @@ impl Game {
                 self.emit(spec.recipe, spec.burst, Source::Point(point));
             }
         }
+        self.heroes = heroes;
     }
 
     /// The first hero that the pack touches, and where.

@@ -15,16 +15,25 @@ impl Game {
         if self.scene.solver.is_none() {
             return;
         }
-        let hard = |touch: &&Touch| touch.began && touch.closing > self.scene.impact_speed;
-        let mut impacts: Vec<&Touch> = self.world.touches().iter().filter(hard).collect();
-        // Stable: of equally hard ones those with the lower ids stay.
-        impacts.sort_by(|one, other| other.closing.total_cmp(&one.closing));
+        let Game { world, impacts, events, scene, .. } = self;
+        let touches = world.touches();
+        let hard = |touch: &Touch| touch.began && touch.closing > scene.impact_speed;
+        impacts.clear();
+        impacts.extend((0u32..).zip(touches).filter(|(_, touch)| hard(touch)).map(|(at, _)| at));
+        let closing = |at: u32| touches[at as usize].closing;
+        // Of equally hard ones those with the lower ids stay.
+        impacts.sort_unstable_by(|&one, &other| {
+            closing(other).total_cmp(&closing(one)).then(one.cmp(&other))
+        });
         impacts.truncate(IMPACTS_PER_TICK_MAX);
-        self.events.extend(impacts.into_iter().map(|touch| Event::Impact {
-            a: touch.a,
-            b: touch.b,
-            point: contact_point(&self.world, touch),
-            speed: touch.closing,
+        events.extend(impacts.iter().map(|&at| {
+            let touch = &touches[at as usize];
+            Event::Impact {
+                a: touch.a,
+                b: touch.b,
+                point: contact_point(world, touch),
+                speed: touch.closing,
+            }
         }));
     }
 

@@ -93,6 +93,8 @@ impl Game {
             chance,
             events: Vec::new(),
             pending: Vec::new(),
+            heroes: Vec::new(),
+            impacts: Vec::new(),
         };
         game.read_players(bytes)?;
         game.read_pending(bytes)?;

@@ -7,7 +7,7 @@ use super::scenes::{crowd, flock};
 use crate::study::thread_time_us;
 use anyhow::Result;
 use jostle_protocol::{Appearance, PlayerState, Snapshot, Stream};
-use jostle_room::{Rate, Reader, Sight, view_of};
+use jostle_room::{Press, Rate, Reader, Sight, view_of};
 use jostle_sim::{BodyId, Particles, Scene, Seat, Vec2};
 
 /// Ticks of each scene.
@@ -96,6 +96,7 @@ fn with_players(mut snapshot: Snapshot, players: usize) -> Snapshot {
 /// Both ends of what one player is sent.
 struct Client {
     sight: Sight,
+    press: Press,
     reader: Reader,
     stream: Stream,
     traffic: Traffic,
@@ -111,13 +112,22 @@ impl Client {
         let hero = first.bodies[usize::from(seat.0)].id;
         let mut stream = Stream::default();
         stream.decode(&keyframe).expect("a keyframe can be decoded");
-        Client { sight, reader, stream, traffic: Traffic::new(0), hero, bodies: 0, ticks: 0 }
+        Client {
+            sight,
+            press: Press::default(),
+            reader,
+            stream,
+            traffic: Traffic::new(0),
+            hero,
+            bodies: 0,
+            ticks: 0,
+        }
     }
 
     fn see(&mut self, snapshot: &Snapshot) {
         self.ticks += 1;
         let begun = thread_time_us();
-        self.sight.push(snapshot, &[], &Particles::default());
+        self.sight.push(snapshot, &[], &Particles::default(), &mut self.press);
         let pushed = thread_time_us();
         let before = self.stream.newest().cloned().expect("a keyframe was read");
         let message = self.sight.message(&self.reader);
