@@ -6,6 +6,7 @@
 pub mod browser;
 pub mod picture;
 pub mod runner;
+pub mod scenes;
 pub mod server;
 pub mod state;
 pub mod streams;

@@ -2,12 +2,11 @@
 //! moves, and another player whose game goes on.
 
 mod crowds;
-mod frames;
+pub mod frames;
 mod host;
-mod links;
-mod soak;
+pub mod links;
 
 /// Name of the counter of a refusal.
-fn refusals(reason: &str) -> String {
+pub fn refusals(reason: &str) -> String {
     format!("jostle_refusals_total{{reason=\"{reason}\"}}")
 }

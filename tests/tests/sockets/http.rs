@@ -6,9 +6,10 @@ use jostle_protocol::Refusal;
 use jostle_server::{assets, limits};
 use serde_json::Value;
 use std::net::SocketAddr;
+use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 
 /// A parsed answer.
 pub struct Answer {
@@ -31,22 +32,41 @@ impl Answer {
 
 /// Sends one request as it is and reads to the end.
 pub async fn raw(address: SocketAddr, request: &str) -> Answer {
-    let exchange = async {
-        let mut stream = TcpStream::connect(address).await.expect("a connection");
-        stream.write_all(request.as_bytes()).await.expect("a live socket");
-        let mut bytes = Vec::new();
-        stream.read_to_end(&mut bytes).await.expect("an answer");
-        bytes
-    };
-    let bytes = timeout(LONG, exchange).await.expect("an answer in time");
-    let split = bytes.windows(4).position(|part| part == b"\r\n\r\n").expect("a head");
+    let answer = timeout(LONG, exchange(address, request)).await.expect("an answer in time");
+    answer.expect("an answer and not a closed connection")
+}
+
+/// The same; `None` if the connection is closed instead.
+async fn exchange(address: SocketAddr, request: &str) -> Option<Answer> {
+    let mut stream = TcpStream::connect(address).await.expect("a connection");
+    stream.write_all(request.as_bytes()).await.ok()?;
+    let mut bytes = Vec::new();
+    stream.read_to_end(&mut bytes).await.ok()?;
+    let split = bytes.windows(4).position(|part| part == b"\r\n\r\n")?;
     let head = String::from_utf8(bytes[..split].to_vec()).expect("text");
     let status = head.split(' ').nth(1).and_then(|status| status.parse().ok());
-    Answer { status: status.expect("a status"), head, body: bytes[split + 4..].to_vec() }
+    Some(Answer { status: status.expect("a status"), head, body: bytes[split + 4..].to_vec() })
 }
 
 pub async fn get(address: SocketAddr, path: &str) -> Answer {
-    raw(address, &format!("GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n")).await
+    raw(address, &get_request(path)).await
+}
+
+/// Asks until there is an answer: a port whose connections are all taken closes others.
+pub async fn get_at_last(address: SocketAddr, path: &str) -> Answer {
+    let asking = async {
+        loop {
+            if let Some(answer) = exchange(address, &get_request(path)).await {
+                return answer;
+            }
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(LONG, asking).await.expect("an answer in time")
+}
+
+fn get_request(path: &str) -> String {
+    format!("GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n")
 }
 
 pub async fn post(address: SocketAddr, path: &str, body: &str) -> Answer {

@@ -13,3 +13,4 @@ mod process;
 mod replays;
 mod server;
 mod slow_reader;
+mod soak;

@@ -34,6 +34,10 @@ impl Dir {
         Settings::new(self.0.clone())
     }
 
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
     fn text(&self) -> &str {
         self.0.to_str().expect("a path of plain characters")
     }

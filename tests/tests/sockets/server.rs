@@ -1,7 +1,7 @@
 //! The server under test, on a port of its own.
 
 use crate::client::LONG;
-use crate::http::get;
+use crate::http::get_at_last;
 use jostle_server::limits::Waits;
 use jostle_server::{Config, run_with_ops};
 use jostle_sim::Scene;
@@ -80,7 +80,7 @@ impl Server {
 
 /// What a counter says on an operators' port.
 pub async fn count(ops: SocketAddr, series: &str) -> u64 {
-    let text = String::from_utf8(get(ops, "/metrics").await.body).expect("text");
+    let text = String::from_utf8(get_at_last(ops, "/metrics").await.body).expect("text");
     let mut lines = text.lines().filter_map(|line| line.strip_prefix(series)?.strip_prefix(' '));
     lines.next().map_or(0, |value| value.parse().expect("a whole number"))
 }

@@ -6,60 +6,12 @@ use jostle_protocol::Snapshot;
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_sim::Scene;
+use jostle_tests::scenes::RESTLESS;
 use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::net::TcpSocket;
 use tokio::time::timeout;
-
-/// Many bodies that never rest, so that a second of snapshots is more than any buffer holds.
-pub const RESTLESS: &str = r#"title = "Restless"
-size = [400, 200]
-gravity = [0, 0]
-groups = ["block", "platform"]
-pairs = [["block", "platform"], ["block", "block"]]
-
-[limits]
-players = 4
-bodies = 600
-
-[[bodies]]
-kind = "wall"
-position = [200, -5]
-size = [420, 10]
-
-[[bodies]]
-kind = "wall"
-position = [200, 205]
-size = [420, 10]
-
-[[bodies]]
-kind = "wall"
-position = [-5, 100]
-size = [10, 200]
-
-[[bodies]]
-kind = "wall"
-position = [405, 100]
-size = [10, 200]
-
-[[layouts]]
-kind = "block"
-count = 250
-area = [[10, 10], [390, 95]]
-radius = 2
-velocity = [70, 40]
-restitution = 1
-friction = 0
-
-[[layouts]]
-kind = "block"
-count = 250
-area = [[10, 105], [390, 190]]
-radius = 2
-velocity = [-60, -50]
-restitution = 1
-friction = 0
-"#;
 
 /// More than the kernel holds of one socket on both of its ends.
 const BYTES_MISSED: usize = 512 << 10;
@@ -68,7 +20,7 @@ const BYTES_MISSED: usize = 512 << 10;
 async fn a_slow_reader_delays_nobody_and_gets_the_newest_state() {
     let server = Server::start_with_scene("restless", RESTLESS).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
-    let mut slow = connect_small(&server).await;
+    let mut slow = connect_small(server.address).await;
     slow.enter("Slow", None).await;
 
     // From here on `slow` reads nothing, until Ann has got what no buffer could have held for it.
@@ -105,7 +57,7 @@ async fn who_takes_nothing_for_too_long_is_given_up() {
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
-    let mut stuck = connect_small(&server).await;
+    let mut stuck = connect_small(server.address).await;
     stuck.enter("Stuck", None).await;
     stuck.is_heard().await;
     let seat = stuck.seat;
@@ -125,10 +77,10 @@ async fn who_takes_nothing_for_too_long_is_given_up() {
 }
 
 /// A client whose kernel holds as little as possible for it.
-pub async fn connect_small(server: &Server) -> Client {
+pub async fn connect_small(server: SocketAddr) -> Client {
     let small = TcpSocket::new_v4().expect("a socket");
     small.set_recv_buffer_size(4096).expect("a small buffer");
-    Client::connect_over(small, server.address, "restless").await
+    Client::connect_over(small, server, "restless").await
 }
 
 /// Reads on until both have seen one tick, and compares what they saw.

@@ -25,7 +25,7 @@ pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
     [&[first, 0x80 | length, 0, 0, 0, 0], payload].concat()
 }
 
-fn hello(name: &str) -> Vec<u8> {
+pub fn hello(name: &str) -> Vec<u8> {
     let appearance = Appearance { name: name.to_owned(), color: 0 };
     ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None }.encode()
 }

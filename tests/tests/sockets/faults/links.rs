@@ -3,12 +3,13 @@
 use super::refusals;
 use crate::client::{Client, LONG};
 use crate::server::{Server, until_count};
-use crate::slow_reader::{RESTLESS, connect_small};
+use crate::slow_reader::connect_small;
 use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::{Refusal, Token, VERSION};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_sim::{Buttons, Scene};
+use jostle_tests::scenes::RESTLESS;
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -44,7 +45,7 @@ async fn who_reads_byte_by_byte_is_given_up() {
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
-    let mut slow = connect_small(&server).await;
+    let mut slow = connect_small(server.address).await;
     slow.enter("Slow", None).await;
     slow.is_heard().await;
     let reading = tokio::spawn(async move {
@@ -133,7 +134,7 @@ async fn delayed(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut seed: u32)
 }
 
 /// A port whose one connection leads to `server` over a link with a round trip of 200 to 400 ms.
-async fn far_away(server: SocketAddr) -> SocketAddr {
+pub async fn far_away(server: SocketAddr) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = listener.local_addr().expect("a bound port");
     tokio::spawn(async move {

@@ -1,0 +1,149 @@
+//! A server on a machine that can be told to fail: `shaky_host DIR` records into DIR, prints the
+//! addresses of its two ports, and obeys one word a line on its standard input. Everything else about
+//! it is the server as it is; it ends in good order when it is sent SIGTERM.
+//!
+//! `disk good|full|closed`, `clock on|back` (40 days), `descriptors none|some`.
+
+use anyhow::{Context, bail};
+use jostle_server::limits::Waits;
+use jostle_server::replays::Settings;
+use jostle_server::{Config, run_with_ops};
+use jostle_sim::Scene;
+use jostle_tests::scenes::{CROWD, RESTLESS};
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::AsRawFd;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicI64, AtomicU8, Ordering};
+use std::time::{Duration, SystemTime};
+use tokio::net::TcpListener;
+use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::oneshot;
+
+const GOOD: u8 = 0;
+/// Nothing more can be written, neither into files that are open nor into new ones.
+const FULL: u8 = 1;
+/// No file can be made.
+const CLOSED: u8 = 2;
+
+static DISK: AtomicU8 = AtomicU8::new(GOOD);
+/// What the wall clock is off by.
+static CLOCK_DAYS: AtomicI64 = AtomicI64::new(0);
+/// How far it steps: further than replays are kept.
+const STEP_DAYS: i64 = 40;
+
+struct ShakyFile(File);
+
+impl Write for ShakyFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match DISK.load(Ordering::Relaxed) {
+            FULL => Err(io::ErrorKind::StorageFull.into()),
+            _ => self.0.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+fn create(path: &Path) -> io::Result<Box<dyn Write + Send>> {
+    match DISK.load(Ordering::Relaxed) {
+        CLOSED => Err(io::ErrorKind::PermissionDenied.into()),
+        _ => Ok(Box::new(ShakyFile(File::options().write(true).create_new(true).open(path)?))),
+    }
+}
+
+fn wall() -> SystemTime {
+    let days = CLOCK_DAYS.load(Ordering::Relaxed);
+    let step = Duration::from_secs(24 * 60 * 60) * days.unsigned_abs() as u32;
+    if days < 0 { SystemTime::now() - step } else { SystemTime::now() + step }
+}
+
+/// No descriptors beyond those that are open, or as many as there may be.
+fn limit_descriptors(none: bool) -> anyhow::Result<()> {
+    use rustix::process::{Resource, getrlimit, setrlimit};
+    let mut limit = getrlimit(Resource::Nofile);
+    limit.current = match none {
+        // New ones get the lowest free number, which this one has just now.
+        true => Some(u64::try_from(File::open("/dev/null")?.as_raw_fd())?),
+        false => limit.maximum,
+    };
+    Ok(setrlimit(Resource::Nofile, limit)?)
+}
+
+fn obey(order: &str) -> anyhow::Result<()> {
+    match order {
+        "disk good" => DISK.store(GOOD, Ordering::Relaxed),
+        "disk full" => DISK.store(FULL, Ordering::Relaxed),
+        "disk closed" => DISK.store(CLOSED, Ordering::Relaxed),
+        "clock on" => CLOCK_DAYS.store(STEP_DAYS, Ordering::Relaxed),
+        "clock back" => CLOCK_DAYS.store(-STEP_DAYS, Ordering::Relaxed),
+        "descriptors none" => limit_descriptors(true)?,
+        "descriptors some" => limit_descriptors(false)?,
+        _ => bail!("unknown order {order:?}"),
+    }
+    Ok(())
+}
+
+/// Waits that a test can sit out, and that a busy machine does not miss.
+fn waits() -> Waits {
+    Waits {
+        http_head: Duration::from_secs(2),
+        http_body: Duration::from_secs(2),
+        hello: Duration::from_secs(4),
+        keepalive: Duration::from_secs(1),
+        silence: Duration::from_secs(6),
+        stall: Duration::from_secs(3),
+        ..Waits::default()
+    }
+}
+
+fn config(dir: PathBuf) -> anyhow::Result<Config> {
+    let retry = Duration::from_secs(1);
+    let replays = Settings { create, wall, retry, ..Settings::new(dir) };
+    let mut config = Config { waits: waits(), replays: Some(replays), ..Config::default() };
+    for (name, source) in [("restless", RESTLESS), ("crowd", CROWD)] {
+        config.scenes.push(Scene::parse(&format!("{name}.toml"), source)?);
+    }
+    // Its first particle looks for a recipe that is not there, as a bug in a game might.
+    let mut scenes = Scene::built_in().into_iter();
+    let mut cracked = scenes.find(|scene| scene.name == "particles").context("a built-in scene")?;
+    cracked.name = "cracked".to_owned();
+    cracked.recipes.clear();
+    config.scenes.push(cracked);
+    Ok(config)
+}
+
+/// Obeys until whoever started this is gone.
+fn obey_all() {
+    for order in io::stdin().lines() {
+        let Ok(order) = order else { return };
+        match obey(&order) {
+            Ok(()) => println!("ok"),
+            Err(error) => println!("{error}"),
+        }
+    }
+}
+
+#[tokio::main]
+async fn main() -> anyhow::Result<()> {
+    let dir = std::env::args().nth(1).context("usage: shaky_host DIR")?;
+    let mut term = signal(SignalKind::terminate())?;
+    let listener = TcpListener::bind("127.0.0.1:0").await?;
+    let ops = TcpListener::bind("127.0.0.1:0").await?;
+    println!("{} {}", listener.local_addr()?, ops.local_addr()?);
+    let (gone, deserted) = oneshot::channel();
+    std::thread::spawn(move || {
+        obey_all();
+        // The other end is there as long as the server is.
+        let _ = gone.send(());
+    });
+    let stop = async move {
+        tokio::select! {
+            _ = term.recv() => {}
+            _ = deserted => {}
+        }
+    };
+    Ok(run_with_ops(listener, Some(ops), config(PathBuf::from(dir))?, stop).await?)
+}

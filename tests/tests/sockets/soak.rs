@@ -1,0 +1,194 @@
+//! All faults of docs/faults.md in one soak: while two players play on, peers do rows 1 to 23 over and
+//! over, each at its own pace, and the machine does rows 24 to 30. Each fault looks at its answer; in
+//! the end the counters are what the faults add up to. The games are recorded: each replay plays
+//! again in a room that knows of no faults, with the inputs that were accepted, and has the same hash at
+//! every tick; and what the two players saw is what that room shows.
+
+mod bytes;
+mod crowds;
+mod host;
+mod links;
+mod machine;
+mod stage;
+
+use crate::client::Client;
+use crate::replays::{Dir, verify};
+use host::Host;
+use jostle_protocol::replay::{Change, Replay};
+use jostle_protocol::{Refusal, ServerMessage, Snapshot};
+use jostle_room::Playback;
+use jostle_sim::{Buttons, Vec2};
+use stage::Stage;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use tokio::time::{Instant, sleep, timeout};
+
+/// How long peers do their faults before the machine does its own, and how long a tab is away, unless
+/// `JOSTLE_SOAK_SECONDS` says otherwise.
+const SECONDS: u64 = 15;
+/// Rows of faults that peers do, over and over. 11 comes with 10.
+const PEERS: [u32; 20] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 14, 15, 16, 17, 18, 19, 20, 23];
+/// Refusals that nothing but their faults causes.
+const EXACT: [&str; 9] = [
+    "version",
+    "bad_message",
+    "flood",
+    "silent",
+    "foreign_page",
+    "bad_request",
+    "slow_request",
+    "bad_token",
+    "room_failed",
+];
+
+async fn fault(row: u32, stage: &Stage) {
+    match row {
+        1 => links::killed_inside_a_frame(stage).await,
+        2 => links::half_open(stage).await,
+        3 => links::stops_reading(stage).await,
+        4 => links::reads_byte_by_byte(stage).await,
+        5 => bytes::slow_handshakes(stage).await,
+        6 => bytes::segments_of_a_byte(stage).await,
+        7 => links::far_link(stage).await,
+        8 => links::background_tab(stage).await,
+        9 => bytes::endless_head(stage).await,
+        10 => bytes::broken_frames(stage).await,
+        12 => bytes::fragments(stage).await,
+        13 => bytes::flood(stage).await,
+        14 => bytes::another_version(stage).await,
+        15 => bytes::foreign_page(stage).await,
+        16 => bytes::no_place(stage).await,
+        17 => bytes::another_time(stage).await,
+        18 => bytes::jumping_clock(stage).await,
+        19 => links::worthless_tokens(stage).await,
+        20 => links::two_sockets_with_one_token(stage).await,
+        23 => crowds::operators(stage).await,
+        _ => unreachable!("row {row} is none of peers"),
+    }
+}
+
+/// Does one fault again and again until it is told to stop; how often.
+async fn again_and_again(row: u32, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
+    let mut rounds = 0;
+    while !stop.load(Ordering::Relaxed) {
+        // A tab in the background is away for longer than the machine can wait.
+        let quiet = match row {
+            8 => None,
+            _ => Some(stage.machine.read().await),
+        };
+        fault(row, &stage).await;
+        drop(quiet);
+        rounds += 1;
+        sleep(Duration::from_millis(u64::from(row * 37 % 200))).await;
+    }
+    rounds
+}
+
+/// Plays until the server closes; the bodies that it saw, by tick.
+async fn play_to_the_end(mut player: Client) -> BTreeMap<u32, Snapshot> {
+    let mut seen = BTreeMap::new();
+    loop {
+        match player.message().await {
+            ServerMessage::Snapshot(_) => {
+                let tick = player.newest.tick;
+                seen.insert(tick, player.newest.clone());
+                let x = 40.0 + (tick % 90) as f32;
+                let buttons = if tick.is_multiple_of(7) { Buttons::FIRE } else { Buttons::RIGHT };
+                player.input(buttons, Some(Vec2::new(x, 60.0))).await;
+            }
+            ServerMessage::Draining { .. } => {
+                player.is_refused(Refusal::Closing).await;
+                return seen;
+            }
+            other => panic!("{other:?} in a game that should go on"),
+        }
+    }
+}
+
+/// Plays a replay, and compares what it shows with what a player saw; ticks compared.
+fn compare(replay: &Arc<Replay>, seen: &BTreeMap<u32, Snapshot>) -> u32 {
+    let mut playback = Playback::new(Arc::clone(replay)).expect("a replay that plays");
+    let mut compared = 0;
+    while let Some(played) = playback.step().expect("a replay that plays") {
+        assert!(played.agrees, "{played:?}");
+        let Some(expected) = seen.get(&played.tick) else { continue };
+        assert_eq!(playback.snapshot().bodies, expected.bodies, "tick {}", played.tick);
+        compared += 1;
+    }
+    compared
+}
+
+/// All who came and went in a replay.
+fn changes(replay: &Replay) -> usize {
+    let (mut changes, mut next) = (0, replay.first_tick() + 1);
+    while let Some(block) = replay.block_with(next) {
+        let all = block.ticks.iter().flat_map(|tick| &tick.changes);
+        changes += all.filter(|change| !matches!(change, Change::Look(..))).count();
+        next = block.first + block.ticks.len() as u32;
+    }
+    changes
+}
+
+fn soak_seconds() -> u64 {
+    let told = std::env::var("JOSTLE_SOAK_SECONDS").ok();
+    told.map_or(SECONDS, |text| text.parse().expect("JOSTLE_SOAK_SECONDS is a whole number"))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn thirty_faults_have_no_way_into_a_game_but_their_inputs() {
+    let dir = Dir::new("soak");
+    let seconds = Duration::from_secs(soak_seconds());
+    let mut host = Host::start(dir.path());
+    let stage = Arc::new(Stage::new(host.address, host.ops, seconds));
+    let ann = stage.join("arena", "Ann").await;
+    let bob = stage.join("arena", "Bob").await;
+    let players = [ann, bob].map(|player| tokio::spawn(play_to_the_end(player)));
+
+    let stop = Arc::new(AtomicBool::new(false));
+    let peers = PEERS.map(|row| {
+        (row, tokio::spawn(again_and_again(row, Arc::clone(&stage), Arc::clone(&stop))))
+    });
+    let started = Instant::now();
+    crowds::crowd(&stage).await;
+    sleep(seconds.saturating_sub(started.elapsed())).await;
+    let failed_tick = {
+        let _alone = stage.machine.write().await;
+        machine::stands_still(&stage, &mut host).await;
+        machine::no_descriptors(&stage, &mut host).await;
+        machine::clock_steps(&stage, &mut host).await;
+        let failed_tick = machine::room_panics(&stage).await;
+        machine::disk_fails(&stage, &mut host).await;
+        failed_tick
+    };
+    stop.store(true, Ordering::Relaxed);
+    for (row, peer) in peers {
+        let rounds = timeout(seconds + Duration::from_secs(90), peer).await;
+        let rounds = rounds.unwrap_or_else(|_| panic!("row {row} does not end"));
+        println!("row {row}: {} times", rounds.expect("every fault has its answer"));
+    }
+    stage.check_tally(&EXACT).await;
+    host.signal("TERM");
+    let mut seen = Vec::new();
+    for player in players {
+        seen.push(player.await.expect("a game that goes on to the end"));
+    }
+    assert_eq!(host.exit_status().await, Some(0));
+
+    let mut compared = 0;
+    for replay in dir.replays() {
+        verify(&replay).await;
+        if replay.start().room == "cracked" {
+            assert!(replay.last_tick() >= failed_tick, "up to the tick that failed");
+        }
+        if replay.start().room == "arena" {
+            // Nobody but the two ever was in this game.
+            assert!(changes(&replay) <= 2);
+            compared += seen.iter().map(|seen| compare(&replay, seen)).sum::<u32>();
+        }
+    }
+    let ticks: usize = seen.iter().map(BTreeMap::len).sum();
+    println!("{compared} of {ticks} snapshots compared with games without faults");
+    assert!(compared as usize * 2 > ticks, "{compared} of {ticks}");
+}

@@ -1,0 +1,191 @@
+//! Peers who send what no page sends: rows 5, 6 and 9 to 18 of docs/faults.md.
+
+use super::stage::Stage;
+use crate::client::{Client, LONG};
+use crate::faults::frames::{FIRST, NEXT, WHOLE, frame, hello, input, write};
+use jostle_protocol::{ClientMessage, Refusal, ServerMessage, VERSION};
+use jostle_server::limits::{BYTES_BURST_MAX, MESSAGES_BURST_MAX};
+use jostle_sim::{Buttons, Input};
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::{sleep, timeout};
+
+const ROOM: &str = "impulse";
+
+/// A connection that is not a socket of the game yet.
+async fn connect(stage: &Stage) -> TcpStream {
+    let stream = TcpStream::connect(stage.address).await.expect("a connection");
+    stream.set_nodelay(true).expect("a live socket");
+    stream
+}
+
+/// What comes until the other side closes; an end by reset is an end.
+async fn read_all(stream: &mut TcpStream) -> String {
+    let mut answer = Vec::new();
+    let _ = timeout(LONG, stream.read_to_end(&mut answer)).await.expect("an end in time");
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+/// Row 5: a head that comes byte by byte, a body that does not come, no hello.
+pub async fn slow_handshakes(stage: &Stage) {
+    let mut slow = connect(stage).await;
+    let drip = async {
+        let head = b"GET /arena HTTP/1.1\r\nX-Filler: ";
+        for byte in head.iter().chain([b'x'].iter().cycle()) {
+            if slow.write_all(&[*byte]).await.is_err() {
+                return;
+            }
+            sleep(Duration::from_millis(50)).await;
+        }
+    };
+    timeout(LONG, drip).await.expect("the server gives up");
+    stage.refuses("slow_request");
+
+    let mut half = connect(stage).await;
+    let head = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nContent-Length: 17\r\n\r\n{";
+    half.write_all(head.as_bytes()).await.expect("a live socket");
+    assert!(read_all(&mut half).await.starts_with("HTTP/1.1 408 "));
+
+    Client::connect(stage.address, ROOM).await.is_refused(Refusal::BadHello).await;
+    stage.refuses("bad_hello");
+}
+
+/// Row 6: everything in segments of a byte.
+pub async fn segments_of_a_byte(stage: &Stage) {
+    let mut guest = Client::connect(stage.address, ROOM).await;
+    guest.socket.get_ref().set_nodelay(true).expect("a live socket");
+    for &byte in frame(WHOLE, &hello("Byte")).iter() {
+        write(&mut guest, &[byte]).await;
+    }
+    let ServerMessage::Welcome { seat, .. } = guest.message().await else { panic!("no welcome") };
+    guest.seat = seat;
+    stage.counts("jostle_joins_total{how=\"new\"}", 1);
+    for seq in 1..=20 {
+        for &byte in frame(WHOLE, &input(seq)).iter() {
+            write(&mut guest, &[byte]).await;
+        }
+    }
+    guest.seq = 20;
+    guest.goes_on().await;
+    stage.leave(guest).await;
+}
+
+/// Row 9: a head of twenty megabytes.
+pub async fn endless_head(stage: &Stage) {
+    let mut stream = connect(stage).await;
+    stream.write_all(b"GET / HTTP/1.1\r\nHost: jostle\r\nX-Filler: ").await.expect("a socket");
+    let mut taken = 0;
+    while taken < 20 << 20 {
+        match timeout(LONG, stream.write(&[b'x'; 64 << 10])).await.expect("an end in time") {
+            Ok(count) => taken += count,
+            Err(_closed) => break,
+        }
+    }
+    assert!(taken < 20 << 20, "all of it was taken");
+    stage.refuses("bad_request");
+}
+
+/// Rows 10 and 11: frames that claim 2^63 bytes or wear no mask, before and after the hello.
+pub async fn broken_frames(stage: &Stage) {
+    let huge = [&[WHOLE, 0xff][..], &(1u64 << 63).to_be_bytes(), &[0; 4]].concat();
+    let bare = [&[WHOLE, 4][..], &[2, 0, 0, 0]].concat();
+    for bytes in [huge, bare] {
+        let mut stranger = Client::connect(stage.address, ROOM).await;
+        write(&mut stranger, &bytes).await;
+        stranger.is_refused(Refusal::BadMessage).await;
+        stage.refuses("bad_message");
+        let mut guest = stage.join(ROOM, "Broken").await;
+        write(&mut guest, &bytes).await;
+        stage.ends(ROOM, guest, Refusal::BadMessage, "bad_message").await;
+    }
+}
+
+/// Row 12: pieces that are a message, and pieces that never become one.
+pub async fn fragments(stage: &Stage) {
+    let mut guest = stage.join(ROOM, "Pieces").await;
+    let whole = input(guest.seq + 1);
+    let (first, rest) = whole.split_at(1);
+    guest.seq += 1;
+    write(&mut guest, &[frame(FIRST, first), frame(NEXT | 0x80, rest)].concat()).await;
+    guest.goes_on().await;
+    write(&mut guest, &frame(FIRST, &[])).await;
+    let piece = frame(NEXT, &[]);
+    write(&mut guest, &piece.repeat(2 * BYTES_BURST_MAX as usize / piece.len())).await;
+    stage.ends(ROOM, guest, Refusal::Flood, "flood").await;
+}
+
+/// Row 13: more messages than anybody needs.
+pub async fn flood(stage: &Stage) {
+    let mut guest = stage.join(ROOM, "Flood").await;
+    let seq = guest.seq;
+    let many: Vec<u8> =
+        (1..4 * MESSAGES_BURST_MAX).flat_map(|more| frame(WHOLE, &input(seq + more))).collect();
+    write(&mut guest, &many).await;
+    stage.ends(ROOM, guest, Refusal::Flood, "flood").await;
+}
+
+/// Row 14: a client of another version.
+pub async fn another_version(stage: &Stage) {
+    let mut old = Client::connect(stage.address, ROOM).await;
+    old.hello(VERSION + 1, "Old", None).await;
+    old.is_refused(Refusal::Version).await;
+    stage.refuses("version");
+}
+
+/// Row 15: a page of another site.
+pub async fn foreign_page(stage: &Stage) {
+    let mut stream = connect(stage).await;
+    let request = "GET /arena HTTP/1.1\r\nHost: jostle\r\nOrigin: http://elsewhere\r\n\
+        Connection: upgrade, close\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+        Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
+    stream.write_all(request.as_bytes()).await.expect("a live socket");
+    assert!(read_all(&mut stream).await.starts_with("HTTP/1.1 403 "));
+    stage.refuses("foreign_page");
+}
+
+/// Row 16: pointers that are no place.
+pub async fn no_place(stage: &Stage) {
+    for x in [f32::NAN, f32::INFINITY, f32::MAX, -1.1e6] {
+        let mut guest = stage.join(ROOM, "Nowhere").await;
+        // The pointer is what an input ends with.
+        let mut bytes = input(guest.seq + 1);
+        let at = bytes.len() - 8;
+        bytes[at..at + 4].copy_from_slice(&x.to_le_bytes());
+        write(&mut guest, &frame(WHOLE, &bytes)).await;
+        stage.ends(ROOM, guest, Refusal::BadMessage, "bad_message").await;
+    }
+}
+
+/// Row 17: inputs of another time.
+pub async fn another_time(stage: &Stage) {
+    let mut guest = stage.join(ROOM, "Then").await;
+    let seq = guest.seq;
+    for wrong in [0, seq, u32::MAX, 1 << 31, seq + 1000] {
+        let input = Input { buttons: Buttons::LEFT, pointer: None };
+        guest.send(&ClientMessage::Input { seq: wrong, heard: 0, input }).await;
+        stage.counts("jostle_inputs_ignored_total", 1);
+    }
+    guest.goes_on().await;
+    assert!(guest.player().input_seq <= guest.seq);
+    stage.leave(guest).await;
+}
+
+/// Row 18: a client whose clock jumps.
+pub async fn jumping_clock(stage: &Stage) {
+    let mut guest = stage.join(ROOM, "Jump").await;
+    let mut newest = 0;
+    for jumped in [5, u32::MAX, 0, 1 << 31, 7] {
+        guest.send(&ClientMessage::Ping { stamp: jumped }).await;
+        let tick = loop {
+            if let ServerMessage::Pong { stamp, tick } = guest.message().await {
+                assert_eq!(stamp, jumped);
+                break tick;
+            }
+        };
+        assert!(tick >= newest, "the server's ticks go on");
+        newest = tick;
+    }
+    guest.goes_on().await;
+    stage.leave(guest).await;
+}

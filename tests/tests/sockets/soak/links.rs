@@ -1,0 +1,166 @@
+//! Links that are cut, silent or slow, and the tokens that come back over them: rows 1 to 4, 7, 8, 19
+//! and 20 of docs/faults.md.
+
+use super::stage::{Stage, Ticket};
+use crate::client::Client;
+use crate::faults::frames::{WHOLE, frame, input, write};
+use crate::faults::links::far_away;
+use crate::slow_reader::connect_small;
+use jostle_protocol::{Refusal, ServerMessage, VERSION};
+use jostle_sim::Buttons;
+use std::time::Duration;
+use tokio::io::AsyncReadExt;
+use tokio::time::{Instant, sleep, sleep_until, timeout, timeout_at};
+
+const ROOM: &str = "pile";
+/// The scene that fills every buffer.
+const RESTLESS: &str = "restless";
+const LOST: &str = "jostle_leaves_total{how=\"lost\"}";
+
+/// Row 1: killed inside a frame.
+pub async fn killed_inside_a_frame(stage: &Stage) {
+    let mut guest = stage.join(ROOM, "Killed").await;
+    let whole = frame(WHOLE, &input(guest.seq + 1));
+    write(&mut guest, &whole[..whole.len() / 2]).await;
+    let ticket = Ticket::of(&guest);
+    let before = stage.count(LOST).await;
+    // What it did not read makes the kernel reset the connection.
+    drop(guest);
+    stage.moved(LOST, before, 1).await;
+    stage.counts(LOST, 1);
+    let back = stage.resume(ROOM, ticket).await;
+    stage.leave(back).await;
+}
+
+/// Row 2: vanished without a word.
+pub async fn half_open(stage: &Stage) {
+    let guest = stage.join(ROOM, "Gone").await;
+    let mut witness = stage.join(ROOM, "Witness").await;
+    // Nobody reads its socket, so no ping is answered, and it is never closed from this side.
+    given_up(&mut witness, guest.seat).await;
+    stage.refuses("silent");
+    let back = stage.resume(ROOM, Ticket::of(&guest)).await;
+    stage.leave(back).await;
+    stage.leave(witness).await;
+}
+
+/// Waits until another player sees that this one's socket was given up.
+async fn given_up(witness: &mut Client, seat: u16) {
+    witness
+        .until("the end of a slow socket", |snapshot| {
+            snapshot.players.iter().any(|player| player.seat.0 == seat && !player.connected)
+        })
+        .await;
+}
+
+/// Row 3: stops reading.
+pub async fn stops_reading(stage: &Stage) {
+    let mut witness = stage.join(RESTLESS, "Witness").await;
+    let mut stuck = connect_small(stage.address).await;
+    stuck.enter("Stuck", None).await;
+    stuck.is_heard().await;
+    given_up(&mut witness, stuck.seat).await;
+    stage.refuses("silent");
+    stage.counts(LOST, 1);
+    stage.counts("jostle_sockets_late_total", 1);
+    let mut back = stage.resume(RESTLESS, Ticket::of(&stuck)).await;
+    assert!(back.newest.tick >= witness.newest.tick, "the newest state");
+    back.goes_on().await;
+    stage.leave(back).await;
+    stage.leave(witness).await;
+}
+
+/// Row 4: reads some bytes a second.
+pub async fn reads_byte_by_byte(stage: &Stage) {
+    let mut witness = stage.join(RESTLESS, "Witness").await;
+    let mut slow = connect_small(stage.address).await;
+    slow.enter("Slow", None).await;
+    slow.is_heard().await;
+    let ticket = Ticket::of(&slow);
+    let mut byte = [0];
+    let seat = slow.seat;
+    let drip = async {
+        while slow.socket.get_mut().read_exact(&mut byte).await.is_ok() {
+            sleep(Duration::from_millis(100)).await;
+        }
+        std::future::pending::<()>().await
+    };
+    tokio::select! {
+        () = drip => {}
+        () = given_up(&mut witness, seat) => {}
+    }
+    stage.refuses("silent");
+    let back = stage.resume(RESTLESS, ticket).await;
+    stage.leave(back).await;
+    stage.leave(witness).await;
+}
+
+/// Row 7: a round trip of 200 to 400 ms, with stalls.
+pub async fn far_link(stage: &Stage) {
+    let address = far_away(stage.address).await;
+    let mut far = Client::join(address, ROOM, "Far").await;
+    stage.counts("jostle_joins_total{how=\"new\"}", 1);
+    let until = Instant::now() + Duration::from_secs(6);
+    while Instant::now() < until {
+        far.input(Buttons::RIGHT, None).await;
+        let _ = timeout(Duration::from_millis(16), far.snapshot()).await;
+    }
+    far.goes_on().await;
+    assert!(far.player().connected);
+    stage.leave(far).await;
+}
+
+/// Row 8: a tab in the background. Its socket is read, but nothing is sent; whether it is closed
+/// meanwhile or not, it comes to the newest state and plays on.
+pub async fn background_tab(stage: &Stage) {
+    let mut tab = stage.join(ROOM, "Tab").await;
+    let before = tab.newest.tick;
+    let until = Instant::now() + stage.background;
+    let closed = loop {
+        match timeout_at(until, tab.message()).await {
+            Err(_over) => break false,
+            Ok(ServerMessage::Refused { refusal }) => {
+                assert_eq!(refusal, Refusal::Silent);
+                break true;
+            }
+            Ok(_) => {}
+        }
+    };
+    if closed {
+        sleep_until(until).await;
+        stage.refuses("silent");
+        tab = stage.resume(ROOM, Ticket::of(&tab)).await;
+    }
+    assert!(tab.newest.tick >= before + stage.background.as_secs() as u32 * 50);
+    tab.goes_on().await;
+    stage.leave(tab).await;
+}
+
+/// Row 19: tokens that were used, or made up.
+pub async fn worthless_tokens(stage: &Stage) {
+    let guest = stage.join(ROOM, "Owner").await;
+    let used = guest.token;
+    let back = stage.resume(ROOM, Ticket::of(&guest)).await;
+    let mut forged = back.token;
+    forged.0[0] ^= 1;
+    for token in [used, forged] {
+        let mut eve = Client::connect(stage.address, ROOM).await;
+        eve.hello(VERSION, "Eve", Some(token)).await;
+        eve.is_refused(Refusal::BadToken).await;
+        stage.refuses("bad_token");
+    }
+    stage.leave(back).await;
+}
+
+/// Row 20: two sockets with one token. One of them has the seat in the end.
+pub async fn two_sockets_with_one_token(stage: &Stage) {
+    let mut first = stage.join(ROOM, "Twice").await;
+    let second = stage.resume(ROOM, Ticket::of(&first)).await;
+    first.is_refused(Refusal::Replaced).await;
+    stage.refuses("replaced");
+    let mut third = Client::connect(stage.address, ROOM).await;
+    third.hello(VERSION, "Thrice", Some(first.token)).await;
+    third.is_refused(Refusal::BadToken).await;
+    stage.refuses("bad_token");
+    stage.leave(second).await;
+}

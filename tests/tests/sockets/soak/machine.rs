@@ -1,0 +1,79 @@
+//! What the machine does to the server: rows 24 to 29 of docs/faults.md. One after another, while no
+//! other fault happens.
+
+use super::host::Host;
+use super::stage::Stage;
+use crate::client::{Client, LONG};
+use crate::faults::refusals;
+use crate::http::get;
+use jostle_protocol::Refusal;
+use jostle_sim::{Buttons, Vec2};
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio::time::{sleep, timeout};
+
+/// Row 24: the process stands still for 250 ms.
+pub async fn stands_still(stage: &Stage, host: &mut Host) {
+    let before = stage.count("jostle_ticks_missed_total").await;
+    host.signal("STOP");
+    sleep(Duration::from_millis(250)).await;
+    host.signal("CONT");
+    // Of 15 ticks 5 are caught up, and some may have been due at either end; this for each room.
+    stage.moved("jostle_ticks_missed_total", before, 8).await;
+    stage.counts("jostle_ticks_missed_total", 8);
+}
+
+async fn replays(stage: &Stage) -> usize {
+    let list = get(stage.address, "/api/replays").await.json();
+    list["replays"].as_array().expect("a list").len()
+}
+
+/// Row 25: the wall clock steps by more than replays are kept.
+pub async fn clock_steps(stage: &Stage, host: &mut Host) {
+    let before = replays(stage).await;
+    assert!(before > 0);
+    for step in ["clock on", "clock back"] {
+        host.order(step);
+        sleep(Duration::from_secs(1)).await;
+        assert!(replays(stage).await >= before, "none is deleted");
+    }
+}
+
+/// Rows 26 and 27: the disk is full, then no file can be made, then it is well again.
+pub async fn disk_fails(stage: &Stage, host: &mut Host) {
+    const ERRORS: &str = "jostle_replay_errors_total";
+    for fault in ["disk full", "disk closed"] {
+        let before = stage.count(ERRORS).await;
+        host.order(fault);
+        stage.moved(ERRORS, before, 1).await;
+        stage.counts(ERRORS, 1);
+    }
+    host.order("disk good");
+    let before = stage.count("jostle_replay_bytes_total").await;
+    stage.moved("jostle_replay_bytes_total", before, 1).await;
+}
+
+/// Row 28: no descriptor is left. Who is there plays on, others wait.
+pub async fn no_descriptors(stage: &Stage, host: &mut Host) {
+    host.order("descriptors none");
+    let waiting = TcpStream::connect(stage.address).await.expect("a place in the queue");
+    sleep(Duration::from_millis(500)).await;
+    host.order("descriptors some");
+    stage.moved(&refusals("cannot_accept"), 0, 1).await;
+    stage.counts(&refusals("cannot_accept"), 1);
+    drop(waiting);
+    let guest = stage.join("impulse", "Waited").await;
+    stage.leave(guest).await;
+}
+
+/// Row 29: a room panics. The last tick that its player saw.
+pub async fn room_panics(stage: &Stage) -> u32 {
+    let mut guest = Client::join(stage.address, "cracked", "Doomed").await;
+    guest.goes_on().await;
+    guest.input(Buttons::MAKE, Some(Vec2::new(50.0, 50.0))).await;
+    timeout(LONG, guest.is_refused(Refusal::RoomFailed)).await.expect("an answer in time");
+    stage.refuses("room_failed");
+    stage.counts("jostle_rooms_failed_total", 1);
+    stage.counts("jostle_joins_total{how=\"new\"}", 1);
+    guest.newest.tick
+}
