@@ -227,12 +227,18 @@ impl ServerMessage {
     /// Binary form. Panics on a text that is longer than its limit.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
+        self.write(&mut writer);
+        writer.finish()
+    }
+
+    /// [`ServerMessage::encode`] after what the writer holds.
+    pub fn write(&self, writer: &mut Writer) {
         match self {
             ServerMessage::Welcome { seat, host, token, tick, room, scene_name, scene } => {
                 writer.byte(WELCOME);
-                write_seat(&mut writer, Seat(*seat));
+                write_seat(writer, Seat(*seat));
                 writer.flag(*host);
-                token.write(&mut writer);
+                token.write(writer);
                 writer.leb32(*tick);
                 writer.text(room, ROOM_CODE_BYTES_MAX);
                 writer.text(scene_name, SCENE_NAME_BYTES_MAX);
@@ -254,7 +260,6 @@ impl ServerMessage {
             ServerMessage::Denied => writer.byte(DENIED),
             ServerMessage::Snapshot(bytes) => writer.raw(bytes),
         }
-        writer.finish()
     }
 
     /// Reads one message; any bytes are safe.

@@ -18,6 +18,7 @@ pub mod metrics;
 pub mod ops;
 pub mod outbox;
 pub mod peers;
+pub mod pongs;
 pub mod process;
 pub mod rate;
 pub mod replays;

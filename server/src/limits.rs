@@ -66,6 +66,8 @@ pub const BYTES_BURST_MAX: u32 = MESSAGES_BURST_MAX * FRAME_BYTES_MAX;
 pub const INBOX_MAX: usize = 512;
 /// Control messages that wait for the socket; pongs past it are dropped.
 pub const OUTBOX_CONTROL_MAX: usize = 16;
+/// Memory for the answers to pings of one session, used again once they were sent.
+pub const PONGS_BYTES: usize = 128;
 /// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
 pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
 /// Ticks for which a client has to keep up before it is sent more often again.

@@ -6,7 +6,7 @@
 //! for such keyframes.
 
 use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
-use hyper::body::Bytes;
+use bytes::Bytes;
 use jostle_protocol::Refusal;
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -35,7 +35,7 @@ struct State {
 
 impl Outbox {
     /// Queues a message that must not be replaced; `false` when too many wait.
-    pub fn control(&self, bytes: Vec<u8>) -> bool {
+    pub fn control(&self, bytes: impl Into<Bytes>) -> bool {
         let mut state = self.lock();
         let fits = state.control.len() < OUTBOX_CONTROL_MAX;
         if fits {

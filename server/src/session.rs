@@ -5,6 +5,7 @@
 use crate::limits;
 use crate::metered::Metered;
 use crate::outbox::Outbox;
+use crate::pongs::Pongs;
 use crate::rate::TokenBucket;
 use crate::rooms::Facts;
 use crate::ticker::{FromSession, Join};
@@ -163,6 +164,7 @@ impl Seated {
     async fn read(&self, mut stream: SplitStream<&mut Socket>) -> End {
         let (rate, burst) = (limits::MESSAGES_PER_SECOND_MAX, limits::MESSAGES_BURST_MAX);
         let mut bucket = TokenBucket::new(rate, burst, Instant::now());
+        let mut pongs = Pongs::default();
         loop {
             let Ok(message) = timeout(self.waits.silence, stream.next()).await else {
                 return End::Refused(Refusal::Silent);
@@ -171,7 +173,7 @@ impl Seated {
                 return End::Refused(Refusal::Flood);
             }
             let accepted = match message {
-                Some(Ok(Message::Binary(bytes))) => self.accept(&bytes),
+                Some(Ok(Message::Binary(bytes))) => self.accept(&bytes, &mut pongs),
                 Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
                 Some(Ok(Message::Close(frame))) => Err(self.leave(frame)),
                 Some(Err(error)) => Err(end_of(&error)),
@@ -184,14 +186,14 @@ impl Seated {
         }
     }
 
-    fn accept(&self, bytes: &[u8]) -> Result<(), End> {
+    fn accept(&self, bytes: &[u8], pongs: &mut Pongs) -> Result<(), End> {
         match ClientMessage::decode(bytes) {
             Ok(ClientMessage::Input { seq, heard, input }) => {
                 self.pass_on(FromSession::Input { seq, heard, input })
             }
             Ok(ClientMessage::Ping { stamp }) => {
                 let tick = self.facts.tick.load(Ordering::Relaxed);
-                self.outbox.control(ServerMessage::Pong { stamp, tick }.encode());
+                self.outbox.control(pongs.pong(stamp, tick));
                 Ok(())
             }
             Ok(ClientMessage::View { size }) => self.pass_on(FromSession::View { size }),
