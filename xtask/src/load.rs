@@ -37,14 +37,16 @@ pub fn load(load: &Load) -> Result<()> {
     build(load.allocations)?;
     let scenes = scenes(load.rooms)?;
     let crowd = ["crowd".to_owned()];
+    // A socket that comes allocates what it keeps; steady play is to be told apart from that.
+    let steady: &[&str] = if load.allocations { &["--reconnects", "0"] } else { &[] };
     if load.clients > 0 {
         say("load", &format!("{} clients in one room", load.clients));
-        part(load, &scenes, &crowd, load.clients, &[])?;
+        part(load, &scenes, &crowd, load.clients, steady)?;
     }
     if load.rooms > 0 {
         say("load", &format!("{} rooms of {ROOM_PLAYERS}", load.rooms));
         let rooms: Vec<_> = (1..=load.rooms).map(|number| format!("arena-{number}")).collect();
-        part(load, &scenes, &rooms, load.rooms * ROOM_PLAYERS, &[])?;
+        part(load, &scenes, &rooms, load.rooms * ROOM_PLAYERS, steady)?;
     }
     if load.reconnects > 0 && load.clients > 0 {
         let newcomers = load.reconnects.div_ceil(NEWCOMERS_SHARE);
