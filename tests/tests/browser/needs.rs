@@ -53,8 +53,9 @@ fn with_particles() -> Gpu {
     made(&["ground", "solids", "particles"], &textures)
 }
 
+/// All pixels are drawn: a slow machine would change to fewer of them, in a texture of another size.
 pub async fn a_scene_without_particles_loads_nothing_of_them(stage: Arc<Stage>) -> Result<()> {
-    let tab = stage.visit_changed(COUNT, "/pile").await?;
+    let tab = stage.visit_changed(COUNT, "/pile?sharp=1").await?;
     tab.until("the scene", |s| s.state == "playing" && !s.bodies.is_empty()).await?;
     // Play it: bodies are born, fall, strike and are removed.
     tab.key_down("z").await?;
@@ -74,7 +75,7 @@ pub async fn a_scene_without_particles_loads_nothing_of_them(stage: Arc<Stage>) 
     assert_eq!(gpu(&state)?, bare());
     let without = counted(&tab).await?;
 
-    let tab = stage.visit_changed(COUNT, "/particles").await?;
+    let tab = stage.visit_changed(COUNT, "/particles?sharp=1").await?;
     tab.until("the scene", |s| s.state == "playing" && s.drawn_frames > 2).await?;
     let state = tab.state().await?;
     assert_eq!(state.particles, 0, "nobody sprayed yet");
