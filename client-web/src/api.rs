@@ -96,6 +96,8 @@ pub enum Opened {
     Code {
         /// The word in its link.
         code: String,
+        /// Who says hello with it is the room's host.
+        host_key: String,
     },
     /// It was refused.
     Error {
@@ -113,9 +115,9 @@ pub fn liveliest(rooms: &[Room]) -> Option<&Room> {
     free.max_by_key(|room| (room.players, room.scene == FIRST_SCENE, std::cmp::Reverse(&room.code)))
 }
 
-/// Body of `POST /api/rooms`.
-pub fn open_room(scene: &str) -> String {
-    serde_json::json!({ "scene": scene }).to_string()
+/// Body of `POST /api/rooms`; a private room is in no list.
+pub fn open_room(scene: &str, private: bool) -> String {
+    serde_json::json!({ "scene": scene, "private": private }).to_string()
 }
 
 #[cfg(test)]
@@ -156,8 +158,9 @@ mod tests {
         )
         .expect("valid");
         assert!(replays.replays[0].recording);
-        let opened: Opened = serde_json::from_str(r#"{"code":"abc"}"#).expect("valid");
-        assert_eq!(opened, Opened::Code { code: "abc".into() });
+        let opened: Opened =
+            serde_json::from_str(r#"{"code":"abc","host_key":"0f"}"#).expect("valid");
+        assert_eq!(opened, Opened::Code { code: "abc".into(), host_key: "0f".into() });
         let refused: Opened = serde_json::from_str(r#"{"error":"full"}"#).expect("valid");
         assert_eq!(refused, Opened::Error { error: "full".into() });
     }

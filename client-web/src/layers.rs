@@ -8,6 +8,8 @@ pub enum Layer {
     Page,
     /// How to play.
     Help,
+    /// A question before something is done.
+    Ask,
     /// What happened.
     Notice,
 }
@@ -17,6 +19,8 @@ pub enum Layer {
 pub struct Layers {
     /// The help is.
     pub help: bool,
+    /// A question is.
+    pub ask: bool,
     /// A notice that does not go away by itself is; one that does leaves the page alone.
     pub notice: bool,
 }
@@ -26,6 +30,7 @@ impl Layers {
     pub fn top(self) -> Layer {
         match self {
             Layers { notice: true, .. } => Layer::Notice,
+            Layers { ask: true, .. } => Layer::Ask,
             Layers { help: true, .. } => Layer::Help,
             _ => Layer::Page,
         }
@@ -41,18 +46,20 @@ impl Layers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Layer::{Help, Notice, Page};
+    use Layer::{Ask, Help, Notice, Page};
 
     #[test]
     fn only_the_topmost_card_can_be_reached() {
-        let reached = |help, notice| {
-            let layers = Layers { help, notice };
+        let reached = |help, ask, notice| {
+            let layers = Layers { help, ask, notice };
             let reach = |layer: &Layer| !layers.is_inert(*layer);
-            (layers.top(), [Page, Help, Notice].into_iter().filter(reach).collect::<Vec<_>>())
+            (layers.top(), [Page, Help, Ask, Notice].into_iter().filter(reach).collect::<Vec<_>>())
         };
-        assert_eq!(reached(true, false), (Help, vec![Help]));
-        assert_eq!(reached(false, true), (Notice, vec![Notice]));
-        assert_eq!(reached(true, true), (Notice, vec![Notice]));
-        assert_eq!(reached(false, false), (Page, vec![Page, Notice]), "it goes away by itself");
+        assert_eq!(reached(true, false, false), (Help, vec![Help]));
+        assert_eq!(reached(false, true, false), (Ask, vec![Ask]));
+        assert_eq!(reached(false, false, true), (Notice, vec![Notice]));
+        assert_eq!(reached(true, true, true), (Notice, vec![Notice]));
+        let passing = reached(false, false, false);
+        assert_eq!(passing, (Page, vec![Page, Notice]), "it goes away by itself");
     }
 }

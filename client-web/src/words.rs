@@ -174,6 +174,31 @@ pub const RESTARTING: Notice = Notice {
     )
 };
 
+/// The host closed the room.
+pub const CLOSED_BY_YOU: Notice = notice(
+    "Room closed",
+    "Everybody has left it, and its link leads nowhere now.",
+    "See the rooms",
+    Way::Lobby,
+);
+
+/// What the button beside a player does, around the name.
+pub const KICK: [&str; 2] = ["Have ", " leave"];
+/// Whether somebody is to leave, around the name.
+pub const ASK_KICK: [&str; 2] = ["Have ", " leave?"];
+/// What that means.
+pub const ABOUT_KICK: &str = "They lose their seat and cannot come back in for five minutes.";
+/// The button that does it.
+pub const DO_KICK: &str = "Have them leave";
+/// Whether the room is to be closed.
+pub const ASK_CLOSE: &str = "Close this room?";
+/// What that means.
+pub const ABOUT_CLOSE: &str = "Everybody has to leave it, you too, and its link ends.";
+/// The button that does it.
+pub const DO_CLOSE: &str = "Close the room";
+/// The server did not do what only a host may ask for.
+pub const DENIED: &str = "Only the host of this room may do that.";
+
 /// A replay is on its way.
 pub const FETCHING: Notice = Notice {
     passing: true,

@@ -10,7 +10,7 @@ use super::play::{Canvas, Play, State};
 use super::socket::SocketEvent;
 use super::touchpad::Touchpad;
 use super::watch::Screening;
-use super::{deck, dom, files, modal, notice, profile, socket};
+use super::{ask, deck, dom, files, modal, notice, profile, socket};
 use crate::api;
 use crate::demo::{Demo, DemoRequest};
 use crate::lag::Lag;
@@ -61,6 +61,8 @@ pub struct App {
     /// When the browser took the drawing context, until it gives it back.
     context_lost_ms: Option<f64>,
     quality: Quality,
+    /// All pixels are drawn, however long they take.
+    sharp: bool,
     shown: Option<&'static str>,
     /// A frame of the game that is on was drawn.
     world_shown: bool,
@@ -104,6 +106,8 @@ pub fn start() {
         unsupported: false,
         context_lost_ms: None,
         quality: Quality::default(),
+        // For who would rather wait than see fewer pixels: `?sharp=1`.
+        sharp: api::query_value(&query, "sharp") == Some("1"),
         shown: None,
         world_shown: false,
         calm: dom::media("(prefers-reduced-motion: reduce)"),
@@ -226,6 +230,7 @@ impl App {
         self.hud.clear();
         self.tags.clear();
         self.touchpad.release();
+        ask::withdraw();
         notice::hide();
         modal::set_help(false);
     }
@@ -322,7 +327,7 @@ impl App {
         self.ready_graphics();
         let now = dom::now_ms();
         let frozen = self.play.as_ref().is_some_and(|play| play.state() == State::Frozen);
-        let share = if frozen { 1.0 } else { self.quality.frame(now) };
+        let share = if frozen || self.sharp { 1.0 } else { self.quality.frame(now) };
         let size = self.graphics.as_mut().and_then(|graphics| graphics.fit(share));
         let bottom_css = self.hud.bottom_css();
         let canvas = size.map(|pixels| {
@@ -353,7 +358,7 @@ impl App {
         let now = dom::now_ms();
         let playing = self.watch().is_some_and(|watch| watch.film.is_playing());
         // What stands still has the time to be sharp.
-        let share = if playing { self.quality.frame(now) } else { 1.0 };
+        let share = if playing && !self.sharp { self.quality.frame(now) } else { 1.0 };
         let size = self.graphics.as_mut().and_then(|graphics| graphics.fit(share));
         let covered = dom::by_id::<HtmlElement>("deck").get_bounding_client_rect();
         let stage_css = f64::from(dom::by_id::<HtmlElement>("stage").client_height());

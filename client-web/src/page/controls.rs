@@ -1,7 +1,8 @@
 //! Listens to keys, pointers and buttons of the game and turns them into controls.
 
 use super::app::{self, App};
-use super::{deck, dom, modal, network};
+use super::ask::{self, Question};
+use super::{deck, dom, modal, network, players};
 use crate::fingers::Touched;
 use crate::input;
 use crate::layers::Layer;
@@ -112,6 +113,7 @@ fn command(event: &KeyboardEvent) -> Option<fn()> {
         ("F4", _) => Some(network::toggle),
         (_, "?") => Some(toggle_help),
         ("Escape", _) if modal::top() == Layer::Help => Some(toggle_help),
+        ("Escape", _) if modal::top() == Layer::Ask => Some(ask::withdraw),
         _ => None,
     }
 }
@@ -145,11 +147,11 @@ fn key(event: &KeyboardEvent, down: bool) -> bool {
 
 fn toggle_help() {
     app::with(App::release);
-    // Under a notice that waits for an answer there is nothing to help with.
+    // Under a card that waits for an answer there is nothing to help with.
     match modal::top() {
         Layer::Page => modal::set_help(true),
         Layer::Help => modal::set_help(false),
-        Layer::Notice => {}
+        Layer::Ask | Layer::Notice => {}
     }
 }
 
@@ -273,6 +275,13 @@ fn listen_buttons() {
         back_to_stage(&event);
         toggle_help();
     });
+    dom::listen(&dom::by_id::<HtmlElement>("close-room"), "click", |event: MouseEvent| {
+        back_to_stage(&event);
+        app::with(App::release);
+        ask::ask(Question::CloseRoom);
+    });
+    players::listen();
+    ask::listen();
     dom::listen(&dom::by_id::<HtmlElement>("help-close"), "click", |_: Event| toggle_help());
     dom::listen(&dom::by_id::<HtmlElement>("signal"), "click", |event: MouseEvent| {
         toggle_figures();
@@ -284,7 +293,7 @@ fn listen_buttons() {
 }
 
 /// After a click (not after a key on a focused button) keys belong to the game again.
-fn back_to_stage(event: &MouseEvent) {
+pub fn back_to_stage(event: &MouseEvent) {
     if event.detail() > 0 {
         let _ = dom::by_id::<HtmlElement>("stage").focus();
     }

@@ -2,7 +2,7 @@
 //! whether the hashes are equal. Plain DOM, touched only where something changed.
 
 use super::watch::with_film;
-use super::{app, dom, hud, modal};
+use super::{app, dom, hud, modal, players};
 use crate::film::{Chapter, Checks, Film, SPEEDS};
 use crate::layers::Layer;
 use crate::words;
@@ -258,7 +258,7 @@ fn chip(place: usize, seat: Seat, look: &Appearance) -> HtmlElement {
     dom::set(&button, "aria-label", &format!("Follow {}", look.name));
     let key = if place < 9 { format!(" ({})", place + 1) } else { String::new() };
     dom::set(&button, "title", &format!("Follow {}{key}", look.name));
-    dom::style(&button, "--color", &hud::color_of(look));
+    dom::style(&button, "--color", &players::color_of(look));
     dom::append(&button, &dom::element("i", ""));
     dom::append(&button, &dom::labelled("bdi", "", &look.name));
     button

@@ -3,6 +3,7 @@
 
 use super::dom;
 use super::play::{Play, State};
+use super::players::{Players, color_of, name_element};
 use super::socket;
 use crate::frame::View;
 use crate::replica::{News, Replica};
@@ -15,8 +16,8 @@ use web_sys::HtmlElement;
 const CAPS_LARGE_MS: f64 = 10_000.0;
 /// Text is brought up to date so often, milliseconds.
 const TEXT_MS: f64 = 200.0;
-/// Players in the list; the rest is counted.
-const PLAYERS_LISTED_MAX: usize = 10;
+/// A line about what was not done is shown for so long, milliseconds.
+const TOLD_MS: f64 = 5000.0;
 /// Lines in the feed.
 const FEED_LINES_MAX: u32 = 6;
 
@@ -25,12 +26,13 @@ const FEED_LINES_MAX: u32 = 6;
 pub struct Hud {
     scene: Option<String>,
     caps: Vec<(Cap, HtmlElement)>,
-    players: Vec<PlayerState>,
+    players: Players,
     pressed: Buttons,
     selected: Option<Kind>,
     figures_shown: bool,
     bottom_css: f32,
     text_ms: f64,
+    told_ms: Option<f64>,
 }
 
 impl Hud {
@@ -38,6 +40,7 @@ impl Hud {
     pub fn update(&mut self, play: &mut Play, now_ms: f64) -> bool {
         self.adopt_scene(play);
         self.light_caps(play, now_ms);
+        self.tell_denied(play, now_ms);
         while let Some(news) = play.replica_mut().and_then(Replica::next_news) {
             tell(&news);
         }
@@ -62,10 +65,10 @@ impl Hud {
     /// Forgets what was shown: the game is over or starts anew.
     pub fn clear(&mut self) {
         *self = Hud { figures_shown: self.figures_shown, ..Hud::default() };
-        for id in ["caps", "feed", "players", "room-title", "room-code"] {
+        for id in ["caps", "feed", "players", "room-title", "room-code", "told"] {
             dom::by_id::<HtmlElement>(id).set_text_content(None);
         }
-        for id in ["banner", "lag-badge", "hint", "help-hint"] {
+        for id in ["banner", "lag-badge", "hint", "help-hint", "close-room"] {
             dom::show(&dom::by_id(id), false);
         }
         dom::show(&dom::by_id("copy"), true);
@@ -78,6 +81,17 @@ impl Hud {
         self.refresh();
         dom::show(&dom::by_id("figures"), self.figures_shown);
         dom::set(&dom::by_id("signal"), "aria-pressed", &self.figures_shown.to_string());
+    }
+
+    /// Says for a while that the room did not do what it was asked.
+    fn tell_denied(&mut self, play: &mut Play, now_ms: f64) {
+        let told: HtmlElement = dom::by_id("told");
+        if play.take_denied() {
+            self.told_ms = Some(now_ms);
+            dom::set_text(&told, words::DENIED);
+        } else if self.told_ms.take_if(|told_ms| now_ms - *told_ms > TOLD_MS).is_some() {
+            dom::set_text(&told, "");
+        }
     }
 
     fn adopt_scene(&mut self, play: &Play) {
@@ -132,12 +146,10 @@ impl Hud {
         dom::set(&dom::by_id("signal"), "title", title);
         let ping = ping.map_or(String::new(), |ms| format!("{ms:.0} ms"));
         dom::set_text(&dom::by_id("ping"), &ping);
-        if let Some(replica) = play.replica()
-            && replica.players() != self.players
-        {
-            self.players = replica.players().to_vec();
-            list_players(&self.players, replica);
+        if let Some(replica) = play.replica() {
+            self.players.update(replica, play.is_host());
         }
+        dom::show(&dom::by_id("close-room"), play.is_host());
         if self.figures_shown {
             show_figures(play, now_ms);
         }
@@ -207,48 +219,6 @@ pub fn fill_help(
             dom::append(&list, &dom::labelled("dd", "", does));
             joined.clear();
         }
-    }
-}
-
-/// The CSS value of a player colour.
-pub fn color_of(appearance: &Appearance) -> String {
-    format!("var(--player-{})", appearance.color)
-}
-
-/// A name in its colour, kept apart from the direction of the text around it.
-fn name_element(appearance: &Appearance) -> HtmlElement {
-    let name = dom::labelled("bdi", "", &appearance.name);
-    dom::style(&name, "--color", &color_of(appearance));
-    name
-}
-
-fn list_players(players: &[PlayerState], replica: &Replica) {
-    let list: HtmlElement = dom::by_id("players");
-    list.set_text_content(None);
-    let mut order: Vec<&PlayerState> = players.iter().collect();
-    order.sort_by_key(|p| (std::cmp::Reverse(p.score), p.seat));
-    let more = order.len().saturating_sub(PLAYERS_LISTED_MAX);
-    let own = order.iter().position(|p| p.seat == replica.seat).unwrap_or(0);
-    if own >= PLAYERS_LISTED_MAX {
-        order.swap(own, PLAYERS_LISTED_MAX - 1);
-    }
-    order.truncate(PLAYERS_LISTED_MAX);
-    for player in order {
-        let class = match (player.seat == replica.seat, player.connected) {
-            (true, _) => "own",
-            (false, true) => "",
-            (false, false) => "away",
-        };
-        let line = dom::element("li", class);
-        dom::append(&line, &name_element(&player.appearance));
-        let dot = dom::element("i", "");
-        dom::style(&dot, "--color", &color_of(&player.appearance));
-        dom::append(&line, &dot);
-        dom::append(&line, &dom::labelled("span", "score", &player.score.to_string()));
-        dom::append(&list, &line);
-    }
-    if more > 0 {
-        dom::append(&list, &dom::labelled("li", "quiet", &format!("and {more} more")));
     }
 }
 

@@ -6,7 +6,7 @@ use super::{dom, http, profile};
 use crate::api::{self, Opened, ReplayCard, Replays, Room, Rooms, SceneCard, Scenes};
 use crate::name;
 use crate::words;
-use jostle_protocol::Appearance;
+use jostle_protocol::{Appearance, Token};
 use wasm_bindgen::JsCast;
 use web_sys::{
     Event, HtmlElement, HtmlImageElement, HtmlInputElement, InputEvent, MouseEvent, PointerEvent,
@@ -61,7 +61,8 @@ pub fn listen() {
     dom::listen(&dom::by_id::<HtmlElement>("scene-list"), "click", |event: MouseEvent| {
         let button = dom::target_within(&event, "button");
         if let Some(scene) = button.and_then(|button| button.get_attribute("data-scene")) {
-            app::with(|app| app.lobby.open(&scene));
+            let private = dom::by_id::<HtmlInputElement>("private").checked();
+            app::with(|app| app.lobby.open(&scene, private));
         }
     });
     dom::listen(&dom::by_id::<HtmlElement>("lobby"), "pointermove", |event: PointerEvent| {
@@ -290,22 +291,25 @@ impl Lobby {
                 let code = room.code.clone();
                 dom::later(move || app::enter(&code));
             }
-            None => self.open(api::FIRST_SCENE),
+            None => self.open(api::FIRST_SCENE, false),
         }
     }
 
-    /// Opens a room with a scene and enters it.
-    pub fn open(&mut self, scene: &str) {
+    /// Opens a room with a scene and enters it, as its host. A private one is in no list.
+    pub fn open(&mut self, scene: &str, private: bool) {
         if self.busy {
             return;
         }
         self.set_busy(true);
         say("Opening a room\u{2026}", false);
-        http::call("POST", "/api/rooms", Some(&api::open_room(scene)), |answer| {
+        http::call("POST", "/api/rooms", Some(&api::open_room(scene, private)), |answer| {
             app::with(|app| app.lobby.set_busy(false));
             let opened = answer.and_then(|text| serde_json::from_str::<Opened>(&text).ok());
             match opened {
-                Some(Opened::Code { code }) => app::enter(&code),
+                Some(Opened::Code { code, host_key }) => {
+                    profile::set_host_key(&code, Token::parse(&host_key));
+                    app::enter(&code);
+                }
                 Some(Opened::Error { error }) => say(&error, true),
                 None => say("The server does not answer: check the connection.", true),
             }

@@ -1,6 +1,7 @@
 //! Everything that touches the browser. Exists on wasm only.
 
 mod app;
+mod ask;
 mod controls;
 mod deck;
 mod dom;
@@ -14,6 +15,7 @@ mod modal;
 mod network;
 mod notice;
 mod play;
+mod players;
 mod profile;
 mod socket;
 mod touchpad;

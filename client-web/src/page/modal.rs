@@ -8,7 +8,9 @@ use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
 thread_local! {
-    static LAYERS: Cell<Layers> = const { Cell::new(Layers { help: false, notice: false }) };
+    static LAYERS: Cell<Layers> = const {
+        Cell::new(Layers { help: false, ask: false, notice: false })
+    };
     /// What had the focus before the first card.
     static BEFORE: Cell<Option<HtmlElement>> = const { Cell::new(None) };
 }
@@ -22,6 +24,12 @@ pub fn top() -> Layer {
 pub fn set_help(open: bool) {
     dom::show(&dom::by_id("help"), open);
     settle(Layers { help: open, ..LAYERS.get() });
+}
+
+/// Opens or closes a question.
+pub fn set_ask(open: bool) {
+    dom::show(&dom::by_id("ask"), open);
+    settle(Layers { ask: open, ..LAYERS.get() });
 }
 
 /// Shows or hides the notice; `modal` if it waits for an answer.
@@ -43,6 +51,7 @@ fn settle(layers: Layers) {
         ("lobby", Layer::Page),
         ("game", Layer::Page),
         ("help", Layer::Help),
+        ("ask", Layer::Ask),
         ("notice", Layer::Notice),
     ];
     for (id, layer) in parts {
@@ -52,6 +61,7 @@ fn settle(layers: Layers) {
     let focused = match top {
         Layer::Page => BEFORE.take(),
         Layer::Help => Some(dom::by_id("help-close")),
+        Layer::Ask => Some(dom::by_id("ask-no")),
         Layer::Notice => Some(dom::by_id("notice-button")),
     };
     if let Some(element) = focused {

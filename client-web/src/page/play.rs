@@ -73,6 +73,12 @@ pub struct Play {
     pub joined_ms: Option<f64>,
     /// When the server will close.
     pub closing_ms: Option<f64>,
+    /// The server took this page for the room's host.
+    host: bool,
+    /// The player closed the room.
+    closes: bool,
+    /// The room did not do what only a host may ask for.
+    denied: bool,
     /// The server closed, and is tried until it is back.
     restarting: bool,
     appearance: Appearance,
@@ -147,6 +153,9 @@ impl Play {
             bounds_toggled: false,
             joined_ms: None,
             closing_ms: None,
+            host: false,
+            closes: false,
+            denied: false,
             restarting: false,
             appearance,
             state: State::Connecting,
@@ -196,6 +205,16 @@ impl Play {
     /// Whether the room is in the page.
     pub fn is_demo(&self) -> bool {
         matches!(self.link, Link::Demo(_))
+    }
+
+    /// Whether the player is the room's host.
+    pub fn is_host(&self) -> bool {
+        self.host
+    }
+
+    /// Whether the room refused what only a host may ask for; says so once.
+    pub fn take_denied(&mut self) -> bool {
+        std::mem::take(&mut self.denied)
     }
 
     /// Digest of the whole state of a room in the page.

@@ -49,21 +49,37 @@ pub fn set_predicts(wanted: bool) {
 
 /// The token of the seat that this tab had in a room.
 pub fn seat_token(code: &str) -> Option<Token> {
-    let text = dom::session_storage()?.get_item(&seat_key(code)).ok()??;
-    Token::parse(&text)
+    token("seat", code)
 }
 
 /// Remembers the token of a seat, or forgets it.
 pub fn set_seat_token(code: &str, token: Option<Token>) {
-    let Some(storage) = dom::session_storage() else { return };
-    let _ = match token {
-        Some(token) => storage.set_item(&seat_key(code), &token.text()),
-        None => storage.remove_item(&seat_key(code)),
-    };
+    set_token("seat", code, token);
 }
 
-fn seat_key(code: &str) -> String {
-    format!("jostle.seat.{code}")
+/// The key of the host of a room that this tab opened.
+pub fn host_key(code: &str) -> Option<Token> {
+    token("host", code)
+}
+
+/// Remembers the key of a room's host, or forgets it.
+pub fn set_host_key(code: &str, key: Option<Token>) {
+    set_token("host", code, key);
+}
+
+/// What this tab keeps for a room.
+fn token(of: &str, code: &str) -> Option<Token> {
+    let text = dom::session_storage()?.get_item(&format!("jostle.{of}.{code}")).ok()??;
+    Token::parse(&text)
+}
+
+fn set_token(of: &str, code: &str, token: Option<Token>) {
+    let Some(storage) = dom::session_storage() else { return };
+    let key = format!("jostle.{of}.{code}");
+    let _ = match token {
+        Some(token) => storage.set_item(&key, &token.text()),
+        None => storage.remove_item(&key),
+    };
 }
 
 fn random_bits() -> u32 {

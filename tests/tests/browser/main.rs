@@ -1,5 +1,6 @@
 //! The page in a real Chromium, against a real server: one file a subject.
 
+mod hosts;
 mod lobby;
 mod needs;
 mod network;
@@ -105,6 +106,14 @@ const CASES: &[Case] = &[
     Case {
         name: "a_phone_has_a_stick_and_no_page_to_scroll",
         run: |stage| Box::pin(lobby::a_phone_has_a_stick_and_no_page_to_scroll(stage)),
+    },
+    Case {
+        name: "a_host_opens_a_private_room_and_has_a_guest_leave",
+        run: |stage| Box::pin(hosts::a_host_opens_a_private_room_and_has_a_guest_leave(stage)),
+    },
+    Case {
+        name: "a_host_closes_the_room",
+        run: |stage| Box::pin(hosts::a_host_closes_the_room(stage)),
     },
     Case {
         name: "frozen_scenes_look_as_they_did",

@@ -11,7 +11,7 @@ use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
 /// What Chromium itself logs when an answer or a socket fails, which these tests bring about.
-fn network_noise(error: &str) -> bool {
+pub fn network_noise(error: &str) -> bool {
     error.contains("Failed to load resource") || error.contains("WebSocket connection to")
 }
 
@@ -58,7 +58,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
 }
 
 /// The card in the middle of the page says this.
-async fn assert_notice(tab: &Tab, text: &str) -> Result<()> {
+pub async fn assert_notice(tab: &Tab, text: &str) -> Result<()> {
     let text = serde_json::to_string(text)?;
     tab.until_true(&format!(
         "!document.querySelector('#notice').hidden && \

@@ -24,10 +24,11 @@ impl Play {
         self.meter.carried(now_ms, traffic_of(&message), bytes.len());
         match message {
             Ok(ServerMessage::Snapshot(coded)) => self.file(&coded, now_ms),
-            Ok(ServerMessage::Welcome { seat, token, tick, room, scene_name, scene, .. }) => {
+            Ok(ServerMessage::Welcome { seat, host, token, tick, room, scene_name, scene }) => {
                 match Scene::parse(&format!("{scene_name}.toml"), &scene) {
                     Ok(scene) => {
                         self.welcomed_tick = tick;
+                        self.host = host;
                         self.welcome(Arc::new(scene), Seat(seat), token, room);
                     }
                     Err(error) => {
@@ -43,7 +44,7 @@ impl Play {
             Ok(ServerMessage::Pong { stamp, .. }) => {
                 self.meter.ponged(f64::from(stamp), now_ms.floor());
             }
-            Ok(ServerMessage::Denied) => dom::warn("only the host of a room may do that"),
+            Ok(ServerMessage::Denied) => self.denied = true,
             Err(error) => self.misunderstood(&error.to_string()),
         }
     }

@@ -82,9 +82,11 @@ impl Play {
         if refusal == Refusal::BadToken {
             return self.join_anew();
         }
+        self.forget(refusal);
         let known_room = self.joined_ms.is_some();
         let notice = match refusal {
             Refusal::NoSuchRoom if known_room => Some(words::ROOM_GONE),
+            Refusal::RoomClosed if self.closes => Some(words::CLOSED_BY_YOU),
             _ => words::refused(refusal),
         };
         let Some(notice) = notice else {
@@ -94,6 +96,16 @@ impl Play {
         self.notice = Some(notice);
         self.state = State::Refused;
         self.closing_ms = None;
+    }
+
+    /// What the server does not give back is not asked for again.
+    fn forget(&self, refusal: Refusal) {
+        if matches!(refusal, Refusal::Kicked | Refusal::RoomClosed) {
+            profile::set_seat_token(&self.code, None);
+        }
+        if matches!(refusal, Refusal::NoSuchRoom | Refusal::RoomClosed) {
+            profile::set_host_key(&self.code, None);
+        }
     }
 
     /// The seat is lost to this page: it asks for another at once, and says nothing of it.

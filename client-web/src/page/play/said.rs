@@ -7,8 +7,8 @@ use crate::meter::Traffic;
 use crate::page::{dom, profile};
 use jostle_protocol::limits::VIEW_MAX;
 use jostle_protocol::{ClientMessage, VERSION};
-use jostle_sim::Vec2;
 use jostle_sim::scene::Camera as CameraRule;
+use jostle_sim::{Seat, Vec2};
 
 /// Milliseconds between two pings.
 const PING_MS: f64 = 1000.0;
@@ -17,9 +17,21 @@ impl Play {
     pub(super) fn hello(&mut self) {
         let appearance = self.appearance.clone();
         let token = profile::seat_token(&self.code).filter(|_| !self.is_demo());
+        let host_key = profile::host_key(&self.code).filter(|_| !self.is_demo());
         self.heard_ms = dom::now_ms();
-        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key: None };
+        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key };
         self.send(&hello);
+    }
+
+    /// Has a player leave the room, which only its host may.
+    pub fn kick(&mut self, seat: Seat) {
+        self.send(&ClientMessage::Kick { seat });
+    }
+
+    /// Closes the room, which only its host may.
+    pub fn close_room(&mut self) {
+        self.closes = true;
+        self.send(&ClientMessage::CloseRoom);
     }
 
     pub(super) fn send(&mut self, message: &ClientMessage) {

@@ -1,0 +1,148 @@
+//! Who opens a room is its host: it may be in no list, players may be asked to leave it, and it may
+//! be closed. Everybody else is told what happened, and stays outside.
+//!
+//! `JOSTLE_PICTURES=DIR` keeps pictures of what is on the screen meanwhile.
+
+use crate::trouble::{assert_notice, network_noise};
+use anyhow::{Result, ensure};
+use jostle_protocol::{ClientMessage, Refusal};
+use jostle_tests::runner::Stage;
+use jostle_tests::state::State;
+use jostle_tests::tab::{Screen, Tab};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Keeps the page's sockets within reach, to say through them what the page itself never would.
+const SOCKETS: &str = "(() => { const Open = WebSocket; window.sockets = []; \
+    window.WebSocket = class extends Open { constructor(...given) { super(...given); \
+    window.sockets.push(this); } }; })()";
+
+/// Opens a room that everybody may see, and gives its code.
+const OPEN_PUBLIC: &str = "fetch('/api/rooms', {method: 'POST', \
+    headers: {'content-type': 'application/json'}, body: JSON.stringify({scene: 'impulse'})})\
+    .then(answer => answer.json()).then(room => room.code)";
+
+pub async fn a_host_opens_a_private_room_and_has_a_guest_leave(stage: Arc<Stage>) -> Result<()> {
+    let ada = open_private_room(&stage).await?;
+    let link = ada.link().await?;
+    let code = link.rsplit('/').next().unwrap_or_default().to_owned();
+    ada.until_true("!document.querySelector('#close-room').hidden").await?;
+    ada.until_true("!document.querySelector('#players button')").await?;
+
+    // It is in no list: not in the server's answer, and not in the lobby of a guest.
+    let public: String = ada.eval(OPEN_PUBLIC).await?;
+    let rooms: String = ada.eval("fetch('/api/rooms').then(answer => answer.text())").await?;
+    ensure!(rooms.contains(&public) && !rooms.contains(&code), "only {public}: {rooms}");
+    let bob = stage.visit_changed(SOCKETS, "/").await?;
+    bob.until_true("document.querySelectorAll('#room-list a').length > 0").await?;
+    let listed = format!("document.querySelector('#room-list').innerText.includes('{code}')");
+    ensure!(!bob.eval::<bool>(&listed).await?, "{code} is in the lobby");
+
+    bob.fill("#name", "Bob").await?;
+    bob.go(&link).await?;
+    bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
+    guests_have_no_power(&bob).await?;
+
+    have_leave(&ada, "Bob").await?;
+    bob.until("a refusal", |s| s.state == "refused").await?;
+    assert_notice(&bob, Refusal::Kicked.message()).await?;
+    keep(&bob, "host-kicked").await?;
+    bob.until_true("document.querySelector('#notice-other').hidden").await?;
+    bob.until_true(&format!("sessionStorage.getItem('jostle.seat.{code}') === null")).await?;
+    ada.until("a room without Bob", |s| s.players.len() == 1).await?;
+    ada.until_true("!document.querySelector('#players button')").await?;
+
+    // Neither does the page come back by itself, nor by the link.
+    let sockets: u32 = bob.eval("sockets.length").await?;
+    ada.ticks(60).await?;
+    assert_eq!(bob.eval::<u32>("sockets.length").await?, sockets, "it tries again");
+    bob.go(&link).await?;
+    bob.until("a refusal", |s| s.state == "refused").await?;
+    assert_notice(&bob, Refusal::Kicked.message()).await?;
+    bob.click_on("#notice-button").await?;
+    bob.until("the lobby", |s| s.state == "lobby").await?;
+    assert_eq!(ada.state().await?.players.len(), 1);
+    Ok(())
+}
+
+pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
+    let ada = open_private_room(&stage).await?;
+    let link = ada.link().await?;
+    let bob = stage.visit_link(&link, Screen::SMALL).await?;
+    bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
+
+    // A reload makes nobody less of a host.
+    ada.go(&link).await?;
+    ada.until("a hero of one's own", State::plays).await?;
+    ada.until_true("document.querySelector('#players button')").await?;
+    ada.click_on("#close-room").await?;
+    keep(&ada, "host-close").await?;
+    ada.key_down("Escape").await?;
+    ada.key_up("Escape").await?;
+    ada.until_true("document.querySelector('#ask').hidden").await?;
+    ada.click_on("#close-room").await?;
+    ada.click_on("#ask-yes").await?;
+    for (tab, text) in [(&ada, "Everybody has left it"), (&bob, Refusal::RoomClosed.message())] {
+        tab.until("a refusal", |s| s.state == "refused").await?;
+        assert_notice(tab, text).await?;
+    }
+    keep(&bob, "host-closed").await?;
+    ada.until_true("Object.keys(sessionStorage).every(key => !/^jostle.(seat|host)/.test(key))")
+        .await?;
+    ada.click_on("#notice-button").await?;
+    ada.until("the lobby", |s| s.state == "lobby").await?;
+    bob.go(&link).await?;
+    bob.until("a refusal", |s| s.state == "refused").await?;
+    assert_notice(&bob, Refusal::NoSuchRoom.message()).await?;
+    bob.forgive(network_noise);
+    Ok(())
+}
+
+/// By the keys, as who sees no screen would.
+async fn open_private_room(stage: &Stage) -> Result<Tab> {
+    let ada = stage.visit("/", Screen::LAPTOP).await?;
+    ada.until("the lobby", |s| s.state == "lobby").await?;
+    ada.until_true("document.querySelector('#scene-list [data-scene=arena]')").await?;
+    ada.fill("#name", "Ada").await?;
+    ada.eval::<bool>("(document.querySelector('#private').focus(), true)").await?;
+    ada.key_down(" ").await?;
+    ada.key_up(" ").await?;
+    ada.until_true("document.querySelector('#private').checked").await?;
+    ada.until_true("document.querySelector('#private-note').checkVisibility()").await?;
+    keep(&ada, "host-lobby").await?;
+    ada.click_on("#scene-list [data-scene=arena]").await?;
+    ada.until("a hero of one's own", State::plays).await?;
+    Ok(ada)
+}
+
+/// Neither buttons nor messages: what a guest's page asks for is denied, in one line.
+async fn guests_have_no_power(guest: &Tab) -> Result<()> {
+    guest.until_true("document.querySelectorAll('#players li').length === 2").await?;
+    guest.until_true("document.querySelector('#close-room').hidden").await?;
+    guest.until_true("!document.querySelector('#players button')").await?;
+    let close = ClientMessage::CloseRoom.encode();
+    guest.eval::<bool>(&format!("(sockets.at(-1).send(new Uint8Array({close:?})), true)")).await?;
+    guest.until_true("document.querySelector('#told').innerText.includes('Only the host')").await?;
+    assert!(guest.state().await?.plays(), "and plays on");
+    keep(guest, "host-denied").await
+}
+
+/// Presses the button beside a player, changes one's mind, and does it then.
+async fn have_leave(host: &Tab, name: &str) -> Result<()> {
+    let button = format!("#players [aria-label='Have {name} leave']");
+    host.until_true(&format!("document.querySelector(\"{button}\")")).await?;
+    keep(host, "host-list").await?;
+    host.click_on(&button).await?;
+    host.until_true("document.activeElement.id === 'ask-no'").await?;
+    keep(host, "host-ask").await?;
+    host.click_on("#ask-no").await?;
+    let state = host.ticks(30).await?;
+    assert_eq!(state.connected(), 2, "nothing happens until it is confirmed");
+    host.click_on(&button).await?;
+    host.click_on("#ask-yes").await
+}
+
+async fn keep(tab: &Tab, name: &str) -> Result<()> {
+    let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
+    tab.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
+}
