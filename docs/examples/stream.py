@@ -180,7 +180,7 @@ class Stream:
                 self.change(reader, seat)
         if parts & 4:
             for _ in range(reader.leb()):
-                seat, _name, _colour, _connected = reader.u8(), reader.text(), reader.u8(), reader.u8()
+                seat, _name, _colour, _connected = reader.leb(), reader.text(), reader.u8(), reader.u8()
                 _bodies = [optional(reader, lambda: read_id(reader)) for _ in range(3)]
                 _score, pointer = reader.leb(), optional(reader, reader.quanta)
                 _input = reader.leb()

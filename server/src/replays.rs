@@ -39,6 +39,8 @@ pub struct Settings {
     pub file_ticks_max: u32,
     /// [`limits::REPLAY_RETRY`]; tests shorten it.
     pub retry: Duration,
+    /// [`limits::REPLAY_LOOK_EVERY`]; tests shorten it.
+    pub look_every: Duration,
     /// How files are made; tests have some that fail.
     pub create: Create,
     /// The wall clock; tests have one that steps.
@@ -54,6 +56,7 @@ impl Settings {
             age_max: days(limits::REPLAYS_DAYS),
             file_ticks_max: limits::REPLAY_FILE_TICKS_MAX,
             retry: limits::REPLAY_RETRY,
+            look_every: limits::REPLAY_LOOK_EVERY,
             create: create_file,
             wall: SystemTime::now,
         }

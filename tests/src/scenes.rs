@@ -8,7 +8,7 @@ groups = ["block", "platform"]
 pairs = [["block", "platform"], ["block", "block"]]
 
 [limits]
-players = 4
+players = 8
 bodies = 600
 
 [[bodies]]

@@ -3,7 +3,6 @@
 
 use super::shelf::Shelf;
 use super::{Batch, Job, Reel};
-use crate::limits;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::{Record, Start, header};
 use std::io::{self, Write};
@@ -71,7 +70,7 @@ impl Writer {
         loop {
             if Instant::now() >= look_at {
                 self.look();
-                look_at = Instant::now() + limits::REPLAY_LOOK_EVERY;
+                look_at = Instant::now() + self.shelf.settings().look_every;
             }
             match self.jobs.recv_timeout(look_at.saturating_duration_since(Instant::now())) {
                 Ok(Job::Write(batch)) => self.write(batch),

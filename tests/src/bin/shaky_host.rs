@@ -89,7 +89,7 @@ fn obey(order: &str) -> anyhow::Result<()> {
 /// Waits that a test can sit out, and that a busy machine does not miss.
 fn waits() -> Waits {
     Waits {
-        http_head: Duration::from_secs(2),
+        http_head: Duration::from_secs(5),
         http_body: Duration::from_secs(2),
         hello: Duration::from_secs(4),
         keepalive: Duration::from_secs(1),
@@ -101,7 +101,8 @@ fn waits() -> Waits {
 
 fn config(dir: PathBuf) -> anyhow::Result<Config> {
     let retry = Duration::from_secs(1);
-    let replays = Settings { create, wall, retry, ..Settings::new(dir) };
+    let look_every = Duration::from_millis(200);
+    let replays = Settings { create, wall, retry, look_every, ..Settings::new(dir) };
     let mut config = Config { waits: waits(), replays: Some(replays), ..Config::default() };
     for (name, source) in [("restless", RESTLESS), ("crowd", CROWD)] {
         config.scenes.push(Scene::parse(&format!("{name}.toml"), source)?);
