@@ -51,8 +51,8 @@ const REPEAT_MS: f64 = 80.0;
 
 /// After so long something is sent whatever is booked: the server would let go of all keys.
 const OVERDUE_MS: f64 = 160.0;
-/// What can wait leaves in this share of a tick or later: one that arrives a little sooner than
-/// expected is not to meet the tick before, where another one is played.
+/// What can wait leaves in this share of a tick or later if another one is played in the tick before:
+/// one that arrives a little sooner than expected is not to meet that.
 const PHASE_MIN: f64 = 0.25;
 /// Ticks that may be booked ahead; more is an error.
 const BOOKED_AHEAD_MAX: u32 = 90;
@@ -195,7 +195,9 @@ impl Outflow {
         let input = self.waiting.front().copied().or(repeat)?;
         let urgent = self.last.is_none_or(|last| last.buttons != input.buttons);
         let overdue = now_ms - self.sent_ms >= OVERDUE_MS;
-        let fits = overdue || tick > self.booked && moment.rem_euclid(1.0) >= PHASE_MIN;
+        // Frames may keep one phase for seconds: where the tick before is free too, it may be met.
+        let ahead = tick.saturating_sub(self.booked);
+        let fits = overdue || ahead > 1 || ahead == 1 && moment.rem_euclid(1.0) >= PHASE_MIN;
         if self.allowance < 1.0 || !(urgent || fits) {
             return None;
         }

@@ -129,7 +129,7 @@ impl Predictor {
     fn lose(&mut self) {
         self.anchor = None;
         self.lead = None;
-        self.fading = Vec2::ZERO;
+        (self.fading, self.riding) = (Vec2::ZERO, Vec2::ZERO);
         self.drawn.clear();
     }
 

@@ -133,6 +133,31 @@ fn what_can_wait_leaves_once_a_tick_and_a_key_does_not_wait() {
     assert!(at(moved(7.0, Buttons::RIGHT), 63.5).is_some());
 }
 
+/// Frames in which something left that a screen of 60 Hz shows in a second, always at one phase.
+fn frames_that_sent(phase: f64, mut intent: impl FnMut(u32) -> Input) -> Vec<u32> {
+    let mut outflow = Outflow::default();
+    let frames = (0..60).filter(|&frame| {
+        outflow.note(intent(frame));
+        let moment = 600.0 + f64::from(frame) + phase;
+        outflow.due(moment * TICK_MS, moment).is_some()
+    });
+    frames.collect()
+}
+
+#[test]
+fn what_can_wait_leaves_soon_whatever_phase_the_frames_keep() {
+    for (phase, every_max) in [(0.1, 2), (0.6, 1)] {
+        let moves = frames_that_sent(phase, |frame| {
+            let pointer = Some(Vec2::new(frame as f32, 0.0));
+            Input { buttons: Buttons::default(), pointer }
+        });
+        let repeats = frames_that_sent(phase, |_| pressed(Buttons::LEFT));
+        let longest = |sent: &[u32]| sent.windows(2).map(|pair| pair[1] - pair[0]).max();
+        assert_eq!(longest(&moves), Some(every_max), "moves at phase {phase}");
+        assert_eq!(longest(&repeats), Some(5), "repeats at phase {phase}");
+    }
+}
+
 #[test]
 fn nothing_booked_keeps_a_held_key_silent() {
     let mut outflow = Outflow::default();

@@ -2,6 +2,7 @@
 //! earlier ones took, then as the snapshots say.
 
 use super::next_tick;
+use jostle_room::SILENCE_TICKS;
 use jostle_sim::Buttons;
 use std::collections::VecDeque;
 
@@ -78,11 +79,12 @@ impl Schedule {
         self.acknowledged = seq;
     }
 
-    /// What is down in a tick.
+    /// What is down in a tick: what was played last, until the room lets go of it.
     pub fn at(&self, tick: u32) -> Buttons {
         let after = self.sent.partition_point(|sent| sent.played <= tick);
-        let newest = after.checked_sub(1).map(|place| self.sent[place].buttons);
-        newest.unwrap_or_default()
+        let newest = after.checked_sub(1).map(|place| &self.sent[place]);
+        let held = newest.filter(|newest| tick - newest.played <= SILENCE_TICKS);
+        held.map_or(Buttons::default(), |held| held.buttons)
     }
 
     /// The last tick in which something is played that was sent.
@@ -136,6 +138,14 @@ mod tests {
         assert!(schedule.send(3, Buttons::default(), 14.0, 15.4));
         let held: Vec<bool> = (9..18).map(|tick| schedule.at(tick) == RIGHT).collect();
         assert_eq!(held, [false, false, true, true, true, true, true, false, false]);
+    }
+
+    #[test]
+    fn what_nothing_follows_is_let_go_as_the_room_does() {
+        let mut schedule = Schedule::default();
+        schedule.send(1, RIGHT, 9.0, 10.4);
+        assert_eq!(schedule.at(11 + SILENCE_TICKS), RIGHT);
+        assert_eq!(schedule.at(12 + SILENCE_TICKS), Buttons::default());
     }
 
     #[test]

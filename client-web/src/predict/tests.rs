@@ -29,6 +29,8 @@ struct Net {
     down: Buttons,
     /// The mouse is moved all the time.
     points: bool,
+    /// What the page sends arrives no sooner than this.
+    held_up_ms: f64,
     shown: Option<Predicted>,
     /// Drawn centres, a frame each, with the hero's true centre at the drawn moment if it came.
     trail: Vec<Drawn>,
@@ -72,6 +74,7 @@ impl Net {
             predictor: Predictor::new(&scene, seat).expect("a hero to steer"),
             down: Buttons::default(),
             points: false,
+            held_up_ms: 0.0,
             shown: None,
             trail: Vec::new(),
             queued: Vec::new(),
@@ -132,7 +135,7 @@ impl Net {
         self.outflow.book_until(self.predictor.booked());
         let moment = self.predictor.moment_at(tick, self.now_ms);
         while let Some((seq, input)) = self.outflow.due(self.now_ms, moment) {
-            let due = self.lanes[1].arrival_ms(&self.lag, self.now_ms);
+            let due = self.lanes[1].arrival_ms(&self.lag, self.now_ms).max(self.held_up_ms);
             self.to_room.push_back((due, seq, input));
             self.predictor.sent(seq, input, tick, self.now_ms);
         }
@@ -374,15 +377,41 @@ fn corrections_are_no_jerks() {
 }
 
 #[test]
-fn the_hero_stands_on_the_lift_that_is_seen() {
+fn what_the_room_lets_go_of_while_nothing_arrives_is_let_go_of_here() {
+    let mut net = Net::new(hall(), Rate::Full, Lag::default());
+    net.run(3000);
+    net.hold(Buttons::RIGHT, 200);
+    let begin_ms = net.now_ms;
+    net.held_up_ms = begin_ms + 600.0;
+    net.hold(Buttons::RIGHT, 600);
+    let errors = net.errors(begin_ms);
+    assert!(largest(&errors) < 0.12, "{} units off", largest(&errors));
+}
+
+/// A hero on a lift, as a page far from the server sees it.
+fn on_the_lift() -> Net {
     let source = format!("{HALL}{LIFT}");
     let source = source.replace("spawns = [[60, 16]]", "spawns = [[60, 30]]");
-    let mut net = Net::new(
-        Scene::parse("hall.toml", &source).expect("a good scene"),
-        Rate::Full,
-        PRESETS[2].lag,
-    );
+    let scene = Scene::parse("hall.toml", &source).expect("a good scene");
+    let mut net = Net::new(scene, Rate::Full, PRESETS[2].lag);
     net.run(3000);
+    net
+}
+
+#[test]
+fn the_next_hero_rides_on_nothing_of_the_last_one() {
+    let mut net = on_the_lift();
+    assert!(net.predictor.riding.length() > 0.5, "it rides {}", net.predictor.riding);
+    let mut gone = net.replica.newest().expect("a snapshot").clone();
+    gone.tick += 1;
+    gone.players.iter_mut().for_each(|player| player.hero = None);
+    net.predictor.heard(&gone, None);
+    assert_eq!(net.predictor.riding, Vec2::ZERO);
+}
+
+#[test]
+fn the_hero_stands_on_the_lift_that_is_seen() {
+    let mut net = on_the_lift();
     let mut gaps = Vec::new();
     for _ in 0..300 {
         net.run(FRAME_MS as u32);
