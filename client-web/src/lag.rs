@@ -21,7 +21,7 @@ pub struct Lag {
     pub stalls: bool,
 }
 
-/// A choice of the panel: its word in the address, its name, and what it does.
+/// A choice of the panel: its name, and what it does.
 pub struct Preset {
     /// For people.
     pub name: &'static str,

@@ -14,6 +14,7 @@ use crate::clock::{TICK_MS, paced};
 use anchor::{Anchor, Carrier};
 use jostle_protocol::{PlayerState, Snapshot};
 use jostle_sim::{BodyDef, BodyId, Input, Scene, Seat, Tools, Vec2};
+pub(crate) use near::placed;
 use schedule::Schedule;
 use std::collections::VecDeque;
 use std::sync::Arc;

@@ -1,17 +1,18 @@
 //! The client's copy of a room: snapshots by tick, the particles that it grows itself from emitter
 //! events, flashes, news, and from all of these what one frame shows.
 
+mod dress;
+mod lead;
+
 use crate::clock::Arrival;
 use crate::frame::{Effect, EffectKind, FrameBody};
-use crate::overlap;
-use crate::predict::Predicted;
 use crate::timeline::{Sample, Timeline};
 use jostle_protocol::{Appearance, DecodeError, Heard, PlayerState, Snapshot, Stream, TimedEvent};
 use jostle_sim::particle::{Obstacle, dequantise, quantise};
 use jostle_sim::scene::Plan;
 use jostle_sim::{
-    BodyId, EmitterDef, Event, Kind, Motion, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND,
-    Tools, Vec2,
+    BodyId, EmitterDef, Event, Kind, Particles, SEATS_MAX, Scene, Seat, TICKS_PER_SECOND, Tools,
+    Vec2,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -82,6 +83,8 @@ pub struct Replica {
     bodies: Vec<FrameBody>,
     effects: Vec<Effect>,
     display: f64,
+    /// Centre and velocity of the own hero in the samples before it was shown elsewhere.
+    led_from: Option<(Vec2, Vec2)>,
 }
 
 impl Replica {
@@ -106,6 +109,7 @@ impl Replica {
             bodies: Vec::new(),
             effects: Vec::new(),
             display: 0.0,
+            led_from: None,
         }
     }
 
@@ -196,18 +200,6 @@ impl Replica {
         self.present(tick, eye);
     }
 
-    /// Shows a body elsewhere than the snapshots do: the own hero, before the server's word.
-    pub fn lead(&mut self, own: Predicted) {
-        let place = self.samples.binary_search_by_key(&own.id.index, |s| s.id.index);
-        let Some(place) = place.ok().filter(|&place| self.samples[place].id == own.id) else {
-            return;
-        };
-        let Predicted { center, velocity, .. } = own;
-        let (sample, body) = (&mut self.samples[place], &mut self.bodies[place]);
-        (sample.center, sample.velocity) = (center, velocity);
-        (body.center, body.velocity) = (center, velocity);
-    }
-
     /// Where a body is on display.
     pub fn place(&self, id: BodyId) -> Option<Vec2> {
         self.sampled(id).map(|sample| sample.center)
@@ -215,6 +207,7 @@ impl Replica {
 
     fn present(&mut self, tick: f64, eye: Eye) {
         self.display = tick;
+        self.led_from = None;
         self.dress(eye);
         self.collect_effects();
     }
@@ -334,59 +327,6 @@ impl Replica {
         self.sampled(id).and_then(|s| s.owner)
     }
 
-    /// Turns samples into bodies of the frame.
-    fn dress(&mut self, eye: Eye) {
-        let players: &[PlayerState] =
-            self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players);
-        let own = players.iter().find(|p| p.seat == self.seat);
-        let selecting = self.scene.tools.contains(Tools::SELECT);
-        let selected = own.and_then(|p| p.selected).filter(|_| selecting);
-        let hot = eye.pointer.and_then(|at| hot_body(&self.scene, &self.samples, players, own, at));
-        self.bodies.clear();
-        for sample in &self.samples {
-            let player = sample.owner.and_then(|seat| players.iter().find(|p| p.seat == seat));
-            let gaze = gaze(sample, player, self.seat, eye.pointer, self.scene.quantum);
-            let held = players.iter().any(|p| p.held == Some(sample.id));
-            self.bodies.push(FrameBody {
-                id: sample.id,
-                kind: sample.kind,
-                color: player.map(|p| p.appearance.color),
-                shape: sample.shape,
-                center: sample.center,
-                velocity: sample.velocity,
-                age: age(&self.births, sample.id, self.display),
-                gaze,
-                touching: false,
-                hidden: selected == Some(sample.id),
-                hot: held || hot == Some(sample.id),
-                squash: None,
-            });
-        }
-        if eye.bounds || selecting {
-            self.mark_touching(selected);
-        }
-    }
-
-    /// In a scene of selecting, what the selected body touches is marked; elsewhere all overlaps.
-    fn mark_touching(&mut self, selected: Option<BodyId>) {
-        let Replica { samples, bodies, scene, .. } = self;
-        if scene.tools.contains(Tools::SELECT) {
-            let Some(id) = selected else { return };
-            let Some(chosen) = samples.iter().find(|s| s.id == id) else { return };
-            for (body, sample) in bodies.iter_mut().zip(samples.iter()) {
-                body.touching = sample.id != id
-                    && meet(scene, chosen, sample)
-                    && overlap::touching(chosen, sample);
-            }
-            return;
-        }
-        let meets = |i: usize, j: usize| meet(scene, &samples[i], &samples[j]);
-        overlap::pairs(samples, meets, |i, j| {
-            bodies[i].touching = true;
-            bodies[j].touching = true;
-        });
-    }
-
     fn collect_effects(&mut self) {
         while self
             .flashes
@@ -454,14 +394,6 @@ impl Replica {
         self.bodies.iter().find(|b| b.id == hero)
     }
 
-    /// Where the newest snapshot has the own hero, whatever is on display.
-    pub fn told_place(&self) -> Option<Vec2> {
-        let newest = self.newest()?;
-        let hero = newest.players.iter().find(|p| p.seat == self.seat)?.hero?;
-        let body = newest.bodies.iter().find(|body| body.id == hero)?;
-        Some(dequantise(body.quanta, self.scene.quantum))
-    }
-
     /// Kind of the body that the own player selected, in scenes of selecting.
     pub fn selected_kind(&self) -> Option<Kind> {
         let selecting = self.scene.tools.contains(Tools::SELECT);
@@ -491,57 +423,6 @@ fn age(births: &[(u32, f64)], id: BodyId, display: f64) -> f32 {
     let birth = births.get(id.index as usize).filter(|birth| birth.0 == id.generation);
     let born = birth.map_or(display - KNOWN_TICKS, |birth| birth.1);
     ((display - born).max(0.0) / f64::from(TICKS_PER_SECOND)) as f32
-}
-
-/// Where a hero looks. The own one follows the pointer without the way through the server.
-fn gaze(
-    sample: &Sample,
-    player: Option<&PlayerState>,
-    own_seat: Seat,
-    own_pointer: Option<Vec2>,
-    quantum: f32,
-) -> Option<Vec2> {
-    let player = player.filter(|_| sample.kind == Kind::Hero)?;
-    let sent = player.pointer.map(|q| Vec2::new(q[0] as f32, q[1] as f32) * quantum);
-    if player.seat == own_seat { own_pointer.or(sent) } else { sent }
-}
-
-/// The body that X would grab at a point: the first loose one there that nobody holds, as the
-/// room's rule says. Who holds one grabs no other.
-fn hot_body(
-    scene: &Scene,
-    samples: &[Sample],
-    players: &[PlayerState],
-    own: Option<&PlayerState>,
-    point: Vec2,
-) -> Option<BodyId> {
-    if !scene.tools.contains(Tools::HOLD) || own.is_some_and(|player| player.held.is_some()) {
-        return None;
-    }
-    let taken = |id: BodyId| players.iter().any(|player| player.held == Some(id));
-    let grabbed =
-        |s: &&Sample| s.shape.contains(point - s.center) && is_loose(scene, s) && !taken(s.id);
-    samples.iter().find(grabbed).map(|s| s.id)
-}
-
-/// Whether a body of its kind can be grabbed and moves freely. Snapshots do not tell how a body
-/// moves; the scene does: bodies it places one by one have the first slots, in its order.
-fn is_loose(scene: &Scene, sample: &Sample) -> bool {
-    if !matches!(sample.kind, Kind::Dumb | Kind::Block) {
-        return false;
-    }
-    let placed = scene.bodies.get(sample.id.index as usize);
-    if let Some(placed) = placed.filter(|_| sample.id.generation == 0) {
-        return placed.def.motion == Motion::Dynamic;
-    }
-    let fixed = scene.layouts.iter().filter(|layout| layout.def.motion != Motion::Dynamic);
-    let mut alike = fixed.filter(|l| l.kind == sample.kind && l.def.group == sample.group);
-    !alike.any(|layout| layout.shapes.contains(&sample.shape))
-}
-
-/// Whether the rules of the scene let two bodies collide.
-fn meet(scene: &Scene, a: &Sample, b: &Sample) -> bool {
-    scene.meets[usize::from(a.group)] >> b.group & 1 == 1
 }
 
 /// What particles are pushed out of, in index order and where clients see it.

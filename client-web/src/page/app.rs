@@ -228,6 +228,7 @@ impl App {
         self.quality = Quality::default();
         dom::root().dataset().delete("world");
         self.hud.clear();
+        self.network.clear();
         self.tags.clear();
         self.touchpad.release();
         ask::withdraw();

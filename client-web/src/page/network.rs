@@ -106,10 +106,13 @@ fn offer_presets() {
     });
 }
 
-/// After a click keys belong to the game again; who walks by Tab stays in the panel.
+/// After a click keys belong to the game again; who walks by Tab stays in the panel. A clicked label
+/// first hands the focus to its box.
 fn give_keys_back(event: MouseEvent) {
     if event.detail() > 0 {
-        let _ = dom::by_id::<HtmlElement>("stage").focus();
+        dom::later(|| {
+            let _ = dom::by_id::<HtmlElement>("stage").focus();
+        });
     }
 }
 
@@ -141,6 +144,12 @@ fn name_of(traffic: Traffic) -> &'static str {
 }
 
 impl Panel {
+    /// Closes the panel and forgets what it showed: the game is over or starts anew.
+    pub fn clear(&mut self) {
+        *self = Panel::default();
+        dom::show(&dom::by_id("network"), false);
+    }
+
     /// Brings the panel up to date.
     pub fn update(&mut self, play: &Play, now_ms: f64) {
         let trip = play.meter.ping_ms();

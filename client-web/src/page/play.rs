@@ -18,6 +18,7 @@ use crate::reconnect::Backoff;
 use crate::replica::{Eye, Replica};
 use crate::words::Notice;
 use jostle_protocol::Appearance;
+use jostle_sim::scene::Camera as CameraRule;
 use jostle_sim::{TICKS_PER_SECOND, Tools, Vec2};
 use link::Link;
 use std::sync::atomic::AtomicU32;
@@ -307,8 +308,11 @@ impl Play {
 
     fn look(&mut self, canvas: Option<Canvas>, elapsed_s: f32) {
         let (Some(canvas), Some(camera)) = (canvas, &mut self.camera) else { return };
-        let hero = self.replica.as_ref().and_then(|replica| replica.own_hero());
-        let hero = hero.map(|hero| (hero.center, hero.velocity));
+        let hero = self.replica.as_ref().and_then(|replica| match replica.scene.camera {
+            // No more than what is around the server's hero is sent.
+            CameraRule::Follow { .. } => replica.own_hero_as_told(),
+            CameraRule::Fit => replica.own_hero().map(|hero| (hero.center, hero.velocity)),
+        });
         let Canvas { pixels, bottom } = canvas;
         self.view = camera.view(Target { pixels, hero, bottom, elapsed_s });
     }

@@ -4,6 +4,7 @@ use super::dom;
 use crate::api::query_value;
 use crate::{name, words};
 use jostle_protocol::{Appearance, Token, limits};
+use std::cell::Cell;
 
 const NAME_KEY: &str = "jostle.name";
 const COLOR_KEY: &str = "jostle.color";
@@ -31,17 +32,27 @@ pub fn save(appearance: &Appearance) {
     }
 }
 
-/// Whether the own hero is to be shown before the server's word: the address (`?predict=0`) decides,
-/// then what was chosen before; on for strangers.
-pub fn predicts() -> bool {
+thread_local! {
+    /// Whether the own hero is to be shown before the server's word.
+    static PREDICTS: Cell<bool> = Cell::new(predicts_at_first());
+}
+
+/// What the address (`?predict=0`) says, else what was chosen on another day; on for strangers.
+fn predicts_at_first() -> bool {
     let query = dom::window().location().search().unwrap_or_default();
     let asked = query_value(&query, "predict").map(str::to_owned);
     let stored = || dom::local_storage().and_then(|s| s.get_item(PREDICT_KEY).ok().flatten());
     asked.or_else(stored).is_none_or(|word| word != "0")
 }
 
+/// Whether the own hero is to be shown before the server's word.
+pub fn predicts() -> bool {
+    PREDICTS.get()
+}
+
 /// Remembers whether the own hero is to be shown before the server's word.
 pub fn set_predicts(wanted: bool) {
+    PREDICTS.set(wanted);
     if let Some(storage) = dom::local_storage() {
         let _ = storage.set_item(PREDICT_KEY, if wanted { "1" } else { "0" });
     }

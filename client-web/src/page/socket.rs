@@ -89,6 +89,7 @@ impl<T: 'static> Way<T> {
 /// An open or opening WebSocket. Dropping it closes it and silences it.
 pub struct Socket {
     inner: WebSocket,
+    inward: Rc<Way<SocketEvent>>,
     outward: Rc<Way<Vec<u8>>>,
     _on_open: Closure<dyn Fn(Event)>,
     _on_message: Closure<dyn Fn(MessageEvent)>,
@@ -111,8 +112,9 @@ impl Socket {
                 way.pass(SocketEvent::Message(js_sys::Uint8Array::new(&buffer).to_vec()));
             }
         });
+        let way = Rc::clone(&inward);
         let on_close = Closure::<dyn Fn(CloseEvent)>::new(move |event: CloseEvent| {
-            inward.pass(SocketEvent::Closed { code: event.code() });
+            way.pass(SocketEvent::Closed { code: event.code() });
         });
         inner.set_onopen(Some(on_open.as_ref().unchecked_ref()));
         inner.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
@@ -125,7 +127,7 @@ impl Socket {
             }
         });
         let (_on_open, _on_message, _on_close) = (on_open, on_message, on_close);
-        Some(Socket { inner, outward, _on_open, _on_message, _on_close })
+        Some(Socket { inner, inward, outward, _on_open, _on_message, _on_close })
     }
 
     /// Sends a message if the socket is open.
@@ -144,6 +146,9 @@ impl Drop for Socket {
         self.inner.set_onopen(None);
         self.inner.set_onmessage(None);
         self.inner.set_onclose(None);
+        // What is just let out may be what drops this: nothing comes after it.
+        self.inward.waiting.borrow_mut().clear();
+        self.outward.waiting.borrow_mut().clear();
         // Of no use, and harmless, if it was closed with a reason before.
         let _ = self.inner.close();
     }

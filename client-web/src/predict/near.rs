@@ -4,6 +4,7 @@
 use super::anchor::step_between;
 use jostle_protocol::{Snapshot, SnapshotBody};
 use jostle_sim::particle::dequantise;
+use jostle_sim::scene::Placed;
 use jostle_sim::{Aabb, BodyDef, BodyId, Kind, Motion, Scene, Vec2};
 
 /// Room around the hero's way for what comes towards it, in sides of the hero.
@@ -69,15 +70,12 @@ fn as_near(scene: &Scene, body: &SnapshotBody, touched: bool) -> Near {
         // It has a will of its own: others hover and walk where they want to.
         def.gravity_scale = 0.0;
     }
-    let placed = scene.bodies.get(body.id.index as usize).filter(|_| body.id.generation == 0);
-    let path = placed.is_some_and(|placed| placed.path.is_some());
+    let path = placed(scene, body.id).is_some_and(|placed| placed.path.is_some());
     Near { id: body.id, def, path: path.then_some(body.id.index as usize) }
 }
 
-/// How a body of the room was made, as far as it can be told: bodies that the scene places one by
-/// one have the first slots, in its order.
-pub(crate) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
-    let placed = scene.bodies.get(body.id.index as usize).filter(|_| body.id.generation == 0);
+/// How a body of the room was made, as far as it can be told.
+pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
     let mut layouts = scene.layouts.iter();
     let layout = layouts.find(|layout| {
         let alike = layout.kind == body.kind && layout.def.group == body.group;
@@ -89,10 +87,16 @@ pub(crate) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
         Kind::Pack => scene.pack.as_ref().map(|pack| pack.body),
         _ => None,
     };
-    let placed = placed.filter(|placed| placed.kind == body.kind).map(|placed| placed.def);
+    let placed = placed(scene, body.id).filter(|placed| placed.kind == body.kind);
+    let placed = placed.map(|placed| placed.def);
     let known = placed.or(layout.map(|layout| layout.def)).or(of_kind);
     let (shape, group) = (body.shape, body.group);
     BodyDef { shape, group, ..known.unwrap_or_default() }
+}
+
+/// The scene's entry of a body: those that it places one by one have the first slots, in its order.
+pub(crate) fn placed(scene: &Scene, id: BodyId) -> Option<&Placed> {
+    scene.bodies.get(id.index as usize).filter(|_| id.generation == 0)
 }
 
 fn grown(region: Aabb, by: f32) -> Aabb {

@@ -388,6 +388,21 @@ fn what_the_room_lets_go_of_while_nothing_arrives_is_let_go_of_here() {
     assert!(largest(&errors) < 0.12, "{} units off", largest(&errors));
 }
 
+#[test]
+fn the_place_that_the_room_knows_stays_known_while_the_hero_is_drawn_ahead() {
+    let mut net = Net::new(hall(), Rate::Full, PRESETS[2].lag);
+    net.run(3000);
+    net.hold(Buttons::RIGHT, 600);
+    while net.now_ms % FRAME_MS != 0.0 {
+        net.run(1);
+    }
+    let (told, _) = net.replica.own_hero_as_told().expect("a hero");
+    let drawn = net.replica.own_hero().expect("a hero").center;
+    assert!(drawn.x > told.x + 2.0, "{told} was told, {drawn} is drawn");
+    let truth = net.truth_at(net.replica.display()).expect("a hero");
+    assert!((told - truth).length() < 2.0 * QUANTUM, "{told} was told, {truth} is true");
+}
+
 /// A hero on a lift, as a page far from the server sees it.
 fn on_the_lift() -> Net {
     let source = format!("{HALL}{LIFT}");
