@@ -1,7 +1,7 @@
 //! The host: sockets, sessions, the ticker (the only clock), files and the command line. It holds no
 //! game rules, and lets no client and no room delay another.
 //!
-//! A socket's way: [`listen`] accepts and counts it, [`http`] answers or upgrades it, [`session`]
+//! A socket's way: [`listen`] accepts and counts it, [`tls`] deciphers it if asked to, [`http`] answers or upgrades it, [`session`]
 //! plays it. A session meets its room at two bounded places only: the inbox that it fills and the
 //! [`outbox`] that it empties. [`ticker`] is the room's thread between them; [`rooms`] lists them.
 //! [`replays`] takes down what is played, on a thread of its own. [`metrics`] counts what happens, and
@@ -27,7 +27,9 @@ pub mod run_queue;
 pub mod schedule;
 pub mod seal;
 pub mod session;
+pub mod stream;
 pub mod ticker;
+pub mod tls;
 
 pub use listen::{run, run_with_ops};
 
@@ -51,12 +53,14 @@ pub struct Config {
     pub address_sessions_max: usize,
     /// What operators have to know to do more than look; `None` lets nobody.
     pub ops_token: Option<String>,
+    /// Certificate and key of the players' port; `None` serves it in the clear.
+    pub tls: Option<tls::Tls>,
     /// Where games are recorded; `None` records nothing.
     pub replays: Option<replays::Settings>,
 }
 
 impl Default for Config {
-    /// The built-in scenes, pages of this site only, no proxies, nothing recorded.
+    /// The built-in scenes, pages of this site only, no proxies, no TLS, nothing recorded.
     fn default() -> Config {
         Config {
             scenes: Scene::built_in(),
@@ -65,6 +69,7 @@ impl Default for Config {
             trusted_proxies: Vec::new(),
             address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
             ops_token: None,
+            tls: None,
             replays: None,
         }
     }
@@ -89,6 +94,8 @@ pub struct App {
     pub connections: Arc<peers::Peers>,
     /// [`Config::ops_token`].
     pub ops_token: Option<String>,
+    /// [`Config::tls`].
+    pub tls: Option<tls::Tls>,
     /// An operator asked for the server's end.
     pub drain: tokio::sync::Notify,
     /// What it gives out and believes.
@@ -130,6 +137,7 @@ impl App {
         App {
             waits: config.waits,
             ops_token: config.ops_token,
+            tls: config.tls,
             drain: tokio::sync::Notify::new(),
             origins: config.origins,
             trusted_proxies: config.trusted_proxies,

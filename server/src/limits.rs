@@ -33,7 +33,7 @@ pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 
 // HTTP.
 
-/// Time to send the head of a request, and to idle between two requests.
+/// Time to send the head of a request, to idle between two requests, and for the handshake of TLS.
 pub const HTTP_HEAD_WAIT: Duration = Duration::from_secs(10);
 /// Headers of a request.
 pub const HTTP_HEADERS_MAX: usize = 64;

@@ -3,6 +3,7 @@
 use crate::http::{self, Upgrade};
 use crate::peers::Permit;
 use crate::replays::Recording;
+use crate::stream::Stream;
 use crate::{App, Config, Phase, limits, ops, session};
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
@@ -126,6 +127,9 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, app: &Arc<A
         debug!(address = %peer.ip(), %error, "socket lost before it was served");
         return;
     }
+    let Some(stream) = secured(stream, peer.ip(), app).await else {
+        return;
+    };
     let spoken = speak_http(stream, peer.ip(), app);
     let Ok(Some(upgrade)) = timeout(limits::HTTP_CONNECTION_MAX, spoken).await else {
         return;
@@ -134,8 +138,8 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, app: &Arc<A
         return;
     };
     let parts = connection
-        .downcast::<TokioIo<TcpStream>>()
-        .expect("every connection is served on a TokioIo<TcpStream>");
+        .downcast::<TokioIo<Stream>>()
+        .expect("every connection is served on a TokioIo<Stream>");
     let (stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
     session::play(stream, read, &upgrade.code, upgrade.address, app).await;
 }
@@ -144,6 +148,30 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, app: &Arc<A
 fn tune(stream: &TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     socket2::SockRef::from(stream).set_send_buffer_size(limits::SEND_BUFFER_BYTES)
+}
+
+/// The stream as the configuration wants it. A peer that speaks no TLS, too slowly, or refuses our
+/// certificate, is counted and let go; one that just goes is not counted.
+async fn secured(stream: TcpStream, peer: IpAddr, app: &App) -> Option<Stream> {
+    let Some(tls) = &app.tls else {
+        return Some(Stream::Plain(stream));
+    };
+    let mut phase = app.phase.clone();
+    let shaken = tokio::select! {
+        shaken = timeout(app.waits.http_head, tls.accept(stream)) => shaken,
+        () = draining(&mut phase) => return None,
+    };
+    match shaken {
+        Ok(Ok(stream)) => return Some(stream),
+        Ok(Err(error)) => {
+            debug!(address = %peer, %error, "no TLS");
+            if error.kind() == io::ErrorKind::InvalidData {
+                app.metrics.turned_away("bad_tls");
+            }
+        }
+        Err(_late) => app.metrics.turned_away("slow_tls"),
+    }
+    None
 }
 
 /// Answers requests until the peer has no more, or one asks for an upgrade: that one is returned. Any

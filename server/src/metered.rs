@@ -4,16 +4,16 @@
 
 use crate::limits::{BYTES_BURST_MAX, BYTES_PER_SECOND_MAX};
 use crate::rate::TokenBucket;
+use crate::stream::Stream;
 use std::io::{self, ErrorKind};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Instant;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
-use tokio::net::TcpStream;
 
 /// A stream whose reading fails with [`Metered::SPENT`] once the peer sent too many bytes.
 pub struct Metered {
-    stream: TcpStream,
+    stream: Stream,
     bytes: TokenBucket,
 }
 
@@ -22,13 +22,13 @@ impl Metered {
     pub const SPENT: ErrorKind = ErrorKind::QuotaExceeded;
 
     /// A stream of which nothing was read.
-    pub fn new(stream: TcpStream) -> Metered {
+    pub fn new(stream: Stream) -> Metered {
         let bytes = TokenBucket::new(BYTES_PER_SECOND_MAX, BYTES_BURST_MAX, Instant::now());
         Metered { stream, bytes }
     }
 
     /// The stream alone.
-    pub fn into_inner(self) -> TcpStream {
+    pub fn into_inner(self) -> Stream {
         self.stream
     }
 }

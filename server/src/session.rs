@@ -8,6 +8,7 @@ use crate::outbox::Outbox;
 use crate::pongs::Pongs;
 use crate::rate::TokenBucket;
 use crate::rooms::Facts;
+use crate::stream::Stream;
 use crate::ticker::{FromSession, Join};
 use crate::{App, Phase};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -20,7 +21,6 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::time::{interval_at, timeout};
 use tokio_tungstenite::WebSocketStream;
@@ -41,7 +41,7 @@ enum End {
 }
 
 /// Plays one session on an upgraded connection; `read` holds bytes that came with the upgrade.
-pub async fn play(stream: TcpStream, read: Vec<u8>, code: &str, address: IpAddr, app: &App) {
+pub async fn play(stream: Stream, read: Vec<u8>, code: &str, address: IpAddr, app: &App) {
     let config = Some(socket_config());
     let stream = Metered::new(stream);
     let mut socket = WebSocketStream::from_partially_read(stream, read, Role::Server, config).await;

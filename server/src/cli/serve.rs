@@ -2,6 +2,7 @@
 
 use super::{Failure, say, scene_file};
 use crate::replays::{Settings, days};
+use crate::tls::Tls;
 use crate::{Config, limits, run_with_ops};
 use jostle_sim::Scene;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -29,6 +30,13 @@ pub struct Serve {
     /// does the same
     #[arg(long, value_name = "FILE", requires = "ops")]
     ops_token_file: Option<PathBuf>,
+    /// PEM file with the certificates that this server shows, its own first: players then open https://
+    /// addresses. They are read once, at the start
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// PEM file with the private key of the first certificate of --tls-cert, not encrypted
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
     /// Directory with more scenes (*.toml); one with a built-in name replaces that one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
@@ -67,6 +75,10 @@ impl Serve {
             add_scenes(&mut config.scenes, dir)?;
         }
         config.ops_token = ops_token(self.ops_token_file.as_deref())?;
+        if let (Some(certificates), Some(key)) = (&self.tls_cert, &self.tls_key) {
+            let tls = Tls::read(certificates, key);
+            config.tls = Some(tls.map_err(|error| Failure::Usage(error.to_string()))?);
+        }
         config.origins = self.allow_origin;
         config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
         config.address_sessions_max = self.address_sockets as usize;
@@ -91,9 +103,10 @@ async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> R
         Some(ops) => Some(bind("--ops", ops).await?),
         None => None,
     };
-    say(format_args!("Jostle is at {}", url(bound)))?;
+    let scheme = if config.tls.is_some() { "https" } else { "http" };
+    say(format_args!("Jostle is at {}", url(scheme, bound)))?;
     if let Some((_, bound)) = &ops {
-        say(format_args!("Operators are at {}", url(*bound)))?;
+        say(format_args!("Operators are at {}", url("http", *bound)))?;
     }
     let ops = ops.map(|(listener, _)| listener);
     run_with_ops(listener, ops, config, stop)
@@ -136,13 +149,13 @@ async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketA
 }
 
 /// An address that works in a browser on this machine.
-fn url(bound: SocketAddr) -> String {
+fn url(scheme: &str, bound: SocketAddr) -> String {
     let shown = match bound.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
         IpAddr::V6(ip) if ip.is_unspecified() => IpAddr::V6(Ipv6Addr::LOCALHOST),
         ip => ip,
     };
-    format!("http://{}/", SocketAddr::new(shown, bound.port()))
+    format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
 }
 
 /// Listens from now on, so that no signal between here and the first await is lost.

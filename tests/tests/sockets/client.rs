@@ -9,6 +9,7 @@ use jostle_protocol::{
 use jostle_sim::{Buttons, Input, Vec2};
 use std::net::SocketAddr;
 use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
@@ -19,8 +20,8 @@ use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 pub const LONG: Duration = Duration::from_secs(30);
 
 /// One socket, and the newest snapshot that came over it.
-pub struct Client {
-    pub socket: WebSocketStream<TcpStream>,
+pub struct Client<S = TcpStream> {
+    pub socket: WebSocketStream<S>,
     pub seat: u16,
     pub token: Token,
     /// Whether the welcome said so.
@@ -45,17 +46,7 @@ impl Client {
     pub async fn connect_over(socket: TcpSocket, address: SocketAddr, room: &str) -> Client {
         let stream = socket.connect(address).await.expect("a connection");
         stream.set_nodelay(true).expect("a live socket");
-        let url = format!("ws://{address}/{room}");
-        let config = WebSocketConfig::default()
-            .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
-            .read_buffer_size(4096);
-        let (socket, _) =
-            client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
-        let newest = Snapshot::default();
-        let stream = Stream::default();
-        let token = Token([0; TOKEN_BYTES]);
-        let (seat, host) = (u16::MAX, false);
-        Client { socket, seat, token, host, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
+        Client::upgraded(stream, &format!("ws://{address}/{room}")).await
     }
 
     /// A seated player with a first snapshot.
@@ -74,6 +65,22 @@ impl Client {
         client.send(&hello).await;
         client.welcomed(name).await;
         client
+    }
+}
+
+impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
+    /// An upgraded socket that has not said hello, over a stream that leads to a server.
+    pub async fn upgraded(stream: S, url: &str) -> Client<S> {
+        let config = WebSocketConfig::default()
+            .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
+            .read_buffer_size(4096);
+        let (socket, _) =
+            client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
+        let newest = Snapshot::default();
+        let stream = Stream::default();
+        let token = Token([0; TOKEN_BYTES]);
+        let (seat, host) = (u16::MAX, false);
+        Client { socket, seat, token, host, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
     }
 
     /// Says hello, and expects a seat and a first snapshot.

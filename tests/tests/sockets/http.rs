@@ -7,7 +7,7 @@ use jostle_server::{assets, limits};
 use serde_json::Value;
 use std::net::SocketAddr;
 use std::time::Duration;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
@@ -32,13 +32,21 @@ impl Answer {
 
 /// Sends one request as it is and reads to the end.
 pub async fn raw(address: SocketAddr, request: &str) -> Answer {
-    let answer = timeout(LONG, exchange(address, request)).await.expect("an answer in time");
+    let stream = TcpStream::connect(address).await.expect("a connection");
+    raw_over(stream, request).await
+}
+
+/// The same over a stream that leads there.
+pub async fn raw_over(stream: impl AsyncRead + AsyncWrite + Unpin, request: &str) -> Answer {
+    let answer = timeout(LONG, exchange(stream, request)).await.expect("an answer in time");
     answer.expect("an answer and not a closed connection")
 }
 
 /// The same; `None` if the connection is closed instead.
-async fn exchange(address: SocketAddr, request: &str) -> Option<Answer> {
-    let mut stream = TcpStream::connect(address).await.expect("a connection");
+async fn exchange(
+    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    request: &str,
+) -> Option<Answer> {
     stream.write_all(request.as_bytes()).await.ok()?;
     let mut bytes = Vec::new();
     stream.read_to_end(&mut bytes).await.ok()?;
@@ -56,7 +64,8 @@ pub async fn get(address: SocketAddr, path: &str) -> Answer {
 pub async fn get_at_last(address: SocketAddr, path: &str) -> Answer {
     let asking = async {
         loop {
-            if let Some(answer) = exchange(address, &get_request(path)).await {
+            let stream = TcpStream::connect(address).await.expect("a connection");
+            if let Some(answer) = exchange(stream, &get_request(path)).await {
                 return answer;
             }
             sleep(Duration::from_millis(20)).await;

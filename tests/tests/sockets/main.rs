@@ -14,3 +14,4 @@ mod replays;
 mod server;
 mod slow_reader;
 mod soak;
+mod tls;

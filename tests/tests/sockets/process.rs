@@ -59,8 +59,8 @@ impl Process {
         let mut address = || {
             let line = lines.next().expect("a line").expect("a readable line");
             let url = line.trim().rsplit(' ').next().expect("a url");
-            let address = url.trim_start_matches("http://").trim_end_matches('/');
-            address.parse().unwrap_or_else(|_| panic!("no url in {line:?}"))
+            let address = url.split_once("://").map_or(url, |(_, address)| address);
+            address.trim_end_matches('/').parse().unwrap_or_else(|_| panic!("no url in {line:?}"))
         };
         let (address, ops) = (address(), address());
         Process { child, address, ops }

@@ -1,0 +1,169 @@
+//! The players' port under TLS, with certificates made for each test.
+
+use crate::client::{Client, LONG};
+use crate::http::{Answer, raw_over};
+use crate::process::Process;
+use crate::server::Server;
+use jostle_protocol::{Refusal, ServerMessage};
+use jostle_server::Config;
+use jostle_server::limits::Waits;
+use jostle_server::tls::Tls;
+use rcgen::{CertifiedKey, KeyPair, generate_simple_self_signed};
+use std::fs;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_rustls::TlsConnector;
+use tokio_rustls::client::TlsStream;
+use tokio_rustls::rustls::crypto::ring;
+use tokio_rustls::rustls::pki_types::ServerName;
+use tokio_rustls::rustls::{ClientConfig, RootCertStore};
+
+/// Where the server says it is.
+const NAME: &str = "jostle.example.org";
+const GET: &str = "GET / HTTP/1.1\r\nHost: jostle.example.org\r\nConnection: close\r\n\r\n";
+
+/// A certificate of [`NAME`] in files.
+struct Identity {
+    dir: PathBuf,
+    made: CertifiedKey<KeyPair>,
+}
+
+impl Identity {
+    fn new(test: &str) -> Identity {
+        let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tls-{test}"));
+        fs::create_dir_all(&dir).expect("a directory");
+        let made = generate_simple_self_signed([NAME.to_owned()]).expect("a certificate");
+        let identity = Identity { dir, made };
+        identity.write("certificate.pem", &identity.made.cert.pem());
+        identity.write("key.pem", &identity.made.signing_key.serialize_pem());
+        identity
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        fs::write(self.path(name), text).expect("a writable directory");
+        self.path(name)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.join(name)
+    }
+
+    async fn serve(&self, waits: Waits) -> Server {
+        let tls = Tls::read(&self.path("certificate.pem"), &self.path("key.pem"));
+        let tls = Some(tls.unwrap_or_else(|error| panic!("{error}")));
+        Server::start_with(Config { tls, waits, ..Config::default() }).await
+    }
+
+    /// A stream to a server whose certificate must be this one.
+    async fn connect(&self, address: SocketAddr) -> std::io::Result<TlsStream<TcpStream>> {
+        let mut roots = RootCertStore::empty();
+        roots.add(self.made.cert.der().clone()).expect("a certificate");
+        let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
+            .with_safe_default_protocol_versions()
+            .expect("versions that ring can do")
+            .with_root_certificates(roots)
+            .with_no_client_auth();
+        let stream = TcpStream::connect(address).await.expect("a connection");
+        let name = ServerName::try_from(NAME).expect("a name");
+        let shaken = TlsConnector::from(Arc::new(config)).connect(name, stream);
+        timeout(LONG, shaken).await.expect("a handshake in time")
+    }
+
+    async fn get(&self, address: SocketAddr) -> Answer {
+        raw_over(self.connect(address).await.expect("a handshake"), GET).await
+    }
+
+    async fn join(&self, address: SocketAddr) -> Client<TlsStream<TcpStream>> {
+        let stream = self.connect(address).await.expect("a handshake");
+        let mut client = Client::upgraded(stream, &format!("wss://{NAME}/arena")).await;
+        client.enter("Ann", None).await;
+        client
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pages_load_and_players_play_to_the_end() {
+    let identity = Identity::new("play");
+    let mut server = identity.serve(Waits::default()).await;
+    assert_eq!(identity.get(server.address).await.status, 200);
+    let mut ann = identity.join(server.address).await;
+    ann.goes_on().await;
+    server.stop();
+    while !matches!(ann.message().await, ServerMessage::Draining { .. }) {}
+    ann.is_refused(Refusal::Closing).await;
+    drop(ann);
+    server.ended().await;
+}
+
+/// Reads until the server hangs up.
+async fn hung_up(mut stream: TcpStream) {
+    let mut bytes = Vec::new();
+    // A reset ends it as well.
+    let _ = timeout(LONG, stream.read_to_end(&mut bytes)).await.expect("an end in time");
+    assert!(!bytes.starts_with(b"HTTP"), "nothing is served in the clear");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_shakes_no_hands_is_let_go_and_counted() {
+    let identity = Identity::new("refused");
+    let server =
+        identity.serve(Waits { http_head: Duration::from_secs(3), ..Waits::default() }).await;
+    let mut ann = identity.join(server.address).await;
+    // Speaks plainly.
+    let mut plain = TcpStream::connect(server.address).await.expect("a connection");
+    plain.write_all(GET.as_bytes()).await.expect("a live socket");
+    hung_up(plain).await;
+    // Does not believe the certificate.
+    let stranger = Identity::new("stranger");
+    assert!(stranger.connect(server.address).await.is_err(), "another certificate");
+    server.counts("jostle_refusals_total{reason=\"bad_tls\"}", 2).await;
+    // Says nothing.
+    hung_up(TcpStream::connect(server.address).await.expect("a connection")).await;
+    server.counts("jostle_refusals_total{reason=\"slow_tls\"}", 1).await;
+    ann.goes_on().await;
+}
+
+#[test]
+fn files_that_cannot_serve_are_named() {
+    let ours = Identity::new("files");
+    let other = Identity::new("other-files");
+    let empty = ours.write("empty.pem", "");
+    let broken = ours.write("broken.pem", "-----BEGIN CERTIFICATE-----\nAAAA\n");
+    let hollow =
+        ours.write("hollow.pem", "-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n");
+    let (certificate, key) = (ours.path("certificate.pem"), ours.path("key.pem"));
+    let (missing, foreign) = (ours.path("missing.pem"), other.path("key.pem"));
+    for (certificate, key, option, file, found) in [
+        (&missing, &key, "--tls-cert", &missing, "no file to read ("),
+        (&empty, &key, "--tls-cert", &empty, "no certificate;"),
+        (&key, &key, "--tls-cert", &key, "no certificate;"),
+        (&broken, &key, "--tls-cert", &broken, "no PEM ("),
+        (&hollow, &key, "--tls-key", &key, ""),
+        (&certificate, &missing, "--tls-key", &missing, "no file to read ("),
+        (&certificate, &certificate, "--tls-key", &certificate, "no private key in the clear;"),
+        (&certificate, &foreign, "--tls-key", &foreign, ""),
+    ] {
+        let error = Tls::read(certificate, key).expect_err("files that cannot serve").to_string();
+        let place = format!("{option} {}: found {found}", file.display());
+        assert!(error.contains(&place) && error.contains("; allowed: "), "{error}");
+    }
+    Tls::read(&certificate, &key).unwrap_or_else(|error| panic!("{error}"));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_program_serves_with_files_from_the_command_line() {
+    let identity = Identity::new("process");
+    let [certificate, key] = ["certificate.pem", "key.pem"].map(|name| identity.path(name));
+    let serve = move || {
+        let [certificate, key] = [&certificate, &key].map(|path| path.to_str().expect("text"));
+        Process::serve(&["--tls-cert", certificate, "--tls-key", key], Stdio::inherit())
+    };
+    let process = tokio::task::spawn_blocking(serve).await.expect("a server");
+    assert_eq!(identity.get(process.address).await.status, 200);
+}
