@@ -9,6 +9,7 @@
 
 pub mod assets;
 pub mod cli;
+pub mod connects;
 pub mod http;
 pub mod lag;
 pub mod limits;

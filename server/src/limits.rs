@@ -19,6 +19,11 @@ pub const ADDRESS_CONNECTIONS_MAX: usize = 512;
 pub const ADDRESS_SESSIONS_MAX: usize = 128;
 /// TCP connections of one address beyond its game sockets, where more of those are allowed than usual.
 pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MAX - ADDRESS_SESSIONS_MAX;
+/// TCP connections of one address a second in the long run (IPv6: of one /64). At once as many may come
+/// as it may hold: a party that opens the page together, a class whose server starts again.
+pub const CONNECTS_PER_SECOND_MAX: u32 = 50;
+/// Addresses whose connects are told apart at a time. One that came once is forgotten 20 ms later.
+pub const CONNECTING_ADDRESSES_MAX: usize = 4096;
 /// Wait after the listener failed to accept, so that a lack of descriptors does not spin.
 pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// Bytes that the kernel may hold for one socket. What it holds can no longer be left out for a

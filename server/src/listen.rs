@@ -1,5 +1,6 @@
 //! The port: accepts connections until it is told to stop, then drains them.
 
+use crate::connects::Connects;
 use crate::http::{self, Upgrade};
 use crate::peers::Permit;
 use crate::replays::Recording;
@@ -14,12 +15,17 @@ use std::net::{IpAddr, SocketAddr};
 use std::pin::pin;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 use tracing::{debug, info, warn};
+
+/// The answer to who connects too fast.
+const CONNECTS_TOO_FAST: &[u8] = b"HTTP/1.1 429 Too Many Requests\r\nRetry-After: 1\r\n\
+    Content-Length: 0\r\nConnection: close\r\n\r\n";
 
 /// Serves until `shutdown` resolves, then tells the players, closes their sockets and returns
 /// within [`limits::DRAIN_NOTICE`] + 3 x [`limits::DRAIN_MAX`].
@@ -86,6 +92,7 @@ fn check(config: &Config) -> io::Result<()> {
 }
 
 async fn accept(listener: &TcpListener, app: &Arc<App>, alive: &mpsc::Sender<Infallible>) {
+    let mut connects = Connects::new(app.connections.address_max());
     let mut is_failing = false;
     loop {
         let (stream, peer) = match listener.accept().await {
@@ -103,6 +110,12 @@ async fn accept(listener: &TcpListener, app: &Arc<App>, alive: &mpsc::Sender<Inf
         };
         is_failing = false;
         let is_proxy = app.trusted_proxies.contains(&peer.ip().to_canonical());
+        // A proxy speaks for many, and slows them itself.
+        if !is_proxy && !connects.admit(peer.ip(), Instant::now()) {
+            turn_back(&stream, app);
+            debug!(address = %peer.ip(), "connects too fast");
+            continue;
+        }
         let permit = match is_proxy {
             // It speaks for many; they are counted when they play.
             true => app.connections.admit_one_of_all(peer.ip()),
@@ -118,6 +131,15 @@ async fn accept(listener: &TcpListener, app: &Arc<App>, alive: &mpsc::Sender<Inf
             serve(stream, peer, permit, &app).await;
             drop(alive);
         });
+    }
+}
+
+/// Counts who connects too fast, and says so where that is free: under TLS it would cost a handshake.
+fn turn_back(stream: &TcpStream, app: &App) {
+    app.metrics.turned_away("connects_too_fast");
+    if app.tls.is_none() {
+        // A new socket takes so few bytes at once; if this one does not, it is closed without them.
+        let _ = socket2::SockRef::from(stream).send(CONNECTS_TOO_FAST);
     }
 }
 

@@ -29,6 +29,11 @@ impl Peers {
         Arc::new(Peers { in_all_max, address_max, counts: Mutex::default() })
     }
 
+    /// Sockets of one address at a time.
+    pub fn address_max(&self) -> usize {
+        self.address_max
+    }
+
     /// A place for one socket of `ip`, or `None` when a limit is reached.
     pub fn admit(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
         self.admit_up_to(self.address_max, ip)

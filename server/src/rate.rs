@@ -18,6 +18,11 @@ impl TokenBucket {
         TokenBucket { per_second: per_second.into(), burst, tokens: burst, filled_at: now }
     }
 
+    /// Whether it is as a new one is.
+    pub fn is_full(&self, now: Instant) -> bool {
+        self.tokens + self.gained(now) >= self.burst
+    }
+
     /// Takes one token; `false` when none is left.
     pub fn take(&mut self, now: Instant) -> bool {
         self.take_many(1, now)
@@ -26,14 +31,17 @@ impl TokenBucket {
     /// Takes so many tokens; `false`, and none is taken, when fewer are left.
     pub fn take_many(&mut self, count: usize, now: Instant) -> bool {
         let count = count as f64;
-        let gained = now.saturating_duration_since(self.filled_at).as_secs_f64() * self.per_second;
-        self.tokens = (self.tokens + gained).min(self.burst);
+        self.tokens = (self.tokens + self.gained(now)).min(self.burst);
         self.filled_at = now;
         let allowed = self.tokens >= count;
         if allowed {
             self.tokens -= count;
         }
         allowed
+    }
+
+    fn gained(&self, now: Instant) -> f64 {
+        now.saturating_duration_since(self.filled_at).as_secs_f64() * self.per_second
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::refusals;
 use crate::client::{Client, LONG};
-use crate::http::get;
+use crate::http::{get, raw_over};
 use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage, VERSION};
-use jostle_server::limits::{OPS_CONNECTIONS_MAX, Waits};
+use jostle_server::Config;
+use jostle_server::limits::{ADDRESS_CONNECTIONS_MAX, OPS_CONNECTIONS_MAX, Waits};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
@@ -16,12 +17,22 @@ const CROWD: u16 = 500;
 /// Players of the arena.
 const SEATS: usize = 64;
 
+/// An address of this machine from which trouble comes.
+const EVE: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 1);
+/// Another one.
+const MALLORY: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 2);
+
+/// A socket of one of this machine's addresses.
+fn socket_of(own: Ipv4Addr) -> TcpSocket {
+    let socket = TcpSocket::new_v4().expect("a socket");
+    socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
+    socket
+}
+
 /// Joins from one of several addresses of this machine; a seat, or why there is none.
 async fn attempt(server: SocketAddr, number: u16) -> Result<Client, Refusal> {
-    let socket = TcpSocket::new_v4().expect("a socket");
     let own = Ipv4Addr::new(127, 0, 1, (number % 8) as u8 + 1);
-    socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
-    let mut client = Client::connect_over(socket, server, "arena").await;
+    let mut client = Client::connect_over(socket_of(own), server, "arena").await;
     client.hello(VERSION, "Many", None).await;
     match client.message().await {
         ServerMessage::Welcome { .. } => Ok(client),
@@ -69,9 +80,7 @@ const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limi
 
 /// Joins from an address of this machine, plays and vanishes; `false` if there is no seat.
 async fn comes_and_vanishes(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
-    let socket = TcpSocket::new_v4().expect("a socket");
-    socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
-    let mut client = Client::connect_over(socket, server, "small").await;
+    let mut client = Client::connect_over(socket_of(own), server, "small").await;
     client.hello(VERSION, "Gone", None).await;
     let ServerMessage::Welcome { seat, .. } = client.message().await else { return false };
     client.seat = seat;
@@ -86,18 +95,56 @@ async fn comes_and_vanishes(server: SocketAddr, own: Ipv4Addr, plays: bool) -> b
 async fn who_joins_and_vanishes_again_and_again_fills_no_room() {
     let server = Server::start_with_scene("small", SMALL).await;
     let mut ann = Client::join(server.address, "small", "Ann").await;
-    let [eve, mallory] = [Ipv4Addr::new(127, 0, 1, 1), Ipv4Addr::new(127, 0, 1, 2)];
     // Without an input no seat is held; with one, those of the own address give way in a full room.
     for plays in [false, true] {
         for _ in 0..9 {
-            assert!(comes_and_vanishes(server.address, eve, plays).await);
+            assert!(comes_and_vanishes(server.address, EVE, plays).await);
             ann.is_heard().await;
         }
     }
     assert!(server.count("jostle_leaves_total{how=\"displaced\"}").await > 0);
     // Who comes from elsewhere finds a seat all the same.
-    assert!(comes_and_vanishes(server.address, mallory, true).await);
+    assert!(comes_and_vanishes(server.address, MALLORY, true).await);
     assert_eq!(server.count(&refusals("room_full")).await, 0);
+    ann.goes_on().await;
+}
+
+/// Connects and says nothing: what the server says to that.
+async fn said_to_the_silent(mut stream: TcpStream) -> String {
+    let mut said = String::new();
+    // It may be closed already; a reset says nothing.
+    let _ = stream.shutdown().await;
+    let _ = timeout(LONG, stream.read_to_string(&mut said)).await.expect("an end in time");
+    said
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_connects_without_end_is_slowed_and_nobody_else() {
+    let config = Config { address_sessions_max: 1, ..Config::default() };
+    let server = Server::start_with(config).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let flood = async {
+        loop {
+            let mut streams = Vec::new();
+            for _ in 0..ADDRESS_CONNECTIONS_MAX {
+                let stream = socket_of(EVE).connect(server.address).await;
+                streams.push(stream.expect("a connection"));
+            }
+            for stream in streams {
+                let said = said_to_the_silent(stream).await;
+                if said.starts_with("HTTP/1.1 429 ") {
+                    return said;
+                }
+            }
+        }
+    };
+    let said = timeout(LONG, flood).await.expect("an answer in time");
+    assert!(said.contains("\r\nRetry-After: 1\r\n"), "{said}");
+    assert!(server.count(&refusals("connects_too_fast")).await > 0);
+    let mallory = socket_of(MALLORY).connect(server.address).await.expect("a connection");
+    let request = "GET / HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n";
+    assert_eq!(raw_over(mallory, request).await.status, 200);
     ann.goes_on().await;
 }
 
