@@ -103,7 +103,13 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
     let retry = Duration::from_secs(1);
     let look_every = Duration::from_millis(200);
     let replays = Settings { create, wall, retry, look_every, ..Settings::new(dir) };
-    let mut config = Config { waits: waits(), replays: Some(replays), ..Config::default() };
+    let mut config = Config {
+        waits: waits(),
+        replays: Some(replays),
+        // All faults come from a few addresses of this machine.
+        address_sessions_max: 8192,
+        ..Config::default()
+    };
     for (name, source) in [("restless", RESTLESS), ("crowd", CROWD)] {
         config.scenes.push(Scene::parse(&format!("{name}.toml"), source)?);
     }
