@@ -56,6 +56,8 @@ impl Rate {
 pub struct Reader {
     /// How often it is sent something.
     pub rate: Rate,
+    /// Tick of its keyframe.
+    pub began: u32,
     /// Messages of the feed before its keyframe.
     since: u64,
     /// Whose camera it sees with; the whole world if nobody's.
@@ -201,9 +203,10 @@ impl Feed {
     }
 
     /// More happened than one message may tell: a keyframe for all, which tells nothing of it but what
-    /// flies since.
+    /// flies since, and that only to those who have the very particles: at lower rates they are decoration.
     fn restart(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
-        let told = if particles.stirs() { particles.tell() } else { Vec::new() };
+        let tells = self.rate == Rate::Full && particles.stirs();
+        let told = if tells { particles.tell() } else { Vec::new() };
         self.message = Some(self.stream.keyframe(snapshot, &[], &told).into());
         self.count += u64::from(Stream::KEYFRAME_AGE) + 1;
         self.young.clear();
@@ -212,8 +215,8 @@ impl Feed {
     /// A client begins with the newest message's snapshot, which may be older than the newest tick. It
     /// is told what flies if that is known of the very tick of the snapshot.
     pub fn begin(&mut self, flying: Option<Flying>) -> (Reader, Bytes) {
-        let reader = Reader { rate: self.rate, since: self.count, seat: None };
         let newest = self.newest().tick;
+        let reader = Reader { rate: self.rate, began: newest, since: self.count, seat: None };
         let flying = flying.filter(|flying| flying.tick == newest && flying.particles.stirs());
         if self.young.back().is_none_or(|young| young.since != self.count) {
             let (stream, keyframe) = self.stream.branch(&[]);
@@ -397,5 +400,19 @@ mod tests {
         assert!(client.listen(&feed) && young.listen(&feed));
         assert_eq!(client.events.len(), EVENTS_MAX + 1);
         assert_eq!(young.events, [3]);
+    }
+
+    #[test]
+    fn a_keyframe_for_all_tells_what_flies_at_the_full_rate_alone() {
+        for rate in Rate::ALL {
+            let mut feed = Feed::new(rate, &snapshot(0));
+            let mut client = Client::begin(&mut feed);
+            let events = vec![event(12); EVENTS_MAX + 1];
+            feed.push(&snapshot(12), &events, &flying(), &mut Press::default());
+            let bytes = feed.message(&client.reader).expect("a keyframe").clone();
+            let told = client.stream.decode(&bytes).unwrap().particles;
+            let full = if rate == Rate::Full { flying().tell() } else { Vec::new() };
+            assert_eq!(told, full, "{rate:?}");
+        }
     }
 }

@@ -347,7 +347,8 @@ impl Room {
 
     /// The same for a player's client, which in a world larger than its view is sent what the camera
     /// can see. A reader that the player had before ends with this. Only the first of a socket is told
-    /// what flies: who begins again was too slow, or was not any more, and has most of it.
+    /// what flies, even if its link is so slow that the keyframe is dropped before it is sent: who begins
+    /// again was too slow, or was not any more, and mostly has most of it.
     pub fn begin_at(&mut self, seat: Seat, rate: Rate) -> (Reader, Bytes) {
         let scene = self.game.scene();
         let member = self.members.at_mut(seat);

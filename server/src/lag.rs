@@ -35,12 +35,14 @@ impl Lag {
         }
     }
 
-    /// A snapshot of this tick is on its way.
+    /// A snapshot of this tick is on its way. While nothing moves a keyframe may be older than what was
+    /// sent before: then that is the newest that can be heard.
     pub fn sent(&mut self, tick: u32) {
         if self.heard == self.sent {
             self.moved = tick;
         }
         self.sent = tick;
+        self.heard = self.heard.min(tick);
     }
 
     /// An input of now says what was heard, by its low bits. Who claims the future is told as little as
@@ -137,5 +139,19 @@ mod tests {
         lag.sent(95_000);
         lag.heard(96_000u32 as u16, 95_001);
         assert_eq!((lag.ticks(), lag.is_silent(99_999, 1200)), (0, false), "the future");
+    }
+
+    #[test]
+    fn who_begins_anew_with_an_older_keyframe_is_not_behind() {
+        let mut lag = Lag::new(0);
+        plays(&mut lag, 1..100, |_| 0);
+        lag.sent(90);
+        for low in [99, 90] {
+            lag.heard(low, 120);
+            assert_eq!((lag.ticks(), lag.is_silent(9000, 1200)), (0, false));
+        }
+        lag.sent(121);
+        lag.heard(90, 125);
+        assert_eq!(lag.ticks(), 31);
     }
 }

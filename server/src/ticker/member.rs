@@ -53,7 +53,7 @@ impl Member {
             metrics.sent(self.rate, keyframe.len());
             let dropped = self.outbox.keyframe(keyframe);
             metrics.skipped(Skip::Lag, dropped);
-            self.lag.sent(tick);
+            self.lag.sent(reader.began);
             self.reader = Some(reader);
         }
         if self.lag.is_silent(tick, silent_ticks_max) {
@@ -83,10 +83,13 @@ impl Member {
     }
 
     fn choose_rate(&mut self, tick: u32, metrics: &Metrics) {
-        if self.lag.lags(tick) {
+        // Only at a tick of the lower rate: between two of them its keyframe is of the one before, and
+        // what happened since, which may have been told already, would be told again.
+        let lower = self.rate.lower();
+        if self.lag.lags(tick) && tick.is_multiple_of(lower.every().into()) {
             self.lag.relieved(tick);
             self.late_tick = tick;
-            if self.rate.lower() != self.rate {
+            if lower != self.rate {
                 self.begin_lower(tick, metrics);
             }
         }
@@ -106,3 +109,6 @@ impl Member {
         self.late_tick = tick;
     }
 }
+
+#[cfg(test)]
+mod tests;
