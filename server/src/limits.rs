@@ -119,7 +119,7 @@ pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
 pub const KICKED_MAX: usize = 64;
 /// Characters of the code of a private room, 5 bits each: nobody finds one by trying.
 pub const PRIVATE_CODE_CHARS: usize = 20;
-/// Time in which a room answers an operator.
+/// Time in which a room answers an operator; all of them together where all are asked.
 pub const ORDER_WAIT: Duration = Duration::from_secs(1);
 /// Characters of an operators' token, at least.
 pub const OPS_TOKEN_CHARS_MIN: usize = 16;
@@ -127,6 +127,8 @@ pub const OPS_TOKEN_CHARS_MIN: usize = 16;
 pub const ORDERS_WAITING_MAX: usize = 16;
 /// Joins that wait for a room's next tick: all that a room can take.
 pub const JOINS_WAITING_MAX: usize = SEATS_MAX;
+/// Joins that a room answers each time it wakes; the others wait for the next tick.
+pub const JOINS_PER_WAKEUP: usize = 32;
 /// Ticks played in a row to catch up; what is due beyond them is skipped and counted as missed.
 pub const CATCH_UP_TICKS_MAX: u32 = 5;
 /// Time between two log lines about missed ticks of a room.

@@ -21,6 +21,11 @@ impl RunQueue {
         let length = read_from_start(self.counts.as_ref()?, &mut bytes)?;
         waited(str::from_utf8(&bytes[..length]).ok()?)
     }
+
+    /// Time waited since [`RunQueue::waited`] said this. Never negative, whatever the system counts.
+    pub fn waited_since(&self, before: Option<Duration>) -> Option<Duration> {
+        Some(self.waited()?.saturating_sub(before?))
+    }
 }
 
 /// Nanoseconds on a processor, nanoseconds waiting for one, turns.
@@ -57,5 +62,7 @@ mod tests {
         let before = counts.waited().expect("a count");
         std::thread::yield_now();
         assert!(counts.waited().expect("a count") >= before);
+        assert_eq!(counts.waited_since(Some(Duration::MAX)), Some(Duration::ZERO));
+        assert_eq!(counts.waited_since(None), None);
     }
 }

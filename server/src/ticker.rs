@@ -5,7 +5,7 @@
 mod door;
 mod member;
 
-pub use door::Door;
+pub use door::{Door, Held};
 pub use member::Member;
 
 use crate::limits;
@@ -174,7 +174,7 @@ impl Ticker {
             let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
             std::thread::sleep(awaited.saturating_duration_since(Instant::now()));
             let now = Instant::now();
-            let queued = run_queue.waited().zip(waited_before).map(|(all, before)| all - before);
+            let queued = run_queue.waited_since(waited_before);
             let due = schedule.due(now);
             missed.report(&self.facts.code, schedule.missed(), now);
             if *self.phase.borrow() == Phase::Closing {
@@ -213,19 +213,24 @@ impl Ticker {
     }
 
     fn admit(&mut self, room: &mut Room) {
-        while let Ok(join) = self.joins.try_recv() {
-            self.seat(room, join);
+        let mut held = None;
+        for _ in 0..limits::JOINS_PER_WAKEUP {
+            let Ok(join) = self.joins.try_recv() else { return };
+            self.seat(room, join, &mut held);
         }
     }
 
-    fn seat(&mut self, room: &mut Room, join: Join) {
+    /// Seats somebody, or says why not. `held`: the held seats, once somebody needed them.
+    fn seat(&mut self, room: &mut Room, join: Join, held: &mut Option<Held>) {
         let (name, address) = (join.appearance.name.clone(), join.address);
         let (own, host) = (self.facts.number, join.hosted == Some(self.facts.number));
-        match self.place(room, &join, host) {
+        match self.place(room, &join, host, held) {
             Ok(Welcome { claim, resumed }) => {
+                *held = None;
                 self.metrics.joined(resumed);
                 let seat = claim.seat;
-                self.replace(seat);
+                // The seat has a new socket; an older one, if there still is one, is forgotten.
+                self.end_sessions(seat, Refusal::Replaced);
                 self.door.seated(seat, address);
                 info!(
                     room = %self.facts.code, seat = seat.0, %name, %address, resumed, host,
@@ -241,7 +246,13 @@ impl Ticker {
     }
 
     /// The claimed seat, a free one, or in a full room one that is held for somebody who has to give way.
-    fn place(&self, room: &mut Room, join: &Join, host: bool) -> Result<Welcome, Refusal> {
+    fn place(
+        &self,
+        room: &mut Room,
+        join: &Join,
+        host: bool,
+        held: &mut Option<Held>,
+    ) -> Result<Welcome, Refusal> {
         let seat = |room: &mut Room| {
             let claim = join.claim.map(|sealed| sealed.claim);
             room.join(join.appearance.clone(), claim)
@@ -256,18 +267,14 @@ impl Ticker {
         }
         match seat(room) {
             Err(Refusal::RoomFull) => {
-                let held = self.door.displaced(room, join.address).ok_or(Refusal::RoomFull)?;
+                let held = held.get_or_insert_with(|| self.door.held(room));
+                let displaced = held.displaced(join.address).ok_or(Refusal::RoomFull)?;
                 self.metrics.left("displaced");
-                room.leave(held);
+                room.leave(displaced);
                 seat(room)
             }
             joined => joined,
         }
-    }
-
-    /// The seat has a new socket; an older one, if there still is one, is told so and forgotten.
-    fn replace(&mut self, seat: Seat) {
-        self.end_sessions(seat, Refusal::Replaced);
     }
 
     fn end_sessions(&mut self, seat: Seat, refusal: Refusal) {
@@ -294,8 +301,8 @@ impl Ticker {
                         }
                     }
                     Ok(FromSession::View { size }) => room.view(member.seat, size),
-                    Ok(FromSession::Kick { seat }) if member.host && seat != member.seat => {
-                        kicks.push(seat);
+                    Ok(FromSession::Kick { seat }) if member.host => {
+                        kicks.push((seat, Arc::clone(&member.outbox)));
                     }
                     Ok(FromSession::CloseRoom) if member.host => closes = true,
                     Ok(FromSession::Kick { .. } | FromSession::CloseRoom) => {
@@ -317,8 +324,12 @@ impl Ticker {
                 }
             }
         });
-        for seat in kicks {
-            self.kick(room, seat);
+        for (seat, outbox) in kicks {
+            if self.members.iter().any(|member| member.seat == seat && member.host) {
+                outbox.control(ServerMessage::Denied.encode());
+            } else {
+                self.kick(room, seat);
+            }
         }
         self.closed |= closes;
     }
@@ -368,7 +379,7 @@ impl Ticker {
         match self.rooms.retire(&self.facts, &self.joins) {
             None => true,
             Some(join) => {
-                self.seat(room, join);
+                self.seat(room, join, &mut None);
                 false
             }
         }

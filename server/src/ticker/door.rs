@@ -5,7 +5,7 @@ use crate::limits::{HELD_SHARE, KICKED_MAX, KICKED_TICKS};
 use crate::peers::network;
 use jostle_room::Room;
 use jostle_sim::Seat;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
 
 /// The addresses behind the seats, and those that have to stay outside for a while.
@@ -46,22 +46,44 @@ impl Door {
         self.kicked.iter().any(shut)
     }
 
-    /// The held seat that a newcomer of this address may have in a full room: the longest-lost of the own
-    /// address, and else of one that holds more than its share. So nobody can take a seat from others
-    /// who hold few, and who joins and vanishes again and again only spends seats of the own.
-    pub fn displaced(&self, room: &Room, newcomer: IpAddr) -> Option<Seat> {
-        let held = room.held();
-        let of = |address| move |&&seat: &&Seat| self.address(seat) == address;
-        if let Some(&own) = held.iter().find(of(Some(network(newcomer)))) {
-            return Some(own);
+    /// The seats of a room that are held, and for whom.
+    pub fn held(&self, room: &Room) -> Held {
+        let mut count_by_address = BTreeMap::new();
+        let seats = room.held().into_iter().map(|seat| (seat, self.address(seat)));
+        let seats: Vec<_> = seats.collect();
+        for &(_, address) in &seats {
+            *count_by_address.entry(address).or_default() += 1;
         }
         let share = (usize::from(room.scene().players_max) / HELD_SHARE).max(1);
-        let holds = |seat| held.iter().filter(of(self.address(seat))).count();
-        held.iter().copied().find(|&seat| holds(seat) > share)
+        Held { seats, count_by_address, share }
     }
 
     fn address(&self, seat: Seat) -> Option<IpAddr> {
         self.addresses.get(usize::from(seat.0)).copied().flatten()
+    }
+}
+
+/// The held seats of a room, good until somebody joins, leaves or is lost: counted once for all who ask
+/// in vain.
+#[derive(Debug)]
+pub struct Held {
+    /// Who was lost first comes first.
+    seats: Vec<(Seat, Option<IpAddr>)>,
+    count_by_address: BTreeMap<Option<IpAddr>, usize>,
+    /// Seats that one address may hold before it gives way to anybody.
+    share: usize,
+}
+
+impl Held {
+    /// The held seat that a newcomer of this address may have in a full room: the longest-lost of the own
+    /// address, and else of one that holds more than its share. So nobody can take a seat from others
+    /// who hold few, and who joins and vanishes again and again only spends seats of the own.
+    pub fn displaced(&self, newcomer: IpAddr) -> Option<Seat> {
+        let newcomer = Some(network(newcomer));
+        let own = self.seats.iter().find(|&&(_, address)| address == newcomer);
+        let many =
+            || self.seats.iter().find(|(_, address)| self.count_by_address[address] > self.share);
+        own.or_else(many).map(|&(seat, _)| seat)
     }
 }
 
@@ -97,10 +119,14 @@ mod tests {
     #[test]
     fn a_newcomer_gets_the_longest_lost_seat_of_the_own_address() {
         let (room, door) = full(&[1, 2, 2, 3]);
-        assert_eq!(door.displaced(&room, address(2)), Some(Seat(1)));
-        assert_eq!(door.displaced(&room, address(3)), Some(Seat(3)));
-        assert_eq!(door.displaced(&room, address(4)), None, "nobody's seat is taken by others");
-        assert_eq!(door.displaced(&room, address(200)), None, "who plays keeps the seat");
+        assert_eq!(door.held(&room).displaced(address(2)), Some(Seat(1)));
+        assert_eq!(door.held(&room).displaced(address(3)), Some(Seat(3)));
+        assert_eq!(
+            door.held(&room).displaced(address(4)),
+            None,
+            "nobody's seat is taken by others"
+        );
+        assert_eq!(door.held(&room).displaced(address(200)), None, "who plays keeps the seat");
     }
 
     #[test]
@@ -109,9 +135,9 @@ mod tests {
         let mut lost = vec![9; share + 1];
         lost.insert(0, 1);
         let (room, door) = full(&lost);
-        assert_eq!(door.displaced(&room, address(4)), Some(Seat(1)));
+        assert_eq!(door.held(&room).displaced(address(4)), Some(Seat(1)));
         let (room, door) = full(&lost[..=share]);
-        assert_eq!(door.displaced(&room, address(4)), None);
+        assert_eq!(door.held(&room).displaced(address(4)), None);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 use super::*;
 use crate::Config;
+use bytes::Bytes;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use std::sync::atomic::{AtomicU32, AtomicUsize};
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -115,6 +116,57 @@ fn a_room_that_fails_tells_its_players_and_no_other_room_notices() {
     drop(other_inbox);
     outside.phase.send_replace(Phase::Closing);
     outside.rooms.wait();
+}
+
+/// What is in an outbox but snapshots.
+fn words(outbox: &Outbox) -> Vec<ServerMessage> {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    outbox.keyframe(Bytes::new());
+    let all = std::iter::repeat_with(|| runtime.block_on(outbox.take()));
+    let before = all.take_while(|bytes| !bytes.is_empty());
+    before.map(|bytes| ServerMessage::decode(&bytes).expect("a message")).collect()
+}
+
+#[test]
+fn a_host_has_others_leave_but_no_host() {
+    let (mut ticker, _outside) = room("hosts", Duration::MAX);
+    let (mut room, _) = ticker.open();
+    let people = [Some(1), Some(1), None].map(|hosted| {
+        let (join, inbox, outbox) = join();
+        ticker.seat(&mut room, Join { hosted, ..join }, &mut None);
+        (inbox, outbox)
+    });
+    room.tick();
+    people.iter().for_each(|(_, outbox)| drop(words(outbox)));
+    for seat in [0, 1, 2] {
+        people[0].0.send(FromSession::Kick { seat: Seat(seat) }).expect("a place");
+    }
+    ticker.pass_on(&mut room);
+    assert_eq!(words(&people[0].1), [ServerMessage::Denied, ServerMessage::Denied]);
+    assert_eq!((room.players(), ticker.members.len()), (2, 2));
+    assert_eq!(end_of(&people[2].1), Refusal::Kicked);
+    assert!(ticker.kick(&mut room, Seat(1)), "operators may");
+    assert_eq!(end_of(&people[1].1), Refusal::Kicked);
+}
+
+#[test]
+fn so_many_joins_are_answered_in_a_tick_and_the_others_in_the_next() {
+    let (mut ticker, _outside) = room("queue", Duration::MAX);
+    let (mut room, _) = ticker.open();
+    let (joins, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
+    ticker.joins = receiver;
+    let waiting: Vec<_> = (0..limits::JOINS_PER_WAKEUP + 1)
+        .map(|_| {
+            let (join, inbox, outbox) = join();
+            joins.send(join).expect("a place");
+            (inbox, outbox)
+        })
+        .collect();
+    let last = &waiting[limits::JOINS_PER_WAKEUP].1;
+    ticker.admit(&mut room);
+    assert!(room.players() == limits::JOINS_PER_WAKEUP && words(last).is_empty());
+    ticker.admit(&mut room);
+    assert_eq!((room.players(), words(last).len()), (limits::JOINS_PER_WAKEUP + 1, 1));
 }
 
 #[test]

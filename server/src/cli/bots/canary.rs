@@ -47,7 +47,7 @@ fn listen(length: Duration) -> Canary {
         late.add(now.saturating_duration_since(awaited));
         schedule.due(now);
     }
-    let queued = run_queue.waited().zip(queued_before).map(|(all, before)| all - before);
+    let queued = run_queue.waited_since(queued_before);
     Canary {
         late_ms: late.spread(),
         queued_ms: queued.map(|queued| queued.as_secs_f64() * 1e3),
