@@ -13,10 +13,9 @@ use hyper::{Method, Request, Response, StatusCode};
 use jostle_protocol::PlayerState;
 use jostle_sim::Seat;
 use serde::Serialize;
-use std::sync::Arc;
 use tokio::sync::oneshot;
-use tokio::time::timeout;
-use tracing::{info, warn};
+use tokio::time::{Instant, timeout, timeout_at};
+use tracing::info;
 
 type Answer = Response<Full<Bytes>>;
 
@@ -47,8 +46,8 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, app: &App) -> Answe
         return respond(StatusCode::NOT_FOUND, TEXT, text.into());
     };
     if !bearer(request.headers()).is_some_and(|given| app.sealer.same(given, token.as_bytes())) {
+        // Counted and not logged: anybody who reaches the port could fill the log.
         app.metrics.turned_away("ops_unauthorized");
-        warn!(path = %request.uri().path(), "an operator without the token");
         return unauthorized();
     }
     let words: Vec<&str> = rest.split('/').collect();
@@ -75,20 +74,29 @@ fn unauthorized() -> Answer {
 }
 
 async fn rooms(app: &App) -> Answer {
+    // All are asked before the first is waited for.
+    let deadline = Instant::now() + limits::ORDER_WAIT;
+    let asked: Vec<_> =
+        app.rooms.list().into_iter().map(|facts| (ask(&facts, app), facts)).collect();
     let mut rooms = Vec::new();
-    for facts in app.rooms.list() {
-        rooms.push(entry(&facts, app).await);
+    for (players, facts) in asked {
+        // A room that is closing, or has too many orders waiting, drops the question.
+        let players = timeout_at(deadline, players).await.ok().and_then(Result::ok);
+        rooms.push(entry(&facts, players));
     }
     let body = serde_json::to_string(&serde_json::json!({ "rooms": rooms }));
     let body = body.expect("strings and numbers only");
     respond(StatusCode::OK, "application/json", body)
 }
 
-async fn entry(facts: &Arc<Facts>, app: &App) -> RoomEntry {
+/// Asks a room who plays there.
+fn ask(facts: &Facts, app: &App) -> oneshot::Receiver<Vec<PlayerState>> {
     let (answer, players) = oneshot::channel();
     app.rooms.order(&facts.code, Order::Players(answer));
-    // A room that is closing, or has too many orders waiting, drops the question.
-    let players = timeout(limits::ORDER_WAIT, players).await.ok().and_then(Result::ok);
+    players
+}
+
+fn entry(facts: &Facts, players: Option<Vec<PlayerState>>) -> RoomEntry {
     let shown = |player: PlayerState| PlayerEntry {
         seat: player.seat.0,
         name: player.appearance.name,
