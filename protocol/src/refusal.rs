@@ -30,9 +30,9 @@ pub enum Refusal {
     RoomFailed,
     /// The token gives no seat back: it was used, or is of another server or room.
     BadToken,
-    /// The host had the player leave.
+    /// The host or an operator had the player leave.
     Kicked,
-    /// The host closed the room.
+    /// The host or an operator closed the room.
     RoomClosed,
 }
 
@@ -102,9 +102,9 @@ impl Refusal {
             Refusal::RoomFailed => "This room broke and was closed; please pick another one.",
             Refusal::BadToken => "Your seat could not be kept; join again for another one.",
             Refusal::Kicked => {
-                "The host of this room had you leave it; you may come back later, or play elsewhere."
+                "You were told to leave this room; you may come back later, or play elsewhere."
             }
-            Refusal::RoomClosed => "The host closed this room; please pick another one.",
+            Refusal::RoomClosed => "This room was closed for all; please pick another one.",
         }
     }
 }
