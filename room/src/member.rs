@@ -4,7 +4,6 @@ use crate::input_queue::InputQueue;
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::{PlayerInfo, Seat, Vec2};
-use std::collections::BTreeSet;
 
 /// Who has a seat.
 #[derive(Clone, Debug)]
@@ -143,19 +142,32 @@ impl Members {
     pub fn distinct(&self, wanted: &Appearance, own: Option<Seat>) -> Appearance {
         let others =
             || self.iter().filter(|(seat, _)| Some(*seat) != own).map(|(_, member)| member);
-        let names: BTreeSet<&str> = others().map(|other| other.appearance.name.as_str()).collect();
+        let names = || others().map(|other| other.appearance.name.as_str());
         let colored = |color: u8| {
             others().any(|other| other.lost_tick.is_none() && other.appearance.color == color)
         };
         let mut appearance = wanted.clone();
-        let mut number = 1;
-        while names.contains(appearance.name.as_str()) {
-            number += 1;
-            appearance = wanted.numbered(number);
+        if names().any(|name| name == wanted.name) {
+            appearance = wanted.numbered(self.free_number(wanted, names()));
         }
         let colors = (0..COLORS).map(|step| (wanted.color + step) % COLORS);
         appearance.color = colors.into_iter().find(|&c| !colored(c)).unwrap_or(wanted.color);
         appearance
+    }
+
+    /// The smallest number from 2 on that no namesake has, in one pass over the names.
+    fn free_number<'a>(&self, wanted: &Appearance, names: impl Iterator<Item = &'a str>) -> usize {
+        // As many numbers as names cannot all be taken, and 0 and 1 are never given.
+        let mut taken = vec![false; self.seats.len() + 3];
+        for name in names {
+            let number = name.rsplit_once(' ').and_then(|(_, number)| number.parse::<usize>().ok());
+            let place = number.and_then(|number| Some((number, taken.get_mut(number)?)));
+            if let Some((number, place)) = place {
+                *place |= wanted.numbered(number).name == name;
+            }
+        }
+        let free = (2..taken.len()).find(|&number| !taken[number]);
+        free.expect("there are more numbers than names")
     }
 }
 
@@ -190,6 +202,14 @@ mod tests {
         assert_eq!(members.distinct(&look("Ann", 5), None), look("Ann 3", 5));
         assert_eq!(members.distinct(&look("Ann 2", 5), None), look("Ann 2 2", 5));
         assert_eq!(members.distinct(&look("Bob", 5), Some(Seat(2))), look("Bob", 5));
+        let mut members = Members::new(40);
+        let long = look("Twenty characters ab", 0);
+        for seat in 0..40 {
+            let look = members.distinct(&long, None);
+            let name = if seat == 0 { long.name.clone() } else { long.numbered(seat + 1).name };
+            assert_eq!(look.name, name);
+            members.put(Seat(seat as u16), Member::new(look, 0));
+        }
     }
 
     #[test]

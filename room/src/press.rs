@@ -10,6 +10,9 @@ use std::sync::Arc;
 const MESSAGES_MAX: usize = 1024;
 /// Messages that are asked whether their memory is free before more is taken.
 const TRIES: usize = 4;
+/// Bytes of a message whose memory is used again, at most: a larger one is rare, and freed by who
+/// holds it last. So the memory kept is bounded by messages times twice this, for it grows by doubling.
+const KEPT_BYTES_MAX: usize = 16 << 10;
 /// Memory of a new message: most of them fit.
 const USUAL_BYTES: usize = 512;
 
@@ -33,6 +36,9 @@ impl Press {
         memory.extend_from_slice(stream.write(&mut self.pen, snapshot, events));
         // Split off, the bytes share one count for good; `freeze` alone would make a new one each time.
         let message = memory.split().freeze();
+        if message.len() > KEPT_BYTES_MAX {
+            return message;
+        }
         if self.made.len() == MESSAGES_MAX {
             self.made.pop_front();
         }
@@ -76,6 +82,25 @@ mod tests {
         drop(held);
         assert_eq!(press.message(&mut stream, &snapshot(3), &[]).as_ptr(), place);
         assert_eq!(press.made.len(), 2);
+    }
+
+    #[test]
+    fn the_memory_of_a_large_message_is_not_kept() {
+        let (mut press, mut stream) = (Press::default(), Stream::new(1));
+        let body = |index| jostle_protocol::SnapshotBody {
+            id: jostle_sim::BodyId { index, generation: 0 },
+            kind: jostle_sim::Kind::Block,
+            owner: None,
+            group: 0,
+            shape: jostle_sim::Shape::circle(1.0),
+            quanta: [7 * index as i32, 7],
+        };
+        let bodies = (0..KEPT_BYTES_MAX as u32 / 4).map(body).collect();
+        let crowd = Arc::new(Snapshot { tick: 1, bodies, ..Snapshot::default() });
+        assert!(press.message(&mut stream, &crowd, &[]).len() > KEPT_BYTES_MAX);
+        assert!(press.made.is_empty());
+        press.message(&mut stream, &snapshot(2), &[]);
+        assert_eq!(press.made.len(), 1);
     }
 
     #[test]
