@@ -107,7 +107,7 @@ pub enum ServerMessage {
         /// Server tick when it was answered.
         tick: u32,
     },
-    /// Answer to what only a host may ask for.
+    /// Answer to what only a host may ask for, and to the kick of a host.
     Denied,
     /// A snapshot, still coded, kind included: for [`crate::Stream::decode`].
     Snapshot(Vec<u8>),
