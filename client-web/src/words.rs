@@ -196,8 +196,8 @@ pub const ASK_CLOSE: &str = "Close this room?";
 pub const ABOUT_CLOSE: &str = "Everybody has to leave it, you too, and its link ends.";
 /// The button that does it.
 pub const DO_CLOSE: &str = "Close the room";
-/// The server did not do what only a host may ask for.
-pub const DENIED: &str = "Only the host of this room may do that.";
+/// The server did not do what only a host may ask for, and of nobody who is one.
+pub const DENIED: &str = "Only the host of this room may do that, and not to a host.";
 
 /// A replay is on its way.
 pub const FETCHING: Notice = Notice {
