@@ -1,7 +1,7 @@
 //! Faults of docs/faults.md that no other test here shows: for each the answer, the counter that
 //! moves, and another player whose game goes on.
 
-mod crowds;
+pub mod crowds;
 pub mod frames;
 mod host;
 pub mod links;

@@ -25,9 +25,9 @@ fn binary() -> PathBuf {
     profile_dir.join(format!("jostle{}", std::env::consts::EXE_SUFFIX))
 }
 
-/// A running `jostle serve`; killed when the test fails.
+/// A running server; killed when the test fails.
 pub struct Process {
-    child: Child,
+    pub child: Child,
     pub address: SocketAddr,
     /// The operators' port.
     pub ops: SocketAddr,

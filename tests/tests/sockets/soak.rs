@@ -141,7 +141,7 @@ async fn thirty_faults_have_no_way_into_a_game_but_their_inputs() {
     let dir = Dir::new("soak");
     let seconds = Duration::from_secs(soak_seconds());
     let mut host = Host::start(dir.path());
-    let stage = Arc::new(Stage::new(host.address, host.ops, seconds));
+    let stage = Arc::new(Stage::new(host.process.address, host.process.ops, seconds));
     let ann = stage.join("arena", "Ann").await;
     let bob = stage.join("arena", "Bob").await;
     let players = [ann, bob].map(|player| tokio::spawn(play_to_the_end(player)));
@@ -169,12 +169,12 @@ async fn thirty_faults_have_no_way_into_a_game_but_their_inputs() {
         println!("row {row}: {} times", rounds.expect("every fault has its answer"));
     }
     stage.check_tally(&EXACT).await;
-    host.signal("TERM");
+    host.process.signal("TERM");
     let mut seen = Vec::new();
     for player in players {
         seen.push(player.await.expect("a game that goes on to the end"));
     }
-    assert_eq!(host.exit_status().await, Some(0));
+    assert_eq!(host.process.exit_status().await, Some(0));
 
     let mut compared = 0;
     for replay in dir.replays() {

@@ -29,10 +29,10 @@ fn socket_of(own: Ipv4Addr) -> TcpSocket {
     socket
 }
 
-/// Joins from one of several addresses of this machine; a seat, or why there is none.
-async fn attempt(server: SocketAddr, number: u16) -> Result<Client, Refusal> {
+/// Joins a room from one of several addresses of this machine; a seat, or why there is none.
+pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Client, Refusal> {
     let own = Ipv4Addr::new(127, 0, 1, (number % 8) as u8 + 1);
-    let mut client = Client::connect_over(socket_of(own), server, "arena").await;
+    let mut client = Client::connect_over(socket_of(own), server, room).await;
     client.hello(VERSION, "Many", None).await;
     match client.message().await {
         ServerMessage::Welcome { .. } => Ok(client),
@@ -49,7 +49,7 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let address = server.address;
     let attempts: Vec<_> =
-        (0..CROWD).map(|number| tokio::spawn(attempt(address, number))).collect();
+        (0..CROWD).map(|number| tokio::spawn(attempt(address, "arena", number))).collect();
     let (mut seated, mut refused) = (Vec::new(), 0);
     for attempt in attempts {
         match timeout(2 * LONG, attempt).await.expect("an answer in time").expect("no panic") {

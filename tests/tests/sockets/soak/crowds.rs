@@ -1,37 +1,23 @@
 //! Many at once: rows 21 to 23 of docs/faults.md.
 
 use super::stage::Stage;
-use crate::client::{Client, LONG};
+use crate::client::LONG;
+use crate::faults::crowds::attempt;
 use crate::http::get_at_last;
-use jostle_protocol::{Refusal, ServerMessage, VERSION};
+use jostle_protocol::Refusal;
 use jostle_server::limits::OPS_CONNECTIONS_MAX;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use tokio::io::AsyncReadExt;
-use tokio::net::{TcpSocket, TcpStream};
+use tokio::net::TcpStream;
 use tokio::time::timeout;
 
 /// Sockets of the crowd.
 const CROWD: u16 = 500;
 
-/// Joins from one of several addresses of this machine; a seat, or why there is none.
-async fn attempt(server: SocketAddr, number: u16) -> Result<Client, Refusal> {
-    let socket = TcpSocket::new_v4().expect("a socket");
-    let own = Ipv4Addr::new(127, 0, 2, (number % 8) as u8 + 1);
-    socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
-    let mut client = Client::connect_over(socket, server, "crowd").await;
-    client.hello(VERSION, "Many", None).await;
-    match client.message().await {
-        ServerMessage::Welcome { .. } => Ok(client),
-        ServerMessage::Refused { refusal } => Err(refusal),
-        other => panic!("{other:?} instead of an answer"),
-    }
-}
-
 /// Rows 21 and 22: five hundred connect at once, and leave at once.
 pub async fn crowd(stage: &Stage) {
     let address = stage.address;
     let attempts: Vec<_> =
-        (0..CROWD).map(|number| tokio::spawn(attempt(address, number))).collect();
+        (0..CROWD).map(|number| tokio::spawn(attempt(address, "crowd", number))).collect();
     let mut seated = Vec::new();
     for attempt in attempts {
         match timeout(2 * LONG, attempt).await.expect("an answer in time").expect("no panic") {

@@ -1,21 +1,15 @@
 //! The server of the soak: a process of its own, whose machine fails on demand.
 
-use crate::client::LONG;
+use crate::process::Process;
 use std::io::{BufRead, BufReader, Write};
-use std::net::SocketAddr;
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::time::Duration;
-use tokio::time::{sleep, timeout};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 
-/// A running `shaky_host`; killed when the test fails.
+/// A running `shaky_host`.
 pub struct Host {
-    child: Child,
+    pub process: Process,
     orders: ChildStdin,
     answers: BufReader<ChildStdout>,
-    pub address: SocketAddr,
-    /// The operators' port.
-    pub ops: SocketAddr,
 }
 
 impl Host {
@@ -32,40 +26,14 @@ impl Host {
         let line = line(&mut answers);
         let (address, ops) = line.split_once(' ').expect("two addresses");
         let parse = |text: &str| text.parse().expect("an address");
-        Host { child, orders, address: parse(address), ops: parse(ops), answers }
+        let process = Process { child, address: parse(address), ops: parse(ops) };
+        Host { process, orders, answers }
     }
 
     /// Has the machine do something; returns when it has.
     pub fn order(&mut self, order: &str) {
         writeln!(self.orders, "{order}").expect("a live host");
         assert_eq!(line(&mut self.answers), "ok", "{order}");
-    }
-
-    pub fn signal(&self, name: &str) {
-        let id = self.child.id().to_string();
-        let sent = Command::new("kill").args([format!("-{name}"), id]).status();
-        assert!(sent.expect("kill starts").success());
-    }
-
-    /// Waits for its end.
-    pub async fn exit_status(mut self) -> Option<i32> {
-        let ended = async {
-            loop {
-                if let Some(status) = self.child.try_wait().expect("a child") {
-                    return status.code();
-                }
-                sleep(Duration::from_millis(20)).await;
-            }
-        };
-        timeout(LONG, ended).await.expect("an end in time")
-    }
-}
-
-impl Drop for Host {
-    fn drop(&mut self) {
-        // Already ended, unless the test failed.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 

@@ -15,9 +15,9 @@ use tokio::time::{sleep, timeout};
 /// Row 24: the process stands still for 250 ms.
 pub async fn stands_still(stage: &Stage, host: &mut Host) {
     let before = stage.count("jostle_ticks_missed_total").await;
-    host.signal("STOP");
+    host.process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
-    host.signal("CONT");
+    host.process.signal("CONT");
     // Of 15 ticks 5 are caught up, and some may have been due at either end; this for each room.
     stage.moved("jostle_ticks_missed_total", before, 8).await;
     stage.counts("jostle_ticks_missed_total", 8);
