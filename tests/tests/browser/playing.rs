@@ -111,8 +111,7 @@ pub async fn impulse_tools(stage: Arc<Stage>) -> Result<()> {
 async fn grab(tab: &Tab) -> Result<()> {
     tab.ticks(120).await?;
     let state = tab.state().await?;
-    let body = (*state.of_kind("dumb").first().context("some dumb minion")?).clone();
-    let top = [body.pos[0], 28.0];
+    let (body, goal) = way_out(&state).context("a dumb minion with a way out of the heap")?;
     tab.aim(body.pos).await?;
     tab.key_down("x").await?;
     tab.ticks(3).await?;
@@ -120,15 +119,51 @@ async fn grab(tab: &Tab) -> Result<()> {
         let held = s.own_player()?.held?;
         s.bodies.iter().find(|body| body.id == held).cloned()
     };
-    let at_pointer = |s: &State| held(s).is_some_and(|body| distance(&body, top) < 2.0);
-    let taken = tab.until_aimed(top, false, "a dumb minion at the pointer", at_pointer).await?;
+    let at_pointer = |s: &State| held(s).is_some_and(|body| distance(&body, goal) < 2.0);
+    let taken = tab.until_aimed(goal, false, "a dumb minion at the pointer", at_pointer).await?;
     assert_eq!(held(&taken).context("it is held")?.kind, "dumb");
     let later = taken.ticks() + 30;
     let stays = |s: &State| s.ticks() > later && at_pointer(s);
-    tab.until_aimed(top, false, "it still at the pointer while X is down", stays).await?;
+    tab.until_aimed(goal, false, "it still at the pointer while X is down", stays).await?;
     tab.key_up("x").await?;
     tab.until("it let go", |s| held(s).is_none()).await?;
     Ok(())
+}
+
+/// A dumb minion and a point to which nothing is in its way. Each room has its platforms elsewhere,
+/// and a slow machine has more in the heap.
+fn way_out(state: &State) -> Option<(Body, [f32; 2])> {
+    let goals = (20..=180).step_by(4).flat_map(|x| (14..=98).step_by(4).map(move |y| [x, y]));
+    let goals: Vec<[f32; 2]> = goals.map(|goal| goal.map(|part| part as f32)).collect();
+    let mut dumb = state.of_kind("dumb");
+    dumb.sort_by(|a, b| b.pos[1].total_cmp(&a.pos[1]));
+    dumb.into_iter().find_map(|body| {
+        let leads_out = |goal: &&[f32; 2]| {
+            let apart = distance(body, **goal);
+            (8.0..30.0).contains(&apart) && is_open(state, body, **goal)
+        };
+        goals.iter().find(leads_out).map(|goal| (body.clone(), *goal))
+    })
+}
+
+/// Whether a body meets nothing on its way to a point.
+fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
+    // Half a platform and a dumb minion, with some air.
+    let apart = [22.5, 8.5];
+    let others: Vec<&Body> =
+        state.of_kind("dumb").into_iter().filter(|b| b.id != moved.id).collect();
+    let platforms = state.of_kind("platform");
+    (1..=20).all(|step| {
+        let share = step as f32 / 20.0;
+        let [x, y] = [0, 1].map(|axis| moved.pos[axis] + share * (goal[axis] - moved.pos[axis]));
+        let beside = |b: &&Body| (b.pos[0] - x).abs() > apart[0] || (b.pos[1] - y).abs() > apart[1];
+        // It may leave what it touches, but come near nothing.
+        let away = |b: &&Body| {
+            let (was, is) = (distance(b, moved.pos), distance(b, [x, y]));
+            is > 12.5 || is > was
+        };
+        platforms.iter().all(beside) && others.iter().all(away)
+    })
 }
 
 /// Waits until no dumb minion moves.
