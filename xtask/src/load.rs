@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread::JoinHandle;
 
 /// Players of each of many rooms.
@@ -119,32 +119,47 @@ impl Server {
             .context("cannot start the server")?;
         let said = process.stdout.take().context("the server's stdout")?;
         let logged = process.stderr.take().context("the server's stderr")?;
-        let mut lines = BufReader::new(said).lines();
-        let mut address = || -> Result<String> {
-            let line = lines.next().context("the server ended before it listened")??;
-            let address = line.split_once("http://").map(|(_, rest)| rest.trim_end_matches('/'));
-            Ok(address.with_context(|| format!("no address in {line:?}"))?.to_owned())
-        };
-        let (address, operators) = (address()?, address()?);
         let log = std::thread::spawn(move || {
             BufReader::new(logged).lines().map_while(Result::ok).collect()
         });
-        Ok(Server { process, address, operators, log })
+        let mut server = Server { process, address: String::new(), operators: String::new(), log };
+        match addresses(said) {
+            Ok([address, operators]) => {
+                (server.address, server.operators) = (address, operators);
+                Ok(server)
+            }
+            Err(error) => {
+                server.stop()?;
+                Err(error)
+            }
+        }
     }
 
     /// Ends it, shows what it logged, and says how much it allocated, if that was counted.
     fn stop(mut self) -> Result<Option<String>> {
-        if let Some(status) = self.process.try_wait()? {
-            bail!("the server ended by itself ({status})");
-        }
+        let ended = self.process.try_wait()?;
         self.process.kill().context("cannot end the server")?;
         self.process.wait()?;
         let Ok(lines) = self.log.join() else { bail!("the server's log could not be read") };
         let (counts, others): (Vec<_>, Vec<_>) =
             lines.iter().partition(|line| line.starts_with(COUNTED));
         others.iter().for_each(|line| println!("  server: {line}"));
+        if let Some(status) = ended {
+            bail!("the server ended by itself ({status})");
+        }
         Ok(median(&counts))
     }
+}
+
+/// Where a server says that it listens: to players, and to its operators.
+fn addresses(said: ChildStdout) -> Result<[String; 2]> {
+    let mut lines = BufReader::new(said).lines();
+    let mut address = || -> Result<String> {
+        let line = lines.next().context("the server ended before it listened")??;
+        let address = line.split_once("http://").map(|(_, rest)| rest.trim_end_matches('/'));
+        Ok(address.with_context(|| format!("no address in {line:?}"))?.to_owned())
+    };
+    Ok([address()?, address()?])
 }
 
 /// How lines of `server/examples/counted.rs` begin; allocations of a second follow.
