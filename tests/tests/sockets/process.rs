@@ -10,13 +10,14 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// Builds `jostle` with the profile of this test, next to it; a binary from before would lie.
+/// Builds `jostle` with the profile of this test, next to it; a binary from before would lie. Selected
+/// from the whole workspace it shares the features, and so the dependencies, with this test.
 fn binary() -> PathBuf {
     let test = std::env::current_exe().expect("the test's own path");
     let profile_dir = test.ancestors().nth(2).expect("target/PROFILE/deps/test");
     let target_dir = profile_dir.parent().expect("target/PROFILE");
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--package", "jostle-server", "--bin", "jostle"]);
+    cargo.args(["build", "--quiet", "--workspace", "--bin", "jostle"]);
     cargo.arg("--target-dir").arg(target_dir);
     if profile_dir.ends_with("release") {
         cargo.arg("--release");
