@@ -61,8 +61,7 @@ pub fn listen() {
     dom::listen(&dom::by_id::<HtmlElement>("scene-list"), "click", |event: MouseEvent| {
         let button = dom::target_within(&event, "button");
         if let Some(scene) = button.and_then(|button| button.get_attribute("data-scene")) {
-            let private = dom::by_id::<HtmlInputElement>("private").checked();
-            app::with(|app| app.lobby.open(&scene, private));
+            app::with(|app| app.lobby.open(&scene));
         }
     });
     dom::listen(&dom::by_id::<HtmlElement>("lobby"), "pointermove", |event: PointerEvent| {
@@ -291,15 +290,17 @@ impl Lobby {
                 let code = room.code.clone();
                 dom::later(move || app::enter(&code));
             }
-            None => self.open(api::FIRST_SCENE, false),
+            None => self.open(api::FIRST_SCENE),
         }
     }
 
-    /// Opens a room with a scene and enters it, as its host. A private one is in no list.
-    pub fn open(&mut self, scene: &str, private: bool) {
+    /// Opens a room with a scene and enters it, as its host: one that is in no list, if that was
+    /// ticked.
+    pub fn open(&mut self, scene: &str) {
         if self.busy {
             return;
         }
+        let private = dom::by_id::<HtmlInputElement>("private").checked();
         self.set_busy(true);
         say("Opening a room\u{2026}", false);
         http::call("POST", "/api/rooms", Some(&api::open_room(scene, private)), |answer| {
