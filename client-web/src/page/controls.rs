@@ -284,7 +284,7 @@ fn listen_buttons() {
     ask::listen();
     dom::listen(&dom::by_id::<HtmlElement>("help-close"), "click", |_: Event| toggle_help());
     dom::listen(&dom::by_id::<HtmlElement>("signal"), "click", |event: MouseEvent| {
-        toggle_figures();
+        network::toggle();
         back_to_stage(&event);
     });
     if dom::media("(pointer: coarse)") {

@@ -80,7 +80,6 @@ impl Hud {
         self.figures_shown = !self.figures_shown;
         self.refresh();
         dom::show(&dom::by_id("figures"), self.figures_shown);
-        dom::set(&dom::by_id("signal"), "aria-pressed", &self.figures_shown.to_string());
     }
 
     /// Says for a while that the room did not do what it was asked.

@@ -128,6 +128,7 @@ pub fn toggle() {
     let panel: HtmlElement = dom::by_id("network");
     let within = dom::document().active_element().is_some_and(|e| panel.contains(Some(&e)));
     dom::show(&panel, shown);
+    dom::set(&dom::by_id("signal"), "aria-pressed", &shown.to_string());
     if !shown && within {
         let _ = dom::by_id::<HtmlElement>("stage").focus();
     }

@@ -142,7 +142,7 @@ async fn have_leave(host: &Tab, name: &str) -> Result<()> {
     host.click_on("#ask-yes").await
 }
 
-async fn keep(tab: &Tab, name: &str) -> Result<()> {
+pub async fn keep(tab: &Tab, name: &str) -> Result<()> {
     let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
     tab.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
 }

@@ -1,5 +1,6 @@
 //! Ways into a game: the lobby, its rooms and links, and the layout on a phone.
 
+use crate::hosts::keep;
 use anyhow::{Result, ensure};
 use jostle_tests::runner::Stage;
 use jostle_tests::state::State;
@@ -92,5 +93,17 @@ pub async fn a_phone_has_a_stick_and_no_page_to_scroll(stage: Arc<Stage>) -> Res
     tab.touch(middle, false).await?;
     tab.touch([middle[0] + to, middle[1]], true).await?;
     tab.until("the stick steering", |s| (x(s) - before) * to.signum() as f32 > 3.0).await?;
-    tab.lift().await
+    tab.lift().await?;
+
+    // Without an F4 key the signal is the way to the network.
+    tab.click_on("#signal").await?;
+    tab.until_true(
+        "(() => { const panel = document.querySelector('#network').getBoundingClientRect(); \
+         return panel.height > 200 && panel.left >= 0 && panel.right <= innerWidth \
+         && panel.bottom <= innerHeight; })()",
+    )
+    .await?;
+    keep(&tab, "phone-network").await?;
+    tab.click_on("#net-close").await?;
+    tab.until_true("document.querySelector('#network').hidden").await
 }
