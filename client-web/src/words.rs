@@ -187,7 +187,8 @@ pub const KICK: [&str; 2] = ["Have ", " leave"];
 /// Whether somebody is to leave, around the name.
 pub const ASK_KICK: [&str; 2] = ["Have ", " leave?"];
 /// What that means.
-pub const ABOUT_KICK: &str = "They lose their seat and cannot come back in for five minutes.";
+pub const ABOUT_KICK: &str =
+    "They lose their seat, and nobody new comes in from their address for five minutes.";
 /// The button that does it.
 pub const DO_KICK: &str = "Have them leave";
 /// Whether the room is to be closed.
