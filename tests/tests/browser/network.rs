@@ -1,5 +1,6 @@
 //! The own hero before the server's word, and the panel with the simulated network.
 
+use crate::hosts::keep;
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::Stage;
 use jostle_tests::state::State;
@@ -73,6 +74,16 @@ pub async fn the_panel_makes_a_bad_network(stage: Arc<Stage>) -> Result<()> {
     tab.key_down("F4").await?;
     tab.key_up("F4").await?;
     ensure!(shown(&tab, "#network").await?, "F4 opens the panel");
+    tab.key_down("F3").await?;
+    tab.key_up("F3").await?;
+    tab.until_true(
+        "document.querySelector('#network').getBoundingClientRect().bottom <= innerHeight \
+         && document.querySelector('#figures').getBoundingClientRect().height > 100",
+    )
+    .await?;
+    keep(&tab, "figures-network").await?;
+    tab.key_down("F3").await?;
+    tab.key_up("F3").await?;
     tab.until_true("/ms$/.test(document.getElementById('net-trip').textContent)").await?;
     tab.until_true("parseInt(document.getElementById('net-rate').textContent) > 5").await?;
 
