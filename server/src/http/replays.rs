@@ -50,8 +50,10 @@ pub fn list(app: &App) -> Answer {
     json(StatusCode::OK, &list)
 }
 
-/// Status of the page that plays a replay. The page itself says when there is none.
+/// Status of the page that plays a replay, named with or without `.jostle`. The page itself says when
+/// there is none.
 pub fn page_status(name: &str, app: &App) -> StatusCode {
+    let name = name.strip_suffix(".jostle").unwrap_or(name);
     match app.replays.as_ref().is_some_and(|shelf| shelf.knows(name)) {
         true => StatusCode::OK,
         false => StatusCode::NOT_FOUND,
