@@ -19,11 +19,12 @@ const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
 #[derive(clap::Args)]
 pub struct Serve {
     /// Address and port for the page and the sockets; port 0 takes a free one
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080")]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080",
+        value_parser = socket_address)]
     listen: SocketAddr,
     /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); keep it closed to
     /// the world
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = socket_address)]
     ops: Option<SocketAddr>,
     /// File with a token, a line of 16 or more characters, by which operators may list players, have one
     /// leave, close rooms and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment
@@ -42,7 +43,7 @@ pub struct Serve {
     scenes: Option<PathBuf>,
     /// Another site whose pages may play here, as its address bar says it: https://play.example.org.
     /// May be given more than once; pages of this server always may
-    #[arg(long, value_name = "ORIGIN")]
+    #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     allow_origin: Vec<String>,
     /// Address of a proxy in front of this server, which is believed about whom it speaks for
     /// (X-Forwarded-For), so that limits count players and not the proxy. May be given more than once
@@ -53,7 +54,7 @@ pub struct Serve {
     #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
         value_parser = clap::value_parser!(u32).range(1..=limits::CONNECTIONS_MAX as i64))]
     address_sockets: u32,
-    /// Record every room into this directory, which is made if it is missing. The page lists what
+    /// Record every room but the private ones into this directory, which is made if it is missing. The page lists what
     /// is in it, and plays it
     #[arg(long, value_name = "DIR")]
     replays: Option<PathBuf>,
@@ -82,6 +83,10 @@ impl Serve {
         config.origins = self.allow_origin;
         config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
         config.address_sessions_max = self.address_sockets as usize;
+        if let Some(file) = self.replays.as_deref().filter(|dir| dir.exists() && !dir.is_dir()) {
+            let text = format!("--replays {}: found a file; allowed: a directory", file.display());
+            return Err(Failure::Usage(text));
+        }
         config.replays = self.replays.map(|dir| Settings {
             bytes_max: u64::from(self.replays_mb) << 20,
             age_max: days(self.replays_days),
@@ -183,6 +188,22 @@ fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
 }
 
 /// Adds the scenes of a directory in the order of their names.
+/// Reads an address to listen at.
+fn socket_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| {
+        "allowed: an IP address and a port, such as 0.0.0.0:8080 or [::]:8080".to_owned()
+    })
+}
+
+/// Reads the origin of a site as browsers tell it: a scheme and a host, perhaps a port.
+fn origin(text: &str) -> Result<String, String> {
+    let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
+    match text.split_once("://") {
+        Some(("http" | "https", host)) if is_host(host) => Ok(text.to_owned()),
+        _ => Err("allowed: a scheme and a host, such as https://play.example.org".to_owned()),
+    }
+}
+
 fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path) -> Result<(), Failure> {
     for path in scene_paths(dir)? {
         let scene = scene_file(&path)?;
@@ -210,4 +231,19 @@ fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     }
     paths.sort();
     Ok(paths)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{origin, socket_address};
+
+    #[test]
+    fn addresses_and_origins_are_read_or_refused_with_an_example() {
+        assert!(socket_address("[::1]:0").is_ok());
+        assert!(socket_address("8080").is_err_and(|error| error.contains("0.0.0.0:8080")));
+        assert_eq!(origin("https://a.example:444").as_deref(), Ok("https://a.example:444"));
+        for text in ["a.example", "ws://a.example", "https://", "https://a.example/", ""] {
+            assert!(origin(text).is_err_and(|error| error.contains("https://")), "{text:?}");
+        }
+    }
 }

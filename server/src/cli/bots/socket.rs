@@ -29,7 +29,7 @@ pub enum BotError {
     Socket(#[from] Box<Error>),
     #[error("no welcome and keyframe within {} s", ARRIVAL_WAIT.as_secs())]
     Late,
-    #[error("refused: {0:?}")]
+    #[error("refused ({0:?}): {text}", text = .0.message())]
     Refused(Refusal),
     #[error("the server closed the socket")]
     Closed,
