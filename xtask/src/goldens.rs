@@ -19,7 +19,8 @@ const EMULATOR: &str = "qemu-aarch64";
 
 /// Debug and release builds, and one for all that this processor can do.
 pub fn check() -> Result<()> {
-    verify("debug", &mut program(&["--package", "jostle-room"]), "debug/examples", &[])?;
+    // Built with the features of the whole workspace, as the tests before: nothing is compiled twice.
+    verify("debug", &mut program(&["--workspace"]), "debug/examples", &[])?;
     let release = ["--package", "jostle-room", "--release"];
     verify("release", &mut program(&release), "release/examples", &[])?;
     let mut native = program(&release);
@@ -46,7 +47,7 @@ pub fn check_aarch64() -> Result<()> {
 
 /// Plays and keeps all of them anew.
 pub fn update() -> Result<()> {
-    run(&mut program(&["--package", "jostle-room"]))?;
+    run(&mut program(&["--workspace"]))?;
     let mut record = Command::new(target_dir().join("debug/examples/goldens"));
     record.args(["record", REPLAYS]).args(files(SCENES, "toml")?).current_dir(root());
     run(&mut record)?;
