@@ -10,8 +10,10 @@ use std::process::Command;
 pub fn latency(presses: u32, json: Option<&Path>) -> Result<()> {
     chromium::provide()?;
     web::build(web::Profile::Small)?;
-    say("latency", "build the server as it is shipped");
-    run(&mut cargo(&["build", "--release", "--package", "jostle-server", "--bin", "jostle"]))?;
+    say("latency", "build the server, which draws nothing here");
+    let mut server =
+        cargo(&["build", "--release", "--package", "jostle-server", "--bin", "jostle"]);
+    run(server.arg("--no-default-features"))?;
     run(&mut cargo(&["build", "--package", "jostle-tests", "--example", "latency"]))?;
     say("latency", &format!("press a key {presses} times in each of four cases"));
     let server = target_dir().join(format!("release/jostle{}", std::env::consts::EXE_SUFFIX));
