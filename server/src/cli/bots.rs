@@ -12,7 +12,7 @@ mod witness;
 use super::run::json;
 use super::{Failure, say};
 use crate::rooms::is_code;
-use canary::Canary;
+use canary::{Beside, Canary};
 use client::{Bot, Stage};
 use operators::{Operators, Scrape, ServerReport};
 use report::{Around, ClientReport, Report};
@@ -110,6 +110,7 @@ impl Bots {
         let playing = self.send_in(targets, &followed, &witness).await;
         sleep(SETTLE).await;
         let full = scrape(operators.clone()).await?;
+        let beside = (self.canary > 0).then(Beside::begin).flatten();
         stage.send_replace(Stage::Playing(Instant::now()));
         let newcomers = (self.newcomers > 0).then(|| {
             let target = targets[0].clone();
@@ -118,11 +119,12 @@ impl Bots {
         sleep(length).await;
         let after = scrape(operators).await?;
         stage.send_replace(Stage::Over);
+        let still = beside.map(Beside::end);
         let mut clients = Vec::new();
         for client in playing {
             clients.push(client.await.expect("a bot does not panic"));
         }
-        let mut around = Around::default();
+        let mut around = Around { still, ..Around::default() };
         if let Some(newcomers) = newcomers {
             around.newcomers = Some(newcomers.await.expect("a newcomer does not panic"));
         }

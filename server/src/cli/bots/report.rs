@@ -1,7 +1,7 @@
 //! What bots measured, one by one and together.
 
 use super::Target;
-use super::canary::Canary;
+use super::canary::{Canary, Still};
 use super::operators::ServerReport;
 use super::tally::{Spread, Tally};
 use super::witness::Newcomers;
@@ -180,7 +180,9 @@ pub struct Report {
     pub seconds: f64,
     /// An idle thread before the play.
     pub canary: Option<Canary>,
-    /// Whether that came so late that the times here say little.
+    /// How long the machine itself stood still meanwhile, if that can be told.
+    pub still: Option<Still>,
+    /// Whether the idle thread came so late that the times here say little.
     pub too_busy_to_judge: bool,
     pub bytes_per_second_mean: f64,
     pub bytes_per_second_max: f64,
@@ -266,6 +268,7 @@ impl Entry {
 #[derive(Debug, Default)]
 pub struct Around {
     pub canary: Option<Canary>,
+    pub still: Option<Still>,
     pub server: Option<ServerReport>,
     pub server_bytes_per_client: Option<f64>,
     pub newcomers: Option<Newcomers>,
@@ -295,6 +298,7 @@ impl Report {
             seconds,
             too_busy_to_judge: around.canary.is_some_and(|canary| canary.is_too_busy()),
             canary: around.canary,
+            still: around.still,
             bytes_per_second_mean: bytes.clone().sum::<f64>() / count,
             bytes_per_second_max: bytes.fold(0.0, f64::max),
             bytes_per_second: by_kind(&clients, count * seconds.max(1e-9)),

@@ -22,6 +22,13 @@ impl fmt::Display for Report {
             let verdict = if self.too_busy_to_judge { ": machine too busy to judge" } else { "" };
             writeln!(f, "{verdict}")?;
         }
+        if let Some(still) = &self.still {
+            let (late, missed) = (still.late_own_ms, still.missed_ticks);
+            writeln!(
+                f,
+                "idle threads beside: late by the machine alone {late}; {missed} ticks missed"
+            )?;
+        }
         writeln!(f, "ping {}", self.ping_ms)?;
         writeln!(f, "jitter {}", self.jitter_ms)?;
         writeln!(
