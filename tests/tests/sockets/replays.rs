@@ -332,7 +332,9 @@ async fn what_goes_wrong_is_told_once_and_the_server_ends_well() {
     let dir = Dir::new("told");
     let (file, log) = (dir.0.join("file"), dir.0.join("log"));
     fs::write(&file, "in the way").expect("a written file");
-    let arguments = ["--replays", file.to_str().expect("plain characters")].map(str::to_owned);
+    // A file itself is refused at the start; what cannot be made in its place is found out later.
+    let replays = file.join("replays");
+    let arguments = ["--replays", replays.to_str().expect("plain characters")].map(str::to_owned);
     let out = Stdio::from(File::create(&log).expect("a file"));
     let serve = move || Process::serve(&arguments.each_ref().map(String::as_str), out);
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
