@@ -50,6 +50,7 @@ impl Write for ShakyFile {
 fn create(path: &Path) -> io::Result<Box<dyn Write + Send>> {
     match DISK.load(Ordering::Relaxed) {
         CLOSED => Err(io::ErrorKind::PermissionDenied.into()),
+        FULL => Err(io::ErrorKind::StorageFull.into()),
         _ => Ok(Box::new(ShakyFile(File::options().write(true).create_new(true).open(path)?))),
     }
 }
