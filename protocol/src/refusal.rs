@@ -102,7 +102,8 @@ impl Refusal {
             Refusal::RoomFailed => "This room broke and was closed; please pick another one.",
             Refusal::BadToken => "Your seat could not be kept; join again for another one.",
             Refusal::Kicked => {
-                "You or others at your address had to leave this room; come back in five minutes, or play elsewhere."
+                "You or others at your address had to leave this room; \
+                 come back in five minutes, or play elsewhere."
             }
             Refusal::RoomClosed => "This room was closed for all; please pick another one.",
         }

@@ -25,6 +25,7 @@ use chromiumoxide::types::{Command, Method, MethodId};
 use futures_util::StreamExt;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -376,6 +377,13 @@ impl Tab {
     /// What the screen shows.
     pub async fn picture(&self) -> Result<Picture> {
         Picture::decode(&self.png().await?)
+    }
+
+    /// Keeps what the screen shows as `NAME.png` for whoever wants to look: in the directory that
+    /// `JOSTLE_PICTURES` names, if it does.
+    pub async fn keep(&self, name: &str) -> Result<()> {
+        let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
+        self.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
     }
 
     /// What the screen shows once it shows the same twice: fonts and pictures are there.

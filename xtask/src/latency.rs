@@ -1,6 +1,6 @@
 //! `cargo xtask latency`: from a key press to the frame that shows it, in a real browser.
 
-use crate::shell::{cargo, root, run, say, target_dir};
+use crate::shell::{build_server, cargo, root, run, say, target_dir};
 use crate::{chromium, web};
 use anyhow::{Context, Result};
 use std::path::Path;
@@ -11,9 +11,7 @@ pub fn latency(presses: u32, json: Option<&Path>) -> Result<()> {
     chromium::provide()?;
     web::build(web::Profile::Small)?;
     say("latency", "build the server, which draws nothing here");
-    let mut server =
-        cargo(&["build", "--release", "--package", "jostle-server", "--bin", "jostle"]);
-    run(server.arg("--no-default-features"))?;
+    build_server(&["--bin", "jostle"])?;
     run(&mut cargo(&["build", "--package", "jostle-tests", "--example", "latency"]))?;
     say("latency", &format!("press a key {presses} times in each of four cases"));
     let server = target_dir().join(format!("release/jostle{}", std::env::consts::EXE_SUFFIX));

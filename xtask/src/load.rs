@@ -1,7 +1,7 @@
 //! `cargo xtask load`: the server in one process, bots in another, and what both of them say. Each part
 //! has a server of its own, so that memory and descriptors begin anew.
 
-use crate::shell::{cargo, root, run, say, target_dir};
+use crate::shell::{build_server, root, run, say, target_dir};
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -61,12 +61,8 @@ pub fn load(load: &Load) -> Result<()> {
 
 fn build(allocations: bool) -> Result<()> {
     say("load", "build the server and the bots, optimised");
-    let arguments = ["build", "--release", "--package", "jostle-server", "--no-default-features"];
-    run(cargo(&arguments).args(["--bin", "jostle"]))?;
-    if allocations {
-        run(cargo(&arguments).args(["--example", "counted"]))?;
-    }
-    Ok(())
+    build_server(&["--bin", "jostle"])?;
+    if allocations { build_server(&["--example", "counted"]) } else { Ok(()) }
 }
 
 /// A directory with the crowd and a copy of the arena for each of many rooms.

@@ -23,6 +23,12 @@ pub fn cargo(args: &[&str]) -> Command {
     command
 }
 
+/// Builds targets of the server, optimised, without what draws replays: that is most of the time.
+pub fn build_server(targets: &[&str]) -> Result<()> {
+    let selection = ["build", "--release", "--package", "jostle-server", "--no-default-features"];
+    run(cargo(&selection).args(targets))
+}
+
 /// One line for the person who waits.
 pub fn say(task: &str, what: &str) {
     println!("{task}: {what}");

@@ -1,7 +1,7 @@
 //! One scene, one seed, one list of inputs: one trace, however the program was built and however
 //! often it runs. And the same as ever: `tests/goldens/hashes.txt` holds the final state hashes.
 
-use crate::shell::{cargo, output_of, root, run, say, target_dir};
+use crate::shell::{build_server, cargo, output_of, root, run, say, target_dir};
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
 use std::fs;
@@ -77,9 +77,7 @@ fn differences(golden: &str, played: &[String]) -> Vec<String> {
 /// Plays each scene twice in a debug build and once in a release build; a golden line for each.
 fn play_all() -> Result<Vec<String>> {
     run(&mut cargo(&["build", "--workspace", "--bin", "jostle"]))?;
-    let mut release =
-        cargo(&["build", "--release", "--package", "jostle-server", "--bin", "jostle"]);
-    run(release.arg("--no-default-features"))?;
+    build_server(&["--bin", "jostle"])?;
     let dir = target_dir().join("traces");
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
     scenes()?.iter().map(|scene| play_thrice(scene, &dir)).collect()

@@ -61,7 +61,7 @@ pub struct Bots {
     /// How many newcomers join the room while it is played, one after another
     #[arg(long, value_name = "N", default_value_t = 0)]
     newcomers: u32,
-    /// How long an idle thread watches the machine before; 0 for not at all
+    /// How long an idle thread watches the machine before; 0 for not at all, and not beside the play
     #[arg(long, value_name = "S", default_value_t = 2)]
     canary: u32,
     /// End with one JSON object on stdout

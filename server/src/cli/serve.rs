@@ -83,10 +83,7 @@ impl Serve {
         config.origins = self.allow_origin;
         config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
         config.address_sessions_max = self.address_sockets as usize;
-        if let Some(file) = self.replays.as_deref().filter(|dir| dir.exists() && !dir.is_dir()) {
-            let text = format!("--replays {}: found a file; allowed: a directory", file.display());
-            return Err(Failure::Usage(text));
-        }
+        self.replays.as_deref().map_or(Ok(()), check_replays)?;
         config.replays = self.replays.map(|dir| Settings {
             bytes_max: u64::from(self.replays_mb) << 20,
             age_max: days(self.replays_days),
@@ -195,6 +192,15 @@ fn socket_address(text: &str) -> Result<SocketAddr, String> {
     })
 }
 
+/// What is there already has to be a directory.
+fn check_replays(dir: &Path) -> Result<(), Failure> {
+    if dir.exists() && !dir.is_dir() {
+        let text = format!("--replays {}: found a file; allowed: a directory", dir.display());
+        return Err(Failure::Usage(text));
+    }
+    Ok(())
+}
+
 /// Reads the origin of a site as browsers tell it: a scheme and a host, perhaps a port.
 fn origin(text: &str) -> Result<String, String> {
     let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
@@ -235,7 +241,15 @@ fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{origin, socket_address};
+    use super::{check_replays, origin, socket_address};
+    use std::path::Path;
+
+    #[test]
+    fn replays_need_a_directory_or_the_place_of_one() {
+        let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+        assert!(check_replays(package).is_ok() && check_replays(&package.join("none")).is_ok());
+        assert!(check_replays(&package.join("Cargo.toml")).is_err());
+    }
 
     #[test]
     fn addresses_and_origins_are_read_or_refused_with_an_example() {

@@ -1,7 +1,5 @@
 //! Who opens a room is its host: it may be in no list, players may be asked to leave it, and it may
 //! be closed. Everybody else is told what happened, and stays outside.
-//!
-//! `JOSTLE_PICTURES=DIR` keeps pictures of what is on the screen meanwhile.
 
 use crate::trouble::{assert_notice, network_noise};
 use anyhow::{Result, ensure};
@@ -9,7 +7,6 @@ use jostle_protocol::{ClientMessage, Refusal};
 use jostle_tests::runner::Stage;
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
-use std::path::Path;
 use std::sync::Arc;
 
 /// Keeps the page's sockets within reach, to say through them what the page itself never would.
@@ -46,7 +43,7 @@ pub async fn a_host_opens_a_private_room_and_has_a_guest_leave(stage: Arc<Stage>
     have_leave(&ada, "Bob").await?;
     bob.until("a refusal", |s| s.state == "refused").await?;
     assert_notice(&bob, Refusal::Kicked.message()).await?;
-    keep(&bob, "host-kicked").await?;
+    bob.keep("host-kicked").await?;
     bob.until_true("document.querySelector('#notice-other').hidden").await?;
     bob.until_true(&format!("sessionStorage.getItem('jostle.seat.{code}') === null")).await?;
     ada.until("a room without Bob", |s| s.players.len() == 1).await?;
@@ -76,7 +73,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     ada.until("a hero of one's own", State::plays).await?;
     ada.until_true("document.querySelector('#players button')").await?;
     ada.click_on("#close-room").await?;
-    keep(&ada, "host-close").await?;
+    ada.keep("host-close").await?;
     ada.key_down("Escape").await?;
     ada.key_up("Escape").await?;
     ada.until_true("document.querySelector('#ask').hidden").await?;
@@ -86,7 +83,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
         tab.until("a refusal", |s| s.state == "refused").await?;
         assert_notice(tab, text).await?;
     }
-    keep(&bob, "host-closed").await?;
+    bob.keep("host-closed").await?;
     ada.until_true("Object.keys(sessionStorage).every(key => !/^jostle.(seat|host)/.test(key))")
         .await?;
     ada.click_on("#notice-button").await?;
@@ -109,7 +106,7 @@ async fn open_private_room(stage: &Stage) -> Result<Tab> {
     ada.key_up(" ").await?;
     ada.until_true("document.querySelector('#private').checked").await?;
     ada.until_true("document.querySelector('#private-note').checkVisibility()").await?;
-    keep(&ada, "host-lobby").await?;
+    ada.keep("host-lobby").await?;
     ada.click_on("#scene-list [data-scene=arena]").await?;
     ada.until("a hero of one's own", State::plays).await?;
     Ok(ada)
@@ -124,25 +121,20 @@ async fn guests_have_no_power(guest: &Tab) -> Result<()> {
     guest.eval::<bool>(&format!("(sockets.at(-1).send(new Uint8Array({close:?})), true)")).await?;
     guest.until_true("document.querySelector('#told').innerText.includes('Only the host')").await?;
     assert!(guest.state().await?.plays(), "and plays on");
-    keep(guest, "host-denied").await
+    guest.keep("host-denied").await
 }
 
 /// Presses the button beside a player, changes one's mind, and does it then.
 async fn have_leave(host: &Tab, name: &str) -> Result<()> {
     let button = format!("#players [aria-label='Have {name} leave']");
     host.until_true(&format!("document.querySelector(\"{button}\")")).await?;
-    keep(host, "host-list").await?;
+    host.keep("host-list").await?;
     host.click_on(&button).await?;
     host.until_true("document.activeElement.id === 'ask-no'").await?;
-    keep(host, "host-ask").await?;
+    host.keep("host-ask").await?;
     host.click_on("#ask-no").await?;
     let state = host.ticks(30).await?;
     assert_eq!(state.connected(), 2, "nothing happens until it is confirmed");
     host.click_on(&button).await?;
     host.click_on("#ask-yes").await
-}
-
-pub async fn keep(tab: &Tab, name: &str) -> Result<()> {
-    let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
-    tab.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
 }

@@ -1,6 +1,5 @@
 //! Ways into a game: the lobby, its rooms and links, and the layout on a phone.
 
-use crate::hosts::keep;
 use anyhow::{Result, ensure};
 use jostle_tests::runner::Stage;
 use jostle_tests::state::State;
@@ -103,7 +102,7 @@ pub async fn a_phone_has_a_stick_and_no_page_to_scroll(stage: Arc<Stage>) -> Res
          && panel.bottom <= innerHeight; })()",
     )
     .await?;
-    keep(&tab, "phone-network").await?;
+    tab.keep("phone-network").await?;
     tab.click_on("#net-close").await?;
     tab.until_true("document.querySelector('#network').hidden").await
 }

@@ -1,6 +1,5 @@
 //! The own hero before the server's word, and the panel with the simulated network.
 
-use crate::hosts::keep;
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::Stage;
 use jostle_tests::state::State;
@@ -81,7 +80,7 @@ pub async fn the_panel_makes_a_bad_network(stage: Arc<Stage>) -> Result<()> {
          && document.querySelector('#figures').getBoundingClientRect().height > 100",
     )
     .await?;
-    keep(&tab, "figures-network").await?;
+    tab.keep("figures-network").await?;
     tab.key_down("F3").await?;
     tab.key_up("F3").await?;
     tab.until_true("/ms$/.test(document.getElementById('net-trip').textContent)").await?;

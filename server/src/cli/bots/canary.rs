@@ -3,8 +3,10 @@
 //! play, without having waited for a processor, it suffers as well.
 
 use super::tally::{Spread, Tally};
+use crate::limits::CATCH_UP_TICKS_MAX;
 use crate::run_queue::RunQueue;
 use crate::schedule::Schedule;
+use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;
 use std::num::NonZero;
 use std::sync::Arc;
@@ -60,7 +62,7 @@ pub struct Beside {
 pub struct Still {
     /// How late they woke, less the time that they waited for a processor.
     pub late_own_ms: Spread,
-    /// Ticks that the one which missed the most of them would have missed, by a room's own rule.
+    /// Ticks that the one which fared worst would have missed for it, by a room's own rule.
     pub missed_ticks: u64,
 }
 
@@ -97,6 +99,7 @@ struct Watched {
     own: Tally,
     queued: Option<Duration>,
     length: Duration,
+    /// Ticks that this alone would have cost.
     missed: u64,
 }
 
@@ -105,7 +108,7 @@ fn listen(goes_on: impl Fn(Duration) -> bool) -> Watched {
     let (start, run_queue) = (Instant::now(), RunQueue::of_this_thread());
     let begun = run_queue.waited();
     let mut schedule = Schedule::new(start);
-    let (mut late, mut own) = (Tally::default(), Tally::default());
+    let (mut late, mut own, mut missed) = (Tally::default(), Tally::default(), 0);
     while goes_on(start.elapsed()) {
         let queued = run_queue.waited();
         let awaited = schedule.next_at();
@@ -113,18 +116,19 @@ fn listen(goes_on: impl Fn(Duration) -> bool) -> Watched {
         let now = Instant::now();
         let after = now.saturating_duration_since(awaited);
         late.add(after);
-        own.add(after.saturating_sub(run_queue.waited_since(queued).unwrap_or_default()));
+        let after_own = after.saturating_sub(run_queue.waited_since(queued).unwrap_or_default());
+        own.add(after_own);
+        let behind = 1 + after_own.as_millis() as u64 * u64::from(TICKS_PER_SECOND) / 1000;
+        missed += behind.saturating_sub(CATCH_UP_TICKS_MAX.into());
         schedule.due(now);
     }
     let queued = run_queue.waited_since(begun);
-    Watched { late, own, queued, length: start.elapsed(), missed: schedule.missed() }
+    Watched { late, own, queued, length: start.elapsed(), missed }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::limits::CATCH_UP_TICKS_MAX;
-    use jostle_sim::TICKS_PER_SECOND;
     use std::cell::Cell;
 
     #[test]
