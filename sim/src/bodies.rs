@@ -1,41 +1,36 @@
 //! Bodies as plain vectors by slot, and the list of those that move.
 //!
 //! A slot is reused after a removal; its generation then differs. All loops go over slots in
-//! ascending order, so nothing depends on the order of creation but the slots themselves.
+//! ascending order, so the order of creation matters only through the slots it assigned.
 
 use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
-use crate::features::CAN;
+use crate::material::Material;
 use crate::math::min;
-use crate::pairs::shapes;
+use crate::shape::shapes;
 use crate::shape::{Aabb, Shape};
 use glam::Vec2;
 
-/// Reach of a body at rest, world units. A pair takes part in a step if its boxes are closer than
-/// the two reaches when the step's passes begin: room for what the passes push together.
+/// Reach of a body at rest, world units. A pair takes part in a step if the distance between its
+/// bounding boxes is below the sum of the two reaches when the solver starts: room for motion that
+/// the solver itself causes.
 pub(crate) const REACH_MIN: f32 = 0.125;
 
-/// Bounce and friction of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Material {
-    pub restitution: f32,
-    pub friction: f32,
-}
-
-/// All bodies; every vector has one entry a slot.
+/// All bodies; every vector has one entry per slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bodies {
     pub shape: Vec<Shape>,
-    /// Half of the extent of `shape`; the radius of a circle, twice.
+    /// Half extent of `shape`; for a circle the radius on both axes.
     pub half: Vec<Vec2>,
     pub center: Vec<Vec2>,
     pub velocity: Vec<Vec2>,
     /// 1 / mass; 0 for static and kinematic bodies and for free slots.
     pub inverse_mass: Vec<f32>,
-    /// How far the last step's impulses may be trusted as a start for the next: see `relaxation`.
-    pub calm: Vec<f32>,
-    /// How far from a body its step looks for others, world units: see `pairs`.
+    /// Factor in [0, 1] on the last step's impulses when they warm start the next: see
+    /// `relaxation`.
+    pub warm_start_scale: Vec<f32>,
+    /// Distance within which the step looks for other bodies, world units: see `pairs`.
     pub reach: Vec<f32>,
-    /// How often the solver moved a body; only compared for change, no state.
+    /// Number of times the solver moved a body; only compared for change, not state.
     pub moves: Vec<u32>,
     pub gravity_scale: Vec<f32>,
     pub material: Vec<Material>,
@@ -43,9 +38,9 @@ pub(crate) struct Bodies {
     pub group: Vec<u8>,
     pub generation: Vec<u32>,
     pub alive: Vec<bool>,
-    /// Smallest half-size of all; `None` until somebody asks again.
+    /// Smallest half-size of all bodies; `None` until it is needed again.
     thinnest: Option<f32>,
-    /// Slots of dynamic and kinematic bodies, ascending: what a step has to look at.
+    /// Slots of dynamic and kinematic bodies, ascending: the bodies that a step visits.
     pub moving: Vec<u32>,
     /// Free slots, descending, so that the lowest is taken first.
     free: Vec<u32>,
@@ -64,7 +59,7 @@ impl Bodies {
             Motion::Dynamic => 1.0 / def.mass,
             Motion::Static | Motion::Kinematic => 0.0,
         };
-        self.calm[index] = 1.0;
+        self.warm_start_scale[index] = 1.0;
         self.reach[index] = REACH_MIN;
         self.gravity_scale[index] = def.gravity_scale;
         self.material[index] = Material { restitution: def.restitution, friction: def.friction };
@@ -79,7 +74,7 @@ impl Bodies {
         BodyId { index: slot, generation: self.generation[index] }
     }
 
-    /// A new slot at the end, with nobody in it; `add` and `settle` fill it.
+    /// Appends an empty slot; `add` or `activate` fills it.
     pub fn grow(&mut self, generation: u32) -> u32 {
         let slot = u32::try_from(self.alive.len()).expect("bodies_max is far below 2^32");
         self.shape.push(Shape::Circle { radius: 1.0 });
@@ -87,7 +82,7 @@ impl Bodies {
         self.center.push(Vec2::ZERO);
         self.velocity.push(Vec2::ZERO);
         self.inverse_mass.push(0.0);
-        self.calm.push(1.0);
+        self.warm_start_scale.push(1.0);
         self.reach.push(REACH_MIN);
         self.moves.push(0);
         self.gravity_scale.push(0.0);
@@ -99,8 +94,8 @@ impl Bodies {
         slot
     }
 
-    /// Brings the body of the last slot to life, once its fields are restored.
-    pub fn settle(&mut self, slot: u32) {
+    /// Marks the body in the last slot as alive, once its fields are restored.
+    pub fn activate(&mut self, slot: u32) {
         self.alive[slot as usize] = true;
         self.thinnest = None;
         if self.motion[slot as usize] != Motion::Static {
@@ -115,16 +110,16 @@ impl Bodies {
         self.free.reverse();
     }
 
-    /// Outline of the body in a slot of a world that has these [`shapes`] only: where there is one
-    /// kind nothing asks which it is.
+    /// Shape of a body in a world that has these [`shapes`] only; with one kind of shape the stored
+    /// one is never read.
     ///
-    /// [`shapes`]: crate::pairs::shapes
+    /// [`shapes`]: crate::shape::shapes
     #[inline]
     pub fn shape_of<const SHAPES: u8>(&self, index: usize) -> Shape {
         let half = self.half[index];
-        if SHAPES == shapes::BOXES || !CAN.circles {
+        if SHAPES == shapes::BOXES {
             Shape::Box { half }
-        } else if SHAPES == shapes::CIRCLES || !CAN.boxes {
+        } else if SHAPES == shapes::CIRCLES {
             Shape::Circle { radius: half.x }
         } else {
             self.shape[index]
@@ -137,10 +132,10 @@ impl Bodies {
         min(self.half[index].x, self.half[index].y)
     }
 
-    /// Whether a body of the moving list is pushed by what it meets, and falls.
+    /// Whether bodies with this motion are affected by contacts and gravity.
     #[inline]
     pub fn is_pushed(motion: Motion) -> bool {
-        !CAN.kinematic || motion == Motion::Dynamic
+        motion == Motion::Dynamic
     }
 
     pub fn remove(&mut self, id: BodyId) {
@@ -162,7 +157,7 @@ impl Bodies {
         index < self.alive.len() && self.alive[index] && self.generation[index] == id.generation
     }
 
-    /// The slot of an existing body; panics if it is gone.
+    /// Returns the slot of an existing body; panics if it was removed.
     pub fn index(&self, id: BodyId) -> usize {
         assert!(self.contains(id), "body {}.{} does not exist", id.index, id.generation);
         id.index as usize
@@ -188,14 +183,15 @@ impl Bodies {
         })
     }
 
-    /// Whether place and speed of a body are numbers.
+    /// Whether the position and velocity of a body are finite.
     #[inline]
-    pub fn is_sound(&self, slot: usize) -> bool {
+    pub fn is_finite(&self, slot: usize) -> bool {
         let (center, velocity) = (self.center[slot], self.velocity[slot]);
         (center.x + velocity.x + center.y + velocity.y).is_finite()
     }
 
-    /// Moves a body and counts it; a shift by nothing, as of a body with infinite mass, is none.
+    /// Moves a body and counts the move; a zero shift, as for a body of infinite mass, is not
+    /// counted.
     #[inline]
     pub fn shift(&mut self, slot: usize, shift: Vec2) {
         if shift != Vec2::ZERO {
@@ -204,14 +200,14 @@ impl Bodies {
         }
     }
 
-    /// The box around a body, grown by `margin` on every side.
+    /// Bounding box of a body, grown by `margin` on every side.
     #[inline]
     pub fn bounds(&self, slot: usize, margin: f32) -> Aabb {
         Aabb::around(self.center[slot], self.half[slot] + Vec2::splat(margin))
     }
 }
 
-/// Misuse is found where it happens: every field of a definition, one assertion each.
+/// Panics unless every field of a definition is in its documented range.
 fn check(def: &BodyDef) {
     let half = def.shape.half_extent();
     assert!(half.is_finite(), "body size {half} must be finite");

@@ -1,50 +1,50 @@
-//! What a body is: its name for good, how it moves, how it is defined.
+//! Body ids, kinds of motion, and definitions.
 
-use crate::forces::Drag;
+use crate::forces::drag::Drag;
 use crate::shape::Shape;
 use glam::Vec2;
 
-/// Names one body for good: `index` is reused after a removal, `generation` then differs.
+/// Permanent name of a body: `index` is reused after a removal, with another `generation`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BodyId {
     /// Slot in the world's arrays.
     pub index: u32,
-    /// How often the slot was given out before.
+    /// Number of times the slot was used before.
     pub generation: u32,
 }
 
-/// How a body answers to forces.
+/// How a body responds to forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Never moves, infinite mass.
+    /// Never moves; infinite mass.
     Static,
-    /// Moves by its own velocity only, infinite mass: a lift.
+    /// Moves by its own velocity only; infinite mass. For example a lift.
     Kinematic,
     /// Moved by gravity and contacts.
     Dynamic,
 }
 
-/// A body as it is created. [`Default`] holds the chapter's values (row A2.7): a dynamic circle of
-/// radius 1, mass 1, restitution 0.8, friction 0.3, in group 0.
+/// Definition of a new body. [`Default`] is a dynamic circle of radius 1 in group 0, with mass 1,
+/// restitution 0.8 and friction 0.3 (A2.7).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyDef {
-    /// Outline.
+    /// Shape.
     pub shape: Shape,
     /// Centre, world units.
     pub position: Vec2,
-    /// Units/s.
+    /// Velocity, units/s.
     pub velocity: Vec2,
     /// How it moves.
     pub motion: Motion,
-    /// Mass, positive and finite; only meant for dynamic bodies.
+    /// Mass, positive and finite; used by dynamic bodies only.
     pub mass: f32,
-    /// Bounce, 0..=1; a pair takes the smaller of the two.
+    /// Restitution, 0..=1; a pair takes the smaller of the two.
     pub restitution: f32,
     /// Coulomb coefficient, 0..=10; a pair takes the geometric mean.
     pub friction: f32,
-    /// Factor on the world's gravity; 0 floats.
+    /// Factor on the world's gravity; 0 for none.
     pub gravity_scale: f32,
-    /// What slows it down on its way; only meant for dynamic bodies, in a world with forces.
+    /// Drag against the air; used by dynamic bodies in a world with forces.
     pub drag: Drag,
     /// Collision group, below [`GROUPS_MAX`].
     pub group: u8,
@@ -67,5 +67,5 @@ impl Default for BodyDef {
     }
 }
 
-/// Collision groups a world can tell apart.
+/// Number of collision groups.
 pub const GROUPS_MAX: usize = 32;

@@ -1,13 +1,13 @@
-//! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. No
-//! rotation anywhere (chapter row A2.39).
+//! Shapes without a position: a circle or an axis-aligned box, one per body, centred on it. Nothing
+//! rotates (A2.39).
 
 use crate::math::{max, min};
 use glam::Vec2;
 
-/// The outline of a body around its centre, in world units.
+/// The shape of a body around its centre, in world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A disc of this radius.
+    /// A disc.
     Circle {
         /// Radius, positive and finite.
         radius: f32,
@@ -20,13 +20,13 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// A circle; panics unless the radius is positive and finite.
+    /// Creates a circle; panics unless the radius is positive and finite.
     pub fn circle(radius: f32) -> Shape {
         assert!(radius > 0.0 && radius.is_finite(), "circle radius {radius} must be positive");
         Shape::Circle { radius }
     }
 
-    /// A box of this full width and height; panics unless both are positive and finite.
+    /// Creates a box of this full width and height; panics unless both are positive and finite.
     pub fn rect(width: f32, height: f32) -> Shape {
         assert!(width > 0.0 && width.is_finite(), "box width {width} must be positive");
         assert!(height > 0.0 && height.is_finite(), "box height {height} must be positive");
@@ -42,14 +42,14 @@ impl Shape {
         }
     }
 
-    /// The smaller half-size: who moves by more in a step may jump over it.
+    /// The smaller half-size: a body that moves by more in a step may tunnel through it.
     #[inline]
     pub fn thickness(&self) -> f32 {
         let half = self.half_extent();
         min(half.x, half.y)
     }
 
-    /// Whether a point, given relative to the centre, lies strictly inside (row A1.16).
+    /// Whether a point, relative to the centre, lies strictly inside (A1.16).
     #[inline]
     pub fn contains(&self, point: Vec2) -> bool {
         match *self {
@@ -69,7 +69,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The smallest region that holds both.
+    /// The smallest region that contains both.
     pub fn union(&self, other: &Aabb) -> Aabb {
         let (low, high) = (other.low, other.high);
         Aabb {
@@ -84,7 +84,7 @@ impl Aabb {
         Aabb { low: center - half, high: center + half }
     }
 
-    /// Whether the interiors meet; touching edges do not.
+    /// Whether the interiors overlap; touching edges do not.
     #[inline]
     pub fn overlaps(&self, other: &Aabb) -> bool {
         self.low.x < other.high.x
@@ -101,4 +101,11 @@ impl Aabb {
             && point.y >= self.low.y
             && point.y <= self.high.y
     }
+}
+
+/// Kinds of shapes in a world; with one kind only, the shape of a body is never looked up.
+pub(crate) mod shapes {
+    pub const BOTH: u8 = 0;
+    pub const CIRCLES: u8 = 1;
+    pub const BOXES: u8 = 2;
 }

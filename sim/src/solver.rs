@@ -1,14 +1,29 @@
-//! Which method solves the contacts of a world.
+//! Solvers of the contacts of a world.
 
-use crate::conjugate::Conjugate;
-use crate::relaxation::Relaxation;
+pub(crate) mod chains;
+pub(crate) mod conjugate;
+pub(crate) mod contact_constraint;
+mod energy_guard;
+mod gauss_seidel;
+mod islands;
+mod pava;
+mod position_correction;
+pub(crate) mod relaxation;
+pub(crate) mod settings;
+mod spanning_forest;
+pub(crate) mod step_context;
+mod sweep;
+pub(crate) mod tolerances;
+mod warm_start;
 
-/// A method and its settings.
+use settings::{Conjugate, Relaxation};
+
+/// A solver and its settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Solver {
-    /// The chapter's: projection and impulse, a fixed number of passes.
+    /// The textbook's method (A0.13): projection and impulse, a limited number of passes.
     Relaxation(Relaxation),
-    /// Velocities that satisfy all contacts at once, by sweeps until they have converged.
+    /// Velocities that satisfy all contacts at once, by sweeps until convergence.
     Conjugate(Conjugate),
 }
 
@@ -19,7 +34,7 @@ impl Default for Solver {
 }
 
 impl Solver {
-    /// Panics unless every setting is in its documented range (C22c: nothing is mended silently).
+    /// Panics unless every setting is in its documented range (C22c).
     pub(crate) fn check(&self) {
         match self {
             Solver::Relaxation(settings) => settings.check(),

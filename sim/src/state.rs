@@ -1,5 +1,8 @@
-//! The state word by word, for whoever looks at all of it: the hash digests the words, and the
-//! search for a first difference compares them.
+//! The state, visited word by word in a fixed order. The hash digests the words; the search for a
+//! first difference lists and compares them.
+//!
+//! Saving is separate ([`bytes`]): saved bytes leave out everything that follows from the rest and
+//! store data shared by many bodies once, while the hash covers every word of each body.
 
 pub mod bytes;
 
@@ -8,7 +11,7 @@ use crate::hash::StateHasher;
 use glam::Vec2;
 use std::fmt;
 
-/// Whose state a word is.
+/// Owner of a word of state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// The world as a whole.
@@ -28,10 +31,10 @@ pub enum Subject {
     Emitter(u32),
     /// A particle, counted from 0.
     Particle(u32),
-    /// The rules as a whole.
-    Rules,
-    /// The player in this seat.
-    Player(u16),
+    /// State kept outside the world, such as the rules of a game.
+    Other(&'static str),
+    /// One of several such owners, such as a player by seat.
+    OtherNumbered(&'static str, u32),
 }
 
 impl fmt::Display for Subject {
@@ -40,11 +43,11 @@ impl fmt::Display for Subject {
             Subject::World => write!(out, "world"),
             Subject::Body(id) => write!(out, "body {}.{}", id.index, id.generation),
             Subject::Contact { a, b } => write!(out, "contact of {a} and {b}"),
-            Subject::Spring(place) => write!(out, "spring {place}"),
-            Subject::Emitter(place) => write!(out, "emitter {place}"),
-            Subject::Particle(place) => write!(out, "particle {place}"),
-            Subject::Rules => write!(out, "rules"),
-            Subject::Player(seat) => write!(out, "player {seat}"),
+            Subject::Spring(index) => write!(out, "spring {index}"),
+            Subject::Emitter(index) => write!(out, "emitter {index}"),
+            Subject::Particle(index) => write!(out, "particle {index}"),
+            Subject::Other(name) => write!(out, "{name}"),
+            Subject::OtherNumbered(name, number) => write!(out, "{name} {number}"),
         }
     }
 }
@@ -54,7 +57,7 @@ impl fmt::Display for Subject {
 pub enum Word {
     /// A count, an index or a set of flags.
     Bits(u32),
-    /// The bits of a number; both zeros are one.
+    /// The bits of a number; both zeros are equal.
     Number(u32),
 }
 
@@ -67,14 +70,14 @@ impl fmt::Display for Word {
     }
 }
 
-/// The first place, in the order of the state hash, where two states differ.
+/// The first word, in the order of the state hash, in which two states differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Whose state.
+    /// Owner of the word.
     pub subject: Subject,
-    /// Which part of it.
+    /// Name of the word.
     pub field: &'static str,
-    /// What the two states say; `None` where one of them has no such subject.
+    /// Values in the two states; `None` where one of them has no such subject.
     pub values: [Option<Word>; 2],
 }
 
@@ -89,33 +92,38 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Takes the words of a state, always in the same order.
-pub(crate) trait Words {
+/// Visits the words of a state, always in the same order.
+pub trait StateVisitor {
+    /// Visits one word.
     fn word(&mut self, subject: Subject, field: &'static str, word: Word);
 
+    /// Visits a count, an index or a set of flags.
     #[inline]
     fn bits(&mut self, subject: Subject, field: &'static str, bits: u32) {
         self.word(subject, field, Word::Bits(bits));
     }
 
-    /// The low half first.
+    /// Visits 64 bits, the low half first.
     #[inline]
     fn long(&mut self, subject: Subject, field: &'static str, bits: u64) {
         self.bits(subject, field, bits as u32);
         self.bits(subject, field, (bits >> 32) as u32);
     }
 
+    /// Visits the bits of a number; both zeros are equal.
     #[inline]
     fn number(&mut self, subject: Subject, field: &'static str, value: f32) {
         self.word(subject, field, Word::Number((value + 0.0).to_bits()));
     }
 
+    /// Visits both components.
     #[inline]
     fn vector(&mut self, subject: Subject, fields: [&'static str; 2], value: Vec2) {
         self.number(subject, fields[0], value.x);
         self.number(subject, fields[1], value.y);
     }
 
+    /// Visits a body's id.
     #[inline]
     fn name(&mut self, subject: Subject, field: &'static str, body: BodyId) {
         self.bits(subject, field, body.index);
@@ -123,7 +131,7 @@ pub(crate) trait Words {
     }
 }
 
-impl Words for StateHasher {
+impl StateVisitor for StateHasher {
     #[inline]
     fn word(&mut self, _: Subject, _: &'static str, word: Word) {
         let (Word::Bits(bits) | Word::Number(bits)) = word;
@@ -131,22 +139,22 @@ impl Words for StateHasher {
     }
 }
 
-/// All words, kept with their labels.
+/// A state as a list of its labelled words.
 #[derive(Default)]
-pub(crate) struct Listing(Vec<(Subject, &'static str, Word)>);
+pub struct StateDump(Vec<(Subject, &'static str, Word)>);
 
-impl Words for Listing {
+impl StateVisitor for StateDump {
     fn word(&mut self, subject: Subject, field: &'static str, word: Word) {
         self.0.push((subject, field, word));
     }
 }
 
-impl Listing {
-    /// The first word that is not the same.
-    pub fn first_difference(&self, other: &Listing) -> Option<Difference> {
-        let place = self.0.iter().zip(&other.0).position(|(one, other)| one != other);
-        let place = place.unwrap_or(self.0.len().min(other.0.len()));
-        match (self.0.get(place), other.0.get(place)) {
+impl StateDump {
+    /// Returns the first word that differs.
+    pub fn first_difference(&self, other: &StateDump) -> Option<Difference> {
+        let index = self.0.iter().zip(&other.0).position(|(one, other)| one != other);
+        let index = index.unwrap_or(self.0.len().min(other.0.len()));
+        match (self.0.get(index), other.0.get(index)) {
             (None, None) => None,
             (Some(&(subject, field, one)), Some(&(twin, twin_field, other)))
                 if (subject, field) == (twin, twin_field) =>
@@ -171,6 +179,3 @@ impl Listing {
         subject == twin || self.0.iter().any(|&(other, ..)| other == subject)
     }
 }
-
-#[cfg(test)]
-mod tests;

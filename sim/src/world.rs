@@ -1,86 +1,41 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
-mod conjugate;
-mod settings;
-mod sleep;
+pub(crate) mod settings;
 mod state;
 
-pub use crate::body::{BodyDef, BodyId, GROUPS_MAX, Motion};
-pub use settings::{STEP_MAX, WorldSettings};
+pub use crate::body::{BodyDef, BodyId, Motion};
+pub use settings::WorldSettings;
 
-use crate::bodies::{Bodies, REACH_MIN};
-use crate::conjugate::Workspace;
-use crate::contact::Contact;
-use crate::features::{CAN, Features};
-use crate::forces::{Drag, Forces, Spring, SpringEnd, Surroundings};
-use crate::math::clamp_length;
-use crate::pairs::{Filter, PairList};
-use crate::particle::{EmitterDef, Obstacle, Particles, quantise};
-use crate::relaxation::{self, Row};
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::PairList;
+use crate::features::Features;
+use crate::forces::drag::Drag;
+use crate::forces::springs::{Spring, SpringEnd};
+use crate::forces::{Forces, Move, Surroundings};
+use crate::integrate;
+use crate::particles::{EmitterDef, Obstacle, Particles, dequantise, quantise};
 use crate::shape::Shape;
+use crate::sleep::{Awake, Sleep};
 use crate::solver::Solver;
+use crate::solver::conjugate::ConjugateSolver;
+use crate::solver::relaxation::RelaxationSolver;
+use crate::solver::settings::{Conjugate, Relaxation};
+use crate::solver::step_context::StepContext;
+use crate::touches::{Touch, Touches};
 use glam::Vec2;
-use sleep::Sleep;
 
-/// Two bodies that overlap at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
-    /// The body with the lower index.
-    pub a: BodyId,
-    /// The other body.
-    pub b: BodyId,
-    /// Unit vector from a to b.
-    pub normal: Vec2,
-    /// Overlap, world units, positive.
-    pub depth: f32,
-    /// Largest closing speed along the normal that was met in this step, units/s, not negative.
-    pub closing: f32,
-    /// Whether the two did not touch at the end of the step before.
-    pub began: bool,
-}
-
-/// The parts of a tick, in order: where two runs can part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Phase {
-    /// Players come and go, rules and tools set velocities.
-    Inputs,
-    /// Velocities, then positions.
+/// The phases of a step after which [`World::step_watched`] calls back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StepPhase {
+    /// Velocities and positions are integrated. The conjugate solver does this last.
     Integrate,
-    /// Which pairs take part.
+    /// The pairs that take part are found.
     Pairs,
     /// Contacts are solved.
     Relax,
-    /// What happened is reported and acted on; tools make new bodies.
-    Events,
-    /// Particles move, emitters make more.
-    Particles,
 }
 
-impl Phase {
-    /// All of them, in order.
-    pub const ALL: [Phase; 6] = [
-        Phase::Inputs,
-        Phase::Integrate,
-        Phase::Pairs,
-        Phase::Relax,
-        Phase::Events,
-        Phase::Particles,
-    ];
-
-    /// Lower-case name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Phase::Inputs => "inputs",
-            Phase::Integrate => "integrate",
-            Phase::Pairs => "pairs",
-            Phase::Relax => "relax",
-            Phase::Events => "events",
-            Phase::Particles => "particles",
-        }
-    }
-}
-
-/// Bodies, contacts, particles.
+/// Bodies, contacts and particles.
 #[derive(Clone, Debug)]
 pub struct World {
     settings: WorldSettings,
@@ -89,24 +44,27 @@ pub struct World {
     sleep: Sleep,
     particles: Particles,
     forces: Option<Forces>,
-    touches: Vec<Touch>,
-    departed: Vec<(BodyId, Vec2)>,
-    quarantined: Vec<BodyId>,
-    passes: u32,
-    /// What a step has to deal with: widens, never narrows, and is no state.
+    touches: Touches,
+    departed: Departed,
+    /// Features that a step has to handle: widens, never narrows, and is not state.
     features: Features,
-    /// Scratch of a step: rows of the solver, velocities at the start of the moving bodies, the
-    /// touches of the step before, what particles are pushed out of.
-    rows: Vec<Row>,
-    start_velocity: Vec<Vec2>,
-    touches_before: Vec<Touch>,
+    /// Scratch of the two solvers, one of which is used, and of the particles.
+    relaxation: RelaxationSolver,
+    conjugate: ConjugateSolver,
     obstacles: Vec<Obstacle>,
-    /// The same of the conjugate solver.
-    workspace: Workspace,
+}
+
+/// Bodies that the last step removed.
+#[derive(Clone, Debug, Default)]
+struct Departed {
+    /// All of them, with their last position.
+    bodies: Vec<(BodyId, Vec2)>,
+    /// Those whose position or velocity was not finite.
+    quarantined: Vec<BodyId>,
 }
 
 impl World {
-    /// An empty world. Panics on settings outside their documented ranges.
+    /// Creates an empty world. Panics on settings outside their documented ranges.
     pub fn new(settings: WorldSettings) -> World {
         settings.check();
         World {
@@ -117,15 +75,11 @@ impl World {
             settings,
             bodies: Bodies::default(),
             sleep: Sleep::default(),
-            touches: Vec::new(),
-            departed: Vec::new(),
-            quarantined: Vec::new(),
-            passes: 0,
-            rows: Vec::new(),
-            start_velocity: Vec::new(),
-            touches_before: Vec::new(),
+            touches: Touches::default(),
+            departed: Departed::default(),
+            relaxation: RelaxationSolver::default(),
+            conjugate: ConjugateSolver::default(),
             obstacles: Vec::new(),
-            workspace: Workspace::default(),
         }
     }
 
@@ -142,19 +96,19 @@ impl World {
             Some(forces) => forces.added(id.index, def.drag),
             None => assert!(def.drag == Drag::NONE, "drag in a world without forces"),
         }
-        self.welcome(id);
+        self.body_placed(id);
         Some(id)
     }
 
-    /// Removes a body; `false` if it was gone already.
+    /// Removes a body; returns `false` if it does not exist.
     pub fn remove(&mut self, id: BodyId) -> bool {
         if !self.bodies.contains(id) {
             return false;
         }
-        self.disturb(id);
+        self.wake_around(id);
         self.pairs.removed(id.index);
-        self.pairs.lift(id.index);
-        self.touches.retain(|touch| touch.a != id && touch.b != id);
+        self.pairs.remove_static(id.index);
+        self.touches.now.retain(|touch| touch.a != id && touch.b != id);
         if let Some(forces) = &mut self.forces {
             forces.removed(id);
         }
@@ -177,12 +131,12 @@ impl World {
         self.bodies.count()
     }
 
-    /// Centre in world units. Panics, like all accessors here, if the body is gone.
+    /// Centre in world units. Panics, like all accessors here, if the body was removed.
     pub fn position(&self, id: BodyId) -> Vec2 {
         self.bodies.center[self.bodies.index(id)]
     }
 
-    /// Centre rounded to the quantum, in quanta: what clients see.
+    /// Centre rounded to the quantum, in quanta, as clients see it.
     pub fn position_quanta(&self, id: BodyId) -> [i32; 2] {
         quantise(self.position(id), self.settings.quantum)
     }
@@ -192,7 +146,7 @@ impl World {
         self.bodies.velocity[self.bodies.index(id)]
     }
 
-    /// Outline.
+    /// Shape.
     pub fn shape(&self, id: BodyId) -> Shape {
         self.bodies.shape[self.bodies.index(id)]
     }
@@ -212,7 +166,7 @@ impl World {
         self.bodies.inverse_mass[self.bodies.index(id)]
     }
 
-    /// Bounce, 0..=1.
+    /// Restitution, 0..=1.
     pub fn restitution(&self, id: BodyId) -> f32 {
         self.bodies.material[self.bodies.index(id)].restitution
     }
@@ -227,18 +181,18 @@ impl World {
         self.bodies.gravity_scale[self.bodies.index(id)]
     }
 
-    /// What slows it down on its way.
+    /// Drag against the air.
     pub fn drag(&self, id: BodyId) -> Drag {
         let index = self.bodies.index(id) as u32;
         self.forces.as_ref().map_or(Drag::NONE, |forces| forces.drag(index))
     }
 
-    /// Adds a spring; `false` when `springs_max` is reached. Panics on numbers outside their
-    /// documented ranges, if a body is gone, and in a world without forces.
+    /// Adds a spring; returns `false` when `springs_max` is reached. Panics on numbers outside
+    /// their documented ranges, if a body was removed, and in a world without forces.
     pub fn add_spring(&mut self, spring: Spring) -> bool {
-        self.disturb(spring.body);
+        self.wake_around(spring.body);
         if let SpringEnd::Body(other) = spring.end {
-            self.disturb(other);
+            self.wake_around(other);
         }
         self.forces.as_mut().expect("a spring in a world without forces").add_spring(spring)
     }
@@ -248,18 +202,18 @@ impl World {
         self.forces.as_ref().map_or(&[], Forces::springs)
     }
 
-    /// Moves a body at once. Panics unless finite.
+    /// Sets a position. Panics unless finite.
     pub fn set_position(&mut self, id: BodyId, position: Vec2) {
         assert!(position.is_finite(), "position {position} must be finite");
         let index = self.bodies.index(id);
         if self.settings.sleeping && self.bodies.center[index] == position {
             return;
         }
-        self.disturb(id);
-        self.pairs.lift(id.index);
+        self.wake_around(id);
+        self.pairs.remove_static(id.index);
         self.bodies.center[index] = position;
         self.pairs.invalidate();
-        self.welcome(id);
+        self.body_placed(id);
     }
 
     /// Sets a velocity. Panics unless finite, and on a static body unless zero (C20).
@@ -269,7 +223,7 @@ impl World {
         let still = self.bodies.motion[index] != Motion::Static || velocity == Vec2::ZERO;
         assert!(still, "static body {} cannot have velocity {velocity}", id.index);
         if self.bodies.velocity[index] != velocity {
-            self.disturb(id);
+            self.wake_around(id);
             self.bodies.velocity[index] = velocity;
         }
     }
@@ -280,7 +234,7 @@ impl World {
         assert!((1.0 / mass).is_finite(), "mass {mass} is out of range");
         let index = self.bodies.index(id);
         assert!(self.bodies.motion[index] == Motion::Dynamic, "only dynamic bodies have a mass");
-        self.disturb(id);
+        self.wake_around(id);
         self.bodies.inverse_mass[index] = 1.0 / mass;
     }
 
@@ -289,20 +243,21 @@ impl World {
         assert!(scale.is_finite(), "gravity scale {scale} must be finite");
         let index = self.bodies.index(id);
         if self.bodies.gravity_scale[index] != scale {
-            self.disturb(id);
+            self.wake_around(id);
             self.bodies.gravity_scale[index] = scale;
         }
     }
 
-    /// Changes gravity, units/s^2; everybody wakes. It is a setting, not state: who restores such a
-    /// world gives the settings that it has. Panics unless finite.
+    /// Changes gravity, units/s^2, and wakes all bodies. It is a setting, not state: to restore
+    /// such a world, pass the settings that it had. Panics unless finite.
     pub fn set_gravity(&mut self, gravity: Vec2) {
         assert!(gravity.is_finite(), "gravity {gravity} must be finite");
         self.settings.gravity = gravity;
-        self.wake_all();
+        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+        self.sleep.wake_all(&mut awake);
     }
 
-    /// The existing body with the lowest index that strictly contains the point and satisfies
+    /// Returns the body with the lowest index that strictly contains the point and satisfies
     /// `wanted`.
     pub fn body_at(&self, point: Vec2, wanted: impl Fn(BodyId) -> bool) -> Option<BodyId> {
         self.ids().find(|&id| {
@@ -311,171 +266,148 @@ impl World {
         })
     }
 
-    /// Advances bodies by one step: integrate, pairs, relax, removal of what left the kill zone.
-    /// Particles move in [`World::step_particles`], so that the rules can act in between.
+    /// Advances bodies by one step: integrates, finds pairs, solves contacts, removes the bodies
+    /// that left the kill zone. Particles move in [`World::step_particles`], so that rules can act
+    /// in between.
     pub fn step(&mut self) {
         self.step_watched(&mut |_, _| {});
     }
 
-    /// [`World::step`], shown to `watch` after each phase. What it changes is part of the step.
-    pub fn step_watched(&mut self, watch: &mut impl FnMut(Phase, &mut World)) {
+    /// Makes a [`World::step`] that calls `watch` after each phase. Changes by `watch` are part of
+    /// the step.
+    pub fn step_watched(&mut self, watch: &mut impl FnMut(StepPhase, &mut World)) {
         match self.settings.solver {
-            Some(Solver::Conjugate(settings)) => self.step_conjugate(settings, watch),
-            Some(Solver::Relaxation(_)) | None => self.step_relaxation(watch),
+            Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
+            Some(Solver::Relaxation(settings)) => self.step_relaxation(Some(&settings), watch),
+            None => self.step_relaxation(None, watch),
         }
         self.remove_departed();
-        if self.settings.sleeping && CAN.sleeping {
-            self.fall_asleep();
+        if self.settings.sleeping {
+            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+            let constraints = &self.conjugate.contacts.constraints;
+            let springs = self.forces.as_ref().map_or(&[][..], Forces::springs);
+            self.sleep.fall_asleep(&mut awake, constraints, springs, &self.settings);
         }
     }
 
-    fn step_relaxation(&mut self, watch: &mut impl FnMut(Phase, &mut World)) {
-        self.integrate();
-        watch(Phase::Integrate, self);
-        self.refresh_pairs();
-        let features = self.features.in_this_build();
-        relaxation::gather(&self.bodies, &self.pairs.pairs, features, &mut self.rows);
-        watch(Phase::Pairs, self);
-        self.leave_out_unsound();
-        self.relax();
-        watch(Phase::Relax, self);
-        self.report_touches();
-    }
-
-    /// Drops the rows of bodies whose place or speed is no number; they leave with the departed.
-    fn leave_out_unsound(&mut self) {
-        let bodies = &self.bodies;
-        if !bodies.moving.iter().all(|&slot| bodies.is_sound(slot as usize)) {
-            let sound = |slot: u32| bodies.is_sound(slot as usize);
-            self.rows.retain(|row| sound(row.a) && sound(row.b));
-        }
-    }
-
-    fn integrate(&mut self) {
+    /// Symplectic Euler, then passes over all overlapping pairs; without settings contacts are only
+    /// detected.
+    fn step_relaxation(
+        &mut self,
+        settings: Option<&Relaxation>,
+        watch: &mut impl FnMut(StepPhase, &mut World),
+    ) {
         self.find_moves();
-        self.accelerate();
-        if let Some(Solver::Relaxation(settings)) = &self.settings.solver
-            && settings.warm_start
-        {
-            relaxation::warm_start(&mut self.bodies, &mut self.pairs.pairs);
+        let moves = moves(&self.forces);
+        let solver = &mut self.relaxation;
+        solver.start(&mut self.bodies, moves, &self.settings);
+        if let Some(settings) = settings {
+            solver.warm_start(&mut self.bodies, &mut self.pairs.pairs, settings);
         }
-        self.travel();
+        integrate::advance(&mut self.bodies, moves, self.settings.dt);
+        watch(StepPhase::Integrate, self);
+        self.pairs.refresh(&self.bodies, self.settings.filter());
+        self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
+        watch(StepPhase::Pairs, self);
+        let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
+        self.relaxation.solve(bodies, pairs, settings, self.features, &self.settings);
+        watch(StepPhase::Relax, self);
+        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies));
     }
 
-    fn relax(&mut self) {
-        self.passes = 0;
-        if let Some(Solver::Relaxation(settings)) = &self.settings.solver {
-            let features = self.features.in_this_build();
-            self.passes = relaxation::relax(&mut self.bodies, &mut self.rows, settings, features);
-            relaxation::store(&self.rows, &mut self.pairs.pairs);
-            self.judge_calmness();
+    /// Impacts in the order of their times, velocities that satisfy all contacts, then positions.
+    fn step_conjugate(
+        &mut self,
+        settings: &Conjugate,
+        watch: &mut impl FnMut(StepPhase, &mut World),
+    ) {
+        self.sleep.save_step_start(&self.bodies);
+        self.find_contacts(settings);
+        while self.wake_touched() {
+            self.find_contacts(settings);
         }
+        watch(StepPhase::Pairs, self);
+        self.find_velocities(settings);
+        while self.wake_touched() {
+            self.find_contacts(settings);
+            self.find_velocities(settings);
+        }
+        let context = StepContext::new(settings, &self.settings, self.features);
+        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &context);
+        watch(StepPhase::Relax, self);
+        let context = StepContext::new(settings, &self.settings, self.features);
+        self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);
+        watch(StepPhase::Integrate, self);
+        self.touches.report(&self.bodies, self.conjugate.touching());
     }
 
-    /// Symplectic Euler, first half: new velocities.
-    fn accelerate(&mut self) {
-        let Bodies { moving, velocity, gravity_scale, motion, .. } = &mut self.bodies;
-        let gain = self.settings.gravity * self.settings.dt;
-        self.start_velocity.clear();
-        for &slot in moving.iter() {
-            let slot = slot as usize;
-            self.start_velocity.push(velocity[slot]);
-            if Bodies::is_pushed(motion[slot]) {
-                let faster = velocity[slot] + gain * gravity_scale[slot];
-                velocity[slot] = clamp_length(faster, self.settings.speed_max);
-            }
-        }
-        for found in self.forces.iter().filter(|_| CAN.forces).flat_map(|forces| &forces.moves) {
-            velocity[found.slot as usize] = found.velocity;
-        }
+    fn find_contacts(&mut self, settings: &Conjugate) {
+        let context = StepContext::new(settings, &self.settings, self.features);
+        self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &context);
     }
 
-    /// Symplectic Euler, second half: positions from the new velocities.
-    fn travel(&mut self) {
-        let Bodies { moving, velocity, center, reach, .. } = &mut self.bodies;
-        for &slot in moving.iter() {
-            let path = velocity[slot as usize] * self.settings.dt;
-            center[slot as usize] += path;
-            reach[slot as usize] = REACH_MIN + path.length();
-        }
-        // What resting impulses changed about a speed acts all through the step.
-        for found in self.forces.iter().filter(|_| CAN.forces).flat_map(|forces| &forces.moves) {
-            let slot = found.slot as usize;
-            let path = velocity[slot] * self.settings.dt;
-            let exact = found.path + (velocity[slot] - found.velocity) * self.settings.dt;
-            center[slot] += exact - path;
-            reach[slot] = REACH_MIN + path.length() + exact.length();
-        }
+    fn find_velocities(&mut self, settings: &Conjugate) {
+        self.find_moves();
+        let context = StepContext::new(settings, &self.settings, self.features);
+        let moves = moves(&self.forces);
+        self.conjugate.find_velocities(&mut self.bodies, &mut self.pairs, moves, &context);
     }
 
-    /// Where drag, wind and springs take those who feel them.
+    fn wake_touched(&mut self) -> bool {
+        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+        self.sleep.wake_touched(&mut awake, self.conjugate.contacting_pairs())
+    }
+
+    /// Finds the moves of bodies under drag, wind and springs.
     fn find_moves(&mut self) {
         let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
-        if let Some(forces) = &mut self.forces
-            && CAN.forces
-        {
+        if let Some(forces) = &mut self.forces {
             forces.find_moves(&self.bodies, Surroundings { gravity, dt, speed_max });
             forces.moves.retain(|found| !self.sleep.has(found.slot));
         }
     }
 
-    /// Makes the pair list complete; whether it was made anew.
-    pub(crate) fn refresh_pairs(&mut self) -> bool {
-        let filter =
-            Filter { meets: &self.settings.meets, immovable: self.settings.solver.is_none() };
-        self.pairs.refresh(&self.bodies, filter)
-    }
-
-    fn judge_calmness(&mut self) {
-        let free_change = self.settings.gravity.length() * self.settings.dt;
-        let Bodies { moving, velocity, calm, .. } = &mut self.bodies;
-        for (&slot, &start) in moving.iter().zip(&self.start_velocity) {
-            let slot = slot as usize;
-            calm[slot] = relaxation::calmness(velocity[slot] - start, free_change);
-        }
-    }
-
-    /// Lists the overlaps at the end of the step; both lists are in (a, b) order.
-    fn report_touches(&mut self) {
-        if !CAN.touches {
-            return;
-        }
-        std::mem::swap(&mut self.touches, &mut self.touches_before);
-        self.touches.clear();
-        let mut before = self.touches_before.iter().peekable();
-        for row in &mut self.rows {
-            let Some(contact) = row.contact(&self.bodies) else { continue };
-            let (a, b) = (self.bodies.id(row.a), self.bodies.id(row.b));
-            while before.next_if(|old| (old.a.index, old.b.index) < (row.a, row.b)).is_some() {}
-            let began = before.next_if(|old| (old.a, old.b) == (a, b)).is_none();
-            let Contact { normal, depth } = contact;
-            self.touches.push(Touch { a, b, normal, depth, closing: row.closing, began });
-        }
-    }
-
     fn remove_departed(&mut self) {
-        self.departed.clear();
-        self.quarantined.clear();
+        let Departed { bodies: departed, quarantined } = &mut self.departed;
+        departed.clear();
+        quarantined.clear();
         for &slot in &self.bodies.moving {
             let center = self.bodies.center[slot as usize];
-            // What is no number goes before it can touch anything (C03).
-            if !self.bodies.is_sound(slot as usize) {
+            // A body that is not finite is removed before it can touch anything (C03).
+            if !self.bodies.is_finite(slot as usize) {
                 let last = if center.is_finite() { center } else { self.settings.kill_zone.low };
-                self.quarantined.push(self.bodies.id(slot));
-                self.departed.push((self.bodies.id(slot), last));
+                quarantined.push(self.bodies.id(slot));
+                departed.push((self.bodies.id(slot), last));
             } else if !self.settings.kill_zone.contains(center) {
-                self.departed.push((self.bodies.id(slot), center));
+                departed.push((self.bodies.id(slot), center));
             }
         }
-        for place in 0..self.departed.len() {
-            self.remove(self.departed[place].0);
+        for index in 0..self.departed.bodies.len() {
+            self.remove(self.departed.bodies[index].0);
         }
     }
 
-    /// Advances particles and emitters by one step, against the bodies where they are now, at the
-    /// quantised places that clients see.
+    /// Wakes a body that is changed from outside, with the bodies that rest on it.
+    fn wake_around(&mut self, id: BodyId) {
+        let slot = self.bodies.index(id) as u32;
+        if self.settings.sleeping {
+            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+            self.sleep.wake_around(&mut awake, slot);
+        }
+    }
+
+    /// Registers a body that was added or placed elsewhere.
+    fn body_placed(&mut self, id: BodyId) {
+        if self.settings.sleeping {
+            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+            self.sleep.body_placed(&mut awake, id.index);
+        }
+    }
+
+    /// Advances particles and emitters by one step, against the bodies at the present quantised
+    /// positions that clients see.
     pub fn step_particles(&mut self) {
-        if !self.features.in_this_build().particles {
+        if !self.features.particles {
             return;
         }
         let quantum = self.settings.quantum;
@@ -492,42 +424,56 @@ impl World {
         let bodies = &self.bodies;
         self.particles.step(&self.obstacles, |id| {
             let quanta = quantise(*bodies.center.get(id.index as usize)?, quantum);
-            bodies.contains(id).then(|| crate::particle::dequantise(quanta, quantum))
+            bodies.contains(id).then(|| dequantise(quanta, quantum))
         });
     }
 
-    /// Overlaps at the end of the last step, in (a, b) order.
+    /// Touches at the end of the last step, in (a, b) order.
     pub fn touches(&self) -> &[Touch] {
-        &self.touches
+        &self.touches.now
     }
 
-    /// Bodies of the last step whose place or speed was no number any more: taken out before anybody
-    /// could feel it. They are among the departed too. It never happens; if it does, report it.
+    /// Bodies of the last step whose position or velocity was not finite, removed before they could
+    /// touch anything. They are among the departed too. This never happens; if it does, report it.
     pub fn quarantined(&self) -> &[BodyId] {
-        &self.quarantined
+        &self.departed.quarantined
     }
 
-    /// Bodies that left the kill zone in the last step (they are gone), with their last position.
+    /// Bodies that left the kill zone in the last step and were removed, with their last position.
     pub fn departed(&self) -> &[(BodyId, Vec2)] {
-        &self.departed
+        &self.departed.bodies
     }
 
-    /// Passes that the solver needed in the last step.
+    /// Number of passes or sweeps over the contacts in the last step.
     pub fn passes(&self) -> u32 {
-        self.passes
-    }
-
-    /// What the solver did in the last step, in pairs: a pair counts once a pass. A measure of work
-    /// that no machine changes.
-    pub fn pair_solves(&self) -> u64 {
         match self.settings.solver {
-            Some(Solver::Conjugate(_)) => self.workspace.work,
-            _ => u64::from(self.passes) * self.rows.len() as u64,
+            Some(Solver::Conjugate(_)) => self.conjugate.sweeps,
+            _ => self.relaxation.passes,
         }
     }
 
-    /// Starts an emitter; `false` if too many are running. Panics if it names a recipe that the
-    /// world does not have.
+    /// The solver's work in the last step: visits of pairs by passes. A measure independent of the
+    /// machine.
+    pub fn pair_solves(&self) -> u64 {
+        match self.settings.solver {
+            Some(Solver::Conjugate(_)) => self.conjugate.work,
+            _ => u64::from(self.relaxation.passes) * self.relaxation.constraints.len() as u64,
+        }
+    }
+
+    /// Whether a body sleeps: it is at rest and costs nothing. Only in worlds that sleep. Its
+    /// touches are not reported. Panics if the body was removed.
+    pub fn is_asleep(&self, id: BodyId) -> bool {
+        self.sleep.has(self.bodies.index(id) as u32)
+    }
+
+    /// Number of sleeping bodies.
+    pub fn asleep_count(&self) -> usize {
+        self.sleep.count()
+    }
+
+    /// Starts an emitter; returns `false` if too many are running. Panics if its recipe does not
+    /// exist.
     pub fn start_emitter(&mut self, emitter: EmitterDef) -> bool {
         self.features.particles = true;
         self.particles.start(emitter)
@@ -538,26 +484,37 @@ impl World {
         &self.particles
     }
 
-    /// Has steps deal with more than the bodies bring. It changes no result: a step does not ask for
-    /// what no body brings, that is all.
+    /// Adds features that steps handle, beyond those of the bodies. It changes no result.
     pub fn widen(&mut self, features: Features) {
         self.features = self.features.with(features);
     }
 
-    /// What its steps deal with by now.
+    /// Features that steps handle so far.
     pub fn features(&self) -> Features {
         self.features
     }
 
-    /// The settings it was made with.
+    /// The settings of the world.
     pub fn settings(&self) -> &WorldSettings {
         &self.settings
     }
 
     /// Whether every position and velocity is finite: true after every step.
     pub fn is_finite(&self) -> bool {
-        self.bodies.slots().all(|slot| self.bodies.is_sound(slot as usize))
+        self.bodies.slots().all(|slot| self.bodies.is_finite(slot as usize))
     }
+}
+
+fn awake<'a>(
+    bodies: &'a mut Bodies,
+    pairs: &'a mut PairList,
+    touches: &'a mut Touches,
+) -> Awake<'a> {
+    Awake { bodies, pairs, touches: &mut touches.now }
+}
+
+fn moves(forces: &Option<Forces>) -> &[Move] {
+    forces.as_ref().map_or(&[], |forces| &forces.moves)
 }
 
 #[cfg(test)]
@@ -570,8 +527,17 @@ impl World {
         &self.pairs
     }
 
-    pub(crate) fn workspace_rows(&self) -> usize {
-        self.workspace.rows.len()
+    pub(crate) fn constraint_count(&self) -> usize {
+        self.conjugate.contacts.constraints.len()
+    }
+
+    pub(crate) fn refresh_pairs(&mut self) {
+        self.pairs.refresh(&self.bodies, self.settings.filter());
+    }
+
+    pub(crate) fn wake_all(&mut self) {
+        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+        self.sleep.wake_all(&mut awake);
     }
 
     pub(crate) fn invalidate_pairs(&mut self) {

@@ -1,23 +1,26 @@
-//! A sparse symmetric system with one 2 by 2 block for each body and each pair that a spring joins,
-//! solved by block elimination: L D L^T without square roots. Bodies are eliminated in the order of
-//! least degree (Tinney and Walker 1967), so that ropes and trees cost one block for each spring and
-//! only meshes fill in. Order and fill are found when springs come or go, not in a step.
+//! A sparse symmetric system with one 2 by 2 block for each body and for each pair joined by a
+//! spring, solved by block elimination: L D L^T without square roots. Bodies are eliminated in the
+//! order of least degree (Tinney and Walker 1967), so that ropes and trees cost one block for each
+//! spring and only meshes fill in. Order and fill are computed when springs are added or removed,
+//! not in a step.
 
 use glam::{DMat2, DVec2};
 use std::collections::BTreeSet;
 
-/// The pattern, and the numbers of this step; unknowns are named by their place in the order.
+/// The pattern, and the numbers of this step; unknowns are named by their index in the order of
+/// elimination.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Elimination {
     diagonal: Vec<DMat2>,
-    /// Column j has its blocks below the diagonal at start[j]..start[j + 1], by ascending row.
+    /// Column j has its blocks below the diagonal at `start[j]..start[j + 1]`, by ascending row.
     start: Vec<u32>,
     row: Vec<u32>,
     block: Vec<DMat2>,
 }
 
 impl Elimination {
-    /// The pattern for `count` unknowns joined by these edges, and the new place of each unknown.
+    /// Builds the pattern for `count` unknowns joined by these edges; returns it with the new index
+    /// of each unknown.
     pub fn new(count: usize, edges: &[(u32, u32)]) -> (Elimination, Vec<u32>) {
         let mut near: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); count];
         for &(a, b) in edges {
@@ -40,20 +43,20 @@ impl Elimination {
             order.push(node);
             columns.push(later);
         }
-        let mut place = vec![0u32; count];
+        let mut index_of = vec![0u32; count];
         for (at, &node) in (0u32..).zip(&order) {
-            place[node as usize] = at;
+            index_of[node as usize] = at;
         }
         let mut elimination = Elimination { start: vec![0], ..Elimination::default() };
         for column in columns {
-            let mut rows: Vec<u32> = column.iter().map(|&node| place[node as usize]).collect();
+            let mut rows: Vec<u32> = column.iter().map(|&node| index_of[node as usize]).collect();
             rows.sort_unstable();
             elimination.row.extend(rows);
             elimination.start.push(elimination.row.len() as u32);
         }
         elimination.diagonal = vec![DMat2::ZERO; count];
         elimination.block = vec![DMat2::ZERO; elimination.row.len()];
-        (elimination, place)
+        (elimination, index_of)
     }
 
     pub fn clear(&mut self) {
@@ -65,7 +68,7 @@ impl Elimination {
         self.diagonal[at as usize] += block;
     }
 
-    /// Adds a symmetric block for two unknowns that an edge joins.
+    /// Adds a symmetric block for two unknowns joined by an edge.
     pub fn add(&mut self, a: u32, b: u32, block: DMat2) {
         let (low, high) = if a < b { (a, b) } else { (b, a) };
         let at = self.find(high, low);
@@ -82,7 +85,7 @@ impl Elimination {
         range.start + at.expect("the pattern has every edge and all fill")
     }
 
-    /// Factors the numbers, which must be positive definite, in their place.
+    /// Factors the matrix, which must be positive definite, in place.
     pub fn factor(&mut self) {
         for j in 0..self.diagonal.len() {
             let inverse = self.diagonal[j].inverse();
@@ -100,7 +103,7 @@ impl Elimination {
         }
     }
 
-    /// Solves in place, once the numbers are factored.
+    /// Solves in place, once the matrix is factored.
     pub fn solve(&self, right: &mut [DVec2]) {
         for j in 0..self.diagonal.len() {
             let known = self.diagonal[j] * right[j];
@@ -121,7 +124,7 @@ impl Elimination {
 #[cfg(test)]
 mod tests {
     use super::Elimination;
-    use crate::math::Rng;
+    use crate::rng::Rng;
     use glam::{DMat2, DVec2};
 
     /// A mesh of 4 by 4, and a tail: fill-in and none.
@@ -138,32 +141,32 @@ mod tests {
         }
         let mut rng = Rng::new(1, 1);
         let mut unit = move || f64::from(rng.unit()) - 0.5;
-        let (mut system, place) = Elimination::new(18, &edges);
+        let (mut system, index_of) = Elimination::new(18, &edges);
         let mut full = vec![vec![DMat2::ZERO; 18]; 18];
         for node in 0..18 {
             full[node][node] = DMat2::IDENTITY;
-            system.add_diagonal(place[node], DMat2::IDENTITY);
+            system.add_diagonal(index_of[node], DMat2::IDENTITY);
         }
         for &(a, b) in &edges {
             let along = DVec2::new(unit(), unit());
             let stiff = DMat2::from_cols(along * along.x, along * along.y) * 1e4;
             for (one, other) in [(a, b), (b, a)] {
-                system.add_diagonal(place[one as usize], stiff);
+                system.add_diagonal(index_of[one as usize], stiff);
                 full[one as usize][one as usize] += stiff;
                 full[one as usize][other as usize] -= stiff;
             }
-            system.add(place[a as usize], place[b as usize], -stiff);
+            system.add(index_of[a as usize], index_of[b as usize], -stiff);
         }
         let wanted: Vec<DVec2> = (0..18).map(|_| DVec2::new(unit(), unit())).collect();
         let mut right = vec![DVec2::ZERO; 18];
         for row in 0..18 {
             let sum: DVec2 = (0..18).map(|column| full[row][column] * wanted[column]).sum();
-            right[place[row] as usize] = sum;
+            right[index_of[row] as usize] = sum;
         }
         system.factor();
         system.solve(&mut right);
         for node in 0..18 {
-            let error = (right[place[node] as usize] - wanted[node]).length();
+            let error = (right[index_of[node] as usize] - wanted[node]).length();
             assert!(error < 1e-9, "{node}: {error}");
         }
     }

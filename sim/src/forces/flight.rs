@@ -1,34 +1,36 @@
-//! A body by itself, in closed form.
+//! A single body, in closed form.
 //!
-//! Linear drag, wind, and springs of no length to fixed points make one damped oscillator under a
+//! Linear drag, wind, and springs of zero length to fixed points make one damped oscillator under a
 //! constant force, x'' = f - c x' - w² x, the same along every axis: the exact step is a matrix of
-//! four numbers, found once for a body and kept as long as c, w² and the step stay.
+//! four numbers, computed once for a body and kept as long as c, w² and the step stay.
 //!
-//! Quadratic drag alone, u' = g - k |u| u: with E = exp(k times the path length), E u = u0 + g J where
-//! J' = E and J'' = k |u0 + g J|. That norm is replaced by a straight line, s + b J, along its chord
-//! over the step: exact where u stays along g (the fall that ends in vt tanh(g t / vt)), and of third
-//! order elsewhere; then J'' = k s + k b J has J and E in closed form, and ln(E) / k is the length of the
-//! path. (The substitution is the classical one for ballistics: Legendre's and Euler's.)
-//! Beside other forces it acts in two halves, before and after their exact step (Strang 1968).
+//! Quadratic drag alone, u' = g - k |u| u: with E = exp(k times the path length), E u = u0 + g J
+//! where J' = E and J'' = k |u0 + g J|. That norm is replaced by its chord over the step, s + b J:
+//! exact where u stays along g (the fall that ends in vt tanh(g t / vt)), and of third order
+//! elsewhere; then J'' = k s + k b J has J and E in closed form, and ln(E) / k is the length of the
+//! path. (The substitution is the classical one for ballistics: Legendre's and Euler's.) Combined
+//! with other forces it acts in two halves, before and after their exact step (Strang 1968).
 
-use super::{Air, Drag, Move, Spring, SpringEnd};
+use super::air::{Air, Move};
+use super::drag::Drag;
+use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::math::{exp, exp_m1, ln_1p, sin_cos};
 use glam::DVec2;
 
-/// Share of its speed that drag may take within a step for the smooth formula of the path.
+/// Share of its speed that a body may lose to drag in a step for the smooth formula of the path.
 const SMOOTH: f64 = 0.5;
 
 /// Square of the growth rate times the step beyond which the terminal speed is reached at once, and
 /// the exponential would overflow.
 const GROWN: f64 = 1e4;
 
-/// A body that nothing ties to another one.
+/// A body that no spring joins to another one.
 #[derive(Clone, Debug)]
 pub(super) struct Flight {
     slot: u32,
     drag: Drag,
-    /// Sums over its springs: stiffness, damping, stiffness times place.
+    /// Sums over its springs: stiffness, damping, stiffness times position.
     stiffness: f64,
     damping: f64,
     pull: DVec2,
@@ -36,7 +38,7 @@ pub(super) struct Flight {
 }
 
 impl Flight {
-    /// With its springs among all of them.
+    /// Creates the flight of a body from all springs of the world.
     pub fn new(slot: u32, drag: Drag, springs: &[Spring]) -> Flight {
         let mut flight = Flight {
             slot,
@@ -56,10 +58,11 @@ impl Flight {
         flight
     }
 
-    /// Where a step takes it.
+    /// Computes the move of a step.
     pub fn fly(&mut self, bodies: &Bodies, air: &Air) -> Move {
         let slot = self.slot as usize;
-        let (place, velocity) = (bodies.center[slot].as_dvec2(), bodies.velocity[slot].as_dvec2());
+        let (position, velocity) =
+            (bodies.center[slot].as_dvec2(), bodies.velocity[slot].as_dvec2());
         let gravity = air.gravity * f64::from(bodies.gravity_scale[slot]);
         let inverse_mass = f64::from(bodies.inverse_mass[slot]);
         let rate = f64::from(self.drag.linear);
@@ -68,14 +71,14 @@ impl Flight {
         let quadratic = f64::from(self.drag.quadratic);
         if quadratic > 0.0 && total == 0.0 && stiffness == 0.0 {
             let (through_air, path) = fall(velocity - air.wind, gravity, quadratic, air.dt);
-            return air.allow(self.slot, through_air + air.wind, path + air.wind * air.dt);
+            return air.limited_move(self.slot, through_air + air.wind, path + air.wind * air.dt);
         }
         self.step.renew(total, stiffness, air.dt);
         let force = gravity + air.wind * rate + self.pull * inverse_mass;
         let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
-        let (path, velocity) = self.step.take(place, slowed, force);
+        let (path, velocity) = self.step.take(position, slowed, force);
         let slowed = slow_down(velocity, air.wind, quadratic, air.dt / 2.0);
-        air.allow(self.slot, slowed, path)
+        air.limited_move(self.slot, slowed, path)
     }
 }
 
@@ -97,7 +100,7 @@ pub(super) fn fall(start: DVec2, gravity: DVec2, rate: f64, time: f64) -> (DVec2
     let speed = first + (2.0 * middle - first - last) / 3.0;
     let shed = rate * speed * time;
     let mut slope = (last - first) / time;
-    // Where drag rules, a body that brakes has braked long before the chord says so.
+    // Where drag dominates, a braking body has slowed down long before the chord says so.
     if slope < 0.0 && shed > SMOOTH {
         slope = 0.0;
     }
@@ -113,8 +116,8 @@ pub(super) fn fall(start: DVec2, gravity: DVec2, rate: f64, time: f64) -> (DVec2
     (velocity, path(start, velocity, gravity, rate, time, growth))
 }
 
-/// By Hermite's formula (both ends and both slopes, of fourth order) where the step is smooth; else
-/// the exact length along the mean direction.
+/// Path by Hermite's formula (both ends and both slopes, of fourth order) where the step is smooth;
+/// else the exact length along the mean direction.
 fn path(start: DVec2, end: DVec2, gravity: DVec2, rate: f64, time: f64, growth: f64) -> DVec2 {
     let bend = |velocity: DVec2| gravity - velocity * (rate * velocity.length());
     let mean = (start + end) * (time / 2.0);
@@ -124,7 +127,7 @@ fn path(start: DVec2, end: DVec2, gravity: DVec2, rate: f64, time: f64, growth: 
     mean.normalize_or_zero() * (ln_1p(growth - 1.0) / rate)
 }
 
-/// cosh(z), sinh(z)/z and (cosh(z) - 1)/z² of y = z², also where y is negative: Stumpff's functions.
+/// cosh(z), sinh(z)/z and (cosh(z) - 1)/z² of y = z², also for negative y: Stumpff's functions.
 fn stumpff(y: f64) -> (f64, f64, f64) {
     if y * y <= 1.0 {
         // 1/(2n)! and 1/(2n+1)!, nested; the next term is below 1e-17.
@@ -166,15 +169,15 @@ fn stumpff(y: f64) -> (f64, f64, f64) {
 /// The exact step of x'' = f - c x' - w² x.
 #[derive(Clone, Copy, Debug, Default)]
 struct Step {
-    /// c, w² and the seconds for which the rest was found; no seconds if it was not.
+    /// c, w² and the seconds for which the rest was computed; 0 seconds if it was not.
     of: (f64, f64, f64),
-    /// Path and change of velocity a unit of distance from where the force vanishes ...
-    path_of_place: f64,
-    change_of_place: f64,
-    /// ... and a unit of velocity.
+    /// Path and change of velocity per unit of distance from the point where the force vanishes ...
+    path_of_position: f64,
+    change_of_position: f64,
+    /// ... and per unit of velocity.
     path_of_speed: f64,
     change_of_speed: f64,
-    /// Path a unit of force where no spring is.
+    /// Path per unit of force without a spring.
     path_of_force: f64,
 }
 
@@ -228,20 +231,20 @@ impl Step {
             (decay * (c + half * s), decay * s, decay * (c - half * s))
         };
         Step {
-            path_of_place: a - 1.0,
+            path_of_position: a - 1.0,
             path_of_speed: b,
-            change_of_place: -stiffness * b,
+            change_of_position: -stiffness * b,
             change_of_speed: d - 1.0,
             ..Step::default()
         }
     }
 
     /// Path and velocity at the end.
-    fn take(&self, place: DVec2, velocity: DVec2, force: DVec2) -> (DVec2, DVec2) {
+    fn take(&self, position: DVec2, velocity: DVec2, force: DVec2) -> (DVec2, DVec2) {
         let stiffness = self.of.1;
         let (path, change) = if stiffness > 0.0 {
-            let from_rest = place - force / stiffness;
-            (from_rest * self.path_of_place, from_rest * self.change_of_place)
+            let from_rest = position - force / stiffness;
+            (from_rest * self.path_of_position, from_rest * self.change_of_position)
         } else {
             (force * self.path_of_force, force * self.path_of_speed)
         };

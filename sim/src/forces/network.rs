@@ -1,35 +1,38 @@
-//! Bodies that springs tie together, or that a spring with a length of its own holds: an implicit step.
+//! Bodies joined by springs, or held by a spring of nonzero length: an implicit step.
 //!
-//! With t in [1/2, 1] the path of a body is h ((1-t) v0 + t v1), and each spring pulls with its mean
-//! length (1-t) |r0| + t |r1| along the mean direction. At t = 1/2 that is the midpoint rule with the
-//! discrete gradient of Gonzalez (1996): of second order, and it keeps energy exactly however stiff a
-//! spring is. Damping wants more: decay by y in a step is e^-y if t = 1 / (1 - e^-y) - 1/y (Liniger and
-//! Willoughby 1970), never overshoots, and is 1/2 + y/12 where y is small, so the order stays; it is for
-//! springs that do not swing, or swing too fast for the step.
-//! All that one component ties together has one t, of its fastest decay, and the system is symmetric.
+//! With t in [1/2, 1] the path of a body is h ((1-t) v0 + t v1), and each spring pulls with its
+//! mean length (1-t) |r0| + t |r1| along the mean direction. At t = 1/2 that is the midpoint rule
+//! with the discrete gradient of Gonzalez (1996): of second order, and it keeps energy exactly
+//! however stiff a spring is. Damping needs more: decay by y in a step is e^-y if t = 1 / (1 -
+//! e^-y) - 1/y (Liniger and Willoughby 1970), which never overshoots and is 1/2 + y/12 where y is
+//! small, so the order stays; it is used for springs that do not oscillate, or oscillate too fast
+//! for the step. Each connected component has one t, that of its fastest decay, and the system is
+//! symmetric.
 //!
-//! Newton's method finds v1; a spring that pushes gets no stiffness across it, so every system is
-//! positive definite. Where springs rest, no move is found whatever the step: rest points are exact.
+//! Newton's method finds v1; a compressed spring gets no stiffness across it, so every system is
+//! positive definite. Where springs rest the move is zero for any step: rest points are exact.
 
+use super::air::{Air, Move};
+use super::drag::Drag;
 use super::elimination::Elimination;
-use super::{Air, Drag, Move, Spring, SpringEnd};
+use super::springs::{Spring, SpringEnd};
 use crate::bodies::Bodies;
 use crate::math::exp_m1;
 use glam::{DMat2, DVec2};
 
-/// Rounds of Newton's method in a step at most; two or three are the rule.
+/// Most rounds of Newton's method in a step; two or three are typical.
 const ROUNDS_MAX: u32 = 8;
-/// Change of a velocity, as a share of the largest one, at which they end.
+/// Convergence: change of a velocity, as a share of the largest one.
 const PRECISION: f64 = 1e-5;
-/// A round that leaves more than this share of the change before it asks for a new system.
+/// A round that leaves more than this share of the previous change triggers a new factorisation.
 const SLOW: f64 = 0.1;
-/// Change at the end from which on they led nowhere.
-const ASTRAY: f64 = 1e-3;
-/// Speed that counts as the largest where nothing moves, units/s.
+/// Final change beyond which the rounds did not converge.
+const DIVERGED: f64 = 1e-3;
+/// Smallest scale of the speeds for the two above, units/s.
 const SPEED_MIN: f64 = 1e-3;
-/// A damped spring that swings by less than this in a step, in radians, is followed by the midpoint
-/// rule; swings that a step cannot tell apart are only to die out.
-const TURN_MAX: f64 = 4.0;
+/// A damped spring whose phase advances by less than this in a step, in radians, uses the midpoint
+/// rule; faster oscillations, which a step cannot resolve, only have to decay.
+const PHASE_MAX: f64 = 4.0;
 /// Springs shorter than this have no direction, world units.
 const LENGTH_MIN: f64 = 1e-9;
 
@@ -38,9 +41,9 @@ const LENGTH_MIN: f64 = 1e-9;
 struct Node {
     slot: u32,
     drag: Drag,
-    /// Name of its component: the least place in it.
+    /// Name of its connected component: the smallest index in it.
     component: u32,
-    /// What follows is of this step.
+    /// From here on: values of this step.
     mass: f64,
     /// Rate of drag against the wind, 1/s.
     rate: f64,
@@ -70,29 +73,30 @@ struct Link {
     damping: f64,
 }
 
-/// All bodies and springs that are tied.
+/// All bodies and springs that are joined.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Network {
-    /// In the order of their elimination.
+    /// In the order of elimination.
     nodes: Vec<Node>,
     links: Vec<Link>,
     system: Elimination,
-    /// Scratch: what is wrong with the velocities, and then the change that mends it.
-    wrong: Vec<DVec2>,
+    /// Scratch: residual of the velocities, then the change that corrects it.
+    residual: Vec<DVec2>,
     /// Weight t of the end of the step, by component.
     weight: Vec<f64>,
 }
 
-/// An end as a link sees it: start, velocities at start and end.
+/// An end of a link: position at the start, velocities at start and end.
 #[derive(Clone, Copy)]
-struct Seen {
-    place: DVec2,
+struct EndState {
+    position: DVec2,
     before: DVec2,
     velocity: DVec2,
 }
 
 impl Network {
-    /// Of these slots, ascending, with their drag, and the springs among all that touch them.
+    /// Builds the network of these slots, ascending, with their drag, and of all springs that touch
+    /// them.
     pub fn new(slots: &[u32], drag: &[Drag], springs: &[Spring]) -> Network {
         let node_of = |slot: u32| slots.binary_search(&slot).ok().map(|at| at as u32);
         let ends = |spring: &Spring| {
@@ -104,16 +108,16 @@ impl Network {
         };
         let edges: Vec<(u32, u32)> =
             springs.iter().filter_map(|s| ends(s).0.zip(ends(s).1)).collect();
-        let (system, place) = Elimination::new(slots.len(), &edges);
+        let (system, index_of) = Elimination::new(slots.len(), &edges);
         let mut order = vec![0; slots.len()];
-        for (node, &at) in place.iter().enumerate() {
+        for (node, &at) in index_of.iter().enumerate() {
             order[at as usize] = node;
         }
-        let component = components(&place, &edges);
+        let component = components(&index_of, &edges);
         let node = |&node: &usize| Node {
             slot: slots[node],
             drag: drag[node],
-            component: component[place[node] as usize],
+            component: component[index_of[node] as usize],
             mass: 1.0,
             rate: 0.0,
             decay: 0.0,
@@ -123,7 +127,7 @@ impl Network {
             gravity: DVec2::ZERO,
         };
         let end = |slot: u32| match node_of(slot) {
-            Some(node) => End::Node(place[node as usize]),
+            Some(node) => End::Node(index_of[node as usize]),
             None => End::Slot(slot),
         };
         let link = |spring: &Spring| Link {
@@ -141,36 +145,36 @@ impl Network {
             nodes: order.iter().map(node).collect(),
             links: touching.map(link).collect(),
             system,
-            wrong: vec![DVec2::ZERO; slots.len()],
+            residual: vec![DVec2::ZERO; slots.len()],
             weight: vec![0.5; slots.len()],
         }
     }
 
-    /// Where a step takes them.
+    /// Computes the moves of a step.
     pub fn fly(&mut self, bodies: &Bodies, air: &Air, moves: &mut Vec<Move>) {
         if self.nodes.is_empty() {
             return;
         }
-        self.look(bodies, air);
-        self.weigh(air.dt);
+        self.read_bodies(bodies, air);
+        self.choose_weights(air.dt);
         let change = self.solve(bodies, air);
-        // Not a number is astray too.
-        if change.is_nan() || change > ASTRAY {
-            // Springs that turn over within a step: no more than stability is asked for.
+        // A NaN counts as diverged too.
+        if change.is_nan() || change > DIVERGED {
+            // Springs that turn over within a step: stability is enough.
             self.weight.fill(1.0);
-            self.start_again();
+            self.reset_velocities();
             if !self.solve(bodies, air).is_finite() {
-                self.start_again();
+                self.reset_velocities();
             }
         }
         for node in &self.nodes {
-            let path = way(node, self.weight[node.component as usize], air.dt);
-            moves.push(air.allow(node.slot, node.velocity, path));
+            let path = path_of(node, self.weight[node.component as usize], air.dt);
+            moves.push(air.limited_move(node.slot, node.velocity, path));
         }
     }
 
-    /// Reads the bodies; the first guess is the velocity that they have.
-    fn look(&mut self, bodies: &Bodies, air: &Air) {
+    /// Reads the bodies; the first guess is the present velocity.
+    fn read_bodies(&mut self, bodies: &Bodies, air: &Air) {
         for node in &mut self.nodes {
             let slot = node.slot as usize;
             node.mass = 1.0 / f64::from(bodies.inverse_mass[slot]);
@@ -183,8 +187,8 @@ impl Network {
         }
     }
 
-    /// The weight of each component: that of the body whose speed decays fastest.
-    fn weigh(&mut self, dt: f64) {
+    /// Chooses the weight of each component: that of its fastest decay.
+    fn choose_weights(&mut self, dt: f64) {
         for node in &mut self.nodes {
             node.decay = node.rate * dt;
         }
@@ -194,8 +198,8 @@ impl Network {
                 |end: Option<u32>| end.map_or(0.0, |node| 1.0 / self.nodes[node as usize].mass);
             let weight = weight(ends[0]) + weight(ends[1]);
             let decay = link.damping * weight * dt;
-            let turn = (link.stiffness * weight).sqrt() * dt;
-            let follows = turn < TURN_MAX && decay < 2.0 * turn;
+            let phase = (link.stiffness * weight).sqrt() * dt;
+            let follows = phase < PHASE_MAX && decay < 2.0 * phase;
             for node in ends.into_iter().flatten().filter(|_| !follows) {
                 self.nodes[node as usize].decay += decay;
             }
@@ -203,31 +207,31 @@ impl Network {
         self.weight.fill(0.5);
         for node in &self.nodes {
             let weight = &mut self.weight[node.component as usize];
-            let wanted = fitted(node.decay);
-            if wanted > *weight {
-                *weight = wanted;
+            let with_matrix = fitted(node.decay);
+            if with_matrix > *weight {
+                *weight = with_matrix;
             }
         }
     }
 
-    /// Back to the speeds at the start, which are also what is left where numbers run out of range.
-    fn start_again(&mut self) {
+    /// Resets to the velocities at the start, which are also the result where numbers overflow.
+    fn reset_velocities(&mut self) {
         self.nodes.iter_mut().for_each(|node| node.velocity = node.before);
     }
 
-    /// Newton's method with the system of the first round as long as it serves; the last change, as
-    /// a share of the largest speed.
+    /// Newton's method, keeping the factored system as long as it converges; returns the last
+    /// change, as a share of the largest speed.
     fn solve(&mut self, bodies: &Bodies, air: &Air) -> f64 {
         let mut change = f64::INFINITY;
         let mut stale = true;
         for _ in 0..ROUNDS_MAX {
-            self.look_at_forces(bodies, air, stale);
+            self.assemble(bodies, air, stale);
             if stale {
                 self.system.factor();
             }
-            self.system.solve(&mut self.wrong);
+            self.system.solve(&mut self.residual);
             let before = change;
-            change = self.improve();
+            change = self.apply_newton_step();
             if change <= PRECISION {
                 break;
             }
@@ -236,89 +240,91 @@ impl Network {
         change
     }
 
-    /// What is wrong with the velocities, and the system that says how to mend it, if `wanted`.
-    fn look_at_forces(&mut self, bodies: &Bodies, air: &Air, wanted: bool) {
-        if wanted {
+    /// Computes the residual of the velocities, and the system matrix if `with_matrix`.
+    fn assemble(&mut self, bodies: &Bodies, air: &Air, with_matrix: bool) {
+        if with_matrix {
             self.system.clear();
         }
         for (at, node) in (0u32..).zip(&self.nodes) {
             let t = self.weight[node.component as usize];
             let through_air = node.before * (1.0 - t) + node.velocity * t - air.wind;
             let force = (node.gravity - through_air * node.rate) * air.dt;
-            self.wrong[at as usize] = (node.before + force - node.velocity) * node.mass;
-            if wanted {
+            self.residual[at as usize] = (node.before + force - node.velocity) * node.mass;
+            if with_matrix {
                 let inertia = node.mass * (1.0 + t * node.rate * air.dt);
                 self.system.add_diagonal(at, DMat2::IDENTITY * inertia);
             }
         }
-        for place in 0..self.links.len() {
-            self.pull(place, bodies, air.dt, wanted);
+        for index in 0..self.links.len() {
+            self.add_spring(index, bodies, air.dt, with_matrix);
         }
     }
 
-    /// Takes the change that was found.
-    fn improve(&mut self) -> f64 {
+    /// Applies the change that was found.
+    fn apply_newton_step(&mut self) -> f64 {
         let (mut largest, mut change) = (SPEED_MIN * SPEED_MIN, 0.0);
-        for (node, &step) in self.nodes.iter_mut().zip(&self.wrong) {
+        for (node, &step) in self.nodes.iter_mut().zip(&self.residual) {
             node.velocity += step;
-            largest = larger(node.velocity.length_squared(), largest);
-            change = larger(step.length_squared(), change);
+            largest = max_or_nan(node.velocity.length_squared(), largest);
+            change = max_or_nan(step.length_squared(), change);
         }
         (change / largest).sqrt()
     }
 
-    /// Adds what a spring does to what is wrong, and to the system if `wanted`.
-    fn pull(&mut self, place: usize, bodies: &Bodies, dt: f64, wanted: bool) {
-        let link = &self.links[place];
-        let (a, b) = (self.see(link.a, bodies), self.see(link.b, bodies));
+    /// Adds a spring to the residual, and to the matrix if `with_matrix`.
+    fn add_spring(&mut self, index: usize, bodies: &Bodies, dt: f64, with_matrix: bool) {
+        let link = &self.links[index];
+        let (a, b) = (self.end_state(link.a, bodies), self.end_state(link.b, bodies));
         let (node_a, node_b) = (link.a.node(), link.b.node());
         let Some(any) = node_a.or(node_b) else { return };
         let t = self.weight[self.nodes[any as usize].component as usize];
-        let early = b.place - a.place;
+        let early = b.position - a.position;
         let speed = (b.before - a.before) * (1.0 - t) + (b.velocity - a.velocity) * t;
         let late = early + speed * dt;
         let pull = link.pull(early, late, speed, t);
         let impulse = pull.force * dt;
-        let stiff = pull.stiffness(link, t, dt);
+        let stiffness_matrix = pull.stiffness(link, t, dt);
         if let Some(node) = node_a {
-            self.wrong[node as usize] -= impulse;
+            self.residual[node as usize] -= impulse;
         }
         if let Some(node) = node_b {
-            self.wrong[node as usize] += impulse;
+            self.residual[node as usize] += impulse;
         }
-        if !wanted {
+        if !with_matrix {
             return;
         }
         for node in [node_a, node_b].into_iter().flatten() {
-            self.system.add_diagonal(node, stiff);
+            self.system.add_diagonal(node, stiffness_matrix);
         }
         if let (Some(one), Some(other)) = (node_a, node_b) {
-            self.system.add(one, other, -stiff);
+            self.system.add(one, other, -stiffness_matrix);
         }
     }
 
-    fn see(&self, end: End, bodies: &Bodies) -> Seen {
+    fn end_state(&self, end: End, bodies: &Bodies) -> EndState {
         match end {
             End::Node(node) => {
                 let node = &self.nodes[node as usize];
-                Seen { place: node.start, before: node.before, velocity: node.velocity }
+                EndState { position: node.start, before: node.before, velocity: node.velocity }
             }
             End::Slot(slot) => {
                 let velocity = bodies.velocity[slot as usize].as_dvec2();
-                let place = bodies.center[slot as usize].as_dvec2();
-                Seen { place, before: velocity, velocity }
+                let position = bodies.center[slot as usize].as_dvec2();
+                EndState { position, before: velocity, velocity }
             }
-            End::Point(place) => Seen { place, before: DVec2::ZERO, velocity: DVec2::ZERO },
+            End::Point(position) => {
+                EndState { position, before: DVec2::ZERO, velocity: DVec2::ZERO }
+            }
         }
     }
 }
 
-/// What a spring does.
+/// Force of a spring.
 struct Pull {
     /// On its far end.
     force: DVec2,
     direction: DVec2,
-    /// Tension over length, where it pulls: its stiffness across.
+    /// Transverse stiffness: tension over length, where it pulls.
     across: f64,
 }
 
@@ -342,7 +348,7 @@ impl Link {
         let direction = unit(mean);
         let tension = self.stiffness * (length - self.rest_length);
         let (slant, across) = if length > LENGTH_MIN {
-            (mean / length, larger(tension, 0.0) / length)
+            (mean / length, max_or_nan(tension, 0.0) / length)
         } else {
             (direction, 0.0)
         };
@@ -352,7 +358,7 @@ impl Link {
 }
 
 impl Pull {
-    /// Change of the impulse with the velocity at the end of the step.
+    /// Derivative of the impulse by the velocity at the end of the step.
     fn stiffness(&self, link: &Link, t: f64, dt: f64) -> DMat2 {
         let along = dt * t * (link.stiffness * t * dt + link.damping);
         if link.rest_length == 0.0 {
@@ -365,29 +371,29 @@ impl Pull {
     }
 }
 
-/// A direction also for what has none.
+/// Unit vector; the x axis for a vector without direction.
 fn unit(vector: DVec2) -> DVec2 {
     let length = vector.length();
     if length > LENGTH_MIN { vector / length } else { DVec2::X }
 }
 
-fn way(node: &Node, t: f64, dt: f64) -> DVec2 {
+fn path_of(node: &Node, t: f64, dt: f64) -> DVec2 {
     (node.before * (1.0 - t) + node.velocity * t) * dt
 }
 
-/// The weight with which a speed that decays by `decay` in a step does so exactly.
+/// The weight for which a decay by `decay` in a step is exact.
 fn fitted(decay: f64) -> f64 {
     if decay < 1e-3 { 0.5 + decay / 12.0 } else { -1.0 / exp_m1(-decay) - 1.0 / decay }
 }
 
-/// The larger one; what is not a number wins.
-fn larger(a: f64, b: f64) -> f64 {
+/// The larger one, or NaN if `a` is.
+fn max_or_nan(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }
 
-/// The least place of the component of each place.
-fn components(place: &[u32], edges: &[(u32, u32)]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..place.len() as u32).collect();
+/// For each index, the smallest index of its connected component.
+fn components(index_of: &[u32], edges: &[(u32, u32)]) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..index_of.len() as u32).collect();
     let root = |parent: &[u32], mut at: u32| {
         while parent[at as usize] != at {
             at = parent[at as usize];
@@ -395,10 +401,10 @@ fn components(place: &[u32], edges: &[(u32, u32)]) -> Vec<u32> {
         at
     };
     for &(a, b) in edges {
-        let one = root(&parent, place[a as usize]);
-        let other = root(&parent, place[b as usize]);
+        let one = root(&parent, index_of[a as usize]);
+        let other = root(&parent, index_of[b as usize]);
         let (low, high) = if one < other { (one, other) } else { (other, one) };
         parent[high as usize] = low;
     }
-    (0..place.len() as u32).map(|at| root(&parent, at)).collect()
+    (0..index_of.len() as u32).map(|at| root(&parent, at)).collect()
 }

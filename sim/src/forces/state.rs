@@ -1,32 +1,34 @@
-//! Drag and springs in the state: their words, and their bytes (12 a body with drag, 29 a spring).
+//! Saved state of drag and springs (12 bytes for a body with drag, 29 for a spring).
 
-use super::{Drag, FORCE_MAX, ForceSettings, Forces, Spring, SpringEnd};
+use super::drag::{Drag, FORCE_MAX};
+use super::springs::{Spring, SpringEnd};
+use super::{ForceSettings, Forces};
 use crate::bodies::Bodies;
 use crate::body::BodyId;
 use crate::state::bytes::{StateError, StateReader, StateWriter};
-use crate::state::{Subject, Words};
+use crate::state::{StateVisitor, Subject};
 
 const DRAG_BYTES: usize = 12;
 const SPRING_BYTES: usize = 29;
 
 impl Forces {
-    pub fn words(&self, bodies: &Bodies, words: &mut impl Words) {
+    pub fn visit(&self, bodies: &Bodies, visitor: &mut impl StateVisitor) {
         for &(slot, drag) in &self.dragged {
             let subject = Subject::Body(bodies.id(slot));
-            words.number(subject, "linear drag", drag.linear);
-            words.number(subject, "quadratic drag", drag.quadratic);
+            visitor.number(subject, "linear drag", drag.linear);
+            visitor.number(subject, "quadratic drag", drag.quadratic);
         }
-        words.bits(Subject::World, "springs", self.springs.len() as u32);
-        for (place, spring) in (0u32..).zip(&self.springs) {
-            let subject = Subject::Spring(place);
-            words.name(subject, "body", spring.body);
+        visitor.bits(Subject::World, "springs", self.springs.len() as u32);
+        for (index, spring) in (0u32..).zip(&self.springs) {
+            let subject = Subject::Spring(index);
+            visitor.name(subject, "body", spring.body);
             match spring.end {
-                SpringEnd::Point(point) => words.vector(subject, ["end.x", "end.y"], point),
-                SpringEnd::Body(id) => words.name(subject, "other body", id),
+                SpringEnd::Point(point) => visitor.vector(subject, ["end.x", "end.y"], point),
+                SpringEnd::Body(id) => visitor.name(subject, "other body", id),
             }
-            words.number(subject, "rest length", spring.rest_length);
-            words.number(subject, "stiffness", spring.stiffness);
-            words.number(subject, "damping", spring.damping);
+            visitor.number(subject, "rest length", spring.rest_length);
+            visitor.number(subject, "stiffness", spring.stiffness);
+            visitor.number(subject, "damping", spring.damping);
         }
     }
 
@@ -56,7 +58,7 @@ impl Forces {
         }
     }
 
-    /// The bodies are restored already.
+    /// Restores the forces; the bodies are restored already.
     pub fn restore(
         settings: &ForceSettings,
         bodies: &Bodies,

@@ -1,11 +1,13 @@
 //! Forces against their closed forms, with both solvers, however stiff.
 
 use super::*;
-use crate::conjugate::Conjugate;
+use crate::Conjugate;
+use crate::GROUPS_MAX;
 use crate::shape::Shape;
 use crate::solver::Solver;
 use crate::state::bytes::{StateReader, StateWriter};
-use crate::world::{BodyDef, GROUPS_MAX, World, WorldSettings};
+use crate::world::{BodyDef, World, WorldSettings};
+use glam::DVec2;
 
 const DT: f64 = crate::DT as f64;
 
@@ -32,7 +34,7 @@ fn add(world: &mut World, def: BodyDef) -> BodyId {
     world.add(&def).expect("there is room")
 }
 
-/// A world with one body, stepped so often.
+/// A world with one body, advanced by this many steps.
 fn one(def: BodyDef, gravity: f32, wind: Vec2, solver: Solver, steps: u32) -> (DVec2, DVec2) {
     let mut world = World::new(settings(gravity, wind, solver));
     let id = add(&mut world, def);
@@ -75,7 +77,7 @@ fn a_fall_with_quadratic_drag_is_exact_and_ends_in_its_terminal_speed() {
 }
 
 #[test]
-fn quadratic_drag_keeps_its_terminal_speed_and_stops_what_is_fast_however_strong() {
+fn quadratic_drag_of_any_strength_keeps_its_terminal_speed_and_stops_fast_bodies() {
     for rate in [1e-3f32, 1.0, 1e3, 1e6] {
         let drag = Drag { linear: 0.0, quadratic: rate };
         for solver in solvers() {
@@ -83,7 +85,7 @@ fn quadratic_drag_keeps_its_terminal_speed_and_stops_what_is_fast_however_strong
             let (x, v) = one(thrown, 50.0, Vec2::ZERO, solver, 3000);
             let terminal = (50.0 / f64::from(rate)).sqrt();
             assert!((v.length() / terminal - 1.0).abs() < 1e-3, "{rate}: {v} {terminal}");
-            // What is left of a path without gravity after so long is an upper bound.
+            // The free path after this time is an upper bound.
             assert!(
                 x.x <= crate::math::ln_1p(f64::from(rate) * 1e4 * 50.0) / f64::from(rate) * 1.01
             );
@@ -110,7 +112,7 @@ fn quadratic_drag_of_a_throw_is_of_third_order() {
 }
 
 #[test]
-fn an_anchored_body_swings_exactly_for_a_hundred_periods() {
+fn an_anchored_body_oscillates_exactly_for_a_hundred_periods() {
     let mut world = World::new(settings(50.0, Vec2::ZERO, solvers()[1]));
     let id = add(&mut world, ball(1.0, 0.0));
     let hook = SpringEnd::Point(Vec2::ZERO);
@@ -127,7 +129,7 @@ fn an_anchored_body_swings_exactly_for_a_hundred_periods() {
     }
 }
 
-/// All that a spring may be: held to a point with and without length, and between bodies.
+/// All kinds of springs: to a point with and without length, and between bodies.
 fn stiff_worlds(turn: f32, ratio: f32, solver: Solver) -> Vec<World> {
     let mut worlds = Vec::new();
     for (length, two) in [(0.0, false), (2.0, false), (2.0, true), (0.0, true)] {
@@ -146,7 +148,7 @@ fn stiff_worlds(turn: f32, ratio: f32, solver: Solver) -> Vec<World> {
     worlds
 }
 
-/// How much longer than at rest the one spring of a world is.
+/// Extension of the only spring of a world beyond its rest length.
 fn stretch(world: &World) -> f64 {
     let spring = world.springs()[0];
     let far = match spring.end {
@@ -158,16 +160,16 @@ fn stretch(world: &World) -> f64 {
 }
 
 #[test]
-fn springs_stay_bounded_and_come_to_rest_where_they_should_however_stiff() {
+fn springs_of_any_stiffness_stay_bounded_and_come_to_rest_at_their_length() {
     for solver in solvers() {
         for stiff in [0.1f32, 1.0, 3.0, 30.0, 1000.0] {
             for ratio in [0.0, 0.1, 1.0, 5.0] {
                 let turn = stiff * 60.0;
-                for (place, mut world) in stiff_worlds(turn, ratio, solver).into_iter().enumerate()
+                for (index, mut world) in stiff_worlds(turn, ratio, solver).into_iter().enumerate()
                 {
                     let mut last = stretch(&world);
                     let most = last;
-                    let what = format!("{solver:?}, {place}, w h = {stiff}, ratio {ratio}");
+                    let what = format!("{solver:?}, {index}, w h = {stiff}, ratio {ratio}");
                     for _ in 0..600 {
                         world.step();
                         let now = stretch(&world);
@@ -176,7 +178,7 @@ fn springs_stay_bounded_and_come_to_rest_where_they_should_however_stiff() {
                         assert!(ratio < 1.0 || towards, "{what}: {last} to {now}");
                         last = now;
                     }
-                    // Overdamped, the slow part has gone as far as its rate says.
+                    // Overdamped: the slow part has decayed at its rate.
                     let slow = f64::from(turn) * (5.0 - 24f64.sqrt()) * 10.0;
                     let decay = if ratio < 5.0 { f64::from(turn * ratio) * 10.0 } else { slow };
                     if decay > 15.0 {
@@ -210,7 +212,7 @@ fn a_stiff_pendulum_keeps_its_length_and_energy() {
 }
 
 #[test]
-fn a_spring_conserves_momentum_and_goes_with_its_body() {
+fn a_spring_conserves_momentum_and_is_removed_with_its_body() {
     for solver in solvers() {
         let mut world = World::new(settings(0.0, Vec2::ZERO, solver));
         let a = add(&mut world, BodyDef { mass: 3.0, ..ball(0.0, 0.0) });
@@ -247,7 +249,7 @@ fn a_spring_presses_a_body_onto_the_floor_and_no_further() {
     }
 }
 
-/// Two bodies with drag, one of them tied to the other and to a hook.
+/// Two bodies with drag, one of them joined to the other and to a hook.
 fn tied(solver: Solver) -> World {
     let mut world = World::new(settings(50.0, Vec2::new(3.0, 0.0), solver));
     let drag = Drag { linear: 0.5, quadratic: 0.01 };
@@ -261,7 +263,7 @@ fn tied(solver: Solver) -> World {
 }
 
 #[test]
-fn a_restored_world_goes_on_as_if_it_had_never_stopped() {
+fn a_restored_world_continues_as_if_it_had_never_stopped() {
     for solver in solvers() {
         let mut world = tied(solver);
         for _ in 0..50 {
@@ -279,7 +281,7 @@ fn a_restored_world_goes_on_as_if_it_had_never_stopped() {
 }
 
 #[test]
-fn the_hash_knows_drag_and_springs_and_nothing_of_them_where_there_are_none() {
+fn the_hash_covers_drag_and_springs_only_where_there_are_some() {
     let solver = Solver::default();
     let plain = |forces: Option<ForceSettings>| {
         let mut world = World::new(WorldSettings { forces, ..settings(50.0, Vec2::ZERO, solver) });
@@ -301,7 +303,7 @@ fn any_bytes_are_read_without_a_panic() {
     let mut out = StateWriter::default();
     let world = tied(Solver::default());
     world.save(&mut out);
-    let mut rng = crate::math::Rng::new(7, 7);
+    let mut rng = crate::rng::Rng::new(7, 7);
     for _ in 0..3000 {
         let mut bytes = out.0.clone();
         for _ in 0..3 {

@@ -1,83 +1,92 @@
-//! Bytes of a kept state: fixed-size little-endian words. What is read may come from anywhere, so
+//! Saved states as bytes: fixed-size little-endian words. Saved bytes may come from anywhere, so
 //! every number is checked where it is read.
 
 use crate::body::BodyId;
 use glam::Vec2;
 
-/// Why bytes are no state of this scene.
+/// Reason why bytes are no valid state of this scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("byte {at} of the state: {field} is {problem}")]
 pub struct StateError {
-    /// Where the field begins.
+    /// Offset of the field.
     pub at: usize,
-    /// What is wrong.
+    /// Name of the field.
     pub field: &'static str,
     /// "missing" or "out of range".
     pub problem: &'static str,
 }
 
 /// Above every number of a game, and small enough that a step with it stays finite.
-pub(crate) const PLAUSIBLE_MAX: f32 = 1e9;
-/// No body.
+pub const PLAUSIBLE_MAX: f32 = 1e9;
+/// In place of an index: no body.
 const NOBODY: u32 = u32::MAX;
 
-/// Appends words.
+/// Writes a state.
 #[derive(Default)]
-pub(crate) struct StateWriter(pub Vec<u8>);
+pub struct StateWriter(/** The bytes so far. */ pub Vec<u8>);
 
 impl StateWriter {
+    /// Appends a byte.
     pub fn byte(&mut self, value: u8) {
         self.0.push(value);
     }
 
+    /// Appends 16 bits.
     pub fn short(&mut self, value: u16) {
         self.0.extend(value.to_le_bytes());
     }
 
+    /// Appends 32 bits.
     pub fn word(&mut self, value: u32) {
         self.0.extend(value.to_le_bytes());
     }
 
+    /// Appends 64 bits.
     pub fn long(&mut self, value: u64) {
         self.0.extend(value.to_le_bytes());
     }
 
+    /// Appends the bits of a number.
     pub fn number(&mut self, value: f32) {
         self.word(value.to_bits());
     }
 
+    /// Appends both components.
     pub fn vector(&mut self, value: Vec2) {
         self.number(value.x);
         self.number(value.y);
     }
 
+    /// Appends a body's id, or none.
     pub fn body(&mut self, body: Option<BodyId>) {
         self.word(body.map_or(NOBODY, |id| id.index));
         self.word(body.map_or(0, |id| id.generation));
     }
 }
 
-/// Takes words off the front.
-pub(crate) struct StateReader<'a> {
+/// Reads a state.
+pub struct StateReader<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> StateReader<'a> {
+    /// Creates a reader at the first byte.
     pub fn new(bytes: &'a [u8]) -> StateReader<'a> {
         StateReader { bytes, at: 0 }
     }
 
-    /// The error for the field that was read last.
+    /// Returns the error for the field that was read last.
     pub fn wrong(&self, field: &'static str) -> StateError {
         StateError { at: self.at, field, problem: "out of range" }
     }
 
+    /// Fails for the field that was read last unless `fine`.
     pub fn check(&self, fine: bool, field: &'static str) -> Result<(), StateError> {
         if fine { Ok(()) } else { Err(self.wrong(field)) }
     }
 
-    /// After the last field.
+    /// Fails if bytes are left after the last field.
     pub fn end(&self) -> Result<(), StateError> {
         self.check(self.at == self.bytes.len(), "end")
     }
@@ -89,53 +98,58 @@ impl<'a> StateReader<'a> {
         Ok(*bytes)
     }
 
+    /// Reads a byte.
     pub fn byte(&mut self, field: &'static str) -> Result<u8, StateError> {
         Ok(self.array::<1>(field)?[0])
     }
 
+    /// Reads 16 bits.
     pub fn short(&mut self, field: &'static str) -> Result<u16, StateError> {
         Ok(u16::from_le_bytes(self.array(field)?))
     }
 
+    /// Reads 32 bits.
     pub fn word(&mut self, field: &'static str) -> Result<u32, StateError> {
         Ok(u32::from_le_bytes(self.array(field)?))
     }
 
+    /// Reads 64 bits.
     pub fn long(&mut self, field: &'static str) -> Result<u64, StateError> {
         Ok(u64::from_le_bytes(self.array(field)?))
     }
 
-    /// A finite number.
+    /// Reads a finite number.
     pub fn number(&mut self, field: &'static str) -> Result<f32, StateError> {
         let value = f32::from_bits(self.word(field)?);
         self.check(value.is_finite(), field)?;
         Ok(value)
     }
 
-    /// A finite vector.
+    /// Reads a finite vector.
     pub fn vector(&mut self, field: &'static str) -> Result<Vec2, StateError> {
         Ok(Vec2::new(self.number(field)?, self.number(field)?))
     }
 
-    /// A number of at most [`PLAUSIBLE_MAX`], either sign.
+    /// Reads a number below [`PLAUSIBLE_MAX`] in magnitude.
     pub fn plausible_number(&mut self, field: &'static str) -> Result<f32, StateError> {
         let value = self.number(field)?;
         self.check(value.abs() < PLAUSIBLE_MAX, field)?;
         Ok(value)
     }
 
-    /// A vector of such numbers.
+    /// Reads a vector of such numbers.
     pub fn plausible(&mut self, field: &'static str) -> Result<Vec2, StateError> {
         Ok(Vec2::new(self.plausible_number(field)?, self.plausible_number(field)?))
     }
 
+    /// Reads a body's id, or none.
     pub fn body(&mut self, field: &'static str) -> Result<Option<BodyId>, StateError> {
         let (index, generation) = (self.word(field)?, self.word(field)?);
         Ok((index != NOBODY).then_some(BodyId { index, generation }))
     }
 
-    /// A number of entries of at least `bytes_each`: refused before anything is allocated if it
-    /// exceeds `count_max` or what the rest can hold.
+    /// Reads a number of entries of at least `bytes_each`; refused before anything is allocated if
+    /// it exceeds `count_max` or the remaining bytes.
     pub fn count(
         &mut self,
         count_max: usize,

@@ -1,33 +1,31 @@
-//! What a world is made with, and the ranges of it.
+//! Settings of a world, and their ranges.
 
-use crate::DT;
 use crate::body::GROUPS_MAX;
+use crate::broad_phase::pairs::Filter;
 use crate::features::Features;
 use crate::forces::ForceSettings;
-use crate::particle::Recipe;
+use crate::particles::Recipe;
 use crate::shape::Aabb;
 use crate::solver::Solver;
+use crate::time::{DT, STEP_MAX};
 use glam::Vec2;
 
-/// Longest step that a world takes, seconds.
-pub const STEP_MAX: f32 = 0.1;
-
-/// A fixed description of a world.
+/// Settings of a world.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldSettings {
-    /// Seconds in one step of the bodies, above 0 and at most [`STEP_MAX`]. The rules, the scenes and
-    /// the particles count in steps of [`DT`], the default; measurements take others.
+    /// Seconds in one step of the bodies, above 0 and at most [`STEP_MAX`]. Rules, scenes and
+    /// particles count in steps of [`DT`], the default; measurements use others.
     pub dt: f32,
     /// Gravity, units/s^2.
     pub gravity: Vec2,
-    /// Drag, wind and springs; `None` where nothing acts but gravity and contacts.
+    /// Drag, wind and springs; `None` for gravity and contacts only.
     pub forces: Option<ForceSettings>,
-    /// What solves the contacts; `None` detects them and solves nothing (chapter project 9.1).
+    /// Solver of the contacts; `None` only detects them (A1.4).
     pub solver: Option<Solver>,
     /// Whether islands at rest fall asleep: they cost nothing until something happens to them. Only
     /// with the conjugate solver.
     pub sleeping: bool,
-    /// For each group, the set of groups that it meets, one bit each; symmetric.
+    /// For each group, the set of groups that it collides with, one bit each; symmetric.
     pub meets: [u32; GROUPS_MAX],
     /// Groups that push particles out, one bit each.
     pub meets_particles: u32,
@@ -37,19 +35,19 @@ pub struct WorldSettings {
     pub quantum: f32,
     /// Speed cap of every body, units/s.
     pub speed_max: f32,
-    /// Bodies at a time.
+    /// Most bodies at a time.
     pub bodies_max: usize,
-    /// Particles at a time.
+    /// Most particles at a time.
     pub particles_max: usize,
     /// Recipes that emitters may name.
     pub recipes: Vec<Recipe>,
-    /// What a step is prepared for from the start; what comes later is added as it comes.
+    /// Features that steps handle from the start; others are added with the bodies that have them.
     pub features: Features,
 }
 
 impl Default for WorldSettings {
-    /// The chapter's gravity and solver, every group meets every other, no particles, room for
-    /// 4096 bodies in a wide kill zone.
+    /// The textbook's gravity (A2.8) and solver (A0.13), every group collides with every other, no
+    /// particles, room for 4096 bodies in a wide kill zone.
     fn default() -> WorldSettings {
         WorldSettings {
             dt: DT,
@@ -71,6 +69,11 @@ impl Default for WorldSettings {
 }
 
 impl WorldSettings {
+    /// Filter of the bodies that may pair.
+    pub(crate) fn filter(&self) -> Filter<'_> {
+        Filter { meets: &self.meets, immovable: self.solver.is_none() }
+    }
+
     /// Panics unless every setting is in its documented range.
     pub(super) fn check(&self) {
         assert!(self.dt > 0.0 && self.dt <= STEP_MAX, "dt {} must be a step", self.dt);

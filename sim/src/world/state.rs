@@ -1,28 +1,31 @@
-//! The World's state: listed word by word, kept as bytes, and made again from them.
+//! The World's state: visited word by word, saved as bytes, and restored from them.
 //!
-//! What is kept is what the next step depends on, and no more: the pair list comes back as the
-//! pairs that hold or touch, since it is only an accelerator, and what most bodies share (size,
-//! mass, material) is kept once in a palette. A body takes 26 bytes of its own and 28 in the
-//! palette at worst, and 6 more in a world that sleeps; a contact 17.
+//! Only what the next step depends on is saved: the pair list as the pairs that hold or touch,
+//! since it is only an accelerator, and properties shared by many bodies (size, mass, material)
+//! once in a palette. A body takes 26 bytes of its own and 28 in the palette at worst, and 6 more
+//! in a world that sleeps; a contact 17.
 
-use super::sleep::Rest;
-use super::{Touch, World, WorldSettings};
-use crate::bodies::{Bodies, Material};
+use super::{World, WorldSettings};
+use crate::bodies::Bodies;
 use crate::body::{GROUPS_MAX, Motion};
+use crate::broad_phase::pairs::{Axis, Pair};
 use crate::features::Features;
 use crate::forces::Forces;
 use crate::hash::StateHasher;
-use crate::pairs::{Axis, Pair, overlap};
-use crate::particle::Particles;
+use crate::material::Material;
+use crate::narrow_phase::overlap::overlap;
+use crate::particles::Particles;
 use crate::shape::Shape;
+use crate::sleep::Rest;
 use crate::state::bytes::{PLAUSIBLE_MAX, StateError, StateReader, StateWriter};
-use crate::state::{Difference, Listing, Subject, Words};
+use crate::state::{Difference, StateDump, StateVisitor, Subject};
+use crate::touches::Touch;
 use glam::Vec2;
 use std::collections::BTreeMap;
 
-/// What bodies of one sort share.
+/// Properties shared by many bodies.
 #[derive(Clone, Copy, PartialEq)]
-struct Sort {
+struct BodyPrototype {
     shape: Shape,
     inverse_mass: f32,
     gravity_scale: f32,
@@ -31,12 +34,12 @@ struct Sort {
     group: u8,
 }
 
-const SORT_BYTES: usize = 27;
+const PROTOTYPE_BYTES: usize = 27;
 const SLOT_BYTES_MIN: usize = 6;
 const CONTACT_BYTES: usize = 17;
 /// Above every impulse: the heaviest stack of the heaviest bodies.
 const IMPULSE_MAX: f32 = 1e15;
-/// In place of a sort: the slot is free.
+/// In place of a prototype: the slot is free.
 const FREE: u16 = u16::MAX;
 /// Flags of a contact.
 const TOUCHING: u8 = 1;
@@ -44,74 +47,77 @@ const ALONG_X: u8 = 2;
 const ALONG_Y: u8 = 4;
 
 impl World {
-    /// Digest of the raw bits of all state in id order: bodies, what free slots remember, resting
+    /// Digest of the raw bits of all state in id order: bodies, generations of free slots, resting
     /// impulses, particles and emitters.
     pub fn hash(&self) -> u64 {
         let mut hasher = StateHasher::default();
-        self.words(&mut hasher);
+        self.visit(&mut hasher);
         hasher.finish()
     }
 
     /// Digest of the state within a step: [`World::hash`], and the pairs that take part.
     pub fn hash_in_step(&self) -> u64 {
         let mut hasher = StateHasher::default();
-        self.words_in_step(&mut hasher);
+        self.visit_in_step(&mut hasher);
         hasher.finish()
     }
 
-    /// The first difference between two worlds within a step: of state, then of the pairs.
+    /// Returns the first difference between two worlds within a step: of state, then of the pairs.
     pub fn first_difference(&self, other: &World) -> Option<Difference> {
-        let (mut one, mut two) = (Listing::default(), Listing::default());
-        self.words_in_step(&mut one);
-        other.words_in_step(&mut two);
+        let (mut one, mut two) = (StateDump::default(), StateDump::default());
+        self.visit_in_step(&mut one);
+        other.visit_in_step(&mut two);
         one.first_difference(&two)
     }
 
-    fn words_in_step(&self, words: &mut impl Words) {
-        self.words(words);
-        let rows = self.rows.iter().map(|row| (row.a, row.b));
-        for (a, b) in rows.chain(self.workspace.rows.iter().map(|row| (row.a, row.b))) {
-            words.bits(Subject::Contact { a, b }, "taking part", 1);
+    fn visit_in_step(&self, visitor: &mut impl StateVisitor) {
+        self.visit(visitor);
+        let relaxed = self.relaxation.constraints.iter().map(|pair| (pair.a, pair.b));
+        let solved = self.conjugate.contacts.constraints.iter().map(|pair| (pair.a, pair.b));
+        for (a, b) in relaxed.chain(solved) {
+            visitor.bits(Subject::Contact { a, b }, "taking part", 1);
         }
     }
 
-    pub(crate) fn words(&self, words: &mut impl Words) {
+    /// Visits all state in id order.
+    pub fn visit(&self, visitor: &mut impl StateVisitor) {
         let bodies = &self.bodies;
-        words.bits(Subject::World, "slots", bodies.alive.len() as u32);
+        visitor.bits(Subject::World, "slots", bodies.alive.len() as u32);
         for slot in 0..bodies.alive.len() as u32 {
             let (id, alive) = (bodies.id(slot), bodies.alive[slot as usize]);
-            words.bits(Subject::Body(id), "life", id.generation << 1 | u32::from(alive));
+            visitor.bits(Subject::Body(id), "life", id.generation << 1 | u32::from(alive));
         }
-        bodies.slots().for_each(|slot| body_words(bodies, slot, words));
-        self.pairs.pairs.iter().for_each(|pair| pair_words(pair, words));
+        bodies.slots().for_each(|slot| visit_body(bodies, slot, visitor));
+        self.pairs.pairs.iter().for_each(|pair| visit_pair(pair, visitor));
         if self.settings.sleeping {
-            self.rest_words(words);
+            self.visit_sleep(visitor);
         }
-        self.particles.words(words);
+        self.particles.visit(visitor);
         if let Some(forces) = &self.forces {
-            forces.words(bodies, words);
+            forces.visit(bodies, visitor);
         }
     }
 
-    /// Of every body that can move, with whom it sleeps or for how long it was still; the impulses
+    /// Visits, for every body that can move, its sleeping island or its still steps; the impulses
     /// of each sleeping island with its lowest slot.
-    fn rest_words(&self, words: &mut impl Words) {
+    fn visit_sleep(&self, visitor: &mut impl StateVisitor) {
         let bodies = &self.bodies;
         for slot in bodies.slots() {
             if bodies.motion[slot as usize] == Motion::Static {
                 continue;
             }
             let subject = Subject::Body(bodies.id(slot));
-            let (lowest, rested) = self.rest_of(slot);
-            words.bits(subject, "lowest body of its sleeping island", lowest);
-            words.bits(subject, "steps at rest", u32::from(rested));
-            if let Some(dormant) = self.dormant(slot).filter(|_| lowest == slot) {
-                dormant.pairs.iter().for_each(|pair| pair_words(pair, words));
+            let (lowest, still_steps) = self.sleep.rest_of(slot);
+            visitor.bits(subject, "lowest body of its sleeping island", lowest);
+            visitor.bits(subject, "steps at rest", u32::from(still_steps));
+            if let Some(sleeping) = self.sleep.sleeping(slot).filter(|_| lowest == slot) {
+                sleeping.pairs.iter().for_each(|pair| visit_pair(pair, visitor));
             }
         }
     }
 
-    pub(crate) fn save(&self, out: &mut StateWriter) {
+    /// Saves everything that the next step depends on, except the settings.
+    pub fn save(&self, out: &mut StateWriter) {
         self.save_bodies(out);
         self.save_contacts(out);
         self.particles.save(out);
@@ -123,33 +129,35 @@ impl World {
     fn save_bodies(&self, out: &mut StateWriter) {
         let bodies = &self.bodies;
         let mut palette = Palette::default();
-        let sorts: Vec<u16> =
-            bodies.slots().map(|slot| palette.place(Sort::of(bodies, slot as usize))).collect();
-        out.word(palette.sorts.len() as u32);
-        palette.sorts.iter().for_each(|sort| sort.save(out));
+        let prototypes: Vec<u16> = bodies
+            .slots()
+            .map(|slot| palette.index(BodyPrototype::of(bodies, slot as usize)))
+            .collect();
+        out.word(palette.prototypes.len() as u32);
+        palette.prototypes.iter().for_each(|prototype| prototype.save(out));
         out.word(bodies.alive.len() as u32);
-        let mut sorts = sorts.into_iter();
+        let mut prototypes = prototypes.into_iter();
         for slot in 0..bodies.alive.len() {
             out.word(bodies.generation[slot]);
-            let sort = if bodies.alive[slot] { sorts.next() } else { None };
-            out.short(sort.unwrap_or(FREE));
-            if sort.is_some() {
+            let prototype = if bodies.alive[slot] { prototypes.next() } else { None };
+            out.short(prototype.unwrap_or(FREE));
+            if prototype.is_some() {
                 out.vector(bodies.center[slot]);
                 out.vector(bodies.velocity[slot]);
-                out.number(bodies.calm[slot]);
+                out.number(bodies.warm_start_scale[slot]);
             }
-            if sort.is_some() && self.settings.sleeping {
-                let (lowest, rested) = self.rest_of(slot as u32);
+            if prototype.is_some() && self.settings.sleeping {
+                let (lowest, still_steps) = self.sleep.rest_of(slot as u32);
                 out.word(lowest);
-                out.short(rested);
+                out.short(still_steps);
             }
         }
     }
 
-    /// Pairs that hold or touch, in (a, b) order.
+    /// Saves pairs that hold or touch, in (a, b) order.
     fn save_contacts(&self, out: &mut StateWriter) {
         let mut contacts = BTreeMap::new();
-        let asleep = self.sleep.islands.iter().flat_map(|dormant| &dormant.pairs);
+        let asleep = self.sleep.islands.iter().flat_map(|sleeping| &sleeping.pairs);
         let pairs = self.pairs.pairs.iter().chain(asleep);
         for pair in pairs.filter(|pair| pair.normal_impulse > 0.0) {
             let flags = match pair.axis {
@@ -159,8 +167,8 @@ impl World {
             };
             contacts.insert((pair.a, pair.b), (flags, pair.normal_impulse, pair.tangent_impulse));
         }
-        let asleep = self.sleep.islands.iter().flat_map(|dormant| &dormant.touches);
-        for touch in self.touches.iter().chain(asleep) {
+        let asleep = self.sleep.islands.iter().flat_map(|sleeping| &sleeping.touches);
+        for touch in self.touches.now.iter().chain(asleep) {
             contacts.entry((touch.a.index, touch.b.index)).or_insert((0, 0.0, 0.0)).0 |= TOUCHING;
         }
         out.word(contacts.len() as u32);
@@ -173,18 +181,19 @@ impl World {
         }
     }
 
-    pub(crate) fn restore(
-        settings: WorldSettings,
-        bytes: &mut StateReader,
-    ) -> Result<World, StateError> {
+    /// Restores a saved world, with the settings it had. Any bytes are safe: bytes that are no
+    /// state of such a world are refused.
+    pub fn restore(settings: WorldSettings, bytes: &mut StateReader) -> Result<World, StateError> {
         let mut world = World::new(settings);
         let mut rests = world.settings.sleeping.then(Vec::new);
         world.bodies = read_bodies(world.settings.bodies_max, rests.as_mut(), bytes)?;
         if let Some(rests) = rests {
             for (slot, rest) in rests {
-                bytes.check(world.restore_rest(slot, rest), "sleep")?;
+                let World { sleep, bodies, pairs, settings, .. } = &mut world;
+                let fits = sleep.restore_rest(bodies, pairs, slot, rest, settings);
+                bytes.check(fits, "sleep")?;
             }
-            world.settle_rest();
+            world.sleep.finish_restore(&mut world.bodies, &mut world.pairs);
         }
         world.read_contacts(bytes)?;
         let (recipes, limit) = (world.settings.recipes.clone(), world.settings.particles_max);
@@ -192,13 +201,13 @@ impl World {
         if let Some(settings) = &world.settings.forces {
             world.forces = Some(Forces::restore(settings, &world.bodies, bytes)?);
         }
-        world.widen_for_all();
+        world.widen_for_restored();
         world.pairs.invalidate();
         Ok(world)
     }
 
-    /// What the restored bodies, impulses and particles bring.
-    fn widen_for_all(&mut self) {
+    /// Adds the features of the restored bodies, impulses and particles.
+    fn widen_for_restored(&mut self) {
         let Bodies { shape, motion, material, .. } = &self.bodies;
         for slot in self.bodies.slots().map(|slot| slot as usize) {
             let Material { friction, restitution } = material[slot];
@@ -231,16 +240,16 @@ impl World {
             if normal_impulse > 0.0 {
                 let warm_normal = Vec2::ZERO;
                 let pair = Pair { a, b, normal_impulse, tangent_impulse, axis, warm_normal };
-                match self.dormant_of(a, b) {
-                    Some(dormant) => dormant.pairs.push(pair),
+                match self.sleep.island_of(&self.bodies, a, b) {
+                    Some(sleeping) => sleeping.pairs.push(pair),
                     None => self.pairs.pairs.push(pair),
                 }
             }
             if flags & TOUCHING != 0 {
-                let touch = touch_again(&self.bodies, a, b);
-                match self.dormant_of(a, b) {
-                    Some(dormant) => dormant.touches.push(touch),
-                    None => self.touches.push(touch),
+                let touch = restored_touch(&self.bodies, a, b);
+                match self.sleep.island_of(&self.bodies, a, b) {
+                    Some(sleeping) => sleeping.touches.push(touch),
+                    None => self.touches.now.push(touch),
                 }
             }
         }
@@ -248,70 +257,70 @@ impl World {
     }
 }
 
-/// A touch of the last step; how fast it closed is not kept, since no later step asks.
-fn touch_again(bodies: &Bodies, a: u32, b: u32) -> Touch {
-    let contact = overlap(bodies, a, b);
+/// A touch of the last step; its closing speed is not saved, since no later step needs it.
+fn restored_touch(bodies: &Bodies, a: u32, b: u32) -> Touch {
+    let manifold = overlap(bodies, a, b);
     Touch {
         a: bodies.id(a),
         b: bodies.id(b),
-        normal: contact.map_or(Vec2::ZERO, |contact| contact.normal),
-        depth: contact.map_or(0.0, |contact| contact.depth),
+        normal: manifold.map_or(Vec2::ZERO, |manifold| manifold.normal),
+        depth: manifold.map_or(0.0, |manifold| -manifold.separation),
         closing: 0.0,
         began: false,
     }
 }
 
-fn pair_words(pair: &Pair, words: &mut impl Words) {
+fn visit_pair(pair: &Pair, visitor: &mut impl StateVisitor) {
     if pair.normal_impulse <= 0.0 {
         return;
     }
     let subject = Subject::Contact { a: pair.a, b: pair.b };
-    words.bits(subject, "bodies", pair.a);
-    words.bits(subject, "bodies", pair.b);
-    words.number(subject, "normal impulse", pair.normal_impulse);
-    words.number(subject, "tangent impulse", pair.tangent_impulse);
+    visitor.bits(subject, "bodies", pair.a);
+    visitor.bits(subject, "bodies", pair.b);
+    visitor.number(subject, "normal impulse", pair.normal_impulse);
+    visitor.number(subject, "tangent impulse", pair.tangent_impulse);
     if pair.axis != Axis::Free {
-        words.bits(subject, "axis", pair.axis as u32);
+        visitor.bits(subject, "axis", pair.axis as u32);
     }
 }
 
-fn body_words(bodies: &Bodies, slot: u32, words: &mut impl Words) {
+fn visit_body(bodies: &Bodies, slot: u32, visitor: &mut impl StateVisitor) {
     let (index, subject) = (slot as usize, Subject::Body(bodies.id(slot)));
     let round = matches!(bodies.shape[index], Shape::Circle { .. });
     let tags = [u8::from(round), bodies.motion[index] as u8, bodies.group[index], 0];
-    words.bits(subject, "shape, motion and group", u32::from_le_bytes(tags));
+    visitor.bits(subject, "shape, motion and group", u32::from_le_bytes(tags));
     let half = bodies.shape[index].half_extent();
-    words.vector(subject, ["half width", "half height"], half);
-    words.vector(subject, ["position.x", "position.y"], bodies.center[index]);
-    words.vector(subject, ["velocity.x", "velocity.y"], bodies.velocity[index]);
-    words.number(subject, "calmness", bodies.calm[index]);
-    words.number(subject, "inverse mass", bodies.inverse_mass[index]);
-    words.number(subject, "gravity scale", bodies.gravity_scale[index]);
-    words.number(subject, "restitution", bodies.material[index].restitution);
-    words.number(subject, "friction", bodies.material[index].friction);
+    visitor.vector(subject, ["half width", "half height"], half);
+    visitor.vector(subject, ["position.x", "position.y"], bodies.center[index]);
+    visitor.vector(subject, ["velocity.x", "velocity.y"], bodies.velocity[index]);
+    visitor.number(subject, "warm start scale", bodies.warm_start_scale[index]);
+    visitor.number(subject, "inverse mass", bodies.inverse_mass[index]);
+    visitor.number(subject, "gravity scale", bodies.gravity_scale[index]);
+    visitor.number(subject, "restitution", bodies.material[index].restitution);
+    visitor.number(subject, "friction", bodies.material[index].friction);
 }
 
-/// Sorts in the order of their first body.
+/// Prototypes in the order of their first body.
 #[derive(Default)]
 struct Palette {
-    sorts: Vec<Sort>,
-    places: BTreeMap<[u32; 7], u16>,
+    prototypes: Vec<BodyPrototype>,
+    indices: BTreeMap<[u32; 7], u16>,
 }
 
 impl Palette {
-    fn place(&mut self, sort: Sort) -> u16 {
-        let next = self.sorts.len() as u16;
-        let place = *self.places.entry(sort.key()).or_insert(next);
-        if place == next {
-            self.sorts.push(sort);
+    fn index(&mut self, prototype: BodyPrototype) -> u16 {
+        let next = self.prototypes.len() as u16;
+        let index = *self.indices.entry(prototype.key()).or_insert(next);
+        if index == next {
+            self.prototypes.push(prototype);
         }
-        place
+        index
     }
 }
 
-impl Sort {
-    fn of(bodies: &Bodies, slot: usize) -> Sort {
-        Sort {
+impl BodyPrototype {
+    fn of(bodies: &Bodies, slot: usize) -> BodyPrototype {
+        BodyPrototype {
             shape: bodies.shape[slot],
             inverse_mass: bodies.inverse_mass[slot],
             gravity_scale: bodies.gravity_scale[slot],
@@ -332,8 +341,8 @@ impl Sort {
         let numbers =
             [half.x, half.y, self.inverse_mass, self.gravity_scale, restitution, friction];
         let mut key = [u32::from_le_bytes(tags); 7];
-        for (place, number) in key.iter_mut().zip(numbers) {
-            *place = number.to_bits();
+        for (index, number) in key.iter_mut().zip(numbers) {
+            *index = number.to_bits();
         }
         key
     }
@@ -350,7 +359,7 @@ impl Sort {
     }
 
     /// The ranges are those of [`crate::BodyDef`].
-    fn read(bytes: &mut StateReader) -> Result<Sort, StateError> {
+    fn read(bytes: &mut StateReader) -> Result<BodyPrototype, StateError> {
         let round = bytes.byte("shape")?;
         bytes.check(round <= 1, "shape")?;
         let motion = match bytes.byte("motion")? {
@@ -374,48 +383,50 @@ impl Sort {
         let friction = bytes.number("friction")?;
         bytes.check((0.0..=10.0).contains(&friction), "friction")?;
         let material = Material { restitution, friction };
-        Ok(Sort { shape, inverse_mass, gravity_scale, material, motion, group })
+        Ok(BodyPrototype { shape, inverse_mass, gravity_scale, material, motion, group })
     }
 }
 
-/// In a world that sleeps, `rests` takes of every body what [`Rest`] is.
+/// Reads all bodies; in a world that sleeps, `rests` gets the [`Rest`] of each.
 fn read_bodies(
     bodies_max: usize,
     mut rests: Option<&mut Vec<(u32, Rest)>>,
     bytes: &mut StateReader,
 ) -> Result<Bodies, StateError> {
-    let count = bytes.count(bodies_max, SORT_BYTES, "number of sorts")?;
-    let sorts = (0..count).map(|_| Sort::read(bytes)).collect::<Result<Vec<_>, _>>()?;
+    let count = bytes.count(bodies_max, PROTOTYPE_BYTES, "number of prototypes")?;
+    let prototypes =
+        (0..count).map(|_| BodyPrototype::read(bytes)).collect::<Result<Vec<_>, _>>()?;
     let mut bodies = Bodies::default();
     for _ in 0..bytes.count(bodies_max, SLOT_BYTES_MIN, "number of bodies")? {
         let generation = bytes.word("generation")?;
-        let sort = bytes.short("sort")?;
+        let prototype = bytes.short("prototype")?;
         let slot = bodies.grow(generation) as usize;
-        if sort == FREE {
+        if prototype == FREE {
             continue;
         }
-        let sort = *sorts.get(usize::from(sort)).ok_or_else(|| bytes.wrong("sort"))?;
+        let prototype =
+            *prototypes.get(usize::from(prototype)).ok_or_else(|| bytes.wrong("prototype"))?;
         let center = bytes.plausible("position")?;
         let velocity = bytes.plausible("velocity")?;
-        let still = sort.motion != Motion::Static || velocity == Vec2::ZERO;
+        let still = prototype.motion != Motion::Static || velocity == Vec2::ZERO;
         bytes.check(still, "velocity of a static body")?;
-        let calm = bytes.number("calmness")?;
-        bytes.check((0.0..=1.0).contains(&calm), "calmness")?;
+        let warm_start_scale = bytes.number("warm start scale")?;
+        bytes.check((0.0..=1.0).contains(&warm_start_scale), "warm start scale")?;
         if let Some(rests) = &mut rests {
             let rest = (bytes.word("sleep")?, bytes.short("steps at rest")?);
             rests.push((slot as u32, rest));
         }
-        bodies.shape[slot] = sort.shape;
-        bodies.half[slot] = sort.shape.half_extent();
+        bodies.shape[slot] = prototype.shape;
+        bodies.half[slot] = prototype.shape.half_extent();
         bodies.center[slot] = center;
         bodies.velocity[slot] = velocity;
-        bodies.calm[slot] = calm;
-        bodies.inverse_mass[slot] = sort.inverse_mass;
-        bodies.gravity_scale[slot] = sort.gravity_scale;
-        bodies.material[slot] = sort.material;
-        bodies.motion[slot] = sort.motion;
-        bodies.group[slot] = sort.group;
-        bodies.settle(slot as u32);
+        bodies.warm_start_scale[slot] = warm_start_scale;
+        bodies.inverse_mass[slot] = prototype.inverse_mass;
+        bodies.gravity_scale[slot] = prototype.gravity_scale;
+        bodies.material[slot] = prototype.material;
+        bodies.motion[slot] = prototype.motion;
+        bodies.group[slot] = prototype.group;
+        bodies.activate(slot as u32);
     }
     bodies.list_free();
     Ok(bodies)

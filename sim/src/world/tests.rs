@@ -1,11 +1,12 @@
-//! Rows A0.3, A0.5, A0.9 to A0.14 and A2.7 to A2.29 of the chapter, and its solver defects C08 to
-//! C23.
+//! Movement (A0.5), the relaxation (A0.10, A0.11, A0.13, A0.14, A2.18 to A2.23), bodies
+//! (A2.7 to A2.11, A2.29), and the defects of solver and loop (C08 to C20, C22a to C22m, C23a).
 
 mod contacts;
 mod quarantine;
 
 use super::*;
-use crate::relaxation::Relaxation;
+use crate::GROUPS_MAX;
+use crate::Relaxation;
 use crate::{Aabb, DT};
 
 const SLOP: f32 = 0.005;
@@ -80,7 +81,7 @@ fn free_fall_is_symplectic_euler() {
 }
 
 #[test]
-fn every_mass_falls_alike_times_its_own_scale() {
+fn all_masses_fall_alike_up_to_their_gravity_scale() {
     let mut world = world(Relaxation::default(), 50.0);
     let masses = [1e-3, 0.1, 0.7, 2.0, 10.0, 1e4];
     let mut x = 0.0;
@@ -100,7 +101,7 @@ fn every_mass_falls_alike_times_its_own_scale() {
 }
 
 #[test]
-fn a_plain_body_has_the_chapters_values() {
+fn a_default_body_has_the_values_of_the_textbook() {
     let mut world = World::new(WorldSettings::default());
     assert_eq!(world.settings().gravity, Vec2::new(0.0, -50.0));
     let id = add(&mut world, BodyDef::default());
@@ -126,7 +127,7 @@ fn static_bodies_never_move_and_never_pair_with_each_other() {
 }
 
 #[test]
-fn ids_name_one_body_for_good() {
+fn ids_are_never_reused() {
     let mut world = world(Relaxation::default(), 0.0);
     let first = add(&mut world, crate_at(0.0, 0.0));
     let second = add(&mut world, crate_at(9.0, 0.0));
@@ -171,7 +172,7 @@ fn a_contact_begins_once() {
 }
 
 #[test]
-fn groups_that_do_not_meet_pass_through_each_other() {
+fn groups_that_do_not_collide_pass_through_each_other() {
     let mut meets = [0; GROUPS_MAX];
     meets[0] = 0b01;
     let mut world = World::new(WorldSettings { meets, ..WorldSettings::default() });
@@ -183,16 +184,16 @@ fn groups_that_do_not_meet_pass_through_each_other() {
 }
 
 #[test]
-fn what_leaves_the_kill_zone_is_removed_and_reported() {
+fn bodies_outside_the_kill_zone_are_removed_and_reported() {
     let kill_zone = Aabb { low: Vec2::splat(-10.0), high: Vec2::splat(10.0) };
     let mut world = World::new(WorldSettings { kill_zone, ..WorldSettings::default() });
     let id = add(&mut world, crate_at(0.0, 0.0));
     let mut reports = 0;
     for _ in 0..60 {
         world.step();
-        for &(gone, place) in world.departed() {
+        for &(gone, position) in world.departed() {
             assert_eq!(gone, id);
-            assert!(place.y < -10.0);
+            assert!(position.y < -10.0);
             reports += 1;
         }
     }
@@ -232,7 +233,7 @@ fn a_shorter_step_halves_the_error_of_a_flight() {
 
 #[test]
 #[should_panic(expected = "must be a step")]
-fn a_step_of_no_time_is_refused() {
+fn a_step_of_zero_length_is_refused() {
     World::new(WorldSettings { dt: 0.0, ..WorldSettings::default() });
 }
 
@@ -255,7 +256,7 @@ fn speed_is_capped() {
 }
 
 #[test]
-fn warm_starting_does_not_give_an_impact_twice() {
+fn warm_starting_does_not_apply_an_impact_twice() {
     for mass in [0.1, 1.0, 100.0] {
         let mut world = world(Relaxation::default(), 50.0);
         floor(&mut world, 0.3);
@@ -268,7 +269,7 @@ fn warm_starting_does_not_give_an_impact_twice() {
 }
 
 #[test]
-fn taking_a_support_away_lets_the_load_fall() {
+fn the_load_falls_when_its_support_is_removed() {
     let mut world = world(Relaxation::default(), 50.0);
     floor(&mut world, 0.3);
     let lower = add(&mut world, crate_at(0.0, 1.0));
@@ -291,8 +292,8 @@ fn the_same_steps_give_the_same_hash_and_a_changed_bit_another() {
     };
     let (mut one, mut two, mut changed) = (build(), build(), build());
     let victim = changed.ids().last().expect("thirty crates");
-    let place = changed.position(victim);
-    changed.set_position(victim, Vec2::new(f32::from_bits(place.x.to_bits() + 1), place.y));
+    let position = changed.position(victim);
+    changed.set_position(victim, Vec2::new(f32::from_bits(position.x.to_bits() + 1), position.y));
     for _ in 0..200 {
         one.step();
         two.step();

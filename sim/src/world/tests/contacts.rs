@@ -75,7 +75,7 @@ fn an_elastic_gas_keeps_its_energy() {
     ] {
         add(&mut world, BodyDef { shape: Shape::rect(w, h), position: Vec2::new(x, y), ..wall });
     }
-    let mut rng = crate::math::Rng::new(5, 0);
+    let mut rng = crate::rng::Rng::new(5, 0);
     for i in 0..100 {
         let position = Vec2::new((i % 10) as f32 + 0.5, (i / 10) as f32 + 0.5) * 12.0;
         let velocity = Vec2::new(rng.range(-50.0, 50.0), rng.range(-50.0, 50.0));
@@ -99,7 +99,7 @@ fn an_elastic_gas_keeps_its_energy() {
 }
 
 #[test]
-fn newtons_cradle_passes_the_blow_to_the_last_ball() {
+fn newtons_cradle_passes_the_impact_to_the_last_ball() {
     let no_threshold = Relaxation { bounce_threshold: 0.0, ..Relaxation::default() };
     let mut world = world(no_threshold, 0.0);
     let ball = BodyDef { restitution: 1.0, friction: 0.0, ..BodyDef::default() };
@@ -200,7 +200,7 @@ fn bodies_at_one_point_separate_and_stay_finite() {
 
 // --- Friction -----------------------------------------------------------------------------------
 
-/// A crate sliding at 20 over a floor; how far it came when it stopped, and in how many steps.
+/// A crate sliding at 20 over a floor; returns how far it slid, and in how many steps.
 fn slide(
     friction: f32,
     floor_friction: f32,
@@ -225,11 +225,11 @@ fn slide(
 }
 
 #[test]
-fn a_slide_stops_where_coulomb_says() {
+fn a_slide_stops_at_the_coulomb_distance() {
     for (friction, gravity) in [(0.3, 50.0), (0.6, 50.0), (0.3, 500.0), (1.0, 20.0)] {
         let (distance, steps) = slide(friction, friction, gravity, 1.0, 15);
         let braking = friction * gravity;
-        // A step that moves first and brakes then is at most one step's path off.
+        // A step that moves before it brakes is off by at most one step's path.
         close(distance, 400.0 / (2.0 * braking), 20.0 / 60.0 + 0.005 * 200.0 / braking);
         close(steps as f32 / 60.0, 20.0 / braking, 0.04);
     }
@@ -271,7 +271,7 @@ fn either_body_of_a_pair_is_braked_and_momentum_is_kept() {
 }
 
 #[test]
-fn boxes_moving_together_do_not_rub() {
+fn boxes_moving_together_have_no_friction() {
     let mut world = world(Relaxation::default(), 0.0);
     let together = Vec2::new(0.0, 10.0);
     let a = add(&mut world, BodyDef { velocity: together, ..crate_at(0.0, 0.0) });
@@ -302,7 +302,7 @@ fn a_rider_is_carried_by_a_moving_platform() {
 }
 
 #[test]
-fn a_kinematic_body_is_not_moved_by_what_it_meets() {
+fn a_kinematic_body_is_not_moved_by_contacts() {
     let mut world = world(Relaxation::default(), 50.0);
     let slab =
         BodyDef { motion: Motion::Kinematic, velocity: Vec2::new(0.0, -1.0), ..crate_at(0.0, 0.0) };
@@ -335,7 +335,7 @@ fn a_box_that_coasts_over_an_edge_keeps_its_speed() {
 }
 
 #[test]
-fn two_worlds_in_turns_are_as_good_as_alone() {
+fn two_worlds_stepped_in_turns_are_independent() {
     let build = |count: usize| {
         let mut world = world(Relaxation::default(), 50.0);
         floor(&mut world, 0.3);
@@ -377,9 +377,9 @@ fn a_pair_of_one_group_touches_once() {
 }
 
 #[test]
-fn projection_alone_parts_and_impulses_alone_stop() {
-    // A0.10, A0.11: overlapping bodies at rest part without gaining speed; closing bodies that
-    // hardly overlap are stopped and not thrown apart.
+fn projection_alone_separates_and_impulses_alone_stop() {
+    // Overlapping bodies at rest separate without gaining speed (A0.10); closing bodies that hardly
+    // overlap are stopped and not thrown apart (A0.11).
     let mut still = world(Relaxation::default(), 0.0);
     let a = add(&mut still, crate_at(0.0, 0.0));
     let b = add(&mut still, crate_at(1.0, 0.0));

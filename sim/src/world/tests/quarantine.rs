@@ -1,40 +1,40 @@
-//! A body whose place or speed is no number: planted, because none can arise.
+//! Bodies whose position or velocity is not finite: planted, because none can arise.
 
 use super::*;
-use crate::conjugate::Conjugate;
+use crate::Conjugate;
 
-/// Six crates in two piles, and one that flies towards them.
+/// Six crates in two piles, and one flying towards them.
 fn scene(solver: Solver) -> (World, BodyId, BodyId) {
     let settings = WorldSettings { solver: Some(solver), ..WorldSettings::default() };
     let mut world = World::new(settings);
     floor(&mut world, 0.3);
     let mut resting = None;
-    for place in 0..6 {
-        let at = (place / 2) as f32 * 3.0;
-        resting = Some(add(&mut world, crate_at(at, 1.0 + 2.0 * (place % 2) as f32)));
+    for index in 0..6 {
+        let at = (index / 2) as f32 * 3.0;
+        resting = Some(add(&mut world, crate_at(at, 1.0 + 2.0 * (index % 2) as f32)));
     }
     let velocity = Vec2::new(0.0, -60.0);
     let flying = add(&mut world, BodyDef { velocity, ..crate_at(0.5, 24.0) });
     (world, resting.expect("there are crates"), flying)
 }
 
-/// Where a number is planted.
+/// Position of a planted NaN or infinity.
 #[derive(Clone, Copy, Debug)]
 enum Plant {
-    Place(Vec2),
+    Position(Vec2),
     Speed(Vec2),
 }
 
 fn plant(world: &mut World, body: BodyId, what: Plant) {
     match what {
-        Plant::Place(place) => world.bodies.center[body.index as usize] = place,
+        Plant::Position(position) => world.bodies.center[body.index as usize] = position,
         Plant::Speed(speed) => world.bodies.velocity[body.index as usize] = speed,
     }
 }
 
 const PLANTS: [Plant; 4] = [
-    Plant::Place(Vec2::NAN),
-    Plant::Place(Vec2::new(f32::INFINITY, 0.0)),
+    Plant::Position(Vec2::NAN),
+    Plant::Position(Vec2::new(f32::INFINITY, 0.0)),
     Plant::Speed(Vec2::new(0.0, f32::NAN)),
     Plant::Speed(Vec2::new(f32::NEG_INFINITY, 0.0)),
 ];
@@ -43,7 +43,7 @@ fn solvers() -> [Solver; 2] {
     [Solver::Relaxation(Relaxation::default()), Solver::Conjugate(Conjugate::default())]
 }
 
-/// Both worlds go on alike.
+/// Expects that both worlds continue alike.
 #[track_caller]
 fn alike(one: &mut World, other: &mut World) {
     for _ in 0..60 {
@@ -55,7 +55,7 @@ fn alike(one: &mut World, other: &mut World) {
 }
 
 #[test]
-fn a_body_that_breaks_at_the_end_of_a_step_leaves_as_if_it_were_removed() {
+fn a_body_not_finite_at_the_end_of_a_step_leaves_as_if_it_were_removed() {
     for (solver, what) in solvers().into_iter().flat_map(|one| PLANTS.map(|what| (one, what))) {
         let (mut world, resting, _) = scene(solver);
         steps(&mut world, 30);
@@ -73,15 +73,15 @@ fn a_body_that_breaks_at_the_end_of_a_step_leaves_as_if_it_were_removed() {
     }
 }
 
-fn last_of(solver: Solver) -> Phase {
+fn last_of(solver: Solver) -> StepPhase {
     match solver {
-        Solver::Relaxation(_) => Phase::Relax,
-        Solver::Conjugate(_) => Phase::Integrate,
+        Solver::Relaxation(_) => StepPhase::Relax,
+        Solver::Conjugate(_) => StepPhase::Integrate,
     }
 }
 
 #[test]
-fn nobody_feels_a_body_that_breaks_within_a_step() {
+fn a_body_not_finite_within_a_step_affects_no_other() {
     for (solver, what) in solvers().into_iter().flat_map(|one| PLANTS.map(|what| (one, what))) {
         let (mut world, _, flying) = scene(solver);
         // Until the two are close enough to take part together, but do not touch yet.
@@ -92,7 +92,7 @@ fn nobody_feels_a_body_that_breaks_within_a_step() {
         assert!(other.remove(flying));
         other.step();
         world.step_watched(&mut |phase, world| {
-            if phase == Phase::Pairs {
+            if phase == StepPhase::Pairs {
                 plant(world, flying, what);
             }
         });
@@ -102,12 +102,12 @@ fn nobody_feels_a_body_that_breaks_within_a_step() {
 }
 
 #[test]
-fn a_body_that_breaks_while_contacts_are_solved_takes_nobody_along() {
+fn a_body_not_finite_while_contacts_are_solved_affects_no_other() {
     for what in PLANTS {
         let (mut world, resting, _) = scene(Solver::Conjugate(Conjugate::default()));
         steps(&mut world, 30);
         world.step_watched(&mut |phase, world| {
-            if phase == Phase::Relax {
+            if phase == StepPhase::Relax {
                 plant(world, resting, what);
             }
         });

@@ -1,0 +1,293 @@
+//! The sorted list of pairs that may come into contact, with the impulses that they carry from step
+//! to step.
+//!
+//! The list is a pure accelerator. Every box in it is grown by a margin (a fat AABB), so the list
+//! stays valid while bodies stay in their fat boxes; an exact test in each step decides which of
+//! its pairs take part. When and how the list is built therefore cannot change a bit of the result.
+//!
+//! Moving bodies are sorted along the axis on which they are spread out further, and swept. In a
+//! world that sleeps the others are kept apart in a [`StaticGrid`], which each moving body queries.
+
+use super::static_grid::StaticGrid;
+use crate::bodies::Bodies;
+use crate::body::GROUPS_MAX;
+use crate::math::{max, min, ordered_bits};
+use crate::shape::Aabb;
+use glam::Vec2;
+
+/// Smallest margin of a fat box, world units.
+const MARGIN: f32 = 0.4;
+/// Margin of the fat box of a body that does not move, beyond its reach, world units.
+const STATIC_MARGIN: f32 = 0.1;
+
+/// The axis of the box face that carried the contact in the last step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Axis {
+    /// No face did, or the solver does not use it.
+    #[default]
+    Free,
+    X,
+    Y,
+}
+
+/// Two bodies that are close, `a` < `b` by slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pair {
+    pub a: u32,
+    pub b: u32,
+    /// Normal impulse that held the two apart at rest in the last step; not negative.
+    pub normal_impulse: f32,
+    /// Friction impulse that went with it, along the normal turned left.
+    pub tangent_impulse: f32,
+    /// Meaningful where `normal_impulse` is positive, else free.
+    pub axis: Axis,
+    /// Normal of this step's warm start; scratch, not state.
+    pub warm_normal: Vec2,
+}
+
+impl Pair {
+    fn key(&self) -> u64 {
+        u64::from(self.a) << 32 | u64::from(self.b)
+    }
+
+    /// Clears the stored impulses.
+    pub fn clear_impulses(&mut self) {
+        self.normal_impulse = 0.0;
+        self.tangent_impulse = 0.0;
+        self.axis = Axis::Free;
+    }
+}
+
+/// Filter of the bodies that may pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Filter<'a> {
+    /// For each group, the groups that it collides with.
+    pub meets: &'a [u32; GROUPS_MAX],
+    /// Pairs of two immovable bodies are listed too: contacts are only detected.
+    pub immovable: bool,
+}
+
+/// The list; see the module's description.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PairList {
+    /// Sorted by (a, b).
+    pub pairs: Vec<Pair>,
+    /// By slot: the fat box for which `pairs` is complete.
+    fat: Vec<Aabb>,
+    /// Bodies were added or placed elsewhere since the list was built.
+    stale: bool,
+    /// In a world that sleeps, all bodies outside the moving list.
+    static_grid: Option<StaticGrid>,
+    /// Scratch: slots sorted by lower edge, keys of the pairs found, the previous list.
+    order: Vec<u64>,
+    keys: Vec<u64>,
+    before: Vec<Pair>,
+}
+
+impl PairList {
+    /// Creates an empty list; `sleeping` if bodies of the world may fall asleep.
+    pub fn new(sleeping: bool) -> PairList {
+        PairList { static_grid: sleeping.then(StaticGrid::default), ..PairList::default() }
+    }
+
+    /// In a world that sleeps: adds a body that has left the moving list, or that never moves.
+    pub fn insert_static(&mut self, slot: u32, bodies: &Bodies) {
+        let Some(grid) = &mut self.static_grid else { return };
+        let index = slot as usize;
+        self.fat.resize(bodies.alive.len(), EMPTY_BOX);
+        let fat = bodies.bounds(index, bodies.reach[index] + STATIC_MARGIN);
+        // The list is complete for the previous box.
+        let within = self.fat[index].contains(fat.low) && self.fat[index].contains(fat.high);
+        self.stale |= !within;
+        self.fat[index] = fat;
+        grid.insert(slot, &fat);
+    }
+
+    /// In a world that sleeps: removes a body that starts to move or is removed.
+    pub fn remove_static(&mut self, slot: u32) {
+        if self.static_grid.as_mut().is_some_and(|grid| grid.remove(slot)) {
+            self.stale = true;
+        }
+    }
+
+    /// Sorts pairs that were appended to the list; of two equal ones the one with an impulse stays.
+    pub fn merge(&mut self) {
+        self.pairs.sort_by_key(|pair| (pair.key(), pair.normal_impulse <= 0.0));
+        self.pairs.dedup_by_key(|pair| pair.key());
+        self.stale = true;
+    }
+
+    /// Visits the bodies near `slot` that do not move, in no particular order.
+    pub fn for_each_static_near(&self, slot: u32, bodies: &Bodies, mut visit: impl FnMut(u32)) {
+        let Some(grid) = &self.static_grid else { return };
+        let bounds = bodies.bounds(slot as usize, bodies.reach[slot as usize] + STATIC_MARGIN);
+        grid.query(&bounds, |other| {
+            if other != slot && near(bodies, slot, other) {
+                visit(other);
+            }
+        });
+    }
+
+    /// Marks the list as outdated: a body was added, or one outside the moving list was placed
+    /// elsewhere.
+    pub fn invalidate(&mut self) {
+        self.stale = true;
+    }
+
+    /// Removes the pairs of a removed body at once, so that a new body in the slot inherits
+    /// nothing.
+    pub fn removed(&mut self, slot: u32) {
+        self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
+    }
+
+    /// Makes the list complete for the present positions; returns whether it was rebuilt.
+    pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
+        let outgrown = self.stale || self.outgrown(bodies);
+        if outgrown {
+            self.rebuild(bodies, filter);
+        }
+        outgrown
+    }
+
+    /// Whether the reach of a body left the box for which the list is complete.
+    fn outgrown(&self, bodies: &Bodies) -> bool {
+        bodies.moving.iter().any(|&slot| {
+            let slot = slot as usize;
+            let reach = bodies.bounds(slot, bodies.reach[slot]);
+            let fat = &self.fat[slot];
+            !(fat.contains(reach.low) && fat.contains(reach.high))
+        })
+    }
+
+    /// Sorts and sweeps along the axis on which the bodies are spread out further.
+    fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
+        let axis = long_axis(bodies);
+        self.grow_boxes(bodies);
+        self.sort_by_edge(bodies, axis);
+        self.sweep(bodies, axis, filter);
+        self.find_static_pairs(bodies, filter);
+        self.keys.sort_unstable();
+        self.carry_impulses();
+        self.stale = false;
+    }
+
+    /// Grows each box by the distance that its body may travel in a few steps.
+    fn grow_boxes(&mut self, bodies: &Bodies) {
+        self.fat.resize(bodies.alive.len(), EMPTY_BOX);
+        for slot in swept(bodies, self.static_grid.is_some()) {
+            let slot = slot as usize;
+            let reach = bodies.reach[slot];
+            self.fat[slot] = bodies.bounds(slot, reach + max(MARGIN, 2.0 * reach));
+        }
+    }
+
+    fn sort_by_edge(&mut self, bodies: &Bodies, axis: usize) {
+        let fat = &self.fat;
+        self.order.clear();
+        self.order.extend(swept(bodies, self.static_grid.is_some()).map(|slot| {
+            u64::from(ordered_bits(fat[slot as usize].low[axis])) << 32 | u64::from(slot)
+        }));
+        self.order.sort_unstable();
+    }
+
+    fn sweep(&mut self, bodies: &Bodies, axis: usize, filter: Filter) {
+        let across = 1 - axis;
+        self.keys.clear();
+        for (rank, &entry) in self.order.iter().enumerate() {
+            let a = entry as u32;
+            let fat_a = self.fat[a as usize];
+            let end = ordered_bits(fat_a.high[axis]);
+            let meets_a = filter.meets[usize::from(bodies.group[a as usize])];
+            let movable_a = filter.immovable || bodies.inverse_mass[a as usize] > 0.0;
+            for &other in &self.order[rank + 1..] {
+                if (other >> 32) as u32 >= end {
+                    break;
+                }
+                let b = other as u32;
+                let fat_b = &self.fat[b as usize];
+                let apart = fat_b.low[across] >= fat_a.high[across]
+                    || fat_a.low[across] >= fat_b.high[across];
+                if apart || meets_a >> bodies.group[b as usize] & 1 == 0 {
+                    continue;
+                }
+                if movable_a || bodies.inverse_mass[b as usize] > 0.0 {
+                    let (low, high) = if a < b { (a, b) } else { (b, a) };
+                    self.keys.push(u64::from(low) << 32 | u64::from(high));
+                }
+            }
+        }
+    }
+
+    /// Pairs of a moving body with one that does not move.
+    fn find_static_pairs(&mut self, bodies: &Bodies, filter: Filter) {
+        let Some(grid) = self.static_grid.as_ref() else { return };
+        for &a in &bodies.moving {
+            let fat_a = self.fat[a as usize];
+            let meets_a = filter.meets[usize::from(bodies.group[a as usize])];
+            let movable_a = bodies.inverse_mass[a as usize] > 0.0;
+            grid.query(&fat_a, |b| {
+                let meets = meets_a >> bodies.group[b as usize] & 1 == 1;
+                let movable = movable_a || bodies.inverse_mass[b as usize] > 0.0;
+                if meets && movable && fat_a.overlaps(&self.fat[b as usize]) {
+                    let (low, high) = if a < b { (a, b) } else { (b, a) };
+                    self.keys.push(u64::from(low) << 32 | u64::from(high));
+                }
+            });
+        }
+    }
+
+    /// Builds `pairs` from the sorted keys; merging with the previous list keeps the impulses.
+    fn carry_impulses(&mut self) {
+        std::mem::swap(&mut self.pairs, &mut self.before);
+        self.pairs.clear();
+        let mut old = self.before.iter().peekable();
+        for &key in &self.keys {
+            while old.next_if(|pair| pair.key() < key).is_some() {}
+            let fresh = Pair {
+                a: (key >> 32) as u32,
+                b: key as u32,
+                normal_impulse: 0.0,
+                tangent_impulse: 0.0,
+                axis: Axis::Free,
+                warm_normal: Vec2::ZERO,
+            };
+            self.pairs.push(old.next_if(|pair| pair.key() == key).copied().unwrap_or(fresh));
+        }
+    }
+}
+
+const EMPTY_BOX: Aabb = Aabb { low: Vec2::ZERO, high: Vec2::ZERO };
+
+/// The bodies that are sorted and swept: all, or all that move.
+fn swept(bodies: &Bodies, moving: bool) -> impl Iterator<Item = u32> + '_ {
+    let some = if moving { bodies.moving.as_slice() } else { &[] };
+    let all = (!moving).then(|| bodies.slots());
+    some.iter().copied().chain(all.into_iter().flatten())
+}
+
+/// The axis along which the centres of the moving bodies are spread out further.
+fn long_axis(bodies: &Bodies) -> usize {
+    let mut low = Vec2::splat(f32::INFINITY);
+    let mut high = Vec2::splat(f32::NEG_INFINITY);
+    for &slot in &bodies.moving {
+        let center = bodies.center[slot as usize];
+        for axis in 0..2 {
+            low[axis] = min(low[axis], center[axis]);
+            high[axis] = max(high[axis], center[axis]);
+        }
+    }
+    let spread = high - low;
+    usize::from(spread.y > spread.x)
+}
+
+/// Whether two bodies are within reach of each other: the exact test behind the list.
+#[inline]
+pub(crate) fn near(bodies: &Bodies, a: u32, b: u32) -> bool {
+    let (a, b) = (a as usize, b as usize);
+    let separation = (bodies.center[b] - bodies.center[a]).abs() - bodies.half[a] - bodies.half[b];
+    let reach = bodies.reach[a] + bodies.reach[b];
+    separation.x < reach && separation.y < reach
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,10 @@
+//! Continuous collision: bodies that move by more than their size within a step neither tunnel nor
+//! miss each other.
+
+pub(crate) mod held_after_impact;
+pub(crate) mod impact_queue;
+pub(crate) mod late_pairs;
+pub(crate) mod paths;
+pub(crate) mod recheck;
+pub(crate) mod static_clamp;
+pub(crate) mod thin;

@@ -1,0 +1,517 @@
+//! Impacts of the step, before anything else: one pair at a time, each at its own time of impact.
+//!
+//! Simultaneous impact laws spread an impact over everything that touches and lose energy; one pair
+//! at a time keeps energy and momentum exactly. A queue holds the next impacts, ordered by (time,
+//! pair); each gives the two bodies their impulse (Newton's law of restitution, with Coulomb
+//! friction), and their other pairs are predicted again (Alder and Wainwright 1959, "Studies in
+//! molecular dynamics"). Times are exact under gravity: across a separation s, a pair that closes
+//! at speed c with acceleration g touches at the speed w, w^2 = c^2 + 2 g s, after 2 s / (c + w).
+//!
+//! A body has one position and one velocity per step. Both belong to its path after its last
+//! impact, extended backwards to the start of the step: an impulse at time t that changes its
+//! velocity by d moves that start by -d t. The rest of the step only needs to know the time from
+//! which the path holds.
+//!
+//! Pairs that do not bounce are handled here too if one body moves by more than the size of the
+//! other: a constraint is a tangent for the whole step, and a body that is stopped and slides on
+//! within the step is soon far beyond it. All other pairs are left to the constraints, unless one
+//! of their bodies has an impact later in the step: then they stop there first, and resting
+//! contacts hold until then. A path is swept along its chord, since shapes are swept along straight
+//! lines; gravity bends it, so before each impact both bodies are checked for obstructions up to
+//! that time.
+
+use super::paths::Paths;
+use super::thin::{is_fast, overlap_limit, thickness};
+use crate::bodies::{Bodies, REACH_MIN};
+use crate::body::Motion;
+use crate::broad_phase::pairs::{Pair, near};
+use crate::math::{clamp, clamp_length, max, min};
+use crate::narrow_phase::separation::{self, placed};
+use crate::solver::contact_constraint::ContactSet;
+use crate::solver::step_context::StepContext;
+use glam::Vec2;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Impacts of a body per step. After this many a body stays at its last impact point; the contact
+/// solver handles the rest of the step.
+const IMPACTS_MAX: u32 = 32;
+/// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
+/// smaller one.
+const FAST: f32 = 4.0;
+/// Depth of the search for obstructions of obstructions.
+const OBSTRUCTIONS_MAX: u32 = 8;
+/// End of a list of pairs.
+const NONE: u32 = u32::MAX;
+
+/// An impact of this step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Impact {
+    pub a: u32,
+    pub b: u32,
+    /// Closing speed, units/s.
+    pub closing: f32,
+}
+
+/// An impact to come, ordered by time, then by pair. It is valid until one of the bodies has
+/// another impact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Event {
+    time_bits: u32,
+    pair: u32,
+    /// Impacts of both bodies so far.
+    version: u32,
+}
+
+/// The impacts of a step, and scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ImpactQueue {
+    pub impacts: Vec<Impact>,
+    pub paths: Paths,
+    /// By slot: number of impacts in this step.
+    impact_count: Vec<u32>,
+    /// Slots with at least one impact.
+    impacted: Vec<u32>,
+    /// Slots that are held after their impact: see `held_after_impact`.
+    pub held: Vec<u32>,
+    /// By slot: whether it may have an impact.
+    may_impact: Vec<bool>,
+    queue: BinaryHeap<Reverse<Event>>,
+    /// By slot the first pair, and by pair the next one of either body.
+    first: Vec<u32>,
+    next: Vec<[u32; 2]>,
+}
+
+/// Whether the impacts of a step are complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// All impacts are done.
+    Done,
+    /// There may be more, with bodies that were out of reach.
+    BeyondReach,
+}
+
+/// A contact within the step.
+struct Hit {
+    normal: Vec2,
+    /// Closing speed at that time, units/s.
+    closing: f32,
+    /// Its growth by gravity, units/s^2.
+    gain: f32,
+    /// Time of impact, seconds into the step.
+    time: f32,
+    /// Penetration caused by gravity up to then, world units: 0 unless the pair rests.
+    depth: f32,
+}
+
+impl ImpactQueue {
+    /// Clears the impacts of the last step.
+    pub fn begin(&mut self, slots: usize) {
+        self.impacts.clear();
+        for slot in self.impacted.drain(..) {
+            self.paths.impact_time[slot as usize] = 0.0;
+            self.impact_count[slot as usize] = 0;
+        }
+        self.paths.impact_time.resize(slots, 0.0);
+        self.paths.impact_position.resize(slots, Vec2::ZERO);
+        self.impact_count.resize(slots, 0);
+    }
+
+    /// Whether the step had no impact.
+    pub fn is_empty(&self) -> bool {
+        self.impacted.is_empty()
+    }
+
+    /// Finds the bodies that may have an impact: those that bounce (of two that close faster than
+    /// the threshold one is faster than half of it) and those that are fast. Returns whether there
+    /// are any. Their reach is extended, since a bounce may make them faster: to twice their path,
+    /// and by their own thickness. Bodies that outrun even that take another round.
+    pub fn extend_reach(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
+        self.may_impact.clear();
+        self.may_impact.resize(bodies.alive.len(), false);
+        let bounce_speed =
+            0.5 * context.settings.bounce_threshold - context.gravity.length() * context.dt;
+        let fast_speed = FAST * bodies.thinnest() / context.dt;
+        let mut any = false;
+        for index in 0..bodies.moving.len() {
+            let slot = bodies.moving[index] as usize;
+            let squared = bodies.velocity[slot].length_squared();
+            let may_bounce = bounce_speed < 0.0 || squared > bounce_speed * bounce_speed;
+            let bounces = may_bounce && bodies.material[slot].restitution > 0.0;
+            let thickness = bodies.thickness(slot);
+            let own_fast_speed = FAST * thickness / context.dt;
+            if bounces || squared > own_fast_speed * own_fast_speed {
+                bodies.reach[slot] += squared.sqrt() * context.dt + thickness;
+            }
+            if bounces || squared > fast_speed * fast_speed {
+                self.may_impact[slot] = true;
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Extends the reach of bodies that outran it.
+    pub fn extend_reach_of_impacted(&mut self, bodies: &mut Bodies, context: &StepContext) {
+        for &slot in &self.impacted {
+            if outruns_reach(bodies, slot, context.dt) {
+                let slot = slot as usize;
+                let path = bodies.velocity[slot].length() * context.dt;
+                let reach =
+                    REACH_MIN + context.fall_distance() + 2.0 * path + bodies.thickness(slot);
+                bodies.reach[slot] = reach;
+            }
+        }
+    }
+
+    /// Processes impacts in the order of their times. Except in the `last` round it ends when one
+    /// makes a body faster than its reach: the list may then lack some of its pairs.
+    pub fn process(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        context: &StepContext,
+        last: bool,
+    ) -> Progress {
+        self.queue.clear();
+        for (index, pair) in (0u32..).zip(pairs) {
+            if self.can_impact(pair.a) || self.can_impact(pair.b) {
+                self.push_next_impact(bodies, index, pair, context);
+            }
+        }
+        if self.queue.is_empty() {
+            return Progress::Done;
+        }
+        self.list_pairs(bodies, pairs);
+        while let Some(Reverse(event)) = self.queue.pop() {
+            let pair = &pairs[event.pair as usize];
+            if event.version != self.version(pair) {
+                continue;
+            }
+            let time = f32::from_bits(event.time_bits);
+            let (pair, hit) = match self.find_obstruction(bodies, pairs, pair, time, context) {
+                // Between closing walls this would never end; the constraints hold both.
+                Some((other, _)) if self.has_exhausted_impacts(other) => continue,
+                Some(found) => found,
+                None => match self.predict(bodies, pair, context.dt, context) {
+                    Some(hit) if hit.closing > 0.0 => (pair, hit),
+                    Some(_) | None => continue,
+                },
+            };
+            self.apply_impact(bodies, pair, &hit, context);
+            for slot in [pair.a, pair.b] {
+                self.push_impacts_of(bodies, pairs, slot, context);
+            }
+            if self.has_exhausted_impacts(pair) {
+                self.stop_at_impact(bodies, pair.a, context);
+                self.stop_at_impact(bodies, pair.b, context);
+            }
+            if !last
+                && (outruns_reach(bodies, pair.a, context.dt)
+                    || outruns_reach(bodies, pair.b, context.dt))
+            {
+                return Progress::BeyondReach;
+            }
+        }
+        Progress::Done
+    }
+
+    fn can_impact(&self, slot: u32) -> bool {
+        self.may_impact[slot as usize] || self.impact_count[slot as usize] > 0
+    }
+
+    fn version(&self, pair: &Pair) -> u32 {
+        self.impact_count[pair.a as usize] + self.impact_count[pair.b as usize]
+    }
+
+    /// Leaves a body at its last impact point, with a whole step ahead.
+    fn stop_at_impact(&mut self, bodies: &mut Bodies, slot: u32, context: &StepContext) {
+        let slot = slot as usize;
+        if bodies.inverse_mass[slot] > 0.0 {
+            bodies.center[slot] = self.paths.impact_position[slot];
+            let gain = gravity_on(bodies, slot, context) * self.paths.impact_time[slot];
+            bodies.velocity[slot] += gain;
+            self.paths.impact_time[slot] = 0.0;
+            self.impact_count[slot] = IMPACTS_MAX;
+        }
+    }
+
+    fn has_exhausted_impacts(&self, pair: &Pair) -> bool {
+        let of = |slot: u32| self.impact_count[slot as usize];
+        of(pair.a) >= IMPACTS_MAX || of(pair.b) >= IMPACTS_MAX
+    }
+
+    /// Queues the next impact of a pair, if it has one.
+    fn push_next_impact(
+        &mut self,
+        bodies: &Bodies,
+        index: u32,
+        pair: &Pair,
+        context: &StepContext,
+    ) {
+        let fast = is_fast(bodies, pair, context.dt, FAST);
+        let counts = fast || restitution(bodies, pair) > 0.0;
+        if !counts || self.has_exhausted_impacts(pair) || !near(bodies, pair.a, pair.b) {
+            return;
+        }
+        if let Some(hit) = self.predict(bodies, pair, context.dt, context)
+            && (fast && tunnels(bodies, pair, &hit, context)
+                || bounces(bodies, pair, &hit, context))
+        {
+            let (time_bits, version) = (hit.time.to_bits(), self.version(pair));
+            self.queue.push(Reverse(Event { time_bits, pair: index, version }));
+        }
+    }
+
+    /// Queues the next impacts of all pairs of a body whose path has changed.
+    fn push_impacts_of(
+        &mut self,
+        bodies: &Bodies,
+        pairs: &[Pair],
+        slot: u32,
+        context: &StepContext,
+    ) {
+        if bodies.inverse_mass[slot as usize] == 0.0 {
+            return;
+        }
+        let mut index = self.first[slot as usize];
+        while index != NONE {
+            let pair = &pairs[index as usize];
+            self.push_next_impact(bodies, index, pair, context);
+            index = self.next[index as usize][usize::from(pair.b == slot)];
+        }
+    }
+
+    /// Links the pairs of every body.
+    fn list_pairs(&mut self, bodies: &Bodies, pairs: &[Pair]) {
+        self.first.clear();
+        self.first.resize(bodies.alive.len(), NONE);
+        self.next.clear();
+        for (index, pair) in (0u32..).zip(pairs) {
+            let [a, b] = [pair.a as usize, pair.b as usize];
+            self.next.push([self.first[a], self.first[b]]);
+            (self.first[a], self.first[b]) = (index, index);
+        }
+    }
+
+    /// Finds the contact that stops one of the bodies before an impact at that time.
+    fn find_obstruction<'a>(
+        &self,
+        bodies: &Bodies,
+        pairs: &'a [Pair],
+        impacting: &Pair,
+        time: f32,
+        context: &StepContext,
+    ) -> Option<(&'a Pair, Hit)> {
+        let mut found = self.first_obstruction(bodies, pairs, impacting, time, context)?;
+        for _ in 1..OBSTRUCTIONS_MAX {
+            match self.first_obstruction(bodies, pairs, found.0, found.1.time, context) {
+                Some(next) if next.1.time < found.1.time => found = next,
+                // The pair rests on an obstruction with the same time.
+                Some(next) if next.1.depth > 0.0 && found.1.depth == 0.0 => found = next,
+                Some(_) | None => break,
+            }
+        }
+        Some(found)
+    }
+
+    /// The first pair of either body that would have passed through each other by then.
+    fn first_obstruction<'a>(
+        &self,
+        bodies: &Bodies,
+        pairs: &'a [Pair],
+        impacting: &Pair,
+        time: f32,
+        context: &StepContext,
+    ) -> Option<(&'a Pair, Hit)> {
+        let mut found: Option<(&Pair, Hit)> = None;
+        for slot in [impacting.a, impacting.b] {
+            if bodies.inverse_mass[slot as usize] == 0.0 {
+                continue;
+            }
+            let mut index = self.first[slot as usize];
+            while index != NONE {
+                let pair = &pairs[index as usize];
+                index = self.next[index as usize][usize::from(pair.b == slot)];
+                if !near(bodies, pair.a, pair.b) {
+                    continue;
+                }
+                let hit = self.predict(bodies, pair, time, context);
+                let Some(hit) =
+                    hit.and_then(|hit| as_obstruction(bodies, pair, hit, time, context))
+                else {
+                    continue;
+                };
+                let earlier = found.as_ref().is_none_or(|(other, best)| {
+                    (hit.time, pair.a, pair.b) < (best.time, other.a, other.b)
+                });
+                if earlier {
+                    found = Some((pair, hit));
+                }
+            }
+        }
+        found
+    }
+
+    /// Predicts the next contact of a pair on its present paths, up to a time.
+    fn predict(
+        &self,
+        bodies: &Bodies,
+        pair: &Pair,
+        until: f32,
+        context: &StepContext,
+    ) -> Option<Hit> {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let start = max(self.paths.impact_time[a], self.paths.impact_time[b]);
+        let left = until - start;
+        if left <= 0.0 {
+            return None;
+        }
+        let acceleration = gravity_on(bodies, b, context) - gravity_on(bodies, a, context);
+        let first = bodies.velocity[b] - bodies.velocity[a];
+        let velocity = first + acceleration * start;
+        let ahead = (first + velocity) * (0.5 * start);
+        let path = (velocity + acceleration * (0.5 * left)) * left;
+        let (at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
+        at_b.center += ahead;
+        let apart =
+            (at_b.center - at_a.center).abs() - at_a.shape.half_extent() - at_b.shape.half_extent();
+        if apart.x > path.x.abs() || apart.y > path.y.abs() {
+            return None;
+        }
+        let manifold = separation::between(at_a, at_b, path, pair.axis)?;
+        let (distance, closing) = (max(manifold.separation, 0.0), -manifold.normal.dot(velocity));
+        let gain = -manifold.normal.dot(acceleration);
+        let squared = closing * closing + 2.0 * gain * distance;
+        let touching = if squared >= 0.0 { squared.sqrt() } else { return None };
+        let after = if closing > 0.0 {
+            2.0 * distance / (closing + touching)
+        } else if gain > 0.0 {
+            (touching - closing) / gain
+        } else {
+            return None;
+        };
+        let time = start + after;
+        let hit = Hit { normal: manifold.normal, closing: touching, gain, time, depth: 0.0 };
+        (after <= left).then_some(hit)
+    }
+
+    /// Applies the impulse of an impact, and starts the new paths of both bodies.
+    fn apply_impact(&mut self, bodies: &mut Bodies, pair: &Pair, hit: &Hit, context: &StepContext) {
+        let restitution =
+            if bounces(bodies, pair, hit, context) { restitution(bodies, pair) } else { 0.0 };
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let (inv_mass_a, inv_mass_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
+        let mass = 1.0 / (inv_mass_a + inv_mass_b);
+        let acceleration = gravity_on(bodies, b, context) - gravity_on(bodies, a, context);
+        let relative = bodies.velocity[b] - bodies.velocity[a] + acceleration * hit.time;
+        let normal = (1.0 + restitution) * hit.closing * mass;
+        let along = hit.normal.perp();
+        let friction = (bodies.material[a].friction * bodies.material[b].friction).sqrt();
+        let limit = friction * normal;
+        let tangent = clamp(-along.dot(relative) * mass, -limit, limit);
+        let (impulse, out) =
+            (hit.normal * normal + along * tangent, hit.normal * (hit.depth * mass));
+        for (slot, weight) in [(pair.a, -inv_mass_a), (pair.b, inv_mass_b)] {
+            let index = slot as usize;
+            if bodies.inverse_mass[index] == 0.0 {
+                continue;
+            }
+            let velocity = bodies.velocity[index] + impulse * weight;
+            let velocity = clamp_length(velocity, context.speed_max);
+            bodies.center[index] += out * weight - (velocity - bodies.velocity[index]) * hit.time;
+            bodies.velocity[index] = velocity;
+            if self.impact_count[index] == 0 {
+                self.impacted.push(slot);
+            }
+            self.impact_count[index] += 1;
+            let fallen = gravity_on(bodies, index, context) * (0.5 * hit.time * hit.time);
+            self.paths.impact_position[index] = bodies.center[index] + velocity * hit.time + fallen;
+            self.paths.impact_time[index] = hit.time;
+        }
+        self.impacts.push(Impact { a: pair.a, b: pair.b, closing: hit.closing });
+    }
+}
+
+/// Restitution of a pair: the smaller of the two.
+#[inline]
+fn restitution(bodies: &Bodies, pair: &Pair) -> f32 {
+    let of = |slot: u32| bodies.material[slot as usize].restitution;
+    min(of(pair.a), of(pair.b))
+}
+
+/// Whether a contact bounces.
+#[inline]
+fn bounces(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepContext) -> bool {
+    hit.depth == 0.0
+        && hit.closing > context.settings.bounce_threshold
+        && restitution(bodies, pair) > 0.0
+}
+
+/// Overlap that is left to the constraints, which handle the effect of gravity in a step.
+#[inline]
+fn allowed_overlap(bodies: &Bodies, pair: &Pair, context: &StepContext) -> f32 {
+    overlap_limit(thickness(bodies, pair), context.settings.slop + context.fall_distance())
+}
+
+/// Whether a pair that nothing stops overlaps too far at the end of the step.
+#[inline]
+fn tunnels(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepContext) -> bool {
+    (context.dt - hit.time) * hit.closing > allowed_overlap(bodies, pair, context)
+}
+
+/// The contact that stops a pair which would overlap too far by then: its impact or, if only
+/// gravity pulls the bodies further, a resting contact at that time.
+#[inline]
+fn as_obstruction(
+    bodies: &Bodies,
+    pair: &Pair,
+    hit: Hit,
+    time: f32,
+    context: &StepContext,
+) -> Option<Hit> {
+    let (since, allowed) = (time - hit.time, allowed_overlap(bodies, pair, context));
+    if since * hit.closing > allowed {
+        return Some(hit);
+    }
+    let depth = since * (hit.closing + 0.5 * hit.gain * since);
+    let closing = hit.closing + hit.gain * since;
+    (depth > allowed).then_some(Hit { closing, time, depth, ..hit })
+}
+
+/// Acceleration of a body by gravity.
+#[inline]
+pub(crate) fn gravity_on(bodies: &Bodies, slot: usize, context: &StepContext) -> Vec2 {
+    match bodies.motion[slot] {
+        Motion::Dynamic => context.gravity * bodies.gravity_scale[slot],
+        Motion::Static | Motion::Kinematic => Vec2::ZERO,
+    }
+}
+
+#[inline]
+fn outruns_reach(bodies: &Bodies, slot: u32, dt: f32) -> bool {
+    let slot = slot as usize;
+    bodies.inverse_mass[slot] > 0.0
+        && bodies.velocity[slot].length() * dt > bodies.reach[slot] - REACH_MIN
+}
+
+/// Marks the constraints of pairs that bounced.
+pub(crate) fn mark_bounced(impacts: &mut [Impact], contacts: &mut ContactSet) {
+    impacts.sort_unstable_by_key(|impact| (impact.a, impact.b));
+    let constraints = &contacts.constraints;
+    let mut index = 0;
+    for impact in impacts.iter() {
+        while index < constraints.len()
+            && (constraints[index].a, constraints[index].b) < (impact.a, impact.b)
+        {
+            index += 1;
+        }
+        if index < constraints.len()
+            && (constraints[index].a, constraints[index].b) == (impact.a, impact.b)
+        {
+            let info = &mut contacts.infos[index];
+            info.closing = max(info.closing, impact.closing);
+            info.bounced = true;
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Pairs without a constraint that the solved velocities bring together.
+//!
+//! Constraints are gathered for the velocities before the step. A body at rest that is hit hard may
+//! leave its reach within the same step, and a fast one may be deflected towards another. So after
+//! the velocities are solved, bodies that outran their reach, or that may jump over another body,
+//! are checked again: pairs that would touch at the new velocities get a constraint, and their
+//! islands are solved again from their present impulses.
+
+use super::paths::Paths;
+use crate::bodies::{Bodies, REACH_MIN};
+use crate::broad_phase::pairs::{Pair, near};
+use crate::continuous::paths::predict_manifold;
+use crate::continuous::thin::is_fast;
+use crate::shape::shapes;
+use crate::solver::contact_constraint::{
+    ContactConstraint, ContactInfo, ContactSet, GatherStep, make_contact,
+};
+use crate::solver::tolerances::OVERLAP;
+
+/// Rounds of late pairs in a step.
+pub(crate) const ROUNDS_MAX: u32 = 3;
+
+/// Constraints to be added, and the bodies that outran their reach.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LatePairs {
+    /// By slot.
+    outruns_reach: Vec<bool>,
+    late: ContactSet,
+    /// The constraints before the merge.
+    before: ContactSet,
+    /// By constraint: whether it is new. Islands with a new constraint are solved again.
+    pub is_new: Vec<bool>,
+}
+
+impl LatePairs {
+    /// Extends the reach of bodies that became faster; returns whether there are any, or any that
+    /// may pass over another one.
+    pub fn extend_reach(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
+        self.outruns_reach.clear();
+        self.outruns_reach.resize(bodies.alive.len(), false);
+        let thinnest = bodies.thinnest();
+        let Bodies { moving, velocity, reach, .. } = bodies;
+        let mut any = false;
+        for &slot in moving.iter() {
+            let slot = slot as usize;
+            let path = velocity[slot].length() * dt;
+            // The other half of the smallest reach is for the motion of other bodies.
+            if path > reach[slot] - REACH_MIN * 0.5 {
+                reach[slot] = REACH_MIN + path;
+                self.outruns_reach[slot] = true;
+            }
+            any |= self.outruns_reach[slot] || path > thinnest;
+        }
+        any
+    }
+
+    /// Adds constraints for pairs that would touch; returns whether there are any.
+    pub fn gather(
+        &mut self,
+        bodies: &Bodies,
+        pairs: &[Pair],
+        paths: &Paths,
+        dt: f32,
+        contacts: &mut ContactSet,
+    ) -> bool {
+        let step = GatherStep { dt, fall: 0.0, has_fast_bodies: true };
+        self.late.constraints.clear();
+        self.late.infos.clear();
+        let mut known = contacts.constraints.iter().map(|constraint| constraint.pair).peekable();
+        for (index, pair) in (0u32..).zip(pairs) {
+            let has_constraint = known.next_if_eq(&index).is_some();
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            let outruns_reach =
+                self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0);
+            if has_constraint || !outruns_reach || !near(bodies, pair.a, pair.b) {
+                continue;
+            }
+            let path = (bodies.velocity[b] - bodies.velocity[a]) * dt;
+            let manifold = predict_manifold::<{ shapes::BOTH }>(bodies, paths, pair, path, dt);
+            if let Some(manifold) = manifold
+                .filter(|manifold| manifold.separation + manifold.normal.dot(path) < -OVERLAP)
+            {
+                let (constraint, info) =
+                    make_contact::<{ shapes::BOTH }>(bodies, pair, index, manifold, step);
+                // The stored impulse of the last step was not applied in this one.
+                self.late.constraints.push(ContactConstraint {
+                    normal_impulse: 0.0,
+                    tangent_impulse: 0.0,
+                    ..constraint
+                });
+                self.late.infos.push(info);
+            }
+        }
+        if self.late.constraints.is_empty() {
+            return false;
+        }
+        self.merge(contacts);
+        true
+    }
+
+    /// Merges the late constraints into the others, in (a, b) order.
+    fn merge(&mut self, contacts: &mut ContactSet) {
+        std::mem::swap(contacts, &mut self.before);
+        contacts.constraints.clear();
+        contacts.infos.clear();
+        self.is_new.clear();
+        let mut push = |constraint: &ContactConstraint, info: &ContactInfo, is_new: bool| {
+            contacts.constraints.push(*constraint);
+            contacts.infos.push(*info);
+            self.is_new.push(is_new);
+        };
+        let mut late = self.late.constraints.iter().zip(&self.late.infos).peekable();
+        for (constraint, info) in self.before.constraints.iter().zip(&self.before.infos) {
+            while let Some((new, new_info)) = late.next_if(|(late, _)| late.pair < constraint.pair)
+            {
+                push(new, new_info, true);
+            }
+            push(constraint, info, false);
+        }
+        late.for_each(|(constraint, info)| push(constraint, info, true));
+    }
+}
+
+/// Updates the pair indices of constraints after the pair list was rebuilt.
+pub(crate) fn reindex_pairs(constraints: &mut [ContactConstraint], pairs: &[Pair]) {
+    let mut index = 0;
+    for constraint in constraints {
+        while (pairs[index].a, pairs[index].b) < (constraint.a, constraint.b) {
+            index += 1;
+        }
+        constraint.pair = index as u32;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::broad_phase::pairs::Axis;
+    use crate::shape::Shape;
+    use crate::world::{BodyDef, World, WorldSettings};
+    use glam::Vec2;
+
+    #[test]
+    fn a_late_pair_starts_without_an_impulse() {
+        let mut world = World::new(WorldSettings::default());
+        for (x, speed) in [(0.0, 100.0), (3.0, -100.0)] {
+            let (position, velocity) = (Vec2::new(x, 0.0), Vec2::new(speed, 0.0));
+            let def =
+                BodyDef { shape: Shape::circle(1.0), position, velocity, ..BodyDef::default() };
+            world.add(&def).expect("there is room");
+        }
+        let mut bodies = world.body_arrays().clone();
+        let (mut late_pairs, mut paths, dt) = (LatePairs::default(), Paths::default(), 1.0 / 60.0);
+        paths.impact_time.resize(2, 0.0);
+        assert!(late_pairs.extend_reach(&mut bodies, dt));
+        let pair = Pair {
+            a: 0,
+            b: 1,
+            normal_impulse: 5.0,
+            tangent_impulse: 1.0,
+            axis: Axis::Free,
+            warm_normal: Vec2::ZERO,
+        };
+        let mut contacts = ContactSet::default();
+        assert!(late_pairs.gather(&bodies, &[pair], &paths, dt, &mut contacts));
+        let constraints = &contacts.constraints;
+        assert_eq!(
+            (constraints.len(), constraints[0].normal_impulse, constraints[0].tangent_impulse),
+            (1, 0.0, 0.0)
+        );
+    }
+}

@@ -1,0 +1,70 @@
+//! Paths of bodies within a step: straight lines, after an impact from the point of impact.
+
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::Pair;
+use crate::math::max;
+use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::separation::{self, FAR, placed_of};
+use glam::Vec2;
+
+/// Last impact of each body in the step, by slot.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Paths {
+    /// Seconds into the step; 0 without an impact.
+    pub impact_time: Vec<f32>,
+    /// Position at that time.
+    pub impact_position: Vec<Vec2>,
+}
+
+impl Paths {
+    /// Time from which both paths of a pair hold.
+    #[inline]
+    pub fn start_time(&self, pair: &Pair) -> f32 {
+        max(self.impact_time[pair.a as usize], self.impact_time[pair.b as usize])
+    }
+
+    /// Position of a body at a time after its impact, on a straight line to where its present
+    /// velocity takes it in the step.
+    pub fn position_at(&self, bodies: &Bodies, slot: u32, time: f32, dt: f32) -> Vec2 {
+        let slot = slot as usize;
+        let (center, velocity, since) =
+            (bodies.center[slot], bodies.velocity[slot], self.impact_time[slot]);
+        if since == 0.0 {
+            return center + velocity * time;
+        }
+        let impact_position = self.impact_position[slot];
+        if since >= time {
+            return impact_position;
+        }
+        impact_position
+            + (center + velocity * dt - impact_position) * ((time - since) / (dt - since))
+    }
+}
+
+/// Predicts the manifold of a pair of which b moves by `path` in the step relative to a. After an
+/// impact in the step the bodies are swept from then on, but the separation is measured from the
+/// start of their paths, where they may overlap.
+#[inline]
+pub(crate) fn predict_manifold<const SHAPES: u8>(
+    bodies: &Bodies,
+    paths: &Paths,
+    pair: &Pair,
+    path: Vec2,
+    dt: f32,
+) -> Option<Manifold> {
+    let (mut at_a, mut at_b) =
+        (placed_of::<SHAPES>(bodies, pair.a), placed_of::<SHAPES>(bodies, pair.b));
+    let start = paths.start_time(pair);
+    if start == 0.0 {
+        return separation::between(at_a, at_b, path, pair.axis);
+    }
+    let begin = at_b.center - at_a.center;
+    at_a.center = paths.position_at(bodies, pair.a, start, dt);
+    at_b.center = paths.position_at(bodies, pair.b, start, dt);
+    let ahead = at_b.center - at_a.center - begin;
+    let manifold = separation::between(at_a, at_b, path - ahead, pair.axis)?;
+    if manifold.separation == FAR {
+        return Some(manifold);
+    }
+    Some(Manifold { separation: manifold.separation - manifold.normal.dot(ahead), ..manifold })
+}

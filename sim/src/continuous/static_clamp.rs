@@ -1,0 +1,143 @@
+//! The last check against immovable bodies, on positions.
+//!
+//! Sweeps end when their budget does, a solved velocity may bring a body to a wall without a
+//! constraint, and overlapping bodies are moved apart by displacements of their own. None of that
+//! may take a body through a wall. So after a step in which a body moved by more than the thinnest
+//! body's half-size or overlapped another, every pair with an immovable side is swept once more,
+//! from its last impact in the step to its end: n.d >= -max(-s, slop), with the separation s and
+//! the normal n of the manifold. Where that does not hold the body ends on the wall, the deepest
+//! first, and its velocity towards the wall is removed, as by an impulse of the wall: no energy is
+//! gained, and an overlap that this causes is corrected in the next step.
+
+use super::paths::Paths;
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::Pair;
+use crate::continuous::thin::{overlap_limit, thickness};
+use crate::math::max;
+use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::separation;
+use crate::narrow_phase::separation::placed;
+use glam::Vec2;
+use std::cmp::Ordering;
+
+/// Rounds: in a corner a body that leaves one wall may end in the other.
+const ROUNDS: u32 = 4;
+
+/// Scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct StaticClamp {
+    /// By slot: position at the start of the step.
+    start: Vec<Vec2>,
+    /// Depth of a penetration, and index of the pair.
+    penetrating: Vec<(f32, u32)>,
+}
+
+impl StaticClamp {
+    /// Saves the positions before anything bounces or moves.
+    pub fn remember(&mut self, bodies: &Bodies) {
+        self.start.clone_from(&bodies.center);
+    }
+
+    /// Whether a body moved so far, or is so deep in another one, that a wall may have been passed:
+    /// `separation_min` is the smallest separation at the end of the step. Never false where
+    /// `resolve` would act.
+    pub fn may_tunnel(&self, bodies: &mut Bodies, separation_min: f32, slop: f32) -> bool {
+        let thickness_min = bodies.thinnest();
+        // A wall may come half of the way.
+        let half = 0.5 * thickness_min;
+        let far = |slot: &u32| {
+            let slot = *slot as usize;
+            (bodies.center[slot] - self.start[slot]).length_squared() > half * half
+        };
+        separation_min < -overlap_limit(thickness_min, slop) || bodies.moving.iter().any(far)
+    }
+
+    /// Moves bodies that passed a wall back to its surface.
+    pub fn resolve(&mut self, bodies: &mut Bodies, pairs: &[Pair], paths: &Paths, slop: f32) {
+        for _ in 0..ROUNDS {
+            self.penetrating.clear();
+            for (index, pair) in (0u32..).zip(pairs) {
+                if let Some((_, depth)) = self.penetration(bodies, pair, paths, slop) {
+                    self.penetrating.push((depth, index));
+                }
+            }
+            if self.penetrating.is_empty() {
+                return;
+            }
+            self.penetrating.sort_unstable_by(|one, other| {
+                let deeper = other.0.partial_cmp(&one.0).unwrap_or(Ordering::Equal);
+                deeper.then(one.1.cmp(&other.1))
+            });
+            for &(_, index) in &self.penetrating {
+                let pair = &pairs[index as usize];
+                if let Some((normal, depth)) = self.penetration(bodies, pair, paths, slop) {
+                    clamp_to_surface(bodies, pair, normal, depth);
+                }
+            }
+        }
+    }
+
+    /// Normal and depth of the penetration of a pair with an immovable side.
+    fn penetration(
+        &self,
+        bodies: &Bodies,
+        pair: &Pair,
+        paths: &Paths,
+        slop: f32,
+    ) -> Option<(Vec2, f32)> {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let free = [bodies.inverse_mass[a] > 0.0, bodies.inverse_mass[b] > 0.0];
+        if free[0] == free[1] {
+            return None;
+        }
+        let reach = bodies.half[a] + bodies.half[b];
+        let thin = thickness(bodies, pair);
+        let slop = overlap_limit(thin, slop);
+        let end = (bodies.center[b] - bodies.center[a]).abs();
+        let overlaps = end.x < reach.x - slop && end.y < reach.y - slop;
+        let path = (bodies.center[b] - self.start[b] - bodies.center[a] + self.start[a]).abs();
+        if !overlaps && max(path.x, path.y) <= thin {
+            return None;
+        }
+        let since = paths.start_time(pair);
+        let from = |slot: usize| match paths.impact_time[slot] {
+            0.0 => self.start[slot] + bodies.velocity[slot] * since,
+            _ => paths.impact_position[slot],
+        };
+        match self.sweep_pair(bodies, pair, (from(a), from(b))) {
+            // Even the impact was inside the wall.
+            Some((manifold, _)) if since > 0.0 && manifold.separation < -slop => {
+                self.sweep_pair(bodies, pair, (self.start[a], self.start[b]))
+            }
+            found => found,
+        }
+        .map(|(manifold, depth)| (manifold.normal, depth - max(-manifold.separation, slop)))
+        .filter(|&(_, beyond)| beyond > 0.0)
+    }
+
+    /// Sweeps a pair from these positions straight to the present ones; returns the manifold and
+    /// the depth at the end.
+    fn sweep_pair(
+        &self,
+        bodies: &Bodies,
+        pair: &Pair,
+        (from_a, from_b): (Vec2, Vec2),
+    ) -> Option<(Manifold, f32)> {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let path = (bodies.center[b] - from_b) - (bodies.center[a] - from_a);
+        let (mut at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
+        (at_a.center, at_b.center) = (from_a, from_b);
+        let manifold = separation::between(at_a, at_b, path, pair.axis)?;
+        Some((manifold, -manifold.separation - manifold.normal.dot(path)))
+    }
+}
+
+/// Moves the body of a pair to the surface of its wall, and removes its velocity towards it.
+fn clamp_to_surface(bodies: &mut Bodies, pair: &Pair, normal: Vec2, depth: f32) {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let closing = -normal.dot(bodies.velocity[b] - bodies.velocity[a]);
+    let stop = max(closing, 0.0);
+    let (slot, away) = if bodies.inverse_mass[a] > 0.0 { (a, -normal) } else { (b, normal) };
+    bodies.center[slot] += away * depth;
+    bodies.velocity[slot] += away * stop;
+}

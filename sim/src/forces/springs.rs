@@ -1,0 +1,64 @@
+//! Springs from a body to a point or to another body.
+
+use super::drag::FORCE_MAX;
+use crate::body::BodyId;
+use glam::Vec2;
+
+/// The far end of a spring.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SpringEnd {
+    /// A fixed point.
+    Point(Vec2),
+    /// The centre of another body.
+    Body(BodyId),
+}
+
+/// A spring from the centre of a body. It passes through everything, pulls when longer than its
+/// rest length and pushes when shorter; it is removed with either of its bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// The body at its first end.
+    pub body: BodyId,
+    /// The other end.
+    pub end: SpringEnd,
+    /// Length without force, world units, not negative.
+    pub rest_length: f32,
+    /// Force per unit of length, 0..=[`FORCE_MAX`].
+    pub stiffness: f32,
+    /// Force per unit of speed along the spring (along any direction if its rest length is 0),
+    /// 0..=[`FORCE_MAX`].
+    pub damping: f32,
+}
+
+impl Spring {
+    /// A spring of zero length on which `mass` oscillates `frequency` times a second; a damping
+    /// ratio of 1 is critical. Between two bodies the mass to give is m1 m2 / (m1 + m2).
+    pub fn tuned(
+        body: BodyId,
+        end: SpringEnd,
+        frequency: f32,
+        damping_ratio: f32,
+        mass: f32,
+    ) -> Spring {
+        let turn = std::f32::consts::TAU * frequency;
+        let (stiffness, damping) = (turn * turn * mass, 2.0 * damping_ratio * turn * mass);
+        Spring { body, end, rest_length: 0.0, stiffness, damping }
+    }
+
+    pub(super) fn holds(&self, id: BodyId) -> bool {
+        self.body == id || self.end == SpringEnd::Body(id)
+    }
+
+    /// Panics unless every number is in its documented range.
+    pub(super) fn check(&self) {
+        let Spring { rest_length, stiffness, damping, .. } = *self;
+        let range = 0.0..=FORCE_MAX;
+        assert!(range.contains(&rest_length), "rest length {rest_length} of a spring");
+        assert!(range.contains(&stiffness), "stiffness {stiffness} of a spring");
+        assert!(range.contains(&damping), "damping {damping} of a spring");
+        match self.end {
+            SpringEnd::Point(point) => assert!(point.is_finite(), "a spring held to {point}"),
+            SpringEnd::Body(other) => assert!(other != self.body, "a spring from a body to itself"),
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Integration of positions: exact in free flight, exact at the surface of a contact.
+//!
+//! A body that falls or slides has a constant acceleration, and x += h (v0 + v1) / 2 is its exact
+//! path. Along an axis on which a contact holds it the velocity jumps instead, and x += h v1 is the
+//! motion that the constraints solved for. In between, friction that stops a slide with a share t
+//! of its greatest impulse has done so after a share t of the step, and the body then rests: x += h
+//! (v1 + t (v0 - v1) / 2). One weight of v0 for each body and axis covers all cases.
+
+use crate::bodies::{Bodies, REACH_MIN};
+use crate::forces::Move;
+use crate::math::{clamp_length, min};
+use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
+use glam::Vec2;
+
+/// Weight of v0 in free flight.
+const FREE: f32 = 0.5;
+
+/// By slot: scratch of the integration.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Displacements {
+    /// Velocity before gravity.
+    pub start_velocity: Vec<Vec2>,
+    /// Weights of v0 in the path, in [0, 0.5].
+    weight: Vec<Vec2>,
+    /// The path of this step; zero between steps, and always for bodies that do not move.
+    path: Vec<Vec2>,
+}
+
+/// Adds gravity to the velocities; returns whether all positions and velocities are finite.
+// Inlined into its caller the loop compiles to slower code; the same holds for the other `never` in
+// this crate.
+#[inline(never)]
+pub(crate) fn accelerate(bodies: &mut Bodies, gain: Vec2, speed_max: f32) -> bool {
+    let Bodies { moving, center, velocity, gravity_scale, motion, .. } = bodies;
+    let mut is_finite = true;
+    for &slot in moving.iter() {
+        let slot = slot as usize;
+        let (position, speed) = (center[slot], velocity[slot]);
+        is_finite &= (position.x + speed.x + position.y + speed.y).is_finite();
+        if Bodies::is_pushed(motion[slot]) {
+            velocity[slot] = clamp_length(speed + gain * gravity_scale[slot], speed_max);
+        }
+    }
+    is_finite
+}
+
+/// Symplectic Euler, second half: positions from the new velocities.
+pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], dt: f32) {
+    let Bodies { moving, velocity, center, reach, .. } = bodies;
+    for &slot in moving.iter() {
+        let path = velocity[slot as usize] * dt;
+        center[slot as usize] += path;
+        reach[slot as usize] = REACH_MIN + path.length();
+    }
+    // A change of velocity by resting impulses acts all through the step.
+    for found in moves {
+        let slot = found.slot as usize;
+        let path = velocity[slot] * dt;
+        let exact = found.path + (velocity[slot] - found.velocity) * dt;
+        center[slot] += exact - path;
+        reach[slot] = REACH_MIN + path.length() + exact.length();
+    }
+}
+
+/// Replaces the effect of gravity by the moves of other forces. The stored start velocity is the
+/// one for which the mean of both ends gives the exact path.
+pub(crate) fn apply_moves(
+    bodies: &mut Bodies,
+    moves: &[Move],
+    dt: f32,
+    displacements: &mut Displacements,
+) {
+    for found in moves {
+        let slot = found.slot as usize;
+        bodies.velocity[slot] = found.velocity;
+        displacements.start_velocity[slot] = found.path * (2.0 / dt) - found.velocity;
+    }
+}
+
+impl Displacements {
+    /// Saves the velocities before gravity.
+    pub fn remember(&mut self, bodies: &Bodies) {
+        self.start_velocity.resize(bodies.alive.len(), Vec2::ZERO);
+        for &slot in &bodies.moving {
+            self.start_velocity[slot as usize] = bodies.velocity[slot as usize];
+        }
+    }
+}
+
+/// Result of moving the bodies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moved {
+    /// Whether all positions are finite.
+    pub is_finite: bool,
+    /// Smallest separation after the move, world units.
+    pub separation_min: f32,
+}
+
+/// Moves the bodies, and updates the separation of every constraint.
+#[inline(never)]
+pub(crate) fn move_bodies(
+    bodies: &mut Bodies,
+    contacts: &mut ContactSet,
+    displacements: &mut Displacements,
+    dt: f32,
+) -> Moved {
+    let ContactSet { constraints, infos } = contacts;
+    displacements.weight.resize(bodies.alive.len(), Vec2::ZERO);
+    displacements.path.resize(bodies.alive.len(), Vec2::ZERO);
+    for &slot in &bodies.moving {
+        displacements.weight[slot as usize] = Vec2::splat(FREE);
+    }
+    let pushing = constraints.iter().zip(infos.iter());
+    for (constraint, info) in pushing.filter(|(constraint, _)| constraint.normal_impulse > 0.0) {
+        limit_weight(constraint, constraint.normal, 0.0, &mut displacements.weight);
+        let limit = constraint.friction * constraint.normal_impulse;
+        if constraint.tangent_impulse.abs() < limit {
+            let weight =
+                if info.slid { FREE * constraint.tangent_impulse.abs() / limit } else { 0.0 };
+            limit_weight(constraint, constraint.normal.perp(), weight, &mut displacements.weight);
+        }
+    }
+    find_paths(bodies, displacements, dt);
+    if limit_overlapping(constraints, infos, displacements) {
+        find_paths(bodies, displacements, dt);
+    }
+    let mut is_finite = true;
+    for &slot in &bodies.moving {
+        let center = &mut bodies.center[slot as usize];
+        *center += displacements.path[slot as usize];
+        is_finite &= (center.x + center.y).is_finite();
+    }
+    let mut separation_min = f32::INFINITY;
+    for (constraint, info) in constraints.iter().zip(infos) {
+        info.separation_after = separation_after(constraint, info, displacements);
+        separation_min = min(separation_min, info.separation_after);
+    }
+    for &slot in &bodies.moving {
+        displacements.path[slot as usize] = Vec2::ZERO;
+    }
+    Moved { is_finite, separation_min }
+}
+
+/// Limits the weights of both bodies on the axes along which `direction` has a component.
+#[inline]
+fn limit_weight(constraint: &ContactConstraint, direction: Vec2, limit: f32, weight: &mut [Vec2]) {
+    for body in [constraint.a, constraint.b] {
+        let weight = &mut weight[body as usize];
+        for axis in 0..2 {
+            if direction[axis] != 0.0 {
+                weight[axis] = min(weight[axis], limit);
+            }
+        }
+    }
+}
+
+fn find_paths(bodies: &Bodies, displacements: &mut Displacements, dt: f32) {
+    for &slot in &bodies.moving {
+        let slot = slot as usize;
+        let (start_velocity, after) = (displacements.start_velocity[slot], bodies.velocity[slot]);
+        let path = (after + displacements.weight[slot] * (start_velocity - after)) * dt;
+        // No body moves further than the reach within which its pairs were found.
+        displacements.path[slot] = clamp_length(path, bodies.reach[slot]);
+    }
+}
+
+/// Constraints were solved for v1. Where the mean of v0 and v1 would let a pair without impulse
+/// overlap, or overlap more, both bodies take v1; returns whether there are any.
+fn limit_overlapping(
+    constraints: &[ContactConstraint],
+    infos: &[ContactInfo],
+    displacements: &mut Displacements,
+) -> bool {
+    let mut any = false;
+    for (constraint, info) in constraints.iter().zip(infos) {
+        let after = separation_after(constraint, info, displacements);
+        if constraint.normal_impulse <= 0.0 && after < min(info.separation, 0.0) {
+            limit_weight(constraint, constraint.normal, 0.0, &mut displacements.weight);
+            any = true;
+        }
+    }
+    any
+}
+
+#[inline]
+fn separation_after(
+    constraint: &ContactConstraint,
+    info: &ContactInfo,
+    displacements: &Displacements,
+) -> f32 {
+    let path =
+        displacements.path[constraint.b as usize] - displacements.path[constraint.a as usize];
+    info.separation + constraint.normal.dot(path)
+}

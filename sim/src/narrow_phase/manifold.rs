@@ -1,0 +1,19 @@
+//! The contact manifold of two shapes, for both solvers.
+
+use glam::Vec2;
+
+/// Contact of two shapes, present or predicted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Manifold {
+    /// Unit vector from a to b.
+    pub normal: Vec2,
+    /// Distance along the normal, world units; negative where the shapes overlap.
+    pub separation: f32,
+}
+
+impl Manifold {
+    /// Returns the manifold of the same two shapes in the other order.
+    pub(super) fn flipped(self) -> Manifold {
+        Manifold { normal: -self.normal, ..self }
+    }
+}

@@ -1,0 +1,180 @@
+//! Whether and how deep two placed shapes overlap, and along which normal.
+//!
+//! Strict everywhere: touching is no contact. Every normal has unit length, and no placement of
+//! finite shapes gives NaN (C01 to C06).
+
+use crate::bodies::Bodies;
+use crate::math::{self, ordered_bits};
+use crate::narrow_phase::manifold::Manifold;
+use crate::shape::{Shape, shapes};
+use crate::solver::tolerances::SAME_CENTER;
+use glam::Vec2;
+
+/// The golden angle in radians: consecutive multiples never line up.
+const GOLDEN_ANGLE: f32 = 2.399_963_2;
+
+/// Returns the overlap of two shapes, or `None`; touching is no contact.
+///
+/// `collide(a, b)` and `collide(b, a)` agree up to the sign of the normal. `ids` are the indices of
+/// the two bodies; they vary the normal of two circles with one centre, so that a heap spawned at
+/// one point does not leave in one direction (C04).
+#[inline]
+pub fn collide(
+    shape_a: Shape,
+    center_a: Vec2,
+    shape_b: Shape,
+    center_b: Vec2,
+    ids: (u32, u32),
+) -> Option<Manifold> {
+    let offset = center_b - center_a;
+    match (shape_a, shape_b) {
+        (Shape::Circle { radius: a }, Shape::Circle { radius: b }) => {
+            circle_circle(offset, a, b, ids)
+        }
+        (Shape::Box { half: a }, Shape::Box { half: b }) => box_box(offset, a + b),
+        (Shape::Box { half }, Shape::Circle { radius }) => box_circle(offset, half, radius),
+        (Shape::Circle { radius }, Shape::Box { half }) => {
+            box_circle(-offset, half, radius).map(Manifold::flipped)
+        }
+    }
+}
+
+/// Two circles: penetration r1 + r2 - d along the line of centres (A2.16).
+#[inline]
+pub(crate) fn circle_circle(
+    offset: Vec2,
+    radius_a: f32,
+    radius_b: f32,
+    ids: (u32, u32),
+) -> Option<Manifold> {
+    let reach = radius_a + radius_b;
+    let squared = offset.length_squared();
+    if squared >= reach * reach {
+        return None;
+    }
+    let distance = squared.sqrt();
+    if distance <= SAME_CENTER * reach {
+        return Some(Manifold { normal: parting_normal(ids), separation: -reach });
+    }
+    Some(Manifold { normal: offset / distance, separation: distance - reach })
+}
+
+/// The direction in which two concentric circles separate: +y for the first pair, then turned by
+/// the golden angle with the two ids.
+#[cold]
+pub(crate) fn parting_normal((id_a, id_b): (u32, u32)) -> Vec2 {
+    let (low, high) = if id_a < id_b { (id_a, id_b) } else { (id_b, id_a) };
+    let turn = low.wrapping_mul(31).wrapping_add(high).wrapping_sub(1) % 1024;
+    let normal = math::rotate(Vec2::Y, turn as f32 * GOLDEN_ANGLE);
+    if id_a < id_b { normal } else { -normal }
+}
+
+/// Two boxes: the axis of least overlap; a tie goes to y, concentric boxes separate towards plus
+/// (A2.15).
+#[inline]
+pub(crate) fn box_box(offset: Vec2, reach: Vec2) -> Option<Manifold> {
+    let separation = offset.abs() - reach;
+    if separation.x >= 0.0 || separation.y >= 0.0 {
+        return None;
+    }
+    Some(if separation.x > separation.y {
+        Manifold { normal: Vec2::new(side(offset.x), 0.0), separation: separation.x }
+    } else {
+        Manifold { normal: Vec2::new(0.0, side(offset.y)), separation: separation.y }
+    })
+}
+
+/// A box and a circle (A2.14): the normal runs from the nearest point of the box to the circle's
+/// centre; a centre inside or on the border leaves by the nearest side, with a penetration of r +
+/// distance to that side (C02, C03).
+#[inline]
+fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
+    let outside = offset.abs() - half;
+    if outside.x >= radius || outside.y >= radius {
+        return None;
+    }
+    if outside.x <= 0.0 && outside.y <= 0.0 {
+        let exit = nearest_exit(offset, half);
+        return Some(Manifold { separation: exit.separation - radius, ..exit });
+    }
+    let nearest =
+        Vec2::new(math::clamp(offset.x, -half.x, half.x), math::clamp(offset.y, -half.y, half.y));
+    let difference = offset - nearest;
+    let squared = difference.length_squared();
+    if squared >= radius * radius {
+        return None;
+    }
+    // Along one axis the distance is exact; the square root of its square may not be.
+    let (normal, distance) = if outside.x <= 0.0 {
+        (Vec2::new(0.0, side(difference.y)), difference.y.abs())
+    } else if outside.y <= 0.0 {
+        (Vec2::new(side(difference.x), 0.0), difference.x.abs())
+    } else {
+        corner_normal(difference, squared)
+    };
+    Some(Manifold { normal, separation: distance - radius })
+}
+
+/// Unit normal and distance from a box corner; where the square of the distance underflows the
+/// normal points outward along the longer axis.
+#[inline]
+pub(crate) fn corner_normal(difference: Vec2, squared: f32) -> (Vec2, f32) {
+    if squared > f32::MIN_POSITIVE {
+        let distance = squared.sqrt();
+        return (difference / distance, distance);
+    }
+    let along_x = ordered_bits(difference.x.abs()) > ordered_bits(difference.y.abs());
+    let normal = if along_x {
+        Vec2::new(side(difference.x), 0.0)
+    } else {
+        Vec2::new(0.0, side(difference.y))
+    };
+    (normal, 0.0)
+}
+
+/// The nearest way out for a point inside a box, or on its border: through the side with the
+/// smallest half - |v|, a tie goes to y (C02). The separation may be 0.
+#[inline]
+pub fn nearest_exit(point: Vec2, half: Vec2) -> Manifold {
+    let separation = point.abs() - half;
+    if separation.x > separation.y {
+        Manifold { normal: Vec2::new(side(point.x), 0.0), separation: separation.x }
+    } else {
+        Manifold { normal: Vec2::new(0.0, side(point.y)), separation: separation.y }
+    }
+}
+
+/// -1 for negative numbers, else +1.
+#[inline]
+pub(crate) fn side(value: f32) -> f32 {
+    if value < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// The overlap of a pair at its present positions.
+#[inline]
+pub(crate) fn overlap(bodies: &Bodies, a: u32, b: u32) -> Option<Manifold> {
+    let (index_a, index_b) = (a as usize, b as usize);
+    collide(
+        bodies.shape[index_a],
+        bodies.center[index_a],
+        bodies.shape[index_b],
+        bodies.center[index_b],
+        (a, b),
+    )
+}
+
+/// [`overlap`] in a world with these [`shapes`] only.
+#[inline]
+pub(crate) fn overlap_of<const SHAPES: u8>(bodies: &Bodies, a: u32, b: u32) -> Option<Manifold> {
+    let (index_a, index_b) = (a as usize, b as usize);
+    let offset = bodies.center[index_b] - bodies.center[index_a];
+    let (half_a, half_b) = (bodies.half[index_a], bodies.half[index_b]);
+    match SHAPES {
+        shapes::CIRCLES => circle_circle(offset, half_a.x, half_b.x, (a, b)),
+        shapes::BOXES => box_box(offset, half_a + half_b),
+        _ => overlap(bodies, a, b),
+    }
+}
+
+#[cfg(test)]
+mod tests;

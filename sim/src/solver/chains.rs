@@ -1,0 +1,378 @@
+//! Chains of contacts along an axis, each solved exactly within a sweep.
+//!
+//! Constraints whose normal is exactly +-x or +-y are the edges of a graph for each axis. It is
+//! covered by paths without common edges: first from every body that nothing supports on that axis,
+//! then from the rest; each follows the unused edge with the largest stored impulse, which is the
+//! path of the load. A column of any height, with masses of any ratio, is then one exact step of
+//! the sweep, where one constraint after another would need a number of sweeps that grows with the
+//! square of its height.
+//!
+//! A chain removes its own impulses from the velocities, pools (see `pava`) and sums the impulses
+//! from its free end: the change of each is that of the momentum beyond it.
+
+use super::gauss_seidel::{Change, solve_friction};
+use crate::math::max;
+use crate::solver::contact_constraint::ContactConstraint;
+use crate::solver::pava::{Node, Pool, pool};
+use glam::Vec2;
+
+/// Shortest chain, in constraints, and the mass ratio from which two constraints are a chain too.
+const LINKS_MIN: usize = 3;
+const MASS_RATIO_MIN: f32 = 20.0;
+
+/// A chain of constraints along an axis, in the plus direction.
+#[derive(Clone, Copy, Debug)]
+struct Chain {
+    /// First of its bodies in `bodies`; one more than constraints.
+    bodies: u32,
+    /// First of its constraints in `links`.
+    links: u32,
+    /// Number of constraints.
+    count: u32,
+    /// 0 for x, 1 for y.
+    axis: usize,
+}
+
+/// The chains of an island, and scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Chains {
+    chains: Vec<Chain>,
+    bodies: Vec<u32>,
+    masses: Vec<f32>,
+    links: Vec<u32>,
+    /// Constraints of the island in no chain; faces before slanted normals: a body that moves from
+    /// face to face is carried by them, and the edge in between has nothing left to push. Pairs
+    /// that pass each other are in neither: they carry nothing.
+    pub others: Vec<u32>,
+    edges: Vec<Edge>,
+    /// By slot: last edge up from it, number of unused edges down from it, and the last path
+    /// through it.
+    up: Vec<u32>,
+    supports: Vec<u32>,
+    visited_by: Vec<u32>,
+    path: u32,
+    nodes: Vec<Node>,
+    pools: Vec<Pool>,
+    changes: Vec<f32>,
+}
+
+/// A constraint as an edge from the lower to the higher body.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    constraint: u32,
+    low: u32,
+    high: u32,
+    /// The previous edge that goes up from `low`.
+    next: u32,
+    used: bool,
+    in_chain: bool,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Chains {
+    /// Makes room for `slots` bodies.
+    pub fn reserve(&mut self, slots: usize) {
+        self.up.resize(slots, NONE);
+        self.supports.resize(slots, 0);
+        self.visited_by.resize(slots, 0);
+    }
+
+    /// Finds the chains of an island.
+    pub fn find(&mut self, constraints: &[ContactConstraint], island: &[u32]) {
+        self.chains.clear();
+        self.bodies.clear();
+        self.masses.clear();
+        self.links.clear();
+        self.others.clear();
+        if island.len() < 2 {
+            self.others.extend(island);
+            return;
+        }
+        for axis in 0..2 {
+            self.find_along(axis, constraints, island);
+        }
+        let slanted = |constraint: &ContactConstraint| {
+            constraint.normal.x != 0.0 && constraint.normal.y != 0.0 && !constraint.is_passing()
+        };
+        self.others.extend(island.iter().filter(|&&index| slanted(&constraints[index as usize])));
+    }
+
+    fn find_along(&mut self, axis: usize, constraints: &[ContactConstraint], island: &[u32]) {
+        self.list_edges(axis, constraints, island);
+        for edge in 0..self.edges.len() {
+            if !self.edges[edge].used && self.supports[self.edges[edge].low as usize] == 0 {
+                self.follow_load(edge, axis, constraints);
+            }
+        }
+        for edge in 0..self.edges.len() {
+            if !self.edges[edge].used {
+                self.follow_load(edge, axis, constraints);
+            }
+        }
+        for edge in &self.edges {
+            self.up[edge.low as usize] = NONE;
+            self.supports[edge.high as usize] = 0;
+            if !edge.in_chain {
+                self.others.push(edge.constraint);
+            }
+        }
+    }
+
+    fn list_edges(&mut self, axis: usize, constraints: &[ContactConstraint], island: &[u32]) {
+        self.edges.clear();
+        for &index in island {
+            let constraint = &constraints[index as usize];
+            if constraint.normal[1 - axis] != 0.0 || constraint.is_passing() {
+                continue;
+            }
+            let upward = constraint.normal[axis] > 0.0;
+            let (low, high) =
+                if upward { (constraint.a, constraint.b) } else { (constraint.b, constraint.a) };
+            let next = self.up[low as usize];
+            self.up[low as usize] = self.edges.len() as u32;
+            self.supports[high as usize] += 1;
+            self.edges.push(Edge {
+                constraint: index,
+                low,
+                high,
+                next,
+                used: false,
+                in_chain: false,
+            });
+        }
+    }
+
+    /// Follows the load upwards from an edge, and keeps the path if it is long enough for a chain.
+    fn follow_load(&mut self, first: usize, axis: usize, constraints: &[ContactConstraint]) {
+        self.path = self.path.wrapping_add(1);
+        let (bodies, links) = (self.bodies.len(), self.links.len());
+        self.push_body(self.edges[first].low, &constraints[self.edges[first].constraint as usize]);
+        let mut next = Some(first);
+        while let Some(at) = next {
+            let edge = &mut self.edges[at];
+            edge.used = true;
+            self.links.push(at as u32);
+            let Edge { high, constraint, .. } = *edge;
+            self.supports[high as usize] -= 1;
+            self.push_body(high, &constraints[constraint as usize]);
+            next = self.next_link(high, constraints);
+        }
+        let count = self.links.len() - links;
+        if count >= LINKS_MIN || count == 2 && self.mass_ratio(bodies) >= MASS_RATIO_MIN {
+            for link in &mut self.links[links..] {
+                let edge = &mut self.edges[*link as usize];
+                edge.in_chain = true;
+                *link = edge.constraint;
+            }
+            let (bodies, links, count) = (bodies as u32, links as u32, count as u32);
+            self.chains.push(Chain { bodies, links, count, axis });
+        } else {
+            self.bodies.truncate(bodies);
+            self.masses.truncate(bodies);
+            self.links.truncate(links);
+        }
+    }
+
+    /// Adds a body of `constraint` to the path.
+    fn push_body(&mut self, slot: u32, constraint: &ContactConstraint) {
+        let inv_mass =
+            if slot == constraint.a { constraint.inv_mass_a } else { constraint.inv_mass_b };
+        self.bodies.push(slot);
+        self.masses.push(1.0 / inv_mass);
+        self.visited_by[slot as usize] = self.path;
+    }
+
+    /// The unused edge up from a body with the largest impulse. There is none from an immovable
+    /// body, which ends a chain, none to a body already on the path, and none that would end a
+    /// chain at an immovable body at both ends.
+    fn next_link(&self, slot: u32, constraints: &[ContactConstraint]) -> Option<usize> {
+        if self.masses.last() == Some(&f32::INFINITY) {
+            return None;
+        }
+        let from_fixed = self.masses[self.bodies.len() - self.path_links() - 1] == f32::INFINITY;
+        let mut best: Option<(usize, f32)> = None;
+        let mut at = self.up[slot as usize];
+        while at != NONE {
+            let edge = &self.edges[at as usize];
+            let constraint = &constraints[edge.constraint as usize];
+            let inv_mass = if edge.high == constraint.a {
+                constraint.inv_mass_a
+            } else {
+                constraint.inv_mass_b
+            };
+            let open = !edge.used && self.visited_by[edge.high as usize] != self.path;
+            if open && !(from_fixed && inv_mass == 0.0) {
+                // The list runs from high constraints to low ones: of equals the lowest stays.
+                if best.is_none_or(|(_, largest)| constraint.normal_impulse >= largest) {
+                    best = Some((at as usize, constraint.normal_impulse));
+                }
+            }
+            at = edge.next;
+        }
+        best.map(|(at, _)| at)
+    }
+
+    /// Number of constraints on the path under construction.
+    fn path_links(&self) -> usize {
+        let done = self.chains.last().map_or(0, |chain| chain.links + chain.count);
+        self.links.len() - done as usize
+    }
+
+    fn mass_ratio(&self, first: usize) -> f32 {
+        let movable = self.masses[first..].iter().filter(|mass| mass.is_finite());
+        let (mut lightest, mut heaviest) = (f32::INFINITY, 0.0);
+        for &mass in movable {
+            lightest = if mass < lightest { mass } else { lightest };
+            heaviest = if mass > heaviest { mass } else { heaviest };
+        }
+        heaviest / lightest
+    }
+
+    /// Solves every chain once.
+    #[inline(never)]
+    pub fn sweep<const FRICTION: bool>(
+        &mut self,
+        constraints: &mut [ContactConstraint],
+        velocity: &mut [Vec2],
+    ) -> Change {
+        let mut change = Change::default();
+        for index in 0..self.chains.len() {
+            self.solve::<FRICTION>(self.chains[index], constraints, velocity, &mut change);
+        }
+        change
+    }
+
+    fn solve<const FRICTION: bool>(
+        &mut self,
+        chain: Chain,
+        constraints: &mut [ContactConstraint],
+        velocity: &mut [Vec2],
+        change: &mut Change,
+    ) {
+        let (first, count) = (chain.bodies as usize, chain.count as usize);
+        let bodies = &self.bodies[first..=first + count];
+        let masses = &self.masses[first..=first + count];
+        let links = &self.links[chain.links as usize..][..count];
+        let axis = chain.axis;
+        self.nodes.clear();
+        let mut below = 0.0;
+        for (index, (&body, &mass)) in bodies.iter().zip(masses).enumerate() {
+            let link = links.get(index).map(|&link| &constraints[link as usize]);
+            let above = link.map_or(0.0, |constraint| constraint.normal_impulse);
+            let closing_max = link.map_or(0.0, |constraint| -constraint.min_normal_velocity);
+            // Without the chain's own impulses.
+            let speed = velocity[body as usize][axis] + (above - below) / mass;
+            self.nodes.push(Node { speed, mass, closing_max });
+            below = above;
+        }
+        pool(&mut self.nodes, &mut self.pools);
+        self.changes.clear();
+        self.changes.resize(count, 0.0);
+        for pool in &self.pools {
+            // From here on `speed` is the change.
+            for (node, &body) in
+                self.nodes[pool.first..pool.end].iter_mut().zip(&bodies[pool.first..])
+            {
+                let speed = &mut velocity[body as usize][axis];
+                let change = node.speed - *speed;
+                *speed = node.speed;
+                node.speed = change;
+            }
+            sum_impulses(*pool, &self.nodes, links, constraints, &mut self.changes);
+        }
+        for (link, &index) in links.iter().enumerate() {
+            let constraint = &mut constraints[index as usize];
+            let before = constraint.normal_impulse;
+            let normal = before + self.changes[link];
+            constraint.normal_impulse = if normal > 0.0 { normal } else { 0.0 };
+            let mut speed_change = 0.0;
+            if before > 0.0 || constraint.normal_impulse > 0.0 {
+                speed_change = (self.nodes[link + 1].speed - self.nodes[link].speed).abs();
+            }
+            if FRICTION {
+                speed_change = max(speed_change, solve_friction(constraint, velocity));
+            }
+            change.count::<FRICTION>(constraint, speed_change);
+        }
+    }
+}
+
+/// The changes of the impulses around a pool: none acts between two pools, and inside one they
+/// differ by the change of each body's momentum, summed from the end that can move.
+#[inline]
+fn sum_impulses(
+    pool: Pool,
+    nodes: &[Node],
+    links: &[u32],
+    constraints: &[ContactConstraint],
+    changes: &mut [f32],
+) {
+    let Pool { first, end, .. } = pool;
+    let fixed_above = nodes[end - 1].mass == f32::INFINITY && end - first > 1;
+    let released = |link: usize| -constraints[links[link] as usize].normal_impulse;
+    if end - 1 < links.len() {
+        changes[end - 1] = released(end - 1);
+    }
+    if fixed_above {
+        let mut change = if first > 0 { released(first - 1) } else { 0.0 };
+        for index in first..end - 1 {
+            change -= nodes[index].mass * nodes[index].speed;
+            changes[index] = change;
+        }
+    } else {
+        let mut change = if end - 1 < links.len() { released(end - 1) } else { 0.0 };
+        for index in (first + 1..end).rev() {
+            change += nodes[index].mass * nodes[index].speed;
+            changes[index - 1] = change;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::narrow_phase::separation::FAR;
+
+    /// A constraint from a lower body to a higher one.
+    fn upward(
+        (a, inv_mass_a): (u32, f32),
+        (b, inv_mass_b): (u32, f32),
+        min_normal_velocity: f32,
+    ) -> ContactConstraint {
+        ContactConstraint {
+            a,
+            b,
+            normal: Vec2::Y,
+            min_normal_velocity,
+            effective_mass: 1.0 / (inv_mass_a + inv_mass_b),
+            inv_mass_a,
+            inv_mass_b,
+            friction: 0.0,
+            normal_impulse: 0.0,
+            tangent_impulse: 0.0,
+            normal_before: 0.0,
+            tangent_before: 0.0,
+            normal_direction: 0.0,
+            tangent_direction: 0.0,
+            pair: 0,
+        }
+    }
+
+    #[test]
+    fn a_chain_follows_contacts_that_carry_and_not_passing_pairs() {
+        let (ground, light, passing, heavy) = ((0, 0.0), (1, 1e4), (2, 1.0), (3, 1e-4));
+        let mut constraints = [
+            upward(ground, light, 0.0),
+            upward(light, passing, -FAR / 0.02),
+            upward(light, heavy, 0.0),
+        ];
+        let mut chains = Chains::default();
+        chains.reserve(4);
+        chains.find(&constraints, &[0, 1, 2]);
+        assert!(chains.others.is_empty(), "{:?}", chains.others);
+        let mut velocity = [0.0, 0.0, -30.0, -3.0].map(|speed| Vec2::new(0.0, speed));
+        chains.sweep::<true>(&mut constraints, &mut velocity);
+        assert_eq!(velocity.map(|v| v.y), [0.0, 0.0, -30.0, 0.0]);
+    }
+}

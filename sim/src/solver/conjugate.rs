@@ -1,0 +1,386 @@
+//! The conjugate solver: velocities that satisfy all contacts at once, found by accelerated sweeps
+//! until they converge.
+//!
+//! One file for each stage, in the order of a step:
+//! 1. `impact_queue`: bounces, pair by pair, each at its time of impact;
+//! 2. `contact_constraint`: pairs that may touch within the step (`separation` predicts when and
+//!    along which normal);
+//! 3. `integrate`: gravity, and other forces (see `forces`);
+//! 4. `islands`: constraints that share no movable body are solved separately, each with
+//!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
+//!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
+//!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
+//!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
+//!      and the rest,
+//!    - `energy_guard`: plain sweeps, or rest, for masses so different that f32 fails,
+//!    - `recheck`: constraints of fast pairs, checked again with the solved velocities,
+//!    - `held_after_impact`: bodies that bounced and are held by another contact,
+//!    - `late_pairs`: pairs that only these velocities bring together;
+//! 5. `integrate`: the bodies move;
+//! 6. `position_correction`: removes overlap beyond the slop;
+//! 7. `static_clamp`: no body ends inside an immovable one.
+
+use super::contact_constraint::{self, ContactConstraint, ContactSet, GatherStep};
+use super::energy_guard::EnergyGuard;
+use super::islands::Islands;
+use super::position_correction::PositionCorrection;
+use super::step_context::StepContext;
+use super::sweep::Blocks;
+use super::{sweep, warm_start};
+use crate::bodies::{Bodies, REACH_MIN};
+use crate::broad_phase::pairs::{Pair, PairList};
+use crate::continuous::impact_queue::{self, ImpactQueue, Progress};
+use crate::continuous::late_pairs::{self, LatePairs};
+use crate::continuous::static_clamp::StaticClamp;
+use crate::continuous::{held_after_impact, recheck};
+use crate::forces::Move;
+use crate::integrate::{self, Displacements};
+use crate::math::{clamp, clamp_length, max, min};
+use crate::shape::shapes;
+use crate::solver::tolerances::{
+    GRAVITY_GAIN_MIN, GUARDED_MASS_RATIO, LARGE_ISLAND, SMALL_ISLAND, SMALL_ISLAND_SHARE,
+    SPEED_ROUNDING,
+};
+use crate::touches::Found;
+use glam::Vec2;
+
+/// Fewest sweeps of an island, however many constraints it has.
+pub const SWEEPS_MIN: u32 = 4;
+/// Times that a step may find that bounces sped bodies up beyond their reach.
+const BOUNCE_ROUNDS_MAX: u32 = 16;
+
+/// Scratch of a step; none of it is state.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ConjugateSolver {
+    pub contacts: ContactSet,
+    /// By slot: number of contacts in which it is too deep in another body to have a side.
+    deep_contacts: Vec<u8>,
+    impact_queue: ImpactQueue,
+    islands: Islands,
+    blocks: Blocks,
+    late_pairs: LatePairs,
+    energy_guard: EnergyGuard,
+    /// Whether a body may move by more than the thinnest body's half-size in this step, and whether
+    /// a constraint belongs to such a pair.
+    has_fast_bodies: bool,
+    has_fast_contacts: bool,
+    displacements: Displacements,
+    position_correction: PositionCorrection,
+    static_clamp: StaticClamp,
+    /// Sweeps of the island that needed most.
+    pub sweeps: u32,
+    /// Visits of constraints by sweeps.
+    pub work: u64,
+}
+
+impl ConjugateSolver {
+    /// Finds the contact constraints of a step, once all bounces are done: bounces change
+    /// velocities, and with them the pairs that may touch.
+    pub fn find_contacts(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &mut PairList,
+        context: &StepContext,
+    ) {
+        self.impact_queue.begin(bodies.alive.len());
+        self.static_clamp.remember(bodies);
+        let may_bounce = self.reach(bodies, context, true);
+        pairs.refresh(bodies, context.filter);
+        if may_bounce {
+            for round in 1..=BOUNCE_ROUNDS_MAX {
+                let last = round == BOUNCE_ROUNDS_MAX;
+                if self.impact_queue.process(bodies, &pairs.pairs, context, last)
+                    != Progress::BeyondReach
+                {
+                    break;
+                }
+                self.impact_queue.extend_reach_of_impacted(bodies, context);
+                pairs.refresh(bodies, context.filter);
+            }
+            self.reach(bodies, context, false);
+            pairs.refresh(bodies, context.filter);
+        }
+        self.gather(bodies, &pairs.pairs, context);
+    }
+
+    /// Sets the reach of each moving body; before bounces also for bodies that it may yet meet.
+    /// Returns whether there may be bounces.
+    fn reach(&mut self, bodies: &mut Bodies, context: &StepContext, bounces: bool) -> bool {
+        let (fall, mut fastest) = (context.fall_distance(), 0.0);
+        let thinnest = bodies.thinnest();
+        let Bodies { moving, motion, velocity, reach, .. } = bodies;
+        for &slot in moving.iter() {
+            let slot = slot as usize;
+            if Bodies::is_pushed(motion[slot]) {
+                velocity[slot] = clamp_length(velocity[slot], context.speed_max);
+            }
+            let squared = velocity[slot].length_squared();
+            reach[slot] = REACH_MIN + fall + squared.sqrt() * context.dt;
+            fastest = max(fastest, squared);
+        }
+        self.has_fast_bodies = fastest.sqrt() * context.dt > thinnest;
+        let may = context.features.restitution || self.has_fast_bodies;
+        bounces && may && self.impact_queue.extend_reach(bodies, context)
+    }
+
+    fn gather(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) {
+        let step = GatherStep {
+            dt: context.dt,
+            fall: context.fall_distance(),
+            has_fast_bodies: self.has_fast_bodies,
+        };
+        let paths = &self.impact_queue.paths;
+        let gather = match (context.features.circles, context.features.boxes) {
+            (true, false) => contact_constraint::gather::<{ shapes::CIRCLES }>,
+            (false, true) => contact_constraint::gather::<{ shapes::BOXES }>,
+            _ => contact_constraint::gather::<{ shapes::BOTH }>,
+        };
+        self.has_fast_contacts =
+            gather(bodies, pairs, paths, step, &mut self.contacts, &mut self.deep_contacts);
+    }
+
+    /// Pairs that bounced or have a constraint.
+    pub fn contacting_pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let impacts = self.impact_queue.impacts.iter().map(|impact| [impact.a, impact.b]);
+        impacts
+            .chain(self.contacts.constraints.iter().map(|constraint| [constraint.a, constraint.b]))
+    }
+
+    /// Finds the velocities at the end of the step; solves again as long as they bring new pairs
+    /// together.
+    pub fn find_velocities(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &mut PairList,
+        moves: &[Move],
+        context: &StepContext,
+    ) {
+        self.solve(bodies, &pairs.pairs, moves, context);
+        for _ in 0..late_pairs::ROUNDS_MAX {
+            let faster = self.late_pairs.extend_reach(bodies, context.dt);
+            self.has_fast_bodies |= faster;
+            if !faster {
+                return;
+            }
+            if pairs.refresh(bodies, context.filter) {
+                late_pairs::reindex_pairs(&mut self.contacts.constraints, &pairs.pairs);
+            }
+            if !self.add_late_pairs(bodies, &pairs.pairs, context) {
+                return;
+            }
+        }
+    }
+
+    fn solve(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        moves: &[Move],
+        context: &StepContext,
+    ) {
+        impact_queue::mark_bounced(&mut self.impact_queue.impacts, &mut self.contacts);
+        let gain = context.gravity * context.dt;
+        self.displacements.remember(bodies);
+        if !integrate::accelerate(bodies, gain, context.speed_max) {
+            self.contacts.drop_non_finite(bodies);
+        }
+        integrate::apply_moves(bodies, moves, context.dt, &mut self.displacements);
+        // Forces may swing a body out and back within the step.
+        self.has_fast_bodies |= !moves.is_empty();
+        self.blocks.reserve(bodies.alive.len());
+        self.islands.find(bodies.alive.len(), &self.contacts.constraints);
+        self.sweeps = 0;
+        self.work = 0;
+        for number in 0..self.islands.count() {
+            let island = &self.islands.constraints[self.islands.range(number)];
+            match *island {
+                [index] if self.is_single(index) => self.solve_single(index, bodies, context),
+                _ => {
+                    let (constraints, velocity) =
+                        (&mut self.contacts.constraints, &mut bodies.velocity);
+                    match context.features.friction {
+                        true => warm_start::start::<true>(constraints, island, velocity),
+                        false => warm_start::start::<false>(constraints, island, velocity),
+                    }
+                    self.solve_island(number, bodies, pairs, context);
+                }
+            }
+        }
+    }
+
+    /// Whether an island of this one constraint needs nothing but its own impulses.
+    fn is_single(&self, index: u32) -> bool {
+        let constraint = &self.contacts.constraints[index as usize];
+        let since = &self.impact_queue.paths.impact_time;
+        let impacted = since[constraint.a as usize] > 0.0 || since[constraint.b as usize] > 0.0;
+        !self.contacts.infos[index as usize].fast && !impacted
+    }
+
+    /// Solves a constraint that shares its movable bodies with no other: one visit is exact, since
+    /// both impulses act on the same masses; a second one removes the rounding of the first.
+    fn solve_single(&mut self, index: u32, bodies: &mut Bodies, context: &StepContext) {
+        const VISITS: u32 = 2;
+        let (constraint, velocity) =
+            (&mut self.contacts.constraints[index as usize], &mut bodies.velocity);
+        match context.features.friction {
+            true => sweep::solve_single::<true>(constraint, velocity, VISITS),
+            false => sweep::solve_single::<false>(constraint, velocity, VISITS),
+        }
+        self.work += u64::from(VISITS);
+        self.sweeps = self.sweeps.max(VISITS);
+    }
+
+    /// Adds pairs that these velocities bring together, and solves their islands; returns whether
+    /// there were any.
+    fn add_late_pairs(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        context: &StepContext,
+    ) -> bool {
+        let paths = &self.impact_queue.paths;
+        if !self.late_pairs.gather(bodies, pairs, paths, context.dt, &mut self.contacts) {
+            return false;
+        }
+        self.has_fast_contacts = true;
+        self.islands.find(bodies.alive.len(), &self.contacts.constraints);
+        for number in 0..self.islands.count() {
+            let island = &self.islands.constraints[self.islands.range(number)];
+            if island.iter().any(|&index| self.late_pairs.is_new[index as usize]) {
+                self.solve_island(number, bodies, pairs, context);
+            }
+        }
+        true
+    }
+
+    /// Solves the constraints of an island from their present impulses and velocities.
+    fn solve_island(
+        &mut self,
+        number: usize,
+        bodies: &mut Bodies,
+        pairs: &[Pair],
+        context: &StepContext,
+    ) {
+        let island = &self.islands.constraints[self.islands.range(number)];
+        let (tolerance, is_stiff) =
+            tolerance(&self.contacts.constraints, island, &bodies.velocity, context);
+        let work_max = context.settings.work_max / island.len() as u32;
+        let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
+        let mut sum = 0;
+        for round in 1..=recheck::ROUNDS_MAX {
+            self.blocks.chains.find(&self.contacts.constraints, island);
+            let stop = sweep::StopCriteria { tolerance, sweeps_max };
+            let blocks = &mut self.blocks;
+            let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
+            if is_stiff {
+                self.energy_guard.remember(constraints, island, velocity);
+            }
+            let sweeps = if context.features.friction {
+                sweep::solve::<true>(constraints, island, blocks, velocity, stop)
+            } else {
+                sweep::solve::<false>(constraints, island, blocks, velocity, stop)
+            };
+            if is_stiff {
+                self.energy_guard.check(constraints, island, velocity);
+            }
+            if is_stiff || sweeps == sweeps_max {
+                sweep::sweep_immovable(constraints, island, velocity);
+            }
+            self.work += u64::from(sweeps) * island.len() as u64;
+            sum += sweeps;
+            let held = held_after_impact::resolve(
+                bodies,
+                &mut self.contacts,
+                island,
+                pairs,
+                &mut self.impact_queue,
+                &mut self.displacements,
+                context,
+            );
+            let (contacts, paths) = (&mut self.contacts, &self.impact_queue.paths);
+            if round == recheck::ROUNDS_MAX {
+                break;
+            }
+            let rechecked = self.has_fast_contacts
+                && recheck::recheck_island(bodies, contacts, island, pairs, paths, context.dt);
+            if !(rechecked || held) {
+                break;
+            }
+        }
+        self.sweeps = self.sweeps.max(sum);
+    }
+
+    /// Stores the impulses for the next step.
+    pub fn store(&self, bodies: &Bodies, pairs: &mut [Pair], context: &StepContext) {
+        let store = match (context.features.circles, context.features.boxes) {
+            (true, false) => contact_constraint::store::<{ shapes::CIRCLES }>,
+            (false, true) => contact_constraint::store::<{ shapes::BOXES }>,
+            _ => contact_constraint::store::<{ shapes::BOTH }>,
+        };
+        store(bodies, &self.contacts.constraints, pairs);
+    }
+
+    /// Finds the positions at the end of the step.
+    pub fn find_positions(&mut self, bodies: &mut Bodies, pairs: &[Pair], context: &StepContext) {
+        let moved =
+            integrate::move_bodies(bodies, &mut self.contacts, &mut self.displacements, context.dt);
+        if !moved.is_finite {
+            self.contacts.drop_non_finite(bodies);
+        }
+        let slop = context.settings.slop;
+        let far = self.static_clamp.may_tunnel(bodies, moved.separation_min, slop);
+        let overlaps = moved.separation_min < -slop;
+        if overlaps {
+            let (contacts, blocks) = (&mut self.contacts, &mut self.blocks);
+            self.position_correction.separate(bodies, contacts, pairs, blocks, context.settings);
+        }
+        if overlaps || far {
+            self.static_clamp.resolve(bodies, pairs, &self.impact_queue.paths, slop);
+        }
+    }
+
+    /// Pairs that have an impulse, bounced or overlap at the end of the step.
+    pub fn touching(&self) -> impl Iterator<Item = Found> {
+        let constraints = self.contacts.constraints.iter().zip(&self.contacts.infos);
+        constraints
+            .filter(|(constraint, info)| {
+                constraint.normal_impulse > 0.0 || info.bounced || info.separation_after < 0.0
+            })
+            .map(|(constraint, info)| Found {
+                a: constraint.a,
+                b: constraint.b,
+                normal: constraint.normal,
+                depth: max(-info.separation_after, 0.0),
+                closing: info.closing,
+            })
+    }
+}
+
+/// The change of a relative velocity at which the sweeps over an island end, units/s, and whether
+/// its masses are so different that the result has to be guarded.
+fn tolerance(
+    constraints: &[ContactConstraint],
+    island: &[u32],
+    velocity: &[Vec2],
+    context: &StepContext,
+) -> (f32, bool) {
+    let (mut fastest, mut lightest, mut heaviest) = (0.0, 0.0, f32::INFINITY);
+    for &index in island {
+        let constraint = &constraints[index as usize];
+        for (body, inv_mass) in constraint.bodies() {
+            let speed = velocity[body as usize].abs();
+            fastest = max(fastest, max(speed.x, speed.y));
+            lightest = max(lightest, inv_mass);
+            heaviest = if inv_mass > 0.0 { min(heaviest, inv_mass) } else { heaviest };
+        }
+    }
+    let gain = max(context.gravity.length() * context.dt, GRAVITY_GAIN_MIN);
+    let count = island.len() as f32;
+    let (few, many) = (count / SMALL_ISLAND, LARGE_ISLAND / count);
+    let share =
+        context.settings.tolerance * clamp(few * few, SMALL_ISLAND_SHARE, 1.0) * min(many, 1.0);
+    (max(gain * share, fastest * SPEED_ROUNDING), lightest > GUARDED_MASS_RATIO * heaviest)
+}
+
+#[cfg(test)]
+mod tests;

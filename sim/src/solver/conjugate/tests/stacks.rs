@@ -1,0 +1,166 @@
+//! Stacks, pyramids and heaps: how they carry their load, and how soon they rest.
+
+use super::*;
+
+/// Boxes 2 high on each other; returns the top one.
+fn stack(world: &mut World, masses: &[f32], gap: f32) -> BodyId {
+    floor(world);
+    let mut top = None;
+    for (index, &mass) in masses.iter().enumerate() {
+        let y = 1.0 + gap + (2.0 + gap) * index as f32;
+        top = Some(add(world, BodyDef { mass, ..crate_at(0.0, y) }));
+    }
+    top.expect("a stack has a box")
+}
+
+/// Steps a stack, and expects that it stands.
+#[track_caller]
+fn stands(masses: &[f32]) {
+    let mut world = world();
+    let top = stack(&mut world, masses, 0.0);
+    for _ in 0..120 {
+        world.step();
+        assert!(deepest(&world) <= SLOP, "overlap {}", deepest(&world));
+    }
+    assert!(rms_speed(&world) <= 1e-5, "rms speed {}", rms_speed(&world));
+    close(world.position(top).y, 2.0 * masses.len() as f32 - 1.0, SLOP);
+}
+
+#[test]
+fn stacks_stand_as_they_were_built() {
+    for count in [1, 2, 20, 100, 1000] {
+        stands(&vec![4.0; count]);
+    }
+}
+
+#[test]
+fn masses_of_any_ratio_rest_on_each_other() {
+    for exponent in 1..=6 {
+        let heavy = 10_u32.pow(exponent) as f32;
+        stands(&[1.0, heavy]);
+        stands(&[heavy, 1.0]);
+    }
+    let mut under = vec![1.0; 10];
+    under.push(1000.0);
+    stands(&under);
+    let alternating: Vec<f32> = (0..100).map(|k| [1.0, 1000.0][k % 2]).collect();
+    stands(&alternating);
+}
+
+fn pyramid(world: &mut World, base: usize, gap: f32, cap: f32) -> BodyId {
+    floor(world);
+    let mut top = None;
+    for row in 0..base {
+        let count = base - row;
+        for index in 0..count {
+            let x = (index as f32 - (count as f32 - 1.0) / 2.0) * 2.2;
+            let mass = if count == 1 { cap } else { 4.0 };
+            let y = 1.0 + gap + (2.0 + gap) * row as f32;
+            top = Some(add(world, BodyDef { mass, ..crate_at(x, y) }));
+        }
+    }
+    top.expect("a pyramid has a top")
+}
+
+#[test]
+fn a_pyramid_carries_a_cap_a_thousand_times_as_heavy() {
+    for (gap, cap) in [(0.0, 4000.0), (0.25, 4.0)] {
+        let mut world = world();
+        let top = pyramid(&mut world, 20, gap, cap);
+        for _ in 0..150 {
+            world.step();
+            assert!(deepest(&world) <= SLOP, "overlap {}", deepest(&world));
+        }
+        assert!(rms_speed(&world) <= 1e-5, "rms speed {}", rms_speed(&world));
+        close(world.position(top).y, 39.0, SLOP);
+    }
+}
+
+#[test]
+fn a_dropped_stack_of_a_thousand_settles_when_its_top_has_fallen() {
+    let mut world = world();
+    let top = stack(&mut world, &[4.0; 1000], 0.05);
+    let free_fall_s = (2.0 * 1000.0 * 0.05 / 50.0_f32).sqrt();
+    for _ in 0..((free_fall_s + 0.05) * 60.0) as usize {
+        world.step();
+        assert!(dynamic(&world).all(|id| world.velocity(id).y <= 0.01), "thrown up");
+        assert!(deepest(&world) <= SLOP);
+    }
+    assert!(dynamic(&world).all(|id| world.velocity(id).length() < 0.01), "not at rest");
+    close(world.position(top).y, 1999.0, SLOP);
+}
+
+#[test]
+fn momentum_is_conserved_in_a_row_of_any_masses() {
+    let mut world = bouncy_world(0.0);
+    let mut rng = Rng::new(1, 0);
+    let mut size = 0.0;
+    for index in 0..30 {
+        let mass = [1.0, 1000.0, 0.01][rng.below(3) as usize];
+        let velocity = Vec2::new(rng.range(-20.0, 20.0) - index as f32, 0.0);
+        size += f64::from(mass * velocity.x.abs());
+        add(&mut world, BodyDef { mass, velocity, ..crate_at(index as f32 * 2.5, 0.0) });
+    }
+    let before = momentum(&world);
+    steps(&mut world, 300);
+    let after = momentum(&world);
+    for axis in 0..2 {
+        assert!((after[axis] - before[axis]).abs() < 1e-5 * size, "{before:?} became {after:?}");
+    }
+}
+
+#[test]
+fn a_crooked_tower_is_a_tree_and_takes_one_sweep() {
+    let mut world = world();
+    let ground = floor(&mut world);
+    let mut carrier = ground;
+    let mut rng = Rng::new(6, 0);
+    let (mut x, mut y) = (0.0, 1.0);
+    for _ in 0..60 {
+        let mass = rng.range(0.1, 10.0);
+        carrier = add(&mut world, BodyDef { mass, friction: 0.3, ..ball_at(x, y) });
+        // Friction 0.3 holds a slope of 0.29; nothing rotates, so nothing rolls off.
+        let lean = rng.range(-0.4, 0.4);
+        x += lean;
+        y += (4.0 - lean * lean).sqrt();
+    }
+    let top = world.position(carrier);
+    for step in 0..60 {
+        world.step();
+        assert!(world.passes() <= if step == 0 { 60 } else { 2 }, "{} sweeps", world.passes());
+    }
+    assert!(rms_speed(&world) <= 1e-5, "rms speed {}", rms_speed(&world));
+    close((world.position(carrier) - top).length(), 0.0, 1e-3);
+}
+
+#[test]
+fn a_pile_without_a_forest_is_solved_too() {
+    let mut world = world_with(Conjugate::default(), 0.0);
+    let mut rng = Rng::new(10, 0);
+    for index in 0..100 {
+        let (row, column) = ((index / 10) as f32, (index % 10) as f32);
+        let x = (column + if index / 10 % 2 == 1 { 0.5 } else { 0.0 }) * 1.998;
+        let velocity = Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
+        add(&mut world, BodyDef { velocity, ..ball_at(x, row * 1.998 * 0.75f32.sqrt()) });
+    }
+    world.step();
+    assert!(world.passes() < 150, "{} sweeps", world.passes());
+}
+
+#[test]
+fn a_compressed_heap_separates_within_a_second() {
+    let mut world = world_with(Conjugate::default(), 10.0);
+    floor(&mut world);
+    for side in [-1.0, 1.0] {
+        fixed(&mut world, (side * 16.0, 40.0), (5.0, 40.0), 0.3);
+    }
+    for index in 0..200 {
+        let (row, column) = ((index / 10) as f32, (index % 10) as f32);
+        let shift = if index / 10 % 2 == 1 { 1.1 } else { 0.1 };
+        let x = -9.8 + shift + column * 2.0;
+        add(&mut world, BodyDef { friction: 0.3, ..ball_at(x, 1.0 + row * 1.3) });
+    }
+    steps(&mut world, 60);
+    let deepest = world.touches().iter().fold(0.0, |most, touch| max(most, touch.depth));
+    assert!(deepest <= SLOP * 1.01, "{deepest} after a second");
+}

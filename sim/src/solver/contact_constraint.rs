@@ -1,0 +1,314 @@
+//! Contact constraints: for every pair that may touch within the step, the data of the solver.
+//!
+//! A constraint asks two things of the velocities at the end of the step. Along the normal the
+//! bodies may close no more than their separation: n.(vb - va) >= -s / h, held by an impulse that
+//! only pushes. Across it Coulomb friction opposes sliding by at most mu times that impulse. Pairs
+//! that are still apart have constraints too (speculative contacts; Catto 2013, "Continuous
+//! collision"): a body lands exactly and nothing overlaps. A constraint without impulse costs one
+//! comparison per sweep.
+
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::{Axis, Pair, near};
+use crate::continuous::paths::{Paths, predict_manifold};
+use crate::continuous::thin::is_fast;
+use crate::math::{max, min};
+use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::separation::{self, FAR};
+use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};
+use glam::Vec2;
+
+/// Most deep contacts of a body that are kept while its partner has as many.
+const DEEP_CONTACTS_MAX: u8 = 32;
+
+/// Data of a pair that a sweep reads and writes: one cache line.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactConstraint {
+    pub a: u32,
+    pub b: u32,
+    /// Unit vector from a to b; friction acts along it turned left.
+    pub normal: Vec2,
+    /// Least relative speed along the normal, units/s; not positive.
+    pub min_normal_velocity: f32,
+    /// Effective mass: 1 / (sum of the inverse masses).
+    pub effective_mass: f32,
+    /// Inverse masses.
+    pub inv_mass_a: f32,
+    pub inv_mass_b: f32,
+    /// Coulomb coefficient: geometric mean of the two.
+    pub friction: f32,
+    /// Accumulated impulses of this step: along the normal, not negative, and across it.
+    pub normal_impulse: f32,
+    pub tangent_impulse: f32,
+    /// Their values before the last sweep.
+    pub normal_before: f32,
+    pub tangent_before: f32,
+    /// The search direction of the conjugate gradients.
+    pub normal_direction: f32,
+    pub tangent_direction: f32,
+    /// Index in the pair list.
+    pub pair: u32,
+}
+
+/// Data of a constraint that sweeps do not need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ContactInfo {
+    /// Distance that the two may close along the normal, world units; negative where they overlap.
+    pub separation: f32,
+    /// Separation after the bodies moved.
+    pub separation_after: f32,
+    /// Largest closing speed in this step, units/s; not negative.
+    pub closing: f32,
+    /// Whether the two bounced in this step.
+    pub bounced: bool,
+    /// Whether one of them moves by more than the smaller one's half-size.
+    pub fast: bool,
+    /// Whether the two slid on each other in the last step.
+    pub slid: bool,
+}
+
+/// The contact constraints of a step in (a, b) order; hot data apart from cold.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContactSet {
+    /// Read and written by every sweep.
+    pub constraints: Vec<ContactConstraint>,
+    /// One entry per constraint.
+    pub infos: Vec<ContactInfo>,
+}
+
+impl ContactSet {
+    /// Drops the constraints of bodies whose position or velocity is not finite: they have no
+    /// contacts any more, and leave the world at the end of the step.
+    #[cold]
+    pub fn drop_non_finite(&mut self, bodies: &Bodies) {
+        let is_finite = |constraint: &ContactConstraint| {
+            bodies.is_finite(constraint.a as usize) && bodies.is_finite(constraint.b as usize)
+        };
+        let mut kept = self.constraints.iter().map(is_finite);
+        self.infos.retain(|_| kept.next().is_some_and(|kept| kept));
+        self.constraints.retain(is_finite);
+    }
+}
+
+/// Constants of a step for its constraints.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GatherStep {
+    /// Its length, seconds.
+    pub dt: f32,
+    /// Distance that a body falls in it, world units.
+    pub fall: f32,
+    /// Whether a body may move by more than the thinnest body's half-size.
+    pub has_fast_bodies: bool,
+}
+
+/// Gathers the constraints of a step in (a, b) order, from the present positions and the velocities
+/// before gravity and contacts act, in a world with these [`shapes`] only. A heap at one point has
+/// as many pairs as the square of its bodies; there each body gets [`DEEP_CONTACTS_MAX`] of them,
+/// which separate first. Returns whether a constraint belongs to a fast pair.
+///
+/// [`shapes`]: crate::shape::shapes
+pub(crate) fn gather<const SHAPES: u8>(
+    bodies: &Bodies,
+    pairs: &[Pair],
+    paths: &Paths,
+    step: GatherStep,
+    contacts: &mut ContactSet,
+    deep_contacts: &mut Vec<u8>,
+) -> bool {
+    let GatherStep { dt, fall, .. } = step;
+    let mut has_fast = false;
+    let ContactSet { constraints, infos } = contacts;
+    constraints.clear();
+    infos.clear();
+    deep_contacts.clear();
+    deep_contacts.resize(bodies.alive.len(), 0);
+    for (index, pair) in (0u32..).zip(pairs) {
+        if !near(bodies, pair.a, pair.b) {
+            continue;
+        }
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
+        let path = (velocity_b - velocity_a) * dt;
+        let manifold = predict_manifold::<SHAPES>(bodies, paths, pair, path, dt);
+        let Some(manifold) = manifold else { continue };
+        // Their own velocities, not the relative one: a contact that stops one of them must not let
+        // it overlap the other, beside which it fell at the same speed.
+        let speeds = manifold.normal.dot(velocity_a).abs() + manifold.normal.dot(velocity_b).abs();
+        if manifold.separation == FAR || manifold.separation < SPECULATIVE + fall + speeds * dt {
+            let (constraint, info) = make_contact::<SHAPES>(bodies, pair, index, manifold, step);
+            if constraint.is_deep(bodies, manifold.separation) {
+                if deep_contacts[a] >= DEEP_CONTACTS_MAX && deep_contacts[b] >= DEEP_CONTACTS_MAX {
+                    continue;
+                }
+                deep_contacts[a] = deep_contacts[a].saturating_add(1);
+                deep_contacts[b] = deep_contacts[b].saturating_add(1);
+            }
+            has_fast |= info.fast;
+            constraints.push(constraint);
+            infos.push(info);
+        }
+    }
+    has_fast
+}
+
+/// Creates the constraint of a pair.
+#[inline]
+pub(crate) fn make_contact<const SHAPES: u8>(
+    bodies: &Bodies,
+    pair: &Pair,
+    index: u32,
+    manifold: Manifold,
+    GatherStep { dt, has_fast_bodies, .. }: GatherStep,
+) -> (ContactConstraint, ContactInfo) {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let passes = manifold.separation == FAR;
+    let approach = -manifold.normal.dot(bodies.velocity[b] - bodies.velocity[a]);
+    let size = manifold.normal.abs().dot(bodies.center[a].abs() + bodies.center[b].abs());
+    let apart = manifold.separation > ROUNDING * size;
+    let min_normal_velocity = if apart { -manifold.separation / dt } else { 0.0 };
+    let mut constraint =
+        make_constraint::<SHAPES>(bodies, pair, index, manifold.normal, min_normal_velocity);
+    if passes {
+        (constraint.normal_impulse, constraint.tangent_impulse) = (0.0, 0.0);
+    }
+    let info = ContactInfo {
+        separation: manifold.separation,
+        separation_after: manifold.separation,
+        closing: max(approach, 0.0),
+        bounced: false,
+        fast: passes || has_fast_bodies && is_fast(bodies, pair, dt, 1.0),
+        slid: constraint.normal_impulse > 0.0 && !constraint.sticks(),
+    };
+    (constraint, info)
+}
+
+#[inline]
+fn make_constraint<const SHAPES: u8>(
+    bodies: &Bodies,
+    pair: &Pair,
+    index: u32,
+    normal: Vec2,
+    min_normal_velocity: f32,
+) -> ContactConstraint {
+    let (a, b) = (pair.a as usize, pair.b as usize);
+    let (inv_mass_a, inv_mass_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
+    let friction = (bodies.material[a].friction * bodies.material[b].friction).sqrt();
+    // The impulse of a face says nothing about another face or a corner: it would push a circle on
+    // that has just left a tile.
+    let turned = pair.axis != Axis::Free && pair.axis != axis_of::<SHAPES>(bodies, a, b, normal);
+    let (normal_impulse, tangent_impulse) =
+        if turned { (0.0, 0.0) } else { (pair.normal_impulse, pair.tangent_impulse) };
+    ContactConstraint {
+        a: pair.a,
+        b: pair.b,
+        normal,
+        min_normal_velocity,
+        effective_mass: 1.0 / (inv_mass_a + inv_mass_b),
+        inv_mass_a,
+        inv_mass_b,
+        friction,
+        normal_impulse,
+        tangent_impulse,
+        normal_before: 0.0,
+        tangent_before: 0.0,
+        normal_direction: 0.0,
+        tangent_direction: 0.0,
+        pair: index,
+    }
+}
+
+#[inline]
+fn axis_of<const SHAPES: u8>(bodies: &Bodies, a: usize, b: usize, normal: Vec2) -> Axis {
+    separation::axis_of(bodies.shape_of::<SHAPES>(a), bodies.shape_of::<SHAPES>(b), normal)
+}
+
+impl ContactConstraint {
+    /// Velocity of b relative to a.
+    #[inline]
+    pub fn relative_velocity(&self, velocity: &[Vec2]) -> Vec2 {
+        velocity[self.b as usize] - velocity[self.a as usize]
+    }
+
+    /// Applies an impulse to b and its opposite to a.
+    #[inline]
+    pub fn apply(&self, velocity: &mut [Vec2], impulse: Vec2) {
+        velocity[self.a as usize] -= impulse * self.inv_mass_a;
+        velocity[self.b as usize] += impulse * self.inv_mass_b;
+    }
+
+    /// The impulses as one vector.
+    #[inline]
+    pub fn impulse(&self, normal: f32, tangent: f32) -> Vec2 {
+        self.normal * normal + self.normal.perp() * tangent
+    }
+
+    /// The same without the friction, which is 0, if `FRICTION` is false.
+    #[inline]
+    pub fn impulse_of<const FRICTION: bool>(&self, normal: f32, tangent: f32) -> Vec2 {
+        if FRICTION { self.impulse(normal, tangent) } else { self.normal * normal }
+    }
+
+    /// The accumulated impulses as one vector.
+    #[inline]
+    pub fn accumulated<const FRICTION: bool>(&self) -> Vec2 {
+        self.impulse_of::<FRICTION>(self.normal_impulse, self.tangent_impulse)
+    }
+
+    /// Both bodies with their inverse masses.
+    #[inline]
+    pub fn bodies(&self) -> [(u32, f32); 2] {
+        [(self.a, self.inv_mass_a), (self.b, self.inv_mass_b)]
+    }
+
+    /// Saves the impulses at the start of a sweep.
+    #[inline]
+    pub fn remember(&mut self) {
+        (self.normal_before, self.tangent_before) = (self.normal_impulse, self.tangent_impulse);
+    }
+
+    /// Whether friction holds the two together; meaningless without friction.
+    #[inline]
+    pub fn sticks(&self) -> bool {
+        self.tangent_impulse.abs() < SLIDING * self.friction * self.normal_impulse
+    }
+
+    /// Whether the pair passes each other: it never needs an impulse.
+    #[inline]
+    pub fn is_passing(&self) -> bool {
+        self.min_normal_velocity <= -FAR
+    }
+
+    /// Whether both bodies are movable and so deep in each other that the normal is arbitrary.
+    pub fn is_deep(&self, bodies: &Bodies, separation: f32) -> bool {
+        if separation >= 0.0 || !self.is_free() {
+            return false;
+        }
+        let thickness = |slot: u32| bodies.thickness(slot as usize);
+        separation < -DEEP_SHARE * min(thickness(self.a), thickness(self.b))
+    }
+
+    /// Whether both bodies can be pushed.
+    #[inline]
+    pub fn is_free(&self) -> bool {
+        self.inv_mass_a > 0.0 && self.inv_mass_b > 0.0
+    }
+}
+
+/// Stores the impulses for the next step's warm start.
+pub(crate) fn store<const SHAPES: u8>(
+    bodies: &Bodies,
+    constraints: &[ContactConstraint],
+    pairs: &mut [Pair],
+) {
+    for pair in pairs.iter_mut() {
+        pair.normal_impulse = 0.0;
+        pair.tangent_impulse = 0.0;
+        pair.axis = Axis::Free;
+    }
+    for constraint in constraints.iter().filter(|constraint| constraint.normal_impulse > 0.0) {
+        let pair = &mut pairs[constraint.pair as usize];
+        let (a, b) = (constraint.a as usize, constraint.b as usize);
+        pair.normal_impulse = constraint.normal_impulse;
+        pair.tangent_impulse = constraint.tangent_impulse;
+        pair.axis = axis_of::<SHAPES>(bodies, a, b, constraint.normal);
+    }
+}

@@ -1,0 +1,131 @@
+//! Islands whose masses are so different that f32 may not solve them.
+//!
+//! Correct impulses can only lower the energy of an island: with l.(b - J v*) >= l.A.l / 2 and b <=
+//! 0 (see `warm_start`) its kinetic energy ends at or below its start, except for the work of
+//! kinematic bodies. Search directions and exact blocks, which spread a heavy body's rounding
+//! errors, break that rule by any factor where a light body carries 10^12 times its mass. So the
+//! energy of such an island is compared before and after. If it grew, the island is solved again
+//! from zero by plain sweeps, which only ever move a pair towards its target; if it grew even then,
+//! the island stands still for a step: a body without velocity passes no wall and gains nothing.
+
+use crate::math::max;
+use crate::solver::contact_constraint::ContactConstraint;
+use crate::solver::sweep;
+use crate::solver::tolerances::ENERGY_ROUNDING;
+use glam::Vec2;
+
+/// Number of plain sweeps.
+const SWEEPS: u32 = 60;
+
+/// A body of an island.
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    body: u32,
+    /// Inverse mass.
+    inv_mass: f32,
+    /// Velocity before any impulse of the step, and after the warm start.
+    free: Vec2,
+    warm_started: Vec2,
+}
+
+/// State of an island before its sweeps.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EnergyGuard {
+    /// All bodies of its constraints, once each: an infinite impulse gives NaN even for the
+    /// velocity of a wall.
+    members: Vec<Member>,
+    /// Largest speed of the immovable bodies, units/s.
+    driven_speed_max: f32,
+}
+
+impl EnergyGuard {
+    /// Saves the state of an island.
+    pub fn remember(
+        &mut self,
+        constraints: &[ContactConstraint],
+        island: &[u32],
+        velocity: &mut [Vec2],
+    ) {
+        self.members.clear();
+        self.driven_speed_max = 0.0;
+        for &index in island {
+            let constraint = &constraints[index as usize];
+            for (body, inv_mass) in constraint.bodies() {
+                let warm_started = velocity[body as usize];
+                self.members.push(Member { body, inv_mass, free: warm_started, warm_started });
+                if inv_mass == 0.0 {
+                    self.driven_speed_max = max(self.driven_speed_max, warm_started.length());
+                }
+            }
+        }
+        self.members.sort_unstable_by_key(|member| member.body);
+        self.members.dedup_by_key(|member| member.body);
+        for &index in island {
+            let constraint = &constraints[index as usize];
+            constraint.apply(
+                velocity,
+                constraint.impulse(-constraint.normal_impulse, -constraint.tangent_impulse),
+            );
+        }
+        for member in &mut self.members {
+            member.free = velocity[member.body as usize];
+            velocity[member.body as usize] = member.warm_started;
+        }
+    }
+
+    /// Checks the energy of the solved island, and solves it again if it grew.
+    pub fn check(
+        &self,
+        constraints: &mut [ContactConstraint],
+        island: &[u32],
+        velocity: &mut [Vec2],
+    ) {
+        let allowed = self.energy(|member| member.free) * (1.0 + ENERGY_ROUNDING);
+        if self.is_within(velocity, allowed) {
+            return;
+        }
+        self.reset(constraints, island, velocity, |member| member.free);
+        for _ in 0..SWEEPS {
+            sweep::plain_sweep(constraints, island, velocity);
+        }
+        if !self.is_within(velocity, allowed) {
+            self.reset(constraints, island, velocity, |_| Vec2::ZERO);
+        }
+    }
+
+    fn is_within(&self, velocity: &[Vec2], allowed: f64) -> bool {
+        let numbers = |member: &Member| velocity[member.body as usize].is_finite();
+        self.energy(|member| velocity[member.body as usize]) <= allowed
+            && self.members.iter().all(numbers)
+    }
+
+    /// Twice the kinetic energy beyond the work of kinematic bodies; NaN stays NaN.
+    fn energy(&self, velocity: impl Fn(&Member) -> Vec2) -> f64 {
+        let mut sum = 0.0;
+        for member in self.members.iter().filter(|member| member.inv_mass > 0.0) {
+            let beyond = velocity(member).length() - 2.0 * self.driven_speed_max;
+            let speed = if beyond <= 0.0 { 0.0 } else { f64::from(beyond) };
+            sum += speed * speed / f64::from(member.inv_mass);
+        }
+        sum
+    }
+
+    /// Resets the velocities of all members, and the impulses of all constraints to 0.
+    fn reset(
+        &self,
+        constraints: &mut [ContactConstraint],
+        island: &[u32],
+        velocity: &mut [Vec2],
+        to: impl Fn(&Member) -> Vec2,
+    ) {
+        for member in &self.members {
+            let is_driven = member.inv_mass == 0.0;
+            velocity[member.body as usize] =
+                if is_driven { member.warm_started } else { to(member) };
+        }
+        for &index in island {
+            let constraint = &mut constraints[index as usize];
+            (constraint.normal_impulse, constraint.tangent_impulse) = (0.0, 0.0);
+        }
+    }
+}

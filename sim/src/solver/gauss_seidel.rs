@@ -1,0 +1,78 @@
+//! Gauss-Seidel: one contact constraint at a time, the normal impulse that stops the two bodies
+//! closing too fast, then friction, whose limit is then known (Moreau 1988; Jean 1999).
+
+use super::contact_constraint::ContactConstraint;
+use crate::math::{clamp, max};
+use glam::Vec2;
+
+/// Changes made by a sweep.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Change {
+    /// Largest change of a relative velocity, units/s.
+    pub worst: f32,
+    /// |d|^2.
+    pub squared: f32,
+}
+
+impl Change {
+    /// Adds a constraint that changed a relative velocity by up to `off`.
+    #[inline]
+    pub fn count<const FRICTION: bool>(&mut self, constraint: &ContactConstraint, off: f32) {
+        let normal = constraint.normal_impulse - constraint.normal_before;
+        let tangent =
+            if FRICTION { constraint.tangent_impulse - constraint.tangent_before } else { 0.0 };
+        let squared = if FRICTION { normal * normal + tangent * tangent } else { normal * normal };
+        self.worst = max(self.worst, off);
+        self.squared += squared * (constraint.inv_mass_a + constraint.inv_mass_b);
+    }
+}
+
+/// Solves both impulses of a constraint. The normal one leaves the sliding velocity unchanged,
+/// since nothing rotates: one reading of the velocities serves both. Returns the largest change of
+/// a relative velocity.
+#[inline]
+pub(crate) fn solve_contact<const FRICTION: bool>(
+    constraint: &mut ContactConstraint,
+    velocity: &mut [Vec2],
+) -> f32 {
+    let relative = constraint.relative_velocity(velocity);
+    let excess = constraint.normal.dot(relative) - constraint.min_normal_velocity;
+    let normal = max(constraint.normal_impulse - excess * constraint.effective_mass, 0.0);
+    let normal_change = normal - constraint.normal_impulse;
+    constraint.normal_impulse = normal;
+    let tangent_change = if FRICTION { apply_friction(constraint, relative) } else { 0.0 };
+    constraint.apply(velocity, constraint.impulse_of::<FRICTION>(normal_change, tangent_change));
+    let change =
+        if FRICTION { max(normal_change.abs(), tangent_change.abs()) } else { normal_change.abs() };
+    change * (constraint.inv_mass_a + constraint.inv_mass_b)
+}
+
+/// Solves the friction of a constraint whose normal impulse is known. Returns the change of the
+/// sliding velocity.
+#[inline]
+pub(crate) fn solve_friction(constraint: &mut ContactConstraint, velocity: &mut [Vec2]) -> f32 {
+    if constraint.friction * constraint.normal_impulse <= 0.0 && constraint.tangent_impulse == 0.0 {
+        return 0.0;
+    }
+    let change = apply_friction(constraint, constraint.relative_velocity(velocity));
+    constraint.apply(velocity, constraint.normal.perp() * change);
+    change.abs() * (constraint.inv_mass_a + constraint.inv_mass_b)
+}
+
+/// Applies friction against a relative velocity; returns the change of its impulse.
+#[inline]
+fn apply_friction(constraint: &mut ContactConstraint, relative: Vec2) -> f32 {
+    let limit = constraint.friction * constraint.normal_impulse;
+    let slide = constraint.normal.perp().dot(relative);
+    let tangent = limited(constraint.tangent_impulse - slide * constraint.effective_mass, limit);
+    let change = tangent - constraint.tangent_impulse;
+    constraint.tangent_impulse = tangent;
+    change
+}
+
+/// Friction within its limit; never -0, so that a limit of 0 leaves no trace. A NaN limit, of an
+/// infinite impulse without friction, is 0 too.
+#[inline]
+pub(crate) fn limited(tangent: f32, limit: f32) -> f32 {
+    if limit > 0.0 { clamp(tangent, -limit, limit) + 0.0 } else { 0.0 }
+}

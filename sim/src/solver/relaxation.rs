@@ -1,0 +1,449 @@
+//! The relaxation solver (A0.13): projection and impulse, all pairs of the scene together in id
+//! order (C22f, C22h), at most N passes (C22a), ending early when nothing is left to correct.
+//!
+//! A step is `warm_start`, moving the bodies (the world does that), `gather`, `relax`, `store`.
+//! Each pass visits every pair at the present positions: it finds the contact, applies the normal
+//! impulse, then friction, then separates the two by a share of the overlap.
+//!
+//! The passes are compiled for each set of shapes, with and without friction and restitution:
+//! features that no body has are not even tested. All of them give the same bits.
+
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::{Pair, near};
+use crate::features::Features;
+use crate::forces::Move;
+use crate::integrate;
+use crate::math::{clamp, max, min};
+use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::overlap::{overlap, overlap_of};
+use crate::shape::shapes;
+use crate::solver::settings::Relaxation;
+use crate::solver::tolerances::{OVERLAP, RELAXED_SPEED, SAME_FACE};
+use crate::touches::Found;
+use crate::world::settings::WorldSettings;
+use glam::Vec2;
+
+/// A pair that takes part in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RelaxationConstraint {
+    pub a: u32,
+    pub b: u32,
+    /// Index in the pair list.
+    pair: u32,
+    /// Values of [`Bodies::moves`] for which `normal` and `separation` hold.
+    moves_a: u32,
+    moves_b: u32,
+    /// Inverse masses of the two.
+    inv_mass_a: f32,
+    inv_mass_b: f32,
+    /// Effective mass: 1 / (sum of the inverse masses).
+    effective_mass: f32,
+    /// Coulomb coefficient of the pair: geometric mean.
+    friction: f32,
+    /// Restitution of the pair: the smaller one.
+    restitution: f32,
+    /// Normal of the last contact or, before it, of the warm start; from a to b.
+    normal: Vec2,
+    /// Normal along which the impulses were applied.
+    impulse_normal: Vec2,
+    /// Negative while the two overlap, world units; 0 while they are apart.
+    separation: f32,
+    /// Largest closing speed so far in this step, units/s; not negative.
+    pub closing: f32,
+    /// Normal impulse that holds the pair apart; later passes may reduce it to 0.
+    normal_impulse: f32,
+    /// Normal impulse spent on bounces; final.
+    bounce_impulse: f32,
+    /// Friction impulse along the normal turned left.
+    tangent_impulse: f32,
+}
+
+/// Scratch of the relaxation.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RelaxationSolver {
+    /// The pairs that take part in the step, in (a, b) order.
+    pub constraints: Vec<RelaxationConstraint>,
+    /// Velocities of the moving bodies at the start of the step.
+    start_velocity: Vec<Vec2>,
+    /// Passes made in the last step.
+    pub passes: u32,
+}
+
+impl RelaxationSolver {
+    /// Integrates the velocities: symplectic Euler, first half.
+    pub fn start(&mut self, bodies: &mut Bodies, moves: &[Move], settings: &WorldSettings) {
+        let start = bodies.moving.iter().map(|&slot| bodies.velocity[slot as usize]);
+        self.start_velocity.clear();
+        self.start_velocity.extend(start);
+        integrate::accelerate(bodies, settings.gravity * settings.dt, settings.speed_max);
+        for found in moves {
+            bodies.velocity[found.slot as usize] = found.velocity;
+        }
+    }
+
+    /// Applies the last step's resting impulses.
+    pub fn warm_start(&self, bodies: &mut Bodies, pairs: &mut [Pair], settings: &Relaxation) {
+        if settings.warm_start {
+            warm_start(bodies, pairs);
+        }
+    }
+
+    /// Gathers the pairs that take part in this step, in (a, b) order.
+    pub fn gather(&mut self, bodies: &Bodies, pairs: &[Pair], features: Features) {
+        gather(bodies, pairs, features, &mut self.constraints);
+    }
+
+    /// Solves the contacts, and stores their impulses for the next step.
+    pub fn solve(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &mut [Pair],
+        settings: Option<&Relaxation>,
+        features: Features,
+        world: &WorldSettings,
+    ) {
+        self.drop_non_finite(bodies);
+        self.passes = 0;
+        let Some(settings) = settings else { return };
+        self.passes = relax(bodies, &mut self.constraints, settings, features);
+        store(&self.constraints, pairs);
+        let free_change = world.gravity.length() * world.dt;
+        let Bodies { moving, velocity, warm_start_scale, .. } = bodies;
+        for (&slot, &start) in moving.iter().zip(&self.start_velocity) {
+            let slot = slot as usize;
+            warm_start_scale[slot] = warm_start_scale_of(velocity[slot] - start, free_change);
+        }
+    }
+
+    /// Drops the constraints of bodies whose position or velocity is not finite; these are removed
+    /// with the departed.
+    fn drop_non_finite(&mut self, bodies: &Bodies) {
+        if !bodies.moving.iter().all(|&slot| bodies.is_finite(slot as usize)) {
+            let finite = |slot: u32| bodies.is_finite(slot as usize);
+            self.constraints.retain(|constraint| finite(constraint.a) && finite(constraint.b));
+        }
+    }
+
+    /// Overlaps at the end of the step.
+    pub fn overlaps(&mut self, bodies: &Bodies) -> impl Iterator<Item = Found> {
+        self.constraints.iter_mut().filter_map(|constraint| {
+            let Manifold { normal, separation } = constraint.manifold(bodies)?;
+            Some(Found {
+                a: constraint.a,
+                b: constraint.b,
+                normal,
+                depth: -separation,
+                closing: constraint.closing,
+            })
+        })
+    }
+}
+
+/// Applies the last step's resting impulses to the velocities, before the bodies move.
+///
+/// Only pairs that still overlap count. An impulse is scaled by the smaller `warm_start_scale` of
+/// its two bodies: the impulse that stopped an impact must not be applied again (it would add
+/// energy).
+fn warm_start(bodies: &mut Bodies, pairs: &mut [Pair]) {
+    for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
+        let Some(manifold) = overlap(bodies, pair.a, pair.b) else {
+            pair.normal_impulse = 0.0;
+            pair.tangent_impulse = 0.0;
+            continue;
+        };
+        let scale =
+            min(bodies.warm_start_scale[pair.a as usize], bodies.warm_start_scale[pair.b as usize]);
+        pair.normal_impulse *= scale;
+        pair.tangent_impulse *= scale;
+        pair.warm_normal = manifold.normal;
+        let impulse =
+            manifold.normal * pair.normal_impulse + manifold.normal.perp() * pair.tangent_impulse;
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        bodies.velocity[a] -= impulse * bodies.inverse_mass[a];
+        bodies.velocity[b] += impulse * bodies.inverse_mass[b];
+    }
+}
+
+/// Gathers the pairs that take part in this step, in (a, b) order.
+fn gather(
+    bodies: &Bodies,
+    pairs: &[Pair],
+    features: Features,
+    constraints: &mut Vec<RelaxationConstraint>,
+) {
+    match (features.circles, features.boxes) {
+        (true, false) => gather_of::<{ shapes::CIRCLES }>(bodies, pairs, constraints),
+        (false, true) => gather_of::<{ shapes::BOXES }>(bodies, pairs, constraints),
+        _ => gather_of::<{ shapes::BOTH }>(bodies, pairs, constraints),
+    }
+}
+
+fn gather_of<const SHAPES: u8>(
+    bodies: &Bodies,
+    pairs: &[Pair],
+    constraints: &mut Vec<RelaxationConstraint>,
+) {
+    constraints.clear();
+    for (index, pair) in (0u32..).zip(pairs) {
+        if near(bodies, pair.a, pair.b) {
+            constraints.push(RelaxationConstraint::new::<SHAPES>(bodies, pair, index));
+        }
+    }
+}
+
+impl RelaxationConstraint {
+    #[inline]
+    fn new<const SHAPES: u8>(bodies: &Bodies, pair: &Pair, index: u32) -> RelaxationConstraint {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
+        let (inv_mass_a, inv_mass_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
+        let mut constraint = RelaxationConstraint {
+            a: pair.a,
+            b: pair.b,
+            pair: index,
+            moves_a: 0,
+            moves_b: 0,
+            inv_mass_a,
+            inv_mass_b,
+            effective_mass: 1.0 / (inv_mass_a + inv_mass_b),
+            friction: (material_a.friction * material_b.friction).sqrt(),
+            restitution: min(material_a.restitution, material_b.restitution),
+            normal: pair.warm_normal,
+            impulse_normal: pair.warm_normal,
+            separation: 0.0,
+            closing: 0.0,
+            normal_impulse: pair.normal_impulse,
+            bounce_impulse: 0.0,
+            tangent_impulse: pair.tangent_impulse,
+        };
+        constraint.update_manifold::<SHAPES>(bodies);
+        constraint
+    }
+
+    /// Finds the manifold at the present positions.
+    #[inline]
+    fn update_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies) {
+        self.moves_a = bodies.moves[self.a as usize];
+        self.moves_b = bodies.moves[self.b as usize];
+        self.separation = 0.0;
+        if let Some(manifold) = overlap_of::<SHAPES>(bodies, self.a, self.b) {
+            self.normal = manifold.normal;
+            self.separation = manifold.separation;
+        }
+    }
+
+    /// The same, unless neither body has moved since: the manifold is a pure function of the two
+    /// positions, and in a settled pile nothing moves.
+    #[inline]
+    fn refresh_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies) {
+        let moved_a = bodies.moves[self.a as usize] != self.moves_a;
+        let moved_b = bodies.moves[self.b as usize] != self.moves_b;
+        if moved_a || moved_b {
+            self.update_manifold::<SHAPES>(bodies);
+        }
+    }
+
+    /// Takes back impulses that were applied along another normal: where the contact of two boxes
+    /// jumps from a top to a side, the load that it held must not become a push along the new
+    /// normal.
+    #[inline]
+    fn undo_if_turned(&mut self, bodies: &mut Bodies) {
+        let holds = self.normal_impulse > 0.0 || self.tangent_impulse != 0.0;
+        if holds && self.impulse_normal.dot(self.normal) < SAME_FACE {
+            self.apply(
+                bodies,
+                self.impulse_normal * -self.normal_impulse
+                    - self.impulse_normal.perp() * self.tangent_impulse,
+            );
+            self.normal_impulse = 0.0;
+            self.tangent_impulse = 0.0;
+        }
+        self.impulse_normal = self.normal;
+    }
+
+    /// Returns the manifold at the end of the step, if the two overlap.
+    pub fn manifold(&mut self, bodies: &Bodies) -> Option<Manifold> {
+        self.refresh_manifold::<{ shapes::BOTH }>(bodies);
+        let &mut RelaxationConstraint { normal, separation, .. } = self;
+        (separation < 0.0).then_some(Manifold { normal, separation })
+    }
+
+    /// Velocity of b relative to a.
+    #[inline]
+    fn relative_velocity(&self, bodies: &Bodies) -> Vec2 {
+        bodies.velocity[self.b as usize] - bodies.velocity[self.a as usize]
+    }
+
+    /// Applies an impulse to b and its opposite to a.
+    #[inline]
+    fn apply(&self, bodies: &mut Bodies, impulse: Vec2) {
+        bodies.velocity[self.a as usize] -= impulse * self.inv_mass_a;
+        bodies.velocity[self.b as usize] += impulse * self.inv_mass_b;
+    }
+}
+
+/// Makes at most N passes over all constraints; returns how many were made.
+fn relax(
+    bodies: &mut Bodies,
+    constraints: &mut [RelaxationConstraint],
+    settings: &Relaxation,
+    features: Features,
+) -> u32 {
+    let passes = match (features.circles, features.boxes) {
+        (true, false) => passes_with::<{ shapes::CIRCLES }>(features),
+        (false, true) => passes_with::<{ shapes::BOXES }>(features),
+        _ => passes_with::<{ shapes::BOTH }>(features),
+    };
+    passes(bodies, constraints, settings)
+}
+
+type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Relaxation) -> u32;
+
+/// The passes compiled for exactly these features.
+fn passes_with<const SHAPES: u8>(features: Features) -> Passes {
+    match (features.friction, features.restitution) {
+        (true, true) => passes::<SHAPES, true, true>,
+        (true, false) => passes::<SHAPES, true, false>,
+        (false, true) => passes::<SHAPES, false, true>,
+        (false, false) => passes::<SHAPES, false, false>,
+    }
+}
+
+fn passes<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
+    bodies: &mut Bodies,
+    constraints: &mut [RelaxationConstraint],
+    settings: &Relaxation,
+) -> u32 {
+    for pass in 1..=settings.iterations {
+        let mut changed = false;
+        for constraint in constraints.iter_mut() {
+            changed |= relax_pair::<SHAPES, FRICTION, RESTITUTION>(bodies, constraint, settings);
+        }
+        if !changed {
+            return pass;
+        }
+    }
+    settings.iterations
+}
+
+/// Relaxes one pair in one pass; returns whether it changed enough for another pass.
+#[inline]
+fn relax_pair<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
+    bodies: &mut Bodies,
+    constraint: &mut RelaxationConstraint,
+    settings: &Relaxation,
+) -> bool {
+    constraint.refresh_manifold::<SHAPES>(bodies);
+    if constraint.separation < 0.0 {
+        constraint.undo_if_turned(bodies);
+        let changed_normal =
+            solve_normal::<RESTITUTION>(bodies, constraint, settings.bounce_threshold);
+        let changed_tangent = FRICTION && solve_friction(bodies, constraint);
+        let changed_position = correct_position(bodies, constraint, settings);
+        changed_normal | changed_tangent | changed_position
+    } else {
+        constraint.normal_impulse > 0.0 && release::<FRICTION>(bodies, constraint)
+    }
+}
+
+/// Applies the normal impulse (A2.21): a bounce above the threshold (C16), else the impulse that
+/// stops the approach, accumulated so that later passes may take back an excess.
+///
+/// A pair that already holds a load does not bounce: inside a pile the passes cause closing speeds
+/// that no impact ever had, and bouncing on them would keep the pile boiling.
+#[inline]
+fn solve_normal<const RESTITUTION: bool>(
+    bodies: &mut Bodies,
+    constraint: &mut RelaxationConstraint,
+    threshold: f32,
+) -> bool {
+    let speed = constraint.relative_velocity(bodies).dot(constraint.normal);
+    constraint.closing = max(constraint.closing, -speed);
+    if RESTITUTION
+        && -speed > threshold
+        && constraint.restitution > 0.0
+        && constraint.normal_impulse <= 0.0
+    {
+        let impulse = -(1.0 + constraint.restitution) * speed * constraint.effective_mass;
+        constraint.bounce_impulse += impulse;
+        constraint.apply(bodies, constraint.normal * impulse);
+        return true;
+    }
+    let wanted = constraint.normal_impulse - speed * constraint.effective_mass;
+    let normal_impulse = if wanted > 0.0 { wanted } else { 0.0 };
+    let change = normal_impulse - constraint.normal_impulse;
+    constraint.normal_impulse = normal_impulse;
+    constraint.apply(bodies, constraint.normal * change);
+    change.abs() > RELAXED_SPEED * constraint.effective_mass
+}
+
+/// Applies Coulomb friction to the relative tangential velocity, limited by the pair's whole normal
+/// impulse in this step (C08 to C14).
+#[inline]
+fn solve_friction(bodies: &mut Bodies, constraint: &mut RelaxationConstraint) -> bool {
+    let limit = constraint.friction * (constraint.normal_impulse + constraint.bounce_impulse);
+    if limit <= 0.0 && constraint.tangent_impulse == 0.0 {
+        return false;
+    }
+    let along = constraint.normal.perp();
+    let slide = constraint.relative_velocity(bodies).dot(along);
+    let tangent =
+        clamp(constraint.tangent_impulse - slide * constraint.effective_mass, -limit, limit);
+    let change = tangent - constraint.tangent_impulse;
+    constraint.tangent_impulse = tangent;
+    constraint.apply(bodies, along * change);
+    change.abs() > RELAXED_SPEED * constraint.effective_mass
+}
+
+/// Positional correction (A2.19): both move by their share of the overlap beyond the slop (C19).
+#[inline]
+fn correct_position(
+    bodies: &mut Bodies,
+    constraint: &RelaxationConstraint,
+    settings: &Relaxation,
+) -> bool {
+    let excess = -constraint.separation - settings.slop;
+    if excess <= OVERLAP {
+        return false;
+    }
+    let shift = constraint.normal * (excess * settings.correction * constraint.effective_mass);
+    bodies.shift(constraint.a as usize, shift * -constraint.inv_mass_a);
+    bodies.shift(constraint.b as usize, shift * constraint.inv_mass_b);
+    true
+}
+
+/// Releases a pair that was held but separated: the part of its impulse that drives it apart was
+/// too much and is taken back, with the friction that went with it.
+#[inline]
+fn release<const FRICTION: bool>(
+    bodies: &mut Bodies,
+    constraint: &mut RelaxationConstraint,
+) -> bool {
+    if constraint.relative_velocity(bodies).dot(constraint.normal) <= 0.0 {
+        return false;
+    }
+    let changed_normal = solve_normal::<false>(bodies, constraint, f32::INFINITY);
+    let changed_tangent = FRICTION && solve_friction(bodies, constraint);
+    changed_tangent | changed_normal
+}
+
+/// Stores the resting impulses for the next step's warm start.
+fn store(constraints: &[RelaxationConstraint], pairs: &mut [Pair]) {
+    for pair in pairs.iter_mut() {
+        pair.normal_impulse = 0.0;
+        pair.tangent_impulse = 0.0;
+    }
+    for constraint in constraints.iter().filter(|constraint| constraint.normal_impulse > 0.0) {
+        let pair = &mut pairs[constraint.pair as usize];
+        pair.normal_impulse = constraint.normal_impulse;
+        pair.tangent_impulse = constraint.tangent_impulse;
+    }
+}
+
+/// Factor on a body's impulses of a step when they are applied again: 1 at rest, falling with the
+/// change of velocity in the step beyond that of gravity alone (`free_change`, units/s).
+#[inline]
+fn warm_start_scale_of(change: Vec2, free_change: f32) -> f32 {
+    let speed = change.length();
+    if speed <= free_change { 1.0 } else { free_change / speed }
+}

@@ -1,0 +1,529 @@
+//! The contacts that carry the load, solved exactly within a sweep.
+//!
+//! Where nothing rotates, a contact that sticks takes both degrees of freedom of a body. A pile at
+//! rest has therefore about as many contacts as bodies, and they form a forest: each body with the
+//! contact that contributes most to its total impulse, which at rest is the one it rests on, down
+//! to the ground. On a tree the equations need no iteration: from the leaves to the roots each body
+//! adds its apparent mass to its carrier, and on the way back each gets its velocity (the
+//! articulated bodies of Featherstone 1983, without rotation). A sticking contact passes on all of
+//! the mass; a sliding one, whose friction is at its limit, the part along its normal; an open one
+//! nothing. The state of each contact is guessed from the impulses so far and updated where the
+//! solution contradicts it (a primal-dual active set; Hintermueller, Ito and Kunisch 2002).
+//! Impulses that are still impossible after that are clamped. The solution of the forest alone may
+//! not be one of the island: so impulses move towards it only as far as the island's own objective
+//! rises, and the rest of the sweep corrects the contacts in no tree.
+
+use super::gauss_seidel::limited;
+use crate::math::{clamp, max};
+use crate::solver::contact_constraint::ContactConstraint;
+use crate::solver::tolerances::{FOREST_SHARE_MIN, OVERSHOOT};
+use glam::Vec2;
+
+/// Rounds of the active set in a sweep.
+const ACTIVE_SET_ROUNDS_MAX: u32 = 3;
+
+const NONE: u32 = u32::MAX;
+
+/// State of the contact between a body and its carrier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ContactState {
+    /// The two move as one.
+    Stick,
+    /// Friction is at its limit; the normal impulse holds.
+    Slide,
+    /// The contact carries nothing.
+    Open,
+}
+
+/// A body and the contact that carries it.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    slot: u32,
+    /// The contact; none where a tree floats.
+    constraint: u32,
+    /// Index of the node that carries it, always a lower one; none for the ground.
+    carrier: u32,
+    state: ContactState,
+    /// Normal of the contact, towards this body.
+    normal: Vec2,
+    /// Mass of this body.
+    own_mass: f32,
+    /// Apparent mass with everything that it carries, and the impulse that keeps its velocity.
+    mass: Symmetric,
+    bias: Vec2,
+    /// Change of the velocity relative to the carrier that would make the contact stick.
+    stick_change: Vec2,
+    /// Change of the friction impulse of a contact that slides.
+    friction_change: f32,
+    /// Solution: change of its velocity, and the impulse for it.
+    change: Vec2,
+    impulse: Vec2,
+}
+
+/// A symmetric 2 by 2 matrix.
+#[derive(Clone, Copy, Debug, Default)]
+struct Symmetric {
+    xx: f32,
+    xy: f32,
+    yy: f32,
+}
+
+impl Symmetric {
+    #[inline]
+    fn times(self, v: Vec2) -> Vec2 {
+        Vec2::new(self.xx * v.x + self.xy * v.y, self.xy * v.x + self.yy * v.y)
+    }
+
+    #[inline]
+    fn solve(self, v: Vec2) -> Vec2 {
+        let determinant = self.xx * self.yy - self.xy * self.xy;
+        Vec2::new(self.yy * v.x - self.xy * v.y, self.xx * v.y - self.xy * v.x) / determinant
+    }
+
+    #[inline]
+    fn add(&mut self, other: Symmetric) {
+        self.xx += other.xx;
+        self.xy += other.xy;
+        self.yy += other.yy;
+    }
+
+    /// `share` times the outer square of a vector.
+    #[inline]
+    fn square(v: Vec2, share: f32) -> Symmetric {
+        Symmetric { xx: share * v.x * v.x, xy: share * v.x * v.y, yy: share * v.y * v.y }
+    }
+}
+
+/// The forest of an island, and scratch.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SpanningForest {
+    /// Carriers before the nodes that they carry.
+    nodes: Vec<Node>,
+    bodies: Vec<u32>,
+    /// By slot: the sum of all impulses, the constraint that contributes most, its contribution,
+    /// and a list of the bodies that are carried.
+    sum: Vec<Vec2>,
+    best: Vec<u32>,
+    contribution: Vec<f32>,
+    first: Vec<u32>,
+    next: Vec<u32>,
+}
+
+impl SpanningForest {
+    /// Makes room for `slots` bodies.
+    pub fn reserve(&mut self, slots: usize) {
+        self.best.resize(slots, NONE);
+        self.sum.resize(slots, Vec2::ZERO);
+        self.contribution.resize(slots, 0.0);
+        self.first.resize(slots, NONE);
+        self.next.resize(slots, NONE);
+    }
+
+    /// Finds the forest of an island from the present impulses. Bodies that carry each other in a
+    /// cycle are in none.
+    pub fn find<const FRICTION: bool>(
+        &mut self,
+        constraints: &[ContactConstraint],
+        island: &[u32],
+    ) {
+        self.nodes.clear();
+        self.bodies.clear();
+        for &index in island {
+            let constraint = &constraints[index as usize];
+            if constraint.normal_impulse > 0.0 {
+                let impulse = constraint.accumulated::<FRICTION>();
+                self.sum[constraint.a as usize] -= impulse;
+                self.sum[constraint.b as usize] += impulse;
+            }
+        }
+        for &index in island {
+            let constraint = &constraints[index as usize];
+            if constraint.normal_impulse > 0.0 {
+                let impulse = constraint.accumulated::<FRICTION>();
+                if constraint.inv_mass_a > 0.0 {
+                    self.consider_carrier(constraint.a, index, -impulse);
+                }
+                if constraint.inv_mass_b > 0.0 {
+                    self.consider_carrier(constraint.b, index, impulse);
+                }
+            }
+        }
+        self.add_roots(constraints);
+        let mut index = 0;
+        while index < self.nodes.len() {
+            let mut carried = self.first[self.nodes[index].slot as usize];
+            while carried != NONE {
+                self.add_node(carried, index as u32, constraints);
+                carried = self.next[carried as usize];
+            }
+            index += 1;
+        }
+        for &index in island {
+            let constraint = &constraints[index as usize];
+            for slot in [constraint.a as usize, constraint.b as usize] {
+                self.sum[slot] = Vec2::ZERO;
+                self.best[slot] = NONE;
+                self.first[slot] = NONE;
+            }
+        }
+    }
+
+    #[inline]
+    fn consider_carrier(&mut self, slot: u32, constraint: u32, impulse: Vec2) {
+        let index = slot as usize;
+        let contribution = impulse.dot(self.sum[index]);
+        if self.best[index] == NONE {
+            self.bodies.push(slot);
+        } else if contribution <= self.contribution[index] {
+            return;
+        }
+        self.best[index] = constraint;
+        self.contribution[index] = contribution;
+    }
+
+    /// Adds the bodies that rest on the ground or float, and lists the others by their carrier.
+    fn add_roots(&mut self, constraints: &[ContactConstraint]) {
+        for index in 0..self.bodies.len() {
+            let slot = self.bodies[index];
+            let best = self.best[slot as usize];
+            let constraint = &constraints[best as usize];
+            let [a, b] = constraint.bodies();
+            let (other, inv_mass) = if slot == a.0 { b } else { a };
+            if inv_mass == 0.0 {
+                self.add_node(slot, NONE, constraints);
+            } else if self.best[other as usize] == best && slot < other {
+                // Two bodies that carry each other: the lower slot floats.
+                self.add_node(slot, NONE, constraints);
+                self.nodes.last_mut().expect("just added").constraint = NONE;
+            } else {
+                self.next[slot as usize] = self.first[other as usize];
+                self.first[other as usize] = slot;
+            }
+        }
+    }
+
+    #[inline]
+    fn add_node(&mut self, slot: u32, carrier: u32, constraints: &[ContactConstraint]) {
+        let index = self.best[slot as usize];
+        let constraint = &constraints[index as usize];
+        let is_b = slot == constraint.b;
+        self.nodes.push(Node {
+            slot,
+            constraint: index,
+            carrier,
+            state: ContactState::Open,
+            normal: if is_b { constraint.normal } else { -constraint.normal },
+            own_mass: 1.0 / if is_b { constraint.inv_mass_b } else { constraint.inv_mass_a },
+            mass: Symmetric::default(),
+            bias: Vec2::ZERO,
+            stick_change: Vec2::ZERO,
+            friction_change: 0.0,
+            change: Vec2::ZERO,
+            impulse: Vec2::ZERO,
+        });
+    }
+
+    /// Clears the forest.
+    pub fn clear(&mut self) {
+        self.nodes.clear();
+    }
+
+    /// Solves the forest: impulses and velocities move to the solution, or as far towards it as
+    /// raises D (see `warm_start`). Returns whether that is more than [`FOREST_SHARE_MIN`] of the
+    /// way. `FRICTION` as in [`crate::solver::sweep`].
+    pub fn solve<const FRICTION: bool>(
+        &mut self,
+        constraints: &mut [ContactConstraint],
+        velocity: &mut [Vec2],
+    ) -> bool {
+        if self.nodes.is_empty() {
+            return true;
+        }
+        for node in self.nodes.iter_mut().filter(|node| node.constraint != NONE) {
+            classify::<FRICTION>(node, &constraints[node.constraint as usize], velocity);
+        }
+        for _ in 0..ACTIVE_SET_ROUNDS_MAX {
+            self.accumulate_masses::<FRICTION>(constraints);
+            self.propagate_changes::<FRICTION>(constraints);
+            if !self.update_states::<FRICTION>(constraints) {
+                break;
+            }
+        }
+        for node in self.nodes.iter_mut().filter(|node| node.constraint != NONE) {
+            apply_impulse::<FRICTION>(node, &mut constraints[node.constraint as usize], velocity);
+        }
+        let share = self.step_share(constraints, velocity);
+        if share < 1.0 {
+            for node in self.nodes.iter().filter(|node| node.constraint != NONE) {
+                scale_back::<FRICTION>(
+                    node,
+                    &mut constraints[node.constraint as usize],
+                    velocity,
+                    share,
+                );
+            }
+        }
+        share > FOREST_SHARE_MIN
+    }
+
+    /// The share of the way to the solution at which D is greatest; 1 if the solution is hardly
+    /// less.
+    fn step_share(&self, constraints: &[ContactConstraint], velocity: &[Vec2]) -> f32 {
+        // Slopes of D at both ends of the way; it is a parabola.
+        let (mut start, mut end) = (0.0, 0.0);
+        for node in self.nodes.iter().filter(|node| node.constraint != NONE) {
+            start += node.impulse.dot(node.stick_change);
+            end += node.impulse.dot(stick_change(
+                node,
+                &constraints[node.constraint as usize],
+                velocity,
+            ));
+        }
+        if end >= -OVERSHOOT * start {
+            1.0
+        } else if start > 0.0 {
+            start / (start - end)
+        } else {
+            0.0
+        }
+    }
+
+    /// From the leaves to the roots: the mass and impulse that each carrier has to move.
+    fn accumulate_masses<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) {
+        for node in &mut self.nodes {
+            node.mass = Symmetric { xx: node.own_mass, xy: 0.0, yy: node.own_mass };
+            node.bias = Vec2::ZERO;
+        }
+        for index in (0..self.nodes.len()).rev() {
+            let node = &self.nodes[index];
+            let carrier = node.carrier;
+            if carrier != NONE {
+                let (mass, bias) = passed_to_carrier::<FRICTION>(node, constraints);
+                let carrier = &mut self.nodes[carrier as usize];
+                carrier.mass.add(mass);
+                carrier.bias += bias;
+            }
+        }
+    }
+
+    /// From the roots to the leaves: the change of each body.
+    fn propagate_changes<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) {
+        for index in 0..self.nodes.len() {
+            let carrier_change = self.carrier_change(index);
+            let node = &mut self.nodes[index];
+            (node.change, node.impulse) = solve_node::<FRICTION>(node, constraints, carrier_change);
+        }
+    }
+
+    /// Change of the velocity of a node's carrier.
+    #[inline]
+    fn carrier_change(&self, index: usize) -> Vec2 {
+        match self.nodes[index].carrier {
+            NONE => Vec2::ZERO,
+            carrier => self.nodes[carrier as usize].change,
+        }
+    }
+
+    /// Updates the state of each contact that the solution contradicts; returns whether any
+    /// changed.
+    fn update_states<const FRICTION: bool>(&mut self, constraints: &[ContactConstraint]) -> bool {
+        let mut any = false;
+        for index in 0..self.nodes.len() {
+            let carrier_change = self.carrier_change(index);
+            let node = &mut self.nodes[index];
+            if node.constraint != NONE {
+                any |= update_state::<FRICTION>(
+                    node,
+                    &constraints[node.constraint as usize],
+                    carrier_change,
+                );
+            }
+        }
+        any
+    }
+}
+
+/// Initial state of the contact of a node, from its impulses and velocities.
+#[inline]
+fn classify<const FRICTION: bool>(
+    node: &mut Node,
+    constraint: &ContactConstraint,
+    velocity: &[Vec2],
+) {
+    node.state = if constraint.normal_impulse <= 0.0 {
+        ContactState::Open
+    } else if FRICTION && constraint.sticks() {
+        ContactState::Stick
+    } else {
+        ContactState::Slide
+    };
+    node.friction_change = 0.0;
+    node.stick_change = stick_change(node, constraint, velocity);
+}
+
+/// Change of a node's velocity relative to its carrier that would make the contact stick.
+#[inline]
+fn stick_change(node: &Node, constraint: &ContactConstraint, velocity: &[Vec2]) -> Vec2 {
+    let relative = constraint.relative_velocity(velocity);
+    let relative = if node.slot == constraint.b { relative } else { -relative };
+    node.normal * constraint.min_normal_velocity - relative
+}
+
+/// The apparent mass and the impulse that a node passes to its carrier.
+#[inline]
+fn passed_to_carrier<const FRICTION: bool>(
+    node: &Node,
+    constraints: &[ContactConstraint],
+) -> (Symmetric, Vec2) {
+    match node.state {
+        ContactState::Stick => (node.mass, node.mass.times(node.stick_change) + node.bias),
+        ContactState::Slide => {
+            let (share, stick_change) = along_normal::<FRICTION>(node);
+            let normal = node.normal * (share * stick_change);
+            let bias =
+                if FRICTION { normal + node.normal.perp() * node.friction_change } else { normal };
+            (Symmetric::square(node.normal, share), bias)
+        }
+        ContactState::Open => {
+            (Symmetric::default(), removal_impulse::<FRICTION>(node, constraints))
+        }
+    }
+}
+
+/// Change of a node's velocity, and the impulse for it, given the change of its carrier.
+#[inline]
+fn solve_node<const FRICTION: bool>(
+    node: &Node,
+    constraints: &[ContactConstraint],
+    carrier_change: Vec2,
+) -> (Vec2, Vec2) {
+    let impulse = match node.state {
+        ContactState::Stick => {
+            let change = carrier_change + node.stick_change;
+            return (change, node.mass.times(change) + node.bias);
+        }
+        ContactState::Slide => {
+            let (share, stick_change) = along_normal::<FRICTION>(node);
+            let normal = node.normal * (share * (stick_change + node.normal.dot(carrier_change)));
+            if FRICTION { normal + node.normal.perp() * node.friction_change } else { normal }
+        }
+        ContactState::Open => removal_impulse::<FRICTION>(node, constraints),
+    };
+    (node.mass.solve(impulse - node.bias), impulse)
+}
+
+/// Apparent mass of a sliding node along its normal, and its missing speed there.
+#[inline]
+fn along_normal<const FRICTION: bool>(node: &Node) -> (f32, f32) {
+    let share = 1.0 / node.normal.dot(node.mass.solve(node.normal));
+    let rest =
+        if FRICTION { node.bias - node.normal.perp() * node.friction_change } else { node.bias };
+    let free = node.mass.solve(rest);
+    (share, node.normal.dot(node.stick_change + free))
+}
+
+/// The impulse that takes back those of an open contact.
+#[inline]
+fn removal_impulse<const FRICTION: bool>(node: &Node, constraints: &[ContactConstraint]) -> Vec2 {
+    match node.constraint {
+        NONE => Vec2::ZERO,
+        constraint => {
+            let constraint = &constraints[constraint as usize];
+            let normal = node.normal * constraint.normal_impulse;
+            -(if FRICTION {
+                normal + node.normal.perp() * constraint.tangent_impulse
+            } else {
+                normal
+            })
+        }
+    }
+}
+
+/// Updates the state of a node's contact; returns whether it changed.
+#[inline]
+fn update_state<const FRICTION: bool>(
+    node: &mut Node,
+    constraint: &ContactConstraint,
+    carrier_change: Vec2,
+) -> bool {
+    let (normal, tangent) = total::<FRICTION>(node, constraint);
+    let slides = FRICTION && constraint.friction > 0.0;
+    // Final velocity relative to the carrier.
+    let relative = node.normal * constraint.min_normal_velocity + node.change
+        - carrier_change
+        - node.stick_change;
+    let state = match node.state {
+        ContactState::Stick | ContactState::Slide if normal < 0.0 => ContactState::Open,
+        ContactState::Stick if FRICTION && tangent.abs() > constraint.friction * normal => {
+            let limit = constraint.friction * normal;
+            node.friction_change = clamp(tangent, -limit, limit) - constraint.tangent_impulse;
+            ContactState::Slide
+        }
+        // Friction in the direction of the slide has to stick.
+        ContactState::Slide if slides && tangent * node.normal.perp().dot(relative) > 0.0 => {
+            ContactState::Stick
+        }
+        ContactState::Open if node.normal.dot(relative) < constraint.min_normal_velocity => {
+            if slides {
+                ContactState::Stick
+            } else {
+                ContactState::Slide
+            }
+        }
+        state => state,
+    };
+    let changed = state != node.state;
+    node.state = state;
+    changed
+}
+
+/// Normal and friction impulse of a contact in the solution.
+#[inline]
+fn total<const FRICTION: bool>(node: &Node, constraint: &ContactConstraint) -> (f32, f32) {
+    let normal = constraint.normal_impulse + node.normal.dot(node.impulse);
+    let tangent = if FRICTION {
+        constraint.tangent_impulse + node.normal.perp().dot(node.impulse)
+    } else {
+        0.0
+    };
+    (normal, tangent)
+}
+
+/// Applies the impulse of a node within the limits of its contact; `impulse` becomes the applied
+/// one.
+#[inline]
+fn apply_impulse<const FRICTION: bool>(
+    node: &mut Node,
+    constraint: &mut ContactConstraint,
+    velocity: &mut [Vec2],
+) {
+    let (normal, tangent) = total::<FRICTION>(node, constraint);
+    let normal = max(normal, 0.0);
+    let tangent = if FRICTION { limited(tangent, constraint.friction * normal) } else { 0.0 };
+    let change = constraint.impulse_of::<FRICTION>(
+        normal - constraint.normal_impulse,
+        tangent - constraint.tangent_impulse,
+    );
+    constraint.normal_impulse = normal;
+    constraint.tangent_impulse = tangent;
+    constraint.apply(velocity, change);
+    node.impulse = if node.slot == constraint.b { change } else { -change };
+}
+
+/// Scales the applied impulse of a node back to a share.
+#[inline]
+fn scale_back<const FRICTION: bool>(
+    node: &Node,
+    constraint: &mut ContactConstraint,
+    velocity: &mut [Vec2],
+    share: f32,
+) {
+    let given = if node.slot == constraint.b { node.impulse } else { -node.impulse };
+    constraint.apply(velocity, given * (share - 1.0));
+    constraint.normal_impulse =
+        constraint.normal_before + share * (constraint.normal_impulse - constraint.normal_before);
+    if FRICTION {
+        constraint.tangent_impulse = constraint.tangent_before
+            + share * (constraint.tangent_impulse - constraint.tangent_before);
+    }
+}

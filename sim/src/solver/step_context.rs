@@ -1,0 +1,35 @@
+//! The constants of a step.
+
+use crate::broad_phase::pairs::Filter;
+use crate::features::Features;
+use crate::solver::settings::Conjugate;
+use crate::world::settings::WorldSettings;
+use glam::Vec2;
+
+/// Constants of a step that do not depend on the bodies.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepContext<'a> {
+    pub settings: &'a Conjugate,
+    pub gravity: Vec2,
+    pub dt: f32,
+    pub speed_max: f32,
+    pub features: Features,
+    pub filter: Filter<'a>,
+}
+
+impl<'a> StepContext<'a> {
+    /// The constants of a world's next step.
+    pub fn new(
+        settings: &'a Conjugate,
+        world: &'a WorldSettings,
+        features: Features,
+    ) -> StepContext<'a> {
+        let WorldSettings { gravity, dt, speed_max, .. } = *world;
+        StepContext { settings, gravity, dt, speed_max, features, filter: world.filter() }
+    }
+
+    /// Distance that a body falls in a step from rest.
+    pub fn fall_distance(&self) -> f32 {
+        self.gravity.length() * self.dt * self.dt
+    }
+}

@@ -1,0 +1,207 @@
+//! Block Gauss-Seidel, accelerated by nonlinear conjugate gradients.
+//!
+//! A sweep solves the forest, then the chains, then every other constraint: the normal impulse that
+//! stops the two closing too fast, then friction, whose limit is then known (Moreau 1988; Jean
+//! 1999). The change of a sweep, d, takes the part of the negative gradient in the norm of the
+//! effective masses. Between sweeps the impulses are extrapolated along p by beta = |d|^2 /
+//! |previous d|^2, and p becomes beta p + d; where beta exceeds 1 the direction is reset
+//! (Silcowitz-Hansen, Niebe and Erleben 2010, "A nonsmooth nonlinear conjugate gradient method for
+//! interactive contact force problems"). The last step is always a sweep: the one in which no
+//! constraint changes a relative velocity by more than the tolerance. `FRICTION` is false where
+//! nothing has friction: its zeros are then not computed.
+
+use super::gauss_seidel::{Change, limited, solve_contact};
+use crate::math::max;
+use crate::solver::chains::Chains;
+use crate::solver::contact_constraint::ContactConstraint;
+use crate::solver::spanning_forest::SpanningForest;
+use crate::solver::tolerances::{FIRST_SWEEP_SHARE, NEAR_SOLUTION};
+use glam::Vec2;
+
+/// Sweeps for which a forest is kept. Where it is of no use the wait for the next one doubles.
+const FOREST_SWEEPS: u32 = 4;
+
+/// Parts of an island that a sweep solves exactly.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Blocks {
+    pub chains: Chains,
+    pub forest: SpanningForest,
+}
+
+impl Blocks {
+    /// Makes room for `slots` bodies.
+    pub fn reserve(&mut self, slots: usize) {
+        self.chains.reserve(slots);
+        self.forest.reserve(slots);
+    }
+}
+
+/// End of an island's sweeps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StopCriteria {
+    /// Change of a relative velocity that is small enough, units/s.
+    pub tolerance: f32,
+    /// Most sweeps.
+    pub sweeps_max: u32,
+}
+
+/// Sweeps over immovable bodies alone: two walls that meet in a corner need no more.
+const IMMOVABLE_SWEEPS: u32 = 2;
+
+/// Solves an island; returns the number of sweeps.
+pub(crate) fn solve<const FRICTION: bool>(
+    constraints: &mut [ContactConstraint],
+    island: &[u32],
+    blocks: &mut Blocks,
+    velocity: &mut [Vec2],
+    stop: StopCriteria,
+) -> u32 {
+    let is_near_solution =
+        residual::<FRICTION>(constraints, island, velocity) < NEAR_SOLUTION * stop.tolerance;
+    let (mut forest_at, mut wait) = (if is_near_solution { 2 } else { 1 }, FOREST_SWEEPS);
+    let mut squared_before = 0.0;
+    blocks.forest.clear();
+    for &index in island {
+        constraints[index as usize].remember();
+    }
+    for count in 1..=stop.sweeps_max {
+        if count == forest_at {
+            blocks.forest.find::<FRICTION>(constraints, island);
+            forest_at += wait;
+        }
+        if !blocks.forest.solve::<FRICTION>(constraints, velocity) {
+            blocks.forest.clear();
+            wait *= 2;
+            forest_at = count + wait;
+        }
+        let change = sweep::<FRICTION>(constraints, &mut blocks.chains, velocity);
+        let strict = if is_near_solution && count == 1 { FIRST_SWEEP_SHARE } else { 1.0 };
+        if change.worst < strict * stop.tolerance {
+            return count;
+        }
+        let ratio = if squared_before > 0.0 { change.squared / squared_before } else { 0.0 };
+        // Sums of squares of implausible numbers may be infinite, and their ratio NaN.
+        let beta = (ratio <= 1.0).then_some(ratio);
+        squared_before = change.squared;
+        if count < stop.sweeps_max {
+            for &index in island {
+                extrapolate::<FRICTION>(&mut constraints[index as usize], velocity, beta);
+            }
+        }
+    }
+    stop.sweeps_max
+}
+
+/// The largest residual of a constraint, units/s.
+fn residual<const FRICTION: bool>(
+    constraints: &[ContactConstraint],
+    island: &[u32],
+    velocity: &[Vec2],
+) -> f32 {
+    let mut worst = 0.0;
+    for &index in island {
+        let constraint = &constraints[index as usize];
+        let relative = constraint.relative_velocity(velocity);
+        let lack = constraint.min_normal_velocity - constraint.normal.dot(relative);
+        if constraint.normal_impulse <= 0.0 {
+            worst = max(worst, lack);
+        } else {
+            worst = max(worst, lack.abs());
+            if FRICTION && constraint.sticks() {
+                worst = max(worst, constraint.normal.perp().dot(relative).abs());
+            }
+        }
+    }
+    worst
+}
+
+/// Solves the chains, and all other constraints one by one.
+fn sweep<const FRICTION: bool>(
+    constraints: &mut [ContactConstraint],
+    chains: &mut Chains,
+    velocity: &mut [Vec2],
+) -> Change {
+    let mut change = chains.sweep::<FRICTION>(constraints, velocity);
+    for &index in &chains.others {
+        let constraint = &mut constraints[index as usize];
+        let off = solve_contact::<FRICTION>(constraint, velocity);
+        change.count::<FRICTION>(constraint, off);
+    }
+    change
+}
+
+/// Applies the stored impulses of a constraint, and visits it `visits` times.
+#[inline]
+pub(crate) fn solve_single<const FRICTION: bool>(
+    constraint: &mut ContactConstraint,
+    velocity: &mut [Vec2],
+    visits: u32,
+) {
+    constraint.apply(velocity, constraint.accumulated::<FRICTION>());
+    for _ in 0..visits {
+        solve_contact::<FRICTION>(constraint, velocity);
+    }
+}
+
+/// A sweep without chains, forest and directions.
+pub(crate) fn plain_sweep(
+    constraints: &mut [ContactConstraint],
+    island: &[u32],
+    velocity: &mut [Vec2],
+) {
+    for &index in island {
+        solve_contact::<true>(&mut constraints[index as usize], velocity);
+    }
+}
+
+/// Gives immovable bodies the last word where sweeps ended before they converged: an overlap of two
+/// bodies is better than a body inside a wall.
+pub(crate) fn sweep_immovable(
+    constraints: &mut [ContactConstraint],
+    island: &[u32],
+    velocity: &mut [Vec2],
+) {
+    for _ in 0..IMMOVABLE_SWEEPS {
+        for &index in island {
+            let constraint = &mut constraints[index as usize];
+            if !constraint.is_free() {
+                solve_contact::<false>(constraint, velocity);
+            }
+        }
+    }
+}
+
+/// Moves a constraint's impulses along the direction, within their limits, or resets the direction;
+/// the next sweep begins there.
+#[inline]
+fn extrapolate<const FRICTION: bool>(
+    constraint: &mut ContactConstraint,
+    velocity: &mut [Vec2],
+    beta: Option<f32>,
+) {
+    if let Some(beta) = beta {
+        let normal = max(constraint.normal_impulse + beta * constraint.normal_direction, 0.0);
+        constraint.normal_direction = beta * constraint.normal_direction
+            + (constraint.normal_impulse - constraint.normal_before);
+        let normal_change = normal - constraint.normal_impulse;
+        let mut tangent_change = 0.0;
+        if FRICTION {
+            let limit = constraint.friction * normal;
+            let tangent =
+                limited(constraint.tangent_impulse + beta * constraint.tangent_direction, limit);
+            constraint.tangent_direction = beta * constraint.tangent_direction
+                + (constraint.tangent_impulse - constraint.tangent_before);
+            tangent_change = tangent - constraint.tangent_impulse;
+            constraint.tangent_impulse = tangent;
+        }
+        if normal_change != 0.0 || tangent_change != 0.0 {
+            constraint.normal_impulse = normal;
+            constraint
+                .apply(velocity, constraint.impulse_of::<FRICTION>(normal_change, tangent_change));
+        }
+    } else {
+        constraint.normal_direction = 0.0;
+        constraint.tangent_direction = 0.0;
+    }
+    constraint.remember();
+}

@@ -1,0 +1,86 @@
+//! Numeric tolerances of contacts, each with its derivation or the observation that set it. World
+//! units and seconds.
+
+// --- Rounding -----------------------------------------------------------------------------------
+
+/// Rounding of a coordinate, as a share of its magnitude: about `f32::EPSILON`. Closing a smaller
+/// separation would take a velocity that moves no body.
+pub(crate) const ROUNDING: f32 = 1.2e-7;
+/// Rounding of a velocity after a sweep, as a share of the largest one: some 8 `f32::EPSILON`.
+pub(crate) const SPEED_ROUNDING: f32 = 1e-6;
+/// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
+pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
+/// Circle centres closer than this share of the radii count as one centre: below it the squared
+/// distance loses its digits and the normal its length (C05).
+pub(crate) const SAME_CENTER: f32 = 1e-6;
+/// A path whose squared length is below this share of the squared radius counts as straight: it
+/// leaves the tangent by half of that share of the radius, which is below its rounding.
+pub(crate) const STRAIGHT: f32 = 1e-7;
+/// Mass ratio in an island from which its energy is guarded: f32 keeps 7 digits, and this leaves
+/// 3 to a light body under a heavy one.
+pub(crate) const GUARDED_MASS_RATIO: f32 = 1e4;
+
+// --- Overlap ------------------------------------------------------------------------------------
+
+/// Overlap that counts as none, a fiftieth of the default slop.
+pub(crate) const OVERLAP: f32 = 1e-4;
+/// Distance within which a pair has a constraint even if neither body moves: four times the
+/// default slop, so that a resting pair never loses it.
+pub(crate) const SPECULATIVE: f32 = 0.02;
+/// Overlap on both axes below which two boxes only pass corner to corner: twice the default slop.
+/// The axis of the last step may be worse by twice as much before two boxes change it.
+pub(crate) const CORNER: f32 = 0.01;
+/// The same for small boxes, as a share of the smaller one's size.
+pub(crate) const CORNER_SHARE: f32 = 0.05;
+/// Overlap, as a share of the thinner body's half-size, from which the normal is arbitrary: the
+/// centre of one may lie on either side of the other's face.
+pub(crate) const DEEP_SHARE: f32 = 0.5;
+/// Largest overlap that is ever tolerated, as a share of the thinner body's half-size: half of
+/// [`DEEP_SHARE`], so that the body still has a side.
+pub(crate) const TOLERATED_SHARE: f32 = 0.25;
+/// Share of the slop to which an overlap beyond it is reduced: a body that rests at its edge would
+/// be handled in every step.
+pub(crate) const SLOP_SHARE: f32 = 0.8;
+
+// --- Normals and friction -----------------------------------------------------------------------
+
+/// Cosine below which a rechecked normal is a different one, 8 degrees: the constraint is renewed.
+pub(crate) const SAME_NORMAL: f32 = 0.99;
+/// Cosine below which an impulse is taken back because the normal has turned, 45 degrees: a
+/// rolling contact turns by less in a step, a jump from the top of a box to its side by more.
+pub(crate) const SAME_FACE: f32 = 0.7;
+/// Share of the greatest friction from which a pair slides: its limit, but for rounding.
+pub(crate) const SLIDING: f32 = 0.999;
+
+// --- Convergence --------------------------------------------------------------------------------
+
+/// Passes of the relaxation end when none changes a velocity by more than this, units/s, or an
+/// overlap by more than [`OVERLAP`].
+pub(crate) const RELAXED_SPEED: f32 = 1e-3;
+/// Velocity that stands for the gravity of a step where there is none, units/s.
+pub(crate) const GRAVITY_GAIN_MIN: f32 = 0.001;
+/// Islands of fewer constraints are solved more precisely by the square of the ratio, down to
+/// [`SMALL_ISLAND_SHARE`] of the tolerance: it costs nothing.
+pub(crate) const SMALL_ISLAND: f32 = 30.0;
+/// See [`SMALL_ISLAND`].
+pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
+/// Islands of more constraints are solved more precisely by the ratio: the velocities that each
+/// constraint of a high pile leaves add up, and the pile creeps. At a four times coarser tolerance
+/// a pile of 20,000 slides for half a minute.
+pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
+/// Residual of the warm start, in tolerances, below which the first sweep does without a forest.
+pub(crate) const NEAR_SOLUTION: f32 = 10.0;
+/// Share of the tolerance below which such a first sweep is also the last.
+pub(crate) const FIRST_SWEEP_SHARE: f32 = 0.01;
+/// Change of a displacement at which the sweeps of a position pass end, as a share of the slop.
+pub(crate) const POSITION_SHARE: f32 = 0.1;
+/// The same where the slop is smaller than ten times this, world units.
+pub(crate) const POSITION_MIN: f32 = 1e-5;
+/// Share of the best factor below which stored impulses are scaled back. From 0.5 on they cannot
+/// add energy (D >= 0, see `warm_start`); 1 would scale at every rounding error.
+pub(crate) const WARM_START_SHARE: f32 = 0.75;
+/// Slope of D at the solution of a forest that may be downhill, as a share of the slope at the
+/// start: a parabola with less is there as high as at its top, to 1 %.
+pub(crate) const OVERSHOOT: f32 = 0.1;
+/// Share of the way to its solution from which a forest is worth its time.
+pub(crate) const FOREST_SHARE_MIN: f32 = 0.5;

@@ -1,0 +1,59 @@
+//! Touches: pairs of bodies in contact at the end of a step.
+
+use crate::bodies::Bodies;
+use crate::body::BodyId;
+use glam::Vec2;
+
+/// Two bodies that overlap at the end of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// The body with the lower index.
+    pub a: BodyId,
+    /// The other body.
+    pub b: BodyId,
+    /// Unit vector from a to b.
+    pub normal: Vec2,
+    /// Overlap, world units, positive.
+    pub depth: f32,
+    /// Largest closing speed along the normal in this step, units/s, not negative.
+    pub closing: f32,
+    /// Whether the two did not touch at the end of the previous step.
+    pub began: bool,
+}
+
+/// A touch found by a solver, by slots.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Found {
+    /// Lower slot.
+    pub a: u32,
+    pub b: u32,
+    /// Unit vector from a to b.
+    pub normal: Vec2,
+    /// Overlap, world units, not negative.
+    pub depth: f32,
+    /// Largest closing speed in the step, units/s, not negative.
+    pub closing: f32,
+}
+
+/// The touches of the last step and of the one before.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Touches {
+    /// In (a, b) order.
+    pub now: Vec<Touch>,
+    before: Vec<Touch>,
+}
+
+impl Touches {
+    /// Lists the touches of a step, which come in (a, b) order.
+    pub fn report(&mut self, bodies: &Bodies, found: impl Iterator<Item = Found>) {
+        std::mem::swap(&mut self.now, &mut self.before);
+        self.now.clear();
+        let mut before = self.before.iter().peekable();
+        for Found { a, b, normal, depth, closing } in found {
+            let (id_a, id_b) = (bodies.id(a), bodies.id(b));
+            while before.next_if(|old| (old.a.index, old.b.index) < (a, b)).is_some() {}
+            let began = before.next_if(|old| (old.a, old.b) == (id_a, id_b)).is_none();
+            self.now.push(Touch { a: id_a, b: id_b, normal, depth, closing, began });
+        }
+    }
+}
