@@ -1,0 +1,56 @@
+//! Events: facts that a tick reports.
+
+use crate::input::Seat;
+use crate::scene::Kind;
+use glam::Vec2;
+use jostle_sim::{BodyId, EmitterDef};
+
+/// A fact that a tick reports, in the order in which it happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// Two bodies began to touch, one of them dynamic, closing faster than the scene's report speed.
+    Impact {
+        /// Lower index.
+        a: BodyId,
+        /// Higher index.
+        b: BodyId,
+        /// Contact point, world units.
+        point: Vec2,
+        /// Closing speed, units/s.
+        speed: f32,
+    },
+    /// A dye pack burst on a hero.
+    PackHit {
+        /// The pack's owner.
+        owner: Seat,
+        /// The hero's player, if it has one.
+        victim: Option<Seat>,
+        /// The hero.
+        hero: BodyId,
+        /// Contact point, world units.
+        point: Vec2,
+    },
+    /// A body left the kill zone; a hero respawns.
+    BodyLeft {
+        /// Its kind.
+        kind: Kind,
+        /// Its id, no longer valid.
+        body: BodyId,
+        /// Its last position, world units.
+        point: Vec2,
+    },
+    /// An emitter was started.
+    EmitterStarted(EmitterDef),
+    /// An emitter of the scene at a fixed position was started again:
+    /// [`Scene::emitter`](crate::Scene::emitter).
+    ScheduledEmitterStarted {
+        /// Index into the scene's emitters.
+        index: u8,
+        /// Seed of everything random about its particles this time.
+        seed: u32,
+    },
+    /// A player took a seat.
+    Joined(Seat),
+    /// A player left a seat; hero and packs are gone.
+    Left(Seat),
+}

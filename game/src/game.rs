@@ -1,0 +1,213 @@
+//! The Game: a World and the rules of its scene.
+//!
+//! The order of a tick: steering acts on velocities, the World steps, rules act on its reports, tools
+//! make new bodies, particles move. The chapter moves its bodies kind by kind and solves contacts
+//! last (B6).
+
+use crate::event::Event;
+use crate::input::{Input, Seat};
+use crate::packs::Prey;
+use crate::phase::Phase;
+use crate::player::{self, Player};
+use crate::rngs::{LAYOUT_STREAM, Rngs};
+use crate::roster::Roster;
+use crate::scene::{Kind, SEATS_MAX, Scene};
+use crate::{emitters, heroes, impacts, minions, packs, placing, platforms, tools};
+use jostle_sim::Rng;
+use jostle_sim::particles::quantise;
+use jostle_sim::{BodyId, Shape, World};
+use std::sync::Arc;
+
+/// Public facts of one body, for snapshots and traces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyInfo {
+    /// Its id.
+    pub id: BodyId,
+    /// Its kind.
+    pub kind: Kind,
+    /// The player it belongs to, for heroes and packs.
+    pub owner: Option<Seat>,
+    /// Collision group, an index into the scene's.
+    pub group: u8,
+    /// Outline.
+    pub shape: Shape,
+    /// Centre in quanta.
+    pub quanta: [i32; 2],
+}
+
+/// Public facts of one player, for snapshots.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlayerInfo {
+    /// The seat.
+    pub seat: Seat,
+    /// The hero, unless the scene has none or it is about to respawn.
+    pub hero: Option<BodyId>,
+    /// The selected body (A1.1).
+    pub selected: Option<BodyId>,
+    /// The body that the player holds.
+    pub held: Option<BodyId>,
+    /// Hits scored with packs.
+    pub score: u16,
+    /// Pointer in quanta, for the eyes of the hero to follow.
+    pub pointer: Option<[i32; 2]>,
+}
+
+/// A World and the rules of its scene.
+#[derive(Clone, Debug)]
+pub struct Game {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) world: World,
+    pub(crate) ticks: u32,
+    pub(crate) roster: Roster,
+    pub(crate) rngs: Rngs,
+    events: Vec<Event>,
+    /// Joins and leaves since the last tick.
+    pub(crate) pending: Vec<Event>,
+    /// Scratch memory of a tick.
+    prey: Prey,
+    hard_touches: Vec<u32>,
+}
+
+impl Game {
+    /// A game at tick 0 without players. The same scene and seed give the same game.
+    pub fn new(scene: Arc<Scene>, seed: u64) -> Game {
+        let world = World::new(scene.world_settings());
+        let mut game = Game::of_parts(scene, world, Roster::default(), Rngs::new(seed));
+        let Game { scene, world, roster, .. } = &mut game;
+        placing::fill(world, roster, scene, &mut Rng::new(seed, LAYOUT_STREAM));
+        game
+    }
+
+    /// A game at tick 0 of these parts.
+    pub(crate) fn of_parts(scene: Arc<Scene>, world: World, roster: Roster, rngs: Rngs) -> Game {
+        Game {
+            scene,
+            world,
+            ticks: 0,
+            roster,
+            rngs,
+            events: Vec::new(),
+            pending: Vec::new(),
+            prey: Prey::default(),
+            hard_touches: Vec::new(),
+        }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// The world.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// Ticks played.
+    pub fn tick_count(&self) -> u32 {
+        self.ticks
+    }
+
+    /// Seats a player. Where the scene has heroes one appears, at once if a position is clear.
+    /// Panics if the seat is taken or not below [`SEATS_MAX`].
+    pub fn join(&mut self, seat: Seat) {
+        assert!(usize::from(seat.0) < SEATS_MAX, "seat {} is past the last one", seat.0);
+        let slot = match self.slot_of(seat) {
+            Ok(_) => panic!("seat {} is taken", seat.0),
+            Err(slot) => slot,
+        };
+        let Game { scene, world, roster, rngs, .. } = self;
+        roster.players.insert(slot, Player::new(seat, roster.first_of(scene, Kind::Hero)));
+        heroes::spawn(world, roster, scene, slot, &mut rngs.spawn);
+        self.pending.push(Event::Joined(seat));
+    }
+
+    /// Removes a player with hero and packs. Panics if the seat is empty.
+    pub fn leave(&mut self, seat: Seat) {
+        let slot = match self.slot_of(seat) {
+            Ok(slot) => slot,
+            Err(_) => panic!("seat {} is empty", seat.0),
+        };
+        let Game { world, roster, .. } = self;
+        tools::release(world, &mut roster.players[slot]);
+        roster.players.remove(slot);
+        roster.remove_all(world, |actor| actor.owner == Some(seat));
+        self.pending.push(Event::Left(seat));
+    }
+
+    /// The player's slot in the roster, or where it would be.
+    fn slot_of(&self, seat: Seat) -> Result<usize, usize> {
+        self.roster.players.binary_search_by_key(&seat, |player| player.seat)
+    }
+
+    /// Plays one tick. `inputs` holds at most one entry a seat, in seat order; a seat without an
+    /// entry is at rest: nothing is down.
+    pub fn tick(&mut self, inputs: &[(Seat, Input)]) {
+        self.tick_watched(inputs, &mut |_, _| {});
+    }
+
+    /// [`Game::tick`], with a call to `watch` after each phase. Its changes are part of the tick.
+    pub fn tick_watched(
+        &mut self,
+        inputs: &[(Seat, Input)],
+        watch: &mut impl FnMut(Phase, &mut World),
+    ) {
+        let ordered = inputs.windows(2).all(|pair| pair[0].0 < pair[1].0);
+        debug_assert!(ordered, "inputs must be in seat order, one a seat");
+        let Game { scene, world, roster, rngs, events, prey, .. } = self;
+        events.clear();
+        events.append(&mut self.pending);
+
+        player::take_inputs(&mut roster.players, inputs, scene.size);
+        platforms::drive(world, &roster.placed, scene, self.ticks + 1);
+        minions::steer(world, &roster.actors, scene.minion_recovery);
+        heroes::spawn_due(world, roster, scene, &mut rngs.spawn);
+        heroes::thrust(world, &roster.players, scene);
+        packs::steer(world, roster, scene, prey);
+        tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
+        watch(Phase::Inputs, world);
+
+        world.step_watched(&mut |phase, world| watch(phase.into(), world));
+
+        impacts::report(world, scene, &mut self.hard_touches, events);
+        heroes::report_departed(world, roster, events);
+        minions::turn(world, &mut roster.actors);
+        packs::take_drift(world, &mut roster.actors);
+        packs::burst(world, roster, scene, prey, &mut rngs.emit, events);
+        tools::make(world, roster, scene, rngs, events);
+        emitters::start_due(world, scene, &roster.placed, self.ticks, &mut rngs.emit, events);
+        watch(Phase::Events, world);
+        world.step_particles();
+        watch(Phase::Particles, world);
+        self.ticks += 1;
+    }
+
+    /// Reports of the last tick, and joins and leaves since the one before, in order.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Bodies in index order.
+    pub fn bodies(&self) -> impl Iterator<Item = BodyInfo> + '_ {
+        self.roster.actors().map(|actor| BodyInfo {
+            id: actor.id,
+            kind: actor.kind,
+            owner: actor.owner,
+            group: self.world.group(actor.id),
+            shape: self.world.shape(actor.id),
+            quanta: self.world.position_quanta(actor.id),
+        })
+    }
+
+    /// Players in seat order.
+    pub fn players(&self) -> impl Iterator<Item = PlayerInfo> + '_ {
+        self.roster.players.iter().map(|player| PlayerInfo {
+            seat: player.seat,
+            hero: player.hero,
+            selected: player.selected,
+            held: player.held.map(|held| held.body),
+            score: player.score,
+            pointer: player.pointer.map(|pointer| quantise(pointer, self.scene.quantum)),
+        })
+    }
+}

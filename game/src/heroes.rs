@@ -1,0 +1,125 @@
+//! Heroes of players: where they appear and how they are steered.
+
+use crate::actor::Rule;
+use crate::event::Event;
+use crate::input::Buttons;
+use crate::player::Player;
+use crate::roster::Roster;
+use crate::scene::{HeroSpec, Kind, Scene, Tools};
+use glam::Vec2;
+use jostle_sim::Rng;
+use jostle_sim::collide;
+use jostle_sim::math::{clamp_length, max};
+use jostle_sim::{BodyDef, BodyId, DT, World};
+
+/// Ticks from the loss of a hero to the next one.
+pub(crate) const RESPAWN_TICKS: u32 = 30;
+/// Ticks between two attempts to find a clear position.
+const RETRY_TICKS: u32 = 10;
+/// Random positions tried when no spawn point is clear.
+const POSITIONS_TRIED: u32 = 16;
+
+/// Spawns the heroes of players who have none and have waited long enough.
+pub(crate) fn spawn_due(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
+    for slot in 0..roster.players.len() {
+        let player = &mut roster.players[slot];
+        if player.hero.is_none() && player.hero_wait > 0 {
+            player.hero_wait -= 1;
+        } else if player.hero.is_none() {
+            spawn(world, roster, scene, slot, rng);
+        }
+    }
+}
+
+/// Spawns the hero of a player, or has the player wait where nothing is clear.
+pub(crate) fn spawn(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    slot: usize,
+    rng: &mut Rng,
+) {
+    let Some(spec) = &scene.hero else { return };
+    let seat = roster.players[slot].seat;
+    let hero = clear_position(world, scene, spec, usize::from(seat.0), rng).and_then(|position| {
+        let def = BodyDef { position, ..spec.body };
+        roster.add(world, &def, Kind::Hero, Some(seat), Rule::Still)
+    });
+    let player = &mut roster.players[slot];
+    player.hero = hero;
+    player.hero_wait = RETRY_TICKS;
+}
+
+/// A position where a hero touches nothing that it collides with: a spawn point, tried from the
+/// seat's own on, else a random one in the world.
+fn clear_position(
+    world: &World,
+    scene: &Scene,
+    spec: &HeroSpec,
+    first: usize,
+    rng: &mut Rng,
+) -> Option<Vec2> {
+    let is_clear = |position| is_clear(world, scene, &spec.body, position);
+    let count = spec.spawns.len();
+    let mut points = (0..count).map(|step| spec.spawns[(first + step) % count]);
+    if let Some(point) = points.find(|&point| is_clear(point)) {
+        return Some(point);
+    }
+    for _ in 0..POSITIONS_TRIED {
+        let (x, y) = (rng.unit(), rng.unit());
+        let point = Vec2::new(x, y) * scene.size;
+        if is_clear(point) {
+            return Some(point);
+        }
+    }
+    None
+}
+
+fn is_clear(world: &World, scene: &Scene, body: &BodyDef, position: Vec2) -> bool {
+    let free_of = |id: BodyId| {
+        let (shape, center) = (world.shape(id), world.position(id));
+        !scene.groups_meet(body.group, world.group(id))
+            || collide(body.shape, position, shape, center, (0, 1)).is_none()
+    };
+    world.ids().all(free_of)
+}
+
+/// Changes velocities by WASD; past the scene's speed thrust only turns.
+pub(crate) fn thrust(world: &mut World, players: &[Player], scene: &Scene) {
+    let Some(spec) = &scene.hero else { return };
+    if !scene.tools.contains(Tools::STEER) {
+        return;
+    }
+    for player in players {
+        let Some(hero) = player.hero else { continue };
+        let before = world.velocity(hero);
+        world.set_velocity(hero, spec.steered(before, player.down));
+    }
+}
+
+/// Reports bodies that left the kill zone; the players of lost heroes wait for the next one.
+pub(crate) fn report_departed(world: &World, roster: &mut Roster, events: &mut Vec<Event>) {
+    for &(body, point) in world.departed() {
+        let player = roster.players.iter_mut().find(|player| player.hero == Some(body));
+        if let Some(player) = player {
+            player.hero_wait = RESPAWN_TICKS;
+        }
+        let kind = roster.forget(body).map_or(Kind::Block, |actor| actor.kind);
+        events.push(Event::BodyLeft { kind, body, point });
+    }
+}
+
+impl HeroSpec {
+    /// The velocity of a hero after a tick with these buttons down, before the world steps.
+    pub fn steered(&self, velocity: Vec2, down: Buttons) -> Vec2 {
+        let push = Vec2::new(
+            down.axis(Buttons::RIGHT, Buttons::LEFT),
+            down.axis(Buttons::UP, Buttons::DOWN),
+        );
+        if push == Vec2::ZERO {
+            return velocity;
+        }
+        let speed_max = max(self.speed_max, velocity.length());
+        clamp_length(velocity + push * self.thrust * DT, speed_max)
+    }
+}

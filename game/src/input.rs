@@ -1,0 +1,78 @@
+//! Inputs: a player's keys and pointer in a tick.
+
+use glam::Vec2;
+use jostle_sim::particles::{dequantise, quantise};
+
+/// A player's slot in a game, 0..[`SEATS_MAX`](crate::SEATS_MAX).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Seat(pub u16);
+
+/// Keys and pointer buttons that are down, one bit each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Buttons(pub u16);
+
+impl Buttons {
+    /// W or arrow up.
+    pub const UP: Buttons = Buttons(1 << 0);
+    /// A or arrow left.
+    pub const LEFT: Buttons = Buttons(1 << 1);
+    /// S or arrow down.
+    pub const DOWN: Buttons = Buttons(1 << 2);
+    /// D or arrow right.
+    pub const RIGHT: Buttons = Buttons(1 << 3);
+    /// Left or right pointer button: launch, or drag the selected body.
+    pub const FIRE: Buttons = Buttons(1 << 4);
+    /// Z: marble or particle.
+    pub const MAKE: Buttons = Buttons(1 << 5);
+    /// X: hold the body under the pointer.
+    pub const HOLD: Buttons = Buttons(1 << 6);
+    /// C: agitate.
+    pub const AGITATE: Buttons = Buttons(1 << 7);
+    /// V: clear.
+    pub const CLEAR: Buttons = Buttons(1 << 8);
+    /// H: select the hero.
+    pub const PICK_HERO: Buttons = Buttons(1 << 9);
+    /// M: select the minion.
+    pub const PICK_MINION: Buttons = Buttons(1 << 10);
+    /// P: select the platform.
+    pub const PICK_PLATFORM: Buttons = Buttons(1 << 11);
+    /// All bits with a meaning.
+    pub const ALL: Buttons = Buttons((1 << 12) - 1);
+
+    /// Returns whether all of `other` are down.
+    pub fn contains(self, other: Buttons) -> bool {
+        self.0 & other.0 == other.0
+    }
+
+    /// 1, 0 or -1 for a pair of opposite keys.
+    pub fn axis(self, positive: Buttons, negative: Buttons) -> f32 {
+        f32::from(u8::from(self.contains(positive))) - f32::from(u8::from(self.contains(negative)))
+    }
+}
+
+/// A player's intent for one tick.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct Input {
+    /// Buttons that are down.
+    pub buttons: Buttons,
+    /// Pointer in world units, finite; `None` while it is outside the view. The game rounds it to
+    /// multiples of [`POINTER_QUANTUM`].
+    pub pointer: Option<Vec2>,
+}
+
+/// Resolution of pointers, world units: finer than anyone can point, and few bits to store.
+pub const POINTER_QUANTUM: f32 = 1.0 / 16.0;
+/// Largest coordinate of a pointer, world units, either sign: 2^24 quanta.
+pub const POINTER_MAX: f32 = 1_048_576.0;
+
+impl Input {
+    /// The input as the game takes it: known buttons only, and the pointer rounded. A pointer that
+    /// is not finite or lies past [`POINTER_MAX`] is dropped.
+    pub fn rounded(self) -> Input {
+        let usable =
+            |pointer: &Vec2| pointer.x.abs() <= POINTER_MAX && pointer.y.abs() <= POINTER_MAX;
+        let rounded = |pointer| dequantise(quantise(pointer, POINTER_QUANTUM), POINTER_QUANTUM);
+        let buttons = Buttons(self.buttons.0 & Buttons::ALL.0);
+        Input { buttons, pointer: self.pointer.filter(usable).map(rounded) }
+    }
+}

@@ -1,0 +1,32 @@
+//! Games: a [`Scene`] file describes one, a [`Game`] plays it on a [`World`](jostle_sim::World).
+//!
+//! One scene, one seed and one input log give one state hash for every tick, bit for bit, on every
+//! target. Nothing here does IO, reads a clock, spawns a thread or iterates a hash map.
+
+mod actor;
+mod emitters;
+mod event;
+mod game;
+mod heroes;
+mod impacts;
+mod input;
+mod minions;
+mod packs;
+mod phase;
+mod placing;
+mod platforms;
+mod player;
+mod rngs;
+mod roster;
+pub mod scene;
+mod state;
+mod tools;
+
+#[cfg(test)]
+mod tests;
+
+pub use event::Event;
+pub use game::{BodyInfo, Game, PlayerInfo};
+pub use input::{Buttons, Input, POINTER_MAX, POINTER_QUANTUM, Seat};
+pub use phase::Phase;
+pub use scene::{Kind, SEATS_MAX, Scene, SceneError, Tools};

@@ -1,0 +1,173 @@
+//! Dye packs: launched by players, they chase a hero and burst on it.
+//!
+//! A pack's velocity is its own motion plus its drift. Contacts see its own motion (C21), so a pack
+//! pushes like any body; the change that they make becomes drift, which dies away. So a pack in
+//! front of a platform slides along it, and a hero behind a platform has cover (C39).
+
+use crate::actor::{Actor, Rule};
+use crate::emitters;
+use crate::event::Event;
+use crate::input::Seat;
+use crate::roster::Roster;
+use crate::scene::{Kind, Scene};
+use glam::Vec2;
+use jostle_sim::Rng;
+use jostle_sim::collide;
+use jostle_sim::math::{atan2, clamp, clamp_length, rotate};
+use jostle_sim::{BodyDef, EmitterDef, Shape, Source, World};
+
+/// Packs look to the right when they appear (B3).
+const FRONT_AT_START: Vec2 = Vec2::X;
+
+/// The heroes that packs may chase, listed where packs act; kept between ticks for its memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Prey {
+    heroes: Vec<Actor>,
+    one_player: bool,
+}
+
+impl Prey {
+    /// Lists all heroes, owned or not, in index order.
+    fn list(&mut self, roster: &Roster) {
+        self.heroes.clear();
+        self.heroes.extend(roster.actors().filter(|actor| actor.kind == Kind::Hero));
+        self.one_player = roster.players.len() == 1;
+    }
+
+    /// The heroes that a pack may burst on: all but its owner's, unless the owner plays alone.
+    fn of(&self, pack: Actor) -> impl Iterator<Item = &Actor> {
+        self.heroes.iter().filter(move |hero| hero.owner != pack.owner || self.one_player)
+    }
+
+    /// The centre of the nearest hero that the pack may burst on.
+    fn nearest(&self, pack: Actor, world: &World) -> Option<Vec2> {
+        let position = world.position(pack.id);
+        let mut nearest: Option<(f32, Vec2)> = None;
+        for hero in self.of(pack) {
+            let center = world.position(hero.id);
+            let distance = (center - position).length_squared();
+            if nearest.is_none_or(|(least, _)| distance < least) {
+                nearest = Some((distance, center));
+            }
+        }
+        nearest.map(|(_, center)| center)
+    }
+
+    /// The first hero that the pack touches, and where.
+    fn touched(&self, pack: Actor, world: &World) -> Option<(Actor, Vec2)> {
+        let (shape, center) = (world.shape(pack.id), world.position(pack.id));
+        let touched = |hero: &&Actor| {
+            let (other, position) = (world.shape(hero.id), world.position(hero.id));
+            collide(shape, center, other, position, (pack.id.index, hero.id.index)).is_some()
+        };
+        let hero = *self.of(pack).find(touched)?;
+        Some((hero, nearest_point(world.shape(hero.id), world.position(hero.id), center)))
+    }
+}
+
+/// Turns packs towards their targets, moves them, and removes the worn-out ones.
+pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey: &mut Prey) {
+    let Some(spec) = &scene.pack else { return };
+    prey.list(roster);
+    for index in 0..roster.actors.len() {
+        let Some(actor) = roster.actors[index] else { continue };
+        let Rule::Chase { front, drift, life, .. } = actor.rule else { continue };
+        if life <= 1 {
+            roster.remove(world, actor.id);
+            continue;
+        }
+        let front = match prey.nearest(actor, world) {
+            Some(target) => turned(front, target - world.position(actor.id), spec.turn),
+            None => front,
+        };
+        let drift = drift * spec.drift;
+        let driven = front * spec.speed + drift;
+        world.set_velocity(actor.id, driven);
+        let rule = Rule::Chase { front, drift, driven, life: life - 1 };
+        roster.actors[index] = Some(Actor { rule, ..actor });
+    }
+}
+
+/// After a step: the change that contacts made to a pack's velocity becomes drift.
+pub(crate) fn take_drift(world: &World, actors: &mut [Option<Actor>]) {
+    for actor in actors.iter_mut().flatten() {
+        if let Rule::Chase { drift, driven, .. } = &mut actor.rule {
+            *drift += world.velocity(actor.id) - *driven;
+        }
+    }
+}
+
+/// Removes packs that touch a hero (A4.8), scores and reports them; the burst starts in the same
+/// tick (B7).
+pub(crate) fn burst(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    prey: &mut Prey,
+    rng: &mut Rng,
+    events: &mut Vec<Event>,
+) {
+    let Some(spec) = &scene.pack else { return };
+    prey.list(roster);
+    for index in 0..roster.actors.len() {
+        let pack = roster.actors[index].filter(|actor| actor.kind == Kind::Pack);
+        let Some(pack) = pack else { continue };
+        let Some((hero, point)) = prey.touched(pack, world) else { continue };
+        let victim = hero.owner;
+        roster.remove(world, pack.id);
+        let Some(owner) = pack.owner else { continue };
+        if victim != Some(owner)
+            && let Some(player) = roster.players.iter_mut().find(|player| player.seat == owner)
+        {
+            player.score = player.score.saturating_add(1);
+        }
+        events.push(Event::PackHit { owner, victim, hero: hero.id, point });
+        if spec.burst > 0 {
+            let (recipe, count) = (spec.recipe, spec.burst);
+            let (seed, source) = (rng.next_u32(), Source::Point(point));
+            emitters::start(world, EmitterDef { recipe, count, seed, source }, events);
+        }
+    }
+}
+
+/// Launches a pack at the pointer, within the player's cap.
+pub(crate) fn launch(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    seat: Seat,
+    position: Vec2,
+) {
+    let Some(spec) = &scene.pack else { return };
+    let own = |actor: &&Actor| actor.kind == Kind::Pack && actor.owner == Some(seat);
+    if roster.actors().filter(own).count() >= scene.packs_max || !roster.has_room(world, scene) {
+        return;
+    }
+    let velocity = FRONT_AT_START * spec.speed;
+    let rule = Rule::Chase {
+        front: FRONT_AT_START,
+        drift: Vec2::ZERO,
+        driven: velocity,
+        life: spec.life_ticks,
+    };
+    let def = BodyDef { position, velocity, ..spec.body };
+    roster.add(world, &def, Kind::Pack, Some(seat), rule);
+}
+
+/// `front` after turning by a share of the signed angle to `way` (A4.9).
+fn turned(front: Vec2, way: Vec2, share: f32) -> Vec2 {
+    let angle = atan2(front.perp_dot(way), front.dot(way));
+    let turned = rotate(front, angle * share);
+    turned / turned.length()
+}
+
+/// The point of a placed shape that is nearest to `from`; `from` itself if it lies inside.
+fn nearest_point(shape: Shape, center: Vec2, from: Vec2) -> Vec2 {
+    let away = from - center;
+    match shape {
+        Shape::Circle { radius } => center + clamp_length(away, radius),
+        Shape::Box { half } => {
+            center + Vec2::new(clamp(away.x, -half.x, half.x), clamp(away.y, -half.y, half.y))
+        }
+    }
+}

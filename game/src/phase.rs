@@ -1,0 +1,54 @@
+//! The parts of a tick after which two runs can be compared.
+
+use jostle_sim::StepPhase;
+
+/// The parts of a tick, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Phase {
+    /// Players come and go, rules and tools set velocities.
+    Inputs,
+    /// Velocities, then positions.
+    Integrate,
+    /// Which pairs take part.
+    Pairs,
+    /// Contacts are solved.
+    Relax,
+    /// Events are reported and acted on; tools make new bodies.
+    Events,
+    /// Particles move, emitters make more.
+    Particles,
+}
+
+impl Phase {
+    /// All of them, in order.
+    pub const ALL: [Phase; 6] = [
+        Phase::Inputs,
+        Phase::Integrate,
+        Phase::Pairs,
+        Phase::Relax,
+        Phase::Events,
+        Phase::Particles,
+    ];
+
+    /// Lower-case name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Inputs => "inputs",
+            Phase::Integrate => "integrate",
+            Phase::Pairs => "pairs",
+            Phase::Relax => "relax",
+            Phase::Events => "events",
+            Phase::Particles => "particles",
+        }
+    }
+}
+
+impl From<StepPhase> for Phase {
+    fn from(phase: StepPhase) -> Phase {
+        match phase {
+            StepPhase::Integrate => Phase::Integrate,
+            StepPhase::Pairs => Phase::Pairs,
+            StepPhase::Relax => Phase::Relax,
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! The start of a game: bodies of the scene file, and layouts at positions that the seed decides.
+
+use crate::actor::Rule;
+use crate::roster::Roster;
+use crate::scene::{Kind, Layout, Location, Path, Scene};
+use glam::Vec2;
+use jostle_sim::Rng;
+use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Shape, Spring, SpringEnd, World};
+
+/// Positions tried for a body in its cell, and again in the whole area; then it is left out.
+const TRIES: u32 = 256;
+/// Bodies of a layout that find no room one after the other before the layout counts as full.
+const FAILURES_MAX: u32 = 8;
+
+/// Fills the world: first the bodies at fixed positions, then the layouts in file order.
+pub(crate) fn fill(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
+    let mut taken = Vec::new();
+    for body in &scene.bodies {
+        let id = place(world, roster, body.kind, body.def, body.start_speed, rng);
+        roster.placed.push(id);
+        match &body.path {
+            Some(path) => taken.extend(swept(path, body.def.shape)),
+            None => taken.push(Aabb::around(body.def.position, body.def.shape.half_extent())),
+        }
+    }
+    add_springs(world, &roster.placed, scene);
+    let spawns = spawn_regions(scene);
+    for layout in &scene.layouts {
+        let mut failures = 0;
+        for number in 0..layout.count {
+            if failures == FAILURES_MAX {
+                break;
+            }
+            let Some(def) = find_room(layout, number, &taken, &spawns, rng) else {
+                failures += 1;
+                continue;
+            };
+            failures = 0;
+            taken.push(Aabb::around(def.position, def.shape.half_extent()));
+            place(world, roster, layout.kind, def, layout.start_speed, rng);
+        }
+    }
+}
+
+/// Adds the springs; bodies that found no room have none.
+fn add_springs(world: &mut World, placed: &[Option<BodyId>], scene: &Scene) {
+    for spring in &scene.springs {
+        let end = match spring.to {
+            Location::Point(point) => Some(SpringEnd::Point(point)),
+            Location::Body(index) => placed[index].map(SpringEnd::Body),
+        };
+        if let (Some(body), Some(end)) = (placed[spring.body], end) {
+            world.add_spring(Spring {
+                body,
+                end,
+                rest_length: spring.length,
+                stiffness: spring.stiffness,
+                damping: spring.damping,
+            });
+        }
+    }
+}
+
+/// Adds a body; one with a `start_speed` sets off to either side.
+fn place(
+    world: &mut World,
+    roster: &mut Roster,
+    kind: Kind,
+    mut def: BodyDef,
+    start_speed: f32,
+    rng: &mut Rng,
+) -> Option<BodyId> {
+    if start_speed > 0.0 {
+        def.velocity = either_side(start_speed, rng);
+    }
+    let speed = def.velocity.length();
+    let rule = match kind {
+        Kind::Minion if speed > 0.0 && def.motion == Motion::Dynamic => {
+            Rule::Wander { heading: def.velocity / speed, speed }
+        }
+        _ => Rule::Still,
+    };
+    roster.add(world, &def, kind, None, rule)
+}
+
+/// A velocity to the right or to the left.
+pub(crate) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
+    if rng.below(2) == 0 { Vec2::new(speed, 0.0) } else { Vec2::new(-speed, 0.0) }
+}
+
+/// Spawn points stay clear of layouts (C37).
+fn spawn_regions(scene: &Scene) -> Vec<Aabb> {
+    let Some(hero) = &scene.hero else { return Vec::new() };
+    let half = hero.body.shape.half_extent();
+    hero.spawns.iter().map(|&spawn| Aabb::around(spawn, half)).collect()
+}
+
+/// The regions that a body on a path passes through.
+fn swept(path: &Path, shape: Shape) -> impl Iterator<Item = Aabb> {
+    let half = shape.half_extent();
+    path.points()
+        .windows(2)
+        .map(move |leg| Aabb::around(leg[0], half).union(&Aabb::around(leg[1], half)))
+}
+
+/// The layout's next body at a random position with room around it: in its cell of the grid, or
+/// where that is full, anywhere in the area.
+fn find_room(
+    layout: &Layout,
+    number: u32,
+    taken: &[Aabb],
+    spawns: &[Aabb],
+    rng: &mut Rng,
+) -> Option<BodyDef> {
+    let shape = layout.shapes[rng.below(layout.shapes.len() as u32) as usize];
+    let half = shape.half_extent();
+    let is_free = |position: Vec2| {
+        let roomy = Aabb::around(position, half + Vec2::splat(layout.gap));
+        let tight = Aabb::around(position, half);
+        taken.iter().all(|other| !other.overlaps(&roomy))
+            && spawns.iter().all(|spawn| !spawn.overlaps(&tight))
+    };
+    for attempt in 0..2 * TRIES {
+        let region = if attempt < TRIES { cell(layout, number) } else { layout.area };
+        let (x, y) = (rng.unit(), rng.unit());
+        let position = region.low + Vec2::new(x, y) * (region.high - region.low);
+        if is_free(position) {
+            return Some(BodyDef { shape, position, ..layout.def });
+        }
+    }
+    None
+}
+
+/// The cell of the layout's grid that its body number `number` belongs to.
+fn cell(layout: &Layout, number: u32) -> Aabb {
+    let [columns, rows] = layout.grid;
+    let number = number % (columns * rows);
+    let size = (layout.area.high - layout.area.low) / Vec2::new(columns as f32, rows as f32);
+    let corner = Vec2::new((number % columns) as f32, (number / columns) as f32) * size;
+    let low = layout.area.low + corner;
+    Aabb { low, high: low + size }
+}

@@ -1,0 +1,88 @@
+//! The roster: who the bodies of the World are, and who plays.
+
+use crate::actor::{Actor, Rule};
+use crate::input::Seat;
+use crate::player::Player;
+use crate::scene::{Kind, Scene, Tools};
+use jostle_sim::{BodyDef, BodyId, World};
+
+/// Roles of the bodies, and the players.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Roster {
+    /// Roles by body index.
+    pub actors: Vec<Option<Actor>>,
+    /// In seat order.
+    pub players: Vec<Player>,
+    /// Bodies of [`Scene::bodies`], in that order, as long as they exist.
+    pub placed: Vec<Option<BodyId>>,
+}
+
+impl Roster {
+    /// Adds a body with its role; `None` when the world is full.
+    pub fn add(
+        &mut self,
+        world: &mut World,
+        def: &BodyDef,
+        kind: Kind,
+        owner: Option<Seat>,
+        rule: Rule,
+    ) -> Option<BodyId> {
+        let id = world.add(def)?;
+        let index = id.index as usize;
+        if index >= self.actors.len() {
+            self.actors.resize(index + 1, None);
+        }
+        self.actors[index] = Some(Actor { id, kind, owner, rule });
+        Some(id)
+    }
+
+    /// Removes a body from the world and the roster.
+    pub fn remove(&mut self, world: &mut World, id: BodyId) {
+        world.remove(id);
+        self.forget(id);
+    }
+
+    /// Removes all bodies that match.
+    pub fn remove_all(&mut self, world: &mut World, matches: impl Fn(&Actor) -> bool) {
+        for index in 0..self.actors.len() {
+            if let Some(actor) = self.actors[index].filter(&matches) {
+                self.remove(world, actor.id);
+            }
+        }
+    }
+
+    /// Removes a body that the world has removed already.
+    pub fn forget(&mut self, id: BodyId) -> Option<Actor> {
+        for player in &mut self.players {
+            player.forget(id);
+        }
+        if let Some(placed) = self.placed.iter_mut().find(|placed| **placed == Some(id)) {
+            *placed = None;
+        }
+        self.actors[id.index as usize].take_if(|actor| actor.id == id)
+    }
+
+    /// All bodies with a role, in index order.
+    pub fn actors(&self) -> impl Iterator<Item = &Actor> {
+        self.actors.iter().flatten()
+    }
+
+    /// The first body of a kind in the scene file: the one that H, M or P selects.
+    pub fn first_of(&self, scene: &Scene, kind: Kind) -> Option<BodyId> {
+        if !scene.tools.contains(Tools::SELECT) {
+            return None;
+        }
+        let index = scene.bodies.iter().position(|body| body.kind == kind)?;
+        self.placed[index]
+    }
+
+    /// Returns whether tools may make another body; slots of heroes still to come stay free.
+    pub fn has_room(&self, world: &World, scene: &Scene) -> bool {
+        let heroes = self.players.iter().filter(|player| player.hero.is_some()).count();
+        let reserved = match scene.hero {
+            Some(_) => usize::from(scene.players_max).saturating_sub(heroes),
+            None => 0,
+        };
+        world.body_count() + reserved < scene.bodies_max
+    }
+}

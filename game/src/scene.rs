@@ -1,0 +1,39 @@
+//! Scenes: described by TOML files, checked and ready to be played.
+//!
+//! `docs/scenes.md` is the reference of the file format. A scene that parsed can be played: every
+//! number is finite and in its range, every name is resolved, everything placed has room.
+
+mod actors;
+mod bodies;
+mod checks;
+mod drag;
+mod error;
+mod groups;
+mod kind;
+mod limits;
+mod name;
+mod parse;
+mod path;
+mod plan;
+mod presets;
+mod recipes;
+mod solver;
+mod spec;
+mod springs;
+mod table;
+mod tools;
+mod traits;
+
+#[cfg(test)]
+mod tests;
+
+pub use error::SceneError;
+pub use kind::Kind;
+pub use limits::*;
+pub use path::Path;
+pub use plan::{Bodies, Part, Per, Plan};
+pub use presets::presets;
+pub use spec::{
+    Camera, HeroSpec, Layout, Location, PackSpec, Placed, PlacedSpring, Scene, ScheduledEmitter,
+};
+pub use tools::Tools;

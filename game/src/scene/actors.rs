@@ -1,0 +1,106 @@
+//! Heroes, minions, marbles, dye packs and emitters in a scene file.
+
+use super::drag;
+use super::groups::Groups;
+use super::kind::Kind;
+use super::limits::SPEED_MAX;
+use super::recipes::Recipes;
+use super::spec::{HeroSpec, Location, PackSpec, Placed, ScheduledEmitter};
+use super::springs;
+use super::table::{Range, Table};
+use super::tools::Tools;
+use super::traits::{Kinds, POSITION, Traits};
+use glam::Vec2;
+use jostle_sim::{BodyDef, Drag};
+
+const SPEED: Range = Range::from(0.0, SPEED_MAX);
+const SPAWNS_MAX: usize = 256;
+const TICKS_MAX: u32 = 1_000_000;
+
+/// The actors of a scene, as far as the file has them.
+pub(super) struct Actors {
+    pub kinds: Kinds,
+    pub hero: Option<HeroSpec>,
+    pub minion_recovery: f32,
+    pub marble: Option<BodyDef>,
+    pub pack: Option<PackSpec>,
+}
+
+/// Reads `[hero]`, `[minion]`, `[dumb]` and `[pack]`.
+pub(super) fn actors(root: &Table, tools: Tools, groups: &Groups, recipes: &mut Recipes) -> Actors {
+    let drag = drag::drag(&root.get("drag"), Drag::NONE);
+    let traits = |kind, table: &Table| Traits::of(kind, drag).changed_by(table, groups);
+    let field = root.get("hero");
+    let hero = field.is_given().then(|| {
+        field.table(|table| {
+            let traits = traits(Kind::Hero, table);
+            (traits, read_hero(table, &traits, groups))
+        })
+    });
+    let (hero_traits, hero_spec) = hero.unzip();
+    let (minion, minion_recovery) = root.get("minion").table(|table| {
+        let mut traits = traits(Kind::Minion, table);
+        traits.speed = table.get("speed").number(traits.speed, SPEED);
+        (traits, table.get("recovery").number(30.0, Range::from(0.0, 1.0e5)))
+    });
+    let (marble, marble_body) = root.get("dumb").table(|table| {
+        let mut traits = traits(Kind::Marble, table);
+        traits.speed = table.get("speed").number(traits.speed, SPEED);
+        (traits, tools.contains(Tools::MARBLE).then(|| traits.def(table, groups)))
+    });
+    let field = root.get("pack");
+    let has_packs = field.is_given() || tools.contains(Tools::LAUNCH);
+    let pack = has_packs.then(|| {
+        field.table(|table| read_pack(table, traits(Kind::Pack, table).def(table, groups), recipes))
+    });
+    let hero = hero_traits.unwrap_or(Traits::of(Kind::Hero, drag));
+    let kinds = Kinds { drag, hero, minion, marble };
+    Actors { kinds, hero: hero_spec, minion_recovery, marble: marble_body, pack }
+}
+
+fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
+    let thrust = table.get("thrust").vector(Vec2::new(60.0, 120.0), Range::from(0.0, 1.0e4));
+    let speed_max = table.get("speed_max").number(80.0, Range::above(0.0, SPEED_MAX));
+    let spawns = table.need("spawns", "a list of points [x, y]");
+    let spawns = spawns.some_items(1..=SPAWNS_MAX, &format!("1 to {SPAWNS_MAX} points [x, y]"));
+    HeroSpec {
+        body: traits.def(table, groups),
+        thrust,
+        speed_max,
+        spawns: spawns.iter().map(|item| item.vector(Vec2::ZERO, POSITION)).collect(),
+    }
+}
+
+fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
+    let share = Range::from(0.0, 1.0);
+    PackSpec {
+        body,
+        speed: table.get("speed").number(30.0, Range::from(-SPEED_MAX, SPEED_MAX)),
+        turn: table.get("turn").number(0.8, share),
+        life_ticks: table.get("life_ticks").whole(300, 1..=TICKS_MAX),
+        drift: table.get("drift").number(0.9, share),
+        burst: table.get("burst").whole(200, 0..=u32::from(u16::MAX)) as u16,
+        recipe: recipes.index(&table.get("recipe"), "explosion"),
+    }
+}
+
+/// Reads one entry of `emitters`.
+pub(super) fn emitter(table: &Table, bodies: &[Placed], recipes: &mut Recipes) -> ScheduledEmitter {
+    let recipe = table.need("recipe", "the name of a recipe");
+    let [position, follow] = table.either("position", "follow");
+    if !position.is_given() && !follow.is_given() {
+        position.refuse("[x, y], or follow = \"name\"");
+    }
+    let location = match follow.is_given() {
+        true => Location::Body(springs::named(&follow, bodies).unwrap_or(0)),
+        false => Location::Point(position.vector(Vec2::ZERO, POSITION)),
+    };
+    let every = table.get("every");
+    ScheduledEmitter {
+        recipe: recipes.index(&recipe, "fire"),
+        count: table.need("count", "particles each time").whole(1, 1..=10_000) as u16,
+        start: table.get("start").whole(0, 0..=TICKS_MAX),
+        every: every.is_given().then(|| every.whole(1, 1..=TICKS_MAX)),
+        location,
+    }
+}

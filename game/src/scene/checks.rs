@@ -1,0 +1,141 @@
+//! Checks of a scene that need more than one field. The scene has been read without an error.
+
+use super::drag;
+use super::limits::QUANTA_MAX;
+use super::spec::{Placed, Scene};
+use super::table::{Field, Table};
+use super::tools::Tools;
+use jostle_sim::collide;
+use jostle_sim::math::max;
+use jostle_sim::{Aabb, BodyDef, Motion};
+
+/// Reports the first contradiction.
+pub(super) fn check(root: &Table, scene: &Scene) {
+    let [bodies, layouts] = ["bodies", "layouts"].map(|name| root.get(name).items());
+    let hero = root.get("hero");
+    let spawns = if hero.is_given() { hero.inner("spawns").items() } else { Vec::new() };
+    drag::check_wind(&root.get("wind"), scene);
+    check_quanta(root, scene);
+    check_tools(&root.get("tools"), scene);
+    check_positions(scene, &bodies, &spawns, &layouts);
+    check_pack_speed(root, scene);
+    check_starts(scene, &bodies, &spawns);
+}
+
+/// Bodies stay inside the kill zone, and messages carry whole quanta up to [`QUANTA_MAX`].
+fn check_quanta(root: &Table, scene: &Scene) {
+    let Aabb { low, high } = scene.kill_zone;
+    let furthest = max(max(low.x.abs(), low.y.abs()), max(high.x.abs(), high.y.abs()));
+    let quantum = scene.quantum;
+    let reach = QUANTA_MAX as f32 * quantum;
+    if furthest > reach {
+        let zone = root.get("kill_zone");
+        let field = if zone.is_given() { zone } else { root.get("size") };
+        let allowed = format!(
+            "at most {reach}: {QUANTA_MAX} quanta of {quantum}, which is what messages carry; a \
+             larger quantum reaches further"
+        );
+        field.refuse_as(format!("a kill zone that reaches to {furthest}"), allowed);
+    }
+}
+
+/// Tools that share a key, and tools without anything to act on.
+fn check_tools(field: &Field, scene: &Scene) {
+    let has = |tool| scene.tools.contains(tool);
+    if has(Tools::MARBLE) && has(Tools::SPRAY) {
+        field.refuse_as("dumb and spray, which are both on Z", "one of them");
+    }
+    if has(Tools::LAUNCH) && has(Tools::SELECT) {
+        field.refuse_as("launch and select, which both use the left button", "one of them");
+    }
+    if has(Tools::STEER) && scene.hero.is_none() {
+        let allowed = "steer only where players have heroes";
+        field.refuse_as("steer, but no [hero] table", allowed);
+    }
+}
+
+/// Everything starts inside the kill zone, nothing moves faster than a body may, names are unique.
+fn check_positions(scene: &Scene, bodies: &[Field], spawns: &[Field], layouts: &[Field]) {
+    let zone = scene.kill_zone;
+    let inside = "a place inside the kill zone";
+    for (field, body) in bodies.iter().zip(&scene.bodies) {
+        let (name, is_inside, fastest) = match &body.path {
+            Some(path) => {
+                let is_inside = path.points().iter().all(|&point| zone.contains(point));
+                ("path", is_inside, path.speed_max())
+            }
+            None => ("position", zone.contains(body.def.position), 0.0),
+        };
+        if !is_inside {
+            field.inner(name).refuse(inside);
+        }
+        if body.def.velocity.length() > scene.speed_max {
+            let allowed = format!("a speed of at most speed_max = {}", scene.speed_max);
+            field.inner("velocity").refuse(allowed);
+        }
+        if fastest > scene.speed_max {
+            let found = format!("a speed of {fastest} on the fastest leg");
+            let allowed = format!("a period that needs at most speed_max = {}", scene.speed_max);
+            field.inner("period").refuse_as(found, allowed);
+        }
+        let alike = |other: &&Placed| other.name.is_some() && other.name == body.name;
+        if scene.bodies.iter().filter(alike).count() > 1 {
+            field.inner("name").refuse("each name once");
+        }
+    }
+    let hero_spawns = scene.hero.iter().flat_map(|hero| &hero.spawns);
+    for (field, _) in spawns.iter().zip(hero_spawns).filter(|(_, spawn)| !zone.contains(**spawn)) {
+        field.refuse(inside);
+    }
+    for (field, layout) in layouts.iter().zip(&scene.layouts) {
+        if !zone.contains(layout.area.low) || !zone.contains(layout.area.high) {
+            field.inner("area").refuse(inside);
+        }
+    }
+}
+
+/// Packs move no faster than a body may.
+fn check_pack_speed(root: &Table, scene: &Scene) {
+    let speed = scene.pack.as_ref().map_or(0.0, |pack| pack.speed);
+    if speed <= scene.speed_max {
+        return;
+    }
+    let (pack, speed_max) = (root.get("pack"), scene.speed_max);
+    if pack.is_given() {
+        let allowed = format!("at most speed_max = {speed_max}");
+        pack.inner("speed").refuse_as(format!("a speed of {speed}"), allowed);
+    } else {
+        root.get("speed_max").refuse_as(speed_max.to_string(), format!("at least {speed}"));
+    }
+}
+
+/// Dynamic bodies and heroes start clear of the immovable ones that they collide with.
+fn check_starts(scene: &Scene, bodies: &[Field], spawns: &[Field]) {
+    if scene.solver.is_none() {
+        return;
+    }
+    let clear = "a place clear of it";
+    for (field, body) in bodies.iter().zip(&scene.bodies) {
+        if body.def.motion == Motion::Dynamic
+            && let Some(other) = blocking(scene, &body.def)
+        {
+            field.inner("position").refuse_as(format!("a start inside bodies[{other}]"), clear);
+        }
+    }
+    let Some(hero) = &scene.hero else { return };
+    for (field, &position) in spawns.iter().zip(&hero.spawns) {
+        if let Some(other) = blocking(scene, &BodyDef { position, ..hero.body }) {
+            field.refuse_as(format!("a hero inside bodies[{other}]"), clear);
+        }
+    }
+}
+
+/// The first immovable body that overlaps `def` and collides with it.
+fn blocking(scene: &Scene, def: &BodyDef) -> Option<usize> {
+    scene.bodies.iter().position(|other| {
+        other.def.motion != Motion::Dynamic
+            && scene.groups_meet(def.group, other.def.group)
+            && collide(def.shape, def.position, other.def.shape, other.def.position, (0, 1))
+                .is_some()
+    })
+}

@@ -1,0 +1,17 @@
+//! Why a scene was refused.
+
+/// Why a scene was refused. Displays as `file:line: field: found ..., allowed ...`.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{file}:{line}: {field}: found {found}; allowed: {allowed}")]
+pub struct SceneError {
+    /// File, or the name given by the caller.
+    pub file: String,
+    /// Line of the field, from 1.
+    pub line: usize,
+    /// Path of the field, like `bodies[3].radius`.
+    pub field: String,
+    /// Content of the file there.
+    pub found: String,
+    /// Contents that are allowed there.
+    pub allowed: String,
+}

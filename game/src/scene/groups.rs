@@ -1,0 +1,69 @@
+//! Collision groups of a scene, and which of them meet.
+
+use super::kind::Kind;
+use super::table::{Field, Table, one_of};
+use jostle_sim::GROUPS_MAX;
+
+const NAME_CHARS_MAX: usize = 32;
+
+/// Names of the groups, and which meet which.
+pub(super) struct Groups {
+    pub names: Vec<String>,
+    pub meets: [u32; GROUPS_MAX],
+    pub meets_particles: u32,
+}
+
+impl Groups {
+    /// Reads `groups`, `pairs` and `particles_meet`.
+    pub fn read(root: &Table) -> Groups {
+        let mut groups = Groups { names: names(root), meets: [0; GROUPS_MAX], meets_particles: 0 };
+        for pair in root.get("pairs").items() {
+            let allowed = || "a pair of groups, [\"a\", \"b\"]".to_owned();
+            let [a, b] = pair.array([0; 2], allowed, |field, _| groups.index(field));
+            groups.meets[usize::from(a)] |= 1 << b;
+            groups.meets[usize::from(b)] |= 1 << a;
+        }
+        for field in root.get("particles_meet").items() {
+            groups.meets_particles |= 1 << groups.index(&field);
+        }
+        groups
+    }
+
+    /// Index of the group that a field names, if the file has it.
+    pub fn given(&self, field: &Field) -> Option<u8> {
+        field.index_in(&self.names).map(|index| index as u8)
+    }
+
+    /// Index of the group that a field names; of the first where the file is wrong.
+    fn index(&self, field: &Field) -> u8 {
+        self.given(field).unwrap_or(0)
+    }
+
+    /// Index of the group that a kind has by default: its own name, and for walls "platform".
+    pub fn default_of(&self, kind: Kind, table: &Table) -> u8 {
+        let name = if kind == Kind::Wall { Kind::Platform.name() } else { kind.name() };
+        let index = self.names.iter().position(|known| known == name);
+        index.unwrap_or_else(|| {
+            let found = format!("nothing, and no group is called {name:?}");
+            table.get("group").refuse_as(found, one_of(&self.names));
+            0
+        }) as u8
+    }
+}
+
+fn names(root: &Table) -> Vec<String> {
+    let field = root.need("groups", "a list of names of collision groups");
+    let items = field.items();
+    if field.is_given() && !(1..=GROUPS_MAX).contains(&items.len()) {
+        field.refuse_as(format!("{} groups", items.len()), format!("1 to {GROUPS_MAX} names"));
+    }
+    let mut names: Vec<String> = Vec::new();
+    for item in items.iter().take(GROUPS_MAX) {
+        let name = item.text(NAME_CHARS_MAX);
+        if names.contains(&name) {
+            item.refuse("each name once");
+        }
+        names.push(name);
+    }
+    names
+}

@@ -1,0 +1,43 @@
+//! Limits of scenes.
+
+/// Longest scene file, bytes.
+pub const SCENE_BYTES_MAX: usize = 64 << 10;
+/// Longest name of a scene, bytes.
+pub const SCENE_NAME_BYTES_MAX: usize = 32;
+/// Players in one game.
+pub const SEATS_MAX: usize = 512;
+/// Players in one game whose camera follows them: each is sent different data, which costs a server
+/// more.
+pub const FOLLOWERS_MAX: u32 = 64;
+/// Width and height of a world or a body, world units.
+pub const SIZE_MAX: f32 = 1.0e6;
+/// Least width, height or radius of a body, world units.
+pub const EXTENT_MIN: f32 = 1.0e-3;
+/// Least mass of a body.
+pub const MASS_MIN: f32 = 1.0e-6;
+/// Greatest mass of a body.
+pub const MASS_MAX: f32 = 1.0e6;
+/// Speed of anything, units/s.
+pub const SPEED_MAX: f32 = 1.0e4;
+/// Each component of gravity, units/s^2.
+pub const GRAVITY_MAX: f32 = 1000.0;
+/// Each component of the wind, units/s.
+pub const WIND_MAX: f32 = 1000.0;
+/// Least quantum of positions, world units.
+pub const QUANTUM_MIN: f32 = 1.0 / 65_536.0;
+/// Coordinates that clients see, quanta, either sign: as whole numbers of an f32 they are exact.
+pub const QUANTA_MAX: i32 = 1 << 24;
+/// Bodies that a scene may allow at a time.
+pub const BODIES_MAX: u32 = 20_000;
+/// Particles that a scene may allow at a time.
+pub const PARTICLES_MAX: u32 = 20_000;
+/// Dye packs of one player that a scene may allow at a time.
+pub const PACKS_MAX: u32 = 64;
+/// Bodies of one layout.
+pub const LAYOUT_COUNT_MAX: u32 = 4096;
+/// Entries of `springs`.
+pub const SPRINGS_MAX: usize = 1024;
+/// Entries of `emitters`.
+pub const EMITTERS_MAX: usize = 256;
+/// Tables of `recipes`; presets in use join them.
+pub const RECIPES_MAX: usize = 64;

@@ -1,0 +1,248 @@
+//! From the text of a scene file to a [`Scene`].
+
+use super::actors::{self, Actors};
+use super::error::SceneError;
+use super::groups::Groups;
+use super::limits::{
+    BODIES_MAX, EMITTERS_MAX, FOLLOWERS_MAX, GRAVITY_MAX, PACKS_MAX, PARTICLES_MAX, QUANTUM_MIN,
+    SCENE_BYTES_MAX, SEATS_MAX, SIZE_MAX, SPEED_MAX, SPRINGS_MAX,
+};
+use super::name::{NAME_ALLOWED, is_name};
+use super::recipes::Recipes;
+use super::spec::{Camera, Layout, Placed, PlacedSpring, Scene, ScheduledEmitter};
+use super::table::{Document, Range, Table};
+use super::tools::Tools;
+use super::traits::{Kinds, POSITION};
+use super::{bodies, checks, drag, solver, springs};
+use glam::Vec2;
+use jostle_sim::Aabb;
+
+/// A component of gravity.
+const GRAVITY: Range = Range::from(-GRAVITY_MAX, GRAVITY_MAX);
+const TITLE_CHARS_MAX: usize = 40;
+const ABOUT_CHARS_MAX: usize = 200;
+
+/// File and text of every shipped scene.
+pub(super) const BUILT_IN: [(&str, &str); 6] = [
+    ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
+    ("bounds.toml", include_str!("../../../assets/scenes/bounds.toml")),
+    ("impulse.toml", include_str!("../../../assets/scenes/impulse.toml")),
+    ("particles.toml", include_str!("../../../assets/scenes/particles.toml")),
+    ("emitters.toml", include_str!("../../../assets/scenes/emitters.toml")),
+    ("pile.toml", include_str!("../../../assets/scenes/pile.toml")),
+];
+
+impl Scene {
+    /// Parses and checks a scene. `file` is used in errors, and its stem is the scene's name.
+    pub fn parse(file: &str, source: &str) -> Result<Scene, SceneError> {
+        let document = Document::new(file, source);
+        let name = name_of(&document)?;
+        if source.len() > SCENE_BYTES_MAX {
+            let found = format!("{} bytes", source.len());
+            return Err(document.error(0, "file", found, format!("at most {SCENE_BYTES_MAX}")));
+        }
+        let entries = toml::de::DeTable::parse(source).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            let found = error.message().lines().next().unwrap_or("an error").to_owned();
+            document.error(at, "file", found, "TOML".to_owned())
+        })?;
+        let root = document.root(entries.get_ref());
+        let scene = document.checked(root.read(|root| read(name, source, root)))?;
+        checks::check(&root, &scene);
+        document.checked(scene)
+    }
+
+    /// The scenes that Jostle ships, embedded from `assets/scenes`, `arena` first.
+    pub fn built_in() -> Vec<Scene> {
+        let files = BUILT_IN.iter();
+        files
+            .map(|(file, source)| Scene::parse(file, source).expect("a test parses every one"))
+            .collect()
+    }
+}
+
+fn name_of(document: &Document) -> Result<String, SceneError> {
+    let stem = std::path::Path::new(document.file).file_stem().and_then(|stem| stem.to_str());
+    let stem = stem.unwrap_or_default();
+    if is_name(stem) {
+        return Ok(stem.to_owned());
+    }
+    Err(document.error(0, "file name", format!("{stem:?}"), NAME_ALLOWED.to_owned()))
+}
+
+/// Reads the top level.
+fn read(name: String, source: &str, root: &Table) -> Scene {
+    let title = root.need("title", "a name for people").text(TITLE_CHARS_MAX);
+    let about = root.get("about").text(ABOUT_CHARS_MAX);
+    let size = root.need("size", "[width, height]").vector(Vec2::ONE, Range::from(1.0, SIZE_MAX));
+    let gravity = root.get("gravity").vector(Vec2::new(0.0, -50.0), GRAVITY);
+    let solver = solver::solver(root);
+    let sleeping = solver::sleeping(root, solver);
+    let groups = Groups::read(root);
+    let tools = tools(root);
+    let mut recipes = Recipes::read(root);
+    let actors = actors::actors(root, tools, &groups, &mut recipes);
+    let content = Content::read(root, &actors.kinds, &groups, &mut recipes);
+    let camera = camera(root);
+    let limits = Limits::read(root, camera, &content, &actors);
+    Scene {
+        name,
+        title,
+        about,
+        source: source.to_owned(),
+        size,
+        gravity,
+        wind: drag::wind(&root.get("wind")),
+        solver,
+        sleeping,
+        groups: groups.names,
+        meets: groups.meets,
+        meets_particles: groups.meets_particles,
+        tools,
+        camera,
+        kill_zone: kill_zone(root, size),
+        quantum: quantum(root),
+        speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
+        impact_speed: root.get("impact_speed").number(12.0, Range::from(0.0, 1.0e6)),
+        players_max: limits.players as u16,
+        bodies_max: limits.bodies as usize,
+        particles_max: limits.particles as usize,
+        marbles_max: limits.marbles as usize,
+        packs_max: limits.packs as usize,
+        spray: spray(root, tools, &mut recipes),
+        recipes: recipes.list,
+        bodies: content.bodies,
+        layouts: content.layouts,
+        springs: content.springs,
+        emitters: content.emitters,
+        hero: actors.hero,
+        minion_recovery: actors.minion_recovery,
+        marble: actors.marble,
+        marble_speed: actors.kinds.marble.speed,
+        pack: actors.pack,
+    }
+}
+
+/// The lists of a scene file.
+struct Content {
+    bodies: Vec<Placed>,
+    layouts: Vec<Layout>,
+    springs: Vec<PlacedSpring>,
+    emitters: Vec<ScheduledEmitter>,
+}
+
+impl Content {
+    fn read(root: &Table, kinds: &Kinds, groups: &Groups, recipes: &mut Recipes) -> Content {
+        let bodies = read_list(root, "bodies", BODIES_MAX as usize, |table| {
+            bodies::placed(table, kinds, groups)
+        });
+        let layouts = read_list(root, "layouts", BODIES_MAX as usize, |table| {
+            bodies::layout(table, kinds, groups)
+        });
+        let springs =
+            read_list(root, "springs", SPRINGS_MAX, |table| springs::spring(table, &bodies));
+        let emitters = read_list(root, "emitters", EMITTERS_MAX, |table| {
+            actors::emitter(table, &bodies, recipes)
+        });
+        let springs = springs.into_iter().flatten().collect();
+        Content { bodies, layouts, springs, emitters }
+    }
+}
+
+/// Reads the tables of a list that has at most `max` of them.
+fn read_list<T>(
+    root: &Table,
+    name: &'static str,
+    max: usize,
+    mut read: impl FnMut(&Table) -> T,
+) -> Vec<T> {
+    let field = root.get(name);
+    let entries = field.items();
+    if entries.len() > max {
+        field.refuse_as(format!("{} entries", entries.len()), format!("at most {max}"));
+    }
+    entries.iter().map(|entry| entry.table(&mut read)).collect()
+}
+
+fn spray(root: &Table, tools: Tools, recipes: &mut Recipes) -> Option<u8> {
+    let field = root.get("spray");
+    let sprays = field.is_given() || tools.contains(Tools::SPRAY);
+    sprays.then(|| recipes.index(&field, "fire"))
+}
+
+fn tools(root: &Table) -> Tools {
+    let tools = root.get("tools").items();
+    let tools = tools.iter().filter_map(|field| field.choice(&Tools::NAMES));
+    tools.fold(Tools::default(), |all, tool| Tools(all.0 | tool.0))
+}
+
+fn camera(root: &Table) -> Camera {
+    let field = root.get("camera");
+    if !field.is_given() || field.word() == Some("fit") {
+        return Camera::Fit;
+    }
+    let height = field.table_or("\"fit\" or { follow = height }", |table| {
+        let height = table.need("follow", "the height of the view");
+        height.number(1.0, Range::from(1.0, SIZE_MAX))
+    });
+    Camera::Follow { height }
+}
+
+/// By default half a world more on every side.
+fn kill_zone(root: &Table, size: Vec2) -> Aabb {
+    let field = root.get("kill_zone");
+    let [low, high] = field.corners([size * -0.5, size * 1.5], POSITION);
+    let zone = Aabb { low, high };
+    if !zone.contains(Vec2::ZERO) || !zone.contains(size) {
+        field.refuse("corners around the whole world");
+    }
+    zone
+}
+
+fn quantum(root: &Table) -> f32 {
+    let field = root.get("quantum");
+    let quantum = field.number(1.0 / 64.0, Range::from(QUANTUM_MIN, 1.0));
+    // A power of two has no mantissa bits.
+    if quantum.to_bits() & 0x007f_ffff != 0 {
+        field.refuse("a power of two from 1/65536 to 1, like 0.015625");
+    }
+    quantum
+}
+
+/// Caps of a scene.
+struct Limits {
+    players: u32,
+    bodies: u32,
+    particles: u32,
+    marbles: u32,
+    packs: u32,
+}
+
+impl Limits {
+    fn read(root: &Table, camera: Camera, content: &Content, actors: &Actors) -> Limits {
+        let seats_max = if camera == Camera::Fit { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
+        let laid_out: u64 = content.layouts.iter().map(|layout| u64::from(layout.count)).sum();
+        let fixed = content.bodies.len() as u64 + laid_out;
+        root.get("limits").table(|table| Limits::of_table(table, seats_max, fixed, actors))
+    }
+
+    fn of_table(table: &Table, seats_max: u32, fixed: u64, actors: &Actors) -> Limits {
+        let players = table.get("players").whole(16, 1..=seats_max);
+        let packs = table.get("packs").whole(8, 0..=PACKS_MAX);
+        let marbles = table.get("dumb").whole(200, 0..=BODIES_MAX);
+        let if_any = |any, count: u32| if any { u64::from(count) } else { 0 };
+        let least = fixed + if_any(actors.hero.is_some(), players);
+        let launched = if_any(actors.pack.is_some(), players * packs);
+        let dropped = if_any(actors.marble.is_some(), marbles);
+        let roomy = (least + launched + dropped).clamp(1, u64::from(BODIES_MAX)) as u32;
+        let field = table.get("bodies");
+        let bodies = field.whole(roomy, 1..=BODIES_MAX);
+        if least > u64::from(bodies) {
+            let found =
+                format!("{bodies} for {least} bodies with layouts and heroes of all players");
+            field.refuse_as(found, format!("{least} or more, up to {BODIES_MAX}"));
+        }
+        let particles = table.get("particles").whole(4096, 0..=PARTICLES_MAX);
+        Limits { players, bodies, particles, marbles, packs }
+    }
+}

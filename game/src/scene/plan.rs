@@ -1,0 +1,397 @@
+//! The Plan: everything that a scene can ever bring, by its file and by the tools of its players, and so
+//! the needs of its game, its messages and its page. Each part says whether it is used, and which field
+//! of the file decides.
+//!
+//! A World's step is prepared for [`Plan::features`]; a body that a program adds beside the
+//! scene widens that (see [`Features`]).
+
+use super::kind::Kind;
+use super::spec::Scene;
+use super::tools::Tools;
+use jostle_sim::WorldSettings;
+use jostle_sim::math::min;
+use jostle_sim::{BodyDef, Drag, Features, Motion, Shape, Solver};
+
+/// The needs of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// Bodies that it can bring, alike ones together.
+    pub bodies: Vec<Bodies>,
+    /// Pairs of groups that collide and both have bodies, lower index first, in order.
+    pub pairs: Vec<[u8; 2]>,
+    /// Every part that a scene can lack, used or not.
+    pub parts: Vec<Part>,
+    /// Features that the World's step is prepared for.
+    pub features: Features,
+}
+
+/// Bodies that differ in their positions only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bodies {
+    /// Their kind.
+    pub kind: Kind,
+    /// Collision group.
+    pub group: u8,
+    /// Their motion.
+    pub motion: Motion,
+    /// True if they are circles, or the seed may make them so.
+    pub circles: bool,
+    /// True if they are boxes, or the seed may make them so.
+    pub boxes: bool,
+    /// Number of bodies, as counted by [`Bodies::per`].
+    pub count: u32,
+    /// Their origin, which `count` refers to.
+    pub per: Per,
+    /// Field of the file that brings the first of them, like `bodies[3]`.
+    pub field: String,
+}
+
+/// Origin of bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Per {
+    /// There from the start, for good or until something removes them.
+    Scene,
+    /// At most this many for each player.
+    Player,
+    /// At most this many made with a tool.
+    Tool,
+}
+
+/// A part that a scene can lack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Lower-case name.
+    pub name: &'static str,
+    /// Its costs where it is used: stages of a step, sections of a message, things on the page.
+    pub costs: &'static str,
+    /// True if the scene can need it.
+    pub used: bool,
+    /// The field that decides, and its content.
+    pub why: String,
+}
+
+impl Scene {
+    /// The settings of a World for this scene.
+    pub fn world_settings(&self) -> WorldSettings {
+        WorldSettings {
+            dt: jostle_sim::DT,
+            gravity: self.gravity,
+            forces: self.forces(),
+            solver: self.solver,
+            sleeping: self.sleeping,
+            meets: self.meets,
+            meets_particles: self.meets_particles,
+            kill_zone: self.kill_zone,
+            quantum: self.quantum,
+            speed_max: self.speed_max,
+            bodies_max: self.bodies_max,
+            particles_max: self.particles_max,
+            recipes: self.recipes.clone(),
+            features: Plan::of(self).features,
+        }
+    }
+}
+
+impl Plan {
+    /// Compiles a scene.
+    pub fn of(scene: &Scene) -> Plan {
+        let sources = sources(scene);
+        let brought = sources.iter().flat_map(Source::defs).map(|def| Features::of(&def));
+        let features = brought.fold(Features::NONE, Features::with);
+        let emits = emits(scene);
+        Plan {
+            bodies: alike(&sources),
+            pairs: pairs(scene, &sources),
+            features: Features { particles: emits.is_ok(), ..features },
+            parts: Reasons { scene, sources: &sources }.parts(emits),
+        }
+    }
+}
+
+/// An entry of the file that brings bodies.
+struct Source {
+    field: String,
+    kind: Kind,
+    def: BodyDef,
+    /// Shapes that the seed chooses from; else the shape of `def` alone.
+    shapes: Vec<Shape>,
+    count: u32,
+    per: Per,
+}
+
+impl Source {
+    fn one(field: String, kind: Kind, def: BodyDef) -> Source {
+        Source { field, kind, def, shapes: vec![def.shape], count: 1, per: Per::Scene }
+    }
+
+    /// Its bodies, one a shape.
+    fn defs(&self) -> impl Iterator<Item = BodyDef> + '_ {
+        self.shapes.iter().map(|&shape| BodyDef { shape, ..self.def })
+    }
+
+    fn circles(&self) -> bool {
+        self.shapes.iter().any(|shape| matches!(shape, Shape::Circle { .. }))
+    }
+
+    fn boxes(&self) -> bool {
+        self.shapes.iter().any(|shape| matches!(shape, Shape::Box { .. }))
+    }
+
+    fn is_dynamic(&self) -> bool {
+        self.def.motion == Motion::Dynamic
+    }
+}
+
+/// Everything that can bring bodies: entries of the file, and tools.
+fn sources(scene: &Scene) -> Vec<Source> {
+    let mut sources = Vec::new();
+    for (index, body) in scene.bodies.iter().enumerate() {
+        sources.push(Source::one(format!("bodies[{index}]"), body.kind, body.def));
+    }
+    for (index, layout) in scene.layouts.iter().enumerate() {
+        let one = Source::one(format!("layouts[{index}]"), layout.kind, layout.def);
+        sources.push(Source { shapes: layout.shapes.clone(), count: layout.count, ..one });
+    }
+    if let Some(hero) = &scene.hero {
+        let one = Source::one("hero".to_owned(), Kind::Hero, hero.body);
+        sources.push(Source { per: Per::Player, ..one });
+    }
+    if let Some(pack) = scene.pack.as_ref().filter(|_| scene.tools.contains(Tools::LAUNCH)) {
+        let one = Source::one("pack".to_owned(), Kind::Pack, pack.body);
+        sources.push(Source { count: scene.packs_max as u32, per: Per::Player, ..one });
+    }
+    if let Some(marble) = scene.marble {
+        let one = Source::one("dumb".to_owned(), Kind::Marble, marble);
+        sources.push(Source { count: scene.marbles_max as u32, per: Per::Tool, ..one });
+    }
+    sources
+}
+
+fn alike(sources: &[Source]) -> Vec<Bodies> {
+    let mut bodies: Vec<Bodies> = Vec::new();
+    for source in sources {
+        let new = Bodies {
+            kind: source.kind,
+            group: source.def.group,
+            motion: source.def.motion,
+            circles: source.circles(),
+            boxes: source.boxes(),
+            count: source.count,
+            per: source.per,
+            field: source.field.clone(),
+        };
+        let same = |old: &&mut Bodies| {
+            **old == Bodies { count: old.count, field: old.field.clone(), ..new.clone() }
+        };
+        match bodies.iter_mut().find(same) {
+            Some(old) => old.count += new.count,
+            None => bodies.push(new),
+        }
+    }
+    bodies
+}
+
+/// Sources whose bodies can collide: their groups meet, and one of them can be pushed, or contacts
+/// are only detected.
+fn meeting<'a>(
+    scene: &'a Scene,
+    sources: &'a [Source],
+) -> impl Iterator<Item = (&'a Source, &'a Source)> {
+    let all = sources.iter().enumerate();
+    let pairs = all.flat_map(move |(at, a)| sources[at..].iter().map(move |b| (a, b)));
+    pairs.filter(move |(a, b)| {
+        let alone = std::ptr::eq(*a, *b) && a.count == 1 && a.per == Per::Scene;
+        !alone
+            && scene.groups_meet(a.def.group, b.def.group)
+            && (a.is_dynamic() || b.is_dynamic() || scene.solver.is_none())
+    })
+}
+
+fn pairs(scene: &Scene, sources: &[Source]) -> Vec<[u8; 2]> {
+    let groups = |(a, b): (&Source, &Source)| {
+        let (a, b) = (a.def.group, b.def.group);
+        [a.min(b), a.max(b)]
+    };
+    let mut pairs: Vec<[u8; 2]> = meeting(scene, sources).map(groups).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// The field that makes particles.
+fn emits(scene: &Scene) -> Reason {
+    if !scene.emitters.is_empty() {
+        return Ok("emitters[0]".to_owned());
+    }
+    if scene.tools.contains(Tools::SPRAY) {
+        return Ok("tools has \"spray\"".to_owned());
+    }
+    match &scene.pack {
+        Some(pack) if pack.burst > 0 && scene.tools.contains(Tools::LAUNCH) => {
+            Ok(format!("pack.burst is {}, and tools has \"launch\"", pack.burst))
+        }
+        _ => Err("no emitters, no \"spray\" in tools, no pack with a burst".to_owned()),
+    }
+}
+
+/// The fields by which a scene uses a part, or does without it.
+type Reason = Result<String, String>;
+
+/// Finds the reasons.
+struct Reasons<'a> {
+    scene: &'a Scene,
+    sources: &'a [Source],
+}
+
+impl Reasons<'_> {
+    /// All parts, in the order in which a plan lists them.
+    fn parts(&self, emits: Reason) -> Vec<Part> {
+        let part = |name, costs, reason: Reason| {
+            let used = reason.is_ok();
+            let (Ok(why) | Err(why)) = reason;
+            Part { name, costs, used, why }
+        };
+        let is_moved = |source: &Source| source.def.motion == Motion::Kinematic;
+        let (by_path, no_path) =
+            ("has a path or motion \"kinematic\"", "no path and no motion \"kinematic\" in bodies");
+        let moves = |source: &Source| source.def.motion != Motion::Static;
+        let circles = self.contact("two circles", |a, b| a.circles() && b.circles());
+        let mixed = |a: &Source, b: &Source| a.circles() && b.boxes() || a.boxes() && b.circles();
+        let mixed = self.contact("circle and box", mixed);
+        let boxes = self.contact("two boxes", |a, b| a.boxes() && b.boxes());
+        let friction = self.material("friction", |def| def.friction, |by| by.friction);
+        let bounce = self.material("restitution", |def| def.restitution, |by| by.restitution);
+        let obstacles = self.obstacles(emits.is_ok());
+        vec![
+            part("circle-circle", "narrow phase", circles),
+            part("circle-box", "narrow phase", mixed),
+            part("box-box", "narrow phase", boxes),
+            part("friction", "tangent rows", friction),
+            part("restitution", "impacts", bounce),
+            part("kinematic bodies", "paths", self.source(is_moved, by_path, no_path)),
+            part("continuous collision", "doubts", self.continuous()),
+            part("forces", "force state, paths of their own", self.forces()),
+            part("sleeping", "steps at rest, a grid of who lies still", self.sleeping()),
+            part("particles", "particle state, emitter events, one pipeline, one sprite", emits),
+            part("particles pushed out", "obstacle grid", obstacles),
+            part("emitters", "emitter events", self.emitters()),
+            part(
+                "moves",
+                "moves section",
+                self.source(moves, "is not static", "every body is static"),
+            ),
+            part("impact events", "events section", self.impacts()),
+            part("pack events", "events section", self.pack_hits()),
+        ]
+    }
+
+    /// The first source that matches, with `has`, else `lacks`.
+    fn source(&self, matches: impl Fn(&Source) -> bool, has: &str, lacks: &str) -> Reason {
+        match self.sources.iter().find(|source| matches(source)) {
+            Some(source) => Ok(format!("{} {has}", source.field)),
+            None => Err(lacks.to_owned()),
+        }
+    }
+
+    fn contact(&self, shapes: &str, matches: impl Fn(&Source, &Source) -> bool) -> Reason {
+        match meeting(self.scene, self.sources).find(|(a, b)| matches(a, b)) {
+            Some((a, b)) => Ok(format!("{} meets {} by pairs", a.field, b.field)),
+            None => Err(format!("no {shapes} meet by pairs")),
+        }
+    }
+
+    /// By the rule of [`Features`].
+    fn material(
+        &self,
+        name: &str,
+        of: impl Fn(&BodyDef) -> f32,
+        brought: impl Fn(Features) -> bool,
+    ) -> Reason {
+        self.solved()?;
+        match self.sources.iter().find(|source| brought(Features::of(&source.def))) {
+            Some(source) => Ok(format!("{} has {name} {}", source.field, of(&source.def))),
+            None => Err(format!("{name} is 0 for every body that can be pushed")),
+        }
+    }
+
+    fn solved(&self) -> Result<(), String> {
+        let none = || "response is \"none\": contacts are only found".to_owned();
+        self.scene.solver.map(|_| ()).ok_or_else(none)
+    }
+
+    /// Two bodies at the speed cap must not be able to move by more than the smaller's half-size.
+    fn continuous(&self) -> Reason {
+        if !matches!(self.scene.solver, Some(Solver::Conjugate(_))) {
+            return Err("solver is not \"conjugate\": contacts are overlaps".to_owned());
+        }
+        let speed_max = self.scene.speed_max;
+        let path = 2.0 * speed_max * jostle_sim::DT;
+        let size = |source: &Source| {
+            let halves = source.shapes.iter().map(Shape::half_extent);
+            halves.fold(f32::INFINITY, |least, half| min(least, min(half.x, half.y)))
+        };
+        let sizes = self.sources.iter().map(|source| (source, size(source)));
+        match sizes.min_by(|(_, a), (_, b)| a.total_cmp(b)) {
+            Some((source, half)) if path > half => Ok(format!(
+                "speed_max {speed_max} closes {path} a step; {} has a half-size of {half}",
+                source.field
+            )),
+            _ => Err(format!("speed_max {speed_max} closes {path} a step at most")),
+        }
+    }
+
+    fn forces(&self) -> Reason {
+        let none = "no springs, and drag is 0 for every body";
+        let dragged = self.source(|source| source.def.drag != Drag::NONE, "has drag", none);
+        match dragged {
+            Err(_) if !self.scene.springs.is_empty() => Ok("springs[0]".to_owned()),
+            reason => reason,
+        }
+    }
+
+    fn sleeping(&self) -> Reason {
+        match self.scene.sleeping {
+            true => Ok("sleeping = true, the default of the conjugate solver".to_owned()),
+            false => Err("sleeping = false, the default of other solvers".to_owned()),
+        }
+    }
+
+    fn obstacles(&self, emits: bool) -> Reason {
+        if !emits {
+            return Err("no particles".to_owned());
+        }
+        let pushes = |source: &&Source| self.scene.meets_particles >> source.def.group & 1 == 1;
+        match self.sources.iter().find(pushes) {
+            Some(source) => {
+                let group = &self.scene.groups[usize::from(source.def.group)];
+                Ok(format!("particles_meet has \"{group}\", as of {}", source.field))
+            }
+            None => Err("particles_meet has no group with bodies".to_owned()),
+        }
+    }
+
+    fn emitters(&self) -> Reason {
+        match self.scene.emitters.len() {
+            0 => Err("emitters has no entry".to_owned()),
+            count => Ok(format!("emitters has {count}")),
+        }
+    }
+
+    fn impacts(&self) -> Reason {
+        self.solved()?;
+        match meeting(self.scene, self.sources).next() {
+            Some(_) => Ok(format!("impact_speed is {}", self.scene.impact_speed)),
+            None => Err("no two groups with bodies meet by pairs".to_owned()),
+        }
+    }
+
+    fn pack_hits(&self) -> Reason {
+        if !self.scene.tools.contains(Tools::LAUNCH) {
+            return Err("no \"launch\" in tools".to_owned());
+        }
+        match self.sources.iter().find(|source| source.kind == Kind::Hero) {
+            Some(hero) => Ok(format!("tools has \"launch\", and {} can be hit", hero.field)),
+            None => Err("no hero in the scene".to_owned()),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Particle recipes of a scene: its own, and the presets that it uses.
+
+use super::limits::RECIPES_MAX;
+use super::name::{NAME_ALLOWED, is_name};
+use super::presets::{fire, presets};
+use super::table::{Field, Range, Table, one_of};
+use jostle_sim::Recipe;
+
+/// Longest life of a particle, ticks.
+const LIFE_TICKS_MAX: u32 = 3600;
+const COLOR: Range = Range::from(0.0, 16.0);
+const SIZE: Range = Range::above(0.0, 64.0);
+const SPEED: Range = Range::from(-1000.0, 1000.0);
+
+/// The recipes that a scene names; presets join when they are used.
+pub(super) struct Recipes {
+    pub list: Vec<Recipe>,
+}
+
+impl Recipes {
+    /// Reads `[recipes.NAME]` tables.
+    pub fn read(root: &Table) -> Recipes {
+        let field = root.get("recipes");
+        let entries = field.named();
+        if entries.len() > RECIPES_MAX {
+            let found = format!("{} recipes", entries.len());
+            field.refuse_as(found, format!("at most {RECIPES_MAX}"));
+        }
+        let list = entries.iter().map(|(name, field)| recipe(name, field));
+        Recipes { list: list.collect() }
+    }
+
+    /// Index of the recipe that a field names: one of the file's, else a preset; `default` where the
+    /// file names none.
+    pub fn index(&mut self, field: &Field, default: &str) -> u8 {
+        let name = if field.is_given() { field.word() } else { Some(default) };
+        name.and_then(|name| self.resolve(name)).unwrap_or_else(|| {
+            field.refuse(self.known());
+            0
+        })
+    }
+
+    /// Index of the recipe with this name, which joins the scene's if it is a preset. A file's
+    /// own recipes and all presets together fit in a byte.
+    fn resolve(&mut self, name: &str) -> Option<u8> {
+        let index = self.list.iter().position(|recipe| recipe.name == name).or_else(|| {
+            let preset = presets().into_iter().find(|preset| preset.name == name)?;
+            self.list.push(preset);
+            Some(self.list.len() - 1)
+        })?;
+        u8::try_from(index).ok()
+    }
+
+    fn known(&self) -> String {
+        let all = self.list.iter().cloned().chain(presets());
+        let mut names: Vec<String> = all.map(|recipe| recipe.name).collect();
+        names.sort();
+        names.dedup();
+        one_of(names)
+    }
+}
+
+fn recipe(name: &str, field: &Field) -> Recipe {
+    if !is_name(name) {
+        field.refuse_as(format!("a recipe named {name:?}"), NAME_ALLOWED);
+    }
+    field.table(|table| {
+        let base = base(name, &table.get("like"));
+        Recipe {
+            name: name.to_owned(),
+            life_ticks: life_ticks(&table.get("life_ticks"), base.life_ticks),
+            color_start: color(&table.get("color_start"), base.color_start),
+            color_end: table.get("color_end").array(
+                base.color_end,
+                || "[low, high], each [red, green, blue, alpha]".to_owned(),
+                color,
+            ),
+            size: size(&table.get("size"), base.size),
+            size_factor: table.get("size_factor").number(base.size_factor, Range::above(0.0, 1.1)),
+            velocity: table.get("velocity").corners(base.velocity, SPEED),
+            round: table.get("round").truth(base.round),
+            acceleration: table.get("acceleration").vector(base.acceleration, SPEED),
+            drag: table.get("drag").number(base.drag, Range::from(0.0, 1.0)),
+        }
+    })
+}
+
+/// The recipe that the defaults come from: `like`, else the preset of this name, else fire.
+fn base(name: &str, like: &Field) -> Recipe {
+    let mut all = presets();
+    let names: Vec<String> = all.iter().map(|preset| preset.name.clone()).collect();
+    let index = like.index_in(&names).or_else(|| names.iter().position(|known| known == name));
+    index.map_or_else(fire, |index| all.swap_remove(index))
+}
+
+fn life_ticks(field: &Field, base: [u16; 2]) -> [u16; 2] {
+    let allowed = || format!("[low, high], whole numbers from 1 to {LIFE_TICKS_MAX}, low first");
+    let [low, high] = field
+        .array(base.map(u32::from), allowed, |item, base| item.whole(base, 1..=LIFE_TICKS_MAX));
+    if low > high {
+        field.refuse(allowed());
+    }
+    [low as u16, high as u16]
+}
+
+fn size(field: &Field, base: [f32; 2]) -> [f32; 2] {
+    let allowed = || format!("[low, high], low first, each {SIZE}");
+    let [low, high] = field.array(base, allowed, |item, base| item.number(base, SIZE));
+    if low > high {
+        field.refuse(allowed());
+    }
+    [low, high]
+}
+
+fn color(field: &Field, base: [f32; 4]) -> [f32; 4] {
+    let allowed = || format!("[red, green, blue, alpha], each {COLOR}");
+    field.array(base, allowed, |item, base| item.number(base, COLOR))
+}

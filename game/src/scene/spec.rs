@@ -1,0 +1,250 @@
+//! A checked scene: plain data, ready to be played.
+
+use super::kind::Kind;
+use super::path::Path;
+use super::tools::Tools;
+use glam::Vec2;
+use jostle_sim::GROUPS_MAX;
+use jostle_sim::{Aabb, BodyDef, EmitterDef, Recipe, Shape, Solver, Source};
+use jostle_sim::{Drag, ForceSettings};
+
+/// Framing of the world by the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Camera {
+    /// The whole world fits the view.
+    Fit,
+    /// The view follows the own hero and is this many world units high.
+    Follow {
+        /// Height of the view, world units.
+        height: f32,
+    },
+}
+
+/// A checked scene.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Short name: the file's stem, the word in links; lower case, digits and dashes.
+    pub name: String,
+    /// One line for people.
+    pub title: String,
+    /// One sentence for the lobby.
+    pub about: String,
+    /// The TOML text that it was made from.
+    pub source: String,
+    /// The world spans (0, 0) to this, world units.
+    pub size: Vec2,
+    /// Gravity, units/s^2.
+    pub gravity: Vec2,
+    /// Velocity of the air, units/s; only bodies with drag feel it.
+    pub wind: Vec2,
+    /// The contact solver; `None` where contacts are only detected.
+    pub solver: Option<Solver>,
+    /// True if bodies at rest fall asleep.
+    pub sleeping: bool,
+    /// Names of the collision groups, at most [`GROUPS_MAX`].
+    pub groups: Vec<String>,
+    /// For each group the set of groups that it meets.
+    pub meets: [u32; GROUPS_MAX],
+    /// Groups that particles are pushed out of.
+    pub meets_particles: u32,
+    /// Tools that players have.
+    pub tools: Tools,
+    /// Framing of the world by the camera.
+    pub camera: Camera,
+    /// Bodies outside are removed.
+    pub kill_zone: Aabb,
+    /// Resolution of the positions that clients see, world units; a power of two.
+    pub quantum: f32,
+    /// Speed cap of every body, units/s.
+    pub speed_max: f32,
+    /// Closing speed above which a contact is reported, units/s.
+    pub impact_speed: f32,
+    /// Players at a time.
+    pub players_max: u16,
+    /// Bodies at a time.
+    pub bodies_max: usize,
+    /// Particles at a time.
+    pub particles_max: usize,
+    /// Marbles at a time, beyond which Z makes no more.
+    pub marbles_max: usize,
+    /// Dye packs of one player at a time.
+    pub packs_max: usize,
+    /// Particle recipes.
+    pub recipes: Vec<Recipe>,
+    /// Recipe of the particles that Z sprays, with the spray tool.
+    pub spray: Option<u8>,
+    /// Bodies at fixed positions.
+    pub bodies: Vec<Placed>,
+    /// Bodies at positions that the seed decides.
+    pub layouts: Vec<Layout>,
+    /// Springs between bodies at fixed positions.
+    pub springs: Vec<PlacedSpring>,
+    /// Emitters that start by themselves.
+    pub emitters: Vec<ScheduledEmitter>,
+    /// The players' heroes; `None` where players have none.
+    pub hero: Option<HeroSpec>,
+    /// Acceleration of a minion back to its wander speed, units/s^2.
+    pub minion_recovery: f32,
+    /// The body of a marble that Z makes, with that tool.
+    pub marble: Option<BodyDef>,
+    /// Speed at which marbles set off to either side, units/s.
+    pub marble_speed: f32,
+    /// Dye packs, with the launch tool.
+    pub pack: Option<PackSpec>,
+}
+
+impl Scene {
+    /// The emitter that one of the scene's starts with the seed of this time; `None` if there is none
+    /// with this index, or if it follows a body.
+    pub fn emitter(&self, index: u8, seed: u32) -> Option<EmitterDef> {
+        let scheduled = self.emitters.get(usize::from(index))?;
+        match scheduled.location {
+            Location::Point(point) => Some(scheduled.emitter(Source::Point(point), seed)),
+            Location::Body(_) => None,
+        }
+    }
+
+    /// Drag, wind and springs, where a body of the scene feels any.
+    pub fn forces(&self) -> Option<ForceSettings> {
+        let settings = ForceSettings { wind: self.wind, springs_max: self.springs.len() };
+        let any = !self.springs.is_empty() || self.has_drag();
+        any.then_some(settings)
+    }
+
+    /// Returns whether any body of the scene has drag.
+    pub(super) fn has_drag(&self) -> bool {
+        let placed = self.bodies.iter().map(|body| &body.def);
+        let layouts = self.layouts.iter().map(|layout| &layout.def);
+        let hero = self.hero.iter().map(|hero| &hero.body);
+        let pack = self.pack.iter().map(|pack| &pack.body);
+        let mut all = placed.chain(layouts).chain(hero).chain(pack).chain(&self.marble);
+        all.any(|def| def.drag != Drag::NONE)
+    }
+
+    /// Returns whether bodies of the two groups collide.
+    pub fn groups_meet(&self, a: u8, b: u8) -> bool {
+        self.meets[usize::from(a)] >> b & 1 == 1
+    }
+}
+
+/// A body at a fixed position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placed {
+    /// Its kind.
+    pub kind: Kind,
+    /// The body.
+    pub def: BodyDef,
+    /// Speed at which it sets off to either side, units/s; 0 where the file gives a velocity.
+    pub start_speed: f32,
+    /// Name by which emitters follow it.
+    pub name: Option<String>,
+    /// The path of a kinematic body.
+    pub path: Option<Path>,
+}
+
+/// Bodies at positions that the seed decides, clear of each other and of all fixed ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    /// Their kind.
+    pub kind: Kind,
+    /// The body, at the origin.
+    pub def: BodyDef,
+    /// As in [`Placed`].
+    pub start_speed: f32,
+    /// One of these is drawn for each body.
+    pub shapes: Vec<Shape>,
+    /// Number of bodies; those that find no free position are left out.
+    pub count: u32,
+    /// Region of the centres.
+    pub area: Aabb,
+    /// Columns and rows into which the area is cut; bodies take the cells in turn.
+    pub grid: [u32; 2],
+    /// Free space around each, world units.
+    pub gap: f32,
+}
+
+/// A spring between a body and another or a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlacedSpring {
+    /// Entry of [`Scene::bodies`] that it holds.
+    pub body: usize,
+    /// Its other end.
+    pub to: Location,
+    /// Length at rest, world units.
+    pub length: f32,
+    /// Force a unit of length.
+    pub stiffness: f32,
+    /// Force against a unit of speed.
+    pub damping: f32,
+}
+
+/// Heroes of players.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeroSpec {
+    /// The body, at the origin.
+    pub body: BodyDef,
+    /// Acceleration by A and D on x and by W and S on y, units/s^2.
+    pub thrust: Vec2,
+    /// Speed past which thrust adds nothing, units/s.
+    pub speed_max: f32,
+    /// Spawn points, tried from the seat's own on.
+    pub spawns: Vec<Vec2>,
+}
+
+/// Dye packs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackSpec {
+    /// The body, at the origin.
+    pub body: BodyDef,
+    /// Own speed, units/s.
+    pub speed: f32,
+    /// Share of the angle to the target that is turned a tick, 0..=1.
+    pub turn: f32,
+    /// Life, ticks.
+    pub life_ticks: u32,
+    /// Share of a change of velocity by a contact that is left after a tick, 0..1.
+    pub drift: f32,
+    /// Particles of the burst.
+    pub burst: u16,
+    /// Recipe of the burst.
+    pub recipe: u8,
+}
+
+/// A position in a scene file: the end of a spring, or where an emitter is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Location {
+    /// A point.
+    Point(Vec2),
+    /// The centre of this entry of [`Scene::bodies`].
+    Body(usize),
+}
+
+/// An emitter that starts by itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScheduledEmitter {
+    /// Index into the recipes.
+    pub recipe: u8,
+    /// Particles each time.
+    pub count: u16,
+    /// Tick of the first time.
+    pub start: u32,
+    /// Ticks from one time to the next; `None` runs once.
+    pub every: Option<u32>,
+    /// Its position.
+    pub location: Location,
+}
+
+impl ScheduledEmitter {
+    /// Returns whether it starts in the tick with this number, from 0.
+    pub fn starts_at(&self, tick: u32) -> bool {
+        match self.every {
+            Some(every) => tick >= self.start && (tick - self.start).is_multiple_of(every),
+            None => tick == self.start,
+        }
+    }
+
+    /// The emitter that it starts.
+    pub fn emitter(&self, source: Source, seed: u32) -> EmitterDef {
+        EmitterDef { recipe: self.recipe, count: self.count, seed, source }
+    }
+}

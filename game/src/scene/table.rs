@@ -1,0 +1,380 @@
+//! The reader of scene files: TOML tables whose fields are declared where they are read.
+//!
+//! One call names a field, with its type, range and default:
+//! `table.get("mass").number(1.0, Range::from(MASS_MIN, MASS_MAX))`. Fields that were never asked for
+//! are unknown. Derived deserialisers do not fit: eight fields are shared by six tables, and serde
+//! can either flatten shared fields or refuse unknown ones.
+//!
+//! Readers never fail: they report to the [`Document`] and go on with the default;
+//! [`Document::checked`] returns the first error at the end. So a table is always read as a whole, and a
+//! misspelled field is reported as such rather than as a missing one.
+
+use super::error::SceneError;
+use glam::Vec2;
+use std::cell::RefCell;
+use std::fmt;
+use std::ops::{Range as Bytes, RangeInclusive};
+use toml::de::{DeTable, DeValue};
+
+/// Characters of the file that an error quotes at most.
+const QUOTE_CHARS_MAX: usize = 48;
+
+/// The text, its name in errors, and the first error in it.
+pub(super) struct Document<'a> {
+    pub file: &'a str,
+    pub source: &'a str,
+    error: RefCell<Option<SceneError>>,
+}
+
+/// Numbers that a field may hold.
+#[derive(Clone, Copy)]
+pub(super) struct Range {
+    low: f32,
+    high: f32,
+    above_low: bool,
+}
+
+/// A table of the file; a missing one reads as empty.
+pub(super) struct Table<'a> {
+    document: &'a Document<'a>,
+    path: String,
+    at: Bytes<usize>,
+    entries: Option<&'a DeTable<'a>>,
+    known: RefCell<Vec<&'static str>>,
+}
+
+/// A value of the file, which may be missing.
+pub(super) struct Field<'a> {
+    document: &'a Document<'a>,
+    path: String,
+    at: Bytes<usize>,
+    value: Option<&'a DeValue<'a>>,
+}
+
+impl Range {
+    /// `low` and `high` included.
+    pub const fn from(low: f32, high: f32) -> Range {
+        Range { low, high, above_low: false }
+    }
+
+    /// More than `low`, up to `high`.
+    pub const fn above(low: f32, high: f32) -> Range {
+        Range { low, high, above_low: true }
+    }
+
+    /// NaN and infinities lie in no range.
+    fn contains(&self, value: f32) -> bool {
+        value <= self.high && if self.above_low { value > self.low } else { value >= self.low }
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.above_low {
+            write!(out, "a number above {}, at most {}", self.low, self.high)
+        } else {
+            write!(out, "a number from {} to {}", self.low, self.high)
+        }
+    }
+}
+
+impl<'a> Document<'a> {
+    pub fn new(file: &'a str, source: &'a str) -> Document<'a> {
+        Document { file, source, error: RefCell::new(None) }
+    }
+
+    /// The top level.
+    pub fn root(&'a self, entries: &'a DeTable<'a>) -> Table<'a> {
+        let (path, known) = (String::new(), RefCell::default());
+        Table { document: self, path, at: 0..0, entries: Some(entries), known }
+    }
+
+    /// An error at a byte of the text.
+    pub fn error(&self, at: usize, field: &str, found: String, allowed: String) -> SceneError {
+        let before = &self.source.as_bytes()[..at.min(self.source.len())];
+        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
+        SceneError { file: self.file.to_owned(), line, field: field.to_owned(), found, allowed }
+    }
+
+    /// `value`, or the first error that was reported.
+    pub fn checked<T>(&self, value: T) -> Result<T, SceneError> {
+        self.error.take().map_or(Ok(value), Err)
+    }
+
+    fn is_good(&self) -> bool {
+        self.error.borrow().is_none()
+    }
+
+    /// The text between two bytes on one line, shortened.
+    fn quote(&self, at: &Bytes<usize>) -> String {
+        let text = self.source.get(at.clone()).unwrap_or_default();
+        let mut words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        if let Some((cut, _)) = words.char_indices().nth(QUOTE_CHARS_MAX) {
+            words.truncate(cut);
+            words.push_str("...");
+        }
+        words
+    }
+}
+
+impl<'a> Table<'a> {
+    /// Reads a table as a whole. An unknown field is reported in place of other errors within it.
+    pub fn read<T>(&self, read: impl FnOnce(&Table<'a>) -> T) -> T {
+        let was_good = self.document.is_good();
+        let value = read(self);
+        if was_good && let Some(error) = self.unknown_field() {
+            self.document.error.replace(Some(error));
+        }
+        value
+    }
+
+    fn unknown_field(&self) -> Option<SceneError> {
+        let known = self.known.borrow();
+        let unknown = self
+            .entries?
+            .keys()
+            .filter(|key| !known.contains(&key.get_ref().as_ref()))
+            .min_by_key(|key| key.span().start)?;
+        let allowed = format!("the fields {}", known.join(", "));
+        let field = path_of(&self.path, unknown.get_ref());
+        Some(self.document.error(unknown.span().start, &field, "an unknown field".into(), allowed))
+    }
+
+    /// A field, which from now on is known, whether or not the file has it.
+    pub fn get(&self, name: &'static str) -> Field<'a> {
+        let mut known = self.known.borrow_mut();
+        if !known.contains(&name) {
+            known.push(name);
+        }
+        let value = self.entries.and_then(|entries| entries.get(name));
+        Field {
+            document: self.document,
+            path: path_of(&self.path, name),
+            at: value.map_or(self.at.clone(), |value| value.span()),
+            value: value.map(|value| value.get_ref()),
+        }
+    }
+
+    /// A field that the file must have.
+    pub fn need(&self, name: &'static str, allowed: &str) -> Field<'a> {
+        let field = self.get(name);
+        if !field.is_given() {
+            field.refuse(allowed);
+        }
+        field
+    }
+
+    /// One of two fields of which a file may have only one.
+    pub fn either(&self, one: &'static str, other: &'static str) -> [Field<'a>; 2] {
+        let fields = [self.get(one), self.get(other)];
+        if fields.iter().all(Field::is_given) {
+            fields[1].refuse_as(format!("{one} and {other}"), "only one of the two");
+        }
+        fields
+    }
+}
+
+impl<'a> Field<'a> {
+    /// Returns whether the file has it.
+    pub fn is_given(&self) -> bool {
+        self.value.is_some()
+    }
+
+    /// Reports an error that quotes the value.
+    pub fn refuse(&self, allowed: impl Into<String>) {
+        let found = match self.value {
+            None => "nothing".to_owned(),
+            Some(DeValue::Table(_)) => "a table".to_owned(),
+            Some(_) => self.document.quote(&self.at),
+        };
+        self.refuse_as(found, allowed);
+    }
+
+    /// Reports an error.
+    pub fn refuse_as(&self, found: impl Into<String>, allowed: impl Into<String>) {
+        if self.document.is_good() {
+            let error =
+                self.document.error(self.at.start, &self.path, found.into(), allowed.into());
+            self.document.error.replace(Some(error));
+        }
+    }
+
+    /// `wanted` of the value, if the file has it; reports a value without.
+    fn parse<T>(
+        &self,
+        wanted: impl FnOnce(&'a DeValue<'a>) -> Option<T>,
+        allowed: impl FnOnce() -> String,
+    ) -> Option<T> {
+        let found = wanted(self.value?);
+        if found.is_none() {
+            self.refuse(allowed());
+        }
+        found
+    }
+
+    /// A finite number in the range; whole numbers count.
+    pub fn number(&self, default: f32, range: Range) -> f32 {
+        let number = |value| number_of(value).filter(|&number| range.contains(number));
+        self.parse(number, || range.to_string()).unwrap_or(default)
+    }
+
+    /// Returns whether the value is a number, in any range.
+    pub fn is_number(&self) -> bool {
+        self.value.is_some_and(|value| number_of(value).is_some())
+    }
+
+    /// A whole number in the range.
+    pub fn whole(&self, default: u32, range: RangeInclusive<u32>) -> u32 {
+        let whole = |value| u32::try_from(integer_of(value)?).ok().filter(|n| range.contains(n));
+        let allowed = || format!("a whole number from {} to {}", range.start(), range.end());
+        self.parse(whole, allowed).unwrap_or(default)
+    }
+
+    /// `true` or `false`.
+    pub fn truth(&self, default: bool) -> bool {
+        self.parse(DeValue::as_bool, || "true or false".to_owned()).unwrap_or(default)
+    }
+
+    /// A string of 1 to `chars_max` characters without control characters; else an empty one.
+    pub fn text(&self, chars_max: usize) -> String {
+        let text = |value: &'a DeValue<'a>| {
+            let text = value.as_str()?;
+            let fits = (1..=chars_max).contains(&text.chars().count());
+            (fits && !text.chars().any(char::is_control)).then_some(text)
+        };
+        let allowed = || format!("a text of 1 to {chars_max} characters, one line");
+        self.parse(text, allowed).unwrap_or_default().to_owned()
+    }
+
+    /// The string as it is, if it is one.
+    pub fn word(&self) -> Option<&'a str> {
+        self.value?.as_str()
+    }
+
+    /// The index of the string in a list of names.
+    pub fn index_in<T: AsRef<str>>(&self, names: &[T]) -> Option<usize> {
+        let index = |value: &DeValue| {
+            let word = value.as_str()?;
+            names.iter().position(|name| name.as_ref() == word)
+        };
+        self.parse(index, || one_of(names))
+    }
+
+    /// The choice that the string names.
+    pub fn choice<T: Copy>(&self, choices: &[(&str, T)]) -> Option<T> {
+        let names: Vec<&str> = choices.iter().map(|(name, _)| *name).collect();
+        self.index_in(&names).map(|index| choices[index].1)
+    }
+
+    /// The values of a list.
+    pub fn items(&self) -> Vec<Field<'a>> {
+        let array = self.parse(DeValue::as_array, || "a list".to_owned());
+        let items = array.into_iter().flat_map(|array| array.iter().enumerate());
+        items.map(|(index, item)| self.inside(format!("{}[{index}]", self.path), item)).collect()
+    }
+
+    /// The values of a list whose length is in the range.
+    pub fn some_items(&self, count: RangeInclusive<usize>, allowed: &str) -> Vec<Field<'a>> {
+        let items = self.items();
+        if self.is_given() && !count.contains(&items.len()) {
+            self.refuse(allowed);
+        }
+        items
+    }
+
+    /// Exactly `N` values of a list, read one by one.
+    pub fn array<const N: usize, T: Copy>(
+        &self,
+        default: [T; N],
+        allowed: impl FnOnce() -> String,
+        read: impl Fn(&Field<'a>, T) -> T,
+    ) -> [T; N] {
+        let is_it = |value: &'a DeValue<'a>| value.as_array().filter(|array| array.len() == N);
+        if self.parse(is_it, allowed).is_none() {
+            return default;
+        }
+        let items = self.items();
+        std::array::from_fn(|index| read(&items[index], default[index]))
+    }
+
+    /// Two numbers, each in the range.
+    pub fn vector(&self, default: Vec2, range: Range) -> Vec2 {
+        let allowed = || format!("[x, y], each {range}");
+        self.array(default.to_array(), allowed, |item, base| item.number(base, range)).into()
+    }
+
+    /// Two corners, [[low x, low y], [high x, high y]].
+    pub fn corners(&self, default: [Vec2; 2], range: Range) -> [Vec2; 2] {
+        let allowed = || format!("[[x, y], [x, y]], each {range}");
+        let [low, high] = self.array(default, allowed, |item, base| item.vector(base, range));
+        if low.x > high.x || low.y > high.y {
+            self.refuse("a low corner that is not above the high one");
+        }
+        [low, high]
+    }
+
+    /// Reads a table; a missing one reads as empty.
+    pub fn table<T>(&self, read: impl FnOnce(&Table<'a>) -> T) -> T {
+        self.table_or("a table", read)
+    }
+
+    /// [`Field::table`] where something else is allowed too.
+    pub fn table_or<T>(&self, allowed: &str, read: impl FnOnce(&Table<'a>) -> T) -> T {
+        let entries = self.parse(DeValue::as_table, || allowed.to_owned());
+        let (path, at) = (self.path.clone(), self.at.clone());
+        Table { document: self.document, path, at, entries, known: RefCell::default() }.read(read)
+    }
+
+    /// The field of this table, or the table itself where it has no such field. For checks of
+    /// tables that have been read.
+    pub fn inner(&self, name: &str) -> Field<'a> {
+        let inner = self.value.and_then(DeValue::as_table).and_then(|entries| entries.get(name));
+        let path = path_of(&self.path, name);
+        match inner {
+            Some(value) => self.inside(path, value),
+            None => Field { document: self.document, path, at: self.at.clone(), value: self.value },
+        }
+    }
+
+    /// Names and values of a table whose keys are free, in order of the names.
+    pub fn named(&self) -> Vec<(&'a str, Field<'a>)> {
+        let table = self.parse(DeValue::as_table, || "a table".to_owned());
+        let entries = table.into_iter().flat_map(DeTable::iter);
+        let named = entries.map(|(key, value)| {
+            let name = key.get_ref().as_ref();
+            (name, self.inside(path_of(&self.path, name), value))
+        });
+        named.collect()
+    }
+
+    fn inside(&self, path: String, value: &'a toml::Spanned<DeValue<'a>>) -> Field<'a> {
+        Field { document: self.document, path, at: value.span(), value: Some(value.get_ref()) }
+    }
+}
+
+fn path_of(table: &str, name: &str) -> String {
+    if table.is_empty() { name.to_owned() } else { format!("{table}.{name}") }
+}
+
+fn number_of(value: &DeValue) -> Option<f32> {
+    match value {
+        DeValue::Float(float) => float.as_str().parse::<f64>().ok().map(|wide| wide as f32),
+        _ => integer_of(value).map(|whole| whole as f32),
+    }
+}
+
+fn integer_of(value: &DeValue) -> Option<i64> {
+    let integer = value.as_integer()?;
+    i64::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+/// "one of a, b, c".
+pub(super) fn one_of<T: AsRef<str>>(choices: impl IntoIterator<Item = T>) -> String {
+    let names: Vec<T> = choices.into_iter().collect();
+    let names: Vec<&str> = names.iter().map(AsRef::as_ref).collect();
+    if names.is_empty() {
+        "nothing: the list is empty".to_owned()
+    } else {
+        format!("one of {}", names.join(", "))
+    }
+}

@@ -1,0 +1,41 @@
+//! Tools of players.
+
+/// Tools that players have in a scene, one bit each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Tools(pub u16);
+
+impl Tools {
+    /// WASD steers an own hero.
+    pub const STEER: Tools = Tools(1 << 0);
+    /// A click launches a dye pack at the pointer.
+    pub const LAUNCH: Tools = Tools(1 << 1);
+    /// Z drops a marble at the pointer, one a tick.
+    pub const MARBLE: Tools = Tools(1 << 2);
+    /// Z sprays one particle a tick at the pointer.
+    pub const SPRAY: Tools = Tools(1 << 3);
+    /// X holds the marble or block under the pointer.
+    pub const HOLD: Tools = Tools(1 << 4);
+    /// C shakes all marbles.
+    pub const AGITATE: Tools = Tools(1 << 5);
+    /// V removes all marbles.
+    pub const CLEAR: Tools = Tools(1 << 6);
+    /// H, M and P select the hero, minion and platform; the left button drags the selected one.
+    pub const SELECT: Tools = Tools(1 << 7);
+
+    /// Every tool with its word in scene files.
+    pub const NAMES: [(&str, Tools); 8] = [
+        ("steer", Tools::STEER),
+        ("launch", Tools::LAUNCH),
+        ("dumb", Tools::MARBLE),
+        ("spray", Tools::SPRAY),
+        ("hold", Tools::HOLD),
+        ("agitate", Tools::AGITATE),
+        ("clear", Tools::CLEAR),
+        ("select", Tools::SELECT),
+    ];
+
+    /// Returns whether all of `other` are allowed.
+    pub fn contains(self, other: Tools) -> bool {
+        self.0 & other.0 == other.0
+    }
+}

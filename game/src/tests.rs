@@ -1,0 +1,98 @@
+//! The rules of a game, on small scenes made for each.
+
+mod bodies;
+mod heroes;
+mod packs;
+mod plans;
+mod players;
+mod shipped;
+
+use crate::actor::Rule;
+use crate::{BodyInfo, Buttons, Event, Game, Input, Kind, Scene, Seat};
+use glam::Vec2;
+use jostle_sim::math::max;
+use jostle_sim::{BodyId, Shape, Source};
+use std::sync::Arc;
+
+/// Pairs (B6) and tools (B5) of the scene `impulse`, over a bare floor whose top is at 3.5.
+const FLOOR: &str = r#"
+title = "Floor"
+size = [400, 200]
+tools = ["steer", "launch", "dumb", "hold", "agitate", "clear"]
+groups = ["hero", "minion", "dumb", "platform", "pack"]
+pairs = [
+    ["hero", "platform"], ["hero", "minion"], ["hero", "hero"], ["minion", "platform"],
+    ["pack", "platform"], ["pack", "minion"], ["dumb", "platform"], ["dumb", "dumb"],
+]
+limits = { dumb = 250 }
+
+[hero]
+spawns = [[60, 30], [100, 30], [140, 30]]
+
+[[bodies]]
+kind = "wall"
+position = [200, -6.5]
+size = [800, 20]
+"#;
+
+fn game_of(text: &str) -> Game {
+    let scene = Scene::parse("test.toml", text).unwrap_or_else(|error| panic!("{error}"));
+    Game::new(Arc::new(scene), 7)
+}
+
+/// [`FLOOR`] with more entries at its end.
+fn floor_with(more: &str) -> Game {
+    game_of(&format!("{FLOOR}\n{more}"))
+}
+
+fn built_in(name: &str, seed: u64) -> Game {
+    let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
+    Game::new(Arc::new(scene.expect("a shipped scene")), seed)
+}
+
+fn at(x: f32, y: f32) -> Option<Vec2> {
+    Some(Vec2::new(x, y))
+}
+
+fn input(buttons: &[Buttons], pointer: Option<Vec2>) -> Input {
+    Input { buttons: Buttons(buttons.iter().fold(0, |all, button| all | button.0)), pointer }
+}
+
+const FIRST: Seat = Seat(0);
+
+/// One tick with one input of the first seat.
+fn play(game: &mut Game, buttons: &[Buttons], pointer: Option<Vec2>) {
+    game.tick(&[(FIRST, input(buttons, pointer))]);
+}
+
+fn idle(game: &mut Game, ticks: u32) {
+    for _ in 0..ticks {
+        game.tick(&[]);
+    }
+}
+
+fn all(game: &Game, kind: Kind) -> Vec<BodyId> {
+    game.bodies().filter(|body| body.kind == kind).map(|body| body.id).collect()
+}
+
+fn only(game: &Game, kind: Kind) -> BodyId {
+    let found = all(game, kind);
+    assert_eq!(found.len(), 1, "one {} expected", kind.name());
+    found[0]
+}
+
+fn hero_of(game: &Game, seat: Seat) -> BodyId {
+    let player = game.players().find(|player| player.seat == seat).expect("a seated player");
+    player.hero.expect("a hero")
+}
+
+/// Root mean square of the speeds of all bodies of a kind.
+fn rms_speed(game: &Game, kind: Kind) -> f32 {
+    let ids = all(game, kind);
+    let sum: f32 = ids.iter().map(|&id| game.world().velocity(id).length_squared()).sum();
+    (sum / ids.len() as f32).sqrt()
+}
+
+fn deepest(game: &Game) -> f32 {
+    game.world().touches().iter().fold(0.0, |most, touch| max(most, touch.depth))
+}

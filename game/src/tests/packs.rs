@@ -1,0 +1,215 @@
+//! Dye packs: chase, cover, push, burst.
+
+use super::*;
+
+/// Angle from `front` to `way`, radians, signed.
+fn angle(front: Vec2, way: Vec2) -> f32 {
+    jostle_sim::math::atan2(front.perp_dot(way), front.dot(way))
+}
+
+fn hits(game: &Game) -> Vec<(Seat, Option<Seat>, Vec2)> {
+    let hit = |event: &Event| match *event {
+        Event::PackHit { owner, victim, point, .. } => Some((owner, victim, point)),
+        _ => None,
+    };
+    game.events().iter().filter_map(hit).collect()
+}
+
+#[test]
+fn a_click_launches_one_pack_at_the_pointer_and_it_comes_nearer() {
+    let mut game = floor_with("");
+    game.join(FIRST);
+    idle(&mut game, 120);
+    play(&mut game, &[Buttons::FIRE], at(200.0, 100.0));
+    let pack = only(&game, Kind::Pack);
+    assert_eq!(game.world().position(pack), Vec2::new(200.0, 100.0));
+    let hero = hero_of(&game, FIRST);
+    let distance =
+        |game: &Game| (game.world().position(pack) - game.world().position(hero)).length();
+    let mut before = distance(&game);
+    for tick in 0..100 {
+        play(&mut game, &[Buttons::FIRE], at(200.0, 100.0));
+        assert_eq!(only(&game, Kind::Pack), pack, "held down makes no more");
+        if tick > 5 {
+            assert!(distance(&game) < before - 0.4, "tick {tick}: 30 units/s towards the hero");
+        }
+        before = distance(&game);
+    }
+}
+
+#[test]
+fn a_pack_turns_by_four_fifths_of_the_angle_each_tick() {
+    let mut game = floor_with("");
+    game.join(FIRST);
+    idle(&mut game, 120);
+    play(&mut game, &[Buttons::FIRE], at(150.0, 100.0));
+    let (pack, hero) = (only(&game, Kind::Pack), hero_of(&game, FIRST));
+    for _ in 0..3 {
+        let front = game.world().velocity(pack);
+        let way = game.world().position(hero) - game.world().position(pack);
+        idle(&mut game, 1);
+        let left = angle(game.world().velocity(pack), way);
+        let expected = 0.2 * angle(front, way);
+        assert!((left - expected).abs() < 1e-3, "{left} is left of {expected}");
+        assert!((game.world().velocity(pack).length() - 30.0).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn a_pack_lives_300_ticks() {
+    let mut game = floor_with("");
+    game.join(FIRST);
+    play(&mut game, &[Buttons::FIRE], at(395.0, 195.0));
+    idle(&mut game, 299);
+    assert_eq!(all(&game, Kind::Pack).len(), 1);
+    idle(&mut game, 1);
+    assert_eq!(all(&game, Kind::Pack).len(), 0);
+}
+
+#[test]
+fn a_pack_that_touches_the_hero_bursts_into_200_particles_there() {
+    let mut game = built_in("emitters", 1);
+    game.join(FIRST);
+    idle(&mut game, 60);
+    let hero = hero_of(&game, FIRST);
+    let place = game.world().position(hero);
+    play(&mut game, &[Buttons::FIRE], Some(place + Vec2::new(16.0, 0.0)));
+    let mut made = 0;
+    let mut curve = Vec::new();
+    let mut touched = None;
+    for _ in 0..400 {
+        idle(&mut game, 1);
+        if let Some(&(owner, victim, point)) = hits(&game).first() {
+            assert_eq!((owner, victim), (FIRST, Some(FIRST)));
+            assert!(matches!(game.events().last(), Some(Event::EmitterStarted(emitter))
+                if emitter.count == 200 && emitter.source == Source::Point(point)));
+            assert_eq!(all(&game, Kind::Pack).len(), 0);
+            touched = Some(point);
+            made = game.world().particles().len();
+        }
+        if touched.is_some() {
+            curve.push(game.world().particles().len());
+        }
+    }
+    let point = touched.expect("a hit");
+    let away = (point - game.world().position(hero)).abs();
+    assert!(away.x <= 8.01 && away.y <= 11.01, "on the hero: {away}");
+    assert!(made >= 5, "emission starts in the tick of the hit");
+    let peak = curve.iter().copied().max().expect("a curve");
+    let peak_at = curve.iter().position(|&count| count == peak).expect("a peak");
+    assert!((150..=200).contains(&peak), "{peak} particles");
+    assert!((15..=60).contains(&peak_at), "rises over about 0.6 s: {peak_at} ticks");
+    assert_eq!(*curve.last().expect("a curve"), 0, "and fades");
+    assert_eq!(game.players().next().expect("a player").score, 0, "the own hero is no score");
+}
+
+#[test]
+fn a_pack_slides_along_a_platform_and_stays_outside() {
+    let mut game =
+        floor_with("[[bodies]]\nkind = \"platform\"\nposition = [140, 50]\nsize = [60, 3]");
+    game.join(FIRST);
+    game.join(Seat(1));
+    idle(&mut game, 120);
+    game.leave(Seat(1));
+    play(&mut game, &[Buttons::FIRE], at(165.0, 70.0));
+    let (pack, platform) = (only(&game, Kind::Pack), only(&game, Kind::Platform));
+    let mut on_top = 0;
+    for _ in 0..280 {
+        idle(&mut game, 1);
+        if !game.world().contains(pack) {
+            break;
+        }
+        let place = game.world().position(pack) - game.world().position(platform);
+        assert!(deepest(&game) < 0.02, "inside the platform: {}", deepest(&game));
+        on_top += u32::from(place.x.abs() < 31.5 && (2.9..3.1).contains(&place.y));
+    }
+    assert!(on_top > 10, "it skirts the edge: {on_top} ticks");
+}
+
+#[test]
+fn one_pack_moves_a_minion_a_little_and_three_move_it_more() {
+    let shift = |packs: usize| {
+        let mut game =
+            floor_with("[[bodies]]\nkind = \"minion\"\nposition = [200, 100]\nvelocity = [0, 0]");
+        game.join(FIRST);
+        game.world.set_gravity_scale(hero_of(&game, FIRST), 0.0);
+        game.world.set_position(hero_of(&game, FIRST), Vec2::new(360.0, 100.0));
+        for index in 0..packs {
+            play(&mut game, &[Buttons::FIRE], at(170.0, 96.0 + 4.0 * index as f32));
+            play(&mut game, &[], None);
+        }
+        idle(&mut game, 80);
+        game.world().position(only(&game, Kind::Minion)).x - 200.0
+    };
+    let (one, three) = (shift(1), shift(3));
+    assert!(one > 0.0 && three > 1.5 * one, "one pack: {one}, three: {three}");
+    assert!(one < 10.0, "a pack is light: {one}");
+}
+
+#[test]
+fn packs_chase_the_nearest_hero_of_another_player() {
+    let mut game = floor_with("");
+    for seat in 0..3 {
+        game.join(Seat(seat));
+    }
+    idle(&mut game, 120);
+    let [own, near] = [0, 1].map(|seat| game.world().position(hero_of(&game, Seat(seat))));
+    assert!(own.x < near.x);
+    play(&mut game, &[Buttons::FIRE], Some(own + Vec2::new(0.0, 12.0)));
+    let mut struck = Vec::new();
+    for _ in 0..299 {
+        idle(&mut game, 1);
+        struck.extend(hits(&game));
+    }
+    assert_eq!(struck.len(), 1);
+    assert_eq!((struck[0].0, struck[0].1), (FIRST, Some(Seat(1))));
+    assert_eq!(game.players().next().expect("a player").score, 1);
+}
+
+#[test]
+fn packs_of_a_player_are_capped() {
+    let mut game = floor_with("");
+    game.join(FIRST);
+    game.join(Seat(1));
+    for _ in 0..20 {
+        play(&mut game, &[Buttons::FIRE], at(390.0, 190.0));
+        play(&mut game, &[], None);
+    }
+    assert_eq!(all(&game, Kind::Pack).len(), 8);
+}
+
+/// Packs that burst in one tick are all handled (C24d), each with its own touch point (C24j).
+#[test]
+fn two_packs_that_hit_in_one_tick_burst_at_two_points() {
+    let mut game = built_in("emitters", 1);
+    game.join(FIRST);
+    idle(&mut game, 120);
+    let place = game.world().position(hero_of(&game, FIRST));
+    for side in [-12.0, 12.0] {
+        play(&mut game, &[Buttons::FIRE], Some(place + Vec2::new(side, 0.0)));
+        play(&mut game, &[], None);
+    }
+    let packs = all(&game, Kind::Pack);
+    assert_eq!(packs.len(), 2);
+    for (&pack, side) in packs.iter().zip([-8.5, 8.5]) {
+        game.world.set_position(pack, place + Vec2::new(side, 0.0));
+    }
+    idle(&mut game, 1);
+    let points: Vec<f32> = hits(&game).iter().map(|(_, _, point)| point.x - place.x).collect();
+    assert_eq!(points.len(), 2);
+    assert!((points[0] + 8.0).abs() < 0.6 && (points[1] - 8.0).abs() < 0.6, "{points:?}");
+    assert_eq!(game.world().particles().emitter_count(), 2);
+}
+
+#[test]
+fn packs_of_one_age_wear_out_together() {
+    let mut game = floor_with("");
+    game.join(FIRST);
+    game.join(Seat(1));
+    let click = input(&[Buttons::FIRE], at(390.0, 190.0));
+    game.tick(&[(FIRST, click), (Seat(1), click)]);
+    idle(&mut game, 299);
+    assert_eq!(all(&game, Kind::Pack).len(), 2);
+    idle(&mut game, 1);
+    assert_eq!(all(&game, Kind::Pack).len(), 0);
+}

@@ -1,0 +1,164 @@
+//! Tools of players: Z, X, C, V, the click, and H, M, P with the drag.
+
+use crate::actor::Rule;
+use crate::event::Event;
+use crate::input::Buttons;
+use crate::placing::either_side;
+use crate::player::{Held, Player};
+use crate::rngs::Rngs;
+use crate::roster::Roster;
+use crate::scene::{Kind, Scene, Tools};
+use crate::{emitters, packs};
+use glam::Vec2;
+use jostle_sim::Rng;
+use jostle_sim::math::{clamp_length, min};
+use jostle_sim::{BodyDef, BodyId, DT, EmitterDef, Motion, Source, World};
+
+/// Largest change of either component of a velocity that C makes in a tick, units/s.
+const AGITATE_SPEED: f32 = 5.0;
+/// Speed at which a held body follows the pointer, units/s: fast, but not enough to tunnel.
+const HOLD_SPEED_MAX: f32 = 120.0;
+/// Largest distance from the pointer at which Z drops a marble, as a share of its half extent (C45).
+const DROP_SPREAD: f32 = 0.5;
+
+/// Tools that act on bodies, before the step: V, C, selection and drag, X.
+pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
+    let allows = |tool| scene.tools.contains(tool);
+    let any = |button| roster.players.iter().any(|player| player.holds(button));
+    if allows(Tools::CLEAR) && any(Buttons::CLEAR) {
+        roster.remove_all(world, |actor| actor.kind == Kind::Marble);
+    } else if allows(Tools::AGITATE) && any(Buttons::AGITATE) {
+        agitate_marbles(world, roster, rng);
+    }
+    for slot in 0..roster.players.len() {
+        if allows(Tools::SELECT) {
+            select(roster, scene, slot);
+            drag(world, &roster.players[slot]);
+        }
+        if allows(Tools::HOLD) {
+            hold(world, roster, slot, min(HOLD_SPEED_MAX, scene.speed_max));
+        }
+    }
+}
+
+/// Tools that make something, after the step, so that it appears exactly at the pointer.
+pub(crate) fn make(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    rngs: &mut Rngs,
+    events: &mut Vec<Event>,
+) {
+    let allows = |tool| scene.tools.contains(tool);
+    for slot in 0..roster.players.len() {
+        let player = &roster.players[slot];
+        let Some(aim) = player.aim else { continue };
+        let seat = player.seat;
+        let makes = player.holds(Buttons::MAKE);
+        if player.pressed(Buttons::FIRE) && allows(Tools::LAUNCH) {
+            packs::launch(world, roster, scene, seat, aim);
+        }
+        if makes && allows(Tools::MARBLE) {
+            drop_marble(world, roster, scene, aim, &mut rngs.drop);
+        }
+        if let Some(recipe) = scene.spray.filter(|_| makes && allows(Tools::SPRAY)) {
+            let (seed, source) = (rngs.emit.next_u32(), Source::Point(aim));
+            emitters::start(world, EmitterDef { recipe, count: 1, seed, source }, events);
+        }
+    }
+}
+
+fn agitate_marbles(world: &mut World, roster: &Roster, rng: &mut Rng) {
+    for actor in roster.actors().filter(|actor| actor.kind == Kind::Marble) {
+        if world.motion(actor.id) == Motion::Static {
+            continue;
+        }
+        let x = rng.range(-AGITATE_SPEED, AGITATE_SPEED);
+        let y = rng.range(-AGITATE_SPEED, AGITATE_SPEED);
+        world.set_velocity(actor.id, world.velocity(actor.id) + Vec2::new(x, y));
+    }
+}
+
+fn drop_marble(world: &mut World, roster: &mut Roster, scene: &Scene, aim: Vec2, rng: &mut Rng) {
+    let Some(body) = &scene.marble else { return };
+    let marbles = roster.actors().filter(|actor| actor.kind == Kind::Marble).count();
+    if marbles >= scene.marbles_max || !roster.has_room(world, scene) {
+        return;
+    }
+    let spread = body.shape.half_extent() * DROP_SPREAD;
+    let offset = Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * spread;
+    let velocity = either_side(scene.marble_speed, rng);
+    let position = aim + offset;
+    // Inside a wall it would be pushed out on the far side, out of the world.
+    let walled = world.body_at(position, |id| {
+        world.motion(id) == Motion::Static && scene.groups_meet(body.group, world.group(id))
+    });
+    if walled.is_none() {
+        let def = BodyDef { position, velocity, ..*body };
+        roster.add(world, &def, Kind::Marble, None, Rule::Still);
+    }
+}
+
+fn select(roster: &mut Roster, scene: &Scene, slot: usize) {
+    let keys = [
+        (Buttons::PICK_HERO, Kind::Hero),
+        (Buttons::PICK_MINION, Kind::Minion),
+        (Buttons::PICK_PLATFORM, Kind::Platform),
+    ];
+    for (button, kind) in keys {
+        if roster.players[slot].pressed(button)
+            && let Some(body) = roster.first_of(scene, kind)
+        {
+            roster.players[slot].selected = Some(body);
+        }
+    }
+}
+
+/// Puts the centre of the selected body at the pointer, which need not hit it (B2).
+fn drag(world: &mut World, player: &Player) {
+    if let (Some(body), Some(aim)) = (player.selected, player.aim)
+        && player.holds(Buttons::FIRE)
+    {
+        world.set_position(body, aim);
+        world.set_velocity(body, Vec2::ZERO);
+    }
+}
+
+/// Holds the first body that comes under the pointer while X is down, until X goes up (C44): it is
+/// driven towards the pointer, and gravity adds nothing to its velocity in the meantime.
+fn hold(world: &mut World, roster: &mut Roster, slot: usize, speed_max: f32) {
+    let player = &mut roster.players[slot];
+    if !player.holds(Buttons::HOLD) {
+        release(world, player);
+        return;
+    }
+    if player.held.is_none() {
+        let grabbed = player.aim.and_then(|aim| grab(world, roster, aim));
+        roster.players[slot].held = grabbed;
+    }
+    let player = &roster.players[slot];
+    let (Some(held), Some(pointer)) = (player.held, player.pointer) else { return };
+    let way = pointer - world.position(held.body);
+    world.set_velocity(held.body, clamp_length(way / DT, speed_max));
+}
+
+/// Grabs the body under the pointer, if it is one that players may hold and none holds it yet.
+fn grab(world: &mut World, roster: &Roster, aim: Vec2) -> Option<Held> {
+    let is_loose = |id: BodyId| {
+        let actor = roster.actors[id.index as usize];
+        let kind = actor.is_some_and(|actor| matches!(actor.kind, Kind::Marble | Kind::Block));
+        let mut held = roster.players.iter().filter_map(|player| player.held);
+        kind && held.all(|held| held.body != id) && world.motion(id) == Motion::Dynamic
+    };
+    let body = world.body_at(aim, is_loose)?;
+    let gravity_scale = world.gravity_scale(body);
+    world.set_gravity_scale(body, 0.0);
+    Some(Held { body, gravity_scale })
+}
+
+/// Releases the body that a player holds.
+pub(crate) fn release(world: &mut World, player: &mut Player) {
+    if let Some(held) = player.held.take() {
+        world.set_gravity_scale(held.body, held.gravity_scale);
+    }
+}
