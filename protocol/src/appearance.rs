@@ -1,43 +1,45 @@
-//! How a player looks to others. Names are cleaned and checked here and nowhere else.
+//! Name and colour of a player. Names are cleaned and checked here and nowhere else.
 
+use crate::error::{DecodeError, check};
 use crate::limits::{COLORS, NAME_BYTES_MAX, NAME_CHARS_MAX};
-use crate::wire::{DecodeError, Reader, Writer};
+use crate::wire::{Reader, Writer};
+use std::sync::Arc;
 
-/// How a player looks to others.
+/// Name and colour of a player, as others see them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Appearance {
-    /// Shown name: 1..=20 characters after trimming, no control characters.
-    pub name: String,
+    /// The name: 1..=20 characters after trimming, no control characters.
+    pub name: Arc<str>,
     /// Index into the palette of player colours.
     pub color: u8,
 }
 
-/// Why a name or colour was refused; displays as a sentence for the player.
+/// The reason why a name or colour was refused; displays as a sentence for the player.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AppearanceError {
-    /// Nothing that can be seen is in the name.
+    /// The name has no visible character.
     #[error("Please enter a name.")]
     NameEmpty,
     /// The name is too long.
-    #[error("This name is too long: {NAME_CHARS_MAX} characters at most.")]
+    #[error("That name is too long: {NAME_CHARS_MAX} characters at most.")]
     NameTooLong,
-    /// The name holds a character that is invisible or turns the text around it.
-    #[error("This name holds a character that cannot be shown (U+{:04X}).", u32::from(*character))]
+    /// The name has a character that is invisible or reorders the text around it.
+    #[error("That name contains a character we can't display (U+{:04X}).", u32::from(*character))]
     NameForbidden {
         /// The character.
         character: char,
     },
-    /// There is no such colour.
+    /// The colour does not exist.
     #[error("There is no colour {color}: allowed are 0 to {}.", COLORS - 1)]
     Color {
-        /// Found.
+        /// The colour.
         color: u8,
     },
 }
 
 impl Appearance {
-    /// Cleans and checks a name: white space of any kind at the ends goes, inside it becomes one
-    /// space. Letters of every script and emoji are fine; what controls the text is not.
+    /// Cleans and checks a name. White space is trimmed at the ends, and inside it becomes one space. Letters
+    /// of every script and emoji are allowed; control and format characters are not.
     pub fn new(name: &str, color: u8) -> Result<Appearance, AppearanceError> {
         if color >= COLORS {
             return Err(AppearanceError::Color { color });
@@ -58,20 +60,20 @@ impl Appearance {
         if name.len() > NAME_BYTES_MAX || name.chars().count() > NAME_CHARS_MAX {
             return Err(AppearanceError::NameTooLong);
         }
-        Ok(Appearance { name, color })
+        Ok(Appearance { name: name.into(), color })
     }
 
-    /// The same player with ` 2` or another number after the name, to tell it from a namesake; the
-    /// name is cut where both do not fit. `number` is shown as it is.
+    /// Returns the appearance with a number after the name, to distinguish it from a namesake. The name is
+    /// cut where both do not fit.
     pub fn numbered(&self, number: usize) -> Appearance {
         let suffix = format!(" {number}");
-        let mut base = self.name.clone();
+        let mut base = self.name.to_string();
         while base.len() + suffix.len() > NAME_BYTES_MAX
             || base.chars().count() + suffix.len() > NAME_CHARS_MAX
         {
             base.pop();
         }
-        Appearance { name: base.trim_end().to_owned() + &suffix, color: self.color }
+        Appearance { name: (base.trim_end().to_owned() + &suffix).into(), color: self.color }
     }
 
     pub(crate) fn write(&self, writer: &mut Writer) {
@@ -79,7 +81,7 @@ impl Appearance {
         writer.byte(self.color);
     }
 
-    /// Refuses a name that `new` would have changed: what travels is clean already.
+    /// Reads an appearance, and refuses a name that is not clean already.
     pub(crate) fn read(reader: &mut Reader) -> Result<Appearance, DecodeError> {
         let name = reader.text(NAME_BYTES_MAX, "name")?;
         let color = reader.byte("color")?;
@@ -87,15 +89,12 @@ impl Appearance {
             AppearanceError::Color { .. } => DecodeError::OutOfRange { field: "color" },
             _ => DecodeError::OutOfRange { field: "name" },
         })?;
-        if appearance.name == name {
-            Ok(appearance)
-        } else {
-            Err(DecodeError::OutOfRange { field: "name" })
-        }
+        check(&*appearance.name == name, "name")?;
+        Ok(appearance)
     }
 }
 
-/// Controls, direction marks and overrides, and format characters without any use in a name.
+/// Controls, direction marks and overrides, and format characters that no name needs.
 /// Joiners (U+200C, U+200D) and variation selectors stay: Persian and emoji need them.
 fn is_forbidden(character: char) -> bool {
     let control = character.is_control() && !character.is_whitespace();
@@ -108,7 +107,7 @@ fn is_forbidden(character: char) -> bool {
         )
 }
 
-/// Characters that are drawn as nothing; a name needs one that is not.
+/// Characters that are not drawn; a name needs one that is.
 fn is_blank(character: char) -> bool {
     character.is_whitespace()
         || matches!(
@@ -124,7 +123,7 @@ mod tests {
     use super::*;
 
     fn name(text: &str) -> Result<String, AppearanceError> {
-        Appearance::new(text, 0).map(|appearance| appearance.name)
+        Appearance::new(text, 0).map(|appearance| appearance.name.to_string())
     }
 
     #[test]
@@ -133,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn every_script_and_emoji_are_fine() {
+    fn every_script_and_emoji_are_allowed() {
         for text in ["Ørsted", "محمد", "שרה", "日本語", "می‌خواهم", "👩‍👩‍👧", "❤️", "a\u{301}"]
         {
             assert_eq!(name(text), Ok(text.to_owned()));
@@ -141,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn names_without_anything_to_see_are_refused() {
+    fn names_without_a_visible_character_are_refused() {
         for text in ["", "   ", "\u{3164}", "\u{2800} \u{2800}", "\u{200d}\u{fe0f}"] {
             assert_eq!(name(text), Err(AppearanceError::NameEmpty), "{text:?}");
         }
@@ -183,6 +182,6 @@ mod tests {
     #[test]
     fn errors_are_sentences() {
         let error = Appearance::new("a\u{202e}", 0).unwrap_err();
-        assert_eq!(error.to_string(), "This name holds a character that cannot be shown (U+202E).");
+        assert_eq!(error.to_string(), "That name contains a character we can't display (U+202E).");
     }
 }

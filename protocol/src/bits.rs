@@ -1,12 +1,12 @@
-//! Bits, the lowest of each byte first, and codes for small numbers: a Rice code that learns how
-//! large they are (as FLAC and JPEG-LS do), for there is no room for tables of frequencies, and one
-//! whose width the caller knows.
+//! Bits, the lowest of each byte first, and codes for small numbers: an adaptive Rice code (as in FLAC and
+//! JPEG-LS), because messages are too short for tables of frequencies, and a code whose width the caller
+//! knows.
 
-use crate::wire::DecodeError;
+use crate::error::{DecodeError, check};
 
-/// Ones after which a number is written plainly: none is hundreds of times what was expected.
+/// Largest quotient in unary; a number beyond it is written in full.
 const QUOTIENT_MAX: u32 = 20;
-/// Eight times the size that is expected at first.
+/// Eight times the size of a number that is expected at first.
 const MEAN_START: u64 = 24;
 
 /// Appends bits, the lowest of each byte first.
@@ -17,16 +17,16 @@ pub struct BitWriter {
 }
 
 impl BitWriter {
-    /// Takes all bits away; their memory is used again.
+    /// Removes all bits, and keeps the memory.
     pub fn clear(&mut self) {
         self.bytes.clear();
         self.count = 0;
     }
 
-    /// The low `count` bits of a number, the lowest first.
+    /// Appends the low `count` bits of a number, the lowest first.
     pub fn push(&mut self, value: u32, count: u32) {
         let used = self.count % 8;
-        // What the last byte holds, and the new bits above it: 39 at most.
+        // The begun byte and the new bits above it: 39 bits at most.
         let begun = if used > 0 { self.bytes.pop().unwrap_or(0) } else { 0 };
         let low = u64::from(value) & ((1 << count) - 1);
         let bits = u64::from(begun) | low << used;
@@ -35,23 +35,23 @@ impl BitWriter {
         self.bytes.extend_from_slice(&bits.to_le_bytes()[..bytes]);
     }
 
-    /// Bits so far.
+    /// Number of bits.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// All so far, the last byte filled with zeros.
+    /// The bytes, the last one padded with zeros.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// [`BitWriter::bytes`], with their memory.
+    /// Returns the bytes, the last one padded with zeros.
     pub fn finish(self) -> Vec<u8> {
         self.bytes
     }
 }
 
-/// Takes bits off the front.
+/// Reads bits from the front.
 #[derive(Clone, Debug)]
 pub struct BitReader<'a> {
     bytes: &'a [u8],
@@ -64,7 +64,7 @@ impl<'a> BitReader<'a> {
         BitReader { bytes, at: 0 }
     }
 
-    /// The next `count` bits as a number.
+    /// Reads the next `count` bits as a number.
     pub fn take(&mut self, count: u32, field: &'static str) -> Result<u32, DecodeError> {
         let used = self.at % 8;
         let end = (self.at + count as usize).div_ceil(8);
@@ -75,43 +75,36 @@ impl<'a> BitReader<'a> {
         Ok((bits >> used & ((1 << count) - 1)) as u32)
     }
 
-    /// Whole bytes that were begun, and what is left behind them; the last one's other bits must be
-    /// zero.
+    /// Returns the bytes after the one that was read last; the unread bits of that one must be zero.
     pub fn rest(mut self, field: &'static str) -> Result<&'a [u8], DecodeError> {
         let unused = self.at.next_multiple_of(8) - self.at;
-        match self.take(unused as u32, field)? {
-            0 => Ok(&self.bytes[self.at / 8..]),
-            _ => Err(DecodeError::OutOfRange { field }),
-        }
+        check(self.take(unused as u32, field)? == 0, field)?;
+        Ok(&self.bytes[self.at / 8..])
     }
 
-    /// Refuses what is left over, but for the zeros in the last byte.
-    pub fn end(mut self, field: &'static str) -> Result<(), DecodeError> {
-        let left = 8 * self.bytes.len() - self.at;
-        if left >= 8 {
-            return Err(DecodeError::Trailing { count: left / 8 });
-        }
-        match self.take(left as u32, field)? {
+    /// Refuses bits that are left over, except for zeros in the last byte.
+    pub fn end(self, field: &'static str) -> Result<(), DecodeError> {
+        match self.rest(field)?.len() {
             0 => Ok(()),
-            _ => Err(DecodeError::OutOfRange { field }),
+            count => Err(DecodeError::Trailing { count }),
         }
     }
 }
 
-/// The code of one row of numbers.
+/// An adaptive Rice code for one sequence of numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct Rice {
-    /// Eight times the running mean of what was coded.
+    /// Eight times the running mean of the numbers so far.
     mean: u64,
 }
 
 impl Rice {
-    /// Nothing learned yet.
+    /// Creates a code that has learned nothing yet.
     pub fn new() -> Rice {
         Rice { mean: MEAN_START }
     }
 
-    /// Low bits that are written plainly: as many as make the rest short.
+    /// Number of low bits that are written in full, so that the rest is short.
     fn plain_bits(self) -> u32 {
         let mut bits = 0;
         while bits < 31 && 80u64 << bits < self.mean * 7 {
@@ -148,26 +141,28 @@ impl Rice {
         }
         let folded = match quotient {
             QUOTIENT_MAX => bits.take(32, field)?,
-            _ if quotient > u32::MAX >> plain => return Err(DecodeError::OutOfRange { field }),
-            _ => quotient << plain | bits.take(plain, field)?,
+            _ => {
+                check(quotient <= u32::MAX >> plain, field)?;
+                quotient << plain | bits.take(plain, field)?
+            }
         };
         self.learn(folded);
         Ok(unfold(folded))
     }
 }
 
-/// 0, -1, 1, -2, ... as 0, 1, 2, 3, ...
+/// Maps 0, -1, 1, -2, ... to 0, 1, 2, 3, ...
 pub fn fold(value: i32) -> u32 {
     (value << 1 ^ value >> 31) as u32
 }
 
-/// The opposite of [`fold`].
+/// The inverse of [`fold`].
 pub fn unfold(folded: u32) -> i32 {
     (folded >> 1) as i32 ^ -((folded & 1) as i32)
 }
 
-/// Appends a number of 0 to 2^31 - 1 in the exponential Golomb code: as many ones as the bits of
-/// value + 1 after its first, a zero, and those bits.
+/// Appends a number from 0 to 2^31 - 1 in the exponential Golomb code: the number of bits of value + 1 after
+/// its first in unary, then those bits.
 pub fn write_golomb(value: u32, out: &mut BitWriter) {
     let one_more = value + 1;
     let length = one_more.ilog2();
@@ -175,24 +170,22 @@ pub fn write_golomb(value: u32, out: &mut BitWriter) {
     out.push(one_more, length);
 }
 
-/// Reads what [`write_golomb`] wrote.
+/// Reads a number that [`write_golomb`] wrote.
 pub fn read_golomb(bits: &mut BitReader, field: &'static str) -> Result<u32, DecodeError> {
     let mut length = 0;
     while bits.take(1, field)? == 1 {
         length += 1;
-        if length > 31 {
-            return Err(DecodeError::OutOfRange { field });
-        }
+        check(length <= 31, field)?;
     }
     let low = bits.take(length, field)?;
     Ok((1 << length | low) - 1)
 }
 
-/// Ones after which the high part of a number goes on in the exponential Golomb code.
+/// Largest high part of a number in unary; the rest of it is in the exponential Golomb code.
 const HIGH_MAX: u32 = 4;
 
-/// Appends a number of which about `width` low bits are expected, 0..=30: those plainly, what is
-/// above them in unary as long as it is small.
+/// Appends a number of about `width` bits, 0..=30: the low bits in full, the high part in unary as long
+/// as it is small.
 pub fn write_wide(value: u32, width: u32, out: &mut BitWriter) {
     let high = value >> width;
     if high < HIGH_MAX {
@@ -204,7 +197,7 @@ pub fn write_wide(value: u32, width: u32, out: &mut BitWriter) {
     out.push(value, width);
 }
 
-/// Reads what [`write_wide`] wrote.
+/// Reads a number that [`write_wide`] wrote.
 pub fn read_wide(
     bits: &mut BitReader,
     width: u32,
@@ -218,16 +211,14 @@ pub fn read_wide(
         let more = read_golomb(bits, field)?;
         high = more.checked_add(HIGH_MAX).ok_or(DecodeError::OutOfRange { field })?;
     }
-    if high > u32::MAX >> width {
-        return Err(DecodeError::OutOfRange { field });
-    }
+    check(high <= u32::MAX >> width, field)?;
     Ok(high << width | bits.take(width, field)?)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use jostle_sim::math::Rng;
+    use jostle_sim::Rng;
 
     /// Numbers of all sizes, in phases.
     fn numbers() -> Vec<i32> {
@@ -247,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_come_back() {
+    fn numbers_round_trip() {
         let numbers = numbers();
         let bytes = coded(&numbers).finish();
         let (mut rice, mut bits) = (Rice::new(), BitReader::new(&bytes));
@@ -258,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn wide_numbers_come_back_whatever_width_is_expected() {
+    fn wide_numbers_round_trip_with_any_width() {
         for width in 0..=30 {
             let mut out = BitWriter::default();
             let numbers = numbers();
@@ -281,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_or_left_over_is_refused() {
+    fn missing_and_left_over_bits_are_refused() {
         let bytes = coded(&[1, 2, 3, 4, 5]).finish();
         let mut rice = Rice::new();
         let mut bits = BitReader::new(&bytes[..1]);
@@ -292,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn no_bits_panic() {
+    fn any_bits_are_safe_to_read() {
         let mut rng = Rng::new(5, 0);
         for _ in 0..20_000 {
             let bytes: Vec<u8> = (0..rng.below(40)).map(|_| rng.next_u32() as u8 | 0x11).collect();

@@ -1,116 +1,95 @@
 //! The codec of snapshots: a head with a set of sections, then each section that is not empty, in the
-//! order of its bit. What did not change, or changed as it was expected to, costs nothing.
+//! order of its bit. A part of the state that did not change, or changed as expected, takes no bytes.
 
 mod bodies;
 mod events;
-pub mod motion;
+mod motion;
 mod players;
+mod sections;
 
 pub use bodies::is_same;
+pub use sections::keeps_bodies;
 
-use crate::limits::{BODIES_MAX, PARTICLES_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
-use crate::message::SNAPSHOT;
-use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
-use crate::wire::{DecodeError, Reader, Writer};
-use jostle_sim::BodyId;
-use motion::{Place, Trail};
+use crate::error::{DecodeError, check};
+use crate::limits::{PARTICLES_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
+use crate::position_history::{Position, PositionHistory};
+use crate::snapshot::{PlayerState, SNAPSHOT, Snapshot, SnapshotBody, TimedEvent};
+use crate::wire::{Reader, Writer};
+use sections::bit;
 
-/// Sections of a coded snapshot, one bit each.
-mod section {
-    pub const DEATHS: u8 = 1 << 0;
-    pub const MOVES: u8 = 1 << 1;
-    pub const BIRTHS: u8 = 1 << 2;
-    pub const PLAYERS: u8 = 1 << 3;
-    pub const INPUTS: u8 = 1 << 4;
-    /// In a keyframe, where no input number grew.
-    pub const PARTICLES: u8 = INPUTS;
-    pub const EVENTS: u8 = 1 << 5;
-    /// No section: the snapshot starts from nothing.
-    pub const KEYFRAME: u8 = 1 << 6;
-    /// Sections that a keyframe may have: it has nothing to change or to remove.
-    pub const IN_KEYFRAME: u8 = KEYFRAME | BIRTHS | PLAYERS | PARTICLES | EVENTS;
-}
-
-/// Names of the sections, in the order of their bits.
-const SECTION_NAMES: [&str; 7] =
-    ["deaths", "moves", "births", "players", "inputs", "events", "keyframe"];
-
-/// See [`Snapshot::section_names`].
-pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
-    let sections = Reader::new(bytes).byte("sections")?;
-    let is_keyframe = sections & section::KEYFRAME != 0;
-    let mut names = SECTION_NAMES;
-    if is_keyframe {
-        names[section::PARTICLES.trailing_zeros() as usize] = "particles";
-    }
-    let present = |(bit, _): &(usize, &'static str)| sections >> bit & 1 == 1;
-    Ok(names.into_iter().enumerate().filter(present).map(|(_, name)| name).collect())
-}
-
-/// What the next snapshot is coded against.
+/// The snapshot that the next one is coded against.
 #[derive(Clone, Copy, Debug)]
 pub struct Baseline<'a> {
-    /// The newest that both ends hold.
+    /// The newest snapshot that both ends hold.
     pub snapshot: &'a Snapshot,
-    /// Of its bodies.
-    pub bodies: &'a [Trail],
-    /// Of its players' pointers, whether they have one or not.
-    pub pointers: &'a [Trail],
+    /// Histories of its bodies.
+    pub bodies: &'a [PositionHistory],
+    /// Histories of its players' pointers, including players without one.
+    pub pointers: &'a [PositionHistory],
 }
 
 impl Baseline<'_> {
-    /// Trails of what may move: the bodies at these places, then the pointers that there are.
-    fn trails(&self, survivors: &[u32]) -> impl Iterator<Item = &Trail> {
-        let bodies = survivors.iter().map(|&place| &self.bodies[place as usize]);
-        bodies.chain(self.pointing().map(|(_, trail)| trail))
+    /// Histories of all points that may move: the bodies at these indices, then the pointers.
+    fn histories(&self, survivors: &[u32]) -> impl Iterator<Item = &PositionHistory> {
+        let bodies = survivors.iter().map(|&index| &self.bodies[index as usize]);
+        bodies.chain(self.pointing().map(|(_, history)| history))
     }
 
     /// Players with a pointer.
-    fn pointing(&self) -> impl Iterator<Item = (&PlayerState, &Trail)> {
+    fn pointing(&self) -> impl Iterator<Item = (&PlayerState, &PositionHistory)> {
         let players = self.snapshot.players.iter().zip(self.pointers);
         players.filter(|(player, _)| player.pointer.is_some())
     }
 }
 
-/// What messages are written with, one after the other: the lists that are compared for a message,
-/// and its bytes, in memory that is used again for the next one.
+/// The encoder's lists and output, whose memory is kept from message to message.
 #[derive(Clone, Debug, Default)]
-pub struct Pen {
+pub struct EncodeScratch {
     bodies: bodies::Difference,
     players: players::Difference,
     moves: motion::Moves,
     writer: Writer,
 }
 
-/// The whole message, in the pen. See [`crate::Stream::encode`]. `particles` are told in a keyframe,
-/// unless empty.
+/// The content of one message.
+#[derive(Clone, Copy, Debug)]
+pub struct Content<'a> {
+    /// The snapshot.
+    pub snapshot: &'a Snapshot,
+    /// Ticks between messages, for a keyframe.
+    pub every: u8,
+    /// Events since the baseline.
+    pub events: &'a [TimedEvent],
+    /// Encoded live particles, for a keyframe; may be empty.
+    pub particles: &'a [u8],
+}
+
+/// Encodes a message against a baseline, or as a keyframe without one. See
+/// [`crate::SnapshotStream::encode`].
 pub fn encode<'a>(
-    pen: &'a mut Pen,
-    snapshot: &Snapshot,
-    every: u8,
+    scratch: &'a mut EncodeScratch,
+    content: Content,
     baseline: Option<Baseline>,
-    events: &[TimedEvent],
-    particles: &[u8],
 ) -> &'a [u8] {
+    let Content { snapshot, every, events, particles } = content;
     assert!(particles.len() <= PARTICLES_BYTES_MAX, "{} bytes of particles", particles.len());
-    assert!(particles.is_empty() || baseline.is_none(), "only a keyframe tells particles");
+    assert!(particles.is_empty() || baseline.is_none(), "only a keyframe holds particles");
     let nothing = Snapshot::default();
     let base = baseline.map_or(&nothing, |baseline| baseline.snapshot);
     assert!(base.tick <= snapshot.tick, "baseline {} is newer than {}", base.tick, snapshot.tick);
-    let Pen { bodies, players, moves, writer } = pen;
+    let EncodeScratch { bodies, players, moves, writer } = scratch;
     bodies.find(&base.bodies, &snapshot.bodies);
     players.find(base, snapshot);
-    let moves = baseline.and_then(|baseline| code_moves(&baseline, bodies, snapshot, moves));
+    let moves = baseline.and_then(|baseline| encode_moves(&baseline, bodies, snapshot, moves));
 
-    let bit = |present: bool, section: u8| if present { section } else { 0 };
-    let sections = bodies.sections()
-        | bit(moves.is_some(), section::MOVES)
+    let present = bodies.sections()
+        | bit(moves.is_some(), sections::MOVES)
         | players.sections()
-        | bit(!particles.is_empty(), section::PARTICLES)
-        | bit(!events.is_empty(), section::EVENTS)
-        | bit(baseline.is_none(), section::KEYFRAME);
+        | bit(!particles.is_empty(), sections::PARTICLES)
+        | bit(!events.is_empty(), sections::EVENTS)
+        | bit(baseline.is_none(), sections::KEYFRAME);
     writer.clear();
-    writer.byte(SNAPSHOT | sections);
+    writer.byte(SNAPSHOT | present);
     match baseline {
         Some(_) => writer.byte(snapshot.tick as u8),
         None => {
@@ -132,132 +111,104 @@ pub fn encode<'a>(
     writer.bytes()
 }
 
-/// The moves of what may move. A pointer that went away counts as where it was expected.
-fn code_moves<'a>(
+/// Encodes all moves. A pointer that disappeared counts as where it was expected.
+fn encode_moves<'a>(
     baseline: &Baseline,
     bodies: &bodies::Difference,
     snapshot: &Snapshot,
     moves: &'a mut motion::Moves,
 ) -> Option<&'a [u8]> {
     let centers =
-        bodies.survivors.iter().map(|&(place, quanta)| (&baseline.bodies[place as usize], quanta));
-    let pointers = baseline.pointing().map(|(player, trail)| {
+        bodies.survivors.iter().map(|&(index, quanta)| (&baseline.bodies[index as usize], quanta));
+    let pointers = baseline.pointing().map(|(player, history)| {
         let now = snapshot.players.binary_search_by_key(&player.seat, |other| other.seat);
-        let now = now.ok().and_then(|place| snapshot.players[place].pointer);
-        (trail, now.unwrap_or_else(|| trail.expected()))
+        let now = now.ok().and_then(|index| snapshot.players[index].pointer);
+        (history, now.unwrap_or_else(|| history.expected()))
     });
-    moves.code(centers.chain(pointers))
+    moves.encode(centers.chain(pointers))
 }
 
-/// Whether the bodies after this message are those before it, maybe elsewhere; from its first byte.
-pub fn keeps_bodies(bytes: &[u8]) -> bool {
-    const OTHERS: u8 = section::DEATHS | section::BIRTHS | section::KEYFRAME;
-    bytes.first().is_some_and(|sections| sections & OTHERS == 0)
-}
-
-/// A message that was read.
+/// A decoded message.
 #[derive(Debug)]
-pub struct Decoded {
-    /// What it led to.
+pub struct SnapshotMessage {
+    /// The snapshot.
     pub snapshot: Snapshot,
     /// Ticks between messages, if it is a keyframe.
     pub every: Option<u8>,
-    /// What happened since the message before.
+    /// Events since the baseline.
     pub events: Vec<TimedEvent>,
-    /// What a keyframe told of particles; empty if nothing.
+    /// Encoded live particles; empty if there are none.
     pub particles: Vec<u8>,
 }
 
-/// Reads a message. See [`crate::Stream::decode`].
-pub fn decode(bytes: &[u8], baseline: Option<Baseline>) -> Result<Decoded, DecodeError> {
+/// Decodes a message. See [`crate::SnapshotStream::decode`].
+pub fn decode(bytes: &[u8], baseline: Option<Baseline>) -> Result<SnapshotMessage, DecodeError> {
     if bytes.len() > SERVER_MESSAGE_BYTES_MAX {
         let bytes_max = SERVER_MESSAGE_BYTES_MAX;
         return Err(DecodeError::TooLong { bytes: bytes.len(), bytes_max });
     }
     let mut reader = Reader::new(bytes);
     let head = reader.byte("sections")?;
-    let sections = head & !SNAPSHOT;
+    let present = head & !SNAPSHOT;
     let nothing = Snapshot::default();
     let start = Baseline { snapshot: &nothing, bodies: &[], pointers: &[] };
-    let is_keyframe = sections & section::KEYFRAME != 0;
-    if head & SNAPSHOT == 0 || is_keyframe && sections & !section::IN_KEYFRAME != 0 {
-        return Err(DecodeError::OutOfRange { field: "sections" });
-    }
+    let is_keyframe = present & sections::KEYFRAME != 0;
+    check(head & SNAPSHOT != 0, "sections")?;
+    check(!is_keyframe || present & !sections::IN_KEYFRAME == 0, "sections")?;
     let (base, tick, every) = if is_keyframe {
         (start, reader.leb32("tick")?, Some(read_every(&mut reader)?))
     } else {
         let base = baseline.ok_or(DecodeError::NoBaseline)?;
         (base, read_tick(&mut reader, base.snapshot.tick)?, None)
     };
-    let (survivors, mut players) = read_survivors(&mut reader, sections, &base)?;
-    let bodies = bodies::read(&mut reader, sections, survivors)?;
-    let changes = if is_keyframe { sections & !section::INPUTS } else { sections };
-    players::read(&mut reader, changes, &mut players, tick - base.snapshot.tick)?;
-    let particles = if is_keyframe && sections & section::PARTICLES != 0 {
-        read_particles(&mut reader)?
-    } else {
-        Vec::new()
-    };
-    let events = if sections & section::EVENTS == 0 {
-        Vec::new()
-    } else {
-        events::read(&mut reader, base.snapshot.tick, tick)?
-    };
+    let (survivors, mut players) = read_survivors(&mut reader, present, &base)?;
+    let bodies = bodies::read(&mut reader, present, survivors)?;
+    let of_players = if is_keyframe { present & !sections::INPUTS } else { present };
+    players::read(&mut reader, of_players, &mut players, tick - base.snapshot.tick)?;
+    let (mut particles, mut events) = (Vec::new(), Vec::new());
+    if is_keyframe && present & sections::PARTICLES != 0 {
+        let bytes = reader.some_count(PARTICLES_BYTES_MAX, 1, "particles")?;
+        particles = reader.raw(bytes, "particles")?.to_vec();
+    }
+    if present & sections::EVENTS != 0 {
+        events = events::read(&mut reader, base.snapshot.tick, tick)?;
+    }
     reader.end()?;
-    Ok(Decoded { snapshot: Snapshot { tick, bodies, players }, every, events, particles })
+    Ok(SnapshotMessage { snapshot: Snapshot { tick, bodies, players }, every, events, particles })
 }
 
 fn read_every(reader: &mut Reader) -> Result<u8, DecodeError> {
-    match reader.byte("ticks between messages")? {
-        0 => Err(DecodeError::OutOfRange { field: "ticks between messages" }),
-        every => Ok(every),
-    }
+    let every = reader.byte("ticks between messages")?;
+    check(every > 0, "ticks between messages")?;
+    Ok(every)
 }
 
-/// Bytes that only who knows the scene can read further.
-fn read_particles(reader: &mut Reader) -> Result<Vec<u8>, DecodeError> {
-    match reader.count(PARTICLES_BYTES_MAX, 1, "particles")? {
-        0 => Err(DecodeError::OutOfRange { field: "particles" }),
-        bytes => Ok(reader.raw(bytes, "particles")?.to_vec()),
-    }
-}
-
-/// The tick whose low byte is told: the next such after `base`.
+/// Reads a tick by its low byte: the next tick from `base` on that has it.
 fn read_tick(reader: &mut Reader, base: u32) -> Result<u32, DecodeError> {
     let distance = reader.byte("tick")?.wrapping_sub(base as u8);
     base.checked_add(u32::from(distance)).ok_or(DecodeError::OutOfRange { field: "tick" })
 }
 
-/// Bodies and pointers of the baseline that live on, where they are now.
+/// Reads deaths and moves, and returns the baseline's bodies and players with their new positions.
 fn read_survivors(
     reader: &mut Reader,
-    sections: u8,
+    present: u8,
     base: &Baseline,
 ) -> Result<(Vec<SnapshotBody>, Vec<PlayerState>), DecodeError> {
-    let survivors = bodies::read_survivors(reader, sections, &base.snapshot.bodies)?;
-    let trails = base.trails(&survivors);
-    let places = if sections & section::MOVES == 0 {
-        trails.map(Trail::expected).collect()
+    let survivors = bodies::read_survivors(reader, present, &base.snapshot.bodies)?;
+    let histories = base.histories(&survivors);
+    let positions = if present & sections::MOVES == 0 {
+        histories.map(PositionHistory::expected).collect()
     } else {
-        motion::read(trails, reader)?
+        motion::read(histories, reader)?
     };
-    let (centers, pointers) = places.split_at(survivors.len());
-    let moved = |(&place, &quanta): (&u32, &Place)| SnapshotBody {
+    let (centers, pointers) = positions.split_at(survivors.len());
+    let moved = |(&index, &quanta): (&u32, &Position)| SnapshotBody {
         quanta,
-        ..base.snapshot.bodies[place as usize]
+        ..base.snapshot.bodies[index as usize]
     };
     let mut players = base.snapshot.players.clone();
     let pointing = players.iter_mut().filter_map(|player| player.pointer.as_mut());
-    pointing.zip(pointers).for_each(|(pointer, place)| *pointer = *place);
+    pointing.zip(pointers).for_each(|(pointer, position)| *pointer = *position);
     Ok((survivors.iter().zip(centers).map(moved).collect(), players))
-}
-
-fn write_id(writer: &mut Writer, id: BodyId) {
-    writer.leb32(id.index);
-    writer.leb32(id.generation);
-}
-
-fn read_id(reader: &mut Reader, field: &'static str) -> Result<BodyId, DecodeError> {
-    let index = reader.leb_up_to(BODIES_MAX as u32 - 1, field)?;
-    Ok(BodyId { index, generation: reader.leb32(field)? })
 }

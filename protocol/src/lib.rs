@@ -1,25 +1,24 @@
-//! What travels between client and server: messages, the snapshot and its codec, and every limit
-//! on them. No IO, no allocation that was not checked first, no panic on any bytes.
+//! The protocol between client and server: messages, the snapshot and its codec, the replay format, and
+//! every limit on them. No IO, no allocation before its size is checked, no panic on any bytes.
 
 mod appearance;
 mod bits;
 mod codec;
+mod error;
+mod fields;
 pub mod limits;
 pub mod message;
+mod position_history;
 mod refusal;
 pub mod replay;
-mod seat;
 pub mod snapshot;
-mod stream;
+mod snapshot_stream;
 mod token;
 pub mod wire;
 
-pub use codec::Pen;
-pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage};
+pub use codec::EncodeScratch;
+pub use error::DecodeError;
+pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage, VERSION};
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
-pub use stream::{Heard, Stream};
+pub use snapshot_stream::{Decoded, SnapshotStream};
 pub use token::Token;
-pub use wire::DecodeError;
-
-/// Version of everything in this crate; both ends must agree.
-pub const VERSION: u16 = 3;

@@ -1,17 +1,23 @@
-//! Messages in both directions and their binary form: one kind byte, then fields in the order of
-//! declaration, numbers little-endian or LEB128. `docs/protocol.md` lists the bytes.
+//! Messages in both directions and their binary form: a byte for the kind, then the fields in order.
+//! `docs/protocol.md` lists the bytes.
 
 pub use crate::appearance::{Appearance, AppearanceError};
 pub use crate::refusal::Refusal;
 
+use crate::error::{DecodeError, check};
+use crate::fields::{read_seat, write_seat};
 use crate::limits::{
     CLIENT_MESSAGE_BYTES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX, VIEW_MAX,
 };
-use crate::seat::{read_seat, write_seat};
-use crate::wire::{DecodeError, Reader, Writer};
-use crate::{Token, VERSION};
-use jostle_sim::{Buttons, Input, Seat, Vec2};
+use crate::snapshot::SNAPSHOT;
+use crate::token::Token;
+use crate::wire::{Reader, Writer};
+use jostle_game::{Buttons, Input, Seat};
+use jostle_sim::Vec2;
+
+/// Version of the protocol; both ends must agree.
+pub const VERSION: u16 = 3;
 
 const HELLO: u8 = 0;
 const INPUT: u8 = 1;
@@ -25,10 +31,8 @@ const REFUSED: u8 = 1;
 const DRAINING: u8 = 2;
 const PONG: u8 = 3;
 const DENIED: u8 = 4;
-/// All kinds from here on: what is above it says which sections there are.
-pub(crate) const SNAPSHOT: u8 = 1 << 7;
 
-/// From client to server.
+/// A message from client to server.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientMessage {
     /// The first message on a socket.
@@ -39,47 +43,47 @@ pub enum ClientMessage {
         appearance: Appearance,
         /// Token of a seat held before, to get it back.
         token: Option<Token>,
-        /// Key of the room's host, for whoever has it.
+        /// Key of the room's host, if the player has it.
         host_key: Option<Token>,
     },
-    /// Intent for one tick.
+    /// A player's intent for one tick.
     Input {
         /// Grows by one with every input of a session, from 1.
         seq: u32,
-        /// Low bits of the newest tick of which a snapshot was read; before the first, of the welcome's.
-        heard: u16,
-        /// What is down, and the pointer.
+        /// Low bits of the tick of the newest decoded snapshot; before the first, of the welcome's tick.
+        ack_tick: u16,
+        /// Buttons and pointer.
         input: Input,
     },
-    /// Asks for a [`ServerMessage::Pong`].
+    /// A request for a [`ServerMessage::Pong`].
     Ping {
-        /// Any number; comes back unchanged.
+        /// Any number; the pong returns it.
         stamp: u32,
     },
-    /// Says how much of the world the page shows, where that is less than all of it.
+    /// How much of the world the page shows, if that is less than all of it.
     View {
         /// Width and height in world units, both above 0 and at most [`VIEW_MAX`].
         size: Vec2,
     },
-    /// The host has a player leave the room, and not come back for a while.
+    /// The host kicks a player, who cannot come back for a while.
     Kick {
-        /// Whom.
+        /// The player's seat.
         seat: Seat,
     },
-    /// The host closes the room for everybody.
+    /// The host closes the room.
     CloseRoom,
 }
 
-/// From server to client.
+/// A message from server to client.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ServerMessage {
     /// The seat is taken; a keyframe follows.
     Welcome {
         /// The seat.
         seat: u16,
-        /// Whether the player is the room's host: the key of the hello was the right one.
+        /// Whether the player is the room's host, because the hello had the right key.
         host: bool,
-        /// Gives the seat back after a lost socket, once.
+        /// The token with which the player gets the seat back after a lost socket, once.
         token: Token,
         /// Tick at which the player joins.
         tick: u32,
@@ -90,32 +94,32 @@ pub enum ServerMessage {
         /// TOML text of the scene.
         scene: String,
     },
-    /// The session ends; the socket closes after this.
+    /// The session ends, and the socket closes after this message.
     Refused {
-        /// Why.
+        /// The reason.
         refusal: Refusal,
     },
-    /// The server will close.
+    /// The server is about to close.
     Draining {
         /// Seconds left.
         seconds: u8,
     },
-    /// Answer to a ping.
+    /// The answer to a ping.
     Pong {
         /// The ping's stamp.
         stamp: u32,
-        /// Server tick when it was answered.
+        /// The server's tick at the time of the answer.
         tick: u32,
     },
-    /// Answer to what only a host may ask for, and to the kick of a host.
+    /// The answer to a request that only a host may make, and to the kick of a host.
     Denied,
-    /// A snapshot, still coded, kind included: for [`crate::Stream::decode`].
+    /// A snapshot, still coded, with its kind, for [`crate::SnapshotStream::decode`].
     Snapshot(Vec<u8>),
 }
 
 impl ClientMessage {
-    /// Binary form, at most `CLIENT_MESSAGE_BYTES_MAX` long. Panics on a field that `decode` would
-    /// refuse as too long or not finite.
+    /// Encodes the message in at most `CLIENT_MESSAGE_BYTES_MAX` bytes. Panics on a field that `decode`
+    /// would refuse as too long or not finite.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         match self {
@@ -124,14 +128,13 @@ impl ClientMessage {
                 writer.fixed16(*version);
                 appearance.write(&mut writer);
                 for token in [token, host_key] {
-                    writer.flag(token.is_some());
-                    token.iter().for_each(|token| token.write(&mut writer));
+                    writer.option(token.as_ref(), |writer, token| token.write(writer));
                 }
             }
-            ClientMessage::Input { seq, heard, input } => {
+            ClientMessage::Input { seq, ack_tick, input } => {
                 writer.byte(INPUT);
                 writer.leb32(*seq);
-                writer.fixed16(*heard);
+                writer.fixed16(*ack_tick);
                 write_input(&mut writer, input);
             }
             ClientMessage::Ping { stamp } => {
@@ -151,8 +154,8 @@ impl ClientMessage {
         writer.finish()
     }
 
-    /// Reads one message; any bytes are safe. Of a hello of another version only the version is
-    /// read, because the rest may mean anything: it comes with a placeholder for the appearance.
+    /// Decodes a message; any bytes are safe. Of a hello of another version only the version is read, because
+    /// the rest may mean anything: the appearance is a placeholder.
     pub fn decode(bytes: &[u8]) -> Result<ClientMessage, DecodeError> {
         check_length(bytes, CLIENT_MESSAGE_BYTES_MAX)?;
         let mut reader = Reader::new(bytes);
@@ -160,7 +163,7 @@ impl ClientMessage {
             HELLO => {
                 let version = reader.fixed16("version")?;
                 if version != VERSION {
-                    let appearance = Appearance { name: "?".to_owned(), color: 0 };
+                    let appearance = Appearance { name: "?".into(), color: 0 };
                     let (token, host_key) = (None, None);
                     return Ok(ClientMessage::Hello { version, appearance, token, host_key });
                 }
@@ -171,8 +174,8 @@ impl ClientMessage {
             }
             INPUT => {
                 let seq = reader.leb32("seq")?;
-                let heard = reader.fixed16("heard")?;
-                ClientMessage::Input { seq, heard, input: read_input(&mut reader)? }
+                let ack_tick = reader.fixed16("ack tick")?;
+                ClientMessage::Input { seq, ack_tick, input: read_input(&mut reader)? }
             }
             PING => ClientMessage::Ping { stamp: reader.fixed32("stamp")? },
             VIEW => ClientMessage::View { size: read_view(&mut reader)? },
@@ -186,36 +189,30 @@ impl ClientMessage {
 }
 
 fn read_token(reader: &mut Reader, field: &'static str) -> Result<Option<Token>, DecodeError> {
-    let given = reader.flag(field)?;
-    given.then(|| Token::read(reader, field)).transpose()
+    reader.option(field, |reader| Token::read(reader, field))
 }
 
 fn write_input(writer: &mut Writer, input: &Input) {
     writer.leb32(u32::from(input.buttons.0));
-    writer.flag(input.pointer.is_some());
-    if let Some(pointer) = input.pointer {
-        writer.point(pointer);
-    }
+    writer.option(input.pointer, Writer::point);
 }
 
 fn read_input(reader: &mut Reader) -> Result<Input, DecodeError> {
     let buttons = Buttons(reader.leb_up_to(u32::from(Buttons::ALL.0), "buttons")? as u16);
-    let points = reader.flag("pointer")?;
-    let pointer = points.then(|| read_pointer(reader)).transpose()?;
-    Ok(Input { buttons, pointer })
+    Ok(Input { buttons, pointer: reader.option("pointer", read_pointer)? })
 }
 
 fn read_pointer(reader: &mut Reader) -> Result<Vec2, DecodeError> {
     let point = reader.point("pointer")?;
-    let inside = point.x.abs() <= POINTER_MAX && point.y.abs() <= POINTER_MAX;
-    if inside { Ok(point) } else { Err(DecodeError::OutOfRange { field: "pointer" }) }
+    check(point.x.abs() <= POINTER_MAX && point.y.abs() <= POINTER_MAX, "pointer")?;
+    Ok(point)
 }
 
 fn read_view(reader: &mut Reader) -> Result<Vec2, DecodeError> {
     let size = reader.point("view")?;
     let allowed = |length: f32| length > 0.0 && length <= VIEW_MAX;
-    let known = allowed(size.x) && allowed(size.y);
-    if known { Ok(size) } else { Err(DecodeError::OutOfRange { field: "view" }) }
+    check(allowed(size.x) && allowed(size.y), "view")?;
+    Ok(size)
 }
 
 fn check_length(bytes: &[u8], bytes_max: usize) -> Result<(), DecodeError> {
@@ -224,14 +221,14 @@ fn check_length(bytes: &[u8], bytes_max: usize) -> Result<(), DecodeError> {
 }
 
 impl ServerMessage {
-    /// Binary form. Panics on a text that is longer than its limit.
+    /// Encodes the message. Panics on a text that is longer than its limit.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         self.write(&mut writer);
         writer.finish()
     }
 
-    /// [`ServerMessage::encode`] after what the writer holds.
+    /// Encodes the message, and appends it to the writer.
     pub fn write(&self, writer: &mut Writer) {
         match self {
             ServerMessage::Welcome { seat, host, token, tick, room, scene_name, scene } => {
@@ -262,7 +259,7 @@ impl ServerMessage {
         }
     }
 
-    /// Reads one message; any bytes are safe.
+    /// Decodes a message; any bytes are safe.
     pub fn decode(bytes: &[u8]) -> Result<ServerMessage, DecodeError> {
         check_length(bytes, SERVER_MESSAGE_BYTES_MAX)?;
         let mut reader = Reader::new(bytes);

@@ -1,6 +1,6 @@
-//! Why a session was refused or ended: its byte, its close code, its sentence.
+//! Reasons for which a session is refused or ended, each with its byte, close code and sentence.
 
-/// Why a session was refused or ended.
+/// The reason for which a session was refused or ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Refusal {
@@ -8,19 +8,19 @@ pub enum Refusal {
     Version,
     /// Every seat of the room is taken.
     RoomFull,
-    /// No such room.
+    /// The room does not exist.
     NoSuchRoom,
-    /// The server has no room for another room.
+    /// The server cannot hold another room.
     ServerFull,
     /// The first message was not a valid hello, or came too late.
     BadHello,
     /// A message could not be decoded, was too long, or was text.
     BadMessage,
-    /// Too many messages.
+    /// The client sent too many messages.
     Flood,
-    /// Too many sockets from one address.
+    /// The address has too many sockets.
     TooManySockets,
-    /// Nothing was heard for too long.
+    /// The client was silent for too long.
     Silent,
     /// Another socket took the seat over.
     Replaced,
@@ -28,17 +28,17 @@ pub enum Refusal {
     Closing,
     /// The room failed; the others are not affected.
     RoomFailed,
-    /// The token gives no seat back: it was used, or is of another server or room.
+    /// The token is not good any more, or is of another server or room.
     BadToken,
-    /// The host or an operator had the player leave.
+    /// The host or an operator kicked the player.
     Kicked,
     /// The host or an operator closed the room.
     RoomClosed,
 }
 
 impl Refusal {
-    /// Every refusal, in wire order. The bytes stay the same in all versions of the protocol, so
-    /// that a client of another version can read why it was refused.
+    /// All refusals in wire order. The bytes are the same in all versions of the protocol, so that a
+    /// client of another version can read the reason.
     pub const ALL: [Refusal; 15] = [
         Refusal::Version,
         Refusal::RoomFull,
@@ -77,35 +77,40 @@ impl Refusal {
         }
     }
 
-    /// One sentence for the player: what happened and what to do.
+    /// A sentence for the player, with what happened and what to do.
     pub fn message(self) -> &'static str {
         match self {
-            Refusal::Version => {
-                "This page is of another version than the server; please reload it."
-            }
-            Refusal::RoomFull => {
-                "Every seat of this room is taken; try again soon or pick another room."
-            }
+            Refusal::Version => "Jostle has been updated. Please reload the page.",
+            Refusal::RoomFull => "This room is full. Try again soon or pick another one.",
             Refusal::NoSuchRoom => {
                 "This room closed when its last player left, or the link is wrong."
             }
-            Refusal::ServerFull => "The server cannot hold another room; join one of its rooms.",
-            Refusal::BadHello => "The server did not understand this page; please reload it.",
-            Refusal::BadMessage => "The server received something it cannot read; please reload.",
-            Refusal::Flood => "Too many messages were sent; wait a moment, then reload the page.",
+            Refusal::ServerFull => {
+                "The server is at its room limit. Join an existing room instead."
+            }
+            Refusal::BadHello => {
+                "Something went wrong between the page and the server. Please reload."
+            }
+            Refusal::BadMessage => {
+                "Something went wrong between the page and the server. Please reload."
+            }
+            Refusal::Flood => "You're sending too much at once. Wait a moment, then rejoin.",
             Refusal::TooManySockets => {
-                "Too many players connect from your address; close another page first."
+                "Too many players are connected from your network. Close another tab first."
             }
-            Refusal::Silent => "The server heard nothing from you for too long; please rejoin.",
-            Refusal::Replaced => "You play on in another window; close it to play here.",
-            Refusal::Closing => "The server is closing; it should be back soon.",
-            Refusal::RoomFailed => "This room broke and was closed; please pick another one.",
-            Refusal::BadToken => "Your seat could not be kept; join again for another one.",
+            Refusal::Silent => {
+                "You were disconnected because we lost touch with you. Please rejoin."
+            }
+            Refusal::Replaced => {
+                "You're playing in another tab. Play here to move the game to this one."
+            }
+            Refusal::Closing => "The server is restarting. It should be back soon.",
+            Refusal::RoomFailed => "This room crashed and was closed. Please pick another one.",
+            Refusal::BadToken => "Your spot couldn't be kept. Join again to get a new one.",
             Refusal::Kicked => {
-                "You or others at your address had to leave this room; \
-                 come back in five minutes, or play elsewhere."
+                "The host removed you or someone on your network. You can come back in five minutes."
             }
-            Refusal::RoomClosed => "This room was closed for all; please pick another one.",
+            Refusal::RoomClosed => "The host closed this room. Please pick another one.",
         }
     }
 }

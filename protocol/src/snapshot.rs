@@ -1,23 +1,25 @@
-//! The snapshot: visible state at a tick. A [`crate::Stream`] says how it travels.
+//! The snapshot: the visible state at a tick. A [`crate::SnapshotStream`] sends it.
 
-use crate::codec;
+use crate::appearance::Appearance;
 use crate::limits::{BODIES_MAX, QUANTA_MAX};
-use crate::message::Appearance;
-use crate::wire::DecodeError;
-use jostle_sim::{BodyId, BodyInfo, Event, Game, Kind, Seat, Shape};
+use jostle_game::{BodyInfo, Event, Game, Kind, Seat};
+use jostle_sim::{BodyId, Shape};
+
+/// The bit of a message's first byte that makes it a coded snapshot; the other bits are its sections.
+pub(crate) const SNAPSHOT: u8 = 1 << 7;
 
 /// One body as clients see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SnapshotBody {
-    /// Its name; a body keeps kind, owner, group and shape for life.
+    /// Its id. A body keeps kind, owner, group and shape for life.
     pub id: BodyId,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
-    /// Whose it is.
+    /// The player it belongs to.
     pub owner: Option<Seat>,
     /// Collision group, an index into the scene's.
     pub group: u8,
-    /// Outline.
+    /// Its shape.
     pub shape: Shape,
     /// Centre in quanta.
     pub quanta: [i32; 2],
@@ -32,33 +34,33 @@ pub struct PlayerState {
     pub appearance: Appearance,
     /// Whether a socket is attached; the seat is held for a while without one.
     pub connected: bool,
-    /// Newest input that was played.
+    /// Sequence number of the newest input that was played.
     pub input_seq: u32,
-    /// Own hero.
+    /// The player's hero.
     pub hero: Option<BodyId>,
-    /// Selected body (chapter project 9.1).
+    /// Selected body (A1.1).
     pub selected: Option<BodyId>,
-    /// Body that is held by the pointer.
+    /// Body held with the pointer.
     pub held: Option<BodyId>,
     /// Hits scored with packs.
     pub score: u16,
-    /// Where the player points, in quanta.
+    /// Position of the pointer in quanta.
     pub pointer: Option<[i32; 2]>,
 }
 
-/// An event and the tick it belongs to.
+/// An event and its tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedEvent {
-    /// Tick of the event.
+    /// The tick.
     pub tick: u32,
-    /// What happened.
+    /// The event.
     pub event: Event,
 }
 
-/// Visible state at a tick.
+/// The visible state at a tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
-    /// Ticks played when it was taken.
+    /// Ticks played so far.
     pub tick: u32,
     /// Bodies in index order.
     pub bodies: Vec<SnapshotBody>,
@@ -67,15 +69,15 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// The bodies of a game now. `players` come from the room, which knows names and sockets.
-    /// Coordinates past [`QUANTA_MAX`] are brought back to it, far outside of any view.
+    /// Captures the bodies of a game. `players` come from the room, which knows names and sockets.
+    /// Coordinates are clamped to [`QUANTA_MAX`], far outside of any view.
     pub fn capture(game: &Game, players: Vec<PlayerState>) -> Snapshot {
         let mut snapshot = Snapshot { players, ..Snapshot::default() };
         snapshot.recapture(game);
         snapshot
     }
 
-    /// [`Snapshot::capture`] in the memory of an older one, whose players are up to date already.
+    /// Captures the bodies of a game in the memory of an older snapshot, whose players are up to date.
     pub fn recapture(&mut self, game: &Game) {
         self.tick = game.tick_count();
         self.bodies.clear();
@@ -88,23 +90,6 @@ impl Snapshot {
         for player in &mut self.players {
             player.pointer = player.pointer.map(limited);
         }
-    }
-
-    /// Takes the players of another snapshot, in the memory of those that this one had.
-    pub fn copy_players(&mut self, other: &[PlayerState]) {
-        self.players.truncate(other.len());
-        for (own, player) in self.players.iter_mut().zip(other) {
-            let mut name = std::mem::take(&mut own.appearance.name);
-            name.clone_from(&player.appearance.name);
-            let appearance = Appearance { name, ..player.appearance };
-            *own = PlayerState { appearance, ..*player };
-        }
-        self.players.extend_from_slice(&other[self.players.len()..]);
-    }
-
-    /// Names of the sections that a coded snapshot has, read from its first byte alone.
-    pub fn section_names(bytes: &[u8]) -> Result<Vec<&'static str>, DecodeError> {
-        codec::section_names(bytes)
     }
 }
 

@@ -1,8 +1,9 @@
-//! What gives a seat, or the rights of a host, back to whom it was given. Opaque here and to clients:
-//! what it says and how it is sealed is the server's own business.
+//! Tokens, with which a client gets back a seat or the rights of a host. They are opaque here and to
+//! clients: only the server knows their content and their seal.
 
+use crate::error::DecodeError;
 use crate::limits::TOKEN_BYTES;
-use crate::wire::{DecodeError, Reader, Writer};
+use crate::wire::{Reader, Writer};
 use std::fmt;
 
 /// A sealed note of the server to itself.
@@ -10,12 +11,12 @@ use std::fmt;
 pub struct Token(pub [u8; TOKEN_BYTES]);
 
 impl Token {
-    /// Its form in texts: hexadecimal digits.
+    /// The token as hexadecimal digits.
     pub fn text(&self) -> String {
         self.0.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// Reads that form, and no other.
+    /// Parses the lower-case hexadecimal digits of [`Token::text`].
     pub fn parse(text: &str) -> Option<Token> {
         let digit = |byte: u8| match byte {
             b'0'..=b'9' => Some(byte - b'0'),
@@ -39,12 +40,12 @@ impl Token {
 
     pub(crate) fn read(reader: &mut Reader, field: &'static str) -> Result<Token, DecodeError> {
         let bytes = reader.raw(TOKEN_BYTES, field)?;
-        Ok(Token(bytes.try_into().expect("as many bytes as were asked for")))
+        Ok(Token(bytes.try_into().expect("`raw` returned this many bytes")))
     }
 }
 
 impl fmt::Debug for Token {
-    /// Says nothing of it: who reads it in a log could use it.
+    /// Leaves the token out, because a reader of the log could use it.
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         formatter.write_str("Token(..)")
     }
@@ -55,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_text_gives_the_token_back_and_no_other_text_does() {
+    fn a_token_is_parsed_from_its_own_text_alone() {
         let token = Token(std::array::from_fn(|place| (place * 37) as u8));
         let text = token.text();
         assert_eq!(Token::parse(&text), Some(token));

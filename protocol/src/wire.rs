@@ -1,42 +1,10 @@
-//! Bytes: a bounds-checked reader and a writer. Numbers are little-endian or LEB128; a LEB128
-//! number has one accepted form, its shortest. Nothing here knows a message.
+//! A bounds-checked reader of fields, and their writer. Numbers are little-endian or LEB128; a LEB128
+//! number is accepted in its shortest form alone. Nothing here knows a message.
 
+use crate::bits::{fold, unfold};
+use crate::error::{DecodeError, check};
 use crate::limits::QUANTA_MAX;
 use jostle_sim::Vec2;
-
-/// Why bytes were refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum DecodeError {
-    /// The message ends inside a field.
-    #[error("message ends inside {field}")]
-    Truncated {
-        /// The field.
-        field: &'static str,
-    },
-    /// A field has a value outside its range.
-    #[error("{field} is out of range")]
-    OutOfRange {
-        /// The field.
-        field: &'static str,
-    },
-    /// Bytes are left after the last field.
-    #[error("{count} bytes are left over")]
-    Trailing {
-        /// How many.
-        count: usize,
-    },
-    /// A snapshot that says what changed came before any that says what there is.
-    #[error("no keyframe came before")]
-    NoBaseline,
-    /// The message is longer than its kind may be.
-    #[error("message of {bytes} bytes exceeds {bytes_max}")]
-    TooLong {
-        /// Found.
-        bytes: usize,
-        /// Allowed.
-        bytes_max: usize,
-    },
-}
 
 /// Appends fields to a message.
 #[derive(Clone, Debug, Default)]
@@ -45,12 +13,12 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// An empty message.
+    /// Creates an empty message.
     pub fn new() -> Writer {
         Writer::default()
     }
 
-    /// Takes all away that was written; its memory is used again.
+    /// Removes all that was written, and keeps the memory.
     pub fn clear(&mut self) {
         self.bytes.clear();
     }
@@ -60,7 +28,7 @@ impl Writer {
         &self.bytes
     }
 
-    /// The message.
+    /// Returns the message.
     pub fn finish(self) -> Vec<u8> {
         self.bytes
     }
@@ -104,14 +72,14 @@ impl Writer {
         self.byte(value as u8);
     }
 
-    /// A length or count; LEB128. Panics past `u32::MAX`, far above every limit.
+    /// A length or count as LEB128. Panics above `u32::MAX`, which is far above every limit.
     pub fn count(&mut self, value: usize) {
         self.leb32(u32::try_from(value).expect("counts are limited far below u32::MAX"));
     }
 
     /// A signed number as LEB128: 0, -1, 1, -2, ... become 0, 1, 2, 3, ...
     pub fn zigzag(&mut self, value: i32) {
-        self.leb32((value << 1 ^ value >> 31) as u32);
+        self.leb32(fold(value));
     }
 
     /// Two signed numbers.
@@ -119,7 +87,7 @@ impl Writer {
         value.into_iter().for_each(|axis| self.zigzag(axis));
     }
 
-    /// The bits of a finite number, four bytes. Panics on others: the reader would refuse them.
+    /// The bits of a finite number, four bytes. Panics on other numbers, because the reader would refuse them.
     pub fn finite(&mut self, value: f32) {
         assert!(value.is_finite(), "{value} cannot travel");
         self.fixed32(value.to_bits());
@@ -131,7 +99,7 @@ impl Writer {
         self.finite(value.y);
     }
 
-    /// Length and UTF-8. Panics past `bytes_max`: the reader would refuse it.
+    /// Length and UTF-8. Panics above `bytes_max` bytes, because the reader would refuse them.
     pub fn text(&mut self, value: &str, bytes_max: usize) {
         let bytes = value.len();
         assert!(bytes <= bytes_max, "text of {bytes} bytes exceeds {bytes_max}");
@@ -139,12 +107,20 @@ impl Writer {
         self.bytes.extend_from_slice(value.as_bytes());
     }
 
-    /// Bytes as they are, without their length.
+    /// Bytes without their length.
     pub fn raw(&mut self, bytes: &[u8]) {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// One bit an item, lowest bit first, the last byte filled with zeros.
+    /// A flag, and the value if there is one.
+    pub fn option<T>(&mut self, value: Option<T>, write: impl FnOnce(&mut Writer, T)) {
+        self.flag(value.is_some());
+        if let Some(value) = value {
+            write(self, value);
+        }
+    }
+
+    /// One bit per item, lowest bit first, the last byte padded with zeros.
     pub fn bits(&mut self, items: impl Iterator<Item = bool>) {
         let (mut byte, mut used) = (0u8, 0);
         for item in items {
@@ -161,7 +137,7 @@ impl Writer {
     }
 }
 
-/// Takes fields off the front of a message. Every method names its field in the error.
+/// Reads fields from the front of a message. Every method names its field in the error.
 #[derive(Clone, Debug)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
@@ -173,12 +149,12 @@ impl<'a> Reader<'a> {
         Reader { bytes }
     }
 
-    /// Bytes that are left.
+    /// Number of bytes left.
     pub fn remaining(&self) -> usize {
         self.bytes.len()
     }
 
-    /// The bytes that are left, still to be taken.
+    /// The bytes left, without reading them.
     pub fn rest(&self) -> &'a [u8] {
         self.bytes
     }
@@ -205,11 +181,19 @@ impl<'a> Reader<'a> {
 
     /// One byte, 0 or 1.
     pub fn flag(&mut self, field: &'static str) -> Result<bool, DecodeError> {
-        match self.byte(field)? {
-            0 => Ok(false),
-            1 => Ok(true),
-            _ => Err(DecodeError::OutOfRange { field }),
-        }
+        let byte = self.byte(field)?;
+        check(byte <= 1, field)?;
+        Ok(byte == 1)
+    }
+
+    /// A flag, and the value if there is one. See [`Writer::option`].
+    pub fn option<T>(
+        &mut self,
+        field: &'static str,
+        read: impl FnOnce(&mut Reader<'a>) -> Result<T, DecodeError>,
+    ) -> Result<Option<T>, DecodeError> {
+        let is_some = self.flag(field)?;
+        is_some.then(|| read(self)).transpose()
     }
 
     /// Two bytes, little-endian.
@@ -240,9 +224,7 @@ impl<'a> Reader<'a> {
             let group = u64::from(byte & 0x7f);
             let fits = (group << shift) >> shift == group;
             let shortest = byte != 0 || shift == 0;
-            if !fits || !shortest {
-                return Err(DecodeError::OutOfRange { field });
-            }
+            check(fits && shortest, field)?;
             value |= group << shift;
             if byte < 0x80 {
                 return Ok(value);
@@ -254,11 +236,12 @@ impl<'a> Reader<'a> {
     /// LEB128 up to `value_max`.
     pub fn leb_up_to(&mut self, value_max: u32, field: &'static str) -> Result<u32, DecodeError> {
         let value = self.leb32(field)?;
-        if value <= value_max { Ok(value) } else { Err(DecodeError::OutOfRange { field }) }
+        check(value <= value_max, field)?;
+        Ok(value)
     }
 
-    /// A count of items that take at least `bytes_each`, refused before anything is allocated if
-    /// it exceeds `count_max` or what the rest of the message can hold.
+    /// A count of items of at least `bytes_each` bytes. It is refused before anything is allocated if it
+    /// exceeds `count_max` or the rest of the message.
     pub fn count(
         &mut self,
         count_max: usize,
@@ -266,32 +249,42 @@ impl<'a> Reader<'a> {
         field: &'static str,
     ) -> Result<usize, DecodeError> {
         let count = self.leb32(field)? as usize;
-        if count > count_max {
-            return Err(DecodeError::OutOfRange { field });
-        }
+        check(count <= count_max, field)?;
         if count > self.remaining() / bytes_each {
             return Err(DecodeError::Truncated { field });
         }
         Ok(count)
     }
 
-    /// A signed number, see [`Writer::zigzag`].
+    /// A count of a section that is left out where it would be empty: at least 1.
+    pub fn some_count(
+        &mut self,
+        count_max: usize,
+        bytes_each: usize,
+        field: &'static str,
+    ) -> Result<usize, DecodeError> {
+        let count = self.count(count_max, bytes_each, field)?;
+        check(count > 0, field)?;
+        Ok(count)
+    }
+
+    /// A signed number. See [`Writer::zigzag`].
     pub fn zigzag(&mut self, field: &'static str) -> Result<i32, DecodeError> {
-        let value = self.leb32(field)?;
-        Ok((value >> 1) as i32 ^ -((value & 1) as i32))
+        Ok(unfold(self.leb32(field)?))
     }
 
     /// Two signed numbers within [`QUANTA_MAX`].
     pub fn quanta(&mut self, field: &'static str) -> Result<[i32; 2], DecodeError> {
         let quanta = [self.zigzag(field)?, self.zigzag(field)?];
-        let inside = quanta.iter().all(|axis| (-QUANTA_MAX..=QUANTA_MAX).contains(axis));
-        if inside { Ok(quanta) } else { Err(DecodeError::OutOfRange { field }) }
+        check(quanta.iter().all(|axis| (-QUANTA_MAX..=QUANTA_MAX).contains(axis)), field)?;
+        Ok(quanta)
     }
 
     /// A finite number.
     pub fn finite(&mut self, field: &'static str) -> Result<f32, DecodeError> {
         let value = f32::from_bits(self.fixed32(field)?);
-        if value.is_finite() { Ok(value) } else { Err(DecodeError::OutOfRange { field }) }
+        check(value.is_finite(), field)?;
+        Ok(value)
     }
 
     /// Two finite numbers.
@@ -305,15 +298,15 @@ impl<'a> Reader<'a> {
         str::from_utf8(self.raw(bytes, field)?).map_err(|_| DecodeError::OutOfRange { field })
     }
 
-    /// `count` bits, lowest bit first; the rest of the last byte must be zero.
-    pub fn bits(&mut self, count: usize, field: &'static str) -> Result<Bits<'a>, DecodeError> {
+    /// `count` bits, lowest bit first; the padding of the last byte must be zero.
+    pub fn bits(&mut self, count: usize, field: &'static str) -> Result<Vec<bool>, DecodeError> {
         let bytes = self.raw(count.div_ceil(8), field)?;
-        let used = count % 8;
-        let padded = used > 0 && bytes.last().is_some_and(|last| last >> used != 0);
-        if padded { Err(DecodeError::OutOfRange { field }) } else { Ok(Bits { bytes }) }
+        let bit = |index: usize| bytes[index / 8] >> (index % 8) & 1 == 1;
+        check(!(count..8 * bytes.len()).any(bit), field)?;
+        Ok((0..count).map(bit).collect())
     }
 
-    /// Refuses what is left over.
+    /// Refuses bytes that are left over.
     pub fn end(self) -> Result<(), DecodeError> {
         match self.remaining() {
             0 => Ok(()),
@@ -322,25 +315,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Bits inside a message.
-#[derive(Clone, Copy, Debug)]
-pub struct Bits<'a> {
-    bytes: &'a [u8],
-}
-
-impl Bits<'_> {
-    /// Whether bit `index` is set; panics past the count that was read.
-    pub fn contains(self, index: usize) -> bool {
-        self.bytes[index / 8] >> (index % 8) & 1 == 1
-    }
-
-    /// Whether no bit is set.
-    pub fn is_empty(self) -> bool {
-        self.bytes.iter().all(|&byte| byte == 0)
-    }
-}
-
-/// A strictly growing list of numbers, each as its distance from the smallest it could be.
+/// A strictly growing list of numbers, each coded as its distance from the smallest that it could be.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Gaps {
     next: u32,

@@ -1,77 +1,78 @@
-//! Bodies in a coded snapshot: who died, who was born. Where the others are is told with all that
-//! moves, see `motion`.
+//! Deaths and births of bodies in a coded snapshot. The survivors' positions are coded by `motion`.
 
-use super::section;
+use super::sections::{self, bit};
+use crate::error::{DecodeError, check};
+use crate::fields::{kind_of, read_seat, write_seat};
 use crate::limits::BODIES_MAX;
-use crate::seat::{read_seat, write_seat};
+use crate::position_history::Position;
 use crate::snapshot::SnapshotBody;
-use crate::wire::{DecodeError, Gaps, Reader, Writer};
-use jostle_sim::world::GROUPS_MAX;
-use jostle_sim::{BodyId, Kind, Shape, Vec2};
+use crate::wire::{Gaps, Reader, Writer};
+use jostle_sim::GROUPS_MAX;
+use jostle_sim::{BodyId, Shape, Vec2};
 use std::iter::zip;
 
 const BOX: u8 = 1 << 3;
 const OWNED: u8 = 1 << 4;
 const TAG_ALL: u8 = (1 << 5) - 1;
 
-/// Gap, generation, tag, group, radius, and two coordinates.
+/// Bytes of the shortest birth: gap, generation, tag, group, radius, and two coordinates.
 const BIRTH_BYTES_MIN: usize = 10;
 
-/// What happened to the bodies between two snapshots, in memory that is used again for the next two.
+/// The difference of the bodies of two snapshots, with memory that is kept from message to message.
 #[derive(Clone, Debug, Default)]
 pub struct Difference {
-    /// Places in the baseline's list.
+    /// Indices into the baseline's list.
     deaths: Vec<u32>,
-    /// Those in both: place in the baseline's list, and where it is now.
-    pub survivors: Vec<(u32, [i32; 2])>,
+    /// Bodies of both: the index into the baseline's list, and the position now.
+    pub survivors: Vec<(u32, Position)>,
     births: Vec<SnapshotBody>,
 }
 
 impl Difference {
-    /// Walks both lists in index order. A body that changed more than its place counts as another
-    /// one, so that every pair of snapshots can be coded.
+    /// Compares two lists, both in id order. A body that changed more than its position counts as
+    /// another body, so that every pair of snapshots can be coded.
     pub fn find(&mut self, base: &[SnapshotBody], bodies: &[SnapshotBody]) {
         let Difference { deaths, survivors, births } = self;
         deaths.clear();
         survivors.clear();
         births.clear();
-        // Mostly all are the same: the walk begins where they are not.
+        // Usually all bodies are the same; the general comparison begins where they are not.
         let same = zip(base, bodies).take_while(|(known, body)| is_same(known, body)).count();
-        survivors.extend((0u32..).zip(&bodies[..same]).map(|(place, body)| (place, body.quanta)));
+        survivors.extend((0u32..).zip(&bodies[..same]).map(|(index, body)| (index, body.quanta)));
         let mut old = (same as u32..).zip(&base[same..]).peekable();
         for body in &bodies[same..] {
-            while let Some((place, _)) = old.next_if(|(_, known)| known.id.index < body.id.index) {
-                deaths.push(place);
+            while let Some((index, _)) = old.next_if(|(_, known)| known.id.index < body.id.index) {
+                deaths.push(index);
             }
             match old.next_if(|(_, known)| known.id.index == body.id.index) {
-                Some((place, known)) if is_same(known, body) => {
-                    survivors.push((place, body.quanta));
+                Some((index, known)) if is_same(known, body) => {
+                    survivors.push((index, body.quanta));
                 }
                 other => {
-                    deaths.extend(other.map(|(place, _)| place));
+                    deaths.extend(other.map(|(index, _)| index));
                     births.push(*body);
                 }
             }
         }
-        deaths.extend(old.map(|(place, _)| place));
+        deaths.extend(old.map(|(index, _)| index));
     }
 
     /// Sections that are not empty.
     pub fn sections(&self) -> u8 {
-        let bit = |empty: bool, section: u8| if empty { 0 } else { section };
-        bit(self.deaths.is_empty(), section::DEATHS) | bit(self.births.is_empty(), section::BIRTHS)
+        bit(!self.deaths.is_empty(), sections::DEATHS)
+            | bit(!self.births.is_empty(), sections::BIRTHS)
     }
 
-    /// Writes the places of the dead, if there are any.
+    /// Writes the bodies that died, if there are any.
     pub fn write_deaths(&self, writer: &mut Writer) {
         if !self.deaths.is_empty() {
             writer.count(self.deaths.len());
             let mut gaps = Gaps::default();
-            self.deaths.iter().for_each(|&place| gaps.write(writer, place));
+            self.deaths.iter().for_each(|&index| gaps.write(writer, index));
         }
     }
 
-    /// Writes the newborn, if there are any.
+    /// Writes the new bodies, if there are any.
     pub fn write_births(&self, writer: &mut Writer) {
         if !self.births.is_empty() {
             writer.count(self.births.len());
@@ -81,7 +82,7 @@ impl Difference {
     }
 }
 
-/// Whether `b` is `a`, maybe at another place.
+/// Returns true if `b` is `a`, possibly moved.
 pub fn is_same(a: &SnapshotBody, b: &SnapshotBody) -> bool {
     a.id == b.id
         && a.kind == b.kind
@@ -93,9 +94,8 @@ pub fn is_same(a: &SnapshotBody, b: &SnapshotBody) -> bool {
 fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
     gaps.write(writer, body.id.index);
     writer.leb32(body.id.generation);
-    let outline = if matches!(body.shape, Shape::Box { .. }) { BOX } else { 0 };
-    let owned = if body.owner.is_some() { OWNED } else { 0 };
-    writer.byte(body.kind as u8 | outline | owned);
+    let is_box = matches!(body.shape, Shape::Box { .. });
+    writer.byte(body.kind as u8 | bit(is_box, BOX) | bit(body.owner.is_some(), OWNED));
     writer.byte(body.group);
     if let Some(seat) = body.owner {
         write_seat(writer, seat);
@@ -107,30 +107,30 @@ fn write_birth(writer: &mut Writer, gaps: &mut Gaps, body: &SnapshotBody) {
     writer.quanta(body.quanta);
 }
 
-/// Places in the baseline's list of those who live on.
+/// Reads which bodies survive, as indices into the baseline's list.
 pub fn read_survivors(
     reader: &mut Reader,
-    sections: u8,
+    present: u8,
     base: &[SnapshotBody],
 ) -> Result<Vec<u32>, DecodeError> {
-    if sections & section::DEATHS == 0 {
+    if present & sections::DEATHS == 0 {
         return Ok((0..base.len() as u32).collect());
     }
     let mut alive = vec![true; base.len()];
     let mut gaps = Gaps::default();
-    for _ in 0..read_count(reader, base.len(), 1, "deaths")? {
+    for _ in 0..reader.some_count(base.len(), 1, "deaths")? {
         alive[gaps.read(reader, base.len(), "death")? as usize] = false;
     }
-    Ok((0u32..).zip(alive).filter_map(|(place, alive)| alive.then_some(place)).collect())
+    Ok((0u32..).zip(alive).filter_map(|(index, alive)| alive.then_some(index)).collect())
 }
 
-/// The survivors with who was born.
+/// Reads the new bodies, and adds them to the survivors.
 pub fn read(
     reader: &mut Reader,
-    sections: u8,
+    present: u8,
     survivors: Vec<SnapshotBody>,
 ) -> Result<Vec<SnapshotBody>, DecodeError> {
-    if sections & section::BIRTHS == 0 {
+    if present & sections::BIRTHS == 0 {
         return Ok(survivors);
     }
     let births = read_births(reader, BODIES_MAX.saturating_sub(survivors.len()))?;
@@ -138,7 +138,7 @@ pub fn read(
 }
 
 fn read_births(reader: &mut Reader, births_max: usize) -> Result<Vec<SnapshotBody>, DecodeError> {
-    let count = read_count(reader, births_max, BIRTH_BYTES_MIN, "births")?;
+    let count = reader.some_count(births_max, BIRTH_BYTES_MIN, "births")?;
     let mut births = Vec::with_capacity(count);
     let mut gaps = Gaps::default();
     for _ in 0..count {
@@ -151,14 +151,10 @@ fn read_birth(reader: &mut Reader, gaps: &mut Gaps) -> Result<SnapshotBody, Deco
     let index = gaps.read(reader, BODIES_MAX, "birth")?;
     let id = BodyId { index, generation: reader.leb32("generation")? };
     let tag = reader.byte("body tag")?;
-    if tag & !TAG_ALL != 0 {
-        return Err(DecodeError::OutOfRange { field: "body tag" });
-    }
-    let kind = read_kind(tag & (BOX - 1))?;
+    check(tag & !TAG_ALL == 0, "body tag")?;
+    let kind = kind_of(tag & (BOX - 1))?;
     let group = reader.byte("group")?;
-    if usize::from(group) >= GROUPS_MAX {
-        return Err(DecodeError::OutOfRange { field: "group" });
-    }
+    check(usize::from(group) < GROUPS_MAX, "group")?;
     let owner = (tag & OWNED != 0).then(|| read_seat(reader)).transpose()?;
     let shape = if tag & BOX == 0 {
         Shape::Circle { radius: read_extent(reader)? }
@@ -169,31 +165,13 @@ fn read_birth(reader: &mut Reader, gaps: &mut Gaps) -> Result<SnapshotBody, Deco
     Ok(SnapshotBody { id, kind, owner, group, shape, quanta })
 }
 
-/// A kind from its place in [`Kind::ALL`].
-pub fn read_kind(byte: u8) -> Result<Kind, DecodeError> {
-    let kind = Kind::ALL.get(usize::from(byte)).copied();
-    kind.ok_or(DecodeError::OutOfRange { field: "body kind" })
-}
-
 fn read_extent(reader: &mut Reader) -> Result<f32, DecodeError> {
     let extent = reader.finite("body size")?;
-    if extent > 0.0 { Ok(extent) } else { Err(DecodeError::OutOfRange { field: "body size" }) }
+    check(extent > 0.0, "body size")?;
+    Ok(extent)
 }
 
-/// A count of a section: an empty section would not have been written.
-fn read_count(
-    reader: &mut Reader,
-    count_max: usize,
-    bytes_each: usize,
-    field: &'static str,
-) -> Result<usize, DecodeError> {
-    match reader.count(count_max, bytes_each, field)? {
-        0 => Err(DecodeError::OutOfRange { field }),
-        count => Ok(count),
-    }
-}
-
-/// Both lists as one in index order; an index in both is refused.
+/// Merges two lists in id order; an index in both is refused.
 fn merge(
     survivors: Vec<SnapshotBody>,
     births: Vec<SnapshotBody>,
@@ -204,9 +182,7 @@ fn merge(
         let lower = rest.partition_point(|body| body.id.index < born.id.index);
         merged.extend_from_slice(&rest[..lower]);
         rest = &rest[lower..];
-        if rest.first().is_some_and(|body| body.id.index == born.id.index) {
-            return Err(DecodeError::OutOfRange { field: "birth" });
-        }
+        check(rest.first().is_none_or(|body| body.id.index != born.id.index), "birth")?;
         merged.push(born);
     }
     merged.extend_from_slice(rest);

@@ -1,12 +1,12 @@
-//! Events in a coded snapshot: each with its distance to the tick of the one before.
+//! Events in a coded snapshot, each with its distance to the tick of the event before.
 
-use super::bodies::read_kind;
-use super::{read_id, write_id};
+use crate::error::{DecodeError, check};
+use crate::fields::{kind_of, read_id, read_leb16, read_seat, write_id, write_seat};
 use crate::limits::EVENTS_MAX;
-use crate::seat::{read_seat, write_seat};
 use crate::snapshot::TimedEvent;
-use crate::wire::{DecodeError, Reader, Writer};
-use jostle_sim::{EmitterDef, Event, Source};
+use crate::wire::{Reader, Writer};
+use jostle_game::Event;
+use jostle_sim::{EmitterDef, Source};
 
 const IMPACT: u8 = 0;
 const PACK_HIT: u8 = 1;
@@ -16,7 +16,7 @@ const JOINED: u8 = 4;
 const LEFT: u8 = 5;
 const REPEATER_STARTED: u8 = 6;
 
-/// Distance, tag and a seat.
+/// Bytes of the shortest event: distance, kind and a seat.
 const EVENT_BYTES_MIN: usize = 3;
 
 /// Writes events with ticks above `after`, up to `tick`.
@@ -46,8 +46,7 @@ fn write_event(writer: &mut Writer, event: &Event) {
         Event::PackHit { owner, victim, hero, point } => {
             writer.byte(PACK_HIT);
             write_seat(writer, owner);
-            writer.flag(victim.is_some());
-            victim.into_iter().for_each(|seat| write_seat(writer, seat));
+            writer.option(victim, write_seat);
             write_id(writer, hero);
             writer.point(point);
         }
@@ -61,7 +60,7 @@ fn write_event(writer: &mut Writer, event: &Event) {
             writer.byte(EMITTER_STARTED);
             write_emitter(writer, &emitter);
         }
-        Event::RepeaterStarted { index, seed } => {
+        Event::ScheduledEmitterStarted { index, seed } => {
             writer.byte(REPEATER_STARTED);
             writer.byte(index);
             writer.fixed32(seed);
@@ -95,18 +94,12 @@ fn write_emitter(writer: &mut Writer, emitter: &EmitterDef) {
 
 /// Reads events with ticks above `after`, up to `tick`.
 pub fn read(reader: &mut Reader, after: u32, tick: u32) -> Result<Vec<TimedEvent>, DecodeError> {
-    let count = reader.count(EVENTS_MAX, EVENT_BYTES_MIN, "events")?;
-    if count == 0 {
-        return Err(DecodeError::OutOfRange { field: "events" });
-    }
+    let count = reader.some_count(EVENTS_MAX, EVENT_BYTES_MIN, "events")?;
     let mut events = Vec::with_capacity(count);
     let mut before = after;
     for _ in 0..count {
-        let distance = reader.leb_up_to(tick - before, "event tick")?;
-        before += distance;
-        if before == after {
-            return Err(DecodeError::OutOfRange { field: "event tick" });
-        }
+        before += reader.leb_up_to(tick - before, "event tick")?;
+        check(before > after, "event tick")?;
         events.push(TimedEvent { tick: before, event: read_event(reader)? });
     }
     Ok(events)
@@ -120,20 +113,19 @@ fn read_event(reader: &mut Reader) -> Result<Event, DecodeError> {
             point: reader.point("impact point")?,
             speed: reader.finite("impact speed")?,
         }),
-        PACK_HIT => {
-            let owner = read_seat(reader)?;
-            let played = reader.flag("victim")?;
-            let victim = played.then(|| read_seat(reader)).transpose()?;
-            let hero = read_id(reader, "hero")?;
-            Ok(Event::PackHit { owner, victim, hero, point: reader.point("hit point")? })
-        }
+        PACK_HIT => Ok(Event::PackHit {
+            owner: read_seat(reader)?,
+            victim: reader.option("victim", read_seat)?,
+            hero: read_id(reader, "hero")?,
+            point: reader.point("hit point")?,
+        }),
         BODY_LEFT => Ok(Event::BodyLeft {
-            kind: read_kind(reader.byte("body kind")?)?,
+            kind: kind_of(reader.byte("body kind")?)?,
             body: read_id(reader, "body")?,
             point: reader.point("leave point")?,
         }),
         EMITTER_STARTED => Ok(Event::EmitterStarted(read_emitter(reader)?)),
-        REPEATER_STARTED => Ok(Event::RepeaterStarted {
+        REPEATER_STARTED => Ok(Event::ScheduledEmitterStarted {
             index: reader.byte("emitter")?,
             seed: reader.fixed32("emitter seed")?,
         }),
@@ -145,7 +137,7 @@ fn read_event(reader: &mut Reader) -> Result<Event, DecodeError> {
 
 fn read_emitter(reader: &mut Reader) -> Result<EmitterDef, DecodeError> {
     let recipe = reader.byte("recipe")?;
-    let count = reader.leb_up_to(u32::from(u16::MAX), "particle count")? as u16;
+    let count = read_leb16(reader, "particle count")?;
     let seed = reader.fixed32("emitter seed")?;
     let source = if reader.flag("emitter source")? {
         Source::Body(read_id(reader, "emitter body")?)

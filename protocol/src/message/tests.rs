@@ -1,6 +1,6 @@
 use super::*;
 use crate::limits::TOKEN_BYTES;
-use jostle_sim::SEATS_MAX;
+use jostle_game::SEATS_MAX;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -41,7 +41,7 @@ fn client_messages() -> impl Strategy<Value = ClientMessage> {
         ClientMessage::Hello { version: VERSION, appearance, token, host_key }
     });
     let input = (any::<u32>(), any::<u16>(), inputs())
-        .prop_map(|(seq, heard, input)| ClientMessage::Input { seq, heard, input });
+        .prop_map(|(seq, ack_tick, input)| ClientMessage::Input { seq, ack_tick, input });
     let ping = any::<u32>().prop_map(|stamp| ClientMessage::Ping { stamp });
     let side = || f32::MIN_POSITIVE..=VIEW_MAX;
     let view = (side(), side()).prop_map(|(x, y)| ClientMessage::View { size: Vec2::new(x, y) });
@@ -111,7 +111,7 @@ proptest! {
 proptest! {
     #![proptest_config(config(50_000))]
 
-    /// What is accepted has one form only: it encodes to the bytes that it was read from.
+    /// An accepted message has only one form: it encodes to the bytes that it was decoded from.
     #[test]
     fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..8) {
         let bytes = [&[kind][..], &bytes].concat();
@@ -164,8 +164,8 @@ fn client_messages_have_the_documented_bytes() {
 
     let input = Input { buttons: Buttons(0x90), pointer: Some(Vec2::new(1.0, -2.5)) };
     let bytes = [1, 0xac, 2, 0x34, 0x12, 0x90, 1, 1, 0, 0, 0x80, 0x3f, 0, 0, 0x20, 0xc0];
-    assert_eq!(ClientMessage::Input { seq: 300, heard: 0x1234, input }.encode(), bytes);
-    let rest = ClientMessage::Input { seq: 1, heard: 2, input: Input::default() };
+    assert_eq!(ClientMessage::Input { seq: 300, ack_tick: 0x1234, input }.encode(), bytes);
+    let rest = ClientMessage::Input { seq: 1, ack_tick: 2, input: Input::default() };
     assert_eq!(rest.encode(), [1, 1, 2, 0, 0, 0]);
 
     assert_eq!(ClientMessage::Ping { stamp: 0x0403_0201 }.encode(), [2, 1, 2, 3, 4]);
@@ -198,17 +198,17 @@ fn server_messages_have_the_documented_bytes() {
 }
 
 #[test]
-fn a_hello_of_another_version_says_which() {
+fn a_hello_of_another_version_is_decoded_up_to_the_version() {
     let mut bytes = hello(VERSION).encode();
     bytes[1] = 1;
-    // Its other fields may be anything.
+    // The other fields may be anything.
     bytes.truncate(5);
     let found = ClientMessage::decode(&bytes);
     assert!(matches!(found, Ok(ClientMessage::Hello { version: 1, token: None, .. })), "{found:?}");
 }
 
 #[test]
-fn fields_past_their_range_are_named() {
+fn fields_out_of_range_are_named() {
     let refused = |bytes: &[u8], field| {
         assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
@@ -234,7 +234,7 @@ fn fields_past_their_range_are_named() {
 }
 
 #[test]
-fn messages_past_their_length_are_refused_unread() {
+fn messages_that_are_too_long_are_refused() {
     let bytes_max = CLIENT_MESSAGE_BYTES_MAX;
     let found = ClientMessage::decode(&vec![0; bytes_max + 1]);
     assert_eq!(found, Err(DecodeError::TooLong { bytes: bytes_max + 1, bytes_max }));

@@ -1,46 +1,54 @@
-//! Blocks of ticks. Hashes are random bits and stand as they are; so are the moves of pointers, once
-//! their code has left nothing to be packed; the rest is columns, deflated.
+//! Blocks of ticks. Hashes are stored as they are, because they are random bits, and so are the coded moves
+//! of pointers, which do not compress further. The rest is columns, deflated.
 
 mod column;
 
-use super::keeps_full_hash;
-use super::record::{pack, unpack};
-use crate::Appearance;
+use super::pack::{pack, unpack};
+use crate::appearance::Appearance;
 use crate::bits::{BitReader, BitWriter};
+use crate::error::{DecodeError, check};
+use crate::fields::{check_seat_order, read_seat, write_seat};
 use crate::limits::{REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
-use crate::seat::{read_seat, write_seat};
-use crate::wire::{DecodeError, Reader, Writer};
-use jostle_sim::{Input, SEATS_MAX, Seat};
+use crate::wire::{Reader, Writer};
+use jostle_game::{Input, SEATS_MAX, Seat};
 
-/// Longest unpacked block: every seat changes everything in every tick.
+/// Longest unpacked block, bytes: every seat changes everything in every tick.
 const BLOCK_BYTES_MAX: usize = 16 * REPLAY_BLOCK_TICKS_MAX * SEATS_MAX;
-/// Joins, leaves and looks in one tick.
+/// Most joins, leaves and changed looks in one tick.
 const CHANGES_PER_TICK_MAX: usize = 4 * SEATS_MAX;
 
-/// Who came, went or looks different, effective with a tick.
+/// A change of the members, effective with a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A player took a seat.
+    /// A player joins.
     Join(Seat, Appearance),
-    /// A player left a seat.
+    /// A player leaves.
     Leave(Seat),
-    /// A player came back with another name or colour.
+    /// A player comes back, possibly with another name or colour.
     Look(Seat, Appearance),
+}
+
+/// All 64 bits of the hash are kept for ticks that are a multiple of this, 16 bits for the others.
+pub const FULL_HASH_TICKS: u32 = 60;
+
+/// Returns true if all 64 bits of the hash of this tick are kept.
+pub fn keeps_full_hash(tick: u32) -> bool {
+    tick.is_multiple_of(FULL_HASH_TICKS)
 }
 
 /// One tick.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// What changed before it, in order.
+    /// Changes before the tick, in order.
     pub changes: Vec<Change>,
-    /// The inputs that the game was given, in seat order; pointers in whole quanta.
+    /// Inputs of the game in seat order, with pointers in whole quanta.
     pub inputs: Vec<(Seat, Input)>,
-    /// The state hash after it: all bits where [`keeps_full_hash`], else the low 16.
+    /// The state hash after the tick: all bits where [`keeps_full_hash`], else the low 16.
     pub hash: u64,
 }
 
 impl Tick {
-    /// Whether `hash` is what was recorded for tick number `tick`.
+    /// Returns true if `hash` agrees with the recorded hash of tick number `tick`.
     pub fn agrees(&self, tick: u32, hash: u64) -> bool {
         self.hash == kept(tick, hash)
     }
@@ -51,10 +59,10 @@ fn kept(tick: u32, hash: u64) -> u64 {
     if keeps_full_hash(tick) { hash } else { hash & 0xffff }
 }
 
-/// Ticks in a row, at most [`REPLAY_BLOCK_TICKS_MAX`] of them.
+/// Consecutive ticks, at most [`REPLAY_BLOCK_TICKS_MAX`] of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// Number of the first of them; ticks count from 1.
+    /// Number of the first tick; ticks count from 1.
     pub first: u32,
     /// The ticks.
     pub ticks: Vec<Tick>,
@@ -66,7 +74,7 @@ impl Block {
         self.first + self.ticks.len() as u32 - 1
     }
 
-    /// Panics on an empty block and on one that is too long.
+    /// Writes the block. Panics if it is empty or too long.
     pub(super) fn write(&self, writer: &mut Writer) {
         let count = self.ticks.len();
         assert!((1..=REPLAY_BLOCK_TICKS_MAX).contains(&count), "a block of {count} ticks");
@@ -88,9 +96,7 @@ impl Block {
     pub(super) fn read(reader: &mut Reader) -> Result<Block, DecodeError> {
         let first = reader.leb_up_to(REPLAY_TICKS_MAX, "tick")?;
         let count = reader.count(REPLAY_BLOCK_TICKS_MAX, 2, "number of ticks")?;
-        if first == 0 || count == 0 {
-            return Err(DecodeError::OutOfRange { field: "tick" });
-        }
+        check(first > 0 && count > 0, "tick")?;
         let mut ticks = Vec::with_capacity(count);
         for number in (first..).take(count) {
             let hash = if keeps_full_hash(number) {
@@ -113,9 +119,9 @@ impl Block {
 
     fn write_changes(&self, columns: &mut Writer) {
         columns.count(self.ticks.iter().map(|tick| tick.changes.len()).sum());
-        for (place, tick) in (0u32..).zip(&self.ticks) {
+        for (index, tick) in (0u32..).zip(&self.ticks) {
             for change in &tick.changes {
-                columns.leb32(place);
+                columns.leb32(index);
                 let (kind, seat, appearance) = match change {
                     Change::Join(seat, appearance) => (0, seat, Some(appearance)),
                     Change::Leave(seat) => (1, seat, None),
@@ -130,7 +136,7 @@ impl Block {
         }
     }
 
-    /// One column a seat.
+    /// Writes the columns of each seat.
     fn write_inputs(&self, columns: &mut Writer, moves: &mut BitWriter) {
         let mut seats: Vec<Seat> =
             self.ticks.iter().flat_map(|tick| tick.inputs.iter().map(|&(seat, _)| seat)).collect();
@@ -147,19 +153,17 @@ impl Block {
 }
 
 fn input_of(inputs: &[(Seat, Input)], seat: Seat) -> Option<Input> {
-    let place = inputs.binary_search_by_key(&seat, |&(seat, _)| seat).ok()?;
-    Some(inputs[place].1)
+    let index = inputs.binary_search_by_key(&seat, |&(seat, _)| seat).ok()?;
+    Some(inputs[index].1)
 }
 
 fn read_changes(ticks: &mut [Tick], columns: &mut Reader) -> Result<(), DecodeError> {
     let count = columns.count(ticks.len() * CHANGES_PER_TICK_MAX, 3, "number of changes")?;
-    let mut place_before = 0;
+    let mut before = 0;
     for _ in 0..count {
-        let place = columns.leb_up_to(ticks.len() as u32 - 1, "tick of a change")? as usize;
-        if place < place_before {
-            return Err(DecodeError::OutOfRange { field: "tick of a change" });
-        }
-        place_before = place;
+        let index = columns.leb_up_to(ticks.len() as u32 - 1, "tick of a change")? as usize;
+        check(index >= before, "tick of a change")?;
+        before = index;
         let kind = columns.byte("change")?;
         let seat = read_seat(columns)?;
         let change = match kind {
@@ -168,7 +172,7 @@ fn read_changes(ticks: &mut [Tick], columns: &mut Reader) -> Result<(), DecodeEr
             2 => Change::Look(seat, Appearance::read(columns)?),
             _ => return Err(DecodeError::OutOfRange { field: "change" }),
         };
-        ticks[place].changes.push(change);
+        ticks[index].changes.push(change);
     }
     Ok(())
 }
@@ -181,9 +185,7 @@ fn read_inputs(
     let mut seat_before = None;
     for _ in 0..columns.count(SEATS_MAX, 3, "number of seats")? {
         let seat = read_seat(columns)?;
-        if seat_before >= Some(seat) {
-            return Err(DecodeError::OutOfRange { field: "seat" });
-        }
+        check_seat_order(seat_before, seat)?;
         seat_before = Some(seat);
         let inputs = column::read(ticks.len(), columns, moves)?;
         for (tick, input) in ticks.iter_mut().zip(inputs) {

@@ -1,63 +1,62 @@
-//! Reading a replay: every record is looked at once, and what is whole stays.
+//! The reader of replays: it checks every record once, and keeps those before the first damaged one.
 
-use super::block::Block;
-use super::record::{FRAME_BYTES, Keyframe, Record, Start, checksum};
-use super::{FORMAT, MAGIC, keeps_full_hash};
+use super::block::{Block, keeps_full_hash};
+use super::record::{FORMAT, FRAME_BYTES, Keyframe, MAGIC, Record, Start, checksum};
+use crate::error::DecodeError;
 use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX, SCENE_BYTES_MAX};
-use crate::wire::DecodeError;
 
-/// Magic and version.
+/// Bytes of magic and version.
 const HEADER_BYTES: usize = MAGIC.len() + 2;
-/// The header and the longest start record: texts and a scene that does not pack at all.
+/// Bytes of the header and the longest start record, whose scene does not compress at all.
 pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX + 1024;
 
-/// Why a file is no replay, or where one ends too early; the offset says where.
+/// The reason why a file is not a replay, or ends too early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("byte {offset}: {problem}")]
 pub struct ReplayError {
-    /// Where the first bad thing begins, bytes from the start.
+    /// Offset of the problem, bytes from the start.
     pub offset: usize,
-    /// What is wrong there.
+    /// The problem.
     pub problem: Problem,
 }
 
-/// What is wrong with bytes of a replay.
+/// A problem with the bytes of a replay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// Other first bytes.
+    /// The file begins with other bytes.
     #[error("this is not a replay")]
     NotAReplay,
-    /// A version that is not understood.
+    /// The format is of another version.
     #[error("replay format {found}; this program reads format {FORMAT}")]
     Format {
-        /// Found.
+        /// The version.
         found: u16,
     },
-    /// Past [`REPLAY_BYTES_MAX`].
+    /// The file is longer than [`REPLAY_BYTES_MAX`].
     #[error("{bytes} bytes; a replay has at most {REPLAY_BYTES_MAX}")]
     TooLong {
-        /// Found.
+        /// Its length.
         bytes: usize,
     },
     /// The file ends within a record.
     #[error("the file ends within a record")]
     CutOff,
-    /// A record that claims to be longer than any.
+    /// A record claims to be longer than allowed.
     #[error("a record of {bytes} bytes; at most {REPLAY_RECORD_BYTES_MAX} are allowed")]
     LongRecord {
-        /// Found.
+        /// Its length.
         bytes: usize,
     },
-    /// Bytes of the record changed after it was written.
+    /// The record changed after it was written.
     #[error("the record is damaged: its checksum differs")]
     Checksum,
-    /// The record holds nonsense.
+    /// The record cannot be decoded.
     #[error("the record cannot be read: {0}")]
     Record(DecodeError),
-    /// A record that cannot stand here.
+    /// The record cannot be at this point.
     #[error("{0}")]
     Order(&'static str),
-    /// The file ends between two records, without the record that says so.
+    /// The file ends between two records, without an end record.
     #[error("the file ends without an end record")]
     NoEnd,
 }
@@ -65,58 +64,58 @@ pub enum Problem {
 /// How a replay ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// Recorded to the end.
+    /// The replay was recorded to the end.
     Whole,
-    /// The rest is missing or damaged; everything up to there is fine.
+    /// The rest is missing or damaged.
     Cut(ReplayError),
 }
 
-/// A replay, checked record by record.
+/// A replay whose records were checked.
 #[derive(Clone, Debug)]
 pub struct Replay {
     bytes: Vec<u8>,
     start: Start,
-    /// Payloads of the blocks, by the tick that each begins with.
-    blocks: Vec<Place>,
-    /// Payloads of the keyframes, by their tick.
-    keyframes: Vec<Place>,
+    /// Payloads of the blocks, by first tick.
+    blocks: Vec<Payload>,
+    /// Payloads of the keyframes, by tick.
+    keyframes: Vec<Payload>,
     last_tick: u32,
     end_hash: Option<u64>,
     ending: Ending,
-    /// Where the start record ends.
+    /// End of the start record.
     start_bytes: usize,
-    /// Where the whole part ends.
+    /// End of the last whole record.
     whole_bytes: usize,
 }
 
-/// What the bytes of a replay are spent on; they add up to the file.
+/// The bytes of a replay by their use; they add up to the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Sizes {
     /// Header and start record: mostly the scene.
     pub start: usize,
     /// Hashes of ticks.
     pub hashes: usize,
-    /// Inputs, players who come and go, and what frames them.
+    /// Inputs, changes of members, and the frames of their records.
     pub inputs: usize,
     /// Keyframes.
     pub keyframes: usize,
     /// The end record.
     pub end: usize,
-    /// What follows the whole part.
+    /// Bytes after the last whole record.
     pub lost: usize,
 }
 
-/// Where a record's payload lies.
+/// The location of a record's payload.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct Payload {
     tick: u32,
     at: usize,
     bytes: usize,
 }
 
 impl Replay {
-    /// Reads a file. What follows the first damaged record is left out, see [`Replay::ending`]; an
-    /// error means that not even the start can be read. Takes memory for the file and one record.
+    /// Reads a file up to the first damaged record; see [`Replay::ending`]. An error means that not even
+    /// the start can be read. Takes memory for the file and one record.
     pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
         check_header(&bytes)?;
         let head = HEADER_BYTES;
@@ -159,10 +158,10 @@ impl Replay {
         }
     }
 
-    /// Files the record at `at`; where it ends.
+    /// Adds the record at `at`, and returns its end.
     fn take(&mut self, at: usize) -> Result<usize, ReplayError> {
         let (record, end) = next(&self.bytes, at)?;
-        let place = |tick| Place { tick, at: at + FRAME_BYTES, bytes: end - at - FRAME_BYTES };
+        let payload = |tick| Payload { tick, at: at + FRAME_BYTES, bytes: end - at - FRAME_BYTES };
         let needs_state = self.start.first_tick > 0 && self.keyframes.is_empty();
         match record {
             Record::Start(_) => return Err(wrong(at, "a second start record")),
@@ -173,13 +172,13 @@ impl Replay {
                 return Err(wrong(at, "these ticks do not follow those before"));
             }
             Record::Ticks(block) => {
-                self.blocks.push(place(block.first));
+                self.blocks.push(payload(block.first));
                 self.last_tick = block.last();
             }
             Record::Keyframe(keyframe) if keyframe.tick != self.last_tick => {
                 return Err(wrong(at, "a keyframe of another tick"));
             }
-            Record::Keyframe(keyframe) => self.keyframes.push(place(keyframe.tick)),
+            Record::Keyframe(keyframe) => self.keyframes.push(payload(keyframe.tick)),
             Record::End { tick, .. } if tick != self.last_tick => {
                 return Err(wrong(at, "an end at another tick"));
             }
@@ -188,12 +187,12 @@ impl Replay {
         Ok(end)
     }
 
-    /// What the replay begins with.
+    /// The start record.
     pub fn start(&self) -> &Start {
         &self.start
     }
 
-    /// Ticks played before the first one that is recorded.
+    /// Ticks played before the first recorded one.
     pub fn first_tick(&self) -> u32 {
         self.start.first_tick
     }
@@ -203,47 +202,47 @@ impl Replay {
         self.last_tick
     }
 
-    /// Whether the replay is whole, else where and why it ends.
+    /// How the replay ends.
     pub fn ending(&self) -> Ending {
         self.ending
     }
 
-    /// All bits of the hash after the last tick, if the recording was ended.
+    /// All bits of the hash after the last tick, if the game was recorded to its end.
     pub fn end_hash(&self) -> Option<u64> {
         self.end_hash
     }
 
-    /// Length of the file, bytes.
+    /// Length of the file in bytes.
     pub fn byte_count(&self) -> usize {
         self.bytes.len()
     }
 
-    /// The file.
+    /// The bytes of the file.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The file, given back.
+    /// Returns the bytes of the file.
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
 
-    /// Ticks after which there are keyframes, ascending.
+    /// Ticks of the keyframes, ascending.
     pub fn keyframe_ticks(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
-        self.keyframes.iter().map(|place| place.tick)
+        self.keyframes.iter().map(|payload| payload.tick)
     }
 
     /// Bytes that the keyframes take in the file.
     pub fn keyframe_bytes(&self) -> usize {
-        self.keyframes.iter().map(|place| place.bytes + FRAME_BYTES).sum()
+        self.keyframes.iter().map(|payload| payload.bytes + FRAME_BYTES).sum()
     }
 
-    /// What the bytes are spent on.
+    /// The bytes by their use.
     pub fn sizes(&self) -> Sizes {
         let ticks = self.first_tick() + 1..=self.last_tick;
         let full = ticks.clone().filter(|&tick| keeps_full_hash(tick)).count();
         let hashes = 8 * full + 2 * (ticks.count() - full);
-        let blocks: usize = self.blocks.iter().map(|place| place.bytes + FRAME_BYTES).sum();
+        let blocks: usize = self.blocks.iter().map(|payload| payload.bytes + FRAME_BYTES).sum();
         let (start, keyframes) = (self.start_bytes, self.keyframe_bytes());
         Sizes {
             start,
@@ -255,12 +254,12 @@ impl Replay {
         }
     }
 
-    /// The block that holds a tick; `None` outside the replay.
+    /// The block with a tick; `None` outside the replay.
     pub fn block_with(&self, tick: u32) -> Option<Block> {
         if tick > self.last_tick {
             return None;
         }
-        let after = self.blocks.partition_point(|place| place.tick <= tick);
+        let after = self.blocks.partition_point(|payload| payload.tick <= tick);
         match self.record(self.blocks[after.checked_sub(1)?], 2)? {
             Record::Ticks(block) => Some(block),
             _ => None,
@@ -269,13 +268,13 @@ impl Replay {
 
     /// The last keyframe at or before a tick.
     pub fn keyframe_before(&self, tick: u32) -> Option<Keyframe> {
-        let after = self.keyframes.partition_point(|place| place.tick <= tick);
+        let after = self.keyframes.partition_point(|payload| payload.tick <= tick);
         self.keyframe(after.checked_sub(1)?)
     }
 
     /// The first keyframe at or after a tick.
     pub fn keyframe_after(&self, tick: u32) -> Option<Keyframe> {
-        self.keyframe(self.keyframes.partition_point(|place| place.tick < tick))
+        self.keyframe(self.keyframes.partition_point(|payload| payload.tick < tick))
     }
 
     fn keyframe(&self, index: usize) -> Option<Keyframe> {
@@ -285,15 +284,14 @@ impl Replay {
         }
     }
 
-    /// Reads a record again that was found whole; only its place was kept.
-    fn record(&self, place: Place, kind: u8) -> Option<Record> {
-        Record::read(kind, self.bytes.get(place.at..place.at + place.bytes)?).ok()
+    /// Decodes a record again that was found whole before.
+    fn record(&self, payload: Payload, kind: u8) -> Option<Record> {
+        Record::read(kind, self.bytes.get(payload.at..payload.at + payload.bytes)?).ok()
     }
 }
 
 impl Start {
-    /// What a replay begins with, from its first [`START_BYTES_MAX`] bytes or more; the rest of the
-    /// file is not looked at.
+    /// Reads the start of a replay from its first [`START_BYTES_MAX`] bytes or more.
     pub fn find(bytes: &[u8]) -> Result<Start, ReplayError> {
         check_header(bytes)?;
         match next(bytes, HEADER_BYTES)? {
@@ -316,7 +314,7 @@ fn check_header(bytes: &[u8]) -> Result<(), ReplayError> {
     }
 }
 
-/// The record at `at`, and where it ends.
+/// Reads the record at `at`, and returns it with its end.
 fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayError> {
     let bad = |problem| ReplayError { offset: at, problem };
     let rest = bytes.get(at..).unwrap_or_default();

@@ -1,39 +1,41 @@
-//! Records: what a replay consists of, each sealed with its length and a checksum.
+//! Records of a replay, each sealed with its length and a checksum.
 
 use super::block::Block;
-use super::{FORMAT, MAGIC};
-use crate::Appearance;
+use super::pack::{pack, unpack};
+use crate::appearance::Appearance;
+use crate::error::DecodeError;
+use crate::fields::{check_seat_order, read_seat, write_seat};
 use crate::limits::{
     PROGRAM_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX,
 };
-use crate::seat::{read_seat, write_seat};
-use crate::wire::{DecodeError, Reader, Writer};
-use jostle_sim::{SEATS_MAX, Seat};
+use crate::wire::{Reader, Writer};
+use jostle_game::{SEATS_MAX, Seat};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
-/// Deflate level: higher ones take several times as long for a few percent.
-const PACK_LEVEL: u8 = 6;
-/// Kind, length and checksum.
+/// First bytes of every replay.
+pub const MAGIC: [u8; 8] = *b"jostle\x1a\n";
+/// Version of the format.
+pub const FORMAT: u16 = 1;
+/// Bytes of a record's kind, length and checksum.
 pub(super) const FRAME_BYTES: usize = 9;
 
-/// What a replay begins with.
+/// The start of a replay.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Start {
     /// Version of the program that played the game.
     pub program: String,
-    /// When, in seconds since 1970; 0 if unknown.
+    /// Time of the recording in seconds since 1970; 0 if unknown.
     pub unix_s: u64,
     /// Code of the room; may be empty.
     pub room: String,
     /// Name of the scene.
     pub scene_name: String,
-    /// The whole scene file.
+    /// The text of the scene file.
     pub scene: String,
-    /// Seed of everything random.
+    /// Seed of the game.
     pub seed: u64,
-    /// Ticks that were played before the first one recorded. Unless it is 0, the next record is a
-    /// keyframe.
+    /// Ticks played before the first recorded one. Unless it is 0, the next record is a keyframe.
     pub first_tick: u32,
 }
 
@@ -44,22 +46,22 @@ pub struct Keyframe {
     pub tick: u32,
     /// All bits of the state hash.
     pub hash: u64,
-    /// Who sits where.
+    /// Names and colours by seat.
     pub members: Vec<(Seat, Appearance)>,
-    /// What `Game::save` gave.
+    /// The state as `Game::save` returns it.
     pub state: Vec<u8>,
 }
 
-/// One record.
+/// A record.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Record {
-    /// The first one.
+    /// The first record.
     Start(Start),
     /// The next ticks.
     Ticks(Block),
     /// The state after the ticks so far.
     Keyframe(Keyframe),
-    /// The last one: the game was recorded to its end.
+    /// The last record of a game that was recorded to its end.
     End {
         /// Ticks played.
         tick: u32,
@@ -68,7 +70,7 @@ pub enum Record {
     },
 }
 
-/// What a file begins with: magic and format version.
+/// The beginning of a file: magic and format version.
 pub fn header() -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes()].concat()
 }
@@ -83,8 +85,8 @@ impl Record {
         }
     }
 
-    /// The record as it is appended to a file. Packing takes its time: about 30 microseconds for a
-    /// few seconds of a game, a millisecond for a keyframe with thousands of particles.
+    /// Encodes the record as it is appended to a file. Compression takes about 30 microseconds for a few
+    /// seconds of a game, and a millisecond for a keyframe with thousands of particles.
     pub fn seal(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         match self {
@@ -99,7 +101,7 @@ impl Record {
         frame(self.kind(), &writer.finish())
     }
 
-    /// Reads what a sealed record holds; the checksum was compared by then.
+    /// Decodes the payload of a sealed record, whose checksum was compared before.
     pub(super) fn read(kind: u8, payload: &[u8]) -> Result<Record, DecodeError> {
         let mut reader = Reader::new(payload);
         let record = match kind {
@@ -114,8 +116,8 @@ impl Record {
     }
 }
 
-/// A payload with its kind, length and checksum before it: a record as it stands in a file. For those
-/// who test readers with payloads that no [`Record`] has.
+/// Puts kind, length and checksum before a payload, as in a file. Public for tests of readers with payloads
+/// that no [`Record`] has.
 pub fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
     let mut framed = vec![kind];
     framed.extend((payload.len() as u32).to_le_bytes());
@@ -124,7 +126,7 @@ pub fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
     framed
 }
 
-/// Digest of a record's kind, length and payload.
+/// The digest of a record's kind, length and payload.
 pub(super) fn checksum(kind: u8, payload: &[u8]) -> u32 {
     xxh3_64_with_seed(payload, (payload.len() as u64) << 8 | u64::from(kind)) as u32
 }
@@ -171,28 +173,10 @@ impl Keyframe {
         let mut members: Vec<(Seat, Appearance)> = Vec::new();
         for _ in 0..reader.count(SEATS_MAX, 3, "number of members")? {
             let seat = read_seat(reader)?;
-            if members.last().is_some_and(|&(before, _)| before >= seat) {
-                return Err(DecodeError::OutOfRange { field: "seat" });
-            }
+            check_seat_order(members.last().map(|&(before, _)| before), seat)?;
             members.push((seat, Appearance::read(reader)?));
         }
         let state = unpack(reader, REPLAY_RECORD_BYTES_MAX, "state")?;
         Ok(Keyframe { tick, hash, members, state })
     }
-}
-
-/// The rest of a record, deflated.
-pub(super) fn pack(writer: &mut Writer, bytes: &[u8]) {
-    writer.raw(&miniz_oxide::deflate::compress_to_vec(bytes, PACK_LEVEL));
-}
-
-/// The rest of a record, inflated to at most `bytes_max`.
-pub(super) fn unpack(
-    reader: &mut Reader,
-    bytes_max: usize,
-    field: &'static str,
-) -> Result<Vec<u8>, DecodeError> {
-    let packed = reader.raw(reader.remaining(), field)?;
-    miniz_oxide::inflate::decompress_to_vec_with_limit(packed, bytes_max)
-        .map_err(|_| DecodeError::OutOfRange { field })
 }

@@ -1,9 +1,10 @@
-//! What is written comes back; what is cut or changed is refused with its place.
+//! Replays round-trip; truncated and changed ones are refused with the offset.
 
 use super::*;
 use crate::Appearance;
-use jostle_sim::math::Rng;
-use jostle_sim::{Buttons, Input, Seat, Vec2};
+use jostle_game::{Buttons, Input, Seat};
+use jostle_sim::Rng;
+use jostle_sim::Vec2;
 
 fn ann() -> Appearance {
     Appearance::new("Ann", 3).unwrap()
@@ -15,7 +16,7 @@ fn start() -> Start {
     Start { program, unix_s: 1_800_000_000, room, scene_name, scene, seed: 7, first_tick: 0 }
 }
 
-/// Somebody who waves about, rests, goes and comes.
+/// A player whose pointer waves about, rests, leaves and comes back.
 fn play(first: u32, count: u32, rng: &mut Rng) -> Block {
     let mut at = Vec2::new(50.0, 40.0);
     let mut held = Buttons::default();
@@ -73,7 +74,7 @@ fn file(records: &[Record]) -> Vec<u8> {
 }
 
 #[test]
-fn a_replay_comes_back_as_it_was_written() {
+fn replays_round_trip() {
     let records = records();
     let replay = Replay::read(file(&records)).unwrap();
     assert_eq!(replay.ending(), Ending::Whole);
@@ -94,7 +95,7 @@ fn a_replay_comes_back_as_it_was_written() {
 }
 
 #[test]
-fn the_start_is_found_and_every_byte_is_spent_on_something() {
+fn the_start_is_read_alone_and_the_sizes_add_up() {
     let records = records();
     let whole = file(&records);
     assert_eq!(Start::find(&whole), Ok(start()));
@@ -112,9 +113,9 @@ fn the_start_is_found_and_every_byte_is_spent_on_something() {
     assert_eq!(sizes.end, records[5].seal().len());
 }
 
-/// The longest start: texts as long as they may be, and a scene that deflate only makes longer.
+/// The longest start: the longest texts, and a scene that deflate cannot shorten.
 #[test]
-fn the_longest_start_fits_the_bytes_that_are_read_of_it() {
+fn the_longest_start_fits_into_start_bytes_max() {
     use crate::limits::{PROGRAM_BYTES_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX};
     let mut rng = Rng::new(1, 0);
     // Random letters above 7 bits: as dense as valid text can be.
@@ -141,7 +142,7 @@ fn only_sixteen_bits_of_most_hashes_are_kept() {
 }
 
 #[test]
-fn a_file_that_was_cut_anywhere_is_a_shorter_replay() {
+fn a_file_truncated_anywhere_is_a_shorter_replay() {
     let records = records();
     let whole = file(&records);
     let mut ends = Vec::new();
@@ -180,9 +181,9 @@ fn changed_bytes_are_found() {
     }
 }
 
-/// Nonsense under a right checksum reaches the readers of the records themselves.
+/// Random bytes with a valid checksum reach the decoders of the records.
 #[test]
-fn nonsense_in_a_sealed_record_never_panics() {
+fn random_bytes_in_a_sealed_record_never_panic() {
     let mut rng = Rng::new(9, 0);
     let records = records();
     for round in 0..60_000 {
@@ -194,16 +195,15 @@ fn nonsense_in_a_sealed_record_never_panics() {
         }
         payload.truncate(payload.len() - rng.below(2) as usize * rng.below(9) as usize);
         if let Ok(record) = Record::read(kind, &payload) {
-            // What is accepted can be written again.
+            // An accepted record can be encoded again.
             record.seal();
         }
     }
 }
 
-/// The moves and the packed columns are where most of the reading is done: nonsense in them, packed
-/// anew.
+/// Random bytes in the moves and in the columns, which are packed again: most of the decoding is theirs.
 #[test]
-fn nonsense_in_the_columns_never_panics() {
+fn random_bytes_in_the_columns_never_panic() {
     let mut rng = Rng::new(10, 0);
     let block = play(1, 80, &mut rng);
     let mut writer = crate::wire::Writer::new();
@@ -225,14 +225,14 @@ fn nonsense_in_the_columns_never_panics() {
         writer.raw(&payload[..plain]);
         writer.count(moves.len());
         writer.raw(&moves);
-        record::pack(&mut writer, &columns);
+        pack::pack(&mut writer, &columns);
         if let Ok(record) = Record::read(2, &writer.finish()) {
             record.seal();
         }
     }
 }
 
-/// Somebody with a mouse is what most of a replay is of.
+/// Most of a replay is the pointer of a player with a mouse.
 #[test]
 fn a_steady_hand_takes_little_more_than_its_hashes() {
     let mut rng = Rng::new(11, 0);
@@ -249,7 +249,7 @@ fn a_steady_hand_takes_little_more_than_its_hashes() {
 }
 
 #[test]
-fn what_is_no_replay_is_told_so() {
+fn other_files_are_refused() {
     let problem = |bytes: &[u8]| Replay::read(bytes.to_vec()).unwrap_err().problem;
     assert_eq!(problem(b""), Problem::NotAReplay);
     assert_eq!(problem(b"GIF89a and so on"), Problem::NotAReplay);

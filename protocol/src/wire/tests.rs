@@ -38,7 +38,7 @@ fn leb128_is_refused_unless_shortest_and_in_range() {
 }
 
 #[test]
-fn zigzag_round_trips_at_the_ends() {
+fn zigzag_round_trips_at_both_ends() {
     for value in [0, -1, 1, -64, 63, 64, i32::MIN, i32::MAX] {
         let mut writer = Writer::new();
         writer.zigzag(value);
@@ -49,7 +49,7 @@ fn zigzag_round_trips_at_the_ends() {
 }
 
 #[test]
-fn quanta_are_refused_past_their_range() {
+fn quanta_out_of_range_are_refused() {
     let read = |value: i32| {
         let mut writer = Writer::new();
         writer.quanta([0, value]);
@@ -74,7 +74,7 @@ fn numbers_that_are_not_finite_are_refused() {
 }
 
 #[test]
-fn a_count_is_checked_before_it_is_believed() {
+fn a_count_is_checked_against_its_limit_and_the_rest() {
     let read = |count: u32, rest: usize| {
         let mut writer = Writer::new();
         writer.leb32(count);
@@ -98,13 +98,13 @@ fn text_must_be_short_enough_and_utf8() {
 }
 
 #[test]
-fn bits_round_trip_and_their_filling_is_zero() {
+fn bits_round_trip_and_their_padding_is_zero() {
     for count in 0..20 {
         let mut writer = Writer::new();
-        writer.bits((0..count).map(|place| place % 3 == 0));
+        writer.bits((0..count).map(|index| index % 3 == 0));
         let bytes = writer.finish();
         let bits = Reader::new(&bytes).bits(count, "x").unwrap();
-        assert!((0..count).all(|place| bits.contains(place) == (place % 3 == 0)));
+        assert!((0..count).map(|index| index % 3 == 0).eq(bits));
     }
     assert!(Reader::new(&[0b111]).bits(3, "x").is_ok());
     let refused = Reader::new(&[0b1000]).bits(3, "x").unwrap_err();
@@ -129,7 +129,7 @@ fn gaps_grow_and_stay_below_their_end() {
 }
 
 #[test]
-fn what_is_left_over_is_counted() {
+fn left_over_bytes_are_counted() {
     assert_eq!(Reader::new(&[]).end(), Ok(()));
     assert_eq!(Reader::new(&[1, 2]).end(), Err(DecodeError::Trailing { count: 2 }));
 }

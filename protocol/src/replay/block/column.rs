@@ -1,28 +1,30 @@
-//! What one seat did in a block: when it was there, its buttons where they change, its pointer as
-//! runs, and how far the pointer is each tick from where it was expected.
+//! The columns of one seat in a block: its presence and buttons where they change, the runs of its pointer,
+//! and the distance of each move from the prediction.
 
 use crate::bits::{BitReader, BitWriter, Rice};
+use crate::error::{DecodeError, check};
 use crate::limits::QUANTA_MAX;
-use crate::wire::{DecodeError, Gaps, Reader, Writer};
-use jostle_sim::game::POINTER_QUANTUM;
-use jostle_sim::{Buttons, Input, Vec2};
+use crate::position_history::{Position, PositionHistory};
+use crate::wire::{Gaps, Reader, Writer};
+use jostle_game::{Buttons, Input, POINTER_QUANTUM};
+use jostle_sim::Vec2;
 
 /// A pointer in quanta; `None` outside the view.
-type Place = Option<[i32; 2]>;
+type Pointer = Option<Position>;
 
-/// What a pointer does for some ticks.
+/// The behaviour of a pointer in consecutive ticks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Run {
-    /// Nothing.
+    /// It stays.
     Still = 0,
-    /// It moves, or comes back.
+    /// It moves, or comes back into the view.
     Moves = 1,
     /// It leaves the view.
     Leaves = 2,
 }
 
 impl Run {
-    fn of(before: Place, now: Place) -> Run {
+    fn of(before: Pointer, now: Pointer) -> Run {
         match now {
             same if same == before => Run::Still,
             Some(_) => Run::Moves,
@@ -31,14 +33,14 @@ impl Run {
     }
 }
 
-/// How the next place of a moving pointer is expected.
+/// The prediction of a moving pointer's next position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Prediction {
-    /// Where it is: for one that jumps.
+    /// The same position, for a pointer that jumps.
     Stays,
-    /// As far on as in the last tick.
+    /// The last displacement again.
     GoesOn,
-    /// Gathering or losing speed as it did.
+    /// The last displacement, changed as displacements changed before.
     Bends,
 }
 
@@ -46,77 +48,55 @@ impl Prediction {
     const ALL: [Prediction; 3] = [Prediction::Stays, Prediction::GoesOn, Prediction::Bends];
 }
 
-/// Where a pointer is and how it came there.
-#[derive(Clone, Copy, Default)]
-struct Trail {
-    place: [i32; 2],
-    /// The last ways, the newest first; zero where it did not move.
-    ways: [[i32; 2]; 3],
-}
-
-impl Trail {
-    fn expected(&self, prediction: Prediction) -> [i32; 2] {
-        let [one, two, three] = self.ways;
-        let along = |axis: usize| {
-            let way = match prediction {
-                Prediction::Stays => 0,
-                Prediction::GoesOn => one[axis],
-                // The change of the last but one: that of the last is mostly a hand's shaking.
-                Prediction::Bends => one[axis] + ((two[axis] - three[axis]) >> 1),
-            };
-            (self.place[axis] + way).clamp(-QUANTA_MAX, QUANTA_MAX)
-        };
-        [along(0), along(1)]
-    }
-
-    fn go(&mut self, place: [i32; 2]) {
-        let way = [place[0] - self.place[0], place[1] - self.place[1]];
-        self.ways = [way, self.ways[0], self.ways[1]];
-        self.place = place;
-    }
-
-    fn rest(&mut self) {
-        self.ways = [[0; 2]; 3];
-    }
-}
-
-/// A pointer's moves, coded one after the other.
+/// The coder of a pointer's moves.
 struct Moves {
     prediction: Prediction,
-    trail: Trail,
+    history: PositionHistory,
     codes: [Rice; 2],
 }
 
 impl Moves {
     fn new(prediction: Prediction) -> Moves {
-        Moves { prediction, trail: Trail::default(), codes: [Rice::new(); 2] }
+        Moves { prediction, history: PositionHistory::default(), codes: [Rice::new(); 2] }
     }
 
-    fn write(&mut self, place: [i32; 2], bits: &mut BitWriter) {
-        let expected = self.trail.expected(self.prediction);
+    fn expected(&self) -> Position {
+        self.history.extrapolated(|[one, two, three]| match self.prediction {
+            Prediction::Stays => 0,
+            Prediction::GoesOn => one,
+            // The change of the last but one, because that of the last is mostly a hand's shaking.
+            Prediction::Bends => one + ((two - three) >> 1),
+        })
+    }
+
+    fn write(&mut self, position: Position, bits: &mut BitWriter) {
+        let expected = self.expected();
         for axis in 0..2 {
-            self.codes[axis].write(place[axis] - expected[axis], bits);
+            self.codes[axis].write(position[axis] - expected[axis], bits);
         }
-        self.trail.go(place);
+        self.history.push(position);
     }
 
-    fn read(&mut self, bits: &mut BitReader) -> Result<[i32; 2], DecodeError> {
-        let mut place = self.trail.expected(self.prediction);
-        for (along, code) in place.iter_mut().zip(&mut self.codes) {
+    fn read(&mut self, bits: &mut BitReader) -> Result<Position, DecodeError> {
+        let mut position = self.expected();
+        for (along, code) in position.iter_mut().zip(&mut self.codes) {
             *along = along.wrapping_add(code.read(bits, "pointer")?);
-            if along.unsigned_abs() > QUANTA_MAX.unsigned_abs() {
-                return Err(DecodeError::OutOfRange { field: "pointer" });
-            }
+            check(along.unsigned_abs() <= QUANTA_MAX.unsigned_abs(), "pointer")?;
         }
-        self.trail.go(place);
-        Ok(place)
+        self.history.push(position);
+        Ok(position)
+    }
+
+    /// The pointer does not move in this tick.
+    fn rest(&mut self) {
+        self.history = PositionHistory::resting(self.history.position());
     }
 }
 
-/// Writes what a seat did, tick by tick; `None` where it had no input.
+/// Writes the inputs of a seat, tick by tick; `None` where it had none.
 pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWriter) {
     let mut held = Input::default();
-    // Where there is no input, nothing changes: that costs nothing.
+    // Without an input nothing changes, so that it takes no bytes.
     let inputs_held: Vec<Input> = inputs
         .iter()
         .map(|input| {
@@ -126,11 +106,12 @@ pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWrite
         .collect();
     write_changes(inputs.iter().map(|input| u32::from(input.is_some())), columns);
     write_changes(inputs_held.iter().map(|input| u32::from(input.buttons.0)), columns);
-    let places: Vec<Place> = inputs_held.iter().map(|input| input.pointer.map(in_quanta)).collect();
-    write_runs(&places, columns);
+    let pointers: Vec<Pointer> =
+        inputs_held.iter().map(|input| input.pointer.map(in_quanta)).collect();
+    write_runs(&pointers, columns);
     let coded = |prediction| {
         let mut trial = bits.clone();
-        write_moves(&places, prediction, &mut trial);
+        write_moves(&pointers, prediction, &mut trial);
         (prediction, trial)
     };
     let shortest = Prediction::ALL.into_iter().map(coded).min_by_key(|(_, trial)| trial.count());
@@ -139,32 +120,32 @@ pub fn write(inputs: &[Option<Input>], columns: &mut Writer, bits: &mut BitWrite
     *bits = trial;
 }
 
-/// Where numbers change, from 0 on, and by which bits.
+/// Writes the ticks in which a number changes, which is 0 at first, and the changed bits.
 fn write_changes(numbers: impl Iterator<Item = u32>, columns: &mut Writer) {
     let mut before = 0;
     let changes: Vec<_> = (0u32..)
         .zip(numbers)
-        .filter_map(|(place, number)| {
+        .filter_map(|(index, number)| {
             let bits = number ^ before;
             before = number;
-            (bits != 0).then_some((place, bits))
+            (bits != 0).then_some((index, bits))
         })
         .collect();
     columns.count(changes.len());
     let mut gaps = Gaps::default();
-    for (place, bits) in changes {
-        gaps.write(columns, place);
+    for (index, bits) in changes {
+        gaps.write(columns, index);
         columns.leb32(bits);
     }
 }
 
-/// Runs that fill the block: length, and what the pointer does.
-fn write_runs(places: &[Place], columns: &mut Writer) {
+/// Writes the runs that fill the block, each as its length and behaviour.
+fn write_runs(pointers: &[Pointer], columns: &mut Writer) {
     let mut before = None;
     let mut runs: Vec<(u32, Run)> = Vec::new();
-    for &place in places {
-        let run = Run::of(before, place);
-        before = place;
+    for &pointer in pointers {
+        let run = Run::of(before, pointer);
+        before = pointer;
         match runs.last_mut() {
             Some((length, last)) if *last == run => *length += 1,
             _ => runs.push((1, run)),
@@ -175,19 +156,19 @@ fn write_runs(places: &[Place], columns: &mut Writer) {
     }
 }
 
-fn write_moves(places: &[Place], prediction: Prediction, bits: &mut BitWriter) {
+fn write_moves(pointers: &[Pointer], prediction: Prediction, bits: &mut BitWriter) {
     let mut moves = Moves::new(prediction);
     let mut before = None;
-    for &place in places {
-        match place {
-            Some(moved) if place != before => moves.write(moved, bits),
-            _ => moves.trail.rest(),
+    for &pointer in pointers {
+        match pointer {
+            Some(moved) if pointer != before => moves.write(moved, bits),
+            _ => moves.rest(),
         }
-        before = place;
+        before = pointer;
     }
 }
 
-/// Reads what a seat did in so many ticks.
+/// Reads the inputs of a seat in `count` ticks.
 pub fn read(
     count: usize,
     columns: &mut Reader,
@@ -205,7 +186,7 @@ pub fn read(
     for (at, run) in runs.into_iter().enumerate() {
         match run {
             Run::Moves => pointer = Some(moves.read(bits)?),
-            Run::Still | Run::Leaves => moves.trail.rest(),
+            Run::Still | Run::Leaves => moves.rest(),
         }
         if run == Run::Leaves {
             pointer = None;
@@ -226,10 +207,10 @@ fn read_changes(
     let mut gaps = Gaps::default();
     let (mut now, mut filled) = (0, 0);
     for _ in 0..columns.count(count, 2, field)? {
-        let place = gaps.read(columns, count, field)? as usize;
-        numbers[filled..place].fill(now);
+        let index = gaps.read(columns, count, field)? as usize;
+        numbers[filled..index].fill(now);
         now ^= columns.leb_up_to(bits_max, field)?;
-        filled = place;
+        filled = index;
     }
     numbers[filled..].fill(now);
     Ok(numbers)
@@ -247,20 +228,18 @@ fn read_runs(count: usize, columns: &mut Reader) -> Result<Vec<Run>, DecodeError
             _ => return Err(DecodeError::OutOfRange { field }),
         };
         let length = (coded >> 2) as usize;
-        if length == 0 || length > count - runs.len() {
-            return Err(DecodeError::OutOfRange { field });
-        }
+        check((1..=count - runs.len()).contains(&length), field)?;
         runs.resize(runs.len() + length, run);
     }
     Ok(runs)
 }
 
-/// A pointer that was rounded to the quantum, in quanta.
-fn in_quanta(pointer: Vec2) -> [i32; 2] {
+/// A pointer in quanta, to which it was rounded before.
+fn in_quanta(pointer: Vec2) -> Position {
     let quanta = pointer / POINTER_QUANTUM;
     [quanta.x as i32, quanta.y as i32]
 }
 
-fn in_units(quanta: [i32; 2]) -> Vec2 {
+fn in_units(quanta: Position) -> Vec2 {
     Vec2::new(quanta[0] as f32, quanta[1] as f32) * POINTER_QUANTUM
 }

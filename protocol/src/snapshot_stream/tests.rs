@@ -1,9 +1,11 @@
 use crate::limits::{BODIES_MAX, EVENTS_MAX, QUANTA_MAX, SERVER_MESSAGE_BYTES_MAX};
 use crate::{
-    Appearance, DecodeError, Heard, PlayerState, Snapshot, SnapshotBody, Stream, TimedEvent,
+    Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotBody, SnapshotStream,
+    TimedEvent,
 };
-use jostle_sim::math::Rng;
-use jostle_sim::{BodyId, EmitterDef, Event, Kind, SEATS_MAX, Seat, Shape, Source, Vec2};
+use jostle_game::{Event, Kind, SEATS_MAX, Seat};
+use jostle_sim::Rng;
+use jostle_sim::{BodyId, EmitterDef, Shape, Source, Vec2};
 use std::sync::Arc;
 
 fn body(index: u32, x: i32) -> SnapshotBody {
@@ -34,19 +36,19 @@ fn player(seat: u16, name: &str) -> PlayerState {
 /// Both ends of a stream.
 #[derive(Clone, Default)]
 struct Link {
-    sender: Stream,
-    reader: Stream,
+    sender: SnapshotStream,
+    reader: SnapshotStream,
 }
 
 impl Link {
-    /// One whose ends hold this snapshot.
+    /// A stream whose ends hold this snapshot.
     fn holding(snapshot: &Snapshot) -> Link {
         let mut link = Link::default();
         link.send(snapshot, &[]);
         link
     }
 
-    /// Sends, compares what arrives, and returns the bytes.
+    /// Sends a snapshot, compares the decoded one, and returns the bytes.
     fn send(&mut self, snapshot: &Snapshot, events: &[TimedEvent]) -> Vec<u8> {
         let bytes = self.sender.encode(&Arc::new(snapshot.clone()), events);
         assert_eq!(self.reader.decode(&bytes).unwrap().events, events);
@@ -61,7 +63,7 @@ fn keyframe(snapshot: &Snapshot) -> Vec<u8> {
     Link::default().send(snapshot, &[])
 }
 
-fn decode(bytes: &[u8], base: Option<&Snapshot>) -> Result<Heard, DecodeError> {
+fn decode(bytes: &[u8], base: Option<&Snapshot>) -> Result<Decoded, DecodeError> {
     base.map_or_else(Link::default, Link::holding).reader.decode(bytes)
 }
 
@@ -106,7 +108,7 @@ fn random_event(rng: &mut Rng) -> Event {
             let victim = (rng.below(2) == 0).then_some(Seat(0));
             Event::PackHit { owner: seat, victim, hero: random_id(rng), point }
         }
-        2 => Event::BodyLeft { kind: Kind::Dumb, body: random_id(rng), point },
+        2 => Event::BodyLeft { kind: Kind::Marble, body: random_id(rng), point },
         3 => {
             let source = match rng.below(2) {
                 0 => Source::Point(point),
@@ -116,7 +118,7 @@ fn random_event(rng: &mut Rng) -> Event {
             Event::EmitterStarted(EmitterDef { recipe: 3, count, seed: rng.next_u32(), source })
         }
         4 => Event::Joined(seat),
-        5 => Event::RepeaterStarted { index: rng.next_u32() as u8, seed: rng.next_u32() },
+        5 => Event::ScheduledEmitterStarted { index: rng.next_u32() as u8, seed: rng.next_u32() },
         _ => Event::Left(seat),
     }
 }
@@ -137,7 +139,7 @@ fn change_player(rng: &mut Rng, player: &mut PlayerState) {
     }
 }
 
-/// The snapshot `ticks` later: some bodies and players go, change and come.
+/// The snapshot `ticks` later: some bodies and players disappear, change and appear.
 fn advance(rng: &mut Rng, snapshot: &Snapshot, ticks: u32) -> Snapshot {
     let mut next = snapshot.clone();
     next.tick += ticks;
@@ -173,7 +175,7 @@ fn random_events(rng: &mut Rng, after: u32, tick: u32) -> Vec<TimedEvent> {
 }
 
 #[test]
-fn every_snapshot_arrives_and_so_do_the_events_between() {
+fn every_snapshot_arrives_with_the_events_since_the_last() {
     let mut rng = Rng::new(1, 0);
     let mut truth = Snapshot { tick: 7, ..Snapshot::default() };
     let mut link = Link::holding(&truth);
@@ -187,20 +189,20 @@ fn every_snapshot_arrives_and_so_do_the_events_between() {
 }
 
 #[test]
-fn a_reader_learns_how_long_nothing_moved() {
-    let (mut sender, mut reader) = (Stream::new(3), Stream::default());
-    let mut heard = |tick: u32, x: i32| {
+fn a_reader_is_given_the_tick_until_which_nothing_changed() {
+    let (mut sender, mut reader) = (SnapshotStream::new(3), SnapshotStream::default());
+    let mut unchanged_until = |tick: u32, x: i32| {
         let next = Snapshot { tick, bodies: vec![body(0, x)], players: Vec::new() };
-        reader.decode(&sender.encode(&Arc::new(next), &[])).unwrap().still_until
+        reader.decode(&sender.encode(&Arc::new(next), &[])).unwrap().unchanged_until
     };
-    assert_eq!(heard(30, 0), None);
-    assert_eq!(heard(33, 5), None);
-    assert_eq!(heard(45, 9), Some(42));
-    assert_eq!(heard(48, 9), None);
+    assert_eq!(unchanged_until(30, 0), None);
+    assert_eq!(unchanged_until(33, 5), None);
+    assert_eq!(unchanged_until(45, 9), Some(42));
+    assert_eq!(unchanged_until(48, 9), None);
 }
 
 #[test]
-fn who_came_late_shares_the_bytes_after_three_messages() {
+fn a_late_reader_shares_the_bytes_after_three_messages() {
     let mut rng = Rng::new(2, 0);
     let mut truth = Snapshot { tick: 7, ..Snapshot::default() };
     let mut link = Link::holding(&truth);
@@ -212,14 +214,17 @@ fn who_came_late_shares_the_bytes_after_three_messages() {
         for age in 1..8 {
             truth = advance(&mut rng, &truth, 1);
             let (own, all) = (late.send(&truth, &[]), shared.send(&truth, &[]));
-            assert!(age <= Stream::KEYFRAME_AGE || own == all, "{age} messages after a keyframe");
+            assert!(
+                age <= SnapshotStream::KEYFRAME_AGE || own == all,
+                "{age} messages after a keyframe"
+            );
         }
         link = shared;
     }
 }
 
 #[test]
-fn a_body_that_changed_more_than_its_place_is_another_one() {
+fn a_body_that_changed_more_than_its_position_counts_as_another() {
     let base = Snapshot { tick: 1, bodies: vec![body(3, 0), body(4, 0)], players: Vec::new() };
     let same = base.bodies[0];
     let others = [
@@ -238,7 +243,7 @@ fn a_body_that_changed_more_than_its_place_is_another_one() {
 }
 
 #[test]
-fn what_goes_on_as_before_costs_a_bit_and_what_rests_costs_nothing() {
+fn steady_motion_costs_a_bit_and_rest_costs_nothing() {
     let at = |tick: u32, x: i32| Snapshot {
         tick,
         bodies: (0..800).map(|index| body(index, if index < 400 { x } else { 0 })).collect(),
@@ -248,16 +253,16 @@ fn what_goes_on_as_before_costs_a_bit_and_what_rests_costs_nothing() {
     for tick in 1..4 {
         link.send(&at(tick, 7 * tick as i32), &[]);
     }
-    // All as expected: not even the bits.
+    // Everything is as expected: there is no section of moves.
     assert_eq!(link.send(&at(4, 28), &[]), [0x80, 4]);
-    // One is not: 400 bits for those that move, one for none that woke, and the surprise.
+    // One is not: 400 bits for the moving points, one for no woken one, and the difference.
     let mut next = at(5, 35);
     next.bodies[9].quanta[0] += 1;
     assert!(link.send(&next, &[]).len() <= 2 + 51);
 }
 
 #[test]
-fn quiet_is_only_what_was_still_for_long() {
+fn a_stream_is_quiet_only_after_several_still_snapshots() {
     let mut link = Link::holding(&small());
     let mut next = small();
     assert!(link.sender.is_quiet(&Snapshot { tick: 301, ..small() }));
@@ -296,7 +301,7 @@ fn the_fullest_snapshot_fits_a_message() {
     assert!(keyframe(&full).len() < SERVER_MESSAGE_BYTES_MAX);
 }
 
-// Bytes that are known.
+// Documented bytes.
 
 fn small() -> Snapshot {
     let hero = SnapshotBody {
@@ -365,28 +370,29 @@ fn an_event_of_200_particles_costs_few_bytes() {
     let event = TimedEvent { tick: 2, event: Event::EmitterStarted(emitter) };
     let bytes = |events: &[TimedEvent]| Link::holding(&base).send(&next, events).len();
     assert_eq!(bytes(&[event]) - bytes(&[]), 19);
-    let repeated = TimedEvent { tick: 2, event: Event::RepeaterStarted { index: 200, seed: 9 } };
+    let repeated =
+        TimedEvent { tick: 2, event: Event::ScheduledEmitterStarted { index: 200, seed: 9 } };
     assert_eq!(bytes(&[repeated]) - bytes(&[]), 8, "the scene knows the rest");
     assert_eq!(bytes(&[repeated; 2]) - bytes(&[]), 15);
 }
 
-// Bytes that are refused.
+// Refused bytes.
 
 #[test]
 fn a_delta_needs_a_keyframe_before() {
     let mut link = Link::holding(&small());
     let delta = link.send(&Snapshot { tick: 301, ..small() }, &[]);
-    assert_eq!(Stream::default().decode(&delta), Err(DecodeError::NoBaseline));
-    // A keyframe needs nothing, and whatever was held is forgotten.
+    assert_eq!(SnapshotStream::default().decode(&delta), Err(DecodeError::NoBaseline));
+    // A keyframe needs no baseline, and replaces the old one.
     let mut moved = small();
     moved.bodies[1].quanta = [9, 9];
-    link.sender = Stream::default();
+    link.sender = SnapshotStream::default();
     link.send(&moved, &[]);
     assert!(link.sender.is_quiet(&moved) && link.reader.is_quiet(&moved));
 }
 
 #[test]
-fn what_was_refused_changes_nothing() {
+fn a_refused_message_leaves_the_stream_unchanged() {
     let mut link = Link::holding(&small());
     let mut next = Snapshot { tick: 301, ..small() };
     next.bodies[0].quanta[1] = 70;
@@ -408,7 +414,7 @@ fn fields_out_of_range_are_named() {
     delta(1, &[0], "deaths");
     delta(1, &[3, 0, 0, 0], "deaths");
     delta(1, &[1, 2, 0], "death");
-    // None woke; three of two; one of two with a gap of two; a way of nothing.
+    // None woke; three of two; one of two with a gap of two; a displacement of zero.
     delta(2, &[0], "moves");
     delta(2, &[0b0_0011], "woken");
     delta(2, &[0b01_1001], "woken");
@@ -441,7 +447,7 @@ fn fields_out_of_range_are_named() {
 }
 
 #[test]
-fn a_giant_count_is_refused_before_anything_is_made() {
+fn a_giant_count_is_refused_before_anything_is_allocated() {
     for (section, rest, field) in
         [(4, &[60, 0, 0][..], "births"), (8, &[4, 60, 0, 0], "players"), (32, &[60, 0], "events")]
     {
@@ -454,21 +460,21 @@ fn a_giant_count_is_refused_before_anything_is_made() {
     assert!(matches!(decode(&long, None), Err(DecodeError::TooLong { .. })));
 }
 
-/// What was accepted must be a snapshot that could have been sent.
+/// An accepted snapshot must be one that could have been sent.
 fn assert_sound(snapshot: &Snapshot, events: &[TimedEvent], base: &Snapshot, bytes: &[u8]) {
     assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));
     assert!(snapshot.bodies.len() <= BODIES_MAX && events.len() <= EVENTS_MAX);
     assert!(snapshot.players.is_sorted_by(|a, b| a.seat < b.seat));
     let inside = |quanta: [i32; 2]| quanta.iter().all(|axis| axis.abs() <= QUANTA_MAX);
     assert!(snapshot.bodies.iter().all(|body| inside(body.quanta)));
-    // Memory is bounded by what the peer really sent.
+    // Memory is bounded by the bytes that were sent.
     assert!(snapshot.bodies.capacity() <= base.bodies.len() + bytes.len());
     assert!(events.iter().all(|event| event.tick <= snapshot.tick));
     keyframe(snapshot);
 }
 
 #[test]
-fn broken_bytes_never_panic() {
+fn damaged_bytes_never_panic() {
     let mut rng = Rng::new(5, 0);
     let mut base = Snapshot { tick: 40, ..Snapshot::default() };
     let mut link = Link::holding(&base);
@@ -483,7 +489,7 @@ fn broken_bytes_never_panic() {
             let mut bytes = if rng.below(4) == 0 { keyframe.clone() } else { delta.clone() };
             break_bytes(&mut rng, &mut bytes);
             let mut reader = reader.clone();
-            if let Ok(Heard { events, .. }) = reader.decode(&bytes) {
+            if let Ok(Decoded { events, .. }) = reader.decode(&bytes) {
                 accepted += 1;
                 assert_sound(reader.newest().unwrap(), &events, &base, &bytes);
             }

@@ -1,0 +1,40 @@
+//! The error of every decoder in this crate.
+
+/// The reason why bytes were refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DecodeError {
+    /// The message ends inside a field.
+    #[error("message ends inside {field}")]
+    Truncated {
+        /// The field.
+        field: &'static str,
+    },
+    /// A field has a value outside its range.
+    #[error("{field} is out of range")]
+    OutOfRange {
+        /// The field.
+        field: &'static str,
+    },
+    /// Bytes are left after the last field.
+    #[error("{count} bytes are left over")]
+    Trailing {
+        /// Number of bytes.
+        count: usize,
+    },
+    /// A delta came before any keyframe.
+    #[error("no keyframe came before")]
+    NoBaseline,
+    /// The message is longer than its kind may be.
+    #[error("message of {bytes} bytes exceeds {bytes_max}")]
+    TooLong {
+        /// Its length.
+        bytes: usize,
+        /// The limit.
+        bytes_max: usize,
+    },
+}
+
+/// Refuses a field as out of range unless its value is valid.
+pub(crate) fn check(is_valid: bool, field: &'static str) -> Result<(), DecodeError> {
+    if is_valid { Ok(()) } else { Err(DecodeError::OutOfRange { field }) }
+}

@@ -1,0 +1,23 @@
+//! Compression of the last part of a record.
+
+use crate::error::DecodeError;
+use crate::wire::{Reader, Writer};
+
+/// Deflate level: higher ones take several times as long for a few percent.
+const LEVEL: u8 = 6;
+
+/// Writes the rest of a record, deflated.
+pub fn pack(writer: &mut Writer, bytes: &[u8]) {
+    writer.raw(&miniz_oxide::deflate::compress_to_vec(bytes, LEVEL));
+}
+
+/// Inflates the rest of a record to at most `bytes_max` bytes.
+pub fn unpack(
+    reader: &mut Reader,
+    bytes_max: usize,
+    field: &'static str,
+) -> Result<Vec<u8>, DecodeError> {
+    let packed = reader.raw(reader.remaining(), field)?;
+    miniz_oxide::inflate::decompress_to_vec_with_limit(packed, bytes_max)
+        .map_err(|_| DecodeError::OutOfRange { field })
+}

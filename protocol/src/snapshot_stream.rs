@@ -1,0 +1,230 @@
+//! One end of a stream of snapshots. Both ends hold the newest snapshot and the positions of all points in
+//! the four newest; a message is a pure function of these and of the next snapshot. WebSocket delivers
+//! in order, so the ends stay equal without acknowledgements, and all readers whose keyframes are at
+//! least [`SnapshotStream::KEYFRAME_AGE`] messages old share the same bytes.
+
+use crate::codec::{self, Baseline, Content, EncodeScratch, SnapshotMessage, is_same};
+use crate::error::DecodeError;
+use crate::limits::QUIET_MESSAGES_MAX;
+use crate::position_history::{Position, PositionHistory};
+use crate::snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
+use std::iter::zip;
+use std::mem::swap;
+use std::sync::Arc;
+
+/// One end of the stream. At first it holds nothing, and the first message is a keyframe.
+#[derive(Clone, Debug)]
+pub struct SnapshotStream {
+    /// Ticks from one message to the next, or more while nothing moves.
+    every: u8,
+    newest: Option<Arc<Snapshot>>,
+    /// Histories of the newest snapshot's bodies.
+    bodies: Vec<PositionHistory>,
+    /// Histories of its players' pointers.
+    pointers: Vec<PositionHistory>,
+    /// Histories that were replaced, kept for their memory.
+    spare: Vec<PositionHistory>,
+}
+
+impl SnapshotStream {
+    /// Messages after a keyframe until its reader's end equals that of a reader from long before.
+    pub const KEYFRAME_AGE: u32 = 3;
+    /// Most ticks from one message to the next, because a delta holds the low byte of its tick.
+    pub const TICKS_MAX: u32 = 255;
+
+    /// Creates an end that holds nothing, for a message every `every` ticks. A reading end takes this
+    /// number from its keyframes.
+    pub fn new(every: u8) -> SnapshotStream {
+        assert!(every > 0, "a message every 0 ticks");
+        SnapshotStream {
+            every,
+            newest: None,
+            bodies: Vec::new(),
+            pointers: Vec::new(),
+            spare: Vec::new(),
+        }
+    }
+
+    /// Creates an end that was just sent the newest snapshot of this one as a keyframe, and returns it with
+    /// the keyframe. `particles` are the encoded live particles of the same tick, or empty. Panics if there is
+    /// no snapshot yet.
+    pub fn branch(&self, particles: &[u8]) -> (SnapshotStream, Vec<u8>) {
+        let newest = self.newest.as_ref().expect("a snapshot was sent before");
+        let mut branch = SnapshotStream::new(self.every);
+        let bytes = branch.keyframe(newest, &[], particles);
+        (branch, bytes)
+    }
+
+    /// Most ticks until the next message: one interval, or all that may be left out while nothing moves.
+    pub fn ticks_until_next(&self) -> u32 {
+        let quiet = self.newest.is_some() && !self.moves();
+        let messages = if quiet { 1 + QUIET_MESSAGES_MAX } else { 1 };
+        messages * u32::from(self.every)
+    }
+
+    fn moves(&self) -> bool {
+        self.bodies.iter().chain(&self.pointers).any(PositionHistory::is_moving)
+    }
+
+    /// The newest snapshot.
+    pub fn newest(&self) -> Option<&Arc<Snapshot>> {
+        self.newest.as_ref()
+    }
+
+    /// Encodes the message that leads from the newest snapshot to the next, with the events in between. The
+    /// bytes depend on nothing else.
+    ///
+    /// Panics unless bodies and players are in order, the snapshot is at most
+    /// [`SnapshotStream::TICKS_MAX`] ticks newer, and the events are in tick order, at most `EVENTS_MAX`.
+    pub fn encode(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) -> Vec<u8> {
+        self.encode_with(&mut EncodeScratch::default(), snapshot, events).to_vec()
+    }
+
+    /// Encodes a message as [`SnapshotStream::encode`] does, without allocating. `scratch` may serve any
+    /// number of streams.
+    pub fn encode_with<'a>(
+        &mut self,
+        scratch: &'a mut EncodeScratch,
+        snapshot: &Arc<Snapshot>,
+        events: &[TimedEvent],
+    ) -> &'a [u8] {
+        let ticks = self.newest.as_ref().map_or(0, |newest| snapshot.tick - newest.tick);
+        assert!(ticks <= SnapshotStream::TICKS_MAX, "{ticks} ticks without a message");
+        let content = Content { snapshot, every: self.every, events, particles: &[] };
+        let bytes = codec::encode(scratch, content, self.baseline());
+        self.follow(Arc::clone(snapshot), codec::keeps_bodies(bytes));
+        bytes
+    }
+
+    /// Restarts the stream with this snapshot, and returns its keyframe. See [`SnapshotStream::branch`] for
+    /// `particles`.
+    pub fn keyframe(
+        &mut self,
+        snapshot: &Arc<Snapshot>,
+        events: &[TimedEvent],
+        particles: &[u8],
+    ) -> Vec<u8> {
+        *self = SnapshotStream::new(self.every);
+        let mut scratch = EncodeScratch::default();
+        let content = Content { snapshot, every: self.every, events, particles };
+        let bytes = codec::encode(&mut scratch, content, None);
+        self.follow(Arc::clone(snapshot), false);
+        bytes.to_vec()
+    }
+
+    /// Decodes a message of the other end, and follows it. An error leaves this end unchanged.
+    pub fn decode(&mut self, bytes: &[u8]) -> Result<Decoded, DecodeError> {
+        let SnapshotMessage { snapshot, every, events, particles } =
+            codec::decode(bytes, self.baseline())?;
+        if let Some(every) = every {
+            *self = SnapshotStream::new(every);
+        }
+        // The messages of the rate that were left out were all quiet.
+        let quiet_until = snapshot.tick.saturating_sub(u32::from(self.every));
+        let before = self.newest.as_ref().filter(|before| before.tick < quiet_until);
+        let unchanged_until = before.map(|_| quiet_until);
+        self.follow(Arc::new(snapshot), codec::keeps_bodies(bytes));
+        Ok(Decoded { events, unchanged_until, particles })
+    }
+
+    /// Returns true if nothing moved lately and the next snapshot is the same, so that it need not be sent.
+    pub fn is_quiet(&self, next: &Snapshot) -> bool {
+        self.newest.as_ref().is_some_and(|newest| {
+            !self.moves() && newest.bodies == next.bodies && newest.players == next.players
+        })
+    }
+
+    fn baseline(&self) -> Option<Baseline<'_>> {
+        let snapshot = self.newest.as_deref()?;
+        Some(Baseline { snapshot, bodies: &self.bodies, pointers: &self.pointers })
+    }
+
+    /// Makes `next` the newest snapshot. `keeps_bodies`: its bodies are the same, possibly moved.
+    fn follow(&mut self, next: Arc<Snapshot>, keeps_bodies: bool) {
+        let nothing = Snapshot::default();
+        let old = self.newest.as_deref().unwrap_or(&nothing);
+        if keeps_bodies {
+            zip(&mut self.bodies, &next.bodies)
+                .for_each(|(history, body)| history.push(body.quanta));
+        } else {
+            self.spare.clear();
+            self.spare.extend(body_histories(&old.bodies, &self.bodies, &next.bodies));
+            swap(&mut self.bodies, &mut self.spare);
+        }
+        if zip(&old.players, &next.players).all(|(old, next)| is_same_pointer(old, next))
+            && old.players.len() == next.players.len()
+        {
+            let pointers = next.players.iter().map(|player| player.pointer.unwrap_or_default());
+            zip(&mut self.pointers, pointers).for_each(|(history, pointer)| history.push(pointer));
+        } else {
+            self.spare.clear();
+            self.spare.extend(pointer_histories(&old.players, &self.pointers, &next.players));
+            swap(&mut self.pointers, &mut self.spare);
+        }
+        self.newest = Some(next);
+    }
+}
+
+impl Default for SnapshotStream {
+    /// An end for a message every tick.
+    fn default() -> SnapshotStream {
+        SnapshotStream::new(1)
+    }
+}
+
+/// The content of a message besides its snapshot, which is the newest of the stream now.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Decoded {
+    /// Events since the snapshot before.
+    pub events: Vec<TimedEvent>,
+    /// The tick until which everything stayed as in the snapshot before; `None` if no message was left out.
+    pub unchanged_until: Option<u32>,
+    /// Encoded live particles of a keyframe; empty if there are none.
+    pub particles: Vec<u8>,
+}
+
+/// Histories of the next snapshot's bodies. A new body counts as resting.
+fn body_histories(
+    old: &[SnapshotBody],
+    histories: &[PositionHistory],
+    next: &[SnapshotBody],
+) -> impl Iterator<Item = PositionHistory> {
+    let mut known = old.iter().zip(histories).peekable();
+    next.iter().map(move |body| {
+        while known.next_if(|(old, _)| old.id.index < body.id.index).is_some() {}
+        match known.next_if(|(old, _)| is_same(old, body)) {
+            Some((_, history)) => continued(history, body.quanta),
+            None => PositionHistory::resting(body.quanta),
+        }
+    })
+}
+
+/// Returns true if two states are of the same player, both with a pointer or both without one.
+fn is_same_pointer(old: &PlayerState, next: &PlayerState) -> bool {
+    old.seat == next.seat && old.pointer.is_some() == next.pointer.is_some()
+}
+
+/// Histories of the next snapshot's pointers. A new pointer counts as resting.
+fn pointer_histories(
+    old: &[PlayerState],
+    histories: &[PositionHistory],
+    next: &[PlayerState],
+) -> impl Iterator<Item = PositionHistory> {
+    next.iter().map(move |player| {
+        let index = old.binary_search_by_key(&player.seat, |other| other.seat).ok();
+        let known = index.filter(|&index| old[index].pointer.is_some());
+        match (known, player.pointer) {
+            (Some(index), Some(pointer)) => continued(&histories[index], pointer),
+            (_, pointer) => PositionHistory::resting(pointer.unwrap_or_default()),
+        }
+    })
+}
+
+fn continued(history: &PositionHistory, position: Position) -> PositionHistory {
+    let mut history = *history;
+    history.push(position);
+    history
+}
+
+#[cfg(test)]
+mod tests;
