@@ -3,11 +3,12 @@
 
 #![expect(clippy::disallowed_methods, reason = "a tool beside the room: it reads and writes files")]
 
+use jostle_game::{Buttons, Input, Scene, Seat};
 use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Ending, Record, Replay, header};
 use jostle_room::{Room, divergence};
-use jostle_sim::math::Rng;
-use jostle_sim::{Buttons, Input, Scene, Seat, Vec2};
+use jostle_sim::Rng;
+use jostle_sim::Vec2;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;

@@ -1,7 +1,7 @@
-//! How the page's camera goes after a hero, as far as a room has to know it: what comes into sight
-//! is sent before it is seen. The page takes its own figures from these.
+//! How the page's camera follows a hero. A room has to know this, because a body must be sent before the
+//! camera can see it; the page takes its own constants from these.
 
-/// The camera looks so far ahead of its hero, ticks of the hero's motion.
+/// How far the camera looks ahead of its hero, in ticks of the hero's motion.
 pub const AHEAD_TICKS: i32 = 11;
-/// It closes in on that by one part in so many of the way, each tick.
+/// Each tick the camera covers one part in this many of the distance to its goal.
 pub const CATCH_UP_TICKS: i32 = 9;

@@ -1,54 +1,54 @@
-//! Where a replay and the game that comes of it part: first the tick, by the hashes; then phase,
-//! body and field.
+//! The search for the point where a replay and its re-simulation diverge: first the tick, by the hashes;
+//! then phase, body and field.
 //!
-//! A replay keeps no states, only 16 bits of each tick's hash. But those of the ticks after the
-//! divergence are kept too, and they are a strong test: whatever is assumed to have happened must
-//! give them all. So every change of one number by one unit in the last place, in every phase of
-//! that tick, is tried until one does. Where none does, more than one number changed at once; the
-//! next keyframe then tells which bodies differ by then.
+//! A replay keeps no states, only 16 bits of each tick's hash. But the hashes of the following ticks are
+//! a strong test: an assumed cause must reproduce all of them. So the search tries every change of one
+//! number by one unit in the last place, in every phase of the tick, until one does. If none does, more
+//! than one number differed, and the next keyframe shows which bodies differ by then.
 
 use crate::playback::{Moment, Playback, PlaybackError};
+use jostle_game::{Game, Phase};
 use jostle_protocol::replay::{Block, Keyframe, Replay};
-use jostle_sim::{BodyId, Difference, Game, Motion, Phase, Vec2, World};
+use jostle_sim::{BodyId, Difference, Motion, Vec2, World};
 use std::fmt;
 use std::sync::Arc;
 
-/// Nudges that are tried: what takes about a second in a busy scene.
+/// Most nudges that are tried: about a second in a busy scene.
 const NUDGES_MAX: usize = 20_000;
-/// Ticks after the divergence that a nudge has to explain: 16 bits of hash each.
+/// Ticks after the divergence whose hashes, 16 bits each, a nudge has to reproduce.
 const WITNESSES: u32 = 6;
 
-/// Where a replay and its re-simulation part.
+/// The point where a replay and its re-simulation diverge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Divergence {
-    /// First tick whose hash differs.
+    /// The first tick whose hash differs.
     pub tick: u32,
-    /// What happened in it, as far as it can be told.
+    /// The cause, as far as it can be found.
     pub cause: Cause,
 }
 
-/// What a divergence comes from.
+/// The cause of a divergence.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cause {
-    /// One number was another one, by one unit in the last place.
+    /// One number differed by one unit in the last place.
     Nudge {
-        /// In which phases of the tick this can have happened; the earliest first.
+        /// Phases of the tick in which this can have happened, the earliest first.
         phases: Vec<Phase>,
-        /// Whose.
+        /// The body.
         body: BodyId,
-        /// Which number.
+        /// The name of the number.
         field: &'static str,
-        /// Whether the recorded one is the greater in magnitude.
+        /// Whether the recorded number is greater in magnitude.
         recorded_is_greater: bool,
     },
-    /// More than that; the states differ so at a later keyframe. First the recorded value.
+    /// More than that. This is the first difference at a later keyframe, the recorded value first.
     Later {
         /// Tick of the keyframe.
         tick: u32,
-        /// What differs there.
+        /// The difference there.
         difference: Difference,
     },
-    /// No keyframe follows.
+    /// More than that, and no keyframe follows.
     Unknown,
 }
 
@@ -71,8 +71,8 @@ impl fmt::Display for Divergence {
     }
 }
 
-/// Plays a whole replay; where it parts from what was recorded, `None` if nowhere. `progress` is
-/// told each tick.
+/// Plays a whole replay, and returns the point where it diverges from the recording, if any. `progress`
+/// is called with each tick.
 pub fn verify(
     replay: &Arc<Replay>,
     mut progress: impl FnMut(u32),
@@ -83,7 +83,7 @@ pub fn verify(
         if keyframes.next_if_eq(&playback.tick()).is_some() {
             let tick = playback.tick();
             let keyframe = replay.keyframe_before(tick);
-            if let Some(cause) = keyframe.and_then(|keyframe| against(playback.game(), &keyframe)) {
+            if let Some(cause) = keyframe.and_then(|keyframe| compare(playback.game(), &keyframe)) {
                 return Ok(Some(Divergence { tick, cause }));
             }
         }
@@ -97,7 +97,7 @@ pub fn verify(
     Ok(differs.then(|| Divergence { tick: playback.tick(), cause: Cause::Unknown }))
 }
 
-/// What happened in the first tick that differs.
+/// Finds the cause of a divergence in this tick.
 fn locate(mut playback: Playback, tick: u32) -> Result<Divergence, PlaybackError> {
     playback.seek(tick - 1)?;
     let before = playback.moment().clone();
@@ -109,8 +109,8 @@ fn locate(mut playback: Playback, tick: u32) -> Result<Divergence, PlaybackError
     Ok(Divergence { tick, cause })
 }
 
-/// How a keyframe differs from the game at its tick.
-fn against(game: &Game, keyframe: &Keyframe) -> Option<Cause> {
+/// Compares the game with a keyframe of its tick.
+fn compare(game: &Game, keyframe: &Keyframe) -> Option<Cause> {
     if game.hash() == keyframe.hash {
         return None;
     }
@@ -122,15 +122,15 @@ fn against(game: &Game, keyframe: &Keyframe) -> Option<Cause> {
 
 fn look_later(mut playback: Playback, tick: u32) -> Result<Cause, PlaybackError> {
     let Some(keyframe) = playback.replay().keyframe_after(tick) else { return Ok(Cause::Unknown) };
-    // By playing, not from a keyframe: those are of the recorded game.
+    // By playing, not by seeking: keyframes hold the recorded game.
     while playback.tick() < keyframe.tick && playback.step()?.is_some() {}
-    Ok(against(playback.game(), &keyframe).unwrap_or(Cause::Unknown))
+    Ok(compare(playback.game(), &keyframe).unwrap_or(Cause::Unknown))
 }
 
-/// A number of a body that a nudge can change.
+/// The numbers of a body that a nudge can change.
 const FIELDS: [&str; 4] = ["position.x", "position.y", "velocity.x", "velocity.y"];
 
-/// One assumption: this number of this body, after this phase, is off by one unit.
+/// One assumed cause: this number of this body is off by one unit after this phase.
 #[derive(Clone, Copy)]
 struct Nudge {
     phase: Phase,
@@ -140,7 +140,7 @@ struct Nudge {
 }
 
 impl Nudge {
-    /// Does it to a world that has just ended `phase`; nothing if the body is gone.
+    /// Changes a world that has just ended `phase`. Does nothing if the body is gone.
     fn apply(self, phase: Phase, world: &mut World) {
         if phase != self.phase || !world.contains(self.body) {
             return;
@@ -159,7 +159,7 @@ impl Nudge {
     }
 }
 
-/// The next number away from zero, or towards it.
+/// The next number away from zero or towards it.
 fn nudged(value: f32, greater: bool) -> f32 {
     let bits = value.to_bits();
     match (greater, bits << 1) {
@@ -169,8 +169,8 @@ fn nudged(value: f32, greater: bool) -> f32 {
     }
 }
 
-/// Phases after which numbers can be nudged with an effect of their own: the search for pairs
-/// changes none, and particles have no bodies.
+/// Phases after which a nudge has an effect of its own: the search for pairs changes no number, and
+/// particles are not bodies.
 const NUDGED: [Phase; 4] = [Phase::Inputs, Phase::Integrate, Phase::Relax, Phase::Events];
 
 fn find_nudge(replay: &Replay, before: &Moment, tick: u32) -> Result<Option<Cause>, PlaybackError> {
@@ -180,14 +180,14 @@ fn find_nudge(replay: &Replay, before: &Moment, tick: u32) -> Result<Option<Caus
         world.ids().filter(|&id| world.motion(id) != Motion::Static).collect();
     let mut found: Option<Nudge> = None;
     let mut phases = Vec::new();
-    let assumptions = NUDGED.into_iter().flat_map(|phase| {
+    let nudges = NUDGED.into_iter().flat_map(|phase| {
         let numbers = (0..FIELDS.len()).flat_map(|field| [(field, false), (field, true)]);
         let of_body = move |body| {
             numbers.clone().map(move |(field, greater)| Nudge { phase, body, field, greater })
         };
         bodies.iter().copied().flat_map(of_body)
     });
-    for nudge in assumptions.take(NUDGES_MAX) {
+    for nudge in nudges.take(NUDGES_MAX) {
         let is_same = |found: &Nudge| found.body == nudge.body && found.field == nudge.field;
         if found.as_ref().is_some_and(|found| !is_same(found)) {
             continue;
@@ -205,7 +205,7 @@ fn find_nudge(replay: &Replay, before: &Moment, tick: u32) -> Result<Option<Caus
     }))
 }
 
-/// Whether a nudge gives the recorded hashes, of this tick and of those that follow.
+/// Returns true if a nudge reproduces the recorded hashes, of this tick and of those that follow.
 fn explains(
     replay: &Replay,
     before: &Moment,
@@ -228,34 +228,6 @@ fn explains(
         }
     }
     Ok(true)
-}
-
-/// The first difference of two games that are given the same tick, with the phase that it
-/// appeared in; both are one tick further afterwards. `watch_one` and `watch_other` see (and may
-/// change) the worlds after each phase, before they are compared.
-pub fn step_together(
-    one: &mut Moment,
-    other: &mut Moment,
-    block: &Block,
-    watch_one: &mut impl FnMut(Phase, &mut World),
-    watch_other: &mut impl FnMut(Phase, &mut World),
-) -> Result<Option<(Phase, Difference)>, PlaybackError> {
-    let mut trail = Vec::new();
-    one.step(block, &mut |phase, world| {
-        watch_one(phase, world);
-        trail.push(world.clone());
-    })?;
-    let mut found = None;
-    let mut trail = trail.iter();
-    other.step(block, &mut |phase, world| {
-        watch_other(phase, world);
-        let twin = trail.next().filter(|_| found.is_none());
-        let difference = twin.and_then(|twin| twin.first_difference(world));
-        found = found.or(difference.map(|difference| (phase, difference)));
-    })?;
-    // What the rules alone know is compared at the end.
-    let rules = || Some((Phase::Events, one.game.first_difference(&other.game)?));
-    Ok(found.or_else(rules))
 }
 
 #[cfg(test)]

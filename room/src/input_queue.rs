@@ -1,15 +1,19 @@
-//! Inputs of one player between the socket and the tick. They come in bursts and with gaps; one is
-//! played a tick. The queue smooths the bursts, and stays short so that no delay builds up.
+//! The jitter buffer of one player's inputs, between the socket and the tick. They arrive in bursts and
+//! with gaps, and one is played each tick. The queue evens out the bursts, and stays short so that no
+//! delay builds up.
 
-use crate::{INPUTS_QUEUED_MAX, SILENCE_TICKS};
-use jostle_sim::{Buttons, Input};
+use jostle_game::{Buttons, Input};
 use std::collections::VecDeque;
 
-/// Inputs that may wait for long; more of them are delay without use.
+/// Most inputs that wait for a player; beyond this the oldest are dropped.
+pub const INPUTS_QUEUED_MAX: usize = 8;
+/// Ticks for which the last input is repeated when none arrives; then the player stops steering.
+pub const SILENCE_TICKS: u32 = 15;
+/// Inputs that may wait for long; more would only add delay.
 pub const INPUTS_WAITING_GOAL: usize = 2;
-/// Ticks in a row with more inputs than the goal after which the queue is cut down to it.
+/// Consecutive ticks with more inputs than the goal after which the queue is cut down to it.
 pub const LONG_QUEUE_TICKS: u32 = 30;
-/// How far a sequence number may be ahead of the newest one.
+/// Largest step from the newest sequence number to the next.
 pub const SEQ_AHEAD_MAX: u32 = 60;
 
 /// Inputs of one session, in order.
@@ -18,7 +22,7 @@ pub struct InputQueue {
     waiting: VecDeque<Waiting>,
     seq_newest: u32,
     seq_played: u32,
-    /// Repeated while nothing new comes.
+    /// Repeated while no new input arrives.
     last: Option<Input>,
     silent_ticks: u32,
     long_ticks: u32,
@@ -28,18 +32,18 @@ pub struct InputQueue {
 struct Waiting {
     seq: u32,
     input: Input,
-    /// Buttons of inputs that were dropped before this one: a click must not vanish with them.
+    /// Buttons of the inputs dropped before this one, so that a click does not vanish with them.
     dropped: Buttons,
 }
 
 impl InputQueue {
-    /// Newest input that was played or dropped in favour of it; 0 before the first.
+    /// Sequence number of the newest input that was played; 0 before the first.
     pub fn seq_played(&self) -> u32 {
         self.seq_played
     }
 
-    /// Queues an input, and returns whether it did. Old, repeated and far-future numbers are dropped;
-    /// past [`INPUTS_QUEUED_MAX`] the oldest input is.
+    /// Queues an input, and returns whether it was accepted. Old, repeated and far-future numbers are
+    /// refused; beyond [`INPUTS_QUEUED_MAX`] the oldest input is dropped.
     pub fn push(&mut self, seq: u32, input: Input) -> bool {
         let ahead = seq.checked_sub(self.seq_newest);
         if !ahead.is_some_and(|ahead| (1..=SEQ_AHEAD_MAX).contains(&ahead)) {
@@ -54,7 +58,7 @@ impl InputQueue {
         true
     }
 
-    /// The input to play in this tick: the next one, or the last one for [`SILENCE_TICKS`], or
+    /// Takes the input to play in this tick: the next one, or the last one for [`SILENCE_TICKS`], or
     /// `None` for a player at rest.
     pub fn take(&mut self) -> Option<Input> {
         self.shorten();
@@ -71,13 +75,13 @@ impl InputQueue {
         Some(Input { buttons: Buttons(input.buttons.0 | dropped.0), ..input })
     }
 
-    /// Forgets what waits and what is held: the player is at rest.
+    /// Drops all inputs: the player is at rest.
     pub fn rest(&mut self) {
         self.waiting.clear();
         self.last = None;
     }
 
-    /// Cuts a queue that was too long for a while: it would stay so, and be nothing but delay.
+    /// Cuts a queue that has been too long for a while: it would stay so, and only add delay.
     fn shorten(&mut self) {
         if self.waiting.len() <= INPUTS_WAITING_GOAL {
             self.long_ticks = 0;
@@ -92,7 +96,7 @@ impl InputQueue {
         }
     }
 
-    /// Drops the oldest input; its buttons go to the next one.
+    /// Drops the oldest input and passes its buttons to the next one.
     fn drop_oldest(&mut self) {
         let oldest = self.waiting.pop_front();
         if let (Some(oldest), Some(next)) = (oldest, self.waiting.front_mut()) {
@@ -146,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_number_of_all_does_not_overflow() {
+    fn the_largest_sequence_number_does_not_overflow() {
         let mut queue = InputQueue { seq_newest: u32::MAX - 1, ..InputQueue::default() };
         queue.push(u32::MAX, numbered(1));
         queue.push(0, numbered(2));
@@ -216,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_meaning_is_taken_out() {
+    fn invalid_pointers_and_buttons_are_removed() {
         let mut queue = InputQueue::default();
         for (seq, x) in [(1, f32::NAN), (2, f32::INFINITY), (3, 2.0 * POINTER_MAX)] {
             queue.push(seq, Input { buttons: Buttons(u16::MAX), pointer: Some(Vec2::splat(x)) });

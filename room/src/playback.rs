@@ -1,36 +1,37 @@
-//! Playback: a replay played again, each tick compared with what was recorded.
+//! Playback of a replay: every tick is simulated again and compared with its recorded hash.
 
+use jostle_game::{Game, Phase, Scene, SceneError, Seat};
 use jostle_protocol::replay::{Block, Change, Keyframe, Replay};
 use jostle_protocol::{Appearance, PlayerState, Snapshot};
-use jostle_sim::{Game, Phase, Scene, SceneError, Seat, StateError, World};
+use jostle_sim::{StateError, World};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Kept states of one playback, beside the keyframes of the file.
+/// Most states that one playback keeps, besides the keyframes of the file.
 const MARKS_MAX: u32 = 128;
-/// Ticks from one kept state to the next at least.
+/// Least ticks between kept states.
 const MARK_TICKS_MIN: u32 = 600;
 
-/// Why a replay cannot be played, or not further.
+/// The reason why a replay cannot be played, or not further.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlaybackError {
-    /// Its scene is none.
+    /// The scene is refused.
     #[error("the scene of the replay is refused: {0}")]
     Scene(SceneError),
-    /// A player comes twice, or one who is not there leaves.
-    #[error("tick {tick}: the replay has seat {seat} change in a way that it cannot")]
+    /// A player joins twice, or leaves without having joined.
+    #[error("tick {tick}: seat {seat} cannot change as the replay says")]
     Change {
-        /// When.
+        /// The tick.
         tick: u32,
-        /// Who.
+        /// The seat.
         seat: u16,
     },
-    /// A keyframe is no state of this scene.
+    /// A keyframe does not hold a state of this scene.
     #[error("the keyframe of tick {tick} is refused: {error}")]
     Keyframe {
-        /// Which.
+        /// The tick of the keyframe.
         tick: u32,
-        /// Why.
+        /// The reason.
         error: StateError,
     },
 }
@@ -38,40 +39,34 @@ pub enum PlaybackError {
 /// One tick that was played again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Played {
-    /// Its number.
+    /// The tick.
     pub tick: u32,
-    /// Whether its hash is the recorded one.
+    /// Whether its hash equals the recorded one.
     pub agrees: bool,
 }
 
-/// A replay and the game that comes of it.
+/// A replay and the game that it plays.
 #[derive(Clone, Debug)]
 pub struct Playback {
     replay: Arc<Replay>,
     moment: Moment,
-    /// The block with the next tick, once it was asked for.
+    /// The block that was played last.
     block: Option<Block>,
-    /// States on the way, by tick: seeking back starts at one of them.
-    marks: BTreeMap<u32, Mark>,
+    /// Kept states by tick: seeking back starts at one of them.
+    marks: BTreeMap<u32, Keyframe>,
 }
 
-/// The game at one tick, and who plays.
+/// The game at one tick, with its members.
 #[derive(Clone, Debug)]
 pub struct Moment {
     /// The game.
     pub game: Game,
-    /// Who sits where.
+    /// Names and colours by seat.
     pub members: BTreeMap<u16, Appearance>,
 }
 
-#[derive(Clone, Debug)]
-struct Mark {
-    state: Vec<u8>,
-    members: BTreeMap<u16, Appearance>,
-}
-
 impl Moment {
-    /// Before the first tick of a replay.
+    /// The state before the first tick of a replay.
     fn first(replay: &Replay) -> Result<Moment, PlaybackError> {
         let start = replay.start();
         let file = format!("{}.toml", start.scene_name);
@@ -79,17 +74,17 @@ impl Moment {
         let game = Game::new(Arc::new(scene), start.seed);
         let moment = Moment { game, members: BTreeMap::new() };
         match replay.keyframe_before(replay.first_tick()) {
-            Some(keyframe) => moment.at(keyframe),
+            Some(keyframe) => moment.at(&keyframe),
             None => Ok(moment),
         }
     }
 
-    /// The same game at a keyframe.
-    fn at(&self, keyframe: Keyframe) -> Result<Moment, PlaybackError> {
+    /// The game at a keyframe of the same replay.
+    fn at(&self, keyframe: &Keyframe) -> Result<Moment, PlaybackError> {
         let Keyframe { tick, members, state, .. } = keyframe;
-        let game = Game::restore(Arc::clone(self.game.scene()), &state)
-            .map_err(|error| PlaybackError::Keyframe { tick, error })?;
-        let members = members.into_iter().map(|(seat, appearance)| (seat.0, appearance));
+        let game = Game::restore(Arc::clone(self.game.scene()), state)
+            .map_err(|error| PlaybackError::Keyframe { tick: *tick, error })?;
+        let members = members.iter().map(|(seat, appearance)| (seat.0, appearance.clone()));
         Ok(Moment { game, members: members.collect() })
     }
 
@@ -130,7 +125,7 @@ impl Moment {
 }
 
 impl Playback {
-    /// Before the first tick.
+    /// Starts before the first tick.
     pub fn new(replay: Arc<Replay>) -> Result<Playback, PlaybackError> {
         let moment = Moment::first(&replay)?;
         Ok(Playback { replay, moment, block: None, marks: BTreeMap::new() })
@@ -141,17 +136,17 @@ impl Playback {
         &self.replay
     }
 
-    /// The game as it is now.
+    /// The game in its present state.
     pub fn game(&self) -> &Game {
         &self.moment.game
     }
 
-    /// The game and its members as they are now.
+    /// The game and its members in their present state.
     pub fn moment(&self) -> &Moment {
         &self.moment
     }
 
-    /// Ticks played.
+    /// Number of the last tick played.
     pub fn tick(&self) -> u32 {
         self.moment.game.tick_count()
     }
@@ -172,38 +167,31 @@ impl Playback {
         self.block.take().filter(holds).or_else(|| self.replay.block_with(next))
     }
 
-    /// Learns of a moment to which the same replay was played elsewhere: seeking may begin there.
+    /// Adds a moment of the same replay that was played elsewhere, for seeking to start from.
     pub fn learn(&mut self, moment: &Moment) {
         remember(&mut self.marks, &self.replay, moment);
     }
 
     /// Goes to the latest known state at or before a tick, without playing any; [`Playback::step`]
-    /// plays the rest of the way. Stays where it is if that is the best start.
+    /// plays the rest. Stays where it is if that is closest.
     pub fn jump(&mut self, tick: u32) -> Result<(), PlaybackError> {
         let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
-        let now = Some(self.tick()).filter(|&now| now <= tick);
-        let mark = self.marks.range(..=tick).next_back();
-        let mark_tick = mark.map(|(&at, _)| at);
+        let mark = self.marks.range(..=tick).next_back().map(|(_, mark)| mark);
+        let mark_tick = mark.map(|mark| mark.tick);
         let keyframe_tick = self.replay.keyframe_ticks().filter(|&at| at <= tick).last();
-        if now.is_some() && now >= mark_tick && now >= keyframe_tick {
+        let now = Some(self.tick()).filter(|&now| now <= tick);
+        if now.is_some() && now >= mark_tick.max(keyframe_tick) {
             return Ok(());
         }
         self.moment = match (mark, self.replay.keyframe_before(tick)) {
-            (Some((_, mark)), _) if mark_tick >= keyframe_tick => self.remembered(mark)?,
-            (_, Some(keyframe)) => self.moment.at(keyframe)?,
+            (Some(mark), _) if mark_tick >= keyframe_tick => self.moment.at(mark)?,
+            (_, Some(keyframe)) => self.moment.at(&keyframe)?,
             _ => Moment::first(&self.replay)?,
         };
         Ok(())
     }
 
-    fn remembered(&self, mark: &Mark) -> Result<Moment, PlaybackError> {
-        let scene = Arc::clone(self.moment.game.scene());
-        let game = Game::restore(scene, &mark.state)
-            .map_err(|error| PlaybackError::Keyframe { tick: self.tick(), error })?;
-        Ok(Moment { game, members: mark.members.clone() })
-    }
-
-    /// Goes to a tick, playing what has to be played.
+    /// Goes to a tick, playing as few as possible.
     pub fn seek(&mut self, tick: u32) -> Result<(), PlaybackError> {
         let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
         self.jump(tick)?;
@@ -211,7 +199,7 @@ impl Playback {
         Ok(())
     }
 
-    /// What players saw at this tick.
+    /// The snapshot that players saw at this tick.
     pub fn snapshot(&self) -> Snapshot {
         let states = self.moment.game.players().map(|player| PlayerState {
             seat: player.seat,
@@ -229,17 +217,22 @@ impl Playback {
 
     fn appearance(&self, seat: Seat) -> Appearance {
         let known = self.moment.members.get(&seat.0).cloned();
-        known.unwrap_or_else(|| Appearance { name: format!("Player {}", seat.0 + 1), color: 0 })
+        known.unwrap_or_else(|| Appearance {
+            name: format!("Player {}", seat.0 + 1).into(),
+            color: 0,
+        })
     }
 }
 
-/// Keeps the state of a moment now and then.
-fn remember(marks: &mut BTreeMap<u32, Mark>, replay: &Replay, moment: &Moment) {
+/// Keeps the state of a moment if its tick is one to keep.
+fn remember(marks: &mut BTreeMap<u32, Keyframe>, replay: &Replay, moment: &Moment) {
     let Moment { game, members } = moment;
     let tick = game.tick_count();
     let apart = MARK_TICKS_MIN.max(replay.last_tick() / MARKS_MAX);
     if tick.is_multiple_of(apart) {
-        let mark = || Mark { state: game.save(), members: members.clone() };
+        let members = members.iter().map(|(&seat, appearance)| (Seat(seat), appearance.clone()));
+        let mark =
+            || Keyframe { tick, hash: game.hash(), members: members.collect(), state: game.save() };
         marks.entry(tick).or_insert_with(mark);
     }
 }

@@ -1,31 +1,31 @@
-//! Recording: what a game was given, tick by tick, as records of a replay. Records wait here until
-//! the caller takes them; packing them is left to the caller, off the tick path.
+//! Recording of a game's inputs and state hashes, tick by tick, as records of a replay. Records wait
+//! here until the caller takes them, and packs them off the tick path.
 
+use jostle_game::{Game, Input, Seat};
 use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Block, Change, Keyframe, Record, Start, Tick, keeps_full_hash};
-use jostle_sim::{Game, Input, Seat};
 
-/// Ticks after which a record is handed on: what a crash may cost.
+/// Ticks in a record: the most that a crash can lose.
 pub const BLOCK_TICKS: usize = 300;
-/// Ticks from one keyframe to the next at least.
+/// Least ticks between keyframes.
 pub const KEYFRAME_TICKS_MIN: u32 = 30 * 60;
-/// Bytes of keyframes a tick, before they are packed: large ones come more rarely. An hour of it,
-/// packed, is about a fifth of the megabyte that an hour of one player may take.
+/// Budget of keyframe bytes per tick, before packing: large keyframes are rarer. Packed, an hour of them is
+/// about a fifth of the megabyte that an hour of one player may take.
 const KEYFRAME_BYTES_PER_TICK: usize = 1;
 
-/// Makes a replay of a game.
+/// Records a game as a replay.
 #[derive(Clone, Debug)]
 pub struct Recorder {
     /// The block that is being filled.
     ticks: Vec<Tick>,
-    /// The last tick in it.
+    /// The last tick in the block.
     newest: u32,
     next_keyframe: u32,
     records: Vec<Record>,
 }
 
 impl Recorder {
-    /// Starts with the game as it is. `start.first_tick` is set here.
+    /// Starts a recording of the game as it is. `start.first_tick` is set here.
     pub fn new(start: Start, game: &Game, members: Vec<(Seat, Appearance)>) -> Recorder {
         let first_tick = game.tick_count();
         let records = vec![Record::Start(Start { first_tick, ..start })];
@@ -38,8 +38,8 @@ impl Recorder {
         recorder
     }
 
-    /// Files the tick that the game has just played. `inputs` are those it was given, `changes`
-    /// what was applied before; `members` are asked for with a keyframe.
+    /// Records the tick that the game has just played, with its inputs and the changes applied before it.
+    /// `members` is called only for a keyframe.
     pub fn tick(
         &mut self,
         changes: Vec<Change>,
@@ -61,7 +61,7 @@ impl Recorder {
         }
     }
 
-    /// The block up to tick number `last`.
+    /// Ends the block with tick `last`.
     fn close_block(&mut self, last: u32) {
         let ticks = std::mem::take(&mut self.ticks);
         if !ticks.is_empty() {
@@ -72,23 +72,23 @@ impl Recorder {
 
     fn keyframe(&mut self, game: &Game, members: Vec<(Seat, Appearance)>) {
         let (tick, hash, state) = (game.tick_count(), game.hash(), game.save());
-        let pause = (state.len() / KEYFRAME_BYTES_PER_TICK) as u32;
-        self.next_keyframe = tick + pause.max(KEYFRAME_TICKS_MIN);
+        let ticks = (state.len() / KEYFRAME_BYTES_PER_TICK) as u32;
+        self.next_keyframe = tick + ticks.max(KEYFRAME_TICKS_MIN);
         self.records.push(Record::Keyframe(Keyframe { tick, hash, members, state }));
     }
 
-    /// What is known of a game that cannot go on: its last ticks, without an end.
+    /// Returns the last ticks of a game that cannot go on, without an end record.
     pub fn break_off(mut self) -> Vec<Record> {
         self.close_block(self.newest);
         self.records
     }
 
-    /// The records that are ready.
+    /// Takes the records that are ready.
     pub fn take(&mut self) -> Vec<Record> {
         std::mem::take(&mut self.records)
     }
 
-    /// The last records; the game ends here.
+    /// Ends the recording with the game, and returns the last records.
     pub fn finish(mut self, game: &Game) -> Vec<Record> {
         self.close_block(game.tick_count());
         self.records.push(Record::End { tick: game.tick_count(), hash: game.hash() });

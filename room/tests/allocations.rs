@@ -1,28 +1,29 @@
-//! Allocations of a room in which nobody comes or goes, counted on its thread: none, whether its
+//! Allocations of a room without joins and leaves, counted on its thread: none, whether its
 //! players see the whole world or a part of it.
 
 use allocation_counter::measure;
+use jostle_game::{Buttons, Input, Scene, Seat};
 use jostle_protocol::Appearance;
-use jostle_room::{Rate, Reader, Room};
-use jostle_sim::{Buttons, Input, Scene, Seat, Vec2};
+use jostle_room::{Rate, Room, Subscriber};
+use jostle_sim::Vec2;
 use std::sync::Arc;
 
 const PLAYERS: u8 = 16;
-/// Until every list has the length that it keeps.
+/// Ticks until every list has reached its length.
 const WARM_UP_TICKS: u32 = 900;
 const TICKS: u32 = 300;
 
-/// Players who walk to and fro, and point somewhere.
+/// Players who walk to and fro, and point.
 fn input(seat: u8, tick: u32) -> Input {
     let left = (tick / 60 + u32::from(seat)).is_multiple_of(2);
     let buttons = if left { Buttons::LEFT } else { Buttons::RIGHT };
     Input { buttons, pointer: Some(Vec2::new((tick % 200) as f32, 40.0)) }
 }
 
-/// The arena, with its players and their readers.
+/// The arena, with its players and their subscribers.
 struct Full {
     room: Room,
-    readers: Vec<Reader>,
+    subscribers: Vec<Subscriber>,
     tick: u32,
 }
 
@@ -38,9 +39,9 @@ impl Full {
             let look = Appearance::new(&format!("P{seat}"), seat % 8).expect("a name");
             room.join(look, None).expect("a seat");
         }
-        let begin = |seat: u8| room.begin_at(Seat(seat.into()), Rate::Full).0;
-        let readers = (0..PLAYERS).map(begin).collect();
-        Full { room, readers, tick: 0 }
+        let begin = |seat: u8| room.subscribe_view(Seat(seat.into()), Rate::Full).0;
+        let subscribers = (0..PLAYERS).map(begin).collect();
+        Full { room, subscribers, tick: 0 }
     }
 
     fn play(&mut self) {
@@ -49,12 +50,13 @@ impl Full {
             assert!(self.room.input(Seat(seat.into()), self.tick, input(seat, self.tick)));
         }
         self.room.tick();
-        let messages = self.readers.iter().filter_map(|reader| self.room.message(reader));
+        let messages =
+            self.subscribers.iter().filter_map(|subscriber| self.room.message(subscriber));
         let sent: usize = messages.map(|message| message.len()).sum();
         assert!(sent > 0, "tick {}: something always moves", self.tick);
     }
 
-    /// Allocations of [`TICKS`] once it is warm.
+    /// Allocations in [`TICKS`] after the warm-up.
     fn counted(mut self) -> u64 {
         (0..WARM_UP_TICKS).for_each(|_| self.play());
         measure(|| (0..TICKS).for_each(|_| self.play())).count_total

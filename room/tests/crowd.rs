@@ -1,24 +1,50 @@
-//! A room with all the players that there may be: everybody is seated, seen, saved and recorded, past
-//! the seats that take one byte too.
+//! A room with the most players: all are seated, seen, saved and recorded, including those whose
+//! seat takes two bytes.
 
+use jostle_game::{Buttons, Game, Input, SEATS_MAX, Scene, Seat};
 use jostle_protocol::replay::{Replay, header};
-use jostle_protocol::{Appearance, Refusal, Stream};
+use jostle_protocol::{Appearance, Refusal, SnapshotStream};
 use jostle_room::{Playback, Rate, Room};
-use jostle_sim::{Buttons, Game, Input, SEATS_MAX, Scene, Seat, Vec2};
+use jostle_sim::Vec2;
 use std::sync::Arc;
 
 const SEATS: u16 = SEATS_MAX as u16;
 const TICKS: u32 = 40;
-/// Who leaves halfway.
+/// The player who leaves halfway.
 const LEAVER: u16 = 300;
 
+/// An open field without gravity; each two seats share a spawn.
 fn field() -> Arc<Scene> {
-    let text = include_str!("../../tests/crowd/crowd.toml");
-    Arc::new(Scene::parse("crowd.toml", text).unwrap_or_else(|error| panic!("{error}")))
+    let spawns: Vec<_> = (0..SEATS / 2).map(|at| [50 + at % 16 * 100, 45 + at / 16 * 54]).collect();
+    let text = format!(
+        r#"title = "Field"
+size = [1600, 900]
+gravity = [0, 0]
+tools = ["steer"]
+groups = ["hero", "minion"]
+pairs = [["hero", "hero"], ["hero", "minion"], ["minion", "minion"]]
+limits = {{ players = {SEATS} }}
+minion = {{ radius = 5, speed = 12 }}
+
+[hero]
+size = [9, 12]
+thrust = [110, 110]
+speed_max = 60
+spawns = {spawns:?}
+
+[[layouts]]
+kind = "minion"
+count = 64
+area = [[20, 20], [1580, 880]]
+grid = [8, 8]
+shapes = [{{ radius = 5 }}]
+"#
+    );
+    Arc::new(Scene::parse("field.toml", &text).unwrap_or_else(|error| panic!("{error}")))
 }
 
 fn look(seat: u16) -> Appearance {
-    // Eight names, so that nearly all of them have to be told apart.
+    // Eight names, so that nearly all of them need a number.
     Appearance::new(&format!("P{}", seat % 8), (seat % 8) as u8).expect("a name")
 }
 
@@ -38,8 +64,8 @@ fn five_hundred_and_twelve_players_share_a_room() {
         assert_eq!(welcome.claim.seat, Seat(seat));
     }
     assert_eq!(room.join(look(0), None), Err(Refusal::RoomFull));
-    let (reader, keyframe) = room.begin(Rate::Full);
-    let mut stream = Stream::default();
+    let (subscriber, keyframe) = room.subscribe(Rate::Full);
+    let mut stream = SnapshotStream::default();
     stream.decode(&keyframe).expect("a keyframe");
     for tick in 1..=TICKS {
         for seat in 0..SEATS {
@@ -50,7 +76,7 @@ fn five_hundred_and_twelve_players_share_a_room() {
             room.leave(Seat(LEAVER));
         }
         room.tick();
-        if let Some(message) = room.message(&reader) {
+        if let Some(message) = room.message(&subscriber) {
             stream.decode(message).expect("a message");
         }
     }
@@ -70,13 +96,13 @@ fn five_hundred_and_twelve_players_share_a_room() {
     assert_eq!(replayed(&mut room), hash);
 }
 
-/// The hash at the end of what the room recorded, every tick of which is played again and compared.
+/// Plays the room's recording again, compares every tick, and returns the hash at the end.
 fn replayed(room: &mut Room) -> u64 {
     let mut bytes = header();
     room.stop_recording().iter().for_each(|record| bytes.extend(record.seal()));
     let replay = Arc::new(Replay::read(bytes).expect("a replay"));
     let mut playback = Playback::new(replay).expect("a scene");
-    while let Some(played) = playback.step().expect("changes that can be made") {
+    while let Some(played) = playback.step().expect("possible changes") {
         assert!(played.agrees, "tick {}", played.tick);
     }
     playback.game().hash()

@@ -1,12 +1,12 @@
-//! A seeded simulation of a room, two players who behave, and everything else that may happen to it,
-//! without sockets and in virtual time. Whatever happens, the hashes are those of the quiet game with
-//! the same inputs, and a reader who keeps up sees every tick as it was. A failure names its seed.
+//! A seeded simulation of a room with two honest players and every kind of trouble, without sockets and in
+//! virtual time. Whatever happens, the hashes are those of the undisturbed game with the same inputs, and a
+//! subscriber that keeps up sees every tick. A failure names its seed.
 
+use jostle_game::{Buttons, Input, Scene, Seat};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Stream};
-use jostle_room::{Claim, Rate, Reader, Room, SEQ_AHEAD_MAX};
-use jostle_sim::math::Rng;
-use jostle_sim::{Buttons, Input, Scene, Seat, Vec2};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, SnapshotStream};
+use jostle_room::{Claim, Rate, Room, SEQ_AHEAD_MAX, Subscriber};
+use jostle_sim::{Rng, Vec2};
 use std::sync::Arc;
 
 /// Two seats, both taken, so that no stranger gets one.
@@ -36,10 +36,10 @@ radius = 1
 
 const TICKS: u32 = 240;
 const SEEDS: u64 = 16;
-/// Readers at a time; one more makes all of them leave in one tick.
+/// Most subscribers at a time; one more makes all of them leave in one tick.
 const READERS_MAX: usize = 40;
 
-/// A game of two, whose inputs come from its seed alone.
+/// A game of two players, whose inputs depend on its seed alone.
 struct Play {
     room: Room,
     rng: Rng,
@@ -81,10 +81,10 @@ fn quiet(seed: u64) -> Vec<u64> {
     (0..TICKS).map(tick).collect()
 }
 
-/// Everybody and everything but the two players.
+/// The trouble around the two players.
 struct Trouble {
     rng: Rng,
-    readers: Vec<Reader>,
+    subscribers: Vec<Subscriber>,
 }
 
 impl Trouble {
@@ -104,10 +104,10 @@ impl Trouble {
                 assert!(!room.input(seat, seq + ahead, input), "an input of the far future");
             }
             3 => {
-                let nobody = Seat(2 + self.rng.below(998) as u16);
-                assert!(!room.input(nobody, seq, input), "an input of nobody");
-                room.disconnect(nobody);
-                room.leave(nobody);
+                let free = Seat(2 + self.rng.below(998) as u16);
+                assert!(!room.input(free, seq, input), "an input for a free seat");
+                room.disconnect(free);
+                room.leave(free);
             }
             4 => self.garbage(),
             5 => room.record("a disk that was empty", 0),
@@ -117,7 +117,7 @@ impl Trouble {
         }
     }
 
-    /// Bytes that mean nothing, or an input that nobody sends.
+    /// Random bytes, or an input without a player.
     fn garbage(&mut self) {
         let count = self.rng.below(CLIENT_MESSAGE_BYTES_MAX as u32 + 9) as usize;
         let bytes: Vec<u8> = (0..count).map(|_| self.rng.next_u32() as u8).collect();
@@ -126,26 +126,26 @@ impl Trouble {
         }
     }
 
-    /// Somebody begins to read; or everybody goes at once.
+    /// A client subscribes, or all of them leave at once.
     fn read(&mut self, room: &mut Room) {
-        if self.readers.len() == READERS_MAX {
-            self.readers.clear();
+        if self.subscribers.len() == READERS_MAX {
+            self.subscribers.clear();
         }
         let rate = Rate::ALL[self.rng.below(Rate::ALL.len() as u32) as usize];
-        self.readers.push(room.begin(rate).0);
+        self.subscribers.push(room.subscribe(rate).0);
     }
 }
 
-/// A reader who keeps up, and compares.
+/// A subscriber that keeps up and compares every snapshot.
 struct Watcher {
-    reader: Reader,
-    stream: Stream,
+    subscriber: Subscriber,
+    stream: SnapshotStream,
 }
 
 impl Watcher {
     fn new(room: &mut Room) -> Watcher {
-        let (reader, keyframe) = room.begin(Rate::Full);
-        let mut watcher = Watcher { reader, stream: Stream::default() };
+        let (subscriber, keyframe) = room.subscribe(Rate::Full);
+        let mut watcher = Watcher { subscriber, stream: SnapshotStream::default() };
         watcher.take(&keyframe);
         watcher
     }
@@ -158,7 +158,7 @@ impl Watcher {
     }
 
     fn look(&mut self, room: &Room, seed: u64) {
-        if let Some(bytes) = room.message(&self.reader).cloned() {
+        if let Some(bytes) = room.message(&self.subscriber).cloned() {
             self.take(&bytes);
             let newest = self.stream.newest().expect("a snapshot was read");
             assert_eq!(&**newest, room.snapshot(), "seed {seed}");
@@ -168,7 +168,7 @@ impl Watcher {
 
 fn troubled(seed: u64) -> Vec<u64> {
     let mut play = Play::new(seed);
-    let mut trouble = Trouble { rng: Rng::new(seed, 2), readers: Vec::new() };
+    let mut trouble = Trouble { rng: Rng::new(seed, 2), subscribers: Vec::new() };
     let mut watcher = Watcher::new(&mut play.room);
     let tick = |_| {
         for _ in 0..trouble.rng.below(12) {
@@ -186,7 +186,7 @@ fn troubled(seed: u64) -> Vec<u64> {
 }
 
 #[test]
-fn whatever_happens_around_them_two_players_have_the_same_game() {
+fn two_players_have_the_same_game_whatever_happens_around_them() {
     for seed in 0..SEEDS {
         let (quiet, troubled) = (quiet(seed), troubled(seed));
         let parted = quiet.iter().zip(&troubled).position(|(a, b)| a != b);

@@ -1,11 +1,12 @@
 //! A game's hashes depend on its scene, its seed and its inputs, and on nothing else: not on other
-//! rooms, on threads, on where memory lies, or on the order in which bodies came and went.
+//! rooms, on threads, on addresses in memory, or on the order in which bodies were removed.
 
+use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_protocol::Appearance;
 use jostle_room::Room;
-use jostle_sim::math::Rng;
-use jostle_sim::world::WorldSettings;
-use jostle_sim::{BodyDef, Buttons, Game, Input, Scene, Seat, Vec2, World};
+use jostle_sim::Rng;
+use jostle_sim::WorldSettings;
+use jostle_sim::{BodyDef, Vec2, World};
 use std::sync::Arc;
 use std::thread;
 
@@ -15,7 +16,7 @@ fn scenes() -> Vec<Arc<Scene>> {
     Scene::built_in().into_iter().map(Arc::new).collect()
 }
 
-/// A room with one player, and what the player does.
+/// A room with one player and the player's inputs.
 struct Busy {
     room: Room,
     rng: Rng,
@@ -65,7 +66,7 @@ fn the_order_in_which_rooms_run_does_not_matter() {
 }
 
 #[test]
-#[expect(clippy::disallowed_methods, reason = "that threads change nothing is what is tested")]
+#[expect(clippy::disallowed_methods, reason = "the test is about threads")]
 fn the_number_of_threads_does_not_matter() {
     let threads: Vec<_> = scenes()
         .into_iter()
@@ -76,7 +77,7 @@ fn the_number_of_threads_does_not_matter() {
 }
 
 #[test]
-fn where_memory_lies_does_not_matter() {
+fn memory_addresses_do_not_matter() {
     let mut rng = Rng::new(2, 1);
     let mut litter: Vec<Vec<u8>> = Vec::new();
     let scattered: Vec<_> = scenes()
@@ -88,7 +89,7 @@ fn where_memory_lies_does_not_matter() {
                 if litter.len() > 50 {
                     litter.swap_remove(rng.below(50) as usize);
                 }
-                // A copy lies elsewhere, and what was its memory is given to others.
+                // A copy is at another address, and the old memory is reused.
                 let game: Game = busy.room.game().clone();
                 assert_eq!(game.hash(), busy.room.game().hash());
                 busy.tick();
@@ -99,7 +100,7 @@ fn where_memory_lies_does_not_matter() {
     assert_eq!(scattered, alone());
 }
 
-/// Bodies removed in another order leave slots that are given out in the same one.
+/// Bodies removed in any order leave slots that are reused in the same order.
 #[test]
 fn the_order_of_removals_does_not_matter() {
     let hashes = [[1, 4, 7, 8], [8, 7, 4, 1], [4, 8, 1, 7]].map(|removals| {

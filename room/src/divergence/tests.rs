@@ -1,10 +1,10 @@
-//! What was planted is found: one unit in the last place of one number of one body.
+//! Planted divergences are found, down to one unit in the last place of one number of one body.
 
 use super::*;
 use crate::playback::tests::{file, recorded, records};
 use jostle_protocol::replay::Record;
 
-/// The replay of a program that computes one number otherwise: recorded anew from the same start
+/// The replay of a program that computes one number differently: recorded again from the same start
 /// and inputs, with a nudge in one tick.
 fn recorded_with(replay: &Arc<Replay>, at: u32, nudge: Nudge, records: &[Record]) -> Arc<Replay> {
     let mut moment = Playback::new(Arc::clone(replay)).unwrap().moment().clone();
@@ -80,7 +80,7 @@ fn a_larger_change_is_shown_at_the_next_keyframe() {
     let records = records("impulse", crate::KEYFRAME_TICKS_MIN + 10, 4);
     let replay = Arc::new(Replay::read(file(&records)).unwrap());
     let mut other = records.clone();
-    // All that a changed recorder would have written: another state at the keyframe.
+    // As a recorder that differs would have written it: another state at the keyframe.
     let (mut changed, at) = (None, 1700);
     for record in &mut other {
         match record {
@@ -93,7 +93,7 @@ fn a_larger_change_is_shown_at_the_next_keyframe() {
             }
             Record::Keyframe(keyframe) => {
                 let scene = Arc::new(
-                    jostle_sim::Scene::parse("impulse.toml", &replay.start().scene).unwrap(),
+                    jostle_game::Scene::parse("impulse.toml", &replay.start().scene).unwrap(),
                 );
                 let mut game = Game::restore(scene, &keyframe.state).unwrap();
                 game.tick_watched(&[], &mut |_, _| {});
@@ -112,6 +112,31 @@ fn a_larger_change_is_shown_at_the_next_keyframe() {
     assert!(found.to_string().contains("tick 1700: more than one number differs; at tick 1800"));
 }
 
+/// Plays the same tick in two games, and returns their first difference with the phase in which it
+/// appeared. `watch_other` may change the other world after each phase, before they are compared.
+fn step_together(
+    one: &mut Moment,
+    other: &mut Moment,
+    block: &Block,
+    watch_other: &mut impl FnMut(Phase, &mut World),
+) -> Option<(Phase, Difference)> {
+    let mut worlds = Vec::new();
+    one.step(block, &mut |_, world| worlds.push(world.clone())).unwrap();
+    let mut found = None;
+    let mut worlds = worlds.iter();
+    other
+        .step(block, &mut |phase, world| {
+            watch_other(phase, world);
+            let twin = worlds.next().filter(|_| found.is_none());
+            let difference = twin.and_then(|twin| twin.first_difference(world));
+            found = found.or(difference.map(|difference| (phase, difference)));
+        })
+        .unwrap();
+    // The state of the rules is compared at the end.
+    let rules = || Some((Phase::Events, one.game.first_difference(&other.game)?));
+    found.or_else(rules)
+}
+
 #[test]
 fn two_runs_are_compared_phase_by_phase() {
     let replay = recorded("arena", 300, 6);
@@ -128,8 +153,7 @@ fn two_runs_are_compared_phase_by_phase() {
                     nudge.apply(now, world);
                 }
             };
-            let found =
-                step_together(&mut one, &mut other, &block, &mut |_, _| {}, &mut plant).unwrap();
+            let found = step_together(&mut one, &mut other, &block, &mut plant);
             if tick < at {
                 assert_eq!(found, None, "tick {tick}");
                 continue;
@@ -144,7 +168,7 @@ fn two_runs_are_compared_phase_by_phase() {
 }
 
 #[test]
-fn particles_that_differ_are_told_from_bodies_that_do() {
+fn a_difference_in_particles_is_reported_in_their_phase() {
     let replay = recorded("emitters", 100, 6);
     let block = replay.block_with(60).unwrap();
     let mut playback = Playback::new(Arc::clone(&replay)).unwrap();
@@ -160,6 +184,6 @@ fn particles_that_differ_are_told_from_bodies_that_do() {
             });
         }
     };
-    let found = step_together(&mut one, &mut other, &block, &mut |_, _| {}, &mut plant).unwrap();
+    let found = step_together(&mut one, &mut other, &block, &mut plant);
     assert_eq!(found.map(|(phase, _)| phase), Some(Phase::Particles));
 }

@@ -1,12 +1,13 @@
-//! Recorded games play again, from every tick of theirs.
+//! Recorded games replay, from any of their ticks.
 
 use super::*;
 use crate::{BLOCK_TICKS, Claim, KEYFRAME_TICKS_MIN, Room};
+use jostle_game::{Buttons, Input};
 use jostle_protocol::replay::{Ending, Record, header};
-use jostle_sim::math::Rng;
-use jostle_sim::{Buttons, Input, Vec2};
+use jostle_sim::Rng;
+use jostle_sim::Vec2;
 
-/// A replay of a room with players who come, play wildly, lose their sockets, come back and go.
+/// A replay of a room with players who join, play wildly, lose their sockets, come back and leave.
 pub fn recorded(scene: &str, ticks: u32, seed: u64) -> Arc<Replay> {
     Arc::new(Replay::read(file(&records(scene, ticks, seed))).expect("a replay"))
 }
@@ -62,7 +63,7 @@ fn wild(rng: &mut Rng, size: Vec2) -> Input {
 }
 
 #[test]
-fn every_scene_plays_again_as_it_was_recorded() {
+fn every_scene_replays_as_recorded() {
     for scene in Scene::built_in() {
         let replay = recorded(&scene.name, 900, 5);
         assert_eq!(replay.ending(), Ending::Whole);
@@ -72,10 +73,15 @@ fn every_scene_plays_again_as_it_was_recorded() {
 }
 
 #[test]
-fn names_are_those_of_the_time() {
+fn names_are_those_at_the_tick() {
     let mut playback = Playback::new(recorded("arena", 900, 5)).unwrap();
     let names = |playback: &Playback| -> Vec<String> {
-        playback.snapshot().players.iter().map(|player| player.appearance.name.clone()).collect()
+        playback
+            .snapshot()
+            .players
+            .iter()
+            .map(|player| player.appearance.name.to_string())
+            .collect()
     };
     playback.seek(300).unwrap();
     assert_eq!(names(&playback), ["Ann", "Ann 2"]);
@@ -86,7 +92,7 @@ fn names_are_those_of_the_time() {
 }
 
 #[test]
-fn seeking_leads_to_the_state_that_playing_leads_to() {
+fn seeking_gives_the_same_state_as_playing() {
     let ticks = KEYFRAME_TICKS_MIN + 300;
     let replay = recorded("impulse", ticks, 9);
     assert_eq!(replay.keyframe_ticks().collect::<Vec<_>>(), [KEYFRAME_TICKS_MIN]);
@@ -109,7 +115,7 @@ fn seeking_leads_to_the_state_that_playing_leads_to() {
 }
 
 #[test]
-fn a_recording_that_begins_later_begins_with_its_state() {
+fn a_recording_that_begins_in_mid_game_begins_with_a_keyframe() {
     let scene = Arc::new(Scene::built_in().remove(0));
     let mut room = Room::new("test", scene, 3);
     room.join(Appearance::new("Ann", 0).unwrap(), None).unwrap();
@@ -129,7 +135,7 @@ fn a_recording_that_begins_later_begins_with_its_state() {
 }
 
 #[test]
-fn records_come_as_the_game_goes() {
+fn records_are_ready_while_the_game_runs() {
     let records = records("pile", 3 * BLOCK_TICKS as u32 + 10, 2);
     let kinds: Vec<_> = records
         .iter()
@@ -144,7 +150,7 @@ fn records_come_as_the_game_goes() {
 }
 
 #[test]
-fn changes_that_cannot_be_are_refused() {
+fn impossible_changes_are_refused() {
     let mut records = records("pile", 400, 2);
     let Record::Ticks(block) = &mut records[1] else { panic!("the first block") };
     block.ticks[50].changes.push(Change::Leave(Seat(9)));

@@ -1,8 +1,9 @@
 use super::*;
 use crate::{Room, VIEW_EVERY_TICKS};
-use jostle_protocol::{Appearance, PlayerState, Stream};
-use jostle_sim::math::Rng;
-use jostle_sim::{Buttons, Input, Kind, Particles, Shape};
+use jostle_game::{Buttons, Input, Kind};
+use jostle_protocol::{Appearance, PlayerState, SnapshotStream};
+use jostle_sim::Rng;
+use jostle_sim::{Particles, Shape};
 
 const QUANTUM: f32 = 1.0 / 64.0;
 const SEAT: Seat = Seat(0);
@@ -47,8 +48,8 @@ fn snapshot(tick: u32, bodies: Vec<SnapshotBody>) -> Snapshot {
     Snapshot { tick, bodies, players: vec![player] }
 }
 
-/// Bodies that fly about, and a hero who does so fast, turns at 240 units/s^2, and is carried off every
-/// four seconds.
+/// Bodies that fly about, and a fast hero that turns at 240 units/s^2 and is teleported every four
+/// seconds.
 struct Flight {
     rng: Rng,
     points: Vec<(Vec2, Vec2)>,
@@ -120,24 +121,24 @@ impl Page {
 }
 
 #[test]
-fn what_a_camera_shows_is_there_once_and_in_its_place_at_every_rate() {
+fn everything_that_a_camera_shows_was_sent_at_every_rate() {
     let scene = follow();
     let view = view_of(&scene, None).unwrap();
     assert_eq!(view, [80 * 64, 40 * 64]);
     for rate in Rate::ALL {
         let mut flight = Flight::new();
         let first = flight.step();
-        let (mut sight, reader, keyframe) =
-            Sight::begin(None, SEAT, rate, &scene, view, &first, None);
-        let (mut stream, mut page) = (Stream::default(), Page { center: None });
+        let (mut area, subscriber, keyframe) =
+            InterestArea::subscribe(None, SEAT, rate, &scene, view, &first, None);
+        let (mut stream, mut page) = (SnapshotStream::default(), Page { center: None });
         stream.decode(&keyframe).unwrap();
         let (mut shown, mut held, mut came) = (0, 0, 0);
         for _ in 0..1200 {
             let now = flight.step();
             page.follow(flight.hero());
-            sight.push(&now, &[], &Particles::default(), &mut Press::default());
+            area.push(&now, &[], &Particles::default(), &mut BufferPool::default());
             let before = stream.newest().unwrap().bodies.clone();
-            sight.message(&reader).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
+            area.message(&subscriber).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
             let newest = stream.newest().unwrap();
             let is_known = |id| newest.bodies.binary_search_by_key(&id, |body| body.id).ok();
             for body in now.bodies.iter().filter(|body| page.shows(body)) {
@@ -146,7 +147,7 @@ fn what_a_camera_shows_is_there_once_and_in_its_place_at_every_rate() {
                     panic!(
                         "{rate:?} {}: {body:?} {:?} {:?} {:?}",
                         now.tick,
-                        sight.area,
+                        area.camera,
                         page.center,
                         flight.hero()
                     )
@@ -160,16 +161,16 @@ fn what_a_camera_shows_is_there_once_and_in_its_place_at_every_rate() {
             came += newest.bodies.iter().filter(is_new).count();
             held += newest.bodies.len();
         }
-        // Not the whole world, and nobody comes and goes all the time.
+        // It is not the whole world, and bodies do not enter and leave all the time.
         assert!(shown > 1200 * 20 && 2 * held < 5 * shown, "{rate:?}: {shown} of {held}");
         assert!(came < held / 60, "{rate:?}: {came} of {held}");
     }
 }
 
 #[test]
-fn who_trembles_on_the_edge_of_a_view_comes_once() {
+fn a_body_trembling_on_the_edge_of_a_view_enters_once() {
     let scene = follow();
-    let mut area = Area::new(&scene, view_of(&scene, None).unwrap());
+    let mut camera = CameraArea::new(&scene, view_of(&scene, None).unwrap());
     let (mut held, mut seen) = (Vec::new(), Vec::new());
     let margin = 40.0 / MARGINS as f32;
     let way = [1.1, 0.8, 1.1, 0.8, 1.9, 1.1, 2.1, 2.1, 1.1, 0.9];
@@ -178,9 +179,9 @@ fn who_trembles_on_the_edge_of_a_view_comes_once() {
         let edge = body(9, Vec2::new(241.0 + beyond * margin, 100.0));
         let all = vec![body(HERO.index, Vec2::new(200.0, 100.0)), edge];
         let all = snapshot(tick as u32, all);
-        area.follow(&all, SEAT, Rate::Full);
+        camera.follow(&all, SEAT, Rate::Full);
         let mut shown = Snapshot::default();
-        area.see(&all, &held, &mut shown);
+        camera.see(&all, &held, &mut shown);
         held = shown.bodies;
         seen.push(held.len() == 2);
     }
@@ -188,9 +189,9 @@ fn who_trembles_on_the_edge_of_a_view_comes_once() {
 }
 
 #[test]
-fn who_rests_is_kept_when_the_camera_turns_away_but_not_for_ever() {
+fn a_body_at_rest_is_kept_longer_when_the_camera_turns_away() {
     let scene = follow();
-    let mut area = Area::new(&scene, view_of(&scene, None).unwrap());
+    let mut camera = CameraArea::new(&scene, view_of(&scene, None).unwrap());
     let (mut held, mut last) = (Vec::new(), Vec::new());
     for step in 0..600 {
         let hero = body(HERO.index, Vec2::new(100.0 + 0.25 * step as f32, 100.0));
@@ -198,9 +199,9 @@ fn who_rests_is_kept_when_the_camera_turns_away_but_not_for_ever() {
         let rests = body(9, Vec2::new(100.0, 90.0));
         let creeps = body(10, Vec2::new(100.0, 90.0 + step as f32 / 60.0));
         let all = snapshot(step, vec![hero, rests, creeps]);
-        area.follow(&all, SEAT, Rate::Full);
+        camera.follow(&all, SEAT, Rate::Full);
         let mut shown = Snapshot::default();
-        area.see(&all, &held, &mut shown);
+        camera.see(&all, &held, &mut shown);
         held = shown.bodies;
         last.push([9, 10].map(|index| held.iter().any(|body| body.id.index == index)));
     }
@@ -211,18 +212,18 @@ fn who_rests_is_kept_when_the_camera_turns_away_but_not_for_ever() {
 }
 
 #[test]
-fn impacts_are_told_where_they_are_seen_and_all_else_everywhere() {
+fn impacts_are_sent_where_they_are_seen_and_other_events_everywhere() {
     let scene = follow();
-    let mut area = Area::new(&scene, view_of(&scene, None).unwrap());
+    let mut camera = CameraArea::new(&scene, view_of(&scene, None).unwrap());
     let hero = body(HERO.index, Vec2::new(200.0, 100.0));
-    area.follow(&snapshot(1, vec![hero]), SEAT, Rate::Full);
+    camera.follow(&snapshot(1, vec![hero]), SEAT, Rate::Full);
     let impact = |x: f32| {
         let point = Vec2::new(x, 100.0);
         TimedEvent { tick: 1, event: Event::Impact { a: HERO, b: HERO, point, speed: 1.0 } }
     };
-    assert!(area.tells(&impact(165.0)) && area.tells(&impact(242.0)));
-    assert!(!area.tells(&impact(100.0)) && !area.tells(&impact(300.0)));
-    assert!(area.tells(&TimedEvent { tick: 1, event: Event::Joined(Seat(1)) }));
+    assert!(camera.shows(&impact(165.0)) && camera.shows(&impact(242.0)));
+    assert!(!camera.shows(&impact(100.0)) && !camera.shows(&impact(300.0)));
+    assert!(camera.shows(&TimedEvent { tick: 1, event: Event::Joined(Seat(1)) }));
 }
 
 /// A room of two players at both ends of the plain.
@@ -236,44 +237,44 @@ fn room(scene: Arc<Scene>) -> Room {
 }
 
 fn held(keyframe: &[u8]) -> Vec<f32> {
-    let mut stream = Stream::default();
+    let mut stream = SnapshotStream::default();
     stream.decode(keyframe).unwrap();
     let bodies = &stream.newest().unwrap().bodies;
     bodies.iter().map(|body| body.quanta[0] as f32 * QUANTUM).collect()
 }
 
 #[test]
-fn a_world_that_fits_the_view_is_shared_by_all() {
+fn a_world_that_fits_into_the_view_has_one_channel_for_all() {
     for camera in ["\"fit\"", "{ follow = 200 }", "{ follow = 300 }"] {
         let mut room = room(scene(camera));
-        let (everybody, _) = room.begin(Rate::Full);
-        let readers = [SEAT, Seat(1)].map(|seat| room.begin_at(seat, Rate::Full).0);
+        let (everybody, _) = room.subscribe(Rate::Full);
+        let subscribers = [SEAT, Seat(1)].map(|seat| room.subscribe_view(seat, Rate::Full).0);
         room.view(SEAT, Vec2::new(900.0, 500.0));
         for tick in 0..40 {
             let input = Input { buttons: Buttons::RIGHT, pointer: None };
             room.input(SEAT, tick + 1, input);
             room.tick();
             let all = room.message(&everybody).unwrap();
-            for reader in &readers {
-                assert_eq!(all.as_ptr(), room.message(reader).unwrap().as_ptr(), "{camera}");
+            for subscriber in &subscribers {
+                assert_eq!(all.as_ptr(), room.message(subscriber).unwrap().as_ptr(), "{camera}");
             }
         }
     }
 }
 
 #[test]
-fn players_see_their_own_parts_and_a_larger_view_shows_more() {
+fn players_see_their_own_areas_and_a_larger_view_shows_more() {
     let mut room = room(follow());
-    let near = held(&room.begin_at(SEAT, Rate::Full).1);
-    let far = held(&room.begin_at(Seat(1), Rate::Third).1);
+    let near = held(&room.subscribe_view(SEAT, Rate::Full).1);
+    let far = held(&room.subscribe_view(Seat(1), Rate::Third).1);
     assert!(near.len() == 2 && near.iter().all(|&x| x < 60.0), "{near:?}");
     assert!(far.len() == 2 && far.iter().all(|&x| x > 340.0), "{far:?}");
-    assert_eq!(held(&room.begin(Rate::Full).1).len(), 4);
+    assert_eq!(held(&room.subscribe(Rate::Full).1).len(), 4);
 
     let mut room = self::room(follow());
     room.view(SEAT, Vec2::new(24.0, 40.0));
-    let (reader, keyframe) = room.begin_at(SEAT, Rate::Full);
-    let mut stream = Stream::default();
+    let (subscriber, keyframe) = room.subscribe_view(SEAT, Rate::Full);
+    let mut stream = SnapshotStream::default();
     stream.decode(&keyframe).unwrap();
     // The camera's height is 40: no view is larger than 160 on either side.
     for (size, bodies) in [([24.0, 40.0], 1), ([1000.0, 1000.0], 2)] {
@@ -281,24 +282,24 @@ fn players_see_their_own_parts_and_a_larger_view_shows_more() {
         // The view may change now, and the camera glides to where it stays inside of the world.
         for _ in 0..VIEW_EVERY_TICKS + 40 {
             room.tick();
-            room.message(&reader).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
+            room.message(&subscriber).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
         }
         assert_eq!(stream.newest().unwrap().bodies.len(), bodies, "{size:?}");
     }
 }
 
 #[test]
-fn a_page_that_says_another_size_each_tick_changes_its_view_once_a_second() {
+fn a_view_that_changes_each_tick_is_resized_once_a_second() {
     let mut room = room(follow());
-    let (reader, keyframe) = room.begin_at(SEAT, Rate::Full);
+    let (subscriber, keyframe) = room.subscribe_view(SEAT, Rate::Full);
     room.view(SEAT, Vec2::new(80.0, 40.0));
-    let mut stream = Stream::default();
+    let mut stream = SnapshotStream::default();
     stream.decode(&keyframe).unwrap();
     let (mut held, mut changes) = (stream.newest().unwrap().bodies.len(), 0);
     for tick in 0..4 * VIEW_EVERY_TICKS {
         room.view(SEAT, if tick % 7 < 3 { Vec2::new(10.0, 10.0) } else { Vec2::new(80.0, 40.0) });
         room.tick();
-        room.message(&reader).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
+        room.message(&subscriber).iter().for_each(|bytes| drop(stream.decode(bytes).unwrap()));
         let now = stream.newest().unwrap().bodies.len();
         changes += u32::from(now != std::mem::replace(&mut held, now));
     }
@@ -306,13 +307,13 @@ fn a_page_that_says_another_size_each_tick_changes_its_view_once_a_second() {
 }
 
 #[test]
-fn a_hero_that_is_carried_across_a_corner_takes_the_view_along_at_once() {
-    let mut area = Area::new(&follow(), view_of(&follow(), None).unwrap());
+fn a_teleported_hero_takes_the_view_along_at_once() {
+    let mut camera = CameraArea::new(&follow(), view_of(&follow(), None).unwrap());
     let far = 1.3 * 40.0;
     let places = [Vec2::new(150.0, 70.0), Vec2::new(150.0 + far, 70.0 + far)];
     for (tick, place) in (0..).zip(places) {
-        area.follow(&snapshot(tick, vec![body(HERO.index, place)]), SEAT, Rate::Full);
-        assert_eq!(area.middle, Some(body(HERO.index, place).quanta));
+        camera.follow(&snapshot(tick, vec![body(HERO.index, place)]), SEAT, Rate::Full);
+        assert_eq!(camera.center, Some(body(HERO.index, place).quanta));
     }
 }
 
@@ -322,36 +323,39 @@ fn a_change_of_rate_leaves_the_camera_where_it_was() {
     let view = view_of(&scene, None).unwrap();
     let at =
         |tick: u32| snapshot(tick, vec![body(HERO.index, Vec2::new(100.0 + tick as f32, 100.0))]);
-    let (mut sight, ..) = Sight::begin(None, SEAT, Rate::Full, &scene, view, &at(0), None);
-    (1..60)
-        .for_each(|tick| sight.push(&at(tick), &[], &Particles::default(), &mut Press::default()));
-    let middle = sight.area.middle.unwrap();
-    let (sight, ..) = Sight::begin(Some(sight), SEAT, Rate::Third, &scene, view, &at(59), None);
-    let moved = sight.area.middle.unwrap()[0] - middle[0];
-    // Not more than a tick's glide; the hero's place is 11 ticks of its way off.
+    let (mut area, ..) =
+        InterestArea::subscribe(None, SEAT, Rate::Full, &scene, view, &at(0), None);
+    (1..60).for_each(|tick| {
+        area.push(&at(tick), &[], &Particles::default(), &mut BufferPool::default())
+    });
+    let center = area.camera.center.unwrap();
+    let (area, ..) =
+        InterestArea::subscribe(Some(area), SEAT, Rate::Third, &scene, view, &at(59), None);
+    let moved = area.camera.center.unwrap()[0] - center[0];
+    // At most a tick's glide, though the camera is 11 ticks of motion ahead of the hero.
     assert!(moved.abs() <= 2 * 64, "{moved} quanta");
 }
 
 #[test]
 fn the_view_jumps_to_the_first_hero_and_stays_where_the_last_one_was() {
-    let mut area = Area::new(&follow(), view_of(&follow(), None).unwrap());
-    area.follow(&snapshot(0, vec![]), SEAT, Rate::Full);
+    let mut camera = CameraArea::new(&follow(), view_of(&follow(), None).unwrap());
+    camera.follow(&snapshot(0, vec![]), SEAT, Rate::Full);
     let hero = body(HERO.index, Vec2::new(160.0, 110.0));
-    area.follow(&snapshot(1, vec![hero]), SEAT, Rate::Full);
-    assert_eq!(area.middle, Some(hero.quanta));
-    area.follow(&snapshot(2, vec![]), SEAT, Rate::Full);
-    assert_eq!(area.middle, Some(hero.quanta));
+    camera.follow(&snapshot(1, vec![hero]), SEAT, Rate::Full);
+    assert_eq!(camera.center, Some(hero.quanta));
+    camera.follow(&snapshot(2, vec![]), SEAT, Rate::Full);
+    assert_eq!(camera.center, Some(hero.quanta));
 }
 
 #[test]
-fn who_is_gone_is_sent_nothing() {
+fn a_player_without_a_socket_gets_no_messages() {
     let mut room = room(follow());
-    let [one, two] = [SEAT, Seat(1)].map(|seat| room.begin_at(seat, Rate::Full).0);
+    let [one, two] = [SEAT, Seat(1)].map(|seat| room.subscribe_view(seat, Rate::Full).0);
     room.disconnect(SEAT);
     room.leave(Seat(1));
     room.tick();
     assert!(room.message(&one).is_none() && room.message(&two).is_none());
-    let (back, keyframe) = room.begin_at(SEAT, Rate::Twelfth);
+    let (back, keyframe) = room.subscribe_view(SEAT, Rate::Twelfth);
     assert_eq!(held(&keyframe).len(), 2);
     let mut messages = 0;
     for _ in 0..200 {

@@ -1,9 +1,9 @@
-//! What clients are sent: at every rate, from the start or later, in every shipped scene, and the same
+//! The messages to clients: at every rate, from the start or later, in every shipped scene, and the same
 //! each time.
 
 use super::*;
 use jostle_protocol::limits::POINTER_MAX;
-use jostle_sim::math::Rng;
+use jostle_sim::Rng;
 
 const ROOM_TICKS: u32 = 400;
 
@@ -77,7 +77,7 @@ fn every_client_of_every_scene_sees_the_game_and_each_event_once() {
 }
 
 #[test]
-fn what_the_game_reports_is_what_clients_are_told() {
+fn clients_receive_the_events_that_the_game_reports() {
     let scene = Scene::parse("yard.toml", YARD).unwrap();
     let mut play = Play::new(&scene, 3);
     let mut client = Client::default();
@@ -97,7 +97,7 @@ fn the_same_calls_give_the_same_hashes_and_bytes() {
     let arena = &Scene::built_in()[0];
     let record = || {
         let mut play = Play::new(arena, 6);
-        let (mut record, mut reader) = (Vec::new(), None);
+        let (mut record, mut subscriber) = (Vec::new(), None);
         for tick in 0..ROOM_TICKS {
             play.tick();
             match tick {
@@ -106,9 +106,9 @@ fn the_same_calls_give_the_same_hashes_and_bytes() {
                 200 => drop(play.room.join(look("Eve"), None)),
                 _ => {}
             }
-            let bytes = Rate::ALL.map(|rate| play.room.begin(rate).1);
-            let reader = *reader.get_or_insert_with(|| play.room.begin(Rate::Full).0);
-            record.push((play.room.game().hash(), bytes, play.room.message(&reader).cloned()));
+            let bytes = Rate::ALL.map(|rate| play.room.subscribe(rate).1);
+            let subscriber = *subscriber.get_or_insert_with(|| play.room.subscribe(Rate::Full).0);
+            record.push((play.room.game().hash(), bytes, play.room.message(&subscriber).cloned()));
         }
         record
     };

@@ -1,34 +1,35 @@
-//! Members of a room: who sits where, under which name, and who may come back.
+//! Members of a room: their seats, names and colours, and the claims that give a seat back.
 
 use crate::input_queue::InputQueue;
+use jostle_game::{PlayerInfo, Seat};
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::{Appearance, PlayerState};
-use jostle_sim::{PlayerInfo, Seat, Vec2};
+use jostle_sim::Vec2;
 
-/// Who has a seat.
+/// A player with a seat, with or without a socket.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Name and colour, different from the others'.
+    /// Name and colour, distinct from the others'.
     pub appearance: Appearance,
-    /// Of the claim that gives the seat back.
+    /// Serial of the claim that gives the seat back.
     pub serial: u64,
-    /// Of the claim that the new session came with; it counts until an input proves that the session
-    /// got its own.
+    /// Serial of the claim that the newest session came with. It stays good until an input proves that
+    /// the session received its own claim.
     pub serial_before: Option<u64>,
-    /// Whether an input ever came, in this session or an earlier one of the seat.
+    /// Whether any session of the seat has sent an input.
     pub played: bool,
     /// Tick at which the socket was lost; `None` with a socket.
     pub lost_tick: Option<u32>,
-    /// What was sent and is not played yet.
+    /// Inputs that wait to be played.
     pub inputs: InputQueue,
-    /// Width and height of what the page shows, world units, if it told.
+    /// Width and height of what the page shows, world units, once it reported them.
     pub view: Option<Vec2>,
-    /// Whether its socket was sent a keyframe.
-    pub began: bool,
+    /// Whether the socket was sent a keyframe.
+    pub subscribed: bool,
 }
 
 impl Member {
-    /// A new member with a socket.
+    /// Creates a member with a socket.
     pub fn new(appearance: Appearance, serial: u64) -> Member {
         let inputs = InputQueue::default();
         Member {
@@ -39,16 +40,16 @@ impl Member {
             lost_tick: None,
             inputs,
             view: None,
-            began: false,
+            subscribed: false,
         }
     }
 
-    /// Whether a claim of this serial gives the seat back.
+    /// Returns true if a claim with this serial gives the seat back.
     pub fn answers_to(&self, serial: u64) -> bool {
         self.serial == serial || self.serial_before == Some(serial)
     }
 
-    /// A new session takes the seat over; it came with `serial_before`.
+    /// Hands the seat to a new session, which came with the claim `serial_before`.
     pub fn resume(&mut self, appearance: Appearance, serial_before: u64, serial: u64) {
         let serial_before = Some(serial_before);
         let played = self.played;
@@ -57,20 +58,9 @@ impl Member {
 
     /// The player as the others see it.
     pub fn state(&self, player: &PlayerInfo) -> PlayerState {
-        self.shown(player, self.appearance.clone())
-    }
-
-    /// The same in the memory of whatever player it was before.
-    pub fn update(&self, player: &PlayerInfo, state: &mut PlayerState) {
-        let mut name = std::mem::take(&mut state.appearance.name);
-        name.clone_from(&self.appearance.name);
-        *state = self.shown(player, Appearance { name, ..self.appearance });
-    }
-
-    fn shown(&self, player: &PlayerInfo, appearance: Appearance) -> PlayerState {
         PlayerState {
             seat: player.seat,
-            appearance,
+            appearance: self.appearance.clone(),
             connected: self.lost_tick.is_none(),
             input_seq: self.inputs.seq_played(),
             hero: player.hero,
@@ -82,35 +72,35 @@ impl Member {
     }
 }
 
-/// All seats of a room, taken or free.
+/// The seats of a room, taken or free.
 #[derive(Clone, Debug)]
 pub struct Members {
     seats: Vec<Option<Member>>,
 }
 
 impl Members {
-    /// `count` free seats.
+    /// Creates `count` free seats.
     pub fn new(count: usize) -> Members {
         Members { seats: vec![None; count] }
     }
 
-    /// Who sits there.
+    /// The member in a seat.
     pub fn at(&self, seat: Seat) -> Option<&Member> {
         self.seats.get(usize::from(seat.0))?.as_ref()
     }
 
-    /// Who sits there, to be changed.
+    /// The member in a seat, mutably.
     pub fn at_mut(&mut self, seat: Seat) -> Option<&mut Member> {
         self.seats.get_mut(usize::from(seat.0))?.as_mut()
     }
 
-    /// Everybody in seat order.
+    /// Members in seat order.
     pub fn iter(&self) -> impl Iterator<Item = (Seat, &Member)> {
         let numbered = self.seats.iter().enumerate();
         numbered.filter_map(|(seat, member)| Some((Seat(seat as u16), member.as_ref()?)))
     }
 
-    /// Everybody in seat order, to be changed.
+    /// Members in seat order, mutably.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = (Seat, &mut Member)> {
         let numbered = self.seats.iter_mut().enumerate();
         numbered.filter_map(|(seat, member)| Some((Seat(seat as u16), member.as_mut()?)))
@@ -121,33 +111,33 @@ impl Members {
         self.seats.iter().position(Option::is_none).map(|seat| Seat(seat as u16))
     }
 
-    /// Name and colour of everybody, in seat order.
+    /// Names and colours of all members, in seat order.
     pub fn appearances(&self) -> Vec<(Seat, Appearance)> {
         self.iter().map(|(seat, member)| (seat, member.appearance.clone())).collect()
     }
 
-    /// Gives a seat away.
+    /// Puts a member into a seat.
     pub fn put(&mut self, seat: Seat, member: Member) {
         self.seats[usize::from(seat.0)] = Some(member);
     }
 
-    /// Frees a seat; `false` if it was free.
+    /// Frees a seat; returns false if it was free.
     pub fn remove(&mut self, seat: Seat) -> bool {
-        self.seats.get_mut(usize::from(seat.0)).is_some_and(|place| place.take().is_some())
+        self.seats.get_mut(usize::from(seat.0)).is_some_and(|member| member.take().is_some())
     }
 
-    /// The wanted appearance, changed until nobody but the one at `own` can be mistaken for it: a
-    /// number after the name of a namesake, the next colour that no connected player has. When all
+    /// Makes an appearance distinct from those of all members but the one at `own`: a namesake gets a
+    /// number after the name, a taken colour becomes the next one that no connected player has. When all
     /// colours are taken, the wanted one is shared.
     pub fn distinct(&self, wanted: &Appearance, own: Option<Seat>) -> Appearance {
         let others =
             || self.iter().filter(|(seat, _)| Some(*seat) != own).map(|(_, member)| member);
-        let names = || others().map(|other| other.appearance.name.as_str());
+        let names = || others().map(|other| &*other.appearance.name);
         let colored = |color: u8| {
             others().any(|other| other.lost_tick.is_none() && other.appearance.color == color)
         };
         let mut appearance = wanted.clone();
-        if names().any(|name| name == wanted.name) {
+        if names().any(|name| *name == *wanted.name) {
             appearance = wanted.numbered(self.free_number(wanted, names()));
         }
         let colors = (0..COLORS).map(|step| (wanted.color + step) % COLORS);
@@ -155,15 +145,15 @@ impl Members {
         appearance
     }
 
-    /// The smallest number from 2 on that no namesake has, in one pass over the names.
+    /// The smallest number from 2 on that no namesake has, found in one pass over the names.
     fn free_number<'a>(&self, wanted: &Appearance, names: impl Iterator<Item = &'a str>) -> usize {
-        // As many numbers as names cannot all be taken, and 0 and 1 are never given.
+        // One number more than there are names cannot all be taken, and 0 and 1 are never given.
         let mut taken = vec![false; self.seats.len() + 3];
         for name in names {
             let number = name.rsplit_once(' ').and_then(|(_, number)| number.parse::<usize>().ok());
-            let place = number.and_then(|number| Some((number, taken.get_mut(number)?)));
-            if let Some((number, place)) = place {
-                *place |= wanted.numbered(number).name == name;
+            let flag = number.and_then(|number| Some((number, taken.get_mut(number)?)));
+            if let Some((number, is_taken)) = flag {
+                *is_taken |= &*wanted.numbered(number).name == name;
             }
         }
         let free = (2..taken.len()).find(|&number| !taken[number]);
@@ -217,7 +207,7 @@ mod tests {
         let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
         assert_eq!(seated.distinct(&look("D", 6), None).color, 1);
         assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0))).color, 6);
-        // Who lost the socket does not hold the colour.
+        // A player without a socket does not hold the colour.
         seated.at_mut(Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("D", 6), None).color, 7);
     }
@@ -231,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn the_serial_before_counts_until_it_is_given_up() {
+    fn the_serial_before_is_good_until_it_is_given_up() {
         let mut member = Member::new(look("B", 1), 1);
         member.resume(look("B", 1), 1, 77);
         assert!(member.answers_to(77) && member.answers_to(1));

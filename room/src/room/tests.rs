@@ -1,13 +1,15 @@
-//! A room in process: who comes, goes and falls silent, and what clients are sent. Clients decode
-//! every message, so that what a test looks at went over the wire.
+//! A room in process: joins, leaves, silence, and the messages to clients. Clients decode
+//! every message, so that the tests see what went over the wire.
 
 mod clients;
 mod extremes;
 
 use super::*;
+use crate::{SEQ_AHEAD_MAX, SILENCE_TICKS};
+use jostle_game::{Buttons, Event};
 use jostle_protocol::limits::TOKEN_BYTES;
-use jostle_protocol::{PlayerState, Stream};
-use jostle_sim::{Buttons, Vec2};
+use jostle_protocol::{PlayerState, SnapshotStream, TimedEvent};
+use jostle_sim::Vec2;
 
 /// Three seats, heroes on a floor, a few blocks to run into.
 const YARD: &str = r#"title = "Yard"
@@ -55,7 +57,7 @@ fn join(room: &mut Room, name: &str) -> Seat {
     room.join(look(name), None).unwrap().claim.seat
 }
 
-/// Joins, or comes back with a claim: the next claim, and whether it is the seat of before.
+/// Joins, or comes back with a claim. Returns the next claim, and whether a seat was resumed.
 fn claim(room: &mut Room, name: &str, claim: Option<Claim>) -> (Claim, bool) {
     let welcome = room.join(look(name), claim).unwrap();
     (welcome.claim, welcome.resumed)
@@ -78,12 +80,12 @@ fn hero_x(room: &Room, seat: Seat) -> i32 {
     room.snapshot().bodies.iter().find(|body| body.id == hero).unwrap().quanta[0]
 }
 
-/// One end of the wire: what it holds and every event it was told. To be called after every tick.
+/// A client with its snapshot stream and all events received. `receive` is called after every tick.
 #[derive(Default)]
 struct Client {
     rate: Rate,
-    reader: Option<Reader>,
-    stream: Stream,
+    subscriber: Option<Subscriber>,
+    stream: SnapshotStream,
     events: Vec<TimedEvent>,
     bytes: usize,
 }
@@ -94,11 +96,11 @@ impl Client {
     }
 
     fn receive(&mut self, room: &mut Room) {
-        let bytes = match &self.reader {
-            Some(reader) => room.message(reader).cloned(),
+        let bytes = match &self.subscriber {
+            Some(subscriber) => room.message(subscriber).cloned(),
             None => {
-                let (reader, keyframe) = room.begin(self.rate);
-                self.reader = Some(reader);
+                let (subscriber, keyframe) = room.subscribe(self.rate);
+                self.subscriber = Some(subscriber);
                 Some(keyframe)
             }
         };
@@ -133,7 +135,7 @@ fn a_new_room_is_empty_at_tick_0() {
 }
 
 #[test]
-fn a_welcome_says_all_that_a_client_needs() {
+fn a_welcome_holds_everything_that_a_client_needs() {
     let mut room = yard();
     ticks(&mut room, 4);
     let welcome = room.join(look("Ann"), None).unwrap();
@@ -170,13 +172,13 @@ fn two_players_see_each_other_move() {
     let players = &client.held().players;
     let seen: Vec<_> = players
         .iter()
-        .map(|p| (p.seat, p.appearance.name.as_str(), p.appearance.color, p.input_seq))
+        .map(|p| (p.seat, &*p.appearance.name, p.appearance.color, p.input_seq))
         .collect();
     assert_eq!(seen, [(ann, "Ann", 0, 20), (bob, "Bob", 1, 20)]);
 }
 
 #[test]
-fn who_joins_in_mid_game_appears_with_the_next_tick() {
+fn a_player_who_joins_appears_with_the_next_tick() {
     let mut room = yard();
     join(&mut room, "Ann");
     ticks(&mut room, 50);
@@ -194,7 +196,7 @@ fn who_joins_in_mid_game_appears_with_the_next_tick() {
 }
 
 #[test]
-fn who_leaves_is_gone_with_the_next_tick_and_the_seat_is_free() {
+fn a_player_who_leaves_is_gone_with_the_next_tick_and_frees_the_seat() {
     let mut room = yard();
     let (ann, bob) = (join(&mut room, "Ann"), join(&mut room, "Bob"));
     room.tick();
@@ -214,8 +216,7 @@ fn who_leaves_is_gone_with_the_next_tick_and_the_seat_is_free() {
     room.leave(bob);
     room.leave(bob);
     room.tick();
-    let names: Vec<_> =
-        room.snapshot().players.iter().map(|p| p.appearance.name.as_str()).collect();
+    let names: Vec<_> = room.snapshot().players.iter().map(|p| &*p.appearance.name).collect();
     assert_eq!(names, ["Cid"]);
 }
 
@@ -230,12 +231,12 @@ fn a_seat_changes_hands_within_one_tick() {
     assert_eq!(cid, ann);
     room.tick();
     let now = player(&room, cid).unwrap();
-    assert_eq!(now.appearance.name, "Cid");
+    assert_eq!(&*now.appearance.name, "Cid");
     assert_ne!(now.hero, first);
 }
 
 #[test]
-fn who_leaves_before_the_tick_was_never_there() {
+fn a_player_who_leaves_before_the_next_tick_never_joined() {
     let (mut room, mut other) = (yard(), yard());
     for _ in 0..5 {
         let ann = join(&mut room, "Ann");
@@ -262,7 +263,7 @@ fn a_full_room_refuses_and_plays_on() {
 }
 
 #[test]
-fn namesakes_and_colours_are_told_apart() {
+fn names_and_colours_are_made_distinct() {
     let mut room = yard();
     for _ in 0..3 {
         join(&mut room, "Ann");
@@ -276,7 +277,7 @@ fn namesakes_and_colours_are_told_apart() {
 // Inputs.
 
 #[test]
-fn a_silent_player_steers_on_for_a_moment_and_then_not() {
+fn a_silent_player_steers_on_for_silence_ticks() {
     let (mut silent, mut spoken) = (yard(), yard());
     let seat = join(&mut silent, "Ann");
     join(&mut spoken, "Ann");
@@ -331,7 +332,7 @@ fn a_click_in_a_dropped_input_still_launches() {
     room.input(seat, 1, at(Buttons::FIRE));
     (2..=20).for_each(|seq| assert!(room.input(seat, seq, at(Buttons::default()))));
     room.tick();
-    let packs = room.snapshot().bodies.iter().filter(|body| body.kind == jostle_sim::Kind::Pack);
+    let packs = room.snapshot().bodies.iter().filter(|body| body.kind == jostle_game::Kind::Pack);
     assert_eq!(packs.count(), 1);
 }
 
@@ -360,13 +361,13 @@ fn a_claim_gives_the_seat_and_its_hero_back() {
     room.tick();
     let back = player(&room, bob).unwrap();
     assert!(back.connected && back.hero == hero && back.input_seq == 1);
-    assert_eq!(back.appearance.name, "Bob");
+    assert_eq!(&*back.appearance.name, "Bob");
     ticks(&mut room, SEAT_HELD_TICKS + 1);
     assert_eq!(room.players(), 2);
 }
 
 #[test]
-fn a_claim_that_nobody_was_given_is_refused() {
+fn an_invented_claim_is_refused() {
     let mut room = yard();
     let (anns, _) = claim(&mut room, "Ann", None);
     room.input(anns.seat, 1, Input::default());
@@ -385,12 +386,12 @@ fn a_claim_that_nobody_was_given_is_refused() {
 }
 
 #[test]
-fn a_used_claim_is_worthless_once_the_new_one_arrived() {
+fn a_used_claim_is_refused_once_the_new_one_arrived() {
     let mut room = yard();
     let (first, _) = claim(&mut room, "Ann", None);
     room.input(first.seat, 1, Input::default());
     room.disconnect(first.seat);
-    // Welcomes may be lost on the way, so the first counts until the client is heard.
+    // A welcome may be lost, so the first claim is good until an input arrives.
     let mut newest = first;
     for _ in 0..3 {
         let lost = newest;
@@ -404,7 +405,7 @@ fn a_used_claim_is_worthless_once_the_new_one_arrived() {
 }
 
 #[test]
-fn a_seat_is_held_for_whoever_ever_sent_an_input_and_for_nobody_else() {
+fn a_seat_is_held_only_if_its_player_ever_sent_an_input() {
     let mut room = yard();
     let (anns, _) = claim(&mut room, "Ann", None);
     room.disconnect(anns.seat);
@@ -421,7 +422,7 @@ fn a_seat_is_held_for_whoever_ever_sent_an_input_and_for_nobody_else() {
         assert!(room.input(seat, 1, Input::default()));
     }
     room.disconnect(dans.seat);
-    // The newer session said nothing, but there is a game to come back to.
+    // The newer session sent nothing, but there is a game to come back to.
     let (again, _) = claim(&mut room, "Dan", Some(dans));
     ticks(&mut room, 2);
     room.disconnect(cids);
@@ -431,7 +432,7 @@ fn a_seat_is_held_for_whoever_ever_sent_an_input_and_for_nobody_else() {
 }
 
 #[test]
-fn a_claim_dies_with_its_seat() {
+fn a_claim_expires_with_its_seat() {
     let mut room = yard();
     let (anns, _) = claim(&mut room, "Ann", None);
     room.leave(anns.seat);
@@ -451,14 +452,14 @@ fn a_second_socket_takes_the_seat_over() {
     });
     let (again, resumed) = claim(&mut room, "Ann", Some(anns));
     assert_eq!((again.seat, resumed, room.players()), (ann, true, 1));
-    // Its numbers start anew.
+    // Its sequence numbers start again.
     room.input(ann, 1, Input::default());
     room.tick();
     assert_eq!(player(&room, ann).unwrap().input_seq, 1);
 }
 
 #[test]
-fn a_lost_player_rests_at_once_and_is_gone_in_the_end() {
+fn a_lost_player_rests_at_once_and_is_removed_in_the_end() {
     let (mut lost, mut resting) = (yard(), yard());
     let seat = join(&mut lost, "Ann");
     join(&mut resting, "Ann");

@@ -1,9 +1,9 @@
-//! Scenes at the ends of what a file may say: both solvers keep every number finite, and what clients
-//! are sent of it comes back as it was.
+//! Scenes at the limits of their fields: both solvers keep every number finite, and clients decode the
+//! snapshots unchanged.
 
 use super::{Client, Room, look};
-use jostle_sim::Scene;
-use jostle_sim::scene::{
+use jostle_game::Scene;
+use jostle_game::scene::{
     EXTENT_MIN, GRAVITY_MAX, MASS_MAX, MASS_MIN, QUANTUM_MIN, SIZE_MAX, SPEED_MAX,
 };
 use std::sync::Arc;
@@ -38,7 +38,7 @@ kind = "block"
     Scene::parse("extreme.toml", &text).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Plays it and looks at every tick; the client compares what it holds with what there is.
+/// Plays a scene and checks every tick; the client compares its snapshot with the room's.
 fn play(scene: Scene) {
     let mut room = Room::new("oak", Arc::new(scene), 7);
     room.join(look("Ann"), None).expect("a seat");
@@ -117,7 +117,7 @@ fn materials_at_both_ends() {
 }
 
 #[test]
-fn places_that_messages_cannot_carry_are_refused() {
+fn positions_beyond_the_range_of_messages_are_refused() {
     let parse = |quantum: &str, zone: &str| {
         let text = format!(
             "title = \"Far\"\nsize = [100, 100]\nquantum = {quantum}\nkill_zone = {zone}\n\

@@ -1,0 +1,116 @@
+//! Memory for the messages of a room. The scratch buffers of the encoder and the memory of messages that
+//! are no longer in use are kept, so a steady tick allocates nothing.
+
+use bytes::{Bytes, BytesMut};
+use jostle_protocol::{EncodeScratch, Snapshot, SnapshotStream, TimedEvent};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Messages whose memory is kept for reuse. Beyond this the oldest leaves the pool and is freed by its
+/// last holder.
+const MESSAGES_MAX: usize = 1024;
+/// Messages that are tried for reuse before new memory is allocated.
+const TRIES: usize = 4;
+/// Longest message whose memory is kept, bytes; a larger one is rare, and freed by its last holder. The
+/// pool holds at most `MESSAGES_MAX` times twice this, because buffers grow by doubling.
+const KEPT_BYTES_MAX: usize = 16 << 10;
+/// Capacity of a new buffer, bytes: most messages fit.
+const USUAL_BYTES: usize = 512;
+
+/// Encodes messages into reused memory, for any number of streams.
+#[derive(Clone, Debug, Default)]
+pub struct BufferPool {
+    scratch: EncodeScratch,
+    /// Messages that were encoded, the oldest first.
+    messages: VecDeque<Bytes>,
+}
+
+impl BufferPool {
+    /// Encodes the message that leads a stream to this snapshot. See [`SnapshotStream::encode`].
+    pub fn encode(
+        &mut self,
+        stream: &mut SnapshotStream,
+        snapshot: &Arc<Snapshot>,
+        events: &[TimedEvent],
+    ) -> Bytes {
+        let mut buffer = self.free_buffer();
+        buffer.extend_from_slice(stream.encode_with(&mut self.scratch, snapshot, events));
+        // Bytes split off share one reference count for good; `freeze` alone would allocate one each time.
+        let message = buffer.split().freeze();
+        if message.len() > KEPT_BYTES_MAX {
+            return message;
+        }
+        if self.messages.len() == MESSAGES_MAX {
+            self.messages.pop_front();
+        }
+        self.messages.push_back(message.clone());
+        message
+    }
+
+    /// The buffer of a message that is no longer in use, or a new one.
+    fn free_buffer(&mut self) -> BytesMut {
+        for _ in 0..TRIES.min(self.messages.len()) {
+            match self.messages.pop_front().map(Bytes::try_into_mut) {
+                Some(Ok(mut buffer)) => {
+                    buffer.clear();
+                    return buffer;
+                }
+                Some(Err(in_use)) => self.messages.push_back(in_use),
+                None => {}
+            }
+        }
+        BytesMut::with_capacity(USUAL_BYTES)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn snapshot(tick: u32) -> Arc<Snapshot> {
+        Arc::new(Snapshot { tick, ..Snapshot::default() })
+    }
+
+    #[test]
+    fn memory_is_reused_after_the_last_holder_drops_it() {
+        let (mut pool, mut stream) = (BufferPool::default(), SnapshotStream::new(1));
+        let held = pool.encode(&mut stream, &snapshot(1), &[]);
+        let copy = held.to_vec();
+        let other = pool.encode(&mut stream, &snapshot(2), &[]);
+        assert_ne!(other.as_ptr(), held.as_ptr());
+        assert_eq!(held, copy, "a message in use does not change");
+        let place = held.as_ptr();
+        drop(held);
+        assert_eq!(pool.encode(&mut stream, &snapshot(3), &[]).as_ptr(), place);
+        assert_eq!(pool.messages.len(), 2);
+    }
+
+    #[test]
+    fn the_memory_of_a_large_message_is_not_kept() {
+        let (mut pool, mut stream) = (BufferPool::default(), SnapshotStream::new(1));
+        let body = |index| jostle_protocol::SnapshotBody {
+            id: jostle_sim::BodyId { index, generation: 0 },
+            kind: jostle_game::Kind::Block,
+            owner: None,
+            group: 0,
+            shape: jostle_sim::Shape::circle(1.0),
+            quanta: [7 * index as i32, 7],
+        };
+        let bodies = (0..KEPT_BYTES_MAX as u32 / 4).map(body).collect();
+        let crowd = Arc::new(Snapshot { tick: 1, bodies, ..Snapshot::default() });
+        assert!(pool.encode(&mut stream, &crowd, &[]).len() > KEPT_BYTES_MAX);
+        assert!(pool.messages.is_empty());
+        pool.encode(&mut stream, &snapshot(2), &[]);
+        assert_eq!(pool.messages.len(), 1);
+    }
+
+    #[test]
+    fn memory_that_is_never_released_leaves_the_pool() {
+        let (mut pool, mut stream) = (BufferPool::default(), SnapshotStream::new(1));
+        let held: Vec<Bytes> = (0..MESSAGES_MAX as u32 + 9)
+            .map(|tick| pool.encode(&mut stream, &snapshot(tick), &[]))
+            .collect();
+        assert_eq!(pool.messages.len(), MESSAGES_MAX);
+        assert_eq!(held.iter().filter(|message| message.is_unique()).count(), 9);
+    }
+}

@@ -1,0 +1,380 @@
+//! One delta stream of snapshots, shared by all subscribers of a rate. A message is encoded once for all of
+//! them; only the subscribers whose keyframe is one of the last three messages share another encoding.
+
+use super::buffer_pool::BufferPool;
+use super::subscriber::{Rate, Subscriber};
+use bytes::Bytes;
+use jostle_protocol::limits::{EVENTS_MAX, QUIET_MESSAGES_MAX};
+use jostle_protocol::{Snapshot, SnapshotStream, TimedEvent};
+use jostle_sim::Particles;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Emitters and particles at the end of a tick.
+#[derive(Clone, Copy, Debug)]
+pub struct LiveParticles<'a> {
+    /// The tick.
+    pub tick: u32,
+    /// The particles.
+    pub particles: &'a Particles,
+}
+
+/// The messages of one rate.
+#[derive(Clone, Debug)]
+pub struct SnapshotChannel {
+    rate: Rate,
+    stream: SnapshotStream,
+    /// Subscribers with a recent keyframe, the oldest keyframe first.
+    recent_joiners: VecDeque<RecentJoiners>,
+    /// Messages so far.
+    count: u64,
+    /// Events since the newest message.
+    events: Vec<TimedEvent>,
+    /// The message of this tick, if there is one.
+    message: Option<Bytes>,
+    /// A snapshot that was made for this channel, kept for its memory.
+    spare: Arc<Snapshot>,
+}
+
+/// Subscribers that share a keyframe.
+#[derive(Clone, Debug)]
+struct RecentJoiners {
+    since: u64,
+    stream: SnapshotStream,
+    keyframe: Bytes,
+    /// The keyframe with live particles, once one was asked for.
+    keyframe_with_particles: Option<Bytes>,
+    message: Option<Bytes>,
+}
+
+impl SnapshotChannel {
+    /// Creates a channel that begins with this snapshot.
+    pub fn new(rate: Rate, first: &Arc<Snapshot>) -> SnapshotChannel {
+        let mut stream = SnapshotStream::new(rate.every());
+        stream.encode(first, &[]);
+        SnapshotChannel {
+            rate,
+            stream,
+            recent_joiners: VecDeque::new(),
+            count: 0,
+            events: Vec::new(),
+            message: None,
+            spare: Arc::clone(first),
+        }
+    }
+
+    /// How often the channel has a message.
+    pub fn rate(&self) -> Rate {
+        self.rate
+    }
+
+    /// Adds the next tick, and encodes its snapshot if it is due and anything happens. While there are
+    /// live particles every tick of the rate is sent, because clients run them tick by tick.
+    pub fn push(
+        &mut self,
+        snapshot: &Arc<Snapshot>,
+        events: &[TimedEvent],
+        particles: &Particles,
+        buffers: &mut BufferPool,
+    ) {
+        if self.is_due(snapshot.tick, events.iter().copied()) && !self.is_quiet(snapshot, particles)
+        {
+            self.send(snapshot, particles, buffers);
+        }
+    }
+
+    /// Adds the next tick where its snapshot depends on the last one sent. If the tick is due, `see` is
+    /// given that one and makes the next, in the memory of an older one.
+    pub fn push_seen(
+        &mut self,
+        tick: u32,
+        events: impl Iterator<Item = TimedEvent>,
+        particles: &Particles,
+        buffers: &mut BufferPool,
+        see: impl FnOnce(&Snapshot, &mut Snapshot),
+    ) {
+        if !self.is_due(tick, events) {
+            return;
+        }
+        let before = Arc::clone(self.newest());
+        if Arc::get_mut(&mut self.spare).is_none() {
+            self.spare = Arc::default();
+        }
+        see(&before, Arc::get_mut(&mut self.spare).expect("the stream does not hold it"));
+        if !self.is_quiet(&self.spare, particles) {
+            let next = std::mem::replace(&mut self.spare, before);
+            self.send(&next, particles, buffers);
+        }
+    }
+
+    /// Collects the events of the next tick; returns true if the tick is one of this rate.
+    fn is_due(&mut self, tick: u32, events: impl Iterator<Item = TimedEvent>) -> bool {
+        self.message = None;
+        self.recent_joiners.iter_mut().for_each(|joiners| joiners.message = None);
+        self.events.extend(events);
+        tick.is_multiple_of(self.rate.every().into())
+    }
+
+    /// Returns true if the next snapshot need not be sent.
+    fn is_quiet(&self, next: &Snapshot, particles: &Particles) -> bool {
+        let ticks_max = QUIET_MESSAGES_MAX * u32::from(self.rate.every());
+        let quiet = !particles.is_active() && self.events.is_empty() && self.stream.is_quiet(next);
+        quiet && next.tick - self.newest().tick <= ticks_max
+    }
+
+    fn newest(&self) -> &Arc<Snapshot> {
+        self.stream.newest().expect("a channel begins with a snapshot")
+    }
+
+    fn send(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles, buffers: &mut BufferPool) {
+        if self.events.len() > EVENTS_MAX {
+            self.restart(snapshot, particles);
+        } else {
+            self.count += 1;
+            self.message = Some(buffers.encode(&mut self.stream, snapshot, &self.events));
+            let oldest = self.count.saturating_sub(u64::from(SnapshotStream::KEYFRAME_AGE));
+            self.recent_joiners.retain(|joiners| joiners.since >= oldest);
+            for joiners in &mut self.recent_joiners {
+                let message = buffers.encode(&mut joiners.stream, snapshot, &self.events);
+                joiners.message = Some(message);
+            }
+        }
+        self.events.clear();
+    }
+
+    /// Sends a keyframe to all, because more events happened than one message may hold. They are dropped,
+    /// and live particles take their place, but only at the full rate: at lower rates particles are
+    /// decoration and need not be the same.
+    fn restart(&mut self, snapshot: &Arc<Snapshot>, particles: &Particles) {
+        let is_exact = self.rate == Rate::Full && particles.is_active();
+        let particles = if is_exact { particles.encode() } else { Vec::new() };
+        self.message = Some(self.stream.keyframe(snapshot, &[], &particles).into());
+        self.count += u64::from(SnapshotStream::KEYFRAME_AGE) + 1;
+        self.recent_joiners.clear();
+    }
+
+    /// Subscribes a client, beginning with the snapshot of the newest message, which may be older than
+    /// the newest tick. Its keyframe holds the live particles if they are of the very tick of the snapshot.
+    pub fn subscribe(&mut self, live: Option<LiveParticles>) -> (Subscriber, Bytes) {
+        let newest = self.newest().tick;
+        let subscriber =
+            Subscriber { rate: self.rate, keyframe_tick: newest, since: self.count, seat: None };
+        if self.recent_joiners.back().is_none_or(|joiners| joiners.since != self.count) {
+            let (stream, keyframe) = self.stream.branch(&[]);
+            self.recent_joiners.push_back(RecentJoiners {
+                since: self.count,
+                stream,
+                keyframe: keyframe.into(),
+                keyframe_with_particles: None,
+                message: None,
+            });
+        }
+        let joiners = self.recent_joiners.back_mut().expect("there is one of this count");
+        let keyframe = match live.filter(|live| live.tick == newest && live.particles.is_active()) {
+            Some(LiveParticles { particles, .. }) => joiners
+                .keyframe_with_particles
+                .get_or_insert_with(|| self.stream.branch(&particles.encode()).1.into()),
+            None => &joiners.keyframe,
+        };
+        (subscriber, keyframe.clone())
+    }
+
+    /// The message of this tick for a subscriber, if there is one. The subscriber must have received all
+    /// messages since its keyframe.
+    pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
+        let age = self.count.checked_sub(subscriber.since)?;
+        if age > u64::from(SnapshotStream::KEYFRAME_AGE) {
+            return self.message.as_ref();
+        }
+        let mut joiners = self.recent_joiners.iter();
+        joiners.find(|joiners| joiners.since == subscriber.since)?.message.as_ref()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jostle_game::{Event, Kind, Seat};
+    use jostle_protocol::ServerMessage;
+    use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source, Vec2};
+
+    /// A client of a channel.
+    struct Client {
+        subscriber: Subscriber,
+        stream: SnapshotStream,
+        events: Vec<u32>,
+        messages: u32,
+    }
+
+    impl Client {
+        fn subscribe(channel: &mut SnapshotChannel) -> Client {
+            let (subscriber, keyframe) = channel.subscribe(None);
+            let mut client = Client {
+                subscriber,
+                stream: SnapshotStream::default(),
+                events: Vec::new(),
+                messages: 0,
+            };
+            client.decode(&keyframe);
+            client
+        }
+
+        fn decode(&mut self, bytes: &[u8]) {
+            let message = ServerMessage::decode(bytes).unwrap();
+            let ServerMessage::Snapshot(coded) = message else { panic!("{message:?}") };
+            let decoded = self.stream.decode(&coded).unwrap();
+            self.events.extend(decoded.events.iter().map(|event| event.tick));
+            self.messages += 1;
+        }
+
+        /// Decodes the message of the tick; returns true if there was one.
+        fn receive(&mut self, channel: &SnapshotChannel) -> bool {
+            let message = channel.message(&self.subscriber).cloned();
+            message.iter().for_each(|bytes| self.decode(bytes));
+            message.is_some()
+        }
+    }
+
+    /// A body that moves in bursts: it rests in two of three seconds.
+    fn snapshot(tick: u32) -> Arc<Snapshot> {
+        let (second, part) = (tick / 60, tick % 60);
+        let at = 60 * (second / 3) + if second.is_multiple_of(3) { part } else { 60 };
+        let body = jostle_protocol::SnapshotBody {
+            id: BodyId { index: 0, generation: 0 },
+            kind: Kind::Block,
+            owner: None,
+            group: 0,
+            shape: Shape::circle(1.0),
+            quanta: [at as i32 * at as i32, 7],
+        };
+        Arc::new(Snapshot { tick, bodies: vec![body], players: Vec::new() })
+    }
+
+    fn event(tick: u32) -> TimedEvent {
+        TimedEvent { tick, event: Event::Joined(Seat(0)) }
+    }
+
+    fn still() -> Particles {
+        Particles::default()
+    }
+
+    fn flying() -> Particles {
+        let mut particles = Particles::new(vec![Recipe::default()], 10);
+        let source = Source::Point(Vec2::ZERO);
+        particles.start(EmitterDef { recipe: 0, count: 3, seed: 1, source });
+        particles
+    }
+
+    #[test]
+    fn clients_of_every_rate_see_the_snapshots_of_their_rate_whenever_they_subscribe() {
+        for rate in Rate::ALL {
+            let mut channel = SnapshotChannel::new(rate, &snapshot(0));
+            let mut clients: Vec<Client> = Vec::new();
+            for tick in 1..=660 {
+                let events: Vec<_> = (tick % 31 == 0).then(|| event(tick)).into_iter().collect();
+                channel.push(&snapshot(tick), &events, &still(), &mut BufferPool::default());
+                for client in &mut clients {
+                    if client.receive(&channel) {
+                        assert_eq!(client.stream.newest(), Some(&snapshot(tick)));
+                    }
+                }
+                if tick % 7 == 3 {
+                    clients.push(Client::subscribe(&mut channel));
+                }
+            }
+            assert!(channel.recent_joiners.len() <= SnapshotStream::KEYFRAME_AGE as usize + 1);
+            for client in clients {
+                let held = client.stream.newest().unwrap();
+                assert_eq!(held.bodies, snapshot(660).bodies, "{rate:?}");
+                assert!(client.events.is_sorted_by(|a, b| a < b), "each event once");
+            }
+        }
+    }
+
+    #[test]
+    fn subscribers_share_the_same_bytes_a_few_messages_after_their_keyframe() {
+        let mut channel = SnapshotChannel::new(Rate::Full, &snapshot(0));
+        let mut early = Client::subscribe(&mut channel);
+        channel.push(&snapshot(1), &[], &still(), &mut BufferPool::default());
+        early.receive(&channel);
+        let mut late = Client::subscribe(&mut channel);
+        for tick in 2..8 {
+            channel.push(&snapshot(tick), &[], &still(), &mut BufferPool::default());
+            let place = |client: &Client| channel.message(&client.subscriber).unwrap().as_ptr();
+            let shared = place(&early) == place(&late);
+            assert_eq!(shared, tick > 4, "{tick}");
+            early.receive(&channel);
+            late.receive(&channel);
+        }
+    }
+
+    #[test]
+    fn quiet_ticks_are_not_sent_except_for_a_heartbeat() {
+        let mut channel = SnapshotChannel::new(Rate::Full, &snapshot(60));
+        let mut client = Client::subscribe(&mut channel);
+        for tick in 61..=180 {
+            channel.push(&snapshot(tick), &[], &still(), &mut BufferPool::default());
+            client.receive(&channel);
+        }
+        assert_eq!(client.messages, 1 + 120 / (QUIET_MESSAGES_MAX + 1));
+        channel.push(&snapshot(180), &[], &flying(), &mut BufferPool::default());
+        assert!(client.receive(&channel), "ticks with live particles are sent");
+    }
+
+    #[test]
+    fn new_subscribers_share_a_keyframe_with_live_particles() {
+        let mut channel = SnapshotChannel::new(Rate::Full, &snapshot(0));
+        channel.push(&snapshot(1), &[], &flying(), &mut BufferPool::default());
+        let particles = flying();
+        let subscribe = |channel: &mut SnapshotChannel, tick| {
+            channel.subscribe(Some(LiveParticles { tick, particles: &particles })).1
+        };
+        let keyframe = subscribe(&mut channel, 1);
+        assert_eq!(keyframe.as_ptr(), subscribe(&mut channel, 1).as_ptr());
+        let mut stream = SnapshotStream::default();
+        assert_eq!(stream.decode(&keyframe).unwrap().particles, particles.encode());
+        let plain = channel.subscribe(None).1;
+        assert_eq!(Snapshot::section_names(&plain).unwrap(), ["births", "keyframe"]);
+        assert_eq!(subscribe(&mut channel, 2), plain, "particles of another tick are left out");
+        assert_eq!(channel.recent_joiners.len(), 1, "they share the messages that follow");
+    }
+
+    #[test]
+    fn more_events_than_a_message_may_hold_make_a_keyframe_for_all() {
+        let mut channel = SnapshotChannel::new(Rate::Full, &snapshot(0));
+        let mut client = Client::subscribe(&mut channel);
+        channel.push(
+            &snapshot(1),
+            &vec![event(1); EVENTS_MAX],
+            &still(),
+            &mut BufferPool::default(),
+        );
+        assert!(client.receive(&channel));
+        let mut late = Client::subscribe(&mut channel);
+        channel.push(
+            &snapshot(2),
+            &vec![event(2); EVENTS_MAX + 1],
+            &still(),
+            &mut BufferPool::default(),
+        );
+        assert!(client.receive(&channel) && late.receive(&channel));
+        channel.push(&snapshot(3), &[event(3)], &still(), &mut BufferPool::default());
+        assert!(client.receive(&channel) && late.receive(&channel));
+        assert_eq!(client.events.len(), EVENTS_MAX + 1);
+        assert_eq!(late.events, [3]);
+    }
+
+    #[test]
+    fn a_keyframe_for_all_holds_live_particles_at_the_full_rate_alone() {
+        for rate in Rate::ALL {
+            let mut channel = SnapshotChannel::new(rate, &snapshot(0));
+            let mut client = Client::subscribe(&mut channel);
+            let events = vec![event(12); EVENTS_MAX + 1];
+            channel.push(&snapshot(12), &events, &flying(), &mut BufferPool::default());
+            let bytes = channel.message(&client.subscriber).expect("a keyframe").clone();
+            let decoded = client.stream.decode(&bytes).unwrap().particles;
+            let full = if rate == Rate::Full { flying().encode() } else { Vec::new() };
+            assert_eq!(decoded, full, "{rate:?}");
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! One game and its members: joins and leaves, inputs, one `tick`, and the snapshots that it sends.
+
+use crate::members::{Member, Members};
+use crate::recorder::Recorder;
+use crate::replication::{LiveParticles, Rate, Replication, Subscriber, view_of};
+use bytes::Bytes;
+use jostle_game::{Game, Input, Scene, Seat};
+use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use jostle_protocol::replay::{self, Record};
+use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, Token};
+use jostle_sim::Vec2;
+use std::sync::Arc;
+
+/// Ticks for which a seat is held after its socket is lost.
+pub const SEAT_HELD_TICKS: u32 = 45 * 60;
+/// Ticks between changes of the size of an interest area.
+pub const VIEW_EVERY_TICKS: u32 = 60;
+
+/// One game and its members.
+pub struct Room {
+    code: String,
+    seed: u64,
+    game: Game,
+    members: Members,
+    /// Serial of the newest claim; each claim of a room has its own.
+    serial: u64,
+    /// Joins, leaves and changed looks since the last tick, at most three a seat.
+    changes: Vec<Change>,
+    /// Inputs of the newest tick.
+    inputs: Vec<(Seat, Input)>,
+    newest: Arc<Snapshot>,
+    /// The snapshot before, kept for its memory.
+    spare: Arc<Snapshot>,
+    replication: Replication,
+    recorder: Option<Recorder>,
+}
+
+/// A join, a leave or a new look that waits for the next tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Change {
+    Join(Seat),
+    Leave(Seat),
+    Look(Seat),
+}
+
+/// The right to a seat. The caller seals it in a token for the player, because a room holds no secrets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claim {
+    /// The seat.
+    pub seat: Seat,
+    /// Unique among the claims of a room.
+    pub serial: u64,
+}
+
+/// The result of joining; [`Room::welcome`] encodes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Welcome {
+    /// The claim to come back with.
+    pub claim: Claim,
+    /// Whether an earlier seat was resumed. If it still had a socket, that one is replaced: the caller
+    /// closes it, and does not report it as lost.
+    pub resumed: bool,
+}
+
+impl Room {
+    /// Creates an empty room at tick 0. `code` is the word in its link. Panics if it is longer than
+    /// `ROOM_CODE_BYTES_MAX`.
+    pub fn new(code: &str, scene: Arc<Scene>, seed: u64) -> Room {
+        assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
+        let seats = usize::from(scene.players_max);
+        let game = Game::new(scene, seed);
+        let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
+        Room {
+            code: code.to_owned(),
+            seed,
+            game,
+            members: Members::new(seats),
+            serial: 0,
+            changes: Vec::new(),
+            inputs: Vec::new(),
+            spare: Arc::clone(&newest),
+            newest,
+            replication: Replication::new(seats),
+            recorder: None,
+        }
+    }
+
+    /// Takes the lowest free seat, or the claimed one; effective with the next tick.
+    ///
+    /// A claim is good once, and again until an input proves that the claim it was exchanged for
+    /// arrived, because the welcome may have been lost. Any other is refused as [`Refusal::BadToken`].
+    pub fn join(
+        &mut self,
+        appearance: Appearance,
+        claim: Option<Claim>,
+    ) -> Result<Welcome, Refusal> {
+        let seat = match claim {
+            Some(claim) if self.is_good(claim) => claim.seat,
+            Some(_) => return Err(Refusal::BadToken),
+            None => self.members.free_seat().ok_or(Refusal::RoomFull)?,
+        };
+        let appearance = self.members.distinct(&appearance, Some(seat));
+        self.serial += 1;
+        match (claim, self.members.at_mut(seat)) {
+            (Some(claim), Some(member)) => {
+                member.resume(appearance, claim.serial, self.serial);
+                if !self.changes.contains(&Change::Look(seat)) {
+                    self.changes.push(Change::Look(seat));
+                }
+            }
+            _ => {
+                self.members.put(seat, Member::new(appearance, self.serial));
+                self.changes.push(Change::Join(seat));
+            }
+        }
+        Ok(Welcome { claim: Claim { seat, serial: self.serial }, resumed: claim.is_some() })
+    }
+
+    fn is_good(&self, claim: Claim) -> bool {
+        self.members.at(claim.seat).is_some_and(|member| member.answers_to(claim.serial))
+    }
+
+    /// Encodes the [`ServerMessage::Welcome`] that a player who joined is sent first. `token` seals
+    /// the player's claim.
+    pub fn welcome(&self, seat: Seat, token: Token, host: bool) -> Vec<u8> {
+        let scene = self.game.scene();
+        let welcome = ServerMessage::Welcome {
+            seat: seat.0,
+            host,
+            token,
+            tick: self.game.tick_count() + 1,
+            room: self.code.clone(),
+            scene_name: scene.name.clone(),
+            scene: scene.source.clone(),
+        };
+        welcome.encode()
+    }
+
+    /// Detaches the socket of a seat. The seat is held for [`SEAT_HELD_TICKS`] with its hero at rest, or
+    /// freed at once if its player never sent an input. Does nothing if the seat is free.
+    pub fn disconnect(&mut self, seat: Seat) {
+        let Some(member) = self.members.at_mut(seat) else { return };
+        if !member.played {
+            return self.leave(seat);
+        }
+        member.lost_tick.get_or_insert(self.game.tick_count());
+        member.inputs.rest();
+        self.replication.remove_area(seat);
+    }
+
+    /// Removes a player for good; effective with the next tick. Does nothing if the seat is free.
+    pub fn leave(&mut self, seat: Seat) {
+        if !self.members.remove(seat) {
+            return;
+        }
+        self.replication.remove_area(seat);
+        self.changes.retain(|&change| change != Change::Look(seat));
+        // A player who leaves before the tick of joining was never in the game.
+        match self.changes.iter().position(|&change| change == Change::Join(seat)) {
+            Some(index) => drop(self.changes.remove(index)),
+            None => self.changes.push(Change::Leave(seat)),
+        }
+    }
+
+    /// Queues an input, and returns whether it was accepted. Old, repeated and far-future sequence
+    /// numbers are dropped, and so is every input for a seat without a socket.
+    pub fn input(&mut self, seat: Seat, seq: u32, input: Input) -> bool {
+        let member = self.members.at_mut(seat).filter(|member| member.lost_tick.is_none());
+        member.is_some_and(|member| {
+            member.serial_before = None;
+            member.played = true;
+            member.inputs.push(seq, input)
+        })
+    }
+
+    /// Plays one tick, with one input per player in seat order, and encodes its snapshot.
+    pub fn tick(&mut self) {
+        self.free_abandoned_seats();
+        let changes = self.apply_changes();
+        self.take_inputs();
+        self.game.tick(&self.inputs);
+        self.record_tick(changes);
+        self.capture();
+        self.resize_areas();
+        self.replication.push(&self.game, &self.newest);
+    }
+
+    fn free_abandoned_seats(&mut self) {
+        let tick = self.game.tick_count();
+        let is_over = |lost_tick| tick - lost_tick >= SEAT_HELD_TICKS;
+        let members = self.members.iter();
+        let abandoned = members.filter(|(_, member)| member.lost_tick.is_some_and(is_over));
+        let abandoned: Vec<_> = abandoned.map(|(seat, _)| seat).collect();
+        abandoned.into_iter().for_each(|seat| self.leave(seat));
+    }
+
+    /// Applies joins and leaves to the game, and returns them for the recorder.
+    fn apply_changes(&mut self) -> Vec<replay::Change> {
+        let look = |members: &Members, seat| {
+            let member = members.at(seat).expect("a player who joins or comes back has the seat");
+            member.appearance.clone()
+        };
+        let changes = self.changes.drain(..).map(|change| match change {
+            Change::Join(seat) => {
+                self.game.join(seat);
+                replay::Change::Join(seat, look(&self.members, seat))
+            }
+            Change::Leave(seat) => {
+                self.game.leave(seat);
+                replay::Change::Leave(seat)
+            }
+            Change::Look(seat) => replay::Change::Look(seat, look(&self.members, seat)),
+        });
+        changes.collect()
+    }
+
+    fn take_inputs(&mut self) {
+        self.inputs.clear();
+        let members = self.members.iter_mut();
+        self.inputs
+            .extend(members.filter_map(|(seat, member)| Some((seat, member.inputs.take()?))));
+    }
+
+    fn record_tick(&mut self, changes: Vec<replay::Change>) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.tick(changes, &self.inputs, &self.game, || self.members.appearances());
+        }
+    }
+
+    /// Captures the newest snapshot, in the memory of the last but one unless a channel still holds it.
+    fn capture(&mut self) {
+        std::mem::swap(&mut self.newest, &mut self.spare);
+        if Arc::get_mut(&mut self.newest).is_none() {
+            self.newest = Arc::default();
+        }
+        let snapshot = Arc::get_mut(&mut self.newest).expect("no channel holds it");
+        let members = &self.members;
+        let shown =
+            self.game.players().filter_map(|player| Some(members.at(player.seat)?.state(&player)));
+        snapshot.players.clear();
+        snapshot.players.extend(shown);
+        snapshot.recapture(&self.game);
+    }
+
+    /// Adapts interest areas to what the players' pages last reported.
+    fn resize_areas(&mut self) {
+        if !self.game.tick_count().is_multiple_of(VIEW_EVERY_TICKS) {
+            return;
+        }
+        for (seat, member) in self.members.iter() {
+            if let Some(size) = member.view {
+                self.replication.resize(seat, self.game.scene(), size);
+            }
+        }
+    }
+
+    /// Starts recording. `program` is the version that plays, `unix_s` the time, 0 if unknown.
+    pub fn record(&mut self, program: &str, unix_s: u64) {
+        let scene = self.game.scene();
+        let start = replay::Start {
+            program: program.to_owned(),
+            unix_s,
+            room: self.code.clone(),
+            scene_name: scene.name.clone(),
+            scene: scene.source.clone(),
+            seed: self.seed,
+            first_tick: self.game.tick_count(),
+        };
+        // A player who joins with the next tick is recorded with it.
+        let joins = |seat| self.changes.contains(&Change::Join(seat));
+        let mut members = self.members.appearances();
+        members.retain(|&(seat, _)| !joins(seat));
+        self.recorder = Some(Recorder::new(start, &self.game, members));
+    }
+
+    /// Takes the records that are ready, in order; none without a recording.
+    pub fn take_records(&mut self) -> Vec<Record> {
+        self.recorder.as_mut().map(Recorder::take).unwrap_or_default()
+    }
+
+    /// Ends the recording, and returns its last records.
+    pub fn stop_recording(&mut self) -> Vec<Record> {
+        let recorder = self.recorder.take();
+        recorder.map(|recorder| recorder.finish(&self.game)).unwrap_or_default()
+    }
+
+    /// Ends the recording of a game that failed inside a tick, and returns what was played until then.
+    pub fn break_off_recording(&mut self) -> Vec<Record> {
+        self.recorder.take().map(Recorder::break_off).unwrap_or_default()
+    }
+
+    /// Subscribes a client to snapshots of the whole world. Returns its subscription and the coded
+    /// keyframe to send first; after every tick from the next on [`Room::message`] has the rest. At the
+    /// full rate the keyframe holds all live particles, and the client runs them itself from there.
+    pub fn subscribe(&mut self, rate: Rate) -> (Subscriber, Bytes) {
+        self.replication.subscribe(rate, &self.newest, Some(live_particles(&self.game)))
+    }
+
+    /// Subscribes a player's client, which in a world larger than its view gets what the camera can see.
+    /// This ends the player's earlier subscription to an interest area.
+    ///
+    /// Only the first keyframe of a socket holds live particles, even if its link is so slow that this
+    /// keyframe is dropped before it is sent: a client that subscribes again was too slow, or no longer
+    /// is, and has most of them.
+    pub fn subscribe_view(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
+        let scene = self.game.scene();
+        let member = self.members.at_mut(seat);
+        let (view, is_first) = member.map_or((None, false), |member| {
+            let is_first = !std::mem::replace(&mut member.subscribed, true);
+            (view_of(scene, member.view), is_first)
+        });
+        let live = is_first.then(|| live_particles(&self.game));
+        match view {
+            None => {
+                self.replication.remove_area(seat);
+                self.replication.subscribe(rate, &self.newest, live)
+            }
+            Some(view) => {
+                self.replication.subscribe_view(seat, rate, scene, view, &self.newest, live)
+            }
+        }
+    }
+
+    /// Sets how much of the world a player's page shows, width and height in world units. The first
+    /// size holds at once, later ones from the next multiple of [`VIEW_EVERY_TICKS`], because every body
+    /// that enters the area is sent in full. Does nothing if the seat is free.
+    pub fn view(&mut self, seat: Seat, size: Vec2) {
+        let Some(member) = self.members.at_mut(seat) else { return };
+        if member.view.replace(size).is_none() {
+            self.replication.resize(seat, self.game.scene(), size);
+        }
+    }
+
+    /// The coded snapshot that a client is sent after this tick; `None` between the ticks of its
+    /// rate, and while nothing moves. A client that misses one has to subscribe again.
+    pub fn message(&self, subscriber: &Subscriber) -> Option<&Bytes> {
+        self.replication.message(subscriber)
+    }
+
+    /// The newest snapshot, before encoding.
+    pub fn snapshot(&self) -> &Snapshot {
+        &self.newest
+    }
+
+    /// The word in the room's link.
+    pub fn code(&self) -> &str {
+        &self.code
+    }
+
+    /// The scene that is played.
+    pub fn scene(&self) -> &Arc<Scene> {
+        self.game.scene()
+    }
+
+    /// The game.
+    pub fn game(&self) -> &Game {
+        &self.game
+    }
+
+    /// Number of seats taken, held ones included.
+    pub fn players(&self) -> usize {
+        self.members.iter().count()
+    }
+
+    /// Seats that are held for lost players, the longest lost first.
+    pub fn held(&self) -> Vec<Seat> {
+        let lost = self.members.iter().filter_map(|(seat, member)| Some((member.lost_tick?, seat)));
+        let mut held: Vec<_> = lost.collect();
+        held.sort_unstable();
+        held.into_iter().map(|(_, seat)| seat).collect()
+    }
+
+    /// Number of seats with a socket.
+    pub fn connected(&self) -> usize {
+        self.members.iter().filter(|(_, member)| member.lost_tick.is_none()).count()
+    }
+}
+
+fn live_particles(game: &Game) -> LiveParticles<'_> {
+    LiveParticles { tick: game.tick_count(), particles: game.world().particles() }
+}
+
+#[cfg(test)]
+mod tests;
