@@ -1,157 +1,94 @@
-//! The host: sockets, sessions, the ticker (the only clock), files and the command line. It holds no
-//! game rules, and lets no client and no room delay another.
+//! The host: sockets, sessions, the tickers (the only clocks) and files. It holds no game rules, and lets
+//! no client and no room delay another. A program that embeds it calls [`run`].
 //!
-//! A socket's way: [`listen`] accepts and counts it, [`tls`] deciphers it if asked to, [`http`] answers or upgrades it, [`session`]
-//! plays it. A session meets its room at two bounded places only: the inbox that it fills and the
-//! [`outbox`] that it empties. [`ticker`] is the room's thread between them; [`rooms`] lists them.
-//! [`replays`] takes down what is played, on a thread of its own. [`metrics`] counts what happens, and
-//! [`ops`] shows it to operators on a port of their own.
+//! A connection passes through [`net`]: [`net::listen`] accepts and counts it, [`net::tls`] decrypts it if
+//! configured, [`net::http`] answers or upgrades it, [`net::session`] runs the game session. A session meets
+//! its room at two bounded queues: the inbox that it fills and the [`host::outbox`] that it empties.
+//! [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the rooms.
+//! [`replays`] records games on a thread of its own. [`limits`] bounds what an address, a network and a socket
+//! may do. [`ops`] counts events, shows them to operators on a port of their own and logs refusals.
 
-pub mod assets;
-pub mod cli;
-pub mod connects;
-pub mod http;
-pub mod lag;
+pub mod config;
+pub mod host;
 pub mod limits;
-pub mod listen;
-pub mod metered;
-pub mod metrics;
+pub mod net;
 pub mod ops;
-pub mod outbox;
-pub mod peers;
-pub mod pongs;
-pub mod process;
-pub mod rate;
 pub mod replays;
-pub mod rooms;
-pub mod run_queue;
-pub mod schedule;
-pub mod seal;
-pub mod session;
-pub mod stream;
-pub mod ticker;
-pub mod tls;
+pub mod state;
 
-pub use listen::{run, run_with_ops};
+pub use config::Config;
+pub use host::phase::Phase;
+pub use state::ServerState;
 
-use jostle_sim::Scene;
-use std::net::IpAddr;
+use net::listen::accept;
+use replays::Recording;
+use std::convert::Infallible;
+use std::io;
 use std::sync::Arc;
-use tokio::sync::watch;
+use tokio::net::TcpListener;
+use tokio::sync::{mpsc, watch};
+use tokio::task::{JoinHandle, spawn_blocking};
+use tokio::time::timeout;
+use tracing::{info, warn};
 
-/// What a server is started with.
-#[derive(Clone, Debug)]
-pub struct Config {
-    /// Scenes on offer, at most [`limits::SCENES_MAX`], each name once.
-    pub scenes: Vec<Scene>,
-    /// How long it waits for whom.
-    pub waits: limits::Waits,
-    /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
-    pub origins: Vec<String>,
-    /// Proxies that are believed about whom they speak for, in canonical form.
-    pub trusted_proxies: Vec<IpAddr>,
-    /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
-    pub address_sessions_max: usize,
-    /// What operators have to know to do more than look; `None` lets nobody.
-    pub ops_token: Option<String>,
-    /// Certificate and key of the players' port; `None` serves it in the clear.
-    pub tls: Option<tls::Tls>,
-    /// Where games are recorded; `None` records nothing.
-    pub replays: Option<replays::Settings>,
+/// Serves until `shutdown` resolves, then warns the players, closes their sockets and returns
+/// within [`limits::DRAIN_NOTICE`] + 3 x [`limits::DRAIN_MAX`].
+pub async fn run(
+    listener: TcpListener,
+    config: Config,
+    shutdown: impl Future<Output = ()>,
+) -> io::Result<()> {
+    run_with_ops(listener, None, config, shutdown).await
 }
 
-impl Default for Config {
-    /// The built-in scenes, pages of this site only, no proxies, no TLS, nothing recorded.
-    fn default() -> Config {
-        Config {
-            scenes: Scene::built_in(),
-            waits: limits::Waits::default(),
-            origins: Vec::new(),
-            trusted_proxies: Vec::new(),
-            address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
-            ops_token: None,
-            tls: None,
-            replays: None,
+/// [`run`] with an operators' port, which is served to the very end.
+pub async fn run_with_ops(
+    listener: TcpListener,
+    ops: Option<TcpListener>,
+    config: Config,
+    shutdown: impl Future<Output = ()>,
+) -> io::Result<()> {
+    check(&config)?;
+    let (phase, followed) = watch::channel(Phase::Running);
+    let recording = config.replays.clone().map(Recording::start).transpose()?;
+    let state = Arc::new(ServerState::new(config, followed, recording.clone()));
+    let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
+    // Every connection holds a sender; when the last is dropped, no connection is left.
+    let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
+    tokio::select! {
+        () = accept(&listener, &state, &alive) => {}
+        () = shutdown => {}
+        () = state.drain.notified() => {}
+    }
+    drop((listener, alive));
+    info!("draining");
+    phase.send_replace(Phase::Draining);
+    if timeout(limits::DRAIN_NOTICE, all_gone.recv()).await.is_err() {
+        phase.send_replace(Phase::Closing);
+        if timeout(limits::DRAIN_MAX, all_gone.recv()).await.is_err() {
+            warn!("some sockets did not close in time");
         }
     }
-}
-
-/// How far the server is with its own end. It only moves forward.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Sockets are accepted.
-    Running,
-    /// Players are told.
-    Draining,
-    /// Sockets are closed.
-    Closing,
-}
-
-/// What every connection needs.
-pub struct App {
-    /// Open rooms.
-    pub rooms: Arc<rooms::Rooms>,
-    /// TCP connections.
-    pub connections: Arc<peers::Peers>,
-    /// [`Config::ops_token`].
-    pub ops_token: Option<String>,
-    /// [`Config::tls`].
-    pub tls: Option<tls::Tls>,
-    /// An operator asked for the server's end.
-    pub drain: tokio::sync::Notify,
-    /// What it gives out and believes.
-    pub sealer: Arc<seal::Sealer>,
-    /// Game sockets.
-    pub sessions: Arc<peers::Peers>,
-    /// What is counted.
-    pub metrics: Arc<metrics::Metrics>,
-    /// How long the server waits for whom.
-    pub waits: limits::Waits,
-    /// [`Config::origins`].
-    pub origins: Vec<String>,
-    /// [`Config::trusted_proxies`].
-    pub trusted_proxies: Vec<IpAddr>,
-    /// Whether the server is closing.
-    pub phase: watch::Receiver<Phase>,
-    /// The replays, if games are recorded.
-    pub replays: Option<Arc<replays::Shelf>>,
-}
-
-impl App {
-    /// What every connection of a server with this configuration needs; no room is open yet. Games are
-    /// recorded if there is a way to.
-    pub fn new(
-        config: Config,
-        phase: watch::Receiver<Phase>,
-        recording: Option<Arc<replays::Recording>>,
-    ) -> App {
-        let metrics = Arc::new(metrics::Metrics::default());
-        let address_max = config.address_sessions_max;
-        let sealer = Arc::new(seal::Sealer::new(&rooms::random_key()));
-        let rooms = rooms::Rooms::new(
-            config.clone(),
-            phase.clone(),
-            recording.clone(),
-            Arc::clone(&metrics),
-            Arc::clone(&sealer),
-        );
-        App {
-            waits: config.waits,
-            ops_token: config.ops_token,
-            tls: config.tls,
-            drain: tokio::sync::Notify::new(),
-            origins: config.origins,
-            trusted_proxies: config.trusted_proxies,
-            replays: recording.as_ref().map(|recording| Arc::clone(recording.shelf())),
-            rooms,
-            sealer,
-            metrics,
-            connections: peers::Peers::new(
-                limits::CONNECTIONS_MAX,
-                limits::ADDRESS_CONNECTIONS_SPARE + address_max,
-            ),
-            sessions: peers::Peers::new(limits::CONNECTIONS_MAX, address_max),
-            phase,
-        }
+    phase.send_replace(Phase::Closing);
+    let rooms = Arc::clone(&state.rooms);
+    if timeout(limits::DRAIN_MAX, spawn_blocking(move || rooms.wait())).await.is_err() {
+        warn!("some rooms did not close in time");
     }
+    if let Some(recording) = recording
+        && timeout(limits::DRAIN_MAX, spawn_blocking(move || recording.close())).await.is_err()
+    {
+        warn!("some replays were not written to their end in time");
+    }
+    ops.inspect(JoinHandle::abort);
+    info!("closed");
+    Ok(())
+}
+
+fn check(config: &Config) -> io::Result<()> {
+    let count = config.scenes.len();
+    if count > limits::SCENES_MAX {
+        let text = format!("{count} scenes; at most {} are allowed", limits::SCENES_MAX);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+    }
+    getrandom::u64().map(drop).map_err(io::Error::other)
 }

@@ -1,10 +1,16 @@
-//! Limits of the host. Past each of them one peer gets a named answer and nobody else notices.
+//! Limits of the host. Past each of them one peer gets a named answer and no other notices.
 //! Limits on what a message may hold are in [`jostle_protocol::limits`].
 
+pub mod connect_rate_limiter;
+pub mod connection_limits;
+pub mod rate_limited_stream;
+pub mod token_bucket;
+
+use jostle_game::SEATS_MAX;
 use jostle_protocol::limits::{
     CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX,
 };
-use jostle_sim::{SEATS_MAX, TICKS_PER_SECOND};
+use jostle_sim::TICKS_PER_SECOND;
 use std::time::Duration;
 
 // Sockets.
@@ -14,26 +20,26 @@ pub const CONNECTIONS_MAX: usize = 4096;
 /// TCP connections of one address at a time (IPv6: of one /64). A school behind one address loads
 /// the page over some six connections a browser, and plays over one.
 pub const ADDRESS_CONNECTIONS_MAX: usize = 512;
-/// Game sockets of one address at a time, unless `--address-sockets` says otherwise; one more is told
-/// `TooManySockets`.
+/// Game sockets of one address at a time, unless `--address-sockets` says otherwise; one more is refused
+/// with `TooManySockets`.
 pub const ADDRESS_SESSIONS_MAX: usize = 128;
-/// TCP connections of one address beyond its game sockets, where more of those are allowed than usual.
+/// TCP connections of one address beyond its game sockets, where `--address-sockets` allows more of those.
 pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MAX - ADDRESS_SESSIONS_MAX;
-/// TCP connections of one address a second in the long run (IPv6: of one /64). At once as many may come
-/// as it may hold: a party that opens the page together, a class whose server starts again.
+/// TCP connections of one address a second in the long run (IPv6: of one /64). The burst is as many
+/// as it may hold: a party that opens the page together, a class whose server restarts.
 pub const CONNECTS_PER_SECOND_MAX: u32 = 50;
-/// Addresses whose connects are told apart at a time. One that came once is forgotten 20 ms later.
+/// Addresses whose connection rate is tracked at a time. One that connected once is dropped 20 ms later.
 pub const CONNECTING_ADDRESSES_MAX: usize = 4096;
 /// Wait after the listener failed to accept, so that a lack of descriptors does not spin.
 pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
-/// Bytes that the kernel may hold for one socket. What it holds can no longer be left out for a
-/// keyframe, so it is the staleness of a slow reader; it also bounds the bytes in flight, so it must
+/// Bytes that the kernel may hold for one socket. Those can no longer be replaced by a
+/// keyframe, so they are the staleness of a slow reader; they also bound the bytes in flight, so they must
 /// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
 pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 
-/// Connections to the operators' port at a time, and how long one may last.
+/// Connections to the operators' port at a time.
 pub const OPS_CONNECTIONS_MAX: usize = 16;
-/// See there.
+/// Life of a connection to the operators' port.
 pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 
 // HTTP.
@@ -48,6 +54,12 @@ pub const HTTP_BUFFER_BYTES_MAX: usize = 16 << 10;
 pub const HTTP_BODY_BYTES_MAX: usize = 1 << 10;
 /// Time to send a request's body.
 pub const HTTP_BODY_WAIT: Duration = Duration::from_secs(5);
+/// Time for which a peer may take nothing of a response. A single byte in time keeps the connection.
+pub const HTTP_STALL_MAX: Duration = Duration::from_secs(20);
+/// Bytes of one frame of a body: the most that a connection holds of it beyond shared memory.
+pub const HTTP_FRAME_BYTES_MAX: usize = 16 << 10;
+/// Encrypted bytes that wait for one socket; rustls alone would hold 64 KiB.
+pub const TLS_BUFFER_BYTES_MAX: usize = 16 << 10;
 /// Life of a connection that serves files; long enough for the page on a slow phone.
 pub const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 
@@ -57,41 +69,41 @@ pub const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 pub const HELLO_WAIT: Duration = Duration::from_secs(5);
 /// Messages a second in the long run; a page sends 60 inputs and a few pings.
 pub const MESSAGES_PER_SECOND_MAX: u32 = 120;
-/// Messages at once: what an honest client has sent after a network stall of four seconds.
+/// Burst of messages: those that an honest client has sent after a network stall of four seconds.
 pub const MESSAGES_BURST_MAX: u32 = 240;
 /// Bytes of the longest message with its frame: two of opcode and length, two more of length, a mask.
 const FRAME_BYTES_MAX: u32 = CLIENT_MESSAGE_BYTES_MAX as u32 + 2 + 2 + 4;
 /// Bytes a second in the long run. Messages are counted when they are whole; this counts fragments,
 /// of which a message may have any number, and pings before the hello.
 pub const BYTES_PER_SECOND_MAX: u32 = MESSAGES_PER_SECOND_MAX * FRAME_BYTES_MAX;
-/// Bytes at once: [`MESSAGES_BURST_MAX`] of the longest messages.
+/// Burst of bytes: [`MESSAGES_BURST_MAX`] of the longest messages.
 pub const BYTES_BURST_MAX: u32 = MESSAGES_BURST_MAX * FRAME_BYTES_MAX;
 /// Decoded messages that wait for the room. Twice the burst, so only a room that stands still for
 /// seconds can fill it.
 pub const INBOX_MAX: usize = 512;
 /// Control messages that wait for the socket; pongs past it are dropped.
 pub const OUTBOX_CONTROL_MAX: usize = 16;
-/// Memory for the answers to pings of one session, used again once they were sent.
+/// Memory for the pongs of one session, reused once they were sent.
 pub const PONGS_BYTES: usize = 128;
 /// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
 pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
-/// Ticks for which a client has to keep up before it is sent more often again.
+/// Ticks for which a client has to keep up before its rate rises again.
 pub const RATE_RISE_TICKS: u32 = 600;
-/// Ticks by which a client may be further behind than it was at best of late: more is no longer way.
+/// Ticks by which a client may be further behind than at its recent best: more is not explained by the round trip.
 pub const LAG_GROWTH_TICKS: u32 = 45;
-/// Ticks by which no way is so long that a client could be behind for it: two seconds.
+/// Lag that no round trip explains: two seconds.
 pub const LAG_TICKS_MAX: u32 = 2 * TICKS_PER_SECOND;
-/// Ticks for which a client lags before it is sent less: a stall of the network is shorter.
+/// Ticks for which a client lags before its rate falls: a stall of the network is shorter.
 pub const LAGGING_TICKS: u32 = TICKS_PER_SECOND;
 /// Ticks of a window; a client is compared with its best in this one and the one before.
 pub const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
-/// Time for which a client may be sent snapshots without a word that it heard one.
+/// Time for which a client may be sent snapshots without acknowledging one.
 pub const HEARING_MAX: Duration = Duration::from_secs(20);
 /// Time between two WebSocket pings.
 pub const KEEPALIVE_EVERY: Duration = Duration::from_secs(10);
 /// Silence (not even a pong) after which a session is closed.
 pub const SILENCE_MAX: Duration = Duration::from_secs(30);
-/// Time in which a peer must take one message off our hands.
+/// Time in which a peer must take one message.
 pub const STALL_MAX: Duration = Duration::from_secs(20);
 /// Time for the last message, the close frame, and the peer's own closing.
 pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
@@ -99,6 +111,15 @@ pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
 pub const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
 /// Bytes read from a session's socket at a time.
 pub const READ_BUFFER_BYTES: usize = 4 << 10;
+
+// The log.
+
+/// Time between two log lines about refusals of one reason.
+pub const REFUSAL_LOG_EVERY: Duration = Duration::from_secs(1);
+/// Characters that the log shows of untrusted text.
+pub const FOREIGN_CHARS_MAX: usize = 64;
+/// Log lines that wait to be written; more are dropped and counted, so that nothing waits for the log.
+pub const LOG_LINES_WAITING_MAX: usize = 4096;
 
 // Rooms.
 
@@ -108,23 +129,23 @@ pub const SCENES_MAX: usize = 64;
 pub const ROOMS_MAX: usize = 64;
 /// Rooms created from one address, at a time.
 pub const ADDRESS_ROOMS_MAX: usize = 8;
-/// Time for which a room stays open with nobody in it.
+/// Time for which a room stays open without players.
 pub const ROOM_EMPTY_GRACE: Duration = Duration::from_secs(120);
-/// Held seats of one address in a room, as a part of its seats: of an address that has more, the
-/// longest-lost may be given to anybody once the room is full.
+/// Held seats of one address in a room, as a fraction of its seats: of an address that has more, the
+/// longest-lost may be given to any newcomer once the room is full.
 pub const HELD_SHARE: usize = 4;
-/// Ticks for which the address of somebody who was told to leave gets no seat in the room.
+/// Ticks for which the address of a kicked player gets no seat in the room.
 pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
-/// Addresses that get no seat in a room; the first is forgotten for one more.
+/// Kicked addresses that a room remembers; one more replaces the oldest.
 pub const KICKED_MAX: usize = 64;
-/// Characters of the code of a private room, 5 bits each: nobody finds one by trying.
+/// Characters of the code of a private room, 5 bits each: none can be found by trying.
 pub const PRIVATE_CODE_CHARS: usize = 20;
-/// Time in which a room answers an operator; all of them together where all are asked.
-pub const ORDER_WAIT: Duration = Duration::from_secs(1);
+/// Time in which a room answers an operator, or all of them together where all are asked.
+pub const COMMAND_WAIT: Duration = Duration::from_secs(1);
 /// Characters of an operators' token, at least.
 pub const OPS_TOKEN_CHARS_MIN: usize = 16;
-/// Orders of operators that wait for a room's next tick.
-pub const ORDERS_WAITING_MAX: usize = 16;
+/// Commands of operators that wait for a room's next tick.
+pub const COMMANDS_WAITING_MAX: usize = 16;
 /// Joins that wait for a room's next tick: all that a room can take.
 pub const JOINS_WAITING_MAX: usize = SEATS_MAX;
 /// Joins that a room answers each time it wakes; the others wait for the next tick.
@@ -138,11 +159,17 @@ pub const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
 
 /// Ticks in one file: an hour. Then a new one begins in the middle of the game.
 pub const REPLAY_FILE_TICKS_MAX: u32 = 60 * 60 * TICKS_PER_SECOND;
-/// Bytes of one file, after which a new one begins too; what waits for the writer still fits below
+/// Bytes of one file, after which a new one begins too; the records that wait for the writer still fit below
 /// [`REPLAY_BYTES_MAX`].
 pub const REPLAY_FILE_BYTES_MAX: u64 = 32 << 20;
 /// Megabytes of all files in the directory, unless `--replays-mb` says otherwise.
 pub const REPLAYS_MB: u32 = 1024;
+/// Files in the directory; past them the oldest finished ones are deleted.
+pub const REPLAY_FILES_MAX: usize = 10_000;
+/// Bytes that a file counts for at least: the block that it takes of a disk.
+pub const REPLAY_FILE_CHARGE_MIN: u64 = 4 << 10;
+/// Files that are passed over in one go because they cannot be deleted.
+pub const REPLAY_UNDELETABLE_MAX: usize = 16;
 /// Days for which a file is kept, unless `--replays-days` says otherwise.
 pub const REPLAYS_DAYS: u32 = 30;
 /// Batches of records that wait for the writer. Each room hands over one in five seconds, so that
@@ -152,31 +179,31 @@ pub const REPLAY_QUEUE_MAX: usize = 256;
 pub const REPLAY_QUEUE_BYTES_MAX: usize = 64 << 20;
 /// Time after which a room whose recording failed begins a fresh file.
 pub const REPLAY_RETRY: Duration = Duration::from_secs(60);
-/// Time between two looks at the directory, and two log lines of counters.
+/// Time between two scans of the directory, and between two log lines of counters.
 pub const REPLAY_LOOK_EVERY: Duration = Duration::from_secs(60);
-/// Files whose names differ by a number alone.
+/// Files whose names differ only by a number.
 pub const REPLAY_NAMESAKES_MAX: u32 = 1000;
 /// Replays that are listed; older ones are still there by name.
 pub const REPLAYS_LISTED_MAX: usize = 100;
 /// Replays that are being downloaded at a time.
 pub const REPLAY_READERS_MAX: usize = 64;
-/// Bytes that are read of a replay at a time.
-pub const REPLAY_CHUNK_BYTES: usize = 16 << 10;
 
 // Closing.
 
-/// Time between telling the players and closing their sockets.
+/// Time between warning the players and closing their sockets.
 pub const DRAIN_NOTICE: Duration = Duration::from_secs(2);
 /// Time after which the server ends even if sockets are left.
 pub const DRAIN_MAX: Duration = Duration::from_secs(3);
 
-/// The waits that decide when somebody is given up; tests shorten them.
+/// The times after which a peer or a room is given up; tests shorten them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waits {
     /// [`HTTP_HEAD_WAIT`].
     pub http_head: Duration,
     /// [`HTTP_BODY_WAIT`].
     pub http_body: Duration,
+    /// [`HTTP_STALL_MAX`].
+    pub http_stall: Duration,
     /// [`HELLO_WAIT`].
     pub hello: Duration,
     /// [`KEEPALIVE_EVERY`].
@@ -196,6 +223,7 @@ impl Default for Waits {
         Waits {
             http_head: HTTP_HEAD_WAIT,
             http_body: HTTP_BODY_WAIT,
+            http_stall: HTTP_STALL_MAX,
             hello: HELLO_WAIT,
             keepalive: KEEPALIVE_EVERY,
             silence: SILENCE_MAX,

@@ -1,9 +1,9 @@
 //! Names of replays: `<scene>-<room code>-<UTC yyyymmdd-hhmmss>`, which sort by time within a room
-//! and lead nowhere but into their directory.
+//! and cannot lead out of their directory.
 
 use crate::limits;
 
-/// What the files end with.
+/// Extension of the files.
 pub const ENDING: &str = ".jostle";
 /// Longest name without the ending: two names of 32 bytes, a time, and a number.
 const NAME_BYTES_MAX: usize = 96;
@@ -19,7 +19,7 @@ pub fn numbered(name: &str) -> impl Iterator<Item = String> + '_ {
     std::iter::once(name.to_owned()).chain(others)
 }
 
-/// Whether this can be the name of a replay.
+/// Returns whether this can be the name of a replay.
 pub fn is_name(text: &str) -> bool {
     (1..=NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(is_allowed)
 }

@@ -1,12 +1,16 @@
+use super::writer::Clock;
 use super::*;
+use crate::limits;
+use jostle_game::{Input, Scene, Seat};
 use jostle_protocol::Appearance;
-use jostle_protocol::replay::{Ending, Replay};
+use jostle_protocol::replay::{Ending, Record, Replay};
 use jostle_room::Room;
-use jostle_sim::Scene;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
-use std::time::{Instant, SystemTime};
-use writer::Clock;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Longer than anything takes.
 const LONG: Duration = Duration::from_secs(30);
@@ -44,7 +48,7 @@ impl Dir {
         names
     }
 
-    /// A file of some bytes that was written so many days ago.
+    /// Puts a file of these bytes that was last written `age_days` ago.
     fn put(&self, name: &str, bytes: &[u8], age_days: u32) {
         fs::write(self.0.join(name), bytes).expect("a written file");
         self.stamp(name, SystemTime::now() - days(age_days));
@@ -69,7 +73,9 @@ impl Drop for Dir {
 struct Stage {
     recording: Arc<Recording>,
     room: Room,
-    tape: Tape,
+    seat: Seat,
+    seq: u32,
+    room_recording: RoomRecording,
 }
 
 impl Stage {
@@ -81,20 +87,31 @@ impl Stage {
         let scene = Arc::new(Scene::built_in().swap_remove(0));
         let mut room = Room::new("k7f3q2", scene, 5);
         let ann = Appearance::new("Ann", 0).expect("a name");
-        room.join(ann, None).expect("a seat");
-        let tape = Tape::start(Arc::clone(&recording), &mut room, Instant::now());
-        Stage { recording, room, tape }
+        let seat = room.join(ann, None).expect("a seat").claim.seat;
+        let room_recording =
+            RoomRecording::start(Arc::clone(&recording), &mut room, Instant::now());
+        Stage { recording, room, seat, seq: 0, room_recording }
     }
 
+    /// Ticks with an input each.
     fn play(&mut self, ticks: u32) {
         for _ in 0..ticks {
+            self.seq += 1;
+            self.room.input(self.seat, self.seq, Input::default());
+            self.idle(1);
+        }
+    }
+
+    /// Plays ticks without inputs.
+    fn idle(&mut self, ticks: u32) {
+        for _ in 0..ticks {
             self.room.tick();
-            self.tape.after_ticks(&mut self.room, Instant::now());
+            self.room_recording.after_ticks(&mut self.room, Instant::now());
         }
     }
 
     fn counters(&self) -> [u64; 4] {
-        self.recording.shelf().counters().read()
+        self.recording.store().counters().read()
     }
 
     /// Waits until the writer has done something; the room stands still meanwhile.
@@ -107,7 +124,7 @@ impl Stage {
     }
 
     fn end(mut self) -> Arc<Recording> {
-        self.tape.end(&mut self.room, Instant::now());
+        self.room_recording.end(&mut self.room, Instant::now());
         self.recording.close();
         self.recording
     }
@@ -124,10 +141,10 @@ fn a_room_is_recorded_to_its_end() {
     let start = replay.start();
     assert_eq!((start.room.as_str(), start.scene_name.as_str()), ("k7f3q2", "arena"));
     assert_eq!(start.program, env!("CARGO_PKG_VERSION"));
-    let [entry] = &recording.shelf().list()[..] else { panic!("one entry") };
+    let [entry] = &recording.store().list()[..] else { panic!("one entry") };
     assert!(entry.name.starts_with("arena-k7f3q2-20"), "{}", entry.name);
     assert_eq!((entry.bytes, entry.recording), (replay.byte_count() as u64, false));
-    assert_eq!(recording.shelf().counters().read(), [1, entry.bytes, 0, 0]);
+    assert_eq!(recording.store().counters().read(), [1, entry.bytes, 0, 0]);
 }
 
 #[test]
@@ -139,7 +156,7 @@ fn a_long_game_goes_on_in_another_file() {
     let replays = dir.replays();
     let mut spans: Vec<_> =
         replays.iter().map(|replay| (replay.first_tick(), replay.last_tick())).collect();
-    // They may have begun in one second, and then only a number tells them apart.
+    // They may have begun in one second, and then their names differ only by a number.
     spans.sort();
     assert_eq!(spans, [(0, 400), (400, 800), (800, 1000)]);
     assert!(replays.iter().all(|replay| replay.ending() == Ending::Whole));
@@ -150,12 +167,12 @@ fn a_room_that_fails_leaves_a_replay_up_to_its_last_record() {
     let dir = Dir::new("failed");
     let mut stage = Stage::new(dir.settings());
     stage.play(650);
-    drop(stage.tape);
+    drop(stage.room_recording);
     stage.recording.close();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert!(matches!(replay.ending(), Ending::Cut(_)));
     assert_eq!(replay.last_tick(), 600);
-    assert!(!stage.recording.shelf().list()[0].recording);
+    assert!(!stage.recording.store().list()[0].recording);
 }
 
 #[test]
@@ -163,11 +180,60 @@ fn a_room_that_fails_inside_a_tick_leaves_all_whole_ones() {
     let dir = Dir::new("broken-off");
     let mut stage = Stage::new(dir.settings());
     stage.play(650);
-    stage.tape.break_off(&mut stage.room, Instant::now());
+    stage.room_recording.break_off(&mut stage.room, Instant::now());
     stage.recording.close();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert!(matches!(replay.ending(), Ending::Cut(_)));
     assert_eq!(replay.last_tick(), 650);
+}
+
+#[test]
+fn a_recording_without_an_input_leaves_no_file() {
+    let dir = Dir::new("idle");
+    let mut stage = Stage::new(Settings { file_ticks_max: 400, ..dir.settings() });
+    stage.idle(300);
+    stage.play(60);
+    // The second file begins after the last input, and long after it was held.
+    stage.idle(700);
+    let recording = stage.end();
+    let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
+    assert_eq!((replay.first_tick(), replay.last_tick()), (0, 400));
+    assert_eq!(recording.store().list().len(), 1);
+    assert_eq!(recording.store().counters().read()[0], 3, "files were begun");
+}
+
+#[test]
+fn files_past_the_limit_are_deleted() {
+    const MORE: usize = 20;
+    let dir = Dir::new("many");
+    let name = |at: usize| format!("old-{at:05}.jostle");
+    for at in 0..limits::REPLAY_FILES_MAX + MORE {
+        fs::write(dir.0.join(name(at)), b"").expect("a written file");
+    }
+    let store = ReplayStore::new(dir.settings());
+    store.look(SystemTime::now()).expect("a directory");
+    let names = dir.names();
+    assert_eq!((names.len(), &names[0]), (limits::REPLAY_FILES_MAX, &name(MORE)));
+    let start = jostle_protocol::replay::Start {
+        scene_name: "arena".to_owned(),
+        room: "k7f3q2".to_owned(),
+        ..Default::default()
+    };
+    let (made, _file) = store.create(&start).expect("a file");
+    let names = dir.names();
+    assert_eq!(names.len(), limits::REPLAY_FILES_MAX);
+    assert!(names.contains(&format!("{made}.jostle")) && !names.contains(&name(MORE)));
+}
+
+#[test]
+fn an_empty_file_counts_for_a_block_of_the_disk() {
+    let dir = Dir::new("blocks");
+    for at in 0..10 {
+        dir.put(&format!("file-{at}.jostle"), b"", at);
+    }
+    let store = ReplayStore::new(Settings { bytes_max: 5 * 4096, ..dir.settings() });
+    store.look(SystemTime::now()).expect("a directory");
+    assert_eq!(dir.names().len(), 5);
 }
 
 /// A disk with so little space that the second block of ticks does not fit.
@@ -198,7 +264,7 @@ fn small_disk(path: &Path) -> io::Result<Box<dyn Write + Send>> {
 }
 
 #[test]
-fn a_full_disk_costs_the_file_its_end_and_a_fresh_one_is_tried() {
+fn a_full_disk_truncates_the_file_and_a_new_one_is_tried() {
     let dir = Dir::new("full");
     let retry = Duration::from_secs(3600);
     let mut stage = Stage::new(Settings { create: small_disk, retry, ..dir.settings() });
@@ -214,7 +280,7 @@ fn a_full_disk_costs_the_file_its_end_and_a_fresh_one_is_tried() {
     assert_eq!(jostle_room::divergence::verify(&Arc::new(replay.clone()), |_| {}), Ok(None));
     // An hour later.
     stage.room.tick();
-    stage.tape.after_ticks(&mut stage.room, Instant::now() + retry);
+    stage.room_recording.after_ticks(&mut stage.room, Instant::now() + retry);
     stage.until("another file", |[files, ..]| files == 2);
     stage.recording.close();
 }
@@ -230,17 +296,17 @@ fn no_directory_is_one_error_and_no_file() {
     stage.until("two errors", |counters| counters == [0, 0, 0, 2]);
     stage.play(600);
     let recording = stage.end();
-    assert_eq!(recording.shelf().counters().read(), [0, 0, 0, 2]);
-    assert_eq!(recording.shelf().list(), []);
+    assert_eq!(recording.store().counters().read(), [0, 0, 0, 2]);
+    assert_eq!(recording.store().list(), []);
     assert_eq!(fs::read(dir.0.join("file")).expect("still there"), b"in the way");
 }
 
 #[test]
-fn a_writer_that_is_behind_costs_the_recording_and_no_time() {
+fn a_writer_that_is_behind_ends_the_recording_and_delays_no_tick() {
     let dir = Dir::new("behind");
     let (queue, jobs) = sync_channel(2);
     let recording = Arc::new(Recording {
-        shelf: Arc::new(Shelf::new(dir.settings())),
+        store: Arc::new(ReplayStore::new(dir.settings())),
         queue,
         waiting_bytes: Arc::default(),
         thread: Mutex::default(),
@@ -248,13 +314,13 @@ fn a_writer_that_is_behind_costs_the_recording_and_no_time() {
     let mut stage = Stage::over(Arc::clone(&recording));
     stage.play(900);
     // Start and first block wait; the second was dropped, and nothing was tried after it.
-    assert_eq!(recording.shelf().counters().read(), [0, 0, 1, 0]);
+    assert_eq!(recording.store().counters().read(), [0, 0, 1, 0]);
     assert_eq!(jobs.try_iter().count(), 2);
     assert!(stage.room.take_records().is_empty());
 }
 
 #[test]
-fn the_oldest_go_first_and_nothing_but_replays_goes() {
+fn the_oldest_replays_are_deleted_first_and_no_other_files() {
     let dir = Dir::new("prune");
     dir.put("old.jostle", &[0; 600], 9);
     dir.put("older.jostle", &[0; 600], 20);
@@ -263,15 +329,15 @@ fn the_oldest_go_first_and_nothing_but_replays_goes() {
     dir.put("notes.txt", &[0; 9000], 400);
     dir.put("My Game.jostle", &[0; 9000], 400);
     fs::create_dir(dir.0.join("folder.jostle")).expect("a directory");
-    let shelf = Shelf::new(Settings { bytes_max: 1300, ..dir.settings() });
-    shelf.look(SystemTime::now()).expect("a directory");
+    let store = ReplayStore::new(Settings { bytes_max: 2 * 4096 + 100, ..dir.settings() });
+    store.look(SystemTime::now()).expect("a directory");
     let others = ["My Game.jostle", "folder.jostle", "new.jostle", "notes.txt", "old.jostle"];
     assert_eq!(dir.names(), others);
-    shelf.make_room(200).expect("room");
+    store.make_room("next", 200).expect("room");
     assert!(!dir.names().contains(&"old.jostle".to_owned()));
-    assert!(shelf.make_room(1300).is_ok(), "the last one goes too");
+    assert!(store.make_room("next", 2 * 4096 + 100).is_ok(), "the last one goes too");
     assert_eq!(dir.names(), ["My Game.jostle", "folder.jostle", "notes.txt"]);
-    assert!(shelf.make_room(1301).is_err());
+    assert!(store.make_room("next", 2 * 4096 + 101).is_err());
 }
 
 #[test]
@@ -282,9 +348,9 @@ fn a_clock_that_steps_deletes_nothing() {
     for (first, then) in [(unset, today), (today, today + days(40)), (today, today - days(40))] {
         let dir = Dir::new("stepped");
         let clock = Clock::new(began, first);
-        let shelf = Shelf::new(dir.settings());
+        let store = ReplayStore::new(dir.settings());
         let look = |day| {
-            shelf.look(clock.time(began + days(day), then + days(day))).expect("a directory");
+            store.look(clock.time(began + days(day), then + days(day))).expect("a directory");
             dir.names()
         };
         // Files are stamped by the wall clock.
@@ -309,11 +375,11 @@ fn a_file_that_is_written_is_never_deleted() {
     let recording = stage.end();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert!(replay.last_tick() >= 300 && replay.byte_count() <= 6000);
-    assert!(!recording.shelf().list()[0].recording);
+    assert!(!recording.store().list()[0].recording);
 }
 
 #[test]
-fn the_newest_are_listed_and_what_cannot_be_read_is_not() {
+fn the_newest_are_listed_and_unreadable_files_are_not() {
     let dir = Dir::new("list");
     for age_days in 0..limits::REPLAYS_LISTED_MAX as u32 + 20 {
         let unix_s = 1_800_000_000 - 86_400 * u64::from(age_days);
@@ -327,28 +393,28 @@ fn the_newest_are_listed_and_what_cannot_be_read_is_not() {
         dir.put(&format!("{}.jostle", name::name("arena", "room", unix_s)), &bytes, 0);
     }
     dir.put("broken.jostle", b"what is this", 0);
-    let shelf = Shelf::new(dir.settings());
-    shelf.look(SystemTime::now()).expect("a directory");
-    let rooms: Vec<_> = shelf.list().into_iter().map(|entry| entry.room).collect();
+    let store = ReplayStore::new(dir.settings());
+    store.look(SystemTime::now()).expect("a directory");
+    let rooms: Vec<_> = store.list().into_iter().map(|entry| entry.room).collect();
     let expected: Vec<_> = (0..limits::REPLAYS_LISTED_MAX).map(|age| format!("r{age}")).collect();
     assert_eq!(rooms, expected);
-    assert!(shelf.knows("broken") && !shelf.knows("../replays") && !shelf.knows(""));
-    assert!(matches!(shelf.read("other"), Err(Refused::Unknown)));
-    // What somebody removed is forgotten.
+    assert!(store.knows("broken") && !store.knows("../replays") && !store.knows(""));
+    assert!(matches!(store.read("other"), Err(Refused::Unknown)));
+    // A removed file leaves the list.
     fs::remove_file(dir.0.join("broken.jostle")).expect("removed");
-    shelf.look(SystemTime::now()).expect("a directory");
-    assert!(!shelf.knows("broken"));
+    store.look(SystemTime::now()).expect("a directory");
+    assert!(!store.knows("broken"));
 }
 
 #[test]
-fn only_so_many_read_at_a_time() {
+fn readers_past_the_limit_are_refused() {
     let dir = Dir::new("readers");
     dir.put("a.jostle", b"bytes", 0);
-    let shelf = Shelf::new(dir.settings());
-    shelf.look(SystemTime::now()).expect("a directory");
+    let store = ReplayStore::new(dir.settings());
+    store.look(SystemTime::now()).expect("a directory");
     let mut readers: Vec<_> =
-        (0..limits::REPLAY_READERS_MAX).map(|_| shelf.read("a").expect("a permit")).collect();
-    assert!(matches!(shelf.read("a"), Err(Refused::Busy)));
+        (0..limits::REPLAY_READERS_MAX).map(|_| store.read("a").expect("a permit")).collect();
+    assert!(matches!(store.read("a"), Err(Refused::Busy)));
     readers.pop();
-    assert!(shelf.read("a").is_ok());
+    assert!(store.read("a").is_ok());
 }

@@ -1,8 +1,8 @@
 //! The thread that writes all replays: it packs records and appends them, one file a room. An error
-//! costs one file its end; the first of a row of errors is told loudly, the others are counted.
+//! truncates one file; the first of consecutive errors is logged, the others are counted.
 
-use super::shelf::Shelf;
-use super::{Batch, Job, Reel};
+use super::queue::{Batch, Job, RecordingFile};
+use super::store::ReplayStore;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::{Record, Start, header};
 use std::io::{self, Write};
@@ -13,34 +13,34 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Instant, SystemTime};
 use tracing::{error, info};
 
-/// What the thread works on.
+/// State of the writer's thread.
 pub struct Writer {
-    shelf: Arc<Shelf>,
+    store: Arc<ReplayStore>,
     jobs: Receiver<Job>,
     waiting_bytes: Arc<AtomicUsize>,
     open: Vec<Open>,
-    /// Whether the last thing tried was an error, which was told.
+    /// Whether the last attempt failed, which was logged.
     is_failing: bool,
-    /// Counters as they were last told.
-    told: [u64; 4],
+    /// Counters as last logged.
+    logged: [u64; 4],
     clock: Clock,
 }
 
-/// The wall clock as it was when the writer began, carried on by one that never steps: when the
-/// wall clock is set on, no replay is suddenly too old. What is stamped after it was set back would be, so
-/// that the earlier of the two counts.
+/// The wall clock at the start of the writer, advanced by a monotonic clock: when the wall clock is set
+/// forward, no replay is suddenly too old. Files stamped after it was set back would be, so the earlier of
+/// the two times counts.
 pub struct Clock {
     began: Instant,
     wall: SystemTime,
 }
 
 impl Clock {
-    /// A clock that goes by these two from now on.
+    /// A clock that starts with these two times.
     pub fn new(began: Instant, wall: SystemTime) -> Clock {
         Clock { began, wall }
     }
 
-    /// The time of `now`, at which the wall clock says `wall`.
+    /// The time at `now`, when the wall clock reads `wall`.
     pub fn time(&self, now: Instant, wall: SystemTime) -> SystemTime {
         wall.min(self.wall + now.saturating_duration_since(self.began))
     }
@@ -48,29 +48,33 @@ impl Clock {
 
 /// A file that is being written.
 struct Open {
-    reel: Arc<Reel>,
+    recording_file: Arc<RecordingFile>,
     name: String,
     file: Box<dyn Write + Send>,
-    /// Whether it holds ticks; a file without any is of no use.
-    has_ticks: bool,
+    /// Whether a player sent an input; a file without any is of no use.
+    has_inputs: bool,
 }
 
 impl Writer {
-    /// No files yet.
-    pub fn new(shelf: Arc<Shelf>, jobs: Receiver<Job>, waiting_bytes: Arc<AtomicUsize>) -> Writer {
-        let (open, is_failing, told) = (Vec::new(), false, [0; 4]);
-        let clock = Clock::new(Instant::now(), (shelf.settings().wall)());
-        Writer { shelf, jobs, waiting_bytes, open, is_failing, told, clock }
+    /// Creates a writer without open files.
+    pub fn new(
+        store: Arc<ReplayStore>,
+        jobs: Receiver<Job>,
+        waiting_bytes: Arc<AtomicUsize>,
+    ) -> Writer {
+        let (open, is_failing, logged) = (Vec::new(), false, [0; 4]);
+        let clock = Clock::new(Instant::now(), (store.settings().wall)());
+        Writer { store, jobs, waiting_bytes, open, is_failing, logged, clock }
     }
 
-    /// Writes until it is told to close.
+    /// Writes until a [`Job::Close`] comes or the queue is dropped.
     pub fn run(mut self) {
-        info!(dir = %self.shelf.settings().dir.display(), "rooms are recorded");
+        info!(dir = %self.store.settings().dir.display(), "rooms are recorded");
         let mut look_at = Instant::now();
         loop {
             if Instant::now() >= look_at {
                 self.look();
-                look_at = Instant::now() + self.shelf.settings().look_every;
+                look_at = Instant::now() + self.store.settings().look_every;
             }
             match self.jobs.recv_timeout(look_at.saturating_duration_since(Instant::now())) {
                 Ok(Job::Write(batch)) => self.write(batch),
@@ -81,90 +85,105 @@ impl Writer {
         for open in std::mem::take(&mut self.open) {
             self.finish(open);
         }
-        self.tell("recording ended");
+        self.log_counters("recording ended");
     }
 
     fn write(&mut self, batch: Batch) {
-        self.waiting_bytes.fetch_sub(batch.weight, Ordering::Relaxed);
+        self.waiting_bytes.fetch_sub(batch.memory_bytes, Ordering::Relaxed);
         for record in &batch.records {
-            if let Err((path, error)) = self.append(&batch.reel, record) {
-                self.fail(&batch.reel, &path, &error);
+            if let Err((path, error)) = self.append(&batch.recording_file, record) {
+                self.fail(&batch.recording_file, &path, &error);
                 return;
             }
         }
         if batch.is_last
-            && let Some(at) = self.place(&batch.reel)
+            && let Some(at) = self.position(&batch.recording_file)
         {
             let open = self.open.swap_remove(at);
             self.finish(open);
         }
     }
 
-    fn place(&self, reel: &Arc<Reel>) -> Option<usize> {
-        self.open.iter().position(|open| Arc::ptr_eq(&open.reel, reel))
+    fn position(&self, recording_file: &Arc<RecordingFile>) -> Option<usize> {
+        self.open.iter().position(|open| Arc::ptr_eq(&open.recording_file, recording_file))
     }
 
     /// Appends a record to its file, or names the file and what is wrong with it. Records of a file
     /// that was given up are passed over.
-    fn append(&mut self, reel: &Arc<Reel>, record: &Record) -> Result<(), (String, io::Error)> {
+    fn append(
+        &mut self,
+        recording_file: &Arc<RecordingFile>,
+        record: &Record,
+    ) -> Result<(), (String, io::Error)> {
         let mut bytes = record.seal();
         if let Record::Start(start) = record {
-            self.begin(reel, start)
-                .map_err(|error| (self.shelf.settings().dir.display().to_string(), error))?;
+            self.begin(recording_file, start)
+                .map_err(|error| (self.store.settings().dir.display().to_string(), error))?;
             bytes.splice(..0, header());
         }
-        let Some(at) = self.place(reel) else { return Ok(()) };
+        let Some(at) = self.position(recording_file) else { return Ok(()) };
         let open = &mut self.open[at];
         let count = bytes.len() as u64;
-        let written = fits(reel, count)
-            .and_then(|()| self.shelf.make_room(count))
+        let written = fits(recording_file, count)
+            .and_then(|()| self.store.make_room(&open.name, count))
             .and_then(|()| open.file.write_all(&bytes));
-        written.map_err(|error| (self.shelf.path(&open.name).display().to_string(), error))?;
-        reel.bytes.fetch_add(count, Ordering::Relaxed);
-        self.shelf.grow(&open.name, count);
-        self.shelf.counters().bytes.fetch_add(count, Ordering::Relaxed);
-        if matches!(record, Record::Ticks(_)) {
-            open.has_ticks = true;
+        written.map_err(|error| (self.store.path(&open.name).display().to_string(), error))?;
+        recording_file.bytes.fetch_add(count, Ordering::Relaxed);
+        self.store.grow(&open.name, count);
+        self.store.counters().bytes.fetch_add(count, Ordering::Relaxed);
+        if let Record::Ticks(block) = record {
+            open.has_inputs |= block.ticks.iter().any(|tick| !tick.inputs.is_empty());
             self.succeed();
         }
         Ok(())
     }
 
-    fn begin(&mut self, reel: &Arc<Reel>, start: &Start) -> io::Result<()> {
-        let (name, file) = self.shelf.create(start)?;
-        self.shelf.counters().files.fetch_add(1, Ordering::Relaxed);
-        self.open.push(Open { reel: Arc::clone(reel), name, file, has_ticks: false });
+    fn begin(&mut self, recording_file: &Arc<RecordingFile>, start: &Start) -> io::Result<()> {
+        let (name, file) = self.store.create(start)?;
+        self.store.counters().files.fetch_add(1, Ordering::Relaxed);
+        self.open.push(Open {
+            recording_file: Arc::clone(recording_file),
+            name,
+            file,
+            has_inputs: false,
+        });
         Ok(())
     }
 
     fn finish(&mut self, mut open: Open) {
         if let Err(error) = open.file.flush() {
-            self.count_error(&self.shelf.path(&open.name).display().to_string(), &error);
+            self.count_error(&self.store.path(&open.name).display().to_string(), &error);
         }
-        self.shelf.finish(&open.name);
+        self.keep(open);
     }
 
-    /// Gives a file up. What was written of it stays, if that is any ticks.
-    fn fail(&mut self, reel: &Arc<Reel>, path: &str, error: &io::Error) {
-        reel.failed.store(true, Ordering::Relaxed);
-        if let Some(at) = self.place(reel) {
+    /// Keeps a file that is no longer written, or deletes it if it has no inputs.
+    fn keep(&self, open: Open) {
+        let Open { name, file, has_inputs, .. } = open;
+        drop(file);
+        match has_inputs {
+            true => self.store.finish(&name),
+            false => self.store.discard(&name),
+        }
+    }
+
+    /// Gives a file up. The part that was written stays if it has inputs.
+    fn fail(&mut self, recording_file: &Arc<RecordingFile>, path: &str, error: &io::Error) {
+        recording_file.failed.store(true, Ordering::Relaxed);
+        if let Some(at) = self.position(recording_file) {
             let open = self.open.swap_remove(at);
-            drop(open.file);
-            match open.has_ticks {
-                true => self.shelf.finish(&open.name),
-                false => self.shelf.discard(&open.name),
-            }
+            self.keep(open);
         }
         self.count_error(path, error);
     }
 
     fn count_error(&mut self, path: &str, error: &io::Error) {
-        self.shelf.counters().errors.fetch_add(1, Ordering::Relaxed);
+        self.store.counters().errors.fetch_add(1, Ordering::Relaxed);
         if !self.is_failing {
-            let retry_s = self.shelf.settings().retry.as_secs();
+            let retry_s = self.store.settings().retry.as_secs();
             error!(
                 file = path, %error, retry_s,
-                "CANNOT RECORD: games go on without, and a fresh file is tried again and again"
+                "CANNOT RECORD: games go on unrecorded, and a new file is tried after each retry time"
             );
         }
         self.is_failing = true;
@@ -177,48 +196,48 @@ impl Writer {
         self.is_failing = false;
     }
 
-    /// Once a minute: the directory, files that nobody writes to any more, the counters.
+    /// Scans the directory, finishes files that their rooms gave up, and logs the counters. Runs once a minute.
     fn look(&mut self) {
-        let now = self.clock.time(Instant::now(), (self.shelf.settings().wall)());
-        if let Err(error) = self.shelf.look(now) {
-            self.count_error(&self.shelf.settings().dir.display().to_string(), &error);
+        let now = self.clock.time(Instant::now(), (self.store.settings().wall)());
+        if let Err(error) = self.store.look(now) {
+            self.count_error(&self.store.settings().dir.display().to_string(), &error);
         }
         let (left, open): (Vec<_>, Vec<_>) = std::mem::take(&mut self.open)
             .into_iter()
-            .partition(|open| open.reel.left.load(Ordering::Relaxed));
+            .partition(|open| open.recording_file.left.load(Ordering::Relaxed));
         self.open = open;
         left.into_iter().for_each(|open| self.finish(open));
-        for reel in self.removed() {
-            let error = io::Error::new(io::ErrorKind::NotFound, "somebody removed it");
-            let dir = self.shelf.settings().dir.display().to_string();
-            self.fail(&reel, &dir, &error);
+        for recording_file in self.removed() {
+            let error = io::Error::new(io::ErrorKind::NotFound, "it was removed");
+            let dir = self.store.settings().dir.display().to_string();
+            self.fail(&recording_file, &dir, &error);
         }
-        self.tell("recording");
+        self.log_counters("recording");
     }
 
-    /// Files that are written and no longer there.
-    fn removed(&self) -> Vec<Arc<Reel>> {
+    /// Open files that were removed from the directory.
+    fn removed(&self) -> Vec<Arc<RecordingFile>> {
         let is_gone = |path: &Path| {
             path.symlink_metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound)
         };
-        let removed = self.open.iter().filter(|open| is_gone(&self.shelf.path(&open.name)));
-        removed.map(|open| Arc::clone(&open.reel)).collect()
+        let removed = self.open.iter().filter(|open| is_gone(&self.store.path(&open.name)));
+        removed.map(|open| Arc::clone(&open.recording_file)).collect()
     }
 
     /// Logs the counters if they changed.
-    fn tell(&mut self, what: &str) {
-        let counters = self.shelf.counters().read();
-        if counters != self.told {
+    fn log_counters(&mut self, message: &str) {
+        let counters = self.store.counters().read();
+        if counters != self.logged {
             let [files, bytes, dropped, errors] = counters;
-            info!(files, bytes, dropped, errors, "{what}");
-            self.told = counters;
+            info!(files, bytes, dropped, errors, "{message}");
+            self.logged = counters;
         }
     }
 }
 
-/// A file that grew past every limit could not be read again.
-fn fits(reel: &Reel, bytes: u64) -> io::Result<()> {
-    let bytes = reel.bytes.load(Ordering::Relaxed) + bytes;
+/// Fails if a file would grow too large to be read again.
+fn fits(recording_file: &RecordingFile, bytes: u64) -> io::Result<()> {
+    let bytes = recording_file.bytes.load(Ordering::Relaxed) + bytes;
     match bytes > REPLAY_BYTES_MAX as u64 {
         true => Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("{bytes} bytes"))),
         false => Ok(()),

@@ -1,0 +1,51 @@
+//! The configuration of a server.
+
+use crate::limits;
+use crate::net::{assets, tls};
+use crate::replays;
+use jostle_game::Scene;
+use std::net::IpAddr;
+use tracing_appender::non_blocking::ErrorCounter;
+
+/// Settings that a server starts with.
+#[derive(Clone, Debug)]
+pub struct Config {
+    /// Files of the page, sorted by name.
+    pub files: &'static [assets::File],
+    /// Scenes on offer, at most [`limits::SCENES_MAX`], each name once.
+    pub scenes: Vec<Scene>,
+    /// How long the server waits before it gives up a peer or a room.
+    pub waits: limits::Waits,
+    /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
+    pub origins: Vec<String>,
+    /// Proxies whose `X-Forwarded-For` header is trusted, in canonical form.
+    pub trusted_proxies: Vec<IpAddr>,
+    /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
+    pub address_sessions_max: usize,
+    /// Token that operators need for the admin paths; `None` closes these.
+    pub ops_token: Option<String>,
+    /// Certificate and key of the players' port; `None` serves it without TLS.
+    pub tls: Option<tls::Tls>,
+    /// Counter of dropped log lines, if the log drops any.
+    pub log_drops: Option<ErrorCounter>,
+    /// Where games are recorded; `None` records nothing.
+    pub replays: Option<replays::Settings>,
+}
+
+impl Default for Config {
+    /// The embedded page, the built-in scenes, pages of this site only, no proxies, no TLS, nothing recorded.
+    fn default() -> Config {
+        Config {
+            files: assets::FILES,
+            scenes: Scene::built_in(),
+            waits: limits::Waits::default(),
+            origins: Vec::new(),
+            trusted_proxies: Vec::new(),
+            address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
+            ops_token: None,
+            tls: None,
+            log_drops: None,
+            replays: None,
+        }
+    }
+}

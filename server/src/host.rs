@@ -1,0 +1,14 @@
+//! Rooms and their threads. [`rooms::Rooms`] opens a room and hands sessions to it, [`ticker`] is its thread,
+//! [`room_handle`] all that others hold of it. The thread feeds each [`member`] through an [`outbox`], which it never waits for.
+
+pub mod ack_lag;
+pub mod admission;
+pub mod member;
+pub mod outbox;
+pub mod phase;
+pub mod room_handle;
+pub mod rooms;
+pub mod run_queue;
+pub mod schedule;
+pub mod ticker;
+pub mod token_signer;

@@ -1,0 +1,116 @@
+//! One player with a socket: its snapshots, their rate, and whether the client still acknowledges them.
+
+use crate::host::ack_lag::AckLag;
+use crate::host::outbox::Outbox;
+use crate::host::room_handle::FromSession;
+use crate::limits;
+use crate::ops::metrics::{Metrics, Skip};
+use jostle_game::Seat;
+use jostle_protocol::Refusal;
+use jostle_room::{Rate, Room, Subscriber};
+use jostle_sim::TICKS_PER_SECOND;
+use std::sync::Arc;
+use std::sync::mpsc::Receiver;
+
+/// One player with a socket.
+pub struct Member {
+    pub(super) seat: Seat,
+    /// Whether it may kick players and close the room.
+    pub(super) host: bool,
+    pub(super) inbox: Receiver<FromSession>,
+    pub(super) outbox: Arc<Outbox>,
+    pub(super) lag: AckLag,
+    /// Its subscription to snapshots; `None` until its next keyframe.
+    subscriber: Option<Subscriber>,
+    rate: Rate,
+    /// Tick at which it was last found to be far behind.
+    late_tick: u32,
+}
+
+impl Member {
+    /// A player who just took a seat.
+    pub fn new(
+        seat: Seat,
+        host: bool,
+        inbox: Receiver<FromSession>,
+        outbox: Arc<Outbox>,
+        tick: u32,
+    ) -> Member {
+        let lag = AckLag::new(tick);
+        let rate = Rate::default();
+        Member { seat, host, inbox, outbox, lag, subscriber: None, rate, late_tick: tick }
+    }
+
+    /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower
+    /// rate, and a higher one after it kept up for long enough. A client that acknowledges nothing for
+    /// `silent_ticks_max` ticks is disconnected.
+    pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) {
+        let tick = room.game().tick_count();
+        // First: a keyframe of a tick that was queued already would repeat its events.
+        self.choose_rate(tick, metrics);
+        self.hand_over(room, tick, metrics);
+        if self.subscriber.is_none() {
+            let (subscriber, keyframe) = room.subscribe_view(self.seat, self.rate);
+            metrics.sent(self.rate, keyframe.len());
+            let dropped = self.outbox.keyframe(keyframe);
+            metrics.skipped(Skip::Lag, dropped);
+            self.lag.sent(subscriber.keyframe_tick);
+            self.subscriber = Some(subscriber);
+        }
+        if self.lag.is_silent(tick, silent_ticks_max) {
+            self.outbox.end(Refusal::Silent);
+        }
+        if tick.is_multiple_of(TICKS_PER_SECOND) {
+            metrics.lag.observe(f64::from(self.lag.ticks()));
+        }
+    }
+
+    fn hand_over(&mut self, room: &Room, tick: u32, metrics: &Metrics) {
+        let Some(subscriber) = &self.subscriber else { return };
+        let Some(message) = room.message(subscriber) else {
+            let due = tick.is_multiple_of(u32::from(self.rate.every()));
+            return metrics.skipped(if due { Skip::Quiet } else { Skip::Rate }, 1);
+        };
+        match self.outbox.snapshot(message) {
+            0 => {
+                metrics.sent(self.rate, message.len());
+                self.lag.sent(tick);
+            }
+            dropped => {
+                metrics.skipped(Skip::Queue, dropped);
+                self.begin_lower(tick, metrics);
+            }
+        }
+    }
+
+    fn choose_rate(&mut self, tick: u32, metrics: &Metrics) {
+        // Only at a tick of the lower rate: between two of them its keyframe is of the one before, and
+        // events since then, which may have been sent already, would be sent again.
+        let lower = self.rate.lower();
+        if self.lag.lags(tick) && tick.is_multiple_of(lower.every().into()) {
+            self.lag.relieved(tick);
+            self.late_tick = tick;
+            if lower != self.rate {
+                self.begin_lower(tick, metrics);
+            }
+        }
+        let keeps_up =
+            || tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
+        if self.rate != Rate::Full && keeps_up() {
+            self.subscriber = None;
+            self.rate = self.rate.higher();
+            self.late_tick = tick;
+        }
+    }
+
+    /// Makes its next snapshot a keyframe, at a lower rate.
+    fn begin_lower(&mut self, tick: u32, metrics: &Metrics) {
+        metrics.late.inc();
+        self.subscriber = None;
+        self.rate = self.rate.lower();
+        self.late_tick = tick;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,50 @@
+use super::*;
+use jostle_game::scene::Camera;
+use jostle_game::{Event, Scene};
+use jostle_protocol::{Appearance, ServerMessage, SnapshotStream};
+use std::sync::mpsc::sync_channel;
+
+/// Takes the waiting snapshots, and adds the ticks in which a player joined or left.
+fn listen(outbox: &Outbox, stream: &mut SnapshotStream, events: &mut Vec<u32>) {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    while !outbox.is_drained() {
+        let bytes = runtime.block_on(outbox.take());
+        let message = ServerMessage::decode(&bytes).expect("a message");
+        let ServerMessage::Snapshot(coded) = message else { panic!("{message:?}") };
+        let heard = stream.decode(&coded).expect("a snapshot");
+        let who = |event| matches!(event, Event::Joined(_) | Event::Left(_));
+        events.extend(heard.events.iter().filter(|timed| who(timed.event)).map(|timed| timed.tick));
+    }
+}
+
+#[test]
+fn a_lower_rate_repeats_no_event() {
+    let whole = |scene: &Scene| !matches!(scene.camera, Camera::Follow { .. });
+    let scene = Scene::built_in().into_iter().find(|scene| whole(scene) && scene.players_max > 1);
+    let scene = Arc::new(scene.expect("a shipped scene"));
+    for stuck in 5..17 {
+        let mut room = Room::new("slow", Arc::clone(&scene), 1);
+        let look = || Appearance { name: "Ann".into(), color: 0 };
+        let seat = room.join(look(), None).expect("a seat").claim.seat;
+        // The lower rates have a subscriber already: else they would begin with the newest tick.
+        Rate::ALL.into_iter().for_each(|rate| drop(room.subscribe(rate)));
+        let (_inbox, inbox) = sync_channel(1);
+        let outbox = Arc::new(Outbox::default());
+        let mut member = Member::new(seat, false, inbox, Arc::clone(&outbox), 0);
+        let (mut stream, mut events) = (SnapshotStream::default(), Vec::new());
+        let mut other = None;
+        for tick in 1..=400 {
+            // So that something happens in every tick.
+            match other.take() {
+                Some(seat) => room.leave(seat),
+                None => other = Some(room.join(look(), None).expect("a seat").claim.seat),
+            }
+            room.tick();
+            member.lag.acked(tick.min(stuck) as u16, tick);
+            member.feed(&mut room, u32::MAX, &Metrics::default());
+            listen(&outbox, &mut stream, &mut events);
+        }
+        assert_eq!(member.rate, Rate::Twelfth);
+        assert!(events.is_sorted_by(|a, b| a < b), "stuck at {stuck}: {events:?}");
+    }
+}

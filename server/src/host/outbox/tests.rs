@@ -1,0 +1,75 @@
+use super::*;
+
+fn block<T>(future: impl Future<Output = T>) -> T {
+    tokio::runtime::Builder::new_current_thread().build().expect("a runtime").block_on(future)
+}
+
+fn bytes(fill: u8, count: usize) -> Bytes {
+    vec![fill; count].into()
+}
+
+#[test]
+fn snapshots_are_taken_in_order() {
+    let outbox = Outbox::default();
+    outbox.keyframe(bytes(0, 100));
+    for tick in 1..4 {
+        assert_eq!(outbox.snapshot(&bytes(tick, 1)), 0);
+    }
+    assert_eq!(block(outbox.take()).len(), 100);
+    for tick in 1..4 {
+        assert!(!outbox.is_drained());
+        assert_eq!(block(outbox.take()), Bytes::from(vec![tick]));
+    }
+    assert!(outbox.is_drained() && outbox.try_take().is_none());
+}
+
+#[test]
+fn a_backlog_beyond_a_keyframe_is_replaced_by_one() {
+    let outbox = Outbox::default();
+    outbox.keyframe(bytes(0, 100));
+    outbox.try_take().expect("the keyframe");
+    let fitted = (1..20).take_while(|&tick| outbox.snapshot(&bytes(tick, 18)) == 0).count();
+    assert_eq!(fitted, 5, "five times 18 bytes are less than 100");
+    assert!(outbox.is_drained(), "what cannot be used is dropped");
+    outbox.keyframe(bytes(9, 80));
+    assert_eq!(outbox.try_take().expect("the keyframe").len(), 80);
+}
+
+#[test]
+fn many_small_snapshots_do_not_wait_for_ever_and_a_few_large_ones_may() {
+    let outbox = Outbox::default();
+    outbox.keyframe(bytes(0, 10_000));
+    outbox.try_take().expect("the keyframe");
+    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 2)) == 0).count();
+    assert_eq!(fitted, OUTBOX_SNAPSHOTS_MAX);
+    assert_eq!(outbox.keyframe(bytes(0, 10)), 0, "all that waited was counted before");
+    outbox.try_take().expect("the keyframe");
+    let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 50)) == 0).count();
+    assert_eq!(fitted, LATE_SNAPSHOTS_MIN);
+    outbox.snapshot(&bytes(0, 1));
+    assert_eq!(outbox.keyframe(bytes(0, 10)), 1);
+}
+
+#[test]
+fn control_messages_overtake_snapshots_and_are_bounded() {
+    let outbox = Outbox::default();
+    outbox.keyframe(bytes(1, 1));
+    for _ in 0..OUTBOX_CONTROL_MAX {
+        assert!(outbox.control(vec![9]));
+    }
+    assert!(!outbox.control(vec![9]));
+    for _ in 0..OUTBOX_CONTROL_MAX {
+        assert_eq!(outbox.try_take().expect("a message"), Bytes::from_static(&[9]));
+    }
+    assert_eq!(outbox.try_take().expect("the snapshot"), Bytes::from_static(&[1]));
+}
+
+#[test]
+fn the_first_reason_to_end_counts_and_nothing_more_is_queued() {
+    let outbox = Outbox::default();
+    outbox.end(Refusal::Flood);
+    outbox.end(Refusal::Closing);
+    assert_eq!(outbox.snapshot(&bytes(1, 1)), 0);
+    assert!(outbox.is_drained());
+    assert_eq!(block(outbox.ended()), Refusal::Flood);
+}

@@ -1,0 +1,128 @@
+//! The handle of a room: everything that is known of it and sent to it from outside its thread.
+
+use crate::host::outbox::Outbox;
+use crate::host::token_signer::SeatClaim;
+use jostle_game::{Input, Scene, Seat};
+use jostle_protocol::{Appearance, PlayerState};
+use jostle_sim::Vec2;
+use std::collections::BTreeMap;
+use std::net::IpAddr;
+use std::sync::atomic::{AtomicU32, AtomicUsize};
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use tokio::sync::oneshot;
+
+/// Public state of an open room.
+pub struct RoomInfo {
+    /// The code in its link.
+    pub code: String,
+    /// Number drawn at random when it opened. Unique among all rooms, past ones included.
+    pub number: u64,
+    /// Whether it is reached by its link only: it is in no list, and is not recorded.
+    pub private: bool,
+    /// Its scene.
+    pub scene: Arc<Scene>,
+    /// Newest tick.
+    pub tick: AtomicU32,
+    /// Seats taken.
+    pub players: AtomicUsize,
+    /// Bodies in its world.
+    pub bodies: AtomicUsize,
+}
+
+/// A session that asks for a seat. The answer comes through its outbox: a welcome or the end.
+pub struct Join {
+    /// Name and colour.
+    pub appearance: Appearance,
+    /// The seat it held before, by a token of this server.
+    pub claim: Option<SeatClaim>,
+    /// Number of the room whose host it is, by a key of this server.
+    pub hosted: Option<u64>,
+    /// Address that it counts for.
+    pub address: IpAddr,
+    /// Messages from the session; a dropped sender is a lost socket.
+    pub inbox: Receiver<FromSession>,
+    /// Messages to the session.
+    pub outbox: Arc<Outbox>,
+}
+
+/// A message that a session passes on to its room.
+#[derive(Clone, Copy, Debug)]
+pub enum FromSession {
+    /// An input.
+    Input {
+        /// Its number.
+        seq: u32,
+        /// Low bits of the newest tick that the client received.
+        ack_tick: u16,
+        /// Keys and pointer.
+        input: Input,
+    },
+    /// The size of the page's view of the world.
+    View {
+        /// Width and height, world units.
+        size: Vec2,
+    },
+    /// The host kicks a player.
+    Kick {
+        /// The player's seat.
+        seat: Seat,
+    },
+    /// The host closes the room.
+    CloseRoom,
+    /// The player closed the socket on purpose: the seat need not be held.
+    Leave,
+}
+
+/// A command of an operator to a room, carried out at its next tick.
+#[derive(Debug)]
+pub enum AdminCommand {
+    /// Lists the players.
+    Players(oneshot::Sender<Vec<PlayerState>>),
+    /// Kicks a player; the answer is whether there was one in this seat.
+    Kick(Seat, oneshot::Sender<bool>),
+    /// Closes the room.
+    Close,
+}
+
+/// The host's end of an open room.
+pub struct RoomHandle {
+    /// The room's public state.
+    pub info: Arc<RoomInfo>,
+    /// Sessions that ask for a seat.
+    pub joins: SyncSender<Join>,
+    /// Commands of operators.
+    pub commands: SyncSender<AdminCommand>,
+    /// Network of the creator; `None` for a standing room.
+    pub creator: Option<IpAddr>,
+    /// The room's thread.
+    pub thread: JoinHandle<()>,
+}
+
+/// The handles of all open rooms, by code.
+#[derive(Default)]
+pub struct RoomHandles(Mutex<BTreeMap<String, RoomHandle>>);
+
+impl RoomHandles {
+    /// Locks the handles. No holder of the lock waits for anything else.
+    pub fn lock(&self) -> MutexGuard<'_, BTreeMap<String, RoomHandle>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Removes the handle of an empty room, or returns a session that is just joining it.
+    pub fn retire(&self, info: &RoomInfo, joins: &Receiver<Join>) -> Option<Join> {
+        // Sessions join under this lock, so none can slip in between the check and the removal.
+        let mut rooms = self.lock();
+        let join = joins.try_recv().ok();
+        if join.is_none() {
+            rooms.remove(&info.code);
+        }
+        join
+    }
+
+    /// Removes the handle of a room in any case.
+    pub fn remove(&self, info: &RoomInfo) {
+        self.lock().remove(&info.code);
+    }
+}

@@ -1,0 +1,252 @@
+//! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
+//! demand; others are created with a random code. Rooms take themselves off the list when empty.
+
+use crate::config::Config;
+use crate::host::admission::Admission;
+use crate::host::phase::Phase;
+use crate::host::room_handle::{AdminCommand, Join, RoomHandle, RoomHandles, RoomInfo};
+use crate::host::ticker::Ticker;
+use crate::host::token_signer::TokenSigner;
+use crate::limits;
+use crate::limits::connection_limits::network;
+use crate::ops::metrics::Metrics;
+use crate::replays::Recording;
+use jostle_game::Scene;
+use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use jostle_protocol::{Refusal, Token};
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicUsize};
+use std::sync::mpsc::{TrySendError, sync_channel};
+use std::time::Duration;
+use tokio::sync::watch;
+use tracing::error;
+
+/// Letters and digits that are not mistaken for each other.
+const CODE_ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
+/// Characters of a random code: 887 million codes.
+const CODE_CHARS: usize = 6;
+
+/// All open rooms, and the scenes to open more of.
+pub struct Rooms {
+    scenes: Vec<Arc<Scene>>,
+    empty_grace: Duration,
+    hearing: Duration,
+    phase: watch::Receiver<Phase>,
+    recording: Option<Arc<Recording>>,
+    metrics: Arc<Metrics>,
+    signer: Arc<TokenSigner>,
+    open: Arc<RoomHandles>,
+}
+
+/// A newly created room.
+pub struct Created {
+    /// The code in its link.
+    pub code: String,
+    /// Key that makes its holder the host.
+    pub host_key: Token,
+}
+
+/// Error of [`Rooms::create`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CreateError {
+    /// There is no such scene.
+    #[error("That scene doesn't exist.")]
+    NoSuchScene(String),
+    /// The address has [`limits::ADDRESS_ROOMS_MAX`] rooms open.
+    #[error("Your network already has {max} rooms open, the maximum. Close one or try again in two minutes.", max = limits::ADDRESS_ROOMS_MAX)]
+    TooManyOfAddress,
+    /// [`limits::ROOMS_MAX`] rooms are open.
+    #[error("This server already has its maximum of {max} rooms open. Try again later.", max = limits::ROOMS_MAX)]
+    TooMany,
+    /// The server is closing, or a thread could not be started.
+    #[error("The server isn't opening new rooms right now. Try again later.")]
+    NotNow,
+}
+
+impl Rooms {
+    /// Creates an empty list of rooms. Rooms are recorded if `recording` is given.
+    pub fn new(
+        config: Config,
+        phase: watch::Receiver<Phase>,
+        recording: Option<Arc<Recording>>,
+        metrics: Arc<Metrics>,
+        signer: Arc<TokenSigner>,
+    ) -> Rooms {
+        let scenes = config.scenes.into_iter().map(Arc::new).collect();
+        let (empty_grace, hearing) = (config.waits.room_empty, config.waits.hearing);
+        let open = Arc::default();
+        Rooms { scenes, empty_grace, hearing, phase, recording, metrics, signer, open }
+    }
+
+    /// The scenes, in the order in which they are offered.
+    pub fn scenes(&self) -> &[Arc<Scene>] {
+        &self.scenes
+    }
+
+    /// Open rooms in the order of their codes.
+    pub fn list(&self) -> Vec<Arc<RoomInfo>> {
+        self.open.lock().values().map(|room| Arc::clone(&room.info)).collect()
+    }
+
+    /// Returns whether a session with this code would find a room.
+    pub fn knows(&self, code: &str) -> bool {
+        self.scene(code).is_some() || self.open.lock().contains_key(code)
+    }
+
+    /// Opens a room with a random code.
+    pub fn create(
+        &self,
+        scene: &str,
+        private: bool,
+        creator: IpAddr,
+    ) -> Result<Created, CreateError> {
+        let Some(scene) = self.scene(scene) else {
+            return Err(CreateError::NoSuchScene(scene.to_owned()));
+        };
+        let creator = network(creator);
+        let mut rooms = self.open.lock();
+        let created = rooms.values().filter_map(|room| room.creator);
+        if created.clone().filter(|address| *address == creator).count()
+            >= limits::ADDRESS_ROOMS_MAX
+        {
+            return Err(CreateError::TooManyOfAddress);
+        }
+        if created.count() >= limits::ROOMS_MAX {
+            return Err(CreateError::TooMany);
+        }
+        let chars = if private { limits::PRIVATE_CODE_CHARS } else { CODE_CHARS };
+        let code = loop {
+            let code = random_code(chars, random);
+            if !rooms.contains_key(&code) && self.scene(&code).is_none() {
+                break code;
+            }
+        };
+        let room = self.open(&code, scene, private, Some(creator)).ok_or(CreateError::NotNow)?;
+        let host_key = self.signer.host_key(room.info.number);
+        rooms.insert(code.clone(), room);
+        Ok(Created { code, host_key })
+    }
+
+    /// Hands a session to a room, and opens a standing one first if needed. The room answers through
+    /// the session's outbox; an error here means that no room took the session.
+    pub fn join(&self, code: &str, join: Join) -> Result<Arc<RoomInfo>, Refusal> {
+        let mut rooms = self.open.lock();
+        if !rooms.contains_key(code) {
+            let scene = self.scene(code).ok_or(Refusal::NoSuchRoom)?;
+            let room = self.open(code, scene, false, None).ok_or(Refusal::ServerFull)?;
+            rooms.insert(code.to_owned(), room);
+        }
+        let room = &rooms[code];
+        match room.joins.try_send(join) {
+            Ok(()) => Ok(Arc::clone(&room.info)),
+            Err(TrySendError::Full(_)) => Err(Refusal::ServerFull),
+            Err(TrySendError::Disconnected(_)) => Err(Refusal::RoomFailed),
+        }
+    }
+
+    /// Sends a command to a room; `false` if there is no such room, or its queue is full.
+    pub fn command(&self, code: &str, command: AdminCommand) -> bool {
+        self.open.lock().get(code).is_some_and(|room| room.commands.try_send(command).is_ok())
+    }
+
+    /// Waits for the threads of all rooms; they end by themselves when the server closes.
+    pub fn wait(&self) {
+        let rooms = std::mem::take(&mut *self.open.lock());
+        for room in rooms.into_values() {
+            // A room that panicked has logged it.
+            let _ = room.thread.join();
+        }
+    }
+
+    fn scene(&self, name: &str) -> Option<&Arc<Scene>> {
+        self.scenes.iter().find(|scene| scene.name == name)
+    }
+
+    fn open(
+        &self,
+        code: &str,
+        scene: &Arc<Scene>,
+        private: bool,
+        creator: Option<IpAddr>,
+    ) -> Option<RoomHandle> {
+        if *self.phase.borrow() != Phase::Running {
+            return None;
+        }
+        let info = Arc::new(RoomInfo {
+            code: code.to_owned(),
+            number: random(),
+            private,
+            scene: Arc::clone(scene),
+            tick: AtomicU32::new(0),
+            players: AtomicUsize::new(0),
+            bodies: AtomicUsize::new(0),
+        });
+        let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
+        let (commands, commanded) = sync_channel(limits::COMMANDS_WAITING_MAX);
+        let recording = self.recording.clone().filter(|_| !private);
+        let ticker = Ticker {
+            info: Arc::clone(&info),
+            rooms: Arc::clone(&self.open),
+            joins: receiver,
+            commands: commanded,
+            phase: self.phase.clone(),
+            empty_grace: self.empty_grace,
+            hearing: self.hearing,
+            seed: random(),
+            members: Vec::new(),
+            admission: Admission::default(),
+            closed: false,
+            recording,
+            metrics: Arc::clone(&self.metrics),
+            signer: Arc::clone(&self.signer),
+        };
+        let spawned = std::thread::Builder::new()
+            .name(format!("room {code}"))
+            .spawn(move || ticker.run())
+            .inspect_err(|error| error!(room = %code, %error, "no thread for a room"));
+        Some(RoomHandle { info, joins: sender, commands, creator, thread: spawned.ok()? })
+    }
+}
+
+/// Returns whether a path segment has the form of a room's code.
+pub fn is_code(text: &str) -> bool {
+    let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+    (1..=ROOM_CODE_BYTES_MAX).contains(&text.len()) && text.bytes().all(allowed)
+}
+
+/// An unpredictable random number.
+pub fn random() -> u64 {
+    getrandom::u64().expect("the system's random source worked when the server started")
+}
+
+fn random_code(chars: usize, mut random: impl FnMut() -> u64) -> String {
+    let base = CODE_ALPHABET.len() as u64;
+    (0..chars).map(|_| char::from(CODE_ALPHABET[(random() % base) as usize])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn random_codes_are_codes_and_differ() {
+        let chars = limits::PRIVATE_CODE_CHARS;
+        let mut codes: Vec<_> = (0..1000).map(|_| random_code(chars, random)).collect();
+        assert!(codes.iter().all(|code| is_code(code) && code.len() == chars));
+        codes.sort();
+        codes.dedup();
+        assert_eq!(codes.len(), 1000);
+    }
+
+    #[test]
+    fn only_lower_case_words_are_codes() {
+        for code in ["arena", "k7f3q2", "d1-herd", &"a".repeat(ROOM_CODE_BYTES_MAX)] {
+            assert!(is_code(code), "{code}");
+        }
+        let long = "a".repeat(ROOM_CODE_BYTES_MAX + 1);
+        for text in ["", "Arena", "..", "a/b", "a.html", "%61", "a b", "é", &long] {
+            assert!(!is_code(text), "{text}");
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Time for which a thread was ready to run but had no processor. It makes a tick late too, but is the
+//! machine's doing: the rest of the lateness is the server's own. Measured on Linux only.
+
+use std::fs::File;
+use std::time::Duration;
+
+/// Scheduling statistics of one thread.
+pub struct RunQueue {
+    counts: Option<File>,
+}
+
+impl RunQueue {
+    /// Opens the statistics of the calling thread.
+    pub fn of_this_thread() -> RunQueue {
+        RunQueue { counts: File::open("/proc/thread-self/schedstat").ok() }
+    }
+
+    /// Time waited so far; `None` where the system does not count it.
+    pub fn waited(&self) -> Option<Duration> {
+        let mut bytes = [0; 96];
+        let length = read_from_start(self.counts.as_ref()?, &mut bytes)?;
+        waited(str::from_utf8(&bytes[..length]).ok()?)
+    }
+
+    /// Time waited since [`RunQueue::waited`] returned `before`. Never negative, whatever the system counts.
+    pub fn waited_since(&self, before: Option<Duration>) -> Option<Duration> {
+        Some(self.waited()?.saturating_sub(before?))
+    }
+}
+
+/// Parses the second of three numbers: nanoseconds on a processor, nanoseconds waiting for one, time slices.
+fn waited(schedstat: &str) -> Option<Duration> {
+    let nanos = schedstat.split_ascii_whitespace().nth(1)?;
+    nanos.parse().ok().map(Duration::from_nanos)
+}
+
+#[cfg(unix)]
+fn read_from_start(file: &File, bytes: &mut [u8]) -> Option<usize> {
+    std::os::unix::fs::FileExt::read_at(file, bytes, 0).ok()
+}
+
+#[cfg(not(unix))]
+fn read_from_start(_: &File, _: &mut [u8]) -> Option<usize> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_second_number_is_the_wait() {
+        assert_eq!(waited("12 3400 5\n"), Some(Duration::from_nanos(3400)));
+        assert_eq!(waited(""), None);
+        assert_eq!(waited("1 x 2"), None);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn this_thread_is_counted_and_only_ever_waits_longer() {
+        let counts = RunQueue::of_this_thread();
+        let before = counts.waited().expect("a count");
+        std::thread::yield_now();
+        assert!(counts.waited().expect("a count") >= before);
+        assert_eq!(counts.waited_since(Some(Duration::MAX)), Some(Duration::ZERO));
+        assert_eq!(counts.waited_since(None), None);
+    }
+}

@@ -1,0 +1,85 @@
+//! The schedule of ticks: tick n is due at `start + n / 60 s`, whatever happened before. Pure, so that it can
+//! be tested without waiting; the room's thread passes the time in.
+
+use crate::limits::CATCH_UP_TICKS_MAX;
+use jostle_sim::TICKS_PER_SECOND;
+use std::time::{Duration, Instant};
+
+/// An absolute 60 Hz schedule: errors of single sleeps do not add up.
+#[derive(Debug)]
+pub struct Schedule {
+    start: Instant,
+    /// Slots of 1/60 s that were played or skipped.
+    slots: u64,
+    /// Slots that were skipped.
+    missed: u64,
+}
+
+impl Schedule {
+    /// A schedule whose first tick is due 1/60 s after `start`.
+    pub fn new(start: Instant) -> Schedule {
+        Schedule { start, slots: 0, missed: 0 }
+    }
+
+    /// The time at which the next tick is due.
+    pub fn next_at(&self) -> Instant {
+        let nanos = (self.slots + 1) * 1_000_000_000 / u64::from(TICKS_PER_SECOND);
+        self.start + Duration::from_nanos(nanos)
+    }
+
+    /// Returns the ticks to play now, at most [`CATCH_UP_TICKS_MAX`]; slots beyond them count as missed.
+    pub fn due(&mut self, now: Instant) -> u32 {
+        let elapsed = now.saturating_duration_since(self.start).as_nanos();
+        // The slot's own rounding in `next_at` is at most a nanosecond down.
+        let reached = (elapsed + 1) * u128::from(TICKS_PER_SECOND) / 1_000_000_000;
+        let behind = (reached as u64).saturating_sub(self.slots);
+        let played = behind.min(u64::from(CATCH_UP_TICKS_MAX));
+        self.missed += behind - played;
+        self.slots += behind;
+        played as u32
+    }
+
+    /// Ticks that were due and never played.
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_slot_is_due_exactly_when_it_says() {
+        let start = Instant::now();
+        let mut schedule = Schedule::new(start);
+        for _ in 0..1000 {
+            let at = schedule.next_at();
+            assert_eq!(schedule.due(at - Duration::from_nanos(2)), 0);
+            assert_eq!(schedule.due(at), 1);
+            assert_eq!(schedule.due(at), 0);
+        }
+        assert_eq!(schedule.missed(), 0);
+    }
+
+    #[test]
+    fn ticks_do_not_drift_over_a_day() {
+        let start = Instant::now();
+        let mut schedule = Schedule::new(start);
+        schedule.due(start + Duration::from_secs(86_400));
+        let next = schedule.next_at() - start;
+        assert!(next > Duration::from_secs(86_400));
+        assert!(next < Duration::from_secs(86_400) + Duration::from_millis(17));
+    }
+
+    #[test]
+    fn a_short_stall_is_caught_up_and_a_long_one_skipped() {
+        let start = Instant::now();
+        let mut schedule = Schedule::new(start);
+        assert_eq!(schedule.due(start + Duration::from_millis(70)), 4);
+        assert_eq!(schedule.missed(), 0);
+        assert_eq!(schedule.due(start + Duration::from_millis(1000)), CATCH_UP_TICKS_MAX);
+        assert_eq!(schedule.missed(), 60 - 4 - u64::from(CATCH_UP_TICKS_MAX));
+        assert_eq!(schedule.due(start + Duration::from_millis(1017)), 1);
+    }
+}

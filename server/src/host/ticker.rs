@@ -1,0 +1,377 @@
+//! The thread of one room: it owns the [`Room`], plays its ticks on schedule and hands snapshots to
+//! the sessions' outboxes. It waits for nothing but the time of the next tick.
+
+use crate::host::admission::{Admission, Held};
+use crate::host::member::Member;
+use crate::host::phase::Phase;
+use crate::host::room_handle::{AdminCommand, FromSession, Join, RoomHandles, RoomInfo};
+use crate::host::run_queue::RunQueue;
+use crate::host::schedule::Schedule;
+use crate::host::token_signer::{SeatClaim, TokenSigner};
+use crate::limits;
+use crate::ops::metrics::{Late, Metrics};
+use crate::ops::refusal_log::Foreign;
+use crate::replays::{Recording, RoomRecording};
+use jostle_game::Seat;
+use jostle_protocol::{Refusal, ServerMessage};
+use jostle_room::{Room, Welcome};
+use jostle_sim::TICKS_PER_SECOND;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::{Duration, Instant};
+use tokio::sync::watch;
+use tracing::{error, info, warn};
+
+/// State of a room's thread.
+pub struct Ticker {
+    /// The room's public state.
+    pub info: Arc<RoomInfo>,
+    /// The list of open rooms, this one included.
+    pub rooms: Arc<RoomHandles>,
+    /// Sessions that ask for a seat.
+    pub joins: Receiver<Join>,
+    /// Commands of operators.
+    pub commands: Receiver<AdminCommand>,
+    /// Phase of the server's life.
+    pub phase: watch::Receiver<Phase>,
+    /// Time for which the room stays open without players.
+    pub empty_grace: Duration,
+    /// [`limits::HEARING_MAX`].
+    pub hearing: Duration,
+    /// Seed of the game.
+    pub seed: u64,
+    /// Players with a socket.
+    pub members: Vec<Member>,
+    /// Decides about seats in a full room and about kicked addresses.
+    pub admission: Admission,
+    /// Whether the host or an operator closed the room.
+    pub closed: bool,
+    /// The writer of replays, if the room is recorded.
+    pub recording: Option<Arc<Recording>>,
+    /// The server's metrics.
+    pub metrics: Arc<Metrics>,
+    /// Signs the tokens.
+    pub signer: Arc<TokenSigner>,
+}
+
+/// The reason why a room's thread ended.
+#[derive(Debug, PartialEq, Eq)]
+enum End {
+    Empty,
+    Closed,
+    Closing,
+}
+
+impl Ticker {
+    /// Plays until the room is empty or closed, or the server closes. A panic ends this room alone.
+    pub fn run(mut self) {
+        let code = self.info.code.clone();
+        info!(room = %code, scene = %self.info.scene.name, seed = self.seed, "room opened");
+        // Kept out here, they survive a panic, and the last ticks before it can still be recorded.
+        let mut opened = None;
+        let played = catch_unwind(AssertUnwindSafe(|| {
+            let (room, room_recording) = opened.insert(self.open());
+            self.play(room, room_recording.as_mut())
+        }));
+        let now = Instant::now();
+        match (played, opened) {
+            (Ok(end), opened) => {
+                if let Some((mut room, Some(room_recording))) = opened {
+                    room_recording.end(&mut room, now);
+                }
+                if end == End::Closed {
+                    self.end_all_sessions(Refusal::RoomClosed);
+                }
+                info!(room = %code, reason = ?end, "room closed");
+            }
+            (Err(_), opened) => {
+                error!(room = %code, players = self.members.len(), "room failed and was closed");
+                self.metrics.rooms_failed.inc();
+                self.end_all_sessions(Refusal::RoomFailed);
+                if let Some((mut room, Some(room_recording))) = opened {
+                    room_recording.break_off(&mut room, now);
+                }
+            }
+        }
+    }
+
+    fn open(&mut self) -> (Room, Option<RoomRecording>) {
+        let mut room = Room::new(&self.info.code, Arc::clone(&self.info.scene), self.seed);
+        let recording = self.recording.take();
+        let room_recording =
+            recording.map(|recording| RoomRecording::start(recording, &mut room, Instant::now()));
+        (room, room_recording)
+    }
+
+    fn play(&mut self, room: &mut Room, mut room_recording: Option<&mut RoomRecording>) -> End {
+        let mut schedule = Schedule::new(Instant::now());
+        let mut missed = Missed::default();
+        let mut empty_since = Instant::now();
+        let run_queue = RunQueue::of_this_thread();
+        loop {
+            let waited_before = run_queue.waited();
+            let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
+            std::thread::sleep(awaited.saturating_duration_since(Instant::now()));
+            let now = Instant::now();
+            let queued = run_queue.waited_since(waited_before);
+            let due = schedule.due(now);
+            missed.report(&self.info.code, schedule.missed(), now);
+            if *self.phase.borrow() == Phase::Closing {
+                return End::Closing;
+            }
+            if due == 0 {
+                continue;
+            }
+            self.admit(room);
+            self.run_commands(room);
+            let late = Late { raw: now.saturating_duration_since(awaited), queued };
+            let mut watch = Stopwatch::start();
+            for _ in 0..due {
+                self.empty_inboxes(room);
+                watch.lap(0);
+                room.tick();
+                watch.lap(1);
+                self.feed(room);
+                watch.lap(2);
+            }
+            let skipped = schedule.missed() - missed_before;
+            self.metrics.ticks.woke(due, skipped, late, watch.laps);
+            self.publish(room);
+            if let Some(room_recording) = &mut room_recording {
+                room_recording.after_ticks(room, now);
+            }
+            if self.closed {
+                return End::Closed;
+            }
+            if !self.members.is_empty() {
+                empty_since = now;
+            } else if now - empty_since >= self.empty_grace && self.retire(room) {
+                return End::Empty;
+            }
+        }
+    }
+
+    fn admit(&mut self, room: &mut Room) {
+        let mut held = None;
+        for _ in 0..limits::JOINS_PER_WAKEUP {
+            let Ok(join) = self.joins.try_recv() else { return };
+            self.seat(room, join, &mut held);
+        }
+    }
+
+    /// Seats a player, or ends the session with the reason. `held` caches the held seats once a join needed them.
+    fn seat(&mut self, room: &mut Room, join: Join, held: &mut Option<Held>) {
+        let (name, address) = (join.appearance.name.clone(), join.address);
+        let (own, host) = (self.info.number, join.hosted == Some(self.info.number));
+        match self.take_seat(room, &join, host, held) {
+            Ok(Welcome { claim, resumed }) => {
+                *held = None;
+                self.metrics.joined(resumed);
+                let seat = claim.seat;
+                // The seat has a new socket; an older one is dropped.
+                self.end_sessions(seat, Refusal::Replaced);
+                self.admission.seated(seat, address);
+                info!(
+                    room = %self.info.code, seat = seat.0, name = %Foreign(name.as_bytes()), %address, resumed, host,
+                    "player joined"
+                );
+                let token = self.signer.seat_token(SeatClaim { room: own, claim });
+                join.outbox.control(room.welcome(seat, token, host));
+                let tick = room.game().tick_count();
+                self.members.push(Member::new(seat, host, join.inbox, join.outbox, tick));
+            }
+            Err(refusal) => join.outbox.end(refusal),
+        }
+    }
+
+    /// Takes the claimed seat, a free one, or in a full room a held one whose player has to give way.
+    fn take_seat(
+        &self,
+        room: &mut Room,
+        join: &Join,
+        host: bool,
+        held: &mut Option<Held>,
+    ) -> Result<Welcome, Refusal> {
+        let seat = |room: &mut Room| {
+            let claim = join.claim.map(|signed| signed.claim);
+            room.join(join.appearance.clone(), claim)
+        };
+        match join.claim {
+            Some(claim) if claim.room != self.info.number => return Err(Refusal::BadToken),
+            Some(_) => return seat(room),
+            None => {}
+        }
+        if !host && self.admission.is_shut(join.address, room.game().tick_count()) {
+            return Err(Refusal::Kicked);
+        }
+        match seat(room) {
+            Err(Refusal::RoomFull) => {
+                let held = held.get_or_insert_with(|| self.admission.held(room));
+                let displaced = held.displaced(join.address).ok_or(Refusal::RoomFull)?;
+                self.metrics.left("displaced");
+                room.leave(displaced);
+                seat(room)
+            }
+            joined => joined,
+        }
+    }
+
+    fn end_sessions(&mut self, seat: Seat, refusal: Refusal) {
+        self.members.retain(|member| {
+            if member.seat == seat {
+                member.outbox.end(refusal);
+            }
+            member.seat != seat
+        });
+    }
+
+    /// Moves the sessions' messages into the room. The inboxes are bounded, so this ends.
+    fn empty_inboxes(&mut self, room: &mut Room) {
+        let (code, metrics) = (&self.info.code, &self.metrics);
+        let (mut kicks, mut closes) = (Vec::new(), false);
+        self.members.retain_mut(|member| {
+            let seat = member.seat.0;
+            loop {
+                match member.inbox.try_recv() {
+                    Ok(FromSession::Input { seq, ack_tick, input }) => {
+                        member.lag.acked(ack_tick, room.game().tick_count());
+                        if !room.input(member.seat, seq, input) {
+                            metrics.inputs_ignored.inc();
+                        }
+                    }
+                    Ok(FromSession::View { size }) => room.view(member.seat, size),
+                    Ok(FromSession::Kick { seat }) if member.host => {
+                        kicks.push((seat, Arc::clone(&member.outbox)));
+                    }
+                    Ok(FromSession::CloseRoom) if member.host => closes = true,
+                    Ok(FromSession::Kick { .. } | FromSession::CloseRoom) => {
+                        member.outbox.control(ServerMessage::Denied.encode());
+                    }
+                    Ok(FromSession::Leave) => {
+                        info!(room = %code, seat, "player left");
+                        metrics.left("left");
+                        room.leave(member.seat);
+                        return false;
+                    }
+                    Err(TryRecvError::Empty) => return true,
+                    Err(TryRecvError::Disconnected) => {
+                        info!(room = %code, seat, "player lost");
+                        metrics.left("lost");
+                        room.disconnect(member.seat);
+                        return false;
+                    }
+                }
+            }
+        });
+        for (seat, outbox) in kicks {
+            if self.members.iter().any(|member| member.seat == seat && member.host) {
+                outbox.control(ServerMessage::Denied.encode());
+            } else {
+                self.kick(room, seat);
+            }
+        }
+        self.closed |= closes;
+    }
+
+    /// Kicks a player, connected or not. Returns whether there was one in this seat.
+    fn kick(&mut self, room: &mut Room, seat: Seat) -> bool {
+        let players = room.players();
+        room.leave(seat);
+        if room.players() == players {
+            return false;
+        }
+        info!(room = %self.info.code, seat = seat.0, "player kicked");
+        self.metrics.left("kicked");
+        self.admission.kicked(seat, room.game().tick_count());
+        self.end_sessions(seat, Refusal::Kicked);
+        true
+    }
+
+    /// Carries out the commands of operators.
+    fn run_commands(&mut self, room: &mut Room) {
+        while let Ok(command) = self.commands.try_recv() {
+            // The receiver may be gone by now.
+            match command {
+                AdminCommand::Players(answer) => drop(answer.send(room.snapshot().players.clone())),
+                AdminCommand::Kick(seat, answer) => drop(answer.send(self.kick(room, seat))),
+                AdminCommand::Close => self.closed = true,
+            }
+        }
+    }
+
+    fn feed(&mut self, room: &mut Room) {
+        let silent_ticks_max = (self.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
+        for member in &mut self.members {
+            member.feed(room, silent_ticks_max, &self.metrics);
+        }
+    }
+
+    /// Updates the room's public state.
+    fn publish(&self, room: &Room) {
+        self.info.tick.store(room.game().tick_count(), Ordering::Relaxed);
+        self.info.players.store(room.players(), Ordering::Relaxed);
+        self.info.bodies.store(room.snapshot().bodies.len(), Ordering::Relaxed);
+    }
+
+    /// Takes the room off the list, unless a session joins at this moment.
+    fn retire(&mut self, room: &mut Room) -> bool {
+        match self.rooms.retire(&self.info, &self.joins) {
+            None => true,
+            Some(join) => {
+                self.seat(room, join, &mut None);
+                false
+            }
+        }
+    }
+
+    /// Ends all sessions in the room and those waiting to join.
+    fn end_all_sessions(&mut self, refusal: Refusal) {
+        self.rooms.remove(&self.info);
+        for member in &self.members {
+            member.outbox.end(refusal);
+        }
+        while let Ok(join) = self.joins.try_recv() {
+            join.outbox.end(refusal);
+        }
+    }
+}
+
+/// Time by phase of a wakeup.
+struct Stopwatch {
+    since: Instant,
+    laps: [Duration; 3],
+}
+
+impl Stopwatch {
+    fn start() -> Stopwatch {
+        Stopwatch { since: Instant::now(), laps: [Duration::ZERO; 3] }
+    }
+
+    fn lap(&mut self, phase: usize) {
+        let now = Instant::now();
+        self.laps[phase] += now - self.since;
+        self.since = now;
+    }
+}
+
+/// The log of missed ticks, one line at most in [`limits::MISSED_LOG_EVERY`].
+#[derive(Default)]
+struct Missed {
+    logged: u64,
+    logged_at: Option<Instant>,
+}
+
+impl Missed {
+    fn report(&mut self, room: &str, missed: u64, now: Instant) {
+        let quiet = self.logged_at.is_some_and(|at| now - at < limits::MISSED_LOG_EVERY);
+        if missed > self.logged && !quiet {
+            warn!(%room, ticks = missed - self.logged, in_all = missed, "missed ticks");
+            *self = Missed { logged: missed, logged_at: Some(now) };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,186 @@
+use super::*;
+use crate::config::Config;
+use crate::host::outbox::Outbox;
+use crate::host::rooms::Rooms;
+use bytes::Bytes;
+use jostle_protocol::Appearance;
+use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use std::net::IpAddr;
+use std::sync::atomic::{AtomicU32, AtomicUsize};
+use std::sync::mpsc::{SyncSender, sync_channel};
+
+/// The parts of a room around its thread.
+struct Outside {
+    rooms: Rooms,
+    phase: watch::Sender<Phase>,
+    joins: SyncSender<Join>,
+}
+
+fn signer() -> Arc<TokenSigner> {
+    Arc::new(TokenSigner::new(&[7; 32]))
+}
+
+fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
+    let (phase, followed) = watch::channel(Phase::Running);
+    let config = Config::default();
+    let scene = Arc::new(config.scenes[0].clone());
+    let rooms = Rooms::new(config, followed.clone(), None, Arc::default(), signer());
+    let (joins, receiver) = sync_channel(4);
+    let (_commands, commands) = sync_channel(1);
+    let info = RoomInfo {
+        code: code.to_owned(),
+        number: 1,
+        private: false,
+        scene,
+        tick: AtomicU32::new(0),
+        players: AtomicUsize::new(0),
+        bodies: AtomicUsize::new(0),
+    };
+    let ticker = Ticker {
+        info: Arc::new(info),
+        rooms: Arc::default(),
+        joins: receiver,
+        commands,
+        phase: followed,
+        empty_grace,
+        hearing: limits::HEARING_MAX,
+        seed: 1,
+        members: Vec::new(),
+        admission: Admission::default(),
+        closed: false,
+        recording: None,
+        metrics: Arc::default(),
+        signer: signer(),
+    };
+    (ticker, Outside { rooms, phase, joins })
+}
+
+fn join() -> (Join, SyncSender<FromSession>, Arc<Outbox>) {
+    let (sender, inbox) = sync_channel(limits::INBOX_MAX);
+    let outbox = Arc::new(Outbox::default());
+    let join = Join {
+        appearance: Appearance { name: "Ann".into(), color: 0 },
+        claim: None,
+        hosted: None,
+        address: IpAddr::from([127, 0, 0, 1]),
+        inbox,
+        outbox: Arc::clone(&outbox),
+    };
+    (join, sender, outbox)
+}
+
+fn end_of(outbox: &Outbox) -> Refusal {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    runtime.block_on(outbox.ended())
+}
+
+fn play(ticker: &mut Ticker) -> End {
+    let (mut room, mut tape) = ticker.open();
+    ticker.play(&mut room, tape.as_mut())
+}
+
+#[test]
+fn an_empty_room_ends_and_a_closing_server_ends_a_full_one() {
+    let (mut ticker, _outside) = room("empty", Duration::ZERO);
+    assert_eq!(play(&mut ticker), End::Empty);
+
+    let (mut ticker, outside) = room("closing", Duration::ZERO);
+    let (join, _inbox, _outbox) = join();
+    outside.joins.send(join).expect("a place");
+    let ended = std::thread::spawn(move || play(&mut ticker));
+    outside.phase.send_replace(Phase::Closing);
+    assert_eq!(ended.join().expect("no panic"), End::Closing);
+}
+
+#[test]
+fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
+    // A code that the room asserts against makes it panic, as a bug in a game would.
+    let (mut ticker, outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
+    let (seated, _inbox, seated_outbox) = join();
+    ticker.members.push(Member::new(Seat(0), false, seated.inbox, seated.outbox, 0));
+    let (waiting, _other_inbox, waiting_outbox) = join();
+    outside.joins.send(waiting).expect("a place");
+    let (other, other_inbox, other_outbox) = join();
+    outside.rooms.join("arena", other).expect("another room");
+
+    let metrics = Arc::clone(&ticker.metrics);
+    std::thread::spawn(move || ticker.run()).join().expect("the panic stays inside");
+    assert_eq!(metrics.rooms_failed.get(), 1);
+    assert_eq!(end_of(&seated_outbox), Refusal::RoomFailed);
+    assert_eq!(end_of(&waiting_outbox), Refusal::RoomFailed);
+
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    let messages = runtime.block_on(async {
+        let welcome = other_outbox.take().await;
+        let keyframe = other_outbox.take().await;
+        let delta = other_outbox.take().await;
+        [welcome, keyframe, delta]
+    });
+    assert!(messages.iter().all(|message| !message.is_empty()));
+    drop(other_inbox);
+    outside.phase.send_replace(Phase::Closing);
+    outside.rooms.wait();
+}
+
+/// The control messages in an outbox.
+fn control_messages(outbox: &Outbox) -> Vec<ServerMessage> {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    outbox.keyframe(Bytes::new());
+    let all = std::iter::repeat_with(|| runtime.block_on(outbox.take()));
+    let before = all.take_while(|bytes| !bytes.is_empty());
+    before.map(|bytes| ServerMessage::decode(&bytes).expect("a message")).collect()
+}
+
+#[test]
+fn a_host_kicks_players_but_no_host() {
+    let (mut ticker, _outside) = room("hosts", Duration::MAX);
+    let (mut room, _) = ticker.open();
+    let people = [Some(1), Some(1), None].map(|hosted| {
+        let (join, inbox, outbox) = join();
+        ticker.seat(&mut room, Join { hosted, ..join }, &mut None);
+        (inbox, outbox)
+    });
+    room.tick();
+    people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
+    for seat in [0, 1, 2] {
+        people[0].0.send(FromSession::Kick { seat: Seat(seat) }).expect("a place");
+    }
+    ticker.empty_inboxes(&mut room);
+    assert_eq!(control_messages(&people[0].1), [ServerMessage::Denied, ServerMessage::Denied]);
+    assert_eq!((room.players(), ticker.members.len()), (2, 2));
+    assert_eq!(end_of(&people[2].1), Refusal::Kicked);
+    assert!(ticker.kick(&mut room, Seat(1)), "operators may");
+    assert_eq!(end_of(&people[1].1), Refusal::Kicked);
+}
+
+#[test]
+fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
+    let (mut ticker, _outside) = room("queue", Duration::MAX);
+    let (mut room, _) = ticker.open();
+    let (joins, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
+    ticker.joins = receiver;
+    let waiting: Vec<_> = (0..limits::JOINS_PER_WAKEUP + 1)
+        .map(|_| {
+            let (join, inbox, outbox) = join();
+            joins.send(join).expect("a place");
+            (inbox, outbox)
+        })
+        .collect();
+    let last = &waiting[limits::JOINS_PER_WAKEUP].1;
+    ticker.admit(&mut room);
+    assert!(room.players() == limits::JOINS_PER_WAKEUP && control_messages(last).is_empty());
+    ticker.admit(&mut room);
+    assert_eq!((room.players(), control_messages(last).len()), (limits::JOINS_PER_WAKEUP + 1, 1));
+}
+
+#[test]
+fn missed_ticks_are_logged_at_most_once_a_second() {
+    let mut missed = Missed::default();
+    let start = Instant::now();
+    missed.report("arena", 3, start);
+    assert_eq!(missed.logged, 3);
+    missed.report("arena", 9, start + limits::MISSED_LOG_EVERY / 2);
+    assert_eq!(missed.logged, 3);
+    missed.report("arena", 9, start + limits::MISSED_LOG_EVERY);
+    assert_eq!(missed.logged, 9);
+}

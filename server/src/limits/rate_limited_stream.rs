@@ -1,0 +1,77 @@
+//! A rate limit on the bytes that a session's socket may send. The session counts messages, but one
+//! message may come in any number of fragments, empty ones included, and never be completed. Bytes are
+//! therefore counted here, below the frames.
+
+use crate::limits::token_bucket::TokenBucket;
+use crate::limits::{BYTES_BURST_MAX, BYTES_PER_SECOND_MAX};
+use std::io::{self, ErrorKind, IoSlice};
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
+use std::time::Instant;
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+
+/// Kind of the error after too many bytes; no socket has it.
+pub const SPENT: ErrorKind = ErrorKind::QuotaExceeded;
+
+/// A stream whose reading fails with [`SPENT`] once the peer sent too many bytes.
+pub struct RateLimitedStream<S> {
+    stream: S,
+    bytes: TokenBucket,
+}
+
+impl<S> RateLimitedStream<S> {
+    /// Wraps a stream of which nothing was read.
+    pub fn new(stream: S) -> RateLimitedStream<S> {
+        let bytes = TokenBucket::new(BYTES_PER_SECOND_MAX, BYTES_BURST_MAX, Instant::now());
+        RateLimitedStream { stream, bytes }
+    }
+
+    /// Returns the stream.
+    pub fn into_inner(self) -> S {
+        self.stream
+    }
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for RateLimitedStream<S> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        let held = buffer.filled().len();
+        ready!(Pin::new(&mut self.stream).poll_read(context, buffer))?;
+        let count = buffer.filled().len() - held;
+        let allowed = self.bytes.take_many(count, Instant::now());
+        Poll::Ready(if allowed { Ok(()) } else { Err(SPENT.into()) })
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for RateLimitedStream<S> {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write(context, bytes)
+    }
+
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        slices: &[IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write_vectored(context, slices)
+    }
+
+    fn is_write_vectored(&self) -> bool {
+        self.stream.is_write_vectored()
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(context)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}

@@ -1,0 +1,69 @@
+//! A token bucket: a rate limit with a burst.
+
+use std::time::Instant;
+
+/// A token bucket. Time is passed in.
+#[derive(Debug)]
+pub struct TokenBucket {
+    per_second: f64,
+    burst: f64,
+    tokens: f64,
+    filled_at: Instant,
+}
+
+impl TokenBucket {
+    /// Creates a full bucket.
+    pub fn new(per_second: u32, burst: u32, now: Instant) -> TokenBucket {
+        let burst = f64::from(burst);
+        TokenBucket { per_second: per_second.into(), burst, tokens: burst, filled_at: now }
+    }
+
+    /// Returns whether it is full.
+    pub fn is_full(&self, now: Instant) -> bool {
+        self.tokens + self.gained(now) >= self.burst
+    }
+
+    /// Takes one token; `false` when none is left.
+    pub fn take(&mut self, now: Instant) -> bool {
+        self.take_many(1, now)
+    }
+
+    /// Takes `count` tokens; `false`, and none is taken, when fewer are left.
+    pub fn take_many(&mut self, count: usize, now: Instant) -> bool {
+        let count = count as f64;
+        self.tokens = (self.tokens + self.gained(now)).min(self.burst);
+        self.filled_at = now;
+        let allowed = self.tokens >= count;
+        if allowed {
+            self.tokens -= count;
+        }
+        allowed
+    }
+
+    fn gained(&self, now: Instant) -> f64 {
+        now.saturating_duration_since(self.filled_at).as_secs_f64() * self.per_second
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn a_burst_is_allowed_once_and_the_rate_for_good() {
+        let mut now = Instant::now();
+        let mut bucket = TokenBucket::new(120, 240, now);
+        assert_eq!((0..500).filter(|_| bucket.take(now)).count(), 240);
+        for _ in 0..1000 {
+            now += Duration::from_micros(8_334);
+            assert!(bucket.take(now), "120 a second");
+        }
+        let faster = (0..1000).filter(|_| {
+            now += Duration::from_millis(4);
+            bucket.take(now)
+        });
+        let allowed = faster.count();
+        assert!((470..=490).contains(&allowed), "250 a second: {allowed} of 1000 in 4 s");
+    }
+}

@@ -1,7 +1,0 @@
-//! `jostle`: the command line. Everything it does is in the library.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    jostle_server::cli::main()
-}

@@ -1,0 +1,10 @@
+//! The players' port: accepts connections, serves the page and the HTTP API, and runs game sessions.
+
+pub mod assets;
+pub mod game_socket;
+pub mod http;
+pub mod listen;
+pub mod maybe_tls_stream;
+pub mod pongs;
+pub mod session;
+pub mod tls;

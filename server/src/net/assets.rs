@@ -1,0 +1,76 @@
+//! The files of a page. Those of the usual one are embedded from `client-web/dist` by `build.rs`.
+
+/// One file.
+#[derive(Debug)]
+pub struct File {
+    /// Path below `dist`, like `sprites/hero.png`.
+    pub name: &'static str,
+    /// Content hash in quotes, as in the ETag header.
+    pub etag: &'static str,
+    /// Content.
+    pub bytes: &'static [u8],
+}
+
+include!(concat!(env!("OUT_DIR"), "/files.rs"));
+
+/// Served instead of the page while there is none.
+pub const NOT_BUILT: &str = include_str!("not_built.html");
+
+/// Finds the file of this name among `files`, which are sorted. Names are only compared, so no name leads
+/// anywhere else.
+pub fn find(files: &'static [File], name: &str) -> Option<&'static File> {
+    files.binary_search_by(|file| file.name.cmp(name)).ok().map(|index| &files[index])
+}
+
+/// Finds the brotli variant of a file, if there is one.
+pub fn find_brotli(files: &'static [File], name: &str) -> Option<&'static File> {
+    find(files, &format!("{name}.br"))
+}
+
+/// Content type by extension. Everything that is text is UTF-8.
+pub fn content_type(name: &str) -> &'static str {
+    let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+    match extension {
+        "css" => "text/css; charset=utf-8",
+        "html" => "text/html; charset=utf-8",
+        "ico" => "image/x-icon",
+        "jpg" | "jpeg" => "image/jpeg",
+        "js" | "mjs" => "text/javascript; charset=utf-8",
+        "json" => "application/json",
+        "mp3" => "audio/mpeg",
+        "ogg" => "audio/ogg",
+        "png" => "image/png",
+        "svg" => "image/svg+xml",
+        "toml" | "txt" => "text/plain; charset=utf-8",
+        "wasm" => "application/wasm",
+        "wav" => "audio/wav",
+        "webmanifest" => "application/manifest+json",
+        "webp" => "image/webp",
+        "woff2" => "font/woff2",
+        _ => "application/octet-stream",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_sorted_so_that_every_file_is_found() {
+        for file in FILES {
+            assert!(
+                find(FILES, file.name).is_some_and(|found| found.etag == file.etag),
+                "{}",
+                file.name
+            );
+        }
+        assert!(find(FILES, "../Cargo.toml").is_none());
+    }
+
+    #[test]
+    fn browsers_get_the_content_types_they_require() {
+        assert_eq!(content_type("client_bg.wasm"), "application/wasm");
+        assert_eq!(content_type("client.js"), "text/javascript; charset=utf-8");
+        assert_eq!(content_type("no-extension"), "application/octet-stream");
+    }
+}

@@ -1,0 +1,133 @@
+//! HTTP on the players' port: the page, its files, the lists of scenes and rooms, and the upgrade
+//! that starts a session. Small on purpose; everything not listed in [`route`] is refused.
+
+mod api;
+mod file_body;
+mod memory_body;
+mod origin;
+mod page;
+mod replays;
+mod response;
+
+pub use page::meant_code;
+
+use crate::host::rooms::is_code;
+use crate::ops::refusal_log::Foreign;
+use crate::state::ServerState;
+use hyper::body::Incoming;
+use hyper::header::{self, HeaderMap, HeaderValue};
+use hyper::upgrade::OnUpgrade;
+use hyper::{Method, Request, StatusCode};
+use page::{asset, page, room_page};
+use response::{Answer, failed, json, text, upgrading};
+use std::net::IpAddr;
+
+/// An accepted upgrade: the room's code, and the connection once hyper lets go of it.
+pub struct Upgrade {
+    /// The path without its slash.
+    pub code: String,
+    /// Address that it counts for.
+    pub address: IpAddr,
+    /// Resolves when the response was sent.
+    pub connection: OnUpgrade,
+}
+
+/// Scripts and wasm are loaded from this site alone, sockets connect to it alone, and no site may frame the page.
+const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
+    style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
+    connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
+    frame-ancestors 'none'";
+
+/// Error for a page of another site.
+const FOREIGN: &str =
+    "this page belongs to another site; its host can be allowed with --allow-origin";
+
+/// Answers one request of `peer`. An upgrade is accepted here and returned, for the connection to carry on.
+pub async fn answer(
+    request: Request<Incoming>,
+    peer: IpAddr,
+    state: &ServerState,
+) -> (Answer, Option<Upgrade>) {
+    let address = origin::client_address(request.headers(), peer, &state.trusted_proxies);
+    let (mut answer, upgrade) = route(request, address, state).await;
+    let headers = answer.headers_mut();
+    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    headers
+        .insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CONTENT_SECURITY_POLICY));
+    (answer, upgrade)
+}
+
+async fn route(
+    request: Request<Incoming>,
+    address: IpAddr,
+    state: &ServerState,
+) -> (Answer, Option<Upgrade>) {
+    let path = request.uri().path().to_owned();
+    // A CONNECT names no path, and `OPTIONS *` none with a slash.
+    let word = path.strip_prefix('/').unwrap_or_default();
+    let upgrades = request.headers().contains_key(header::UPGRADE);
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    if (upgrades || !reads) && !origin::is_allowed(request.headers(), &state.origins) {
+        let origin = request.headers().get(header::ORIGIN);
+        state.refused("foreign_page", address, Foreign(origin.map_or(&[], HeaderValue::as_bytes)));
+        return (failed(StatusCode::FORBIDDEN, FOREIGN), None);
+    }
+    if upgrades {
+        return upgrade(request, word, address);
+    }
+    let answer = match path.as_str() {
+        "/api/rooms" if *request.method() == Method::POST => {
+            api::create_room(request, address, state).await
+        }
+        _ if !reads => not_allowed(&path),
+        "/" => page(state.files, request.headers(), StatusCode::OK),
+        "/api/scenes" => json(StatusCode::OK, &api::scenes(state)),
+        "/api/rooms" => json(StatusCode::OK, &api::rooms(state)),
+        "/api/replays" => replays::list(state),
+        _ => other_path(request.headers(), word, address, state).await,
+    };
+    (answer, None)
+}
+
+/// Answers paths with a name in them.
+async fn other_path(
+    headers: &HeaderMap,
+    word: &str,
+    address: IpAddr,
+    state: &ServerState,
+) -> Answer {
+    match word.split_once('/') {
+        Some(("assets", name)) => asset(state.files, headers, name),
+        Some(("replays", file)) => replays::file(file, address, state).await,
+        Some(("replay", name)) => page(state.files, headers, replays::page_status(name, state)),
+        _ => room_page(headers, word, state),
+    }
+}
+
+/// Accepts an upgrade for any room: only on the socket can the page learn what is wrong. A path that cannot
+/// be a code becomes the empty code, which is no room either.
+fn upgrade(
+    mut request: Request<Incoming>,
+    word: &str,
+    address: IpAddr,
+) -> (Answer, Option<Upgrade>) {
+    let code = if is_code(word) { word } else { "" };
+    match upgrading(&request) {
+        Ok(answer) => {
+            let connection = hyper::upgrade::on(&mut request);
+            (answer, Some(Upgrade { code: code.to_owned(), address, connection }))
+        }
+        Err(error) => {
+            let answer = failed(StatusCode::BAD_REQUEST, &format!("no WebSocket upgrade: {error}"));
+            (answer, None)
+        }
+    }
+}
+
+fn not_allowed(path: &str) -> Answer {
+    let allowed = if path == "/api/rooms" { "GET, HEAD, POST" } else { "GET, HEAD" };
+    let mut answer = text(StatusCode::METHOD_NOT_ALLOWED, "This method is not allowed here.\n");
+    answer.headers_mut().insert(header::ALLOW, HeaderValue::from_static(allowed));
+    answer
+}

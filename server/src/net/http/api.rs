@@ -1,0 +1,148 @@
+//! The JSON API: lists of scenes and rooms, and the creation of rooms.
+
+use super::response::{Answer, failed, json};
+use crate::host::room_handle::RoomInfo;
+use crate::host::rooms::CreateError;
+use crate::limits;
+use crate::net::assets;
+use crate::ops::refusal_log::Foreign;
+use crate::state::ServerState;
+use http_body_util::{BodyExt, LengthLimitError, Limited};
+use hyper::body::{Bytes, Incoming};
+use hyper::{Request, StatusCode};
+use jostle_game::Scene;
+use serde::{Deserialize, Serialize};
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use tokio::time::timeout;
+
+/// The body of `GET /api/scenes`.
+#[derive(Serialize)]
+pub struct Scenes {
+    scenes: Vec<SceneEntry>,
+}
+
+#[derive(Serialize)]
+struct SceneEntry {
+    name: String,
+    title: String,
+    about: String,
+    players_max: u16,
+    /// Path of the picture; `null` for scenes that have none.
+    picture: Option<String>,
+}
+
+/// The body of `GET /api/rooms`.
+#[derive(Serialize)]
+pub struct RoomList {
+    rooms: Vec<RoomEntry>,
+}
+
+#[derive(Serialize)]
+struct RoomEntry {
+    code: String,
+    scene: String,
+    title: String,
+    players: usize,
+    players_max: u16,
+}
+
+/// The scenes on offer.
+pub fn scenes(state: &ServerState) -> Scenes {
+    let entry = |scene: &Arc<Scene>| {
+        let picture = format!("pictures/{}.png", scene.name);
+        SceneEntry {
+            name: scene.name.clone(),
+            title: scene.title.clone(),
+            about: scene.about.clone(),
+            players_max: scene.players_max,
+            picture: assets::find(state.files, &picture)
+                .map(|file| format!("/assets/{}", file.name)),
+        }
+    };
+    Scenes { scenes: state.rooms.scenes().iter().map(entry).collect() }
+}
+
+/// The public open rooms.
+pub fn rooms(state: &ServerState) -> RoomList {
+    let entry = |info: &Arc<RoomInfo>| RoomEntry {
+        code: info.code.clone(),
+        scene: info.scene.name.clone(),
+        title: info.scene.title.clone(),
+        players: info.players.load(Ordering::Relaxed),
+        players_max: info.scene.players_max,
+    };
+    let open = state.rooms.list();
+    RoomList { rooms: open.iter().filter(|info| !info.private).map(entry).collect() }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Create {
+    scene: String,
+    /// Whether the room is in no list.
+    #[serde(default)]
+    private: bool,
+}
+
+#[derive(Serialize)]
+struct Created {
+    code: String,
+    /// Key that makes its holder the host, sent in the hello.
+    host_key: String,
+}
+
+/// Creates a room and answers with its code and host key.
+pub async fn create_room(
+    request: Request<Incoming>,
+    address: IpAddr,
+    state: &ServerState,
+) -> Answer {
+    let body = match timeout(state.waits.http_body, read_body(request)).await {
+        Ok(Ok(body)) => body,
+        Ok(Err(answer)) => return answer,
+        Err(_late) => {
+            return failed(StatusCode::REQUEST_TIMEOUT, "the body came too slowly; send it again");
+        }
+    };
+    let create: Create = match serde_json::from_slice(&body) {
+        Ok(create) => create,
+        Err(error) => {
+            let text = format!(
+                "the body must be {{\"scene\":\"NAME\"}}, with \"private\":true for a private room: {error}"
+            );
+            return failed(StatusCode::BAD_REQUEST, &text);
+        }
+    };
+    match state.rooms.create(&create.scene, create.private, address) {
+        Ok(room) => {
+            let created = Created { code: room.code, host_key: room.host_key.text() };
+            json(StatusCode::CREATED, &created)
+        }
+        Err(error) => {
+            state.refused("no_room_created", address, Foreign(error.to_string().as_bytes()));
+            failed(refused_status(&error), &error.to_string())
+        }
+    }
+}
+
+fn refused_status(error: &CreateError) -> StatusCode {
+    match error {
+        CreateError::NoSuchScene(_) => StatusCode::NOT_FOUND,
+        CreateError::TooManyOfAddress => StatusCode::TOO_MANY_REQUESTS,
+        CreateError::TooMany | CreateError::NotNow => StatusCode::SERVICE_UNAVAILABLE,
+    }
+}
+
+async fn read_body(request: Request<Incoming>) -> Result<Bytes, Answer> {
+    let limited = Limited::new(request.into_body(), limits::HTTP_BODY_BYTES_MAX);
+    match limited.collect().await {
+        Ok(body) => Ok(body.to_bytes()),
+        Err(error) if error.is::<LengthLimitError>() => {
+            let text = format!("the body is longer than {} bytes", limits::HTTP_BODY_BYTES_MAX);
+            Err(failed(StatusCode::PAYLOAD_TOO_LARGE, &text))
+        }
+        Err(_) => Err(failed(StatusCode::BAD_REQUEST, "the body could not be read")),
+    }
+}

@@ -1,0 +1,181 @@
+//! The page, its files and the links of rooms.
+
+use super::response::{Answer, not_found, respond, text};
+use crate::host::rooms::is_code;
+use crate::net::assets::{self, File};
+use crate::state::ServerState;
+use hyper::StatusCode;
+use hyper::body::Bytes;
+use hyper::header::{self, HeaderMap, HeaderValue};
+
+/// Serves the link of a room, or a mistyped one. The page itself shows when there is no such room;
+/// the status shows it to others.
+pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer {
+    match meant_code(word) {
+        _ if state.rooms.knows(word) => page(state.files, headers, StatusCode::OK),
+        Some(code) if code != word => redirect(&code),
+        _ => page(state.files, headers, StatusCode::NOT_FOUND),
+    }
+}
+
+/// The code that a link means even if it was typed by hand, capitalised by a phone, or copied
+/// with the space or the slash after it.
+pub fn meant_code(word: &str) -> Option<String> {
+    let text = percent_decoded(word)?;
+    let code = text.trim_matches(|c: char| c == '/' || c.is_whitespace()).to_ascii_lowercase();
+    is_code(&code).then_some(code)
+}
+
+/// Decodes `%` escapes; `None` if one is no byte, or the bytes are no text.
+fn percent_decoded(word: &str) -> Option<String> {
+    let mut parts = word.split('%');
+    let mut bytes = parts.next()?.as_bytes().to_vec();
+    for part in parts {
+        let (digits, rest) = part.split_at_checked(2)?;
+        let byte = digits.bytes().all(|digit| digit.is_ascii_hexdigit()).then_some(digits)?;
+        bytes.push(u8::from_str_radix(byte, 16).ok()?);
+        bytes.extend_from_slice(rest.as_bytes());
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// Redirects a browser to a room's own link.
+fn redirect(code: &str) -> Answer {
+    let mut answer = text(StatusCode::FOUND, "This room has another link.\n");
+    let link = HeaderValue::try_from(format!("/{code}")).expect("codes are plain ASCII");
+    answer.headers_mut().insert(header::LOCATION, link);
+    answer
+}
+
+/// Serves the page with this status, or says how to build it.
+pub fn page(files: &'static [File], headers: &HeaderMap, status: StatusCode) -> Answer {
+    match assets::find(files, "index.html") {
+        Some(file) => served(files, headers, file, status),
+        None => {
+            let mut answer = text(status, assets::NOT_BUILT);
+            let html = HeaderValue::from_static(assets::content_type("index.html"));
+            answer.headers_mut().insert(header::CONTENT_TYPE, html);
+            answer
+        }
+    }
+}
+
+/// Serves a file of the page.
+pub fn asset(files: &'static [File], headers: &HeaderMap, name: &str) -> Answer {
+    let found = assets::find(files, name);
+    found.map_or_else(not_found, |file| served(files, headers, file, StatusCode::OK))
+}
+
+/// Serves a file. Names carry no hash, so browsers must revalidate each time; the ETag makes that cheap.
+fn served(
+    files: &'static [File],
+    headers: &HeaderMap,
+    file: &'static File,
+    status: StatusCode,
+) -> Answer {
+    served_from(headers, file, assets::find_brotli(files, file.name), status)
+}
+
+fn served_from(
+    headers: &HeaderMap,
+    file: &'static File,
+    packed: Option<&'static File>,
+    status: StatusCode,
+) -> Answer {
+    let chosen = packed.filter(|_| accepts_brotli(headers)).unwrap_or(file);
+    let fresh = status == StatusCode::OK && has_etag(headers, chosen.etag);
+    let (status, bytes) =
+        if fresh { (StatusCode::NOT_MODIFIED, &[][..]) } else { (status, chosen.bytes) };
+    let mut answer = respond(status, assets::content_type(file.name), Bytes::from_static(bytes));
+    let answered = answer.headers_mut();
+    answered.insert(header::ETAG, HeaderValue::from_static(chosen.etag));
+    answered.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+    if packed.is_some() {
+        answered.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
+    }
+    if !std::ptr::eq(chosen, file) {
+        answered.insert(header::CONTENT_ENCODING, HeaderValue::from_static("br"));
+    }
+    answer
+}
+
+fn accepts_brotli(headers: &HeaderMap) -> bool {
+    let values = headers.get_all(header::ACCEPT_ENCODING).iter();
+    values.filter_map(|value| value.to_str().ok()).flat_map(|value| value.split(',')).any(
+        |coding| {
+            let (name, quality) = coding.split_once(';').unwrap_or((coding, "q=1"));
+            let refused = quality.trim().strip_prefix("q=").is_some_and(|q| q.parse() == Ok(0.0));
+            name.trim().eq_ignore_ascii_case("br") && !refused
+        },
+    )
+}
+
+fn has_etag(headers: &HeaderMap, etag: &str) -> bool {
+    let values = headers.get_all(header::IF_NONE_MATCH).iter();
+    values
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(','))
+        .any(|held| held.trim().trim_start_matches("W/") == etag)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn headers(name: header::HeaderName, value: &'static str) -> HeaderMap {
+        HeaderMap::from_iter([(name, HeaderValue::from_static(value))])
+    }
+
+    #[test]
+    fn brotli_is_used_only_where_it_is_accepted() {
+        for yes in ["br", "gzip, deflate, br", "gzip;q=1.0, BR ; q=0.5"] {
+            assert!(accepts_brotli(&headers(header::ACCEPT_ENCODING, yes)), "{yes}");
+        }
+        for no in ["gzip", "brotli", "br;q=0", "br; q=0.000", ""] {
+            assert!(!accepts_brotli(&headers(header::ACCEPT_ENCODING, no)), "{no}");
+        }
+    }
+
+    static PLAIN: File = File { name: "client.js", etag: "\"plain\"", bytes: b"let answer = 42;" };
+    static PACKED: File = File { name: "client.js.br", etag: "\"packed\"", bytes: b"packed" };
+
+    /// Status, ETag and whether brotli is used, for a browser that sends these two headers.
+    fn asked(accepts: &'static str, holds: &'static str) -> (u16, String, bool) {
+        let mut sent = headers(header::ACCEPT_ENCODING, accepts);
+        sent.insert(header::IF_NONE_MATCH, HeaderValue::from_static(holds));
+        let answer = served_from(&sent, &PLAIN, Some(&PACKED), StatusCode::OK);
+        let got = answer.headers();
+        assert_eq!(got[header::VARY], "accept-encoding");
+        assert_eq!(got[header::CACHE_CONTROL], "no-cache");
+        assert_eq!(got[header::CONTENT_TYPE], "text/javascript; charset=utf-8");
+        let etag = got[header::ETAG].to_str().expect("text").to_owned();
+        (answer.status().as_u16(), etag, got.contains_key(header::CONTENT_ENCODING))
+    }
+
+    #[test]
+    fn the_variant_that_a_browser_holds_is_not_sent_again() {
+        assert_eq!(asked("br", ""), (200, PACKED.etag.into(), true));
+        assert_eq!(asked("gzip", ""), (200, PLAIN.etag.into(), false));
+        assert_eq!(asked("br", "\"packed\""), (304, PACKED.etag.into(), true));
+        assert_eq!(asked("br", "\"plain\""), (200, PACKED.etag.into(), true));
+        assert_eq!(asked("gzip", "W/\"plain\""), (304, PLAIN.etag.into(), false));
+    }
+
+    #[test]
+    fn odd_links_mean_a_room() {
+        for word in ["ABC", "abc/", "/abc", "%20abc", "Abc%20/", "abc%C2%A0", "%41bc"] {
+            assert_eq!(meant_code(word).as_deref(), Some("abc"), "{word}");
+        }
+        for word in ["", "/", "r/abc", "a%20c", "abc%00", "abc%2", "%zz", "%+1", "%ff", "\u{e4}bc"]
+        {
+            assert_eq!(meant_code(word), None, "{word}");
+        }
+    }
+
+    #[test]
+    fn a_held_etag_is_found_in_a_list() {
+        let held = headers(header::IF_NONE_MATCH, "\"a\", W/\"b\"");
+        assert!(has_etag(&held, "\"a\"") && has_etag(&held, "\"b\""));
+        assert!(!has_etag(&held, "\"c\""));
+    }
+}

@@ -1,0 +1,67 @@
+//! Replays over HTTP: the list, the files, and the page that plays one. A name is only looked up in
+//! the list of replays, so no path leads out of their directory.
+
+use super::file_body::FileBody;
+use super::response::{Answer, Body, failed, json, not_found};
+use crate::replays::{Entry, Refused};
+use crate::state::ServerState;
+use hyper::header::{self, HeaderValue};
+use hyper::{Response, StatusCode};
+use serde::Serialize;
+use std::net::IpAddr;
+
+#[derive(Serialize)]
+struct List {
+    replays: Vec<Entry>,
+    errors: u64,
+    dropped: u64,
+}
+
+/// Lists the newest replays; none where nothing is recorded.
+pub fn list(state: &ServerState) -> Answer {
+    let mut list = List { replays: Vec::new(), errors: 0, dropped: 0 };
+    if let Some(store) = &state.replays {
+        [_, _, list.dropped, list.errors] = store.counters().read();
+        list.replays = store.list();
+    }
+    json(StatusCode::OK, &list)
+}
+
+/// Status of the page that plays a replay, named with or without `.jostle`. The page itself shows when
+/// there is none.
+pub fn page_status(name: &str, state: &ServerState) -> StatusCode {
+    let name = name.strip_suffix(".jostle").unwrap_or(name);
+    match state.replays.as_ref().is_some_and(|store| store.knows(name)) {
+        true => StatusCode::OK,
+        false => StatusCode::NOT_FOUND,
+    }
+}
+
+/// Serves a replay: all of it, or the part written by now.
+pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
+    let (Some(store), Some(name)) = (&state.replays, file.strip_suffix(".jostle")) else {
+        return not_found();
+    };
+    let readable = match store.read(name) {
+        Ok(readable) => readable,
+        Err(Refused::Unknown) => return not_found(),
+        Err(Refused::Busy) => {
+            let text = "too many replays are being downloaded; try again later";
+            return failed(StatusCode::SERVICE_UNAVAILABLE, text);
+        }
+    };
+    match FileBody::open(readable).await {
+        Ok(body) => {
+            let mut answer = Response::new(Body::Right(body));
+            let headers = answer.headers_mut();
+            let bytes = HeaderValue::from_static("application/octet-stream");
+            headers.insert(header::CONTENT_TYPE, bytes);
+            headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+            answer
+        }
+        Err(error) => {
+            state.refused("unreadable_replay", address, format_args!("{name}: {error}"));
+            not_found()
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! The players' port: accepts connections, secures them and speaks HTTP until an upgrade.
+
+use crate::host::phase::Phase;
+use crate::limits;
+use crate::limits::connect_rate_limiter::ConnectRateLimiter;
+use crate::limits::connection_limits::Permit;
+use crate::net::http::{self, Upgrade};
+use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket, with_write_timeout};
+use crate::net::session;
+use crate::ops::refusal_log::Foreign;
+use crate::state::ServerState;
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use std::convert::Infallible;
+use std::error::Error;
+use std::io;
+use std::net::{IpAddr, SocketAddr};
+use std::pin::pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{mpsc, watch};
+use tokio::time::{sleep, timeout};
+use tracing::{debug, warn};
+
+/// The response to an address that connects too fast.
+const CONNECTS_TOO_FAST: &[u8] = b"HTTP/1.1 429 Too Many Requests\r\nRetry-After: 1\r\n\
+    Content-Length: 0\r\nConnection: close\r\n\r\n";
+
+/// Accepts connections until the caller drops the future. Each connection holds a clone of `alive`.
+pub async fn accept(
+    listener: &TcpListener,
+    state: &Arc<ServerState>,
+    alive: &mpsc::Sender<Infallible>,
+) {
+    let mut connects = ConnectRateLimiter::new(state.connections.address_max());
+    let mut is_failing = false;
+    loop {
+        let (stream, peer) = match listener.accept().await {
+            Ok(accepted) => accepted,
+            Err(error) => {
+                state.metrics.refused("cannot_accept");
+                // Logged once, for this may go on twenty times a second.
+                if !is_failing {
+                    warn!(%error, "cannot accept connections; retrying");
+                }
+                is_failing = true;
+                sleep(limits::ACCEPT_RETRY).await;
+                continue;
+            }
+        };
+        is_failing = false;
+        let is_proxy = state.trusted_proxies.contains(&peer.ip().to_canonical());
+        // A proxy speaks for many clients, and limits their rate itself.
+        if !is_proxy && !connects.admit(peer.ip(), Instant::now()) {
+            turn_back(&stream, peer.ip(), state);
+            continue;
+        }
+        let permit = match is_proxy {
+            // Its clients are counted when they play.
+            true => state.connections.admit_one_of_all(peer.ip()),
+            false => state.connections.admit(peer.ip()),
+        };
+        let Some(permit) = permit else {
+            state.refused("too_many_connections", peer.ip(), "a connection");
+            continue;
+        };
+        let (state, alive) = (Arc::clone(state), alive.clone());
+        tokio::spawn(async move {
+            serve(stream, peer, permit, &state).await;
+            drop(alive);
+        });
+    }
+}
+
+/// Counts a connection that comes too fast, and sends a 429 where that is free: under TLS it would cost a handshake.
+fn turn_back(stream: &TcpStream, peer: IpAddr, state: &ServerState) {
+    state.refused("connects_too_fast", peer, "a connection");
+    if state.tls.is_none() {
+        // A new socket takes these few bytes at once; one that does not is closed without them.
+        let _ = socket2::SockRef::from(stream).send(CONNECTS_TOO_FAST);
+    }
+}
+
+/// Serves one connection: HTTP first, then perhaps a session on the same socket.
+async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, state: &Arc<ServerState>) {
+    if let Err(error) = tune(&stream) {
+        debug!(address = %peer.ip(), %error, "socket lost before it was served");
+        return;
+    }
+    let stream = with_write_timeout(stream, state.waits.http_stall);
+    let Some(stream) = secured(stream, peer.ip(), state).await else {
+        return;
+    };
+    let spoken = speak_http(stream, peer.ip(), state);
+    let Ok(Some(upgrade)) = timeout(limits::HTTP_CONNECTION_MAX, spoken).await else {
+        return;
+    };
+    let Ok(connection) = upgrade.connection.await else {
+        return;
+    };
+    let parts = connection
+        .downcast::<TokioIo<MaybeTlsStream>>()
+        .expect("every connection is served on a TokioIo<MaybeTlsStream>");
+    let (mut stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
+    // From here on the session itself limits how long a message may take.
+    stream.set_write_timeout(None);
+    session::play(stream, read, &upgrade.code, upgrade.address, state).await;
+}
+
+/// Small messages go out at once, and little of what a keyframe would replace is buffered.
+fn tune(stream: &TcpStream) -> io::Result<()> {
+    stream.set_nodelay(true)?;
+    socket2::SockRef::from(stream).set_send_buffer_size(limits::SEND_BUFFER_BYTES)
+}
+
+/// Does the TLS handshake if configured. A peer that speaks no TLS, is too slow, or refuses the
+/// certificate is counted and disconnected; one that just closes is not counted.
+async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<MaybeTlsStream> {
+    let Some(tls) = &state.tls else {
+        return Some(MaybeTlsStream::Plain(stream));
+    };
+    let mut phase = state.phase.clone();
+    let shaken = tokio::select! {
+        shaken = timeout(state.waits.http_head, tls.accept(stream)) => shaken,
+        () = draining(&mut phase) => return None,
+    };
+    match shaken {
+        Ok(Ok(stream)) => return Some(stream),
+        Ok(Err(error)) if error.kind() == io::ErrorKind::InvalidData => {
+            state.refused("bad_tls", peer, Foreign(error.to_string().as_bytes()));
+        }
+        Ok(Err(error)) => debug!(address = %peer, %error, "socket lost in the handshake"),
+        Err(_late) => state.refused("slow_tls", peer, "a handshake"),
+    }
+    None
+}
+
+/// Answers requests until the peer has no more, or one asks for an upgrade, which is returned. Works on any
+/// stream; a peer that sends nothing is disconnected after a while.
+pub async fn speak_http<S>(stream: S, peer: IpAddr, state: &Arc<ServerState>) -> Option<Upgrade>
+where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
+    let upgraded = Arc::new(Mutex::new(None));
+    let asked = Arc::new(AtomicBool::new(false));
+    let service = service_fn(|request| {
+        let (state, upgraded) = (Arc::clone(state), Arc::clone(&upgraded));
+        asked.store(true, Ordering::Relaxed);
+        async move {
+            let (answer, upgrade) = http::answer(request, peer, &state).await;
+            if upgrade.is_some() {
+                *upgraded.lock().unwrap_or_else(PoisonError::into_inner) = upgrade;
+            }
+            Ok::<_, Infallible>(answer)
+        }
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(state.waits.http_head)
+        .max_headers(limits::HTTP_HEADERS_MAX)
+        .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX)
+        .serve_connection(TokioIo::new(stream), service)
+        .with_upgrades();
+    let mut connection = pin!(connection);
+    let mut phase = state.phase.clone();
+    let served = tokio::select! {
+        served = connection.as_mut() => served,
+        () = draining(&mut phase) => {
+            connection.as_mut().graceful_shutdown();
+            connection.await
+        }
+    };
+    if let Err(error) = served {
+        match refusal_reason(&error, asked.load(Ordering::Relaxed)) {
+            Some(reason) => state.refused(reason, peer, &error),
+            None => debug!(address = %peer, %error, "connection ended"),
+        }
+    }
+    upgraded.lock().unwrap_or_else(PoisonError::into_inner).take()
+}
+
+/// The reason of a refused connection: it was no HTTP, its first request did not come in time, or it
+/// stalled inside a response. One that asked before and waits for its next request has only been idle.
+fn refusal_reason(error: &hyper::Error, asked: bool) -> Option<&'static str> {
+    if error.is_parse() {
+        Some("bad_request")
+    } else if error.is_timeout() && !asked {
+        Some("slow_request")
+    } else {
+        is_stalled(error).then_some("stalled_response")
+    }
+}
+
+/// Returns whether the peer took nothing of a response for too long.
+fn is_stalled(error: &hyper::Error) -> bool {
+    let cause = error.source().and_then(|cause| cause.downcast_ref::<io::Error>());
+    cause.is_some_and(|cause| cause.kind() == io::ErrorKind::TimedOut)
+}
+
+/// Resolves when the server begins to close.
+async fn draining(phase: &mut watch::Receiver<Phase>) {
+    // An error means that the server is gone, which is the same for a connection.
+    let _ = phase.wait_for(|phase| *phase != Phase::Running).await;
+}
+
+#[cfg(test)]
+mod tests;

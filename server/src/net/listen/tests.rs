@@ -1,0 +1,64 @@
+use super::*;
+use crate::config::Config;
+use crate::net::assets::File;
+use std::net::Ipv4Addr;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
+use tokio::time::Instant;
+
+static FILES: [File; 1] = [File { name: "big.bin", etag: "\"big\"", bytes: &[7; 1 << 20] }];
+/// Less than a head, so that everything else of the answer waits for its reader.
+const PIPE_BYTES: usize = 64;
+
+/// A server in memory, and a peer of it that has asked for [`FILES`].
+async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option<Upgrade>>) {
+    let config = Config { files: &FILES, ..Config::default() };
+    let (sender, phase) = watch::channel(Phase::Running);
+    let state = Arc::new(ServerState::new(config, phase, None));
+    let (mut peer, server) = duplex(PIPE_BYTES);
+    let request = b"GET /assets/big.bin HTTP/1.1\r\nHost: jostle\r\n\r\n";
+    peer.write_all(request).await.expect("a pipe in memory");
+    let served = state.clone();
+    let spoken = async move {
+        // Without its sender a phase is taken for the server's end.
+        let _phase = sender;
+        let server = with_write_timeout(server, served.waits.http_stall);
+        speak_http(server, IpAddr::V4(Ipv4Addr::LOCALHOST), &served).await
+    };
+    (state, peer, spoken)
+}
+
+fn stalled(state: &ServerState) -> bool {
+    let text = state.metrics.text(Default::default());
+    text.contains("jostle_refusals_total{reason=\"stalled_response\"} 1\n")
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_response_that_makes_no_progress_is_closed() {
+    let (state, peer, spoken) = asked().await;
+    let began = Instant::now();
+    assert!(spoken.await.is_none());
+    let lasted = began.elapsed();
+    assert!(lasted >= limits::HTTP_STALL_MAX, "{lasted:?}");
+    assert!(lasted < limits::HTTP_STALL_MAX + Duration::from_secs(1), "{lasted:?}");
+    assert!(stalled(&state));
+    drop(peer);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_slow_response_that_makes_progress_is_not_closed() {
+    let (state, mut peer, spoken) = asked().await;
+    let slow = async {
+        let pause = limits::HTTP_STALL_MAX - Duration::from_secs(1);
+        for _ in 0..100 {
+            sleep(pause).await;
+            let mut bytes = [0; PIPE_BYTES];
+            peer.read_exact(&mut bytes).await.expect("the response goes on");
+        }
+    };
+    tokio::select! {
+        _ = spoken => panic!("a peer that reads was closed"),
+        () = slow => {}
+    }
+    assert!(!stalled(&state));
+}

@@ -1,0 +1,100 @@
+//! The operators' port: liveness, readiness and metrics. It is a port of its own, so that it can be closed
+//! to the world, and has its own few connections, so that scraping it hard costs players nothing. Everything
+//! that changes state is in [`admin`], behind a token.
+
+use crate::host::phase::Phase;
+use crate::host::room_handle::RoomInfo;
+use crate::limits;
+use crate::limits::connection_limits::ConnectionLimits;
+use crate::ops::admin;
+use crate::ops::metrics::Gauges;
+use crate::ops::response::{TEXT, respond};
+use crate::state::ServerState;
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::server::conn::http1;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::time::{sleep, timeout};
+use tracing::{debug, warn};
+
+const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+
+/// Serves until the future is dropped.
+pub async fn serve(listener: TcpListener, state: Arc<ServerState>) {
+    let connections =
+        ConnectionLimits::new(limits::OPS_CONNECTIONS_MAX, limits::OPS_CONNECTIONS_MAX);
+    loop {
+        let (stream, peer) = match listener.accept().await {
+            Ok(accepted) => accepted,
+            Err(error) => {
+                warn!(%error, "cannot accept on the operators' port");
+                sleep(limits::ACCEPT_RETRY).await;
+                continue;
+            }
+        };
+        let Some(permit) = connections.admit_one_of_all(peer.ip()) else {
+            state.refused("ops_busy", peer.ip(), "a connection");
+            continue;
+        };
+        let state = Arc::clone(&state);
+        tokio::spawn(async move {
+            let served = timeout(limits::OPS_CONNECTION_MAX, speak(stream, &state)).await;
+            if let Ok(Err(error)) = served {
+                debug!(%error, "connection to the operators' port ended");
+            }
+            drop(permit);
+        });
+    }
+}
+
+async fn speak(stream: TcpStream, state: &ServerState) -> hyper::Result<()> {
+    let service =
+        service_fn(|request| async move { Ok::<_, Infallible>(answer(&request, state).await) });
+    http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(state.waits.http_head)
+        .max_headers(limits::HTTP_HEADERS_MAX)
+        .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX)
+        .serve_connection(TokioIo::new(stream), service)
+        .await
+}
+
+async fn answer(request: &Request<Incoming>, state: &ServerState) -> Response<Full<Bytes>> {
+    if let Some(rest) = request.uri().path().strip_prefix("/admin/") {
+        return admin::answer(request, rest, state).await;
+    }
+    if !matches!(*request.method(), Method::GET | Method::HEAD) {
+        return respond(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".into());
+    }
+    match request.uri().path() {
+        "/healthz" => respond(StatusCode::OK, TEXT, "alive\n".into()),
+        "/readyz" if *state.phase.borrow() == Phase::Running => {
+            respond(StatusCode::OK, TEXT, "ready\n".into())
+        }
+        "/readyz" => respond(StatusCode::SERVICE_UNAVAILABLE, TEXT, "closing\n".into()),
+        "/metrics" => respond(StatusCode::OK, OPEN_METRICS, state.metrics.text(gauges(state))),
+        _ => respond(StatusCode::NOT_FOUND, TEXT, "/healthz, /readyz or /metrics\n".into()),
+    }
+}
+
+fn gauges(state: &ServerState) -> Gauges {
+    let rooms = state.rooms.list();
+    let sum = |count: fn(&RoomInfo) -> usize| rooms.iter().map(|info| count(info) as i64).sum();
+    let replays = state.replays.as_ref().map(|store| {
+        let counters = store.counters();
+        [&counters.bytes, &counters.errors].map(|count| count.load(Ordering::Relaxed))
+    });
+    Gauges {
+        rooms: rooms.len() as i64,
+        players: sum(|info| info.players.load(Ordering::Relaxed)),
+        bodies: sum(|info| info.bodies.load(Ordering::Relaxed)),
+        replays,
+        log_drops: state.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
+    }
+}

@@ -1,0 +1,95 @@
+//! The log of refusals, which any peer can cause at will: one a second is logged for each reason, with the
+//! number left out before it. Untrusted text is logged as [`Foreign`].
+
+use crate::limits::{FOREIGN_CHARS_MAX, REFUSAL_LOG_EVERY};
+use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter, Write};
+use std::net::IpAddr;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+use tracing::info;
+
+/// The time of the last logged refusal of each reason. Reasons are the values of a metric's label: few.
+#[derive(Debug, Default)]
+pub struct RefusalLog(Mutex<BTreeMap<&'static str, Logged>>);
+
+#[derive(Debug)]
+struct Logged {
+    at: Instant,
+    /// Refusals since then.
+    left_out: u64,
+}
+
+impl RefusalLog {
+    /// Logs a refusal, unless one of the same reason was logged a moment ago.
+    pub fn log(&self, reason: &'static str, address: IpAddr, about: impl Display) {
+        if let Some(left_out) = self.admit(reason, Instant::now()) {
+            info!(reason, %address, %about, left_out, "refused");
+        }
+    }
+
+    /// Returns how many refusals of this reason were left out since the last logged one if one may be
+    /// logged now.
+    fn admit(&self, reason: &'static str, now: Instant) -> Option<u64> {
+        let mut reasons = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(logged) = reasons.get_mut(reason) else {
+            reasons.insert(reason, Logged { at: now, left_out: 0 });
+            return Some(0);
+        };
+        if now.saturating_duration_since(logged.at) < REFUSAL_LOG_EVERY {
+            logged.left_out += 1;
+            return None;
+        }
+        Some(std::mem::replace(logged, Logged { at: now, left_out: 0 }).left_out)
+    }
+}
+
+/// Untrusted text as the log shows it: at most [`FOREIGN_CHARS_MAX`] characters, in quotes, special
+/// ones escaped.
+#[derive(Debug)]
+pub struct Foreign<'a>(pub &'a [u8]);
+
+impl Display for Foreign<'_> {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        // No character has more than four bytes, so the cut is behind the last one shown.
+        let text = String::from_utf8_lossy(&self.0[..self.0.len().min(4 * FOREIGN_CHARS_MAX)]);
+        let mut chars = text.chars();
+        formatter.write_char('"')?;
+        for char in chars.by_ref().take(FOREIGN_CHARS_MAX) {
+            write!(formatter, "{}", char.escape_debug())?;
+        }
+        formatter.write_str(if chars.next().is_some() { "\"..." } else { "\"" })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    #[test]
+    fn one_a_second_and_reason_is_logged_with_the_count_of_the_rest() {
+        let log = RefusalLog::default();
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        assert_eq!(log.admit("flood", at(0)), Some(0));
+        for ms in 1..1000 {
+            assert_eq!(log.admit("flood", at(ms)), None);
+        }
+        assert_eq!(log.admit("silent", at(500)), Some(0), "another reason");
+        assert_eq!(log.admit("flood", at(1000)), Some(999));
+        assert_eq!(log.admit("flood", at(1999)), None);
+        assert_eq!(log.admit("flood", at(2500)), Some(1));
+    }
+
+    #[test]
+    fn foreign_text_is_cut_and_escaped() {
+        let shown = |bytes: &[u8]| Foreign(bytes).to_string();
+        assert_eq!(shown(b"http://a.example"), "\"http://a.example\"");
+        assert_eq!(shown(b"a\n\x1b[31m\"\xff"), "\"a\\n\\u{1b}[31m\\\"\u{fffd}\"");
+        assert_eq!(shown(&[b'a'; 64]), format!("\"{}\"", "a".repeat(64)));
+        assert_eq!(shown(&[b'a'; 16 << 10]), format!("\"{}\"...", "a".repeat(64)));
+        let wide = "\u{1f600}".repeat(64);
+        assert_eq!(shown(wide.as_bytes()), format!("\"{wide}\""));
+    }
+}

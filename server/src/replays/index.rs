@@ -1,0 +1,221 @@
+//! The index of the replay directory, ordered so that a record, a deletion and a list visit a few files
+//! only, however many there are.
+
+use crate::limits::REPLAY_FILE_CHARGE_MIN;
+use jostle_protocol::replay::Start;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Bound;
+use std::time::SystemTime;
+
+/// The files of the directory by name, with a running total and two orders by time.
+#[derive(Debug, Default)]
+pub struct ReplayIndex {
+    files: BTreeMap<String, IndexedFile>,
+    /// Finished files, the least recently written first.
+    finished: BTreeSet<Stamp>,
+    /// Readable files by the second in which they began.
+    begun: BTreeSet<(u64, String)>,
+    /// Sum of [`charge`] over all files.
+    charged_bytes: u64,
+}
+
+/// The time of the last write to a file, and its name.
+pub type Stamp = (SystemTime, String);
+
+/// A file of the directory.
+#[derive(Clone, Debug)]
+pub struct IndexedFile {
+    /// The beginning of the file; `None` if it cannot be read.
+    pub start: Option<GameInfo>,
+    /// Its length, whole records alone.
+    pub bytes: u64,
+    /// Whether it is still being recorded.
+    pub recording: bool,
+    /// Time of the last write.
+    pub modified: SystemTime,
+}
+
+/// The part of a start record that lists show.
+#[derive(Clone, Debug)]
+pub struct GameInfo {
+    /// Name of the scene.
+    pub scene: String,
+    /// Code of the room.
+    pub room: String,
+    /// When the recording began, seconds since 1970.
+    pub unix_s: u64,
+}
+
+impl GameInfo {
+    /// The same fields of a start record.
+    pub fn of(start: &Start) -> GameInfo {
+        let Start { scene_name, room, unix_s, .. } = start;
+        GameInfo { scene: scene_name.clone(), room: room.clone(), unix_s: *unix_s }
+    }
+}
+
+/// Bytes that a file of this length counts for towards the limit of the directory.
+fn charge(bytes: u64) -> u64 {
+    bytes.max(REPLAY_FILE_CHARGE_MIN)
+}
+
+impl ReplayIndex {
+    /// Adds a file, or replaces the one of this name.
+    pub fn insert(&mut self, name: String, file: IndexedFile) {
+        self.remove(&name);
+        self.charged_bytes += charge(file.bytes);
+        if !file.recording {
+            self.finished.insert((file.modified, name.clone()));
+        }
+        if let Some(start) = &file.start {
+            self.begun.insert((start.unix_s, name.clone()));
+        }
+        self.files.insert(name, file);
+    }
+
+    /// Removes a file.
+    pub fn remove(&mut self, name: &str) -> Option<IndexedFile> {
+        let (name, file) = self.files.remove_entry(name)?;
+        self.charged_bytes -= charge(file.bytes);
+        if let Some(start) = &file.start {
+            self.begun.remove(&(start.unix_s, name.clone()));
+        }
+        self.finished.remove(&(file.modified, name));
+        Some(file)
+    }
+
+    /// Changes a file, if there is one of this name.
+    pub fn update(&mut self, name: &str, change: impl FnOnce(&mut IndexedFile)) {
+        if let Some(mut file) = self.remove(name) {
+            change(&mut file);
+            self.insert(name.to_owned(), file);
+        }
+    }
+
+    /// The file of this name.
+    pub fn get(&self, name: &str) -> Option<&IndexedFile> {
+        self.files.get(name)
+    }
+
+    /// All names, in order.
+    pub fn names(&self) -> impl Iterator<Item = &String> {
+        self.files.keys()
+    }
+
+    /// Number of files.
+    pub fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// Bytes that all files count for.
+    pub fn charged_bytes(&self) -> u64 {
+        self.charged_bytes
+    }
+
+    /// The same once some more bytes were appended to a file, which need not exist yet.
+    pub fn charged_bytes_with(&self, name: &str, bytes: u64) -> u64 {
+        match self.get(name) {
+            Some(file) => self.charged_bytes - charge(file.bytes) + charge(file.bytes + bytes),
+            None => self.charged_bytes + charge(bytes),
+        }
+    }
+
+    /// The least recently written finished file, among those after `passed`.
+    pub fn oldest_finished(&self, passed: Option<&Stamp>) -> Option<&Stamp> {
+        let from = passed.map_or(Bound::Unbounded, Bound::Excluded);
+        self.finished.range((from, Bound::Unbounded)).next()
+    }
+
+    /// Readable files with their beginnings, the newest first.
+    pub fn newest(&self) -> impl Iterator<Item = (&String, &IndexedFile, &GameInfo)> {
+        self.begun.iter().rev().filter_map(|(_, name)| {
+            let file = self.files.get(name)?;
+            Some((name, file, file.start.as_ref()?))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::{REPLAY_FILES_MAX, REPLAYS_LISTED_MAX};
+    use rustix::time::{ClockId, clock_gettime};
+    use std::time::{Duration, UNIX_EPOCH};
+
+    fn file(at_s: u64, bytes: u64, recording: bool) -> IndexedFile {
+        let start = GameInfo { scene: "arena".into(), room: "arena".into(), unix_s: at_s };
+        let modified = UNIX_EPOCH + Duration::from_secs(at_s);
+        IndexedFile { start: Some(start), bytes, recording, modified }
+    }
+
+    fn filled(count: usize) -> ReplayIndex {
+        let mut index = ReplayIndex::default();
+        for at in 0..count as u64 {
+            index.insert(format!("old-{at}"), file(at, 2000 + 5000 * (at % 2), false));
+        }
+        index
+    }
+
+    #[test]
+    fn the_total_and_both_orders_follow_every_change() {
+        let mut index = filled(100);
+        assert_eq!((index.len(), index.charged_bytes()), (100, 50 * (4096 + 7000)));
+        index.insert("new".into(), file(200, 0, true));
+        assert_eq!(index.charged_bytes_with("new", 4096), index.charged_bytes());
+        assert_eq!(index.charged_bytes_with("new", 5000), index.charged_bytes() + 904);
+        assert_eq!(index.charged_bytes_with("other", 1), index.charged_bytes() + 4096);
+        index.update("new", |file| file.bytes += 5000);
+        index.remove("old-0");
+        index.remove("old-0");
+        assert_eq!(index.charged_bytes(), 50 * (4096 + 7000) - 4096 + 5000);
+        let oldest = index.oldest_finished(None).expect("a finished file").clone();
+        assert_eq!(oldest.1, "old-1");
+        assert_eq!(index.oldest_finished(Some(&oldest)).expect("another").1, "old-2");
+        let newest: Vec<_> = index.newest().take(2).map(|(name, ..)| name.as_str()).collect();
+        assert_eq!(newest, ["new", "old-99"]);
+        for at in 1..100 {
+            assert_eq!(
+                index.oldest_finished(None).expect("a finished file").1,
+                format!("old-{at}")
+            );
+            index.remove(&format!("old-{at}"));
+        }
+        assert_eq!(index.oldest_finished(None), None, "the last one is still written");
+        index.update("new", |file| file.recording = false);
+        assert_eq!(index.oldest_finished(None).map(|(_, name)| name.as_str()), Some("new"));
+    }
+
+    /// Processor time of this thread for a hundred records, deletions and new files, and ten lists; the
+    /// least of some tries, for others may share the processor's caches.
+    fn cost(index: &mut ReplayIndex) -> Duration {
+        let now = || {
+            let time = clock_gettime(ClockId::ThreadCPUTime);
+            Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+        };
+        let tries = (0..7).map(|round| {
+            let began = now();
+            for at in 0..100 {
+                let name = format!("new-{round}-{at}");
+                index.insert(name.clone(), file(1_000_000 + round * 100 + at, 0, true));
+                assert!(index.charged_bytes_with(&name, 100) > 0);
+                index.update(&name, |file| file.bytes += 100);
+                index.update(&name, |file| file.recording = false);
+                let (_, oldest) = index.oldest_finished(None).expect("a finished file").clone();
+                index.remove(&oldest);
+                if at % 10 == 0 {
+                    assert!(index.newest().take(REPLAYS_LISTED_MAX).count() > 0);
+                }
+            }
+            now() - began
+        });
+        tries.min().expect("some tries")
+    }
+
+    #[test]
+    fn ten_thousand_files_cost_a_record_no_more_than_a_hundred() {
+        let few = cost(&mut filled(REPLAYS_LISTED_MAX));
+        let many = cost(&mut filled(REPLAY_FILES_MAX));
+        // A hundred times as much if anything of it went through all files.
+        assert!(many < 10 * few, "{many:?} with many files, {few:?} with few");
+    }
+}

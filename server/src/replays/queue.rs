@@ -1,0 +1,48 @@
+//! The queue from the rooms to the writer.
+
+use jostle_protocol::replay::Record;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64};
+
+/// State of one file, shared by its room and the writer.
+#[derive(Debug, Default)]
+pub struct RecordingFile {
+    /// Bytes written.
+    pub bytes: AtomicU64,
+    /// Whether the writer gave it up.
+    pub failed: AtomicBool,
+    /// Whether the room gave it up and sends no more records.
+    pub left: AtomicBool,
+}
+
+/// Records of one file for the writer, in order. The first one of a file is its start record.
+pub struct Batch {
+    /// Their file.
+    pub recording_file: Arc<RecordingFile>,
+    /// The records.
+    pub records: Vec<Record>,
+    /// Whether the file ends with them.
+    pub is_last: bool,
+    /// Bytes that they take in memory.
+    pub memory_bytes: usize,
+}
+
+/// A job for the writer.
+pub enum Job {
+    /// Appends records.
+    Write(Batch),
+    /// Finishes all files and ends the thread.
+    Close,
+}
+
+/// Approximate size of a record in memory.
+pub fn memory_bytes(record: &Record) -> usize {
+    match record {
+        Record::Start(start) => start.scene.len(),
+        Record::Keyframe(keyframe) => keyframe.state.len(),
+        Record::Ticks(block) => {
+            block.ticks.iter().map(|tick| size_of_val(tick) + size_of_val(&tick.inputs[..])).sum()
+        }
+        Record::End { .. } => 0,
+    }
+}

@@ -1,0 +1,78 @@
+//! The writer's thread as the rooms see it.
+
+use super::queue::{Batch, Job, RecordingFile, memory_bytes};
+use super::settings::Settings;
+use super::store::ReplayStore;
+use super::writer::Writer;
+use crate::limits;
+use jostle_protocol::replay::Record;
+use std::io;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+/// The queue to the writer, shared by all [`super::RoomRecording`]s.
+pub struct Recording {
+    pub(super) store: Arc<ReplayStore>,
+    pub(super) queue: SyncSender<Job>,
+    /// Bytes of records in the queue.
+    pub(super) waiting_bytes: Arc<AtomicUsize>,
+    pub(super) thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+impl Recording {
+    /// Starts the writer.
+    pub fn start(settings: Settings) -> io::Result<Arc<Recording>> {
+        let store = Arc::new(ReplayStore::new(settings));
+        let (queue, jobs) = sync_channel(limits::REPLAY_QUEUE_MAX);
+        let waiting_bytes = Arc::new(AtomicUsize::new(0));
+        let writer = Writer::new(Arc::clone(&store), jobs, Arc::clone(&waiting_bytes));
+        let thread = std::thread::Builder::new().name("replays".to_owned());
+        let thread = Mutex::new(Some(thread.spawn(move || writer.run())?));
+        Ok(Arc::new(Recording { store, queue, waiting_bytes, thread }))
+    }
+
+    /// The replays.
+    pub fn store(&self) -> &Arc<ReplayStore> {
+        &self.store
+    }
+
+    /// Waits until everything that was handed over is written, and ends the writer.
+    pub fn close(&self) {
+        // A writer that is gone has closed already.
+        let _ = self.queue.send(Job::Close);
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(thread) = thread {
+            // One that panicked has logged it.
+            let _ = thread.join();
+        }
+    }
+
+    /// Queues records, or counts them as dropped and returns the reason.
+    pub(super) fn send(
+        &self,
+        recording_file: &Arc<RecordingFile>,
+        records: Vec<Record>,
+        is_last: bool,
+    ) -> Result<(), &'static str> {
+        let count = records.len() as u64;
+        let bytes = records.iter().map(memory_bytes).sum();
+        let waiting = self.waiting_bytes.fetch_add(bytes, Ordering::Relaxed);
+        let batch = Batch {
+            recording_file: Arc::clone(recording_file),
+            records,
+            is_last,
+            memory_bytes: bytes,
+        };
+        let sent = match waiting + bytes > limits::REPLAY_QUEUE_BYTES_MAX {
+            true => Err("too many bytes wait for the disk"),
+            false => self.queue.try_send(Job::Write(batch)).map_err(|_| "the writer is behind"),
+        };
+        if sent.is_err() {
+            self.waiting_bytes.fetch_sub(bytes, Ordering::Relaxed);
+            self.store.counters().dropped.fetch_add(count, Ordering::Relaxed);
+        }
+        sent
+    }
+}

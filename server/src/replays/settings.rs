@@ -1,0 +1,80 @@
+//! The settings and the counters of recording.
+
+use crate::limits;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, SystemTime};
+
+/// Creates a new file, and fails if there is one of that name.
+pub type Create = fn(&Path) -> io::Result<Box<dyn Write + Send>>;
+
+/// Settings of recording.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The directory; it is made if it is missing.
+    pub dir: PathBuf,
+    /// Bytes of all replays in it, each counted as [`limits::REPLAY_FILE_CHARGE_MIN`] at least. The oldest are
+    /// deleted first.
+    pub bytes_max: u64,
+    /// How long a replay is kept.
+    pub age_max: Duration,
+    /// [`limits::REPLAY_FILE_TICKS_MAX`]; tests shorten it.
+    pub file_ticks_max: u32,
+    /// [`limits::REPLAY_RETRY`]; tests shorten it.
+    pub retry: Duration,
+    /// [`limits::REPLAY_LOOK_EVERY`]; tests shorten it.
+    pub look_every: Duration,
+    /// Creates files; tests replace it by one that fails.
+    pub create: Create,
+    /// The wall clock; tests replace it by one that steps.
+    pub wall: fn() -> SystemTime,
+}
+
+impl Settings {
+    /// The usual limits for a directory.
+    pub fn new(dir: PathBuf) -> Settings {
+        Settings {
+            dir,
+            bytes_max: u64::from(limits::REPLAYS_MB) << 20,
+            age_max: days(limits::REPLAYS_DAYS),
+            file_ticks_max: limits::REPLAY_FILE_TICKS_MAX,
+            retry: limits::REPLAY_RETRY,
+            look_every: limits::REPLAY_LOOK_EVERY,
+            create: create_file,
+            wall: SystemTime::now,
+        }
+    }
+}
+
+/// A span of whole days.
+pub fn days(count: u32) -> Duration {
+    Duration::from_secs(u64::from(count) * 24 * 60 * 60)
+}
+
+/// Unbuffered, so that everything written survives a kill of the process.
+fn create_file(path: &Path) -> io::Result<Box<dyn Write + Send>> {
+    Ok(Box::new(File::options().write(true).create_new(true).open(path)?))
+}
+
+/// Counters of recording.
+#[derive(Debug, Default)]
+pub struct Counters {
+    /// Files begun.
+    pub files: AtomicU64,
+    /// Bytes written.
+    pub bytes: AtomicU64,
+    /// Records that the writer had no room for.
+    pub dropped: AtomicU64,
+    /// Files that could not be made, written or deleted.
+    pub errors: AtomicU64,
+}
+
+impl Counters {
+    /// Reads files, bytes, dropped and errors.
+    pub fn read(&self) -> [u64; 4] {
+        [&self.files, &self.bytes, &self.dropped, &self.errors]
+            .map(|counter| counter.load(Ordering::Relaxed))
+    }
+}

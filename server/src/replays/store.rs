@@ -1,0 +1,283 @@
+//! The directory of replays: its list, the files that are still written, and the deletion of old ones.
+//! Files that are not named as replays are never touched.
+
+use super::index::{GameInfo, IndexedFile, ReplayIndex, Stamp};
+use super::name::{ENDING, is_name, name, numbered};
+use super::settings::{Counters, Settings};
+use crate::limits;
+use jostle_protocol::replay::{START_BYTES_MAX, Start};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tracing::{info, warn};
+
+/// A replay as lists show it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Entry {
+    /// Its name, without the ending.
+    pub name: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Code of the room.
+    pub room: String,
+    /// When it began, seconds since 1970; 0 if unknown.
+    pub unix_s: u64,
+    /// Length of the file, whole records alone.
+    pub bytes: u64,
+    /// Whether it is still being recorded.
+    pub recording: bool,
+}
+
+/// The replays of a server.
+pub struct ReplayStore {
+    settings: Settings,
+    counters: Counters,
+    index: Mutex<ReplayIndex>,
+    readers: Arc<Semaphore>,
+}
+
+/// A replay opened for reading.
+#[derive(Debug)]
+pub struct Readable {
+    /// Its path.
+    pub path: PathBuf,
+    /// Length of its whole records.
+    pub bytes: u64,
+    /// Permit to be held while it is read.
+    pub permit: OwnedSemaphorePermit,
+}
+
+/// The reason why a replay cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// There is none of that name.
+    Unknown,
+    /// [`limits::REPLAY_READERS_MAX`] are being read.
+    Busy,
+}
+
+impl ReplayStore {
+    pub(super) fn new(settings: Settings) -> ReplayStore {
+        let readers = Arc::new(Semaphore::new(limits::REPLAY_READERS_MAX));
+        ReplayStore { settings, counters: Counters::default(), index: Mutex::default(), readers }
+    }
+
+    /// The settings of recording.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The counters of recording.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// The newest replays, newest first.
+    pub fn list(&self) -> Vec<Entry> {
+        let entry = |(name, file, start): (&String, &IndexedFile, &GameInfo)| {
+            let GameInfo { scene, room, unix_s } = start.clone();
+            let (bytes, recording) = (file.bytes, file.recording);
+            Entry { name: name.clone(), scene, room, unix_s, bytes, recording }
+        };
+        self.lock().newest().take(limits::REPLAYS_LISTED_MAX).map(entry).collect()
+    }
+
+    /// Returns whether there is a replay of this name.
+    pub fn knows(&self, name: &str) -> bool {
+        self.lock().get(name).is_some()
+    }
+
+    /// Opens a replay for reading. Names are only looked up, so no name leads anywhere else.
+    pub fn read(&self, name: &str) -> Result<Readable, Refused> {
+        let bytes = self.lock().get(name).map(|file| file.bytes).ok_or(Refused::Unknown)?;
+        let permit = Arc::clone(&self.readers).try_acquire_owned().map_err(|_| Refused::Busy)?;
+        Ok(Readable { path: self.path(name), bytes, permit })
+    }
+
+    /// The path of a replay.
+    pub(super) fn path(&self, name: &str) -> PathBuf {
+        self.settings.dir.join(format!("{name}{ENDING}"))
+    }
+
+    /// Creates the file for a game, and lists it as being recorded.
+    pub(super) fn create(&self, start: &Start) -> io::Result<(String, Box<dyn Write + Send>)> {
+        fs::create_dir_all(&self.settings.dir)?;
+        self.make_room_for_file()?;
+        let plain = name(&start.scene_name, &start.room, start.unix_s);
+        for name in numbered(&plain) {
+            match (self.settings.create)(&self.path(&name)) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
+                Err(error) => return Err(error),
+                Ok(file) => {
+                    let modified = (self.settings.wall)();
+                    let start = Some(GameInfo::of(start));
+                    let held = IndexedFile { start, bytes: 0, recording: true, modified };
+                    self.lock().insert(name.clone(), held);
+                    return Ok((name, file));
+                }
+            }
+        }
+        Err(io::Error::other(format!("all names from {plain}{ENDING} on are taken")))
+    }
+
+    /// Adds bytes that were written to a file.
+    pub(super) fn grow(&self, name: &str, bytes: u64) {
+        let modified = (self.settings.wall)();
+        self.lock().update(name, |file| {
+            file.bytes += bytes;
+            file.modified = modified;
+        });
+    }
+
+    /// Marks a file as finished.
+    pub(super) fn finish(&self, name: &str) {
+        self.lock().update(name, |file| file.recording = false);
+    }
+
+    /// Deletes a file without inputs.
+    pub(super) fn discard(&self, name: &str) {
+        // If it cannot be deleted, the next scan of the directory finds it.
+        let _ = fs::remove_file(self.path(name));
+        self.lock().remove(name);
+    }
+
+    /// Makes room for some bytes of a file: deletes the oldest finished replays if needed.
+    pub(super) fn make_room(&self, name: &str, bytes: u64) -> io::Result<()> {
+        let max = self.settings.bytes_max;
+        let is_full = |index: &ReplayIndex| index.charged_bytes_with(name, bytes) > max;
+        self.delete_while("the directory is full", |index, _| is_full(index));
+        if is_full(&self.lock()) {
+            let max = max >> 20;
+            let text = format!("the games being recorded alone take all {max} MB that are allowed");
+            return Err(io::Error::new(io::ErrorKind::QuotaExceeded, text));
+        }
+        Ok(())
+    }
+
+    fn make_room_for_file(&self) -> io::Result<()> {
+        let is_full = |index: &ReplayIndex| index.len() >= limits::REPLAY_FILES_MAX;
+        self.delete_while("too many files", |index, _| is_full(index));
+        if is_full(&self.lock()) {
+            let text = format!("{} files, and none can be deleted", limits::REPLAY_FILES_MAX);
+            return Err(io::Error::new(io::ErrorKind::QuotaExceeded, text));
+        }
+        Ok(())
+    }
+
+    /// Scans the directory again, and deletes replays that are too old or too many.
+    pub(super) fn look(&self, now: SystemTime) -> io::Result<()> {
+        fs::create_dir_all(&self.settings.dir)?;
+        let new = self.scan()?;
+        self.delete_while("too old", |_, modified| {
+            let age = now.duration_since(modified).unwrap_or_default();
+            age > self.settings.age_max
+        });
+        self.delete_while("the directory is full", |index, _| {
+            index.charged_bytes() > self.settings.bytes_max
+        });
+        self.delete_while("too many files", |index, _| index.len() > limits::REPLAY_FILES_MAX);
+        // Only now, so that files which go at once are not read.
+        for name in new.iter().filter(|name| self.knows(name)) {
+            let start = self.start_of(name);
+            self.lock().update(name, |file| file.start = start);
+        }
+        Ok(())
+    }
+
+    /// Deletes finished files, the one that was written longest ago first, as long as `is_wrong`.
+    fn delete_while(&self, reason: &str, is_wrong: impl Fn(&ReplayIndex, SystemTime) -> bool) {
+        let mut passed: Vec<Stamp> = Vec::new();
+        while passed.len() < limits::REPLAY_UNDELETABLE_MAX {
+            let oldest = {
+                let index = self.lock();
+                let oldest = index.oldest_finished(passed.last());
+                oldest.filter(|(modified, _)| is_wrong(&index, *modified)).cloned()
+            };
+            let Some(oldest) = oldest else { return };
+            if !self.delete(&oldest.1, reason) {
+                passed.push(oldest);
+            }
+        }
+    }
+
+    /// Deletes a file; whether it is gone.
+    fn delete(&self, name: &str, reason: &str) -> bool {
+        let file = self.path(name);
+        match fs::remove_file(&file) {
+            Ok(()) => info!(file = %file.display(), reason, "replay deleted"),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => {
+                self.counters.errors.fetch_add(1, Ordering::Relaxed);
+                warn!(file = %file.display(), reason, %error, "cannot delete a replay");
+                return false;
+            }
+        }
+        self.lock().remove(name);
+        true
+    }
+
+    /// Adds files that were put into the directory, whose names are returned, and forgets those that were
+    /// taken away.
+    fn scan(&self) -> io::Result<Vec<String>> {
+        let found = self.found()?;
+        let mut index = self.lock();
+        let is_gone = |name: &&String| {
+            !found.contains_key(*name) && index.get(name).is_some_and(|file| !file.recording)
+        };
+        let gone: Vec<_> = index.names().filter(is_gone).cloned().collect();
+        for name in gone {
+            index.remove(&name);
+        }
+        let mut new = Vec::new();
+        for (name, (bytes, modified)) in found {
+            match index.get(&name) {
+                Some(file) if file.recording => {}
+                Some(_) => {
+                    index.update(&name, |file| (file.bytes, file.modified) = (bytes, modified))
+                }
+                None => {
+                    let file = IndexedFile { start: None, bytes, recording: false, modified };
+                    index.insert(name.clone(), file);
+                    new.push(name);
+                }
+            }
+        }
+        Ok(new)
+    }
+
+    /// Length and time of each replay in the directory.
+    fn found(&self) -> io::Result<BTreeMap<String, (u64, SystemTime)>> {
+        let mut found = BTreeMap::new();
+        for entry in fs::read_dir(&self.settings.dir)? {
+            let entry = entry?;
+            let file_name = entry.file_name();
+            let name = file_name.to_str().and_then(|name| name.strip_suffix(ENDING));
+            let Some(name) = name.filter(|name| is_name(name)) else { continue };
+            // Neither directories nor links: they are not replays of this server.
+            if let Ok(metadata) = entry.metadata()
+                && metadata.is_file()
+            {
+                let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+                found.insert(name.to_owned(), (metadata.len(), modified));
+            }
+        }
+        Ok(found)
+    }
+
+    fn start_of(&self, name: &str) -> Option<GameInfo> {
+        let mut bytes = Vec::new();
+        let file = File::open(self.path(name)).ok()?;
+        file.take(START_BYTES_MAX as u64).read_to_end(&mut bytes).ok()?;
+        Start::find(&bytes).ok().map(|start| GameInfo::of(&start))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, ReplayIndex> {
+        self.index.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
