@@ -1,0 +1,138 @@
+//! The input of bots, who play without pause, as a person with a mouse and a keyboard does. The same seed
+//! and index give the same input, bit for bit.
+
+use jostle_game::{Buttons, Input};
+use jostle_sim::Rng;
+use jostle_sim::Vec2;
+
+/// How far a hand shakes at most, world units: a pixel or two of the page.
+const TREMOR: f32 = 0.06;
+/// Share of the shaking that is left in the next tick.
+const TREMOR_KEPT: f32 = 0.8;
+
+/// One bot's pointer and keys.
+pub struct BotInput {
+    rng: Rng,
+    size: Vec2,
+    reach: Reach,
+    tremor: Vec2,
+    steer: Held,
+    act: Held,
+}
+
+/// Buttons that are held for some ticks more.
+#[derive(Clone, Copy, Default)]
+struct Held {
+    buttons: u16,
+    ticks: u32,
+}
+
+/// One way of the pointer, as a hand goes: it gathers speed and comes to rest.
+#[derive(Clone, Copy)]
+struct Reach {
+    from: Vec2,
+    to: Vec2,
+    /// Ticks since it began, and ticks in all.
+    tick: u32,
+    ticks: u32,
+}
+
+impl Reach {
+    /// The place now: the way of least jerk, 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan, 1985).
+    fn place(&self) -> Vec2 {
+        let s = self.tick as f32 / self.ticks as f32;
+        let share = s * s * s * (10.0 + s * (6.0 * s - 15.0));
+        self.from + (self.to - self.from) * share
+    }
+}
+
+impl BotInput {
+    /// Bot number `index` in a world of this size.
+    pub fn new(seed: u64, index: u32, size: Vec2) -> BotInput {
+        let rng = Rng::new(seed, index.into());
+        let middle = size * 0.5;
+        let reach = Reach { from: middle, to: middle, tick: 1, ticks: 1 };
+        let (steer, act) = (Held::default(), Held::default());
+        BotInput { rng, size, reach, tremor: Vec2::ZERO, steer, act }
+    }
+
+    /// The buttons and the pointer of the next tick.
+    pub fn next_input(&mut self) -> Input {
+        self.point();
+        if self.steer.ticks == 0 {
+            self.steer = self.choose_way();
+        }
+        if self.act.ticks == 0 {
+            self.act = self.choose_act();
+        }
+        self.steer.ticks -= 1;
+        self.act.ticks -= 1;
+        let place = self.reach.place() + self.tremor;
+        let pointer = place.clamp(Vec2::ZERO, self.size);
+        Input { buttons: Buttons(self.steer.buttons | self.act.buttons), pointer: Some(pointer) }
+    }
+
+    fn point(&mut self) {
+        if self.reach.tick >= self.reach.ticks {
+            let from = self.reach.to;
+            let to = Vec2::new(self.rng.unit() * self.size.x, self.rng.unit() * self.size.y);
+            self.reach = Reach { from, to, tick: 0, ticks: 20 + self.rng.below(50) };
+        }
+        self.reach.tick += 1;
+        let shake = Vec2::new(self.rng.range(-TREMOR, TREMOR), self.rng.range(-TREMOR, TREMOR));
+        self.tremor = self.tremor * TREMOR_KEPT + shake;
+    }
+
+    /// Each direction or none, for some time.
+    fn choose_way(&mut self) -> Held {
+        let none = Buttons::default();
+        let sideways = [Buttons::LEFT, Buttons::RIGHT, none][self.rng.below(3) as usize];
+        let upright = [Buttons::UP, Buttons::DOWN, none][self.rng.below(3) as usize];
+        Held { buttons: sideways.0 | upright.0, ticks: 15 + self.rng.below(60) }
+    }
+
+    /// Clicks are common, tools less so, and a clear of the whole room is rare.
+    fn choose_act(&mut self) -> Held {
+        let (button, ticks) = match self.rng.below(512) {
+            0..=149 => (Buttons::FIRE, 4 + self.rng.below(6)),
+            150..=179 => (Buttons::FIRE, 20 + self.rng.below(40)),
+            180..=229 => (Buttons::MAKE, 2 + self.rng.below(20)),
+            230..=289 => (Buttons::HOLD, 15 + self.rng.below(50)),
+            290..=299 => (Buttons::AGITATE, 5 + self.rng.below(20)),
+            300 => (Buttons::CLEAR, 2),
+            _ => (Buttons::default(), 5 + self.rng.below(30)),
+        };
+        Held { buttons: button.0, ticks }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn play(seed: u64, index: u32) -> Vec<Input> {
+        let mut input = BotInput::new(seed, index, Vec2::new(180.0, 90.0));
+        (0..60_000).map(|_| input.next_input().rounded()).collect()
+    }
+
+    #[test]
+    fn hands_are_never_still_and_use_everything() {
+        let inputs = play(1, 0);
+        let moved = inputs.windows(2).filter(|pair| pair[0].pointer != pair[1].pointer).count();
+        assert!(moved * 10 > inputs.len() * 9, "{moved}");
+        let used = inputs.iter().fold(0, |used, input| used | input.buttons.0);
+        assert_eq!(used, (1 << 9) - 1);
+        let clears = inputs.windows(2).filter(|pair| {
+            !pair[0].buttons.contains(Buttons::CLEAR) && pair[1].buttons.contains(Buttons::CLEAR)
+        });
+        assert!(clears.count() < 30, "seldom");
+        let inside = |pointer: Vec2| pointer.x >= 0.0 && pointer.x <= 180.0 && pointer.y <= 90.0;
+        assert!(inputs.iter().all(|input| input.pointer.is_some_and(inside)));
+    }
+
+    #[test]
+    fn seed_and_index_say_it_all() {
+        assert!(play(1, 0) == play(1, 0));
+        assert!(play(1, 0) != play(1, 1) && play(1, 0) != play(2, 0));
+    }
+}

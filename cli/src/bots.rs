@@ -1,0 +1,82 @@
+//! `jostle bots`: seeded players over real sockets, to see how a server holds up and what it sends. `bench/load`
+//! plays the same bots to measure more.
+
+mod client;
+pub mod crowd;
+pub mod histogram;
+pub mod report;
+pub mod socket;
+pub mod target;
+mod text;
+
+use crate::output::{Failure, json, say};
+use crowd::{Crowd, CrowdPlan, evenly};
+use report::{ClientReport, Report};
+use std::time::Duration;
+use target::Target;
+use tokio::time::sleep;
+
+/// Clients that one process plays.
+const CLIENTS_MAX: u32 = 1024;
+/// Bots that decode everything; many more would take the processors that the server needs.
+pub const DECODERS: u32 = 32;
+/// Time from the last bot's coming to the measurement.
+pub const SETTLE: Duration = Duration::from_secs(1);
+/// Each bot loses its socket this often.
+const LOSS_EVERY: Duration = Duration::from_secs(60);
+
+/// Play with many clients at once, and report what they got
+///
+/// Each moves, launches, makes and drags at random, loses its socket once a minute, and comes back with its
+/// token. Status 1 if any client met an error or came back to another seat.
+#[derive(clap::Args)]
+pub struct Bots {
+    /// Where to play; of several rooms each gets its share of the clients
+    #[arg(value_name = "ws://HOST/ROOM", required = true)]
+    urls: Vec<Target>,
+    /// Number of clients
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(CLIENTS_MAX)))]
+    clients: u32,
+    /// How long they play once all are there
+    #[arg(long, value_name = "S", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    seconds: u32,
+    /// Seed of their input
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
+    /// End with one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+impl Bots {
+    /// Plays and reports.
+    pub fn run(self) -> Result<(), Failure> {
+        let length = Duration::from_secs(self.seconds.into());
+        let losses = self.clients * self.seconds / LOSS_EVERY.as_secs() as u32;
+        let plan = CrowdPlan {
+            targets: self.urls,
+            clients: self.clients,
+            seed: self.seed,
+            decoders: DECODERS,
+            losses: evenly(losses, length),
+            snapshots: None,
+        };
+        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+        let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
+        let clients = runtime.block_on(play(&plan, length));
+        let report = Report::new(&plan.targets, DECODERS.min(plan.clients), clients);
+        if self.json { say(json(&report)) } else { say(&report) }?;
+        match report.failure() {
+            None => Ok(()),
+            Some(failure) => Err(Failure::Check(failure)),
+        }
+    }
+}
+
+async fn play(plan: &CrowdPlan, length: Duration) -> Vec<ClientReport> {
+    let crowd = Crowd::join(plan).await;
+    sleep(SETTLE).await;
+    crowd.begin();
+    sleep(length).await;
+    crowd.end().await
+}

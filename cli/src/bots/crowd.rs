@@ -1,0 +1,109 @@
+//! Many bots at once, who come, play and leave together.
+
+use super::client::{Bot, Stage};
+use super::report::ClientReport;
+use super::target::Target;
+use jostle_protocol::Snapshot;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::sync::mpsc::{self, UnboundedSender};
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+
+/// Describes a crowd before it comes.
+#[derive(Clone, Debug)]
+pub struct CrowdPlan {
+    /// Rooms; each gets its share of the bots.
+    pub targets: Vec<Target>,
+    /// Number of bots.
+    pub clients: u32,
+    /// Seed of their input.
+    pub seed: u64,
+    /// Bots that decode every snapshot as a page does; the others read the heads of deltas only, which is
+    /// cheap. The first one always does.
+    pub decoders: u32,
+    /// Times from the beginning at which a socket is lost, of one bot after another.
+    pub losses: Vec<Duration>,
+    /// Receives the snapshots of the first bot.
+    pub snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
+}
+
+/// Bots at play.
+pub struct Crowd {
+    stage: watch::Sender<Stage>,
+    bots: Vec<JoinHandle<ClientReport>>,
+}
+
+impl Crowd {
+    /// Has all bots connect, and waits until each has a seat or will not get one. They play, and nothing is
+    /// measured yet.
+    pub async fn join(plan: &CrowdPlan) -> Crowd {
+        let (stage, followed) = watch::channel(Stage::Coming);
+        let (seated, mut waiting) = mpsc::channel(plan.clients as usize);
+        let bot = |index: u32| Bot {
+            index,
+            seed: plan.seed,
+            target: plan.targets[index as usize % plan.targets.len()].clone(),
+            decodes: index < plan.decoders.max(1),
+            losses: plan.losses_of(index),
+            stage: followed.clone(),
+            seated: seated.clone(),
+            snapshots: plan.snapshots.clone().filter(|_| index == 0),
+        };
+        let bots = (0..plan.clients).map(|index| tokio::spawn(bot(index).play())).collect();
+        for _ in 0..plan.clients {
+            waiting.recv().await;
+        }
+        Crowd { stage, bots }
+    }
+
+    /// Begins to measure.
+    pub fn begin(&self) {
+        self.stage.send_replace(Stage::Playing(Instant::now()));
+    }
+
+    /// Has all bots leave, and returns what they measured.
+    pub async fn end(self) -> Vec<ClientReport> {
+        self.stage.send_replace(Stage::Over);
+        let mut reports = Vec::new();
+        for bot in self.bots {
+            reports.push(bot.await.expect("a bot does not panic"));
+        }
+        reports
+    }
+}
+
+impl CrowdPlan {
+    fn losses_of(&self, index: u32) -> Vec<Duration> {
+        let losses = self.losses.iter().skip(index as usize);
+        losses.step_by(self.clients as usize).copied().collect()
+    }
+}
+
+/// Losses of this many sockets, evenly over a time.
+pub fn evenly(count: u32, length: Duration) -> Vec<Duration> {
+    let at = |loss: u32| length.mul_f64((f64::from(loss) + 0.5) / f64::from(count));
+    (0..count).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn losses_are_shared_out_evenly() {
+        let length = Duration::from_secs(10);
+        let losses = evenly(6, length);
+        let plan = CrowdPlan {
+            targets: Vec::new(),
+            clients: 4,
+            seed: 0,
+            decoders: 1,
+            losses,
+            snapshots: None,
+        };
+        let counts: Vec<_> = (0..4).map(|index| plan.losses_of(index).len()).collect();
+        assert_eq!(counts, [2, 2, 1, 1]);
+        assert!(plan.losses_of(1)[1] < length);
+    }
+}

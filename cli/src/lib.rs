@@ -1,0 +1,120 @@
+//! The command line: what is asked for, and how it ends. Exit status 0 done, 1 a check failed, 2 bad
+//! usage; errors are one line on stderr.
+
+mod bot_input;
+pub mod bots;
+mod inputs;
+mod output;
+mod plan;
+mod replay;
+mod run;
+mod scene;
+mod scenes;
+mod serve;
+mod trace;
+
+use clap::error::ErrorKind;
+use clap::{Parser, Subcommand};
+use jostle_server::limits;
+use output::Failure;
+use std::process::ExitCode;
+use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
+use tracing_subscriber::EnvFilter;
+
+/// A multiplayer physics playground.
+#[derive(Parser)]
+#[command(name = "jostle", version, arg_required_else_help = true)]
+struct Arguments {
+    /// What to log on stderr: error, warn, info, debug, trace, or a filter like
+    /// `info,jostle_server=debug`. [default: RUST_LOG, else info for `serve` and warn otherwise]
+    #[arg(long, global = true, value_name = "FILTER")]
+    log: Option<String>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Serve(serve::Serve),
+    Run(run::Run),
+    #[command(subcommand)]
+    Scene(scene::SceneCommand),
+    Bots(bots::Bots),
+    #[command(subcommand)]
+    Replay(replay::ReplayCommand),
+}
+
+/// Runs the command that the process was started with.
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        // Help and version, in clap's own layout.
+        Err(error) if is_help(&error) => error.exit(),
+        Err(error) => return fail(Failure::Usage(one_line(&error.to_string()))),
+    };
+    let (log_drops, log) = match start_log(&arguments) {
+        Ok(started) => started,
+        Err(failure) => return fail(failure),
+    };
+    let done = match arguments.command {
+        Command::Serve(serve) => serve.run(log_drops),
+        Command::Run(run) => run.run(),
+        Command::Scene(scene) => scene.run(),
+        Command::Bots(bots) => bots.run(),
+        Command::Replay(replay) => replay.run(),
+    };
+    // Writes what waits, if that is read.
+    drop(log);
+    done.map_or_else(fail, |()| ExitCode::SUCCESS)
+}
+
+fn fail(failure: Failure) -> ExitCode {
+    let (text, status) = match failure {
+        Failure::Check(text) => (text, 1),
+        Failure::Usage(text) => (text, 2),
+    };
+    eprintln!("error: {text}");
+    ExitCode::from(status)
+}
+
+/// Starts the log. It is written by a thread of its own, which lasts as long as the guard; lines that find
+/// no room are dropped and counted, so that a log that nothing reads stops nothing else.
+fn start_log(arguments: &Arguments) -> Result<(ErrorCounter, WorkerGuard), Failure> {
+    let named = arguments.log.clone().or_else(|| std::env::var("RUST_LOG").ok());
+    let usual = if matches!(arguments.command, Command::Serve(_)) { "info" } else { "warn" };
+    let filter = EnvFilter::try_new(named.as_deref().unwrap_or(usual))
+        .map_err(|error| Failure::Usage(format!("--log: {error}")))?;
+    let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_target(false);
+    let (writer, guard) = NonBlockingBuilder::default()
+        .lossy(true)
+        .buffered_lines_limit(limits::LOG_LINES_WAITING_MAX)
+        .thread_name("log")
+        .finish(std::io::stderr());
+    let drops = writer.error_counter();
+    log.with_ansi(color).with_writer(writer).init();
+    Ok((drops, guard))
+}
+
+fn is_help(error: &clap::Error) -> bool {
+    !error.use_stderr() || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+}
+
+/// What clap complains about, without its usage and hints, which take several lines.
+fn one_line(complaint: &str) -> String {
+    let complaint = complaint.strip_prefix("error: ").unwrap_or(complaint);
+    let complaint = complaint.split("\n\n").next().unwrap_or_default();
+    let words: Vec<_> = complaint.split_whitespace().collect();
+    format!("{}; see --help", words.join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Arguments::command().debug_assert();
+    }
+}

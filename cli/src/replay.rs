@@ -1,0 +1,30 @@
+//! `jostle replay`: what a replay holds, whether it plays again as it was recorded, and how.
+
+mod file;
+mod info;
+mod render;
+mod trace;
+mod verify;
+
+use crate::output::Failure;
+
+/// Look into replays, check them, and play them again
+#[derive(clap::Subcommand)]
+pub enum ReplayCommand {
+    Info(info::Info),
+    Verify(verify::Verify),
+    Trace(trace::Trace),
+    Render(render::Render),
+}
+
+impl ReplayCommand {
+    /// Does it.
+    pub fn run(self) -> Result<(), Failure> {
+        match self {
+            ReplayCommand::Info(info) => info.run(),
+            ReplayCommand::Verify(verify) => verify.run(),
+            ReplayCommand::Trace(trace) => trace.run(),
+            ReplayCommand::Render(render) => render.run(),
+        }
+    }
+}

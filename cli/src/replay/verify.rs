@@ -1,0 +1,208 @@
+//! `jostle replay verify`: plays replays again, many at a time, and compares every tick.
+
+mod verdict;
+
+use super::file::{duration, read, size};
+use crate::output::{Failure, json, say};
+use indicatif::{ProgressBar, ProgressStyle};
+use jostle_protocol::replay::Ending;
+use jostle_room::divergence;
+use jostle_sim::TICKS_PER_SECOND;
+use serde::Serialize;
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{Sender, channel};
+use std::time::Instant;
+use verdict::{Outcome, Verdict};
+
+/// On stderr, if that is a terminal; measured in bytes of the files.
+const PROGRESS: &str = "[{bar:30}] {percent} %, {msg}, {eta} left";
+/// Ticks between two steps of the progress, so that threads seldom write to the same place.
+const STEP_TICKS: u32 = 600;
+
+/// Play replays again and compare every tick with what was recorded
+///
+/// Status 0 if all are equal, a file that lost its tail up to where it ends; 1 if one differs, with
+/// tick, phase, body and field as far as they can be told, or cannot be read.
+#[derive(clap::Args)]
+pub struct Verify {
+    /// The replays
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Files to play at a time [default: one a processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report {
+    files: Vec<Verdict>,
+    /// Whole files that play again as they were recorded.
+    equal: usize,
+    /// Files that do so as far as they go.
+    cut: usize,
+    differ: usize,
+    unreadable: usize,
+    ticks: u64,
+    seconds: f64,
+    /// Seconds of play checked in a second.
+    times_real_time: f64,
+}
+
+impl Verify {
+    /// Checks and reports.
+    pub fn run(self) -> Result<(), Failure> {
+        let sizes: Vec<u64> = self.files.iter().map(|path| size(path)).collect::<Result<_, _>>()?;
+        let style = ProgressStyle::with_template(PROGRESS).expect("a template that is well formed");
+        let progress = ProgressBar::new(sizes.iter().sum())
+            .with_style(style.progress_chars("#--"))
+            .with_message(format!("0 of {} files", self.files.len()));
+        let started = Instant::now();
+        let verdicts = self.verify(&sizes, &progress)?;
+        let report = Report::new(verdicts, started.elapsed().as_secs_f64());
+        if self.json { say(json(&report)) } else { say(report.sentence()) }?;
+        report.failure()
+    }
+
+    fn jobs(&self) -> usize {
+        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        self.jobs.map_or(cores, usize::from).min(self.files.len())
+    }
+
+    /// Verdicts in the order of the files, printed as soon as all before are.
+    fn verify(&self, sizes: &[u64], progress: &ProgressBar) -> Result<Vec<Verdict>, Failure> {
+        let (sender, verdicts) = channel();
+        let next = AtomicUsize::new(0);
+        let mut known: Vec<Option<Verdict>> = self.files.iter().map(|_| None).collect();
+        let mut printed = 0;
+        std::thread::scope(|scope| {
+            for _ in 0..self.jobs() {
+                let (sender, next) = (sender.clone(), &next);
+                scope.spawn(move || self.work(sizes, next, progress, &sender));
+            }
+            drop(sender);
+            for (index, verdict) in verdicts {
+                known[index] = Some(verdict);
+                while let Some(Some(verdict)) = known.get(printed) {
+                    if !self.json {
+                        progress.suspend(|| say(verdict))?;
+                    }
+                    printed += 1;
+                }
+                progress.set_message(format!("{printed} of {} files", self.files.len()));
+            }
+            progress.finish_and_clear();
+            Ok(known.into_iter().flatten().collect())
+        })
+    }
+
+    /// Takes files until there are no more.
+    fn work(
+        &self,
+        sizes: &[u64],
+        next: &AtomicUsize,
+        progress: &ProgressBar,
+        verdicts: &Sender<(usize, Verdict)>,
+    ) {
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(path) = self.files.get(place) else { return };
+            let verdict = verify(path, sizes[place], progress);
+            if verdicts.send((place, verdict)).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+fn verify(path: &Path, bytes: u64, progress: &ProgressBar) -> Verdict {
+    let file = path.display().to_string();
+    let mut done = 0;
+    let mut reach = |all: u64| {
+        progress.inc(all - done);
+        done = all;
+    };
+    let replay = match read(path) {
+        Ok(replay) => Arc::new(replay),
+        Err(Failure::Check(reason) | Failure::Usage(reason)) => {
+            reach(bytes);
+            // The file is named by the verdict.
+            let reason = reason.strip_prefix(&format!("{file}: ")).unwrap_or(&reason).to_owned();
+            return Verdict { file, ticks: 0, outcome: Outcome::Unreadable { reason } };
+        }
+    };
+    let first_tick = replay.first_tick();
+    let ticks = replay.last_tick() - first_tick;
+    let found = divergence::verify(&replay, |tick| {
+        let played = tick - first_tick;
+        if played.is_multiple_of(STEP_TICKS) {
+            reach(bytes * u64::from(played) / u64::from(ticks.max(1)));
+        }
+    });
+    reach(bytes);
+    let (ticks, outcome) = match (found, replay.ending()) {
+        (Err(error), _) => (0, Outcome::Unreadable { reason: error.to_string() }),
+        (Ok(Some(divergence)), _) => (divergence.tick - first_tick, Outcome::differs(&divergence)),
+        (Ok(None), Ending::Cut(error)) => (ticks, Outcome::cut(&error, replay.last_tick())),
+        (Ok(None), Ending::Whole) => (ticks, Outcome::Ok),
+    };
+    Verdict { file, ticks, outcome }
+}
+
+impl Report {
+    fn new(files: Vec<Verdict>, seconds: f64) -> Report {
+        let count =
+            |is: fn(&Outcome) -> bool| files.iter().filter(|verdict| is(&verdict.outcome)).count();
+        let ticks = files.iter().map(|verdict| u64::from(verdict.ticks)).sum();
+        Report {
+            equal: count(|outcome| matches!(outcome, Outcome::Ok)),
+            cut: count(|outcome| matches!(outcome, Outcome::Cut { .. })),
+            differ: count(|outcome| matches!(outcome, Outcome::Differs { .. })),
+            unreadable: count(|outcome| matches!(outcome, Outcome::Unreadable { .. })),
+            files,
+            ticks,
+            seconds,
+            times_real_time: ticks as f64 / f64::from(TICKS_PER_SECOND) / seconds.max(1e-9),
+        }
+    }
+
+    fn sentence(&self) -> String {
+        let mut parts = vec![format!("{} equal", self.equal + self.cut)];
+        let others =
+            [(self.cut, "of them cut"), (self.differ, "differ"), (self.unreadable, "unreadable")];
+        parts.extend(
+            others
+                .iter()
+                .filter(|(count, _)| *count > 0)
+                .map(|(count, what)| format!("{count} {what}")),
+        );
+        format!(
+            "{} files: {}; {} ticks, {} of play in {:.1} s, {:.0} times real time",
+            self.files.len(),
+            parts.join(", "),
+            self.ticks,
+            duration(self.ticks),
+            self.seconds,
+            self.times_real_time
+        )
+    }
+
+    /// What the program ends with, if not all are equal: the first file that is not.
+    fn failure(&self) -> Result<(), Failure> {
+        let is_bad = |verdict: &&Verdict| {
+            matches!(verdict.outcome, Outcome::Differs { .. } | Outcome::Unreadable { .. })
+        };
+        match self.files.iter().find(is_bad) {
+            None => Ok(()),
+            Some(first) => {
+                let (bad, all) = (self.differ + self.unreadable, self.files.len());
+                Err(Failure::Check(format!("{bad} of {all} replays did not verify; {first}")))
+            }
+        }
+    }
+}

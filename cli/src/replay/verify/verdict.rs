@@ -1,0 +1,91 @@
+//! What came out for one file, as a line and as JSON.
+
+use jostle_protocol::replay::ReplayError;
+use jostle_room::divergence::{Cause, Divergence};
+use serde::Serialize;
+use std::fmt;
+
+/// One file.
+#[derive(Debug, Serialize)]
+pub struct Verdict {
+    /// As it was named.
+    pub file: String,
+    /// Ticks that were played again.
+    pub ticks: u32,
+    /// What came out.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+}
+
+/// What came out.
+#[derive(Debug, Serialize)]
+#[serde(tag = "result", rename_all = "lowercase")]
+pub enum Outcome {
+    /// Every tick is equal.
+    Ok,
+    /// Every tick is equal, but the end is missing.
+    Cut {
+        /// Where the missing part begins, bytes.
+        offset: usize,
+        /// Why it ends there.
+        reason: String,
+        /// The last tick there is.
+        last_tick: u32,
+    },
+    /// The game is another one from a tick on.
+    Differs {
+        /// The first tick that differs.
+        tick: u32,
+        /// Phases of it in which this can have happened; empty if that cannot be told.
+        phases: Vec<&'static str>,
+        /// The first thing that differs, like `body 3.0`; `null` if that cannot be told.
+        subject: Option<String>,
+        /// Which number of it.
+        field: Option<&'static str>,
+        /// All that can be told, as a sentence.
+        reason: String,
+    },
+    /// It is no replay, or one that no game can follow.
+    Unreadable {
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+impl Outcome {
+    /// A file that ends too early.
+    pub fn cut(error: &ReplayError, last_tick: u32) -> Outcome {
+        Outcome::Cut { offset: error.offset, reason: error.problem.to_string(), last_tick }
+    }
+
+    /// A game that parts from what was recorded.
+    pub fn differs(divergence: &Divergence) -> Outcome {
+        let (phases, subject, field) = match &divergence.cause {
+            Cause::Nudge { phases, body, field, .. } => {
+                let phases = phases.iter().map(|phase| phase.name()).collect();
+                let subject = format!("body {}.{}", body.index, body.generation);
+                (phases, Some(subject), Some(*field))
+            }
+            Cause::Later { difference, .. } => {
+                (Vec::new(), Some(difference.subject.to_string()), Some(difference.field))
+            }
+            Cause::Unknown => (Vec::new(), None, None),
+        };
+        let (tick, reason) = (divergence.tick, divergence.to_string());
+        Outcome::Differs { tick, phases, subject, field, reason }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        write!(out, "{}: ", self.file)?;
+        match &self.outcome {
+            Outcome::Ok => write!(out, "ok"),
+            Outcome::Cut { offset, reason, last_tick } => {
+                write!(out, "ok, cut at byte {offset} ({reason}), equal to tick {last_tick}")
+            }
+            Outcome::Differs { reason, .. } => write!(out, "DIFFERS: {reason}"),
+            Outcome::Unreadable { reason } => write!(out, "CANNOT BE READ: {reason}"),
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! Scenes as the command line names them.
+
+use crate::output::Failure;
+use jostle_game::Scene;
+use std::path::Path;
+
+/// The scene that SCENE means: a built-in name, or a path to a TOML file.
+pub fn scene_named(name: &str) -> Result<Scene, Failure> {
+    let mut scenes = Scene::built_in();
+    if let Some(index) = scenes.iter().position(|scene| scene.name == name) {
+        return Ok(scenes.swap_remove(index));
+    }
+    if !Path::new(name).exists() {
+        let names: Vec<_> = scenes.iter().map(|scene| scene.name.as_str()).collect();
+        let allowed = names.join(", ");
+        let text = format!("scene: found {name:?}; allowed: {allowed}, or the path of a TOML file");
+        return Err(Failure::Usage(text));
+    }
+    scene_file(Path::new(name))
+}
+
+/// Reads and checks a scene file.
+pub fn scene_file(path: &Path) -> Result<Scene, Failure> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
+    let source = String::from_utf8(bytes).map_err(|error| {
+        let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
+        let found = "found bytes that are not UTF-8; allowed: UTF-8 text";
+        Failure::Check(format!("{file}:{line}: file: {found}"))
+    })?;
+    Scene::parse(&file, &source).map_err(|error| Failure::Check(error.to_string()))
+}

@@ -1,0 +1,274 @@
+//! `jostle serve`: the scenes, the port, the signals.
+
+use crate::output::{Failure, say};
+use crate::scenes::scene_file;
+use jostle_game::Scene;
+use jostle_server::net::tls::Tls;
+use jostle_server::replays::{Settings, days};
+use jostle_server::{Config, limits, run_with_ops};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use tokio::net::TcpListener;
+use tracing_appender::non_blocking::ErrorCounter;
+
+/// Where the operators' token may stand instead of in a file.
+const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
+
+/// Serve the page and the rooms until SIGTERM or ctrl-c.
+///
+/// Prints one line with the address to open. On SIGTERM or ctrl-c players are told, sockets close
+/// with code 1001, and the status is 0.
+#[derive(clap::Args)]
+pub struct Serve {
+    /// Address and port for the page and the sockets; port 0 takes a free one
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080",
+        value_parser = socket_address)]
+    listen: SocketAddr,
+    /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); keep it closed to
+    /// the world
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = socket_address)]
+    ops: Option<SocketAddr>,
+    /// File with a token, a line of 16 or more characters, by which operators may list players, have one
+    /// leave, close rooms and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment
+    /// does the same
+    #[arg(long, value_name = "FILE", requires = "ops")]
+    ops_token_file: Option<PathBuf>,
+    /// PEM file with the certificates that this server shows, its own first: players then open https://
+    /// addresses. They are read once, at the start
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// PEM file with the private key of the first certificate of --tls-cert, not encrypted
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+    /// Directory with more scenes (*.toml); one with a built-in name replaces that one
+    #[arg(long, value_name = "DIR")]
+    scenes: Option<PathBuf>,
+    /// Another site whose pages may play here, as its address bar says it: https://play.example.org.
+    /// May be given more than once; pages of this server always may
+    #[arg(long, value_name = "ORIGIN", value_parser = origin)]
+    allow_origin: Vec<String>,
+    /// Address of a proxy in front of this server, which is believed about whom it speaks for
+    /// (X-Forwarded-For), so that limits count players and not the proxy. May be given more than once
+    #[arg(long, value_name = "ADDRESS")]
+    trusted_proxy: Vec<IpAddr>,
+    /// Game sockets that one address may hold at a time (IPv6: one /64); more for a party or a class
+    /// behind one address, or for a load test
+    #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
+        value_parser = clap::value_parser!(u32).range(1..=limits::CONNECTIONS_MAX as i64))]
+    address_sockets: u32,
+    /// Record every room but the private ones into this directory, which is made if it is missing. The page lists what
+    /// is in it, and plays it
+    #[arg(long, value_name = "DIR")]
+    replays: Option<PathBuf>,
+    /// Megabytes of replays to keep; the oldest finished ones are deleted first
+    #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_MB, requires = "replays",
+        value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    replays_mb: u32,
+    /// Days for which to keep a replay
+    #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_DAYS, requires = "replays",
+        value_parser = clap::value_parser!(u32).range(1..=36_500))]
+    replays_days: u32,
+}
+
+impl Serve {
+    /// Serves until a signal. `log_drops` counts the lines that the log drops.
+    pub fn run(self, log_drops: ErrorCounter) -> Result<(), Failure> {
+        log_panics();
+        let mut config = Config { log_drops: Some(log_drops), ..Config::default() };
+        if let Some(dir) = &self.scenes {
+            add_scenes(&mut config.scenes, dir)?;
+        }
+        config.ops_token = ops_token(self.ops_token_file.as_deref())?;
+        if let (Some(certificates), Some(key)) = (&self.tls_cert, &self.tls_key) {
+            let tls = Tls::read(certificates, key);
+            config.tls = Some(tls.map_err(|error| Failure::Usage(error.to_string()))?);
+        }
+        config.origins = self.allow_origin;
+        config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
+        config.address_sessions_max = self.address_sockets as usize;
+        self.replays.as_deref().map_or(Ok(()), check_replays)?;
+        config.replays = self.replays.map(|dir| Settings {
+            bytes_max: u64::from(self.replays_mb) << 20,
+            age_max: days(self.replays_days),
+            ..Settings::new(dir)
+        });
+        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+        let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
+        let served = runtime.block_on(serve(self.listen, self.ops, config));
+        // Whatever did not end in time has been logged, and ends with the process.
+        runtime.shutdown_background();
+        served
+    }
+}
+
+/// Has panics go to the log: standard error itself may be a pipe that nothing reads.
+fn log_panics() {
+    std::panic::set_hook(Box::new(|panic| {
+        let backtrace = std::backtrace::Backtrace::capture();
+        tracing::error!("{panic}\n{backtrace}");
+    }));
+}
+
+async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {
+    let stop = stop_signal().map_err(|error| Failure::Check(format!("signals: {error}")))?;
+    let (listener, bound) = bind("--listen", listen).await?;
+    let ops = match ops {
+        Some(ops) => Some(bind("--ops", ops).await?),
+        None => None,
+    };
+    let scheme = if config.tls.is_some() { "https" } else { "http" };
+    say(format_args!("Jostle is at {}", url(scheme, bound)))?;
+    if let Some((_, bound)) = &ops {
+        say(format_args!("Operators are at {}", url("http", *bound)))?;
+    }
+    let ops = ops.map(|(listener, _)| listener);
+    run_with_ops(listener, ops, config, stop)
+        .await
+        .map_err(|error| Failure::Check(error.to_string()))
+}
+
+/// The operators' token, from the file or else from the environment: neither is in the list of processes.
+fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
+    let (place, text) = match file {
+        Some(file) => {
+            let place = format!("--ops-token-file {}", file.display());
+            let read = std::fs::read_to_string(file);
+            let text = read.map_err(|error| Failure::Usage(format!("{place}: {error}")))?;
+            (place, text)
+        }
+        None => match std::env::var(OPS_TOKEN_VARIABLE) {
+            Ok(text) => (OPS_TOKEN_VARIABLE.to_owned(), text),
+            Err(std::env::VarError::NotPresent) => return Ok(None),
+            Err(error) => return Err(Failure::Usage(format!("{OPS_TOKEN_VARIABLE}: {error}"))),
+        },
+    };
+    let token = text.trim();
+    let printable = token.bytes().all(|byte| byte.is_ascii_graphic());
+    if token.len() < limits::OPS_TOKEN_CHARS_MIN || !printable {
+        let (found, allowed) = (token.len(), limits::OPS_TOKEN_CHARS_MIN);
+        let text = format!(
+            "{place}: found {found} characters; allowed: {allowed} or more, printable ASCII without spaces"
+        );
+        return Err(Failure::Usage(text));
+    }
+    Ok(Some(token.to_owned()))
+}
+
+async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketAddr), Failure> {
+    let failed = |error| Failure::Check(format!("{option} {address}: {error}"));
+    let listener = TcpListener::bind(address).await.map_err(failed)?;
+    let bound = listener.local_addr().map_err(failed)?;
+    Ok((listener, bound))
+}
+
+/// An address that works in a browser on this machine.
+fn url(scheme: &str, bound: SocketAddr) -> String {
+    let shown = match bound.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => IpAddr::V4(Ipv4Addr::LOCALHOST),
+        IpAddr::V6(ip) if ip.is_unspecified() => IpAddr::V6(Ipv6Addr::LOCALHOST),
+        ip => ip,
+    };
+    format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
+}
+
+/// Listens from now on, so that no signal between here and the first await is lost.
+#[cfg(unix)]
+fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
+    use tokio::signal::unix::{SignalKind, signal};
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    Ok(async move {
+        tokio::select! {
+            _ = terminate.recv() => {}
+            _ = interrupt.recv() => {}
+        }
+    })
+}
+
+#[cfg(not(unix))]
+fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
+    Ok(async {
+        // Without a handler there is nothing to wait for; the process can still be killed.
+        if tokio::signal::ctrl_c().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    })
+}
+
+/// Reads an address to listen at.
+fn socket_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| {
+        "allowed: an IP address and a port, such as 0.0.0.0:8080 or [::]:8080".to_owned()
+    })
+}
+
+/// What is there already has to be a directory.
+fn check_replays(dir: &Path) -> Result<(), Failure> {
+    if dir.exists() && !dir.is_dir() {
+        let text = format!("--replays {}: found a file; allowed: a directory", dir.display());
+        return Err(Failure::Usage(text));
+    }
+    Ok(())
+}
+
+/// Reads the origin of a site as browsers tell it: a scheme and a host, perhaps a port.
+fn origin(text: &str) -> Result<String, String> {
+    let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
+    match text.split_once("://") {
+        Some(("http" | "https", host)) if is_host(host) => Ok(text.to_owned()),
+        _ => Err("allowed: a scheme and a host, such as https://play.example.org".to_owned()),
+    }
+}
+
+/// Adds the scenes of a directory in the order of their names.
+fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path) -> Result<(), Failure> {
+    for path in scene_paths(dir)? {
+        let scene = scene_file(&path)?;
+        match scenes.iter_mut().find(|known| known.name == scene.name) {
+            Some(known) => *known = scene,
+            None => scenes.push(scene),
+        }
+    }
+    if scenes.len() > limits::SCENES_MAX {
+        let (found, allowed) = (scenes.len(), limits::SCENES_MAX);
+        let text = format!("{}: scenes: found {found} in all; allowed: {allowed}", dir.display());
+        return Err(Failure::Check(text));
+    }
+    Ok(())
+}
+
+fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
+    let failed = |error| Failure::Usage(format!("--scenes {}: {error}", dir.display()));
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(dir).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            paths.push(path);
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{check_replays, origin, socket_address};
+    use std::path::Path;
+
+    #[test]
+    fn replays_need_a_directory_or_the_place_of_one() {
+        let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+        assert!(check_replays(package).is_ok() && check_replays(&package.join("none")).is_ok());
+        assert!(check_replays(&package.join("Cargo.toml")).is_err());
+    }
+
+    #[test]
+    fn addresses_and_origins_are_read_or_refused_with_an_example() {
+        assert!(socket_address("[::1]:0").is_ok());
+        assert!(socket_address("8080").is_err_and(|error| error.contains("0.0.0.0:8080")));
+        assert_eq!(origin("https://a.example:444").as_deref(), Ok("https://a.example:444"));
+        for text in ["a.example", "ws://a.example", "https://", "https://a.example/", ""] {
+            assert!(origin(text).is_err_and(|error| error.contains("https://")), "{text:?}");
+        }
+    }
+}

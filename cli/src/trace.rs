@@ -1,0 +1,167 @@
+//! What a run looked like at a tick, as one JSON object. Numbers are printed with the fewest digits
+//! that read back as the same number, so equal states give equal bytes.
+
+use crate::output::Failure;
+use crate::output::json;
+use jostle_game::Game;
+use jostle_sim::{BodyId, Motion, World};
+use serde::Serialize;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// One line of a trace.
+#[derive(Debug, Serialize)]
+pub struct Line {
+    /// Ticks played.
+    pub tick: u32,
+    /// State hash, 16 hex digits.
+    pub hash: String,
+    /// Bodies in index order.
+    pub bodies: Vec<Body>,
+    /// Live particles.
+    pub particles: usize,
+    /// Running emitters.
+    pub emitters: usize,
+    /// Sums over the world.
+    #[serde(flatten)]
+    pub sums: Sums,
+}
+
+/// One body.
+#[derive(Debug, Serialize)]
+pub struct Body {
+    /// Index, plus 2^32 times how often the index was used before.
+    pub id: u64,
+    /// What it is.
+    pub kind: &'static str,
+    /// Centre, world units.
+    pub pos: [f32; 2],
+    /// Velocity, units/s.
+    pub vel: [f32; 2],
+}
+
+/// Sums over all bodies and contacts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Sums {
+    /// Overlapping pairs at the end of the tick.
+    pub contacts: usize,
+    /// Deepest overlap, world units; 0 without one.
+    pub deepest: f32,
+    /// Sum of m v^2 / 2 over dynamic bodies.
+    pub kinetic: f64,
+    /// Sum of m v over dynamic bodies.
+    pub momentum: [f64; 2],
+}
+
+/// The state of a game now.
+pub fn line(game: &Game) -> Line {
+    let world = game.world();
+    let body = |info: jostle_game::BodyInfo| Body {
+        id: number(info.id),
+        kind: info.kind.name(),
+        pos: world.position(info.id).to_array(),
+        vel: world.velocity(info.id).to_array(),
+    };
+    Line {
+        tick: game.tick_count(),
+        hash: hash(game),
+        bodies: game.bodies().map(body).collect(),
+        particles: world.particles().len(),
+        emitters: world.particles().emitter_count(),
+        sums: sums(world),
+    }
+}
+
+/// The state hash as it is printed.
+pub fn hash(game: &Game) -> String {
+    format!("{:016x}", game.hash())
+}
+
+fn number(id: BodyId) -> u64 {
+    u64::from(id.generation) << 32 | u64::from(id.index)
+}
+
+/// Sums in id order, in f64: plain + and * give the same bits everywhere.
+pub fn sums(world: &World) -> Sums {
+    let mut sums = Sums { contacts: 0, deepest: 0.0, kinetic: 0.0, momentum: [0.0, 0.0] };
+    for touch in world.touches() {
+        sums.contacts += 1;
+        if touch.depth > sums.deepest {
+            sums.deepest = touch.depth;
+        }
+    }
+    for id in world.ids().filter(|id| world.motion(*id) == Motion::Dynamic) {
+        let mass = 1.0 / f64::from(world.inverse_mass(id));
+        let [x, y] = world.velocity(id).to_array().map(f64::from);
+        sums.kinetic += mass * (x * x + y * y) * 0.5;
+        sums.momentum[0] += mass * x;
+        sums.momentum[1] += mass * y;
+    }
+    sums
+}
+
+/// Where a trace goes.
+pub struct Sink {
+    /// The file as it is named in errors; `None` for stdout.
+    file: Option<String>,
+    out: BufWriter<Box<dyn Write>>,
+    /// Whether whoever read it has seen enough.
+    is_closed: bool,
+}
+
+impl Sink {
+    /// Begins a file; `-` is stdout.
+    pub fn create(path: &Path) -> Result<Sink, Failure> {
+        if path == Path::new("-") {
+            return Ok(Sink::stdout());
+        }
+        let file = path.display().to_string();
+        let out: Box<dyn Write> = match File::create(path) {
+            Ok(file) => Box::new(file),
+            Err(error) => return Err(Failure::Usage(format!("--trace {file}: {error}"))),
+        };
+        Ok(Sink { file: Some(file), out: BufWriter::new(out), is_closed: false })
+    }
+
+    /// Stdout.
+    pub fn stdout() -> Sink {
+        let out: Box<dyn Write> = Box::new(io::stdout());
+        Sink { file: None, out: BufWriter::new(out), is_closed: false }
+    }
+
+    /// Whether it is stdout.
+    pub fn is_stdout(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// Adds a line of JSON.
+    pub fn write(&mut self, line: &impl Serialize) -> Result<(), Failure> {
+        if self.is_closed {
+            return Ok(());
+        }
+        let written = writeln!(self.out, "{}", json(line));
+        self.check(written)
+    }
+
+    /// Ends it.
+    pub fn finish(mut self) -> Result<(), Failure> {
+        let flushed = self.out.flush();
+        self.check(flushed)
+    }
+
+    /// Whoever closes our stdout, as `head` does, has seen enough.
+    fn check(&mut self, done: io::Result<()>) -> Result<(), Failure> {
+        match done {
+            Err(error) if self.is_stdout() && error.kind() == io::ErrorKind::BrokenPipe => {
+                self.is_closed = true;
+                Ok(())
+            }
+            Err(error) => {
+                let file = self.file.as_deref().unwrap_or("stdout");
+                Err(Failure::Check(format!("{file}: {error}")))
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+}
