@@ -1,4 +1,4 @@
-// What all pipelines share: the camera, and the light that glowing things throw on matte ones.
+// Globals shared by all pipelines: the camera, and the light that glowing things throw on matte ones.
 // Put in front of every other shader file.
 
 struct Globals {

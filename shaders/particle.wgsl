@@ -1,5 +1,5 @@
-// Particles: textured quads, added up. Rows A3.4 and A3.5 of the chapter: rgb = texel rgb * texel
-// alpha * tint, blended ONE, ONE. The tint may exceed 1, so many particles saturate.
+// Particles: textured quads, blended additively. rgb = texel rgb * texel alpha * tint (A3.4),
+// blended ONE, ONE (A3.5). The tint may exceed 1, so many particles saturate.
 
 @group(1) @binding(0) var sprite: texture_2d<f32>;
 @group(1) @binding(1) var sprite_sampler: sampler;

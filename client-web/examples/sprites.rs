@@ -1,8 +1,8 @@
 //! Writes what `assets/sprites` and `web/palette.css` hold from the code that defines it:
 //! `cargo run -p jostle-client-web --example sprites`. Tests fail while the files differ.
 
-use jostle_client_web::draw::{icon, sprite};
-use jostle_client_web::palette;
+use jostle_client_web::view::draw::{icon, sprite};
+use jostle_client_web::view::palette;
 use std::path::Path;
 
 fn main() -> std::io::Result<()> {

@@ -9,14 +9,14 @@ try {
   window.jostle = { drop_socket, own_place, particle_digests, seek, state, to_page };
   play.disabled = false;
 } catch (error) {
-  // No WebAssembly, or the download broke off: say so instead of showing an empty page.
+  // No WebAssembly, or the download failed: say so instead of showing an empty page.
   const root = document.documentElement;
   root.dataset.state = "unsupported";
-  document.getElementById("notice-title").textContent = "Cannot start";
+  document.getElementById("notice-title").textContent = "Couldn't start";
   document.getElementById("notice-text").textContent =
-    "The game could not be loaded: check the connection, then load the page again.";
+    "The game didn't load. Check your connection and that WebAssembly is allowed, then reload.";
   const button = document.getElementById("notice-button");
-  button.textContent = "Load again";
+  button.textContent = "Reload";
   button.onclick = () => location.reload();
   document.getElementById("notice").hidden = false;
   console.warn(error);

@@ -1,6 +1,7 @@
-//! Who plays in a picture: bots that use what the scene offers.
+//! The players of a picture: bots that use the tools of the scene.
 
-use jostle_sim::{Buttons, Game, Input, Scene, Seat, Tools, Vec2};
+use jostle_game::{Buttons, Game, Input, Scene, Seat, Tools};
+use jostle_sim::Vec2;
 
 /// Ticks between two shots of one bot.
 const SHOT_TICKS: u32 = 75;
@@ -11,7 +12,7 @@ pub fn players(scene: &Scene) -> u16 {
     scene.players_max.min(wanted)
 }
 
-/// What the bots do in a tick, in seat order.
+/// Inputs of the bots in a tick, in seat order.
 pub fn inputs(game: &Game, tick: u32) -> Vec<(Seat, Input)> {
     let heroes: Vec<(Seat, Option<Vec2>)> = game
         .players()
@@ -48,7 +49,7 @@ fn input(
         buttons.0 |= Buttons::MAKE.0;
         pointer = spray_point(scene, tick);
     }
-    if scene.tools.contains(Tools::DUMB)
+    if scene.tools.contains(Tools::MARBLE)
         && seat.0 == 0
         && tick < drop_ticks(scene)
         && tick.is_multiple_of(12)
@@ -89,7 +90,7 @@ fn spray_point(scene: &Scene, tick: u32) -> Vec2 {
     scene.size * Vec2::new(0.5 + 0.22 * turn.sin(), 0.62 + 0.12 * (turn * 1.7).cos())
 }
 
-/// Ticks for which dumb minions are dropped: long for a pile, short where others are to be seen.
+/// Ticks for which marbles are dropped: long for a pile, short where others are to be seen.
 fn drop_ticks(scene: &Scene) -> u32 {
     if scene.hero.is_none() { 3000 } else { 200 }
 }

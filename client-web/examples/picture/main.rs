@@ -10,15 +10,16 @@
 
 mod cast;
 
-use jostle_client_web::draw::DrawList;
-use jostle_client_web::film::Film;
-use jostle_client_web::frame::View;
-use jostle_client_web::render::headless::Headless;
+use jostle_client_web::replay::player::ReplayPlayer;
+use jostle_client_web::view::draw::DrawList;
+use jostle_client_web::view::frame::View;
+use jostle_client_web::view::render::headless::Headless;
+use jostle_game::{Game, Scene, Seat};
 use jostle_protocol::Appearance;
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::replay::{Change, Start, header};
 use jostle_room::Recorder;
-use jostle_sim::{Game, Scene, Seat, Vec2};
+use jostle_sim::Vec2;
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
@@ -105,7 +106,7 @@ fn take(headless: &mut Headless, shot: &Shot) -> Result<(), Box<dyn Error>> {
         .find(|scene| scene.name == shot.scene)
         .ok_or_else(|| format!("there is no scene {}", shot.scene))?;
     let view = view(&scene, shot);
-    let mut film = Film::open(played(scene, shot.ticks)?)?;
+    let mut film = ReplayPlayer::open(played(scene, shot.ticks)?)?;
     film.seek(shot.ticks);
     let mut frame = film.frame(view);
     frame.bounds |= shot.bounds;

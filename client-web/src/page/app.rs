@@ -1,494 +1,453 @@
-//! The page as a whole: which screen is on, the loop of frames, and the routes between them.
-//! `/` is the lobby, `/CODE` a room, `/replay/NAME` a replay of the server, `/?demo=SCENE` a room
-//! in the page.
+//! The page's state, and the one place where it changes: [`App::update`]. Plain Rust: events come in,
+//! effects go out, and everything else that the browser shows is read from here.
 
-use super::graphics::{self, Graphics};
-use super::hud::{Hud, Tags};
-use super::lobby::{self, Lobby};
-use super::network::{self, Panel};
-use super::play::{Canvas, Play, State};
-use super::socket::SocketEvent;
-use super::touchpad::Touchpad;
-use super::watch::Screening;
-use super::{ask, deck, dom, files, modal, notice, profile, socket};
-use crate::api;
-use crate::demo::{Demo, DemoRequest};
-use crate::lag::Lag;
-use crate::quality::Quality;
-use crate::render::Made;
-use crate::words::{self, Notice, Way};
-use jostle_protocol::Appearance;
-use jostle_sim::{Buttons, Scene};
-use std::cell::RefCell;
+use crate::input::touch::Fingers;
+use crate::net::api::{self, query_value};
+use crate::net::simulated_link::NetworkConditions;
+use crate::page::context::{Context, Remembered};
+use crate::page::dialogs::{Dialogs, Question};
+use crate::page::event::{Address, Canvas, Control, Effect, Event, Form, ReplayCommand};
+use crate::page::game::GameScreen;
+use crate::page::game::status::State;
+use crate::page::layers::Layer;
+use crate::page::lobby::Lobby;
+use crate::page::news_log::NewsLog;
+use crate::page::replay_screen::{Budget, ReplayScreen};
+use crate::page::strings::{self, NoticeAction};
+use crate::page::{name, tools};
+use crate::world::room_in_page::{DemoRequest, RoomInPage};
+use jostle_game::{Scene, Seat};
+use jostle_protocol::{Appearance, limits};
 use std::sync::Arc;
-use wasm_bindgen::closure::Closure;
-use wasm_bindgen::{JsCast, JsValue};
-use web_sys::HtmlElement;
 
-/// Duties besides frames (reconnecting, refreshing the lobby) are looked at so often.
-const PULSE_MS: i32 = 200;
+/// The copy button says for this long what came of it, milliseconds.
+const COPIED_MS: i32 = 1500;
 
-/// In the address while a file of this machine is watched.
-const FILE_HASH: &str = "#file";
+/// The player's activity.
+pub enum Activity {
+    /// Choosing a room.
+    Lobby,
+    /// Playing.
+    Game(Box<GameScreen>),
+    /// Watching a replay.
+    Replay(ReplayScreen),
+}
 
-/// A lost drawing context that does not come back for so long is spoken of, milliseconds.
-const CONTEXT_WAIT_MS: f64 = 5000.0;
+/// Panels that the player opens and closes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Panels {
+    /// Figures (F3).
+    pub figures: bool,
+    /// The network (F4).
+    pub network: bool,
+}
+
+/// State of the drawing context.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GraphicsStatus {
+    /// The browser offers none.
+    pub missing: bool,
+    /// When the browser took it, until it gives it back.
+    pub lost_ms: Option<f64>,
+}
+
+/// How a frozen demo is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrozenDemo {
+    /// With the controls over it.
+    pub hud: bool,
+}
+
+/// Facts about the browser when the page is opened.
+#[derive(Clone, Debug, Default)]
+pub struct Startup {
+    /// Values of earlier visits.
+    pub remembered: Remembered,
+    /// From `?` on.
+    pub query: String,
+    /// Seed of everything that is left to chance.
+    pub seed: u64,
+    /// The player prefers less motion.
+    pub calm: bool,
+}
 
 /// The page.
 pub struct App {
-    /// Who plays.
-    pub appearance: Appearance,
+    /// The context of every handler.
+    pub(super) ctx: Context,
+    /// The player's activity.
+    pub activity: Activity,
+    /// Number of the screen: games and replays that were begun or ended.
+    pub screen: u32,
     /// The lobby.
     pub lobby: Lobby,
-    /// The game that is on, if one is.
-    pub play: Option<Play>,
-    /// The replay that is on, if one is.
-    pub screening: Option<Screening>,
-    /// What is said of a replay.
-    pub card: Option<Notice>,
-    /// Thumbs.
-    pub touchpad: Touchpad,
-    /// The hud.
-    pub hud: Hud,
-    /// The network panel.
-    pub network: Panel,
-    /// Frames drawn since the page was opened.
+    /// The player.
+    pub appearance: Appearance,
+    /// The colour that the page wears.
+    pub own_color: u8,
+    /// Open cards.
+    pub dialogs: Dialogs,
+    /// News.
+    pub news: NewsLog,
+    /// Fingers on the canvas.
+    pub fingers: Fingers,
+    /// Open panels.
+    pub panels: Panels,
+    /// The simulated network.
+    pub conditions: NetworkConditions,
+    /// The drawing context.
+    pub graphics: GraphicsStatus,
+    /// Frames drawn since the page was opened or a demo or replay began.
     pub drawn_frames: u64,
-    tags: Tags,
-    graphics: Option<Graphics>,
-    /// Why there are no graphics, once it was tried.
-    unsupported: bool,
-    /// When the browser took the drawing context, until it gives it back.
-    context_lost_ms: Option<f64>,
-    quality: Quality,
-    /// All pixels are drawn, however long they take.
-    sharp: bool,
-    shown: Option<&'static str>,
-    /// A frame of the game that is on was drawn.
-    world_shown: bool,
-    calm: bool,
-    keep_pixels: bool,
-}
-
-thread_local! {
-    static APP: RefCell<Option<App>> = const { RefCell::new(None) };
-}
-
-/// Works on the app. Does nothing when called from within such work, which only events of our own
-/// making (a focus that moves) could do.
-pub fn with<R>(work: impl FnOnce(&mut App) -> R) -> Option<R> {
-    APP.with(|cell| {
-        let mut guard = cell.try_borrow_mut().ok()?;
-        guard.as_mut().map(work)
-    })
-}
-
-/// Builds the app, listens to the page, shows what the address asks for.
-pub fn start() {
-    notice::listen();
-    let query = dom::window().location().search().unwrap_or_default();
-    // A bad network for tests, and for links to one: `?lag=150,30` or `?lag=300,100,stalls`.
-    socket::set_lag(api::query_value(&query, "lag").and_then(Lag::parse).unwrap_or(Lag::OFF));
-    let appearance = profile::load();
-    lobby::wear(appearance.color);
-    let app = App {
-        appearance,
-        lobby: Lobby::default(),
-        play: None,
-        screening: None,
-        card: None,
-        touchpad: Touchpad::default(),
-        hud: Hud::default(),
-        network: Panel::default(),
-        drawn_frames: 0,
-        tags: Tags::default(),
-        graphics: None,
-        unsupported: false,
-        context_lost_ms: None,
-        quality: Quality::default(),
-        // For who would rather wait than see fewer pixels: `?sharp=1`.
-        sharp: api::query_value(&query, "sharp") == Some("1"),
-        shown: None,
-        world_shown: false,
-        calm: dom::media("(prefers-reduced-motion: reduce)"),
-        keep_pixels: false,
-    };
-    APP.with(|cell| *cell.borrow_mut() = Some(app));
-    lobby::listen();
-    super::controls::listen();
-    network::listen();
-    deck::listen();
-    files::listen();
-    graphics::watch_context(
-        || {
-            with(App::lose_graphics);
-        },
-        || {
-            with(|app| {
-                app.context_lost_ms = None;
-                app.show_state();
-            });
-        },
-    );
-    dom::listen(&dom::window(), "popstate", |_: web_sys::Event| {
-        with(App::route);
-    });
-    dom::listen(&dom::window(), "online", |_: web_sys::Event| {
-        with(|app| app.play.as_mut().map(Play::hurry));
-    });
-    dom::every(PULSE_MS, || {
-        with(App::pulse);
-    });
-    with(App::route);
-    run_frames();
-}
-
-/// Calls `App::frame` for every frame of the browser.
-fn run_frames() {
-    thread_local! {
-        static FRAME: Closure<dyn FnMut(f64)> = Closure::new(|_: f64| {
-            with(App::frame);
-            run_frames();
-        });
-    }
-    FRAME.with(|closure| {
-        dom::window()
-            .request_animation_frame(closure.as_ref().unchecked_ref())
-            .expect("a window draws frames");
-    });
-}
-
-/// Enters a room from the lobby: the address becomes the room's link.
-pub fn enter(code: &str) {
-    go_to(&format!("/{code}"));
-}
-
-/// Back to the lobby.
-pub fn leave() {
-    go_to("/");
-}
-
-/// Watches a file; going back leads to where one was.
-pub fn open_file(name: String, bytes: Vec<u8>) {
-    with(|app| app.open_replay(None, name, bytes));
-    let watching = with(|app| app.watch().is_some_and(|watch| watch.name.is_none()));
-    let here = dom::window().location().hash().unwrap_or_default();
-    if watching == Some(true) && here != FILE_HASH {
-        let history = dom::window().history().expect("a page has a history");
-        let _ = history.push_state_with_url(&JsValue::NULL, "", Some(&format!("/{FILE_HASH}")));
-    }
-}
-
-fn go_to(path: &str) {
-    let history = dom::window().history().expect("a page has a history");
-    if history.push_state_with_url(&JsValue::NULL, "", Some(path)).is_ok() {
-        with(App::route);
-    }
-}
-
-fn report(generation: u32, event: SocketEvent) {
-    with(|app| {
-        if let Some(play) = &mut app.play {
-            play.on_socket(generation, event);
-        }
-        app.show_state();
-    });
+    /// A frame of this screen was drawn.
+    pub world_shown: bool,
+    /// Whether the link was copied, for a moment after it was asked for.
+    pub copied: Option<bool>,
+    /// A frozen demo is shown for a picture.
+    pub frozen_demo: Option<FrozenDemo>,
+    pub(super) address: Address,
+    pub(super) calm: bool,
+    /// Source of the scene that the fingers know.
+    touch_scene: Option<String>,
 }
 
 impl App {
-    /// Shows what the address asks for.
-    fn route(&mut self) {
-        let location = dom::window().location();
-        let path = location.pathname().unwrap_or_default();
-        let query = location.search().unwrap_or_default();
-        self.end_play();
-        if let Some(request) = DemoRequest::parse(&query) {
-            self.start_demo(&request);
-        } else if let Some(name) = api::replay_name(&path) {
-            self.fetch_replay(name);
-        } else if let Some(code) = room_code(&path) {
-            self.play = Some(Play::join(code, self.appearance.clone(), report));
-        } else {
-            self.lobby.show(&self.appearance, dom::now_ms());
+    /// A page that shows nothing yet: the first event says where it is.
+    pub fn new(startup: &Startup) -> App {
+        let Startup { remembered, query, seed, calm } = startup;
+        let predicts = remembered.predicts(query_value(query, "predict"));
+        let mut ctx = Context::new(remembered.session.clone(), predicts, *seed);
+        let appearance = recall(&mut ctx, remembered);
+        // For tests, and for links to a bad network: `?lag=150,30` or `?lag=300,100,stalls`.
+        let conditions = query_value(query, "lag").and_then(NetworkConditions::parse);
+        let conditions = conditions.unwrap_or(NetworkConditions::OFF);
+        ctx.request(Effect::SetConditions(conditions));
+        App {
+            ctx,
+            activity: Activity::Lobby,
+            screen: 0,
+            lobby: Lobby::default(),
+            own_color: appearance.color,
+            appearance,
+            dialogs: Dialogs::default(),
+            news: NewsLog::default(),
+            fingers: Fingers::default(),
+            panels: Panels::default(),
+            conditions,
+            graphics: GraphicsStatus::default(),
+            drawn_frames: 0,
+            world_shown: false,
+            copied: None,
+            frozen_demo: None,
+            address: Address::default(),
+            calm: *calm,
+            touch_scene: None,
         }
-        self.show_state();
-        if self.play.is_some() {
-            let _ = dom::by_id::<HtmlElement>("stage").focus();
+    }
+
+    /// Gives the page the browser's clock.
+    pub fn set_clock(&mut self, clock: fn() -> f64) {
+        self.ctx.clock = clock;
+    }
+
+    /// Handles an event at `now_ms`, and returns the effects for the browser to carry out.
+    pub fn update(&mut self, now_ms: f64, event: Event) -> Vec<Effect> {
+        self.ctx.now_ms = now_ms;
+        self.handle(event);
+        std::mem::take(&mut self.ctx.effects)
+    }
+
+    fn handle(&mut self, event: Event) {
+        match event {
+            Event::Navigated(address) => self.route(address),
+            Event::Pulse { hidden } => self.pulse(hidden),
+            Event::Frame(canvas) => self.advance(canvas),
+            Event::Drawn(drawn) => self.note_drawn(drawn),
+            Event::Online => self.with_game(|game, _| game.hurry()),
+            Event::FocusLost => self.release_input(),
+            Event::KeyDown(key) => self.key_down(&key),
+            Event::KeyUp(key) => self.key_up(&key),
+            Event::Pointer(pointer) => self.pointer(&pointer),
+            Event::ToolArmed(buttons) => self.fingers.armed = buttons,
+            Event::ToolPressed(buttons, down) => self.press(buttons, down),
+            Event::Clicked(control) => self.click(control),
+            Event::StageClicked => self.command_replay(ReplayCommand::Toggle),
+            Event::KickClicked(seat) => self.ask_to_kick(seat),
+            Event::FormChanged(form) => _ = self.read_form(&form),
+            Event::PlayClicked(form) => self.play(&form),
+            Event::SceneClicked(scene, form) => self.open_scene(&scene, &form),
+            Event::LinkFollowed(word) => self.go(&format!("/{word}")),
+            Event::Socket(session, event) => {
+                self.with_game(|game, ctx| game.on_socket(ctx, session, event));
+            }
+            Event::ConnectionCut => self.with_game(|game, ctx| game.drop_socket(ctx)),
+            Event::Answered(request, answer) => {
+                let code = self.lobby.take(&mut self.ctx, &request, answer.as_deref());
+                self.enter(code);
+            }
+            Event::ReplayFetched(name, fetched) => self.take_fetched(&name, fetched),
+            Event::ReplayRead(file, contents) => self.take_file(file, contents),
+            Event::FileDragged => {
+                let takes = !matches!(self.activity, Activity::Game(_));
+                self.ctx.request(Effect::OfferDrop(takes));
+            }
+            Event::Copied(copied) => self.note_copied(copied),
+            Event::CopyShown => self.copied = None,
+            Event::GraphicsMissing => self.graphics.missing = true,
+            Event::ContextLost => self.lose_context(),
+            Event::ContextRestored => self.graphics.lost_ms = None,
+            Event::Replay(command) => self.command_replay(command),
+            Event::PredictionChosen(on) => {
+                self.ctx.remember_prediction(on);
+                self.with_game(|game, _| game.set_prediction(on));
+            }
+            Event::ConditionsChosen(conditions) => {
+                self.conditions = conditions;
+                self.ctx.request(Effect::SetConditions(conditions));
+            }
+        }
+    }
+
+    /// Calls `work` with the game that is on, if one is.
+    pub(super) fn with_game(&mut self, work: impl FnOnce(&mut GameScreen, &mut Context)) {
+        if let Activity::Game(game) = &mut self.activity {
+            work(game, &mut self.ctx);
+        }
+    }
+
+    // Screens.
+
+    /// Shows what an address asks for.
+    fn route(&mut self, address: Address) {
+        self.end_screen();
+        self.address = address.clone();
+        if let Some(request) = DemoRequest::parse(&address.query) {
+            self.start_demo(&request);
+        } else if let Some(name) = api::replay_name(&address.path) {
+            self.activity = Activity::Replay(ReplayScreen::Fetching(name.to_owned()));
+            self.ctx.request(Effect::FetchReplay(name.to_owned()));
+        } else if let Some(code) = room_code(&address.path) {
+            let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone());
+            self.activity = Activity::Game(Box::new(game));
+        } else {
+            self.lobby.show(&mut self.ctx);
+        }
+        if let Activity::Game(_) = self.activity {
+            self.ctx.request(Effect::FocusStage);
+        }
+    }
+
+    /// Goes to a path of this server.
+    pub(super) fn go(&mut self, path: &str) {
+        self.ctx.request(Effect::PushAddress(path.to_owned()));
+        self.route(Address { path: path.to_owned(), ..Address::default() });
+    }
+
+    fn enter(&mut self, code: Option<String>) {
+        if let Some(code) = code {
+            self.go(&format!("/{code}"));
         }
     }
 
     /// Leaves game or replay.
-    pub fn end_play(&mut self) {
-        self.screening = None;
-        self.card = None;
-        if let Some(play) = self.play.take() {
-            play.leave();
+    pub(super) fn end_screen(&mut self) {
+        let ended = std::mem::replace(&mut self.activity, Activity::Lobby);
+        if let Activity::Game(game) = ended {
+            game.leave(&mut self.ctx);
         }
+        self.screen += 1;
+        self.own_color = self.appearance.color;
+        self.dialogs = Dialogs::default();
+        self.news = NewsLog::default();
+        self.fingers = Fingers::default();
+        self.touch_scene = None;
+        self.panels.network = false;
         self.world_shown = false;
-        self.quality = Quality::default();
-        dom::root().dataset().delete("world");
-        self.hud.clear();
-        self.network.clear();
-        self.tags.clear();
-        self.touchpad.release();
-        ask::withdraw();
-        notice::hide();
-        modal::set_help(false);
+        self.copied = None;
     }
 
     fn start_demo(&mut self, request: &DemoRequest) {
-        let mut scenes = Scene::built_in();
-        let Some(place) = scenes.iter().position(|scene| scene.name == request.scene) else {
-            return notice::show(&words::NO_SUCH_SCENE);
+        let found = Scene::built_in().into_iter().find(|scene| scene.name == request.scene);
+        let Some(scene) = found.map(Arc::new) else {
+            self.dialogs.card = Some(strings::NO_SUCH_SCENE.into());
+            return;
         };
-        let scene = Arc::new(scenes.swap_remove(place));
-        let demo = Demo::new(scene, request.seed, request.bots, request.ticks.is_some());
-        let appearance = match request.ticks {
-            // The picture must not depend on who looks at it.
-            Some(_) => Appearance { name: "Jo".into(), color: 0 },
-            None => self.appearance.clone(),
-        };
-        let mut play = Play::demo(demo, appearance);
-        self.keep_pixels = true;
+        let frozen = request.ticks.is_some();
+        let room = RoomInPage::new(scene, request.seed, request.bots, frozen);
+        // A picture must not depend on the player.
+        let nobody = || Appearance { name: "Jo".into(), color: 0 };
+        let appearance = if frozen { nobody() } else { self.appearance.clone() };
+        let mut game = GameScreen::in_page(&mut self.ctx, room, appearance);
         if let Some(ticks) = request.ticks {
-            play.freeze_at(ticks);
-            lobby::wear(0);
-            dom::set(&dom::root(), "data-hud", if request.hud { "yes" } else { "no" });
+            game.freeze_at(&mut self.ctx, ticks);
+            self.own_color = 0;
+            self.frozen_demo = Some(FrozenDemo { hud: request.hud });
             self.drawn_frames = 0;
         }
-        self.play = Some(play);
+        self.activity = Activity::Game(Box::new(game));
     }
 
-    /// What `data-state` says now. A frozen picture counts once it is drawn.
-    pub fn state(&self) -> &'static str {
-        match &self.screening {
-            Some(Screening::On(_)) if self.unsupported => return "unsupported",
-            Some(Screening::On(_)) => return "replay",
-            Some(Screening::Fetching(_)) => return "connecting",
-            Some(Screening::Failed) => return "refused",
+    // Time.
+
+    fn pulse(&mut self, hidden: bool) {
+        match &mut self.activity {
+            Activity::Game(game) => game.keep_connected(&mut self.ctx),
+            Activity::Lobby if self.dialogs.card.is_none() && !hidden => {
+                self.lobby.refresh(&mut self.ctx);
+            }
+            Activity::Lobby | Activity::Replay(_) => {}
+        }
+    }
+
+    fn advance(&mut self, canvas: Option<Canvas>) {
+        let plays = self.top() == Layer::Page;
+        match &mut self.activity {
+            Activity::Game(game) => {
+                game.advance(&mut self.ctx, canvas);
+                let Some(membership) = &mut game.membership else { return };
+                while let Some(news) = membership.replica.next_news() {
+                    self.news.push(news);
+                }
+                self.dialogs.withdraw_moot(membership.replica.players());
+                let scene = &membership.replica.scene;
+                if self.touch_scene.as_ref() != Some(&scene.source) {
+                    self.touch_scene = Some(scene.source.clone());
+                    self.fingers = tools::fingers(scene);
+                }
+            }
+            Activity::Replay(ReplayScreen::On(replay)) => {
+                let budget = Budget { clock: self.ctx.clock, plays };
+                replay.advance(self.ctx.now_ms, canvas, &budget);
+                // Events that were skipped are no news.
+                let jumped = replay.has_jumped();
+                while let Some(news) = replay.player.replica_mut().next_news() {
+                    if !jumped {
+                        self.news.push(news);
+                    }
+                }
+            }
+            Activity::Lobby | Activity::Replay(_) => {}
+        }
+    }
+
+    fn note_drawn(&mut self, drawn: bool) {
+        let now_ms = self.ctx.now_ms;
+        match &mut self.activity {
+            Activity::Game(game) if drawn => game.meter.drawn(now_ms),
+            Activity::Replay(ReplayScreen::On(replay)) if drawn => {
+                replay.meter.drawn(now_ms);
+                replay.note_drawn();
+            }
+            Activity::Replay(ReplayScreen::On(replay)) => replay.forget_drawn(),
+            _ => {}
+        }
+        if drawn {
+            self.world_shown = true;
+            self.drawn_frames += 1;
+        }
+    }
+
+    fn lose_context(&mut self) {
+        self.graphics.lost_ms.get_or_insert(self.ctx.now_ms);
+        self.ctx.request(Effect::DropGraphics);
+        if let Activity::Replay(ReplayScreen::On(replay)) = &mut self.activity {
+            replay.forget_drawn();
+        }
+    }
+
+    // The lobby's form.
+
+    /// Takes name and colour from the form; `false` if the name cannot be used.
+    fn read_form(&mut self, form: &Form) -> bool {
+        self.own_color = form.color;
+        let Some(appearance) = self.lobby.read(form) else { return false };
+        self.ctx.remember_player(&appearance.name, appearance.color);
+        self.appearance = appearance;
+        true
+    }
+
+    fn play(&mut self, form: &Form) {
+        if self.read_form(form) {
+            let code = self.lobby.play(&mut self.ctx, form.private);
+            self.enter(code);
+        }
+    }
+
+    fn open_scene(&mut self, scene: &str, form: &Form) {
+        self.lobby.open(&mut self.ctx, scene, form.private);
+    }
+
+    // Buttons and cards.
+
+    fn click(&mut self, control: Control) {
+        match control {
+            Control::Leave => self.go("/"),
+            Control::Copy => self.ctx.request(Effect::CopyAddress),
+            Control::Help => self.toggle_help(),
+            Control::CloseRoom => {
+                self.release_input();
+                self.dialogs.question = Some(Question::CloseRoom);
+            }
+            Control::Confirm => match self.dialogs.question.take() {
+                Some(Question::Kick(seat, _)) => self.with_game(|game, ctx| game.kick(ctx, seat)),
+                Some(Question::CloseRoom) => self.with_game(|game, ctx| game.close_room(ctx)),
+                None => {}
+            },
+            Control::Cancel => self.dialogs.question = None,
+            Control::Notice => self.act(self.notice().map(|card| card.notice.action)),
+            Control::NoticeOther => {
+                let other = self.notice().and_then(|card| card.notice.other);
+                self.act(other.map(|(_, action)| action));
+            }
+            Control::Network => self.panels.network = !self.panels.network,
+            Control::OpenFile => self.ctx.request(Effect::ChooseFile),
+        }
+    }
+
+    /// Does what the button of a notice says.
+    fn act(&mut self, action: Option<NoticeAction>) {
+        match action {
+            Some(NoticeAction::Lobby) => self.go("/"),
+            Some(NoticeAction::Arena) => self.go(&format!("/{}", api::FIRST_SCENE)),
+            Some(NoticeAction::Reload) => self.ctx.request(Effect::Reload),
+            Some(NoticeAction::File) => self.ctx.request(Effect::ChooseFile),
+            Some(NoticeAction::Stay) => self.dialogs.card = None,
+            Some(NoticeAction::Refetch) => self.route(self.address.clone()),
+            Some(NoticeAction::Again) => self.with_game(|game, ctx| {
+                if game.status.state == State::Refused { game.connect(ctx) } else { game.hurry() }
+            }),
             None => {}
         }
-        match &self.play {
-            _ if self.unsupported && self.play.is_some() => "unsupported",
-            Some(play) if play.state() == State::Frozen && self.drawn_frames == 0 => "connecting",
-            Some(play) => play.state().name(),
-            None if notice::is_shown() => "refused",
-            None => "lobby",
-        }
     }
 
-    /// Tells the page's styles, tests and reader what state it is in.
-    pub fn show_state(&mut self) {
-        let state = self.state();
-        if self.shown != Some(state) {
-            self.shown = Some(state);
-            let _ = dom::root().dataset().set("state", state);
-        }
-        match &self.screening {
-            Some(Screening::Fetching(_)) => notice::show(&words::FETCHING),
-            Some(Screening::On(_)) if self.unsupported => notice::show(&words::NO_WEBGL2),
-            Some(Screening::On(_)) if self.context_is_gone() => notice::show(&words::GRAPHICS_LOST),
-            Some(Screening::On(_)) if self.card.is_none() => notice::hide(),
-            _ => {}
-        }
-        let Some(play) = &self.play else { return };
-        match (state, &play.notice) {
-            ("unsupported", _) => notice::show(&words::NO_WEBGL2),
-            ("refused", Some(reason)) => notice::show(reason),
-            _ if self.context_is_gone() => notice::show(&words::GRAPHICS_LOST),
-            ("connecting", _) if play.state() == State::Connecting => {
-                notice::show(&words::connecting(play.attempts()));
-            }
-            ("reconnecting", _) => notice::show(play.loss()),
-            _ => notice::hide(),
-        }
+    pub(super) fn toggle_help(&mut self) {
+        self.release_input();
+        self.dialogs.toggle_help(self.top());
     }
 
-    /// What does not wait for a frame.
-    fn pulse(&mut self) {
-        let now = dom::now_ms();
-        if let Some(play) = &mut self.play {
-            if play.wants_socket(now) {
-                play.connect(report);
-            }
-        } else if self.screening.is_none() && !notice::is_shown() {
-            self.lobby.refresh(now);
-        }
-        self.show_state();
+    fn ask_to_kick(&mut self, seat: Seat) {
+        self.release_input();
+        let Some(replica) = self.replica() else { return };
+        let player = replica.players().iter().find(|player| player.seat == seat);
+        let who = player.map(|player| player.appearance.clone());
+        self.dialogs.question = who.map(|who| Question::Kick(seat, who));
     }
 
-    /// One frame of the browser.
-    fn frame(&mut self) {
-        if self.watch().is_some() {
-            return self.frame_of_film();
-        }
-        if self.play.is_none() {
-            return;
-        }
-        self.ready_graphics();
-        let now = dom::now_ms();
-        let frozen = self.play.as_ref().is_some_and(|play| play.state() == State::Frozen);
-        let share = if frozen || self.sharp { 1.0 } else { self.quality.frame(now) };
-        let size = self.graphics.as_mut().and_then(|graphics| graphics.fit(share));
-        let bottom_css = self.hud.bottom_css();
-        let canvas = size.map(|pixels| {
-            let bottom = (bottom_css / css_per_pixel(pixels)) as u32;
-            Canvas { pixels, bottom }
-        });
-        let Some(play) = &mut self.play else { return };
-        play.advance(now, canvas);
-        if let Some(replica) = play.replica() {
-            self.touchpad.adopt_scene(&replica.scene);
-            let _ = dom::root().dataset().set("tick", &format!("{:.0}", replica.display().floor()));
-        }
-        if size.is_some() && self.context_lost_ms.is_none() {
-            self.draw(now);
-        }
-        if let Some(play) = &mut self.play
-            && self.hud.update(play, now)
-        {
-            self.network.update(play, now);
-        }
-        self.show_state();
-    }
-
-    /// One frame of the browser while a film is on.
-    fn frame_of_film(&mut self) {
-        let anew = self.graphics.is_none();
-        self.ready_graphics();
-        let now = dom::now_ms();
-        let playing = self.watch().is_some_and(|watch| watch.film.is_playing());
-        // What stands still has the time to be sharp.
-        let share = if playing && !self.sharp { self.quality.frame(now) } else { 1.0 };
-        let size = self.graphics.as_mut().and_then(|graphics| graphics.fit(share));
-        let covered = dom::by_id::<HtmlElement>("deck").get_bounding_client_rect();
-        let stage_css = f64::from(dom::by_id::<HtmlElement>("stage").client_height());
-        let bottom_css = (stage_css - covered.top()).max(0.0) as f32;
-        let canvas = size.map(|pixels| {
-            let bottom = (bottom_css / css_per_pixel(pixels)) as u32;
-            Canvas { pixels, bottom }
-        });
-        let ready = size.is_some() && self.context_lost_ms.is_none();
-        let Some(Screening::On(watch)) = &mut self.screening else { return };
-        watch.advance(now, canvas);
-        if anew {
-            watch.forget_drawn();
-        }
-        let _ = dom::root().dataset().set("tick", &watch.film.tick().to_string());
-        if ready {
-            self.draw_film(now);
-        }
-        if let Some(Screening::On(watch)) = &mut self.screening {
-            watch.deck.update(&mut watch.film, now);
-        }
-        self.show_state();
-    }
-
-    fn draw_film(&mut self, now_ms: f64) {
-        let (Some(Screening::On(watch)), Some(graphics)) =
-            (&mut self.screening, &mut self.graphics)
-        else {
-            return;
-        };
-        graphics.prepare(&watch.film.replica().plan);
-        let Some(frame) = watch.picture(self.calm) else { return };
-        let drawn = graphics.draw(&frame);
-        let view = frame.view;
-        self.tags.update(watch.film.replica(), &view, css_per_pixel(view.pixels));
-        if !drawn {
-            return watch.forget_drawn();
-        }
-        watch.meter.drawn(now_ms);
-        self.note_drawn();
-    }
-
-    fn note_drawn(&mut self) {
-        if !self.world_shown {
-            self.world_shown = true;
-            let _ = dom::root().dataset().set("world", "yes");
-            modal::rescue_focus();
-        }
-        self.drawn_frames += 1;
-    }
-
-    fn draw(&mut self, now_ms: f64) {
-        let (Some(play), Some(graphics)) = (&mut self.play, &mut self.graphics) else { return };
-        let Some(picture) = play.picture((now_ms / 1000.0) as f32, self.calm) else { return };
-        graphics.prepare(&picture.replica.plan);
-        let drawn = graphics.draw(&picture.frame);
-        let css_per_pixel = css_per_pixel(picture.frame.view.pixels);
-        self.tags.update(picture.replica, &picture.frame.view, css_per_pixel);
-        if drawn {
-            play.meter.drawn(now_ms);
-            self.note_drawn();
-        }
-    }
-
-    /// What the graphics have made, while there are any.
-    pub fn made(&self) -> Option<Made> {
-        self.graphics.as_ref().map(Graphics::made)
-    }
-
-    /// Sets up drawing when it is first needed.
-    fn ready_graphics(&mut self) {
-        if self.graphics.is_none() && !self.unsupported && self.context_lost_ms.is_none() {
-            self.graphics = Graphics::new(self.keep_pixels);
-            self.unsupported = self.graphics.is_none();
-        }
-    }
-
-    /// The browser took the context: nothing that was made with it works, also not once there is
-    /// another. The next frame after that makes everything anew.
-    fn lose_graphics(&mut self) {
-        self.context_lost_ms.get_or_insert(dom::now_ms());
-        self.graphics = None;
-    }
-
-    fn context_is_gone(&self) -> bool {
-        self.context_lost_ms.is_some_and(|since| dom::now_ms() - since >= CONTEXT_WAIT_MS)
-    }
-
-    /// Presses or lets go of buttons that are not keys, and says so at once.
-    pub fn press(&mut self, buttons: Buttons, down: bool) {
-        if let Some(play) = &mut self.play {
-            play.controls.press(buttons, down);
-            play.speak(dom::now_ms());
-        }
-    }
-
-    /// Lets go of everything: no key may stick when its release is never seen.
-    pub fn release(&mut self) {
-        self.touchpad.release();
-        if let Some(play) = &mut self.play {
-            play.controls.release();
-            play.speak(dom::now_ms());
-        }
-    }
-
-    /// Does what the button of a notice says, as far as it concerns this page.
-    pub fn take_way(&mut self, way: Way) {
-        match way {
-            Way::Stay => {
-                self.card = None;
-                notice::hide();
-            }
-            Way::Refetch => self.route(),
-            _ => {}
-        }
-        let Some(play) = &mut self.play else { return };
-        match (way, play.state()) {
-            (Way::Again, State::Refused) => play.connect(report),
-            (Way::Again, _) => play.hurry(),
-            _ => {}
-        }
-        self.show_state();
+    fn note_copied(&mut self, copied: bool) {
+        self.copied = Some(copied);
+        self.ctx.request(Effect::After(COPIED_MS, Event::CopyShown));
     }
 }
 
-/// CSS pixels a device pixel.
-pub fn css_per_pixel(pixels: [u32; 2]) -> f32 {
-    let stage: HtmlElement = dom::by_id("stage");
-    stage.client_width() as f32 / pixels[0].max(1) as f32
+/// The remembered player, or a friendly stranger who is remembered from now on.
+fn recall(ctx: &mut Context, remembered: &Remembered) -> Appearance {
+    let color = remembered.color().filter(|color| *color < limits::COLORS);
+    let color = color.unwrap_or_else(|| (ctx.random_bits() % u32::from(limits::COLORS)) as u8);
+    Appearance::new(name::finished(remembered.name()), color).unwrap_or_else(|_| {
+        let name = strings::friendly_name(ctx.random_bits());
+        ctx.remember_player(&name, color);
+        Appearance { name: name.into(), color }
+    })
 }
 
 /// The room that a path names.
@@ -496,3 +455,6 @@ fn room_code(path: &str) -> Option<&str> {
     let code = path.trim_matches('/');
     (!code.is_empty() && code != "index.html").then_some(code)
 }
+
+#[cfg(test)]
+mod tests;

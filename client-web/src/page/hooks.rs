@@ -1,135 +1,178 @@
-//! What tests may ask of the page: `window.jostle` is made of these.
+//! Functions for tests: `window.jostle` is made of these.
 
-use super::app;
-use super::play::Play;
-use super::watch::Watch;
-use crate::render::Made;
-use crate::replica::Replica;
-use crate::witness;
+use crate::net::meter::Meter;
+use crate::net::timeline::Sample;
+use crate::page::app::App;
+use crate::page::dom::{stage, views};
+use crate::page::event::{Event, ReplayCommand};
+use crate::page::game::GameScreen;
+use crate::page::replay_screen::OpenReplay;
+use crate::page::shell::{self, Page};
+use crate::view::render::Made;
+use crate::world::replica::Replica;
+use crate::world::witness;
 use jostle_protocol::PlayerState;
 use jostle_sim::Vec2;
-use serde_json::{Value, json};
-use std::collections::BTreeMap;
+use js_sys::JsString;
+use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 
-/// What is on display now, as JSON.
+/// The page's state, as JSON.
 #[wasm_bindgen]
-pub fn state() -> String {
-    app::with(|app| describe(app).to_string()).unwrap_or_default()
+pub fn state() -> Option<JsString> {
+    json(&shell::with(|page| describe(page))?)
 }
 
-fn describe(app: &app::App) -> Value {
-    let now = super::dom::now_ms();
-    let watch = app.watch();
-    let replica = match watch {
-        Some(watch) => Some(watch.film.replica()),
-        None => app.play.as_ref().and_then(|play| play.replica()),
-    };
-    let particles = watch.map(|watch| watch.film.particles());
+fn describe(page: &Page) -> JsValue {
+    let app = &page.app;
+    let (game, replay) = (app.game(), app.replay());
+    let replica = app.replica();
+    let played = replica.filter(|_| replay.is_none());
+    let particles = replay.map(|replay| replay.player.particles());
     let particles = particles.or(replica.map(Replica::particles));
-    let bodies: Vec<Value> = replica.map_or(Vec::new(), |replica| {
-        let bodies = replica.samples().iter().map(|body| {
-            json!({
-                "id": body.id.index,
-                "generation": body.id.generation,
-                "kind": body.kind.name(),
-                "owner": body.owner.map(|seat| seat.0),
-                "pos": [body.center.x, body.center.y],
-            })
-        });
-        bodies.collect()
-    });
-    let meter = app.play.as_ref().map(|play| &play.meter).or(watch.map(|watch| &watch.meter));
+    let meter = game.map(|game| &game.meter).or(replay.map(|replay| &replay.meter));
     let players = replica.map_or(&[][..], |replica| replica.players());
-    json!({
-        "state": app.state(),
-        "seat": replica.filter(|_| watch.is_none()).map(|replica| replica.seat.0),
-        "room": replica.map(|replica| replica.room.clone()),
-        "tick": replica.map(|replica| replica.display()),
-        "newest_tick": replica.and_then(|r| r.newest()).map(|snapshot| snapshot.tick),
-        "bodies": bodies,
-        "particles": particles.map_or(0, |particles| particles.len()),
-        "particle_digest": particles.map(|particles| hex(particles.digest())),
-        "emitters": particles.map_or(0, |particles| particles.emitter_count()),
-        "players": players.iter().map(player).collect::<Vec<_>>(),
-        "fps": meter.map_or(0, |meter| meter.frames_a_second(now)),
-        "drawn_frames": app.drawn_frames,
-        "gpu": app.made().map(gpu),
-        "sections": meter.map(|meter| meter.sections()),
-        "emitter_events": meter.map_or(0, |meter| meter.emitters()),
-        "hash": app.play.as_ref().and_then(|play| play.state_hash()).map(hex),
-        "told_place": replica.filter(|_| watch.is_none()).and_then(told_place),
-        "prediction": app.play.as_ref().and_then(prediction),
-        "replay": watch.map(replay),
-    })
+    object([
+        ("state", app.state().into()),
+        ("seat", played.map(|replica| replica.seat.0).into()),
+        ("room", replica.map(|replica| replica.room.as_str()).into()),
+        ("tick", replica.map(|replica| replica.display()).into()),
+        ("newest_tick", replica.and_then(|r| r.newest()).map(|snapshot| snapshot.tick).into()),
+        ("bodies", array(replica.map_or(&[][..], Replica::samples).iter().map(body))),
+        ("particles", particles.map_or(0, |particles| particles.len()).into()),
+        ("particle_digest", particles.map(|particles| hex(particles.digest())).into()),
+        ("emitters", particles.map_or(0, |particles| particles.emitter_count()).into()),
+        ("players", array(players.iter().map(player))),
+        ("fps", meter.map_or(0, |meter| meter.frames_a_second(app.now_ms())).into()),
+        ("drawn_frames", count(app.drawn_frames)),
+        ("gpu", page.views.made().map(gpu).into()),
+        ("sections", meter.map(sections).into()),
+        ("emitter_events", count(meter.map_or(0, |meter| meter.emitters()))),
+        ("hash", game.and_then(|game| game.state_hash()).map(hex).into()),
+        ("told_place", played.and_then(Replica::told_place).map(point).into()),
+        ("prediction", game.and_then(prediction).into()),
+        ("replay", replay.map(shown_replay).into()),
+    ])
 }
 
-/// Where the server's newest word has the own hero.
-fn told_place(replica: &Replica) -> Option<[f32; 2]> {
-    replica.told_place().map(|at| [at.x, at.y])
+/// An object of JavaScript; fields without a value are left out of its JSON.
+fn object<const FIELDS: usize>(fields: [(&str, JsValue); FIELDS]) -> JsValue {
+    let object = js_sys::Object::new();
+    for (name, value) in fields {
+        set(&object, name, &value);
+    }
+    object.into()
 }
 
-/// What is predicted, and what the server's newest word is.
-fn prediction(play: &Play) -> Option<Value> {
-    let predictor = play.predictor()?;
-    Some(json!({
-        "error": predictor.error(),
-        "lead_ticks": predictor.lead_ticks(),
-        "unacknowledged": predictor.unacknowledged(),
-    }))
+fn set(object: &js_sys::Object, name: &str, value: &JsValue) {
+    js_sys::Reflect::set(object, &name.into(), value).expect("a plain object takes any field");
 }
 
-fn gpu(made: Made) -> Value {
-    let textures = made.textures.iter().map(|(name, bytes)| (*name, *bytes));
-    json!({
-        "pipelines": made.pipelines,
-        "textures": textures.collect::<BTreeMap<_, _>>(),
-    })
+fn array(values: impl Iterator<Item = JsValue>) -> JsValue {
+    values.collect::<js_sys::Array>().into()
 }
 
-fn replay(watch: &Watch) -> Value {
-    let (film, view) = (&watch.film, watch.view());
-    json!({
-        "tick": film.tick(),
-        "playhead": film.playhead(),
-        "first": film.first_tick(),
-        "last": film.last_tick(),
-        "playing": film.is_playing(),
-        "speed": film.speed(),
-        "seeking": film.is_seeking(),
-        "hash": film.hash().map(hex),
-        "agrees_until": film.checks().agrees_until(),
-        "differs_at": film.checks().differs_at(),
-        "compared": film.checks().count(),
-        "followed": film.followed().map(|seat| seat.0),
-        "view": { "center": [view.center.x, view.center.y], "height": view.height,
-            "pixels": view.pixels },
-    })
+fn point(at: Vec2) -> JsValue {
+    array([at.x, at.y].into_iter().map(JsValue::from))
+}
+
+/// A number of JavaScript, which counts exactly up to 2^53; `u64` would become a `BigInt`, which JSON lacks.
+fn count(count: u64) -> JsValue {
+    (count as f64).into()
+}
+
+fn json(value: &JsValue) -> Option<JsString> {
+    js_sys::JSON::stringify(value).ok()
+}
+
+fn body(body: &Sample) -> JsValue {
+    object([
+        ("id", body.id.index.into()),
+        ("generation", body.id.generation.into()),
+        ("kind", body.kind.name().into()),
+        ("owner", body.owner.map(|seat| seat.0).into()),
+        ("pos", point(body.center)),
+    ])
+}
+
+/// Sections received so far, with the number of snapshots that had each.
+fn sections(meter: &Meter) -> JsValue {
+    let sections = js_sys::Object::new();
+    for (name, &snapshots) in meter.sections() {
+        set(&sections, name, &count(snapshots));
+    }
+    sections.into()
+}
+
+/// State of the prediction.
+fn prediction(game: &GameScreen) -> Option<JsValue> {
+    let predictor = game.membership.as_ref()?.predictor.as_ref()?;
+    Some(object([
+        ("error", predictor.error().into()),
+        ("lead_ticks", predictor.lead_ticks().into()),
+        ("unacknowledged", predictor.unacknowledged().into()),
+    ]))
+}
+
+fn gpu(made: Made) -> JsValue {
+    let textures = js_sys::Object::new();
+    for (name, bytes) in made.textures {
+        set(&textures, name, &count(bytes));
+    }
+    let pipelines = array(made.pipelines.into_iter().map(JsValue::from));
+    object([("pipelines", pipelines), ("textures", textures.into())])
+}
+
+fn shown_replay(replay: &OpenReplay) -> JsValue {
+    let (player, view) = (&replay.player, replay.view());
+    let pixels = array(view.pixels.into_iter().map(JsValue::from));
+    object([
+        ("tick", player.tick().into()),
+        ("playhead", player.playhead().into()),
+        ("first", player.first_tick().into()),
+        ("last", player.last_tick().into()),
+        ("playing", player.is_playing().into()),
+        ("speed", player.speed().into()),
+        ("seeking", player.is_seeking().into()),
+        ("hash", player.hash().map(hex).into()),
+        ("agrees_until", player.checks().agrees_until().into()),
+        ("differs_at", player.checks().differs_at().into()),
+        ("compared", player.checks().count().into()),
+        ("followed", player.followed().map(|seat| seat.0).into()),
+        (
+            "view",
+            object([
+                ("center", point(view.center)),
+                ("height", view.height.into()),
+                ("pixels", pixels),
+            ]),
+        ),
+    ])
 }
 
 /// Where the last frame drew the own hero, world units: `[x, y]`, or nothing.
 #[wasm_bindgen]
 pub fn own_place() -> Option<js_sys::Array> {
-    let place = app::with(|app| app.play.as_ref()?.replica()?.own_hero().map(|hero| hero.center));
-    place.flatten().map(|at| js_sys::Array::of2(&at.x.into(), &at.y.into()))
+    let center = |app: &App| Some(app.game()?.replica()?.own_hero()?.center);
+    let at = shell::with(|page| center(&page.app)).flatten()?;
+    Some(js_sys::Array::of2(&at.x.into(), &at.y.into()))
 }
 
-/// Sets out for a tick of the replay, standing still; `state().replay.seeking` says when it is there.
+/// Pauses the replay and seeks a tick; `state().replay.seeking` says when it is there.
 #[wasm_bindgen]
 pub fn seek(tick: u32) {
-    super::watch::with_film(|film| {
-        film.pause();
-        film.aim(tick);
-    });
+    shell::push(Event::Replay(ReplayCommand::PauseAt(tick)));
 }
 
-/// Hears a recording, see [`witness`]: `[[tick, digits], ...]` as JSON, or what is wrong with it.
+/// Plays a recording, see [`witness`]: `[[tick, digits], ...]` as JSON, or what is wrong with it.
 #[wasm_bindgen]
 pub fn particle_digests(scene: &str, recording: &[u8]) -> String {
     match witness::particle_digests(scene, recording) {
         Ok(digests) => {
-            let digests = digests.into_iter().map(|(tick, digest)| json!([tick, hex(digest)]));
-            digests.collect::<Value>().to_string()
+            let digests = digests
+                .into_iter()
+                .map(|(tick, digest)| array([tick.into(), hex(digest).into()].into_iter()));
+            json(&array(digests)).map(String::from).unwrap_or_default()
         }
         Err(error) => error,
     }
@@ -140,34 +183,31 @@ fn hex(digest: u64) -> String {
     format!("{digest:016x}")
 }
 
-fn player(player: &PlayerState) -> Value {
-    json!({
-        "seat": player.seat.0,
-        "name": player.appearance.name,
-        "color": player.appearance.color,
-        "score": player.score,
-        "connected": player.connected,
-        "hero": player.hero.map(|id| id.index),
-        "selected": player.selected.map(|id| id.index),
-        "held": player.held.map(|id| id.index),
-    })
+fn player(player: &PlayerState) -> JsValue {
+    object([
+        ("seat", player.seat.0.into()),
+        ("name", (&*player.appearance.name).into()),
+        ("color", player.appearance.color.into()),
+        ("score", player.score.into()),
+        ("connected", player.connected.into()),
+        ("hero", player.hero.map(|id| id.index).into()),
+        ("selected", player.selected.map(|id| id.index).into()),
+        ("held", player.held.map(|id| id.index).into()),
+    ])
 }
 
 /// Closes the socket as a broken network would; the page reconnects by itself.
 #[wasm_bindgen]
 pub fn drop_socket() {
-    app::with(|app| app.play.as_mut().map(|play| play.drop_socket()));
+    shell::push(Event::ConnectionCut);
 }
 
 /// The place of a world point on the page: `[x, y]` in CSS pixels.
 #[wasm_bindgen]
 pub fn to_page(x: f32, y: f32) -> js_sys::Array {
-    let at = app::with(|app| {
-        let view = match app.watch() {
-            Some(watch) => *watch.view(),
-            None => *app.play.as_ref()?.view(),
-        };
-        Some(view.to_pixel(Vec2::new(x, y)) * app::css_per_pixel(view.pixels))
+    let at = shell::with(|page| {
+        let view = views::view(&page.app)?;
+        Some(view.to_pixel(Vec2::new(x, y)) * stage::css_per_pixel(view.pixels))
     });
     let at = at.flatten().unwrap_or(Vec2::ZERO);
     js_sys::Array::of2(&at.x.into(), &at.y.into())

@@ -1,375 +1,160 @@
-//! The lobby: name, colour, the big button, open rooms, scenes. The forms are in `index.html`;
-//! here they are filled and listened to.
+//! The lobby: the player's form, open rooms, scenes and replays, and the note under the form.
 
-use super::app;
-use super::{dom, http, profile};
-use crate::api::{self, Opened, ReplayCard, Replays, Room, Rooms, SceneCard, Scenes};
-use crate::name;
-use crate::words;
+use crate::net::api::{self, Opened, ReplayCard, Replays, Request, Room, Rooms, SceneCard, Scenes};
+use crate::page::context::{Context, Secret};
+use crate::page::event::{Effect, Form};
+use crate::page::{name, strings};
 use jostle_protocol::{Appearance, Token};
-use wasm_bindgen::JsCast;
-use web_sys::{
-    Event, HtmlElement, HtmlImageElement, HtmlInputElement, InputEvent, MouseEvent, PointerEvent,
-};
+use serde::de::DeserializeOwned;
 
-/// Rooms are asked for so often, milliseconds.
+/// Time between two requests for the rooms, milliseconds.
 const REFRESH_MS: f64 = 3000.0;
-/// Replays are asked for so often, milliseconds: each answer may be long.
+/// Time between two requests for the replays, milliseconds: each answer may be long.
 const REPLAYS_MS: f64 = 15_000.0;
-/// Said while rooms are asked for in vain.
-const UNANSWERED: &str = "The server does not answer; the list may be old.";
 
-/// What the lobby knows.
-#[derive(Default)]
+/// A line under the form.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Note {
+    /// The line.
+    pub text: String,
+    /// It reports a problem.
+    pub bad: bool,
+}
+
+/// The lobby.
+#[derive(Debug, Default)]
 pub struct Lobby {
-    rooms: Vec<Room>,
-    scenes: Vec<SceneCard>,
-    replays: Vec<ReplayCard>,
+    /// Open rooms.
+    pub rooms: Vec<Room>,
+    /// Scenes.
+    pub scenes: Vec<SceneCard>,
+    /// Replays, the newest first.
+    pub replays: Vec<ReplayCard>,
+    /// The line under the form.
+    pub note: Note,
+    /// The typed name cannot be used.
+    pub name_invalid: bool,
+    /// A room is being opened.
+    pub busy: bool,
     asked_ms: f64,
     replays_asked_ms: Option<f64>,
-    busy: bool,
-}
-
-/// Listens to the lobby's forms.
-pub fn listen() {
-    dom::listen(&dom::by_id::<HtmlElement>("join"), "submit", |event: Event| {
-        event.prevent_default();
-        if remember() {
-            app::with(|app| app.lobby.play());
-        }
-    });
-    dom::listen(&dom::by_id::<HtmlElement>("join"), "input", |event: Event| {
-        // What is still being composed is the input method's until it is done.
-        if !event.dyn_ref::<InputEvent>().is_some_and(InputEvent::is_composing) {
-            fit_name();
-        }
-        remember();
-    });
-    dom::listen(&dom::by_id::<HtmlElement>("name"), "compositionend", |_: Event| {
-        fit_name();
-    });
-    for list in ["room-list", "replay-list"] {
-        dom::listen(&dom::by_id::<HtmlElement>(list), "click", |event: MouseEvent| {
-            let plain = !(event.ctrl_key() || event.meta_key() || event.shift_key());
-            let link = dom::target_within(&event, "a").filter(|_| plain);
-            if let Some(word) = link.and_then(|link| link.get_attribute("data-code")) {
-                event.prevent_default();
-                app::enter(&word);
-            }
-        });
-    }
-    dom::listen(&dom::by_id::<HtmlElement>("scene-list"), "click", |event: MouseEvent| {
-        let button = dom::target_within(&event, "button");
-        if let Some(scene) = button.and_then(|button| button.get_attribute("data-scene")) {
-            app::with(|app| app.lobby.open(&scene));
-        }
-    });
-    dom::listen(&dom::by_id::<HtmlElement>("lobby"), "pointermove", |event: PointerEvent| {
-        follow(&event);
-    });
-}
-
-/// The wordmark's hero looks at the pointer.
-fn follow(event: &PointerEvent) {
-    let Ok(Some(hero)) = dom::document().query_selector(".block.hero") else { return };
-    let place = hero.get_bounding_client_rect();
-    let dx = f64::from(event.client_x()) - (place.left() + place.width() * 0.5);
-    let dy = f64::from(event.client_y()) - (place.top() + place.height() * 0.5);
-    let length = (dx * dx + dy * dy).sqrt().max(60.0);
-    if let Ok(hero) = hero.dyn_into::<HtmlElement>() {
-        dom::style(&hero, "--gaze-x", &format!("{:.2}", dx / length));
-        dom::style(&hero, "--gaze-y", &format!("{:.2}", dy / length));
-    }
-}
-
-/// Cuts what is in the field to a name's length; the browser would count halves of characters.
-fn fit_name() {
-    let input: HtmlInputElement = dom::by_id("name");
-    let typed = input.value();
-    let fitting = name::fit(&typed);
-    if fitting.len() < typed.len() {
-        let caret = input.selection_end().ok().flatten();
-        input.set_value(fitting);
-        if let Some(caret) = caret {
-            let _ = input.set_selection_range(caret, caret);
-        }
-    }
-}
-
-/// Reads name and colour from the form and remembers them; `false` if the name is none, which is
-/// said below the form.
-fn remember() -> bool {
-    let input: HtmlInputElement = dom::by_id("name");
-    let checked = dom::document().query_selector("#colors input:checked").ok().flatten();
-    let color = checked.and_then(|e| e.get_attribute("value")).and_then(|v| v.parse().ok());
-    let color = color.unwrap_or(0);
-    wear(color);
-    match Appearance::new(name::finished(&input.value()), color) {
-        Ok(appearance) => {
-            let _ = input.remove_attribute("aria-invalid");
-            say("", false);
-            profile::save(&appearance);
-            app::with(|app| app.appearance = appearance);
-            true
-        }
-        Err(error) => {
-            dom::set(&input, "aria-invalid", "true");
-            say(&error.to_string(), true);
-            false
-        }
-    }
-}
-
-/// The page takes the player's colour.
-pub fn wear(color: u8) {
-    dom::style(&dom::root(), "--own", &format!("var(--player-{color})"));
-}
-
-fn say(text: &str, bad: bool) {
-    let note: HtmlElement = dom::by_id("lobby-note");
-    dom::set_text(&note, text);
-    let _ = note.class_list().toggle_with_force("bad", bad);
-}
-
-/// Takes a note back, if it is the one that is shown.
-fn unsay(text: &str) {
-    if dom::by_id::<HtmlElement>("lobby-note").text_content().as_deref() == Some(text) {
-        say("", false);
-    }
 }
 
 impl Lobby {
-    /// Fills the form for a player and asks the server what there is.
-    pub fn show(&mut self, appearance: &Appearance, now_ms: f64) {
-        dom::by_id::<HtmlInputElement>("name").set_value(&appearance.name);
-        let selector = format!("#colors input[value='{}']", appearance.color);
-        if let Ok(Some(swatch)) = dom::document().query_selector(&selector)
-            && let Ok(swatch) = swatch.dyn_into::<HtmlInputElement>()
-        {
-            swatch.set_checked(true);
-        }
-        self.set_busy(false);
-        say("", false);
+    /// Starts over, and asks the server for its lists.
+    pub fn show(&mut self, ctx: &mut Context) {
+        self.busy = false;
+        self.note = Note::default();
+        self.name_invalid = false;
         self.replays_asked_ms = None;
-        self.ask(now_ms);
+        self.ask(ctx);
     }
 
     /// Asks for the rooms again if it is time.
-    pub fn refresh(&mut self, now_ms: f64) {
-        if now_ms - self.asked_ms >= REFRESH_MS && !dom::document().hidden() {
-            self.ask(now_ms);
+    pub fn refresh(&mut self, ctx: &mut Context) {
+        if ctx.now_ms - self.asked_ms >= REFRESH_MS {
+            self.ask(ctx);
         }
     }
 
     /// Asks for the rooms, and for the scenes until they are known.
-    fn ask(&mut self, now_ms: f64) {
-        self.asked_ms = now_ms;
+    fn ask(&mut self, ctx: &mut Context) {
+        self.asked_ms = ctx.now_ms;
         if self.scenes.is_empty() {
-            http::call("GET", "/api/scenes", None, |answer| {
-                app::with(|app| app.lobby.take_scenes(answer));
-            });
+            ctx.request(Effect::Request(Request::Scenes));
         }
-        http::call("GET", "/api/rooms", None, |answer| {
-            app::with(|app| app.lobby.take_rooms(answer));
-        });
-        if self.replays_asked_ms.is_none_or(|asked_ms| now_ms - asked_ms >= REPLAYS_MS) {
-            self.replays_asked_ms = Some(now_ms);
-            http::call("GET", "/api/replays", None, |answer| {
-                app::with(|app| app.lobby.take_replays(answer));
-            });
+        ctx.request(Effect::Request(Request::Rooms));
+        if self.replays_asked_ms.is_none_or(|asked_ms| ctx.now_ms - asked_ms >= REPLAYS_MS) {
+            self.replays_asked_ms = Some(ctx.now_ms);
+            ctx.request(Effect::Request(Request::Replays));
         }
     }
 
-    fn take_replays(&mut self, answer: Option<String>) {
-        let replays = answer.and_then(|text| serde_json::from_str::<Replays>(&text).ok());
-        let Some(Replays { replays }) = replays else { return };
-        if replays != self.replays {
-            self.replays = replays;
-            self.list_replays();
-        }
-    }
-
-    fn take_rooms(&mut self, answer: Option<String>) {
-        let rooms = answer.and_then(|text| serde_json::from_str::<Rooms>(&text).ok());
-        let Some(Rooms { rooms }) = rooms else {
-            return say(UNANSWERED, true);
-        };
-        unsay(UNANSWERED);
-        if rooms != self.rooms {
-            self.rooms = rooms;
-            self.list_rooms();
-        }
-    }
-
-    fn take_scenes(&mut self, answer: Option<String>) {
-        let scenes = answer.and_then(|text| serde_json::from_str::<Scenes>(&text).ok());
-        let Some(Scenes { scenes }) = scenes else { return };
-        if scenes != self.scenes {
-            self.scenes = scenes;
-            self.list_scenes();
-            self.list_rooms();
-            self.list_replays();
-        }
-    }
-
-    fn list_rooms(&self) {
-        list_links("room-list", self.rooms.iter().map(|room| self.room_link(room)));
-        dom::show(&dom::by_id("no-rooms"), self.rooms.is_empty());
-    }
-
-    fn list_replays(&self) {
-        list_links("replay-list", self.replays.iter().map(|replay| self.replay_link(replay)));
-    }
-
-    fn replay_link(&self, replay: &ReplayCard) -> HtmlElement {
-        let link = self.link_with_picture(&format!("replay/{}", replay.name), &replay.scene);
-        let scene = self.scenes.iter().find(|scene| scene.name == replay.scene);
-        let title = scene.map_or(&replay.scene, |scene| &scene.title);
-        dom::append(&link, &dom::labelled("strong", "", title));
-        let ago = words::ago(js_sys::Date::now() / 1000.0 - replay.unix_s as f64);
-        let when = if replay.unix_s == 0 { replay.name.clone() } else { ago };
-        let about = format!("/{} \u{b7} {when}", replay.room);
-        dom::append(&link, &dom::labelled("span", "code", &about));
-        let size = dom::element("span", "seats");
-        dom::append(&size, &dom::labelled("span", "", &words::size(replay.bytes)));
-        if replay.recording {
-            dom::append(&size, &dom::labelled("span", "live", "recording"));
-        }
-        dom::append(&link, &size);
-        link
-    }
-
-    /// A link to a word of this server, with the picture of a scene.
-    fn link_with_picture(&self, word: &str, scene: &str) -> HtmlElement {
-        let link = dom::element("a", "");
-        dom::set(&link, "href", &format!("/{word}"));
-        dom::set(&link, "data-code", word);
-        let thumb = dom::element("span", "thumb");
-        let scene = self.scenes.iter().find(|known| known.name == scene);
-        if let Some(picture) = scene.and_then(|scene| scene.picture.as_ref()) {
-            dom::style(&thumb, "background-image", &format!("url({picture:?})"));
-        }
-        dom::append(&link, &thumb);
-        link
-    }
-
-    fn room_link(&self, room: &Room) -> HtmlElement {
-        let link = self.link_with_picture(&room.code, &room.scene);
-        if room.players >= room.players_max {
-            dom::set(&link, "aria-disabled", "true");
-        }
-        dom::append(&link, &dom::labelled("strong", "", &room.title));
-        dom::append(&link, &dom::labelled("span", "code", &format!("/{}", room.code)));
-        let seats = dom::element("span", "seats");
-        let text = format!("{} of {}", room.players, room.players_max);
-        dom::set(&seats, "aria-label", &format!("{text} seats taken"));
-        dom::append(&seats, &dom::labelled("span", "", &text));
-        let (bar, level) = (dom::element("span", "bar"), dom::element("i", ""));
-        let share = 100.0 * f64::from(room.players) / f64::from(room.players_max.max(1));
-        dom::style(&level, "width", &format!("{share:.0}%"));
-        dom::append(&bar, &level);
-        dom::append(&seats, &bar);
-        dom::append(&link, &seats);
-        link
-    }
-
-    fn list_scenes(&self) {
-        let list: HtmlElement = dom::by_id("scene-list");
-        list.set_text_content(None);
-        for scene in &self.scenes {
-            let item = dom::element("li", "");
-            dom::append(&item, &scene_button(scene));
-            dom::append(&list, &item);
-        }
-    }
-
-    /// Joins the liveliest room with a free seat, or opens the first scene.
-    pub fn play(&mut self) {
-        match api::liveliest(&self.rooms) {
-            Some(room) => {
-                let code = room.code.clone();
-                dom::later(move || app::enter(&code));
+    /// Reads name and colour from the form; `None` if the name cannot be used, which the note says.
+    pub fn read(&mut self, form: &Form) -> Option<Appearance> {
+        match Appearance::new(name::finished(&form.name), form.color) {
+            Ok(appearance) => {
+                self.name_invalid = false;
+                self.note = Note::default();
+                Some(appearance)
             }
-            None => self.open(api::FIRST_SCENE),
+            Err(error) => {
+                self.name_invalid = true;
+                self.say(&error.to_string(), true);
+                None
+            }
         }
     }
 
-    /// Opens a room with a scene and enters it, as its host: one that is in no list, if that was
-    /// ticked.
-    pub fn open(&mut self, scene: &str) {
+    /// Joins the liveliest room with a free seat, or opens one with the first scene. Returns the code
+    /// of a room to enter.
+    pub fn play(&mut self, ctx: &mut Context, private: bool) -> Option<String> {
+        let room = api::liveliest(&self.rooms).map(|room| room.code.clone());
+        if room.is_none() {
+            self.open(ctx, api::FIRST_SCENE, private);
+        }
+        room
+    }
+
+    /// Opens a room with a scene, which the player will host.
+    pub fn open(&mut self, ctx: &mut Context, scene: &str, private: bool) {
         if self.busy {
             return;
         }
-        let private = dom::by_id::<HtmlInputElement>("private").checked();
-        self.set_busy(true);
-        say("Opening a room\u{2026}", false);
-        http::call("POST", "/api/rooms", Some(&api::open_room(scene, private)), |answer| {
-            app::with(|app| app.lobby.set_busy(false));
-            let opened = answer.and_then(|text| serde_json::from_str::<Opened>(&text).ok());
-            match opened {
-                Some(Opened::Code { code, host_key }) => {
-                    profile::set_host_key(&code, Token::parse(&host_key));
-                    app::enter(&code);
+        self.busy = true;
+        self.say(strings::OPENING, false);
+        ctx.request(Effect::Request(Request::Open { scene: scene.to_owned(), private }));
+    }
+
+    /// Takes an answer of the server. Returns the code of a room to enter.
+    pub fn take(
+        &mut self,
+        ctx: &mut Context,
+        request: &Request,
+        answer: Option<&str>,
+    ) -> Option<String> {
+        match request {
+            Request::Rooms => match parse::<Rooms>(answer) {
+                Some(Rooms { rooms }) => {
+                    self.rooms = rooms;
+                    if self.note.text == strings::UNANSWERED {
+                        self.note = Note::default();
+                    }
                 }
-                Some(Opened::Error { error }) => say(&error, true),
-                None => say("The server does not answer: check the connection.", true),
+                None => self.say(strings::UNANSWERED, true),
+            },
+            Request::Scenes => {
+                if let Some(Scenes { scenes }) = parse(answer) {
+                    self.scenes = scenes;
+                }
             }
-        });
+            Request::Replays => {
+                if let Some(Replays { replays }) = parse(answer) {
+                    self.replays = replays;
+                }
+            }
+            Request::Open { .. } => {
+                return self.opened(ctx, parse(answer).unwrap_or_default());
+            }
+        }
+        None
     }
 
-    fn set_busy(&mut self, busy: bool) {
-        self.busy = busy;
-        let play: HtmlElement = dom::by_id("play");
-        if busy {
-            dom::set(&play, "aria-busy", "true");
-        } else {
-            let _ = play.remove_attribute("aria-busy");
+    fn opened(&mut self, ctx: &mut Context, opened: Opened) -> Option<String> {
+        self.busy = false;
+        if let Opened { code: Some(code), host_key: Some(host_key), .. } = opened {
+            ctx.set_secret(Secret::Host, &code, Token::parse(&host_key));
+            return Some(code);
         }
+        self.say(opened.error.as_deref().unwrap_or(strings::NO_CONNECTION), true);
+        None
+    }
+
+    fn say(&mut self, text: &str, bad: bool) {
+        self.note = Note { text: text.to_owned(), bad };
     }
 }
 
-/// Fills a list anew. Who goes through it by keys stays where they are.
-fn list_links(id: &str, links: impl Iterator<Item = HtmlElement>) {
-    let list: HtmlElement = dom::by_id(id);
-    let focused = dom::document().active_element().and_then(|e| e.get_attribute("data-code"));
-    list.set_text_content(None);
-    for link in links {
-        let item = dom::element("li", "");
-        dom::append(&item, &link);
-        dom::append(&list, &item);
-        if focused.is_some() && focused == link.get_attribute("data-code") {
-            let _ = link.focus();
-        }
-    }
-}
-
-fn scene_button(scene: &SceneCard) -> HtmlElement {
-    let button = dom::element("button", "");
-    dom::set(&button, "type", "button");
-    dom::set(&button, "data-scene", &scene.name);
-    match &scene.picture {
-        Some(picture) => {
-            let image = dom::element("img", "picture");
-            dom::set(&image, "alt", "");
-            dom::set(&image, "loading", "lazy");
-            dom::set(&image, "width", "640");
-            dom::set(&image, "height", "360");
-            if let Some(image) = image.dyn_ref::<HtmlImageElement>() {
-                image.set_src(picture);
-            }
-            dom::append(&button, &image);
-        }
-        None => dom::append(&button, &dom::element("span", "picture")),
-    }
-    dom::append(&button, &dom::labelled("strong", "", &scene.title));
-    dom::append(&button, &dom::labelled("span", "about", &scene.about));
-    let go = dom::element("span", "go");
-    let seats = match scene.players_max {
-        1 => "1 player".to_owned(),
-        many => format!("up to {many} players"),
-    };
-    dom::append(&go, &dom::labelled("span", "", &seats));
-    dom::append(&go, &dom::labelled("b", "", "Open"));
-    dom::append(&button, &go);
-    button
+fn parse<T: DeserializeOwned>(answer: Option<&str>) -> Option<T> {
+    api::parse(answer?)
 }

@@ -1,37 +1,29 @@
-//! Everything that touches the browser. Exists on wasm only.
+//! The page: [`app::App`] is its state and [`event`] its vocabulary, both plain Rust; `dom` draws the
+//! state into the document, and `shell` moves events and effects between the two. Only the
+//! latter exist on wasm alone.
 
-mod app;
-mod ask;
-mod controls;
-mod deck;
+pub mod app;
+pub mod context;
+pub mod dialogs;
+#[cfg(target_arch = "wasm32")]
 mod dom;
-mod files;
-mod graphics;
+pub mod event;
+pub mod game;
+#[cfg(target_arch = "wasm32")]
 mod hooks;
-mod http;
-mod hud;
-mod lobby;
-mod modal;
-mod network;
-mod notice;
-mod play;
-mod players;
-mod profile;
-mod socket;
-mod touchpad;
-mod watch;
-
-use wasm_bindgen::prelude::wasm_bindgen;
-
-/// Called once, when the wasm is loaded.
-#[wasm_bindgen(start)]
-fn main() {
-    // A panic ends this instance; without a word it would only say "unreachable". The app may be
-    // borrowed for good: only what needs no app works from here on.
-    std::panic::set_hook(Box::new(|info| {
-        web_sys::console::error_1(&wasm_bindgen::JsValue::from_str(&info.to_string()));
-        notice::show(&crate::words::CRASHED);
-        let _ = dom::root().dataset().set("state", "refused");
-    }));
-    app::start();
-}
+mod keyboard;
+pub mod layers;
+pub mod lobby;
+pub mod name;
+pub mod news_log;
+pub mod plot;
+mod pointing;
+#[cfg(target_arch = "wasm32")]
+mod queue;
+pub mod replay_screen;
+mod replays;
+#[cfg(target_arch = "wasm32")]
+mod shell;
+pub mod shown;
+pub mod strings;
+pub mod tools;

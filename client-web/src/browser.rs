@@ -1,0 +1,66 @@
+//! The browser outside of the document: window, timers, storage, console.
+
+use std::collections::BTreeMap;
+use wasm_bindgen::closure::Closure;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{Storage, Window};
+
+/// The window.
+pub fn window() -> Window {
+    web_sys::window().expect("the client runs in a page")
+}
+
+/// Milliseconds since the page was opened; never runs backwards.
+pub fn now_ms() -> f64 {
+    window().performance().map_or(0.0, |performance| performance.now())
+}
+
+/// Whether a media query holds.
+pub fn media(query: &str) -> bool {
+    window().match_media(query).ok().flatten().is_some_and(|list| list.matches())
+}
+
+/// Calls `react` at this interval, for as long as the page lives.
+pub fn every(interval_ms: i32, react: impl Fn() + 'static) {
+    let closure = Closure::<dyn Fn()>::new(react);
+    window()
+        .set_interval_with_callback_and_timeout_and_arguments_0(
+            closure.as_ref().unchecked_ref(),
+            interval_ms,
+        )
+        .expect("a window has timers");
+    closure.forget();
+}
+
+/// Calls `react` once, this many milliseconds from now.
+pub fn after(delay_ms: i32, react: impl FnOnce() + 'static) {
+    let closure = Closure::once_into_js(react);
+    window()
+        .set_timeout_with_callback_and_timeout_and_arguments_0(closure.unchecked_ref(), delay_ms)
+        .expect("a window has timers");
+}
+
+/// Storage of the browser for this site, if it is allowed.
+pub fn local_storage() -> Option<Storage> {
+    window().local_storage().ok().flatten()
+}
+
+/// Storage of this tab, if it is allowed.
+pub fn session_storage() -> Option<Storage> {
+    window().session_storage().ok().flatten()
+}
+
+/// Everything in a storage.
+pub fn stored(storage: Option<&Storage>) -> BTreeMap<String, String> {
+    let Some(storage) = storage else { return BTreeMap::new() };
+    let count = storage.length().unwrap_or(0);
+    let keys = (0..count).filter_map(|index| storage.key(index).ok().flatten());
+    keys.filter_map(|key| Some((storage.get_item(&key).ok()??, key)))
+        .map(|(value, key)| (key, value))
+        .collect()
+}
+
+/// Writes a line for developers.
+pub fn warn(text: &str) {
+    web_sys::console::warn_1(&JsValue::from_str(text));
+}

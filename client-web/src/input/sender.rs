@@ -1,0 +1,125 @@
+//! Inputs on their way to the server: every change of the buttons is sent once and at once; moves and
+//! repeats wait for a tick in which no other input is played, so that none queues up at the server.
+
+use jostle_game::Input;
+use std::collections::VecDeque;
+
+/// Inputs a second, the server plays one a tick.
+const RATE_HZ: f64 = 60.0;
+/// Inputs that may leave at once after a pause: a press, its release and a move.
+const BURST: f64 = 3.0;
+/// Inputs that wait when changes come faster than ticks; the oldest moves go first.
+const WAITING_MAX: usize = 8;
+/// Interval at which an unchanged input is repeated, so that the server knows that it still holds.
+const REPEAT_MS: f64 = 80.0;
+
+/// After this time an input is sent whatever is booked: the server would release all keys.
+const OVERDUE_MS: f64 = 160.0;
+/// A move leaves in this share of a tick or later if another input is played in the tick before:
+/// one that arrives a little sooner than expected is not to meet that.
+const PHASE_MIN: f64 = 0.25;
+/// Ticks that may be booked ahead; more is an error.
+const BOOKED_AHEAD_MAX: u32 = 90;
+
+/// Inputs on their way out.
+#[derive(Debug)]
+pub struct InputSender {
+    waiting: VecDeque<Input>,
+    last: Option<Input>,
+    sent_ms: f64,
+    allowance: f64,
+    refilled_ms: f64,
+    seq: u32,
+    /// The last tick in which something is played that was sent.
+    booked: u32,
+}
+
+impl Default for InputSender {
+    fn default() -> InputSender {
+        InputSender {
+            waiting: VecDeque::new(),
+            last: None,
+            sent_ms: f64::NEG_INFINITY,
+            allowance: BURST,
+            refilled_ms: 0.0,
+            seq: 0,
+            booked: 0,
+        }
+    }
+}
+
+impl InputSender {
+    /// Notes the intent of this moment. A change of buttons is kept, so that a tap shorter than a
+    /// tick still counts; a mere move gives way to whatever comes after it.
+    pub fn note(&mut self, input: Input) {
+        if self.ends_in_a_move() {
+            self.waiting.pop_back();
+        }
+        if let Some(newest) = self.waiting.back_mut()
+            && newest.buttons == input.buttons
+        {
+            *newest = input;
+            return;
+        }
+        if self.waiting.is_empty() && self.last == Some(input) {
+            return;
+        }
+        if self.waiting.len() == WAITING_MAX {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back(input);
+    }
+
+    /// Whether the newest input that waits changes no button.
+    fn ends_in_a_move(&self) -> bool {
+        let before = match self.waiting.len() {
+            0 => return false,
+            1 => self.last,
+            count => self.waiting.get(count - 2).copied(),
+        };
+        let newest = self.waiting.back();
+        before.zip(newest).is_some_and(|(before, newest)| before.buttons == newest.buttons)
+    }
+
+    /// The next input to send at `now_ms` with its sequence number, if one is due. It would be played
+    /// in the first tick after `moment`. Call until `None`.
+    pub fn due(&mut self, now_ms: f64, moment: f64) -> Option<(u32, Input)> {
+        self.refill(now_ms);
+        let tick = moment.max(0.0) as u32 + 1;
+        if self.booked > tick + BOOKED_AHEAD_MAX {
+            // The ticks are others: another session, or a guess before the first snapshot.
+            self.booked = 0;
+        }
+        let repeat = self.last.filter(|_| now_ms - self.sent_ms >= REPEAT_MS);
+        let input = self.waiting.front().copied().or(repeat)?;
+        let urgent = self.last.is_none_or(|last| last.buttons != input.buttons);
+        let overdue = now_ms - self.sent_ms >= OVERDUE_MS;
+        // Frames may keep one phase for seconds: where the tick before is free too, it may be met.
+        let ahead = tick.saturating_sub(self.booked);
+        let fits = overdue || ahead > 1 || ahead == 1 && moment.rem_euclid(1.0) >= PHASE_MIN;
+        if self.allowance < 1.0 || !(urgent || fits) {
+            return None;
+        }
+        self.waiting.pop_front();
+        self.booked = tick.max(self.booked + 1);
+        self.allowance -= 1.0;
+        self.sent_ms = now_ms;
+        self.last = Some(input);
+        self.seq += 1;
+        Some((self.seq, input))
+    }
+
+    /// Inputs that were sent are played later than expected: up to this tick.
+    pub fn book_until(&mut self, tick: u32) {
+        self.booked = self.booked.max(tick);
+    }
+
+    fn refill(&mut self, now_ms: f64) {
+        let elapsed_s = ((now_ms - self.refilled_ms) / 1000.0).max(0.0);
+        self.allowance = (self.allowance + elapsed_s * RATE_HZ).min(BURST);
+        self.refilled_ms = now_ms;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,108 @@
+use super::*;
+use crate::net::clock::TICK_MS;
+use jostle_game::Buttons;
+use jostle_sim::Vec2;
+
+fn sent(sender: &mut InputSender, now_ms: f64) -> Vec<(u32, Input)> {
+    std::iter::from_fn(|| sender.due(now_ms, now_ms / TICK_MS)).collect()
+}
+
+fn pressed(buttons: Buttons) -> Input {
+    Input { buttons, pointer: None }
+}
+
+#[test]
+fn a_change_leaves_at_once_and_only_once() {
+    let mut sender = InputSender::default();
+    sender.note(pressed(Buttons::UP));
+    assert_eq!(sent(&mut sender, 1000.0), [(1, pressed(Buttons::UP))]);
+    sender.note(pressed(Buttons::UP));
+    assert!(sent(&mut sender, 1010.0).is_empty());
+}
+
+#[test]
+fn a_tap_within_a_tick_is_not_lost() {
+    let mut sender = InputSender::default();
+    sender.note(pressed(Buttons::FIRE));
+    sender.note(pressed(Buttons::default()));
+    let buttons: Vec<_> = sent(&mut sender, 5.0).iter().map(|(_, i)| i.buttons).collect();
+    assert_eq!(buttons, [Buttons::FIRE, Buttons::default()]);
+}
+
+#[test]
+fn moves_are_merged_and_the_rate_is_bounded() {
+    let mut sender = InputSender::default();
+    let mut count = 0;
+    for ms in 0..1000 {
+        let pointer = Some(Vec2::new(ms as f32, 0.0));
+        sender.note(Input { buttons: Buttons::default(), pointer });
+        count += sent(&mut sender, f64::from(ms)).len();
+    }
+    assert!((55..=64).contains(&count), "{count} inputs in a second");
+}
+
+#[test]
+fn what_can_wait_leaves_once_a_tick_and_a_key_does_not_wait() {
+    let mut sender = InputSender::default();
+    let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+    let none = Buttons::default();
+    let mut at = |input: Input, moment: f64| {
+        sender.note(input);
+        sender.due(moment * TICK_MS, moment).map(|(_, input)| input)
+    };
+    assert!(at(moved(0.0, none), 60.5).is_some());
+    assert_eq!(at(moved(1.0, none), 60.9), None, "something is played in that tick already");
+    assert_eq!(at(moved(2.0, none), 61.1), None, "it might still meet the tick before");
+    assert_eq!(at(moved(3.0, none), 61.3), Some(moved(3.0, none)));
+    assert_eq!(at(moved(4.0, none), 61.4), None);
+    let key = moved(5.0, Buttons::RIGHT);
+    assert_eq!(at(key, 61.5), Some(key), "the move before it is out of date");
+    assert_eq!(at(moved(6.0, Buttons::RIGHT), 62.5), None, "the key is played in that tick");
+    assert!(at(moved(7.0, Buttons::RIGHT), 63.5).is_some());
+}
+
+/// Frames in which something left that a screen of 60 Hz shows in a second, always at one phase.
+fn frames_that_sent(phase: f64, mut intent: impl FnMut(u32) -> Input) -> Vec<u32> {
+    let mut sender = InputSender::default();
+    let frames = (0..60).filter(|&frame| {
+        sender.note(intent(frame));
+        let moment = 600.0 + f64::from(frame) + phase;
+        sender.due(moment * TICK_MS, moment).is_some()
+    });
+    frames.collect()
+}
+
+#[test]
+fn what_can_wait_leaves_soon_whatever_phase_the_frames_keep() {
+    for (phase, every_max) in [(0.1, 2), (0.6, 1)] {
+        let moves = frames_that_sent(phase, |frame| {
+            let pointer = Some(Vec2::new(frame as f32, 0.0));
+            Input { buttons: Buttons::default(), pointer }
+        });
+        let repeats = frames_that_sent(phase, |_| pressed(Buttons::LEFT));
+        let longest = |sent: &[u32]| sent.windows(2).map(|pair| pair[1] - pair[0]).max();
+        assert_eq!(longest(&moves), Some(every_max), "moves at phase {phase}");
+        assert_eq!(longest(&repeats), Some(5), "repeats at phase {phase}");
+    }
+}
+
+#[test]
+fn nothing_booked_keeps_a_held_key_silent() {
+    let mut sender = InputSender::default();
+    sender.note(pressed(Buttons::LEFT));
+    let mut count = 0;
+    for ms in 0..1000 {
+        // The server never says that it played anything.
+        sender.book_until(50);
+        count += sent(&mut sender, f64::from(ms) / 2.0).len();
+    }
+    assert!((3..=5).contains(&count), "{count} inputs in half a second");
+}
+
+#[test]
+fn what_is_held_is_repeated() {
+    let mut sender = InputSender::default();
+    sender.note(pressed(Buttons::LEFT));
+    let count: usize = (0..1000).map(|ms| sent(&mut sender, f64::from(ms)).len()).sum();
+    assert!((11..=14).contains(&count), "{count} inputs in a second");
+}

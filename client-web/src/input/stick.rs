@@ -1,0 +1,65 @@
+//! The thumb stick: where the thumb is, relative to where it came down, as four directions.
+
+use jostle_game::Buttons;
+use jostle_sim::Vec2;
+
+/// Radius of the stick's ring, CSS pixels.
+pub const RADIUS_PX: f32 = 56.0;
+/// Share of the radius within which the thumb rests.
+const DEAD_ZONE: f32 = 0.28;
+/// Sine of the angle from an axis beyond which the other direction is added: 30 degrees.
+const SECTOR: f32 = 0.5;
+
+/// Directions for a thumb `offset` pixels from the middle (y down).
+pub fn directions(offset: Vec2) -> Buttons {
+    let length = offset.length();
+    if length < DEAD_ZONE * RADIUS_PX {
+        return Buttons::default();
+    }
+    let unit = offset / length;
+    let mut bits = 0;
+    if unit.x > SECTOR {
+        bits |= Buttons::RIGHT.0;
+    }
+    if unit.x < -SECTOR {
+        bits |= Buttons::LEFT.0;
+    }
+    if unit.y > SECTOR {
+        bits |= Buttons::DOWN.0;
+    }
+    if unit.y < -SECTOR {
+        bits |= Buttons::UP.0;
+    }
+    Buttons(bits)
+}
+
+/// The knob's offset: the thumb's, kept on the ring.
+pub fn knob(offset: Vec2) -> Vec2 {
+    let length = offset.length();
+    if length > RADIUS_PX { offset * (RADIUS_PX / length) } else { offset }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_resting_thumb_steers_nowhere() {
+        assert_eq!(directions(Vec2::new(8.0, -8.0)), Buttons::default());
+    }
+
+    #[test]
+    fn eight_directions() {
+        let both = |a: Buttons, b: Buttons| Buttons(a.0 | b.0);
+        assert_eq!(directions(Vec2::new(50.0, 5.0)), Buttons::RIGHT);
+        assert_eq!(directions(Vec2::new(-40.0, -40.0)), both(Buttons::LEFT, Buttons::UP));
+        assert_eq!(directions(Vec2::new(3.0, 90.0)), Buttons::DOWN);
+        assert_eq!(directions(Vec2::new(40.0, 40.0)), both(Buttons::RIGHT, Buttons::DOWN));
+    }
+
+    #[test]
+    fn the_knob_stays_on_the_ring() {
+        assert_eq!(knob(Vec2::new(0.0, 400.0)), Vec2::new(0.0, RADIUS_PX));
+        assert_eq!(knob(Vec2::new(3.0, 4.0)), Vec2::new(3.0, 4.0));
+    }
+}

@@ -1,0 +1,222 @@
+//! The server's HTTP answers about rooms and scenes, and which room "Play" joins.
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+
+/// Answer of `GET /api/rooms`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Rooms {
+    /// Open rooms.
+    pub rooms: Vec<Room>,
+}
+
+/// An open room.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct Room {
+    /// The word in its link.
+    pub code: String,
+    /// Name of its scene.
+    pub scene: String,
+    /// Title of its scene.
+    pub title: String,
+    /// Seats taken.
+    pub players: u32,
+    /// Seats.
+    pub players_max: u32,
+}
+
+/// Answer of `GET /api/scenes`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Scenes {
+    /// Scenes that a room can be opened with.
+    pub scenes: Vec<SceneCard>,
+}
+
+/// A scene as the lobby shows it.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct SceneCard {
+    /// Name.
+    pub name: String,
+    /// One line.
+    pub title: String,
+    /// One sentence.
+    pub about: String,
+    /// Seats.
+    pub players_max: u32,
+    /// Address of its picture.
+    pub picture: Option<String>,
+}
+
+/// Answer of `GET /api/replays`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Replays {
+    /// Newest first.
+    pub replays: Vec<ReplayCard>,
+}
+
+/// A replay as the lobby shows it.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct ReplayCard {
+    /// Its name: `/replays/NAME.jostle` is the file, `/replay/NAME` the page that plays it.
+    pub name: String,
+    /// Name of its scene.
+    pub scene: String,
+    /// Code of the room.
+    pub room: String,
+    /// When it began, seconds since 1970; 0 if unknown.
+    pub unix_s: u64,
+    /// Length of the file by now.
+    pub bytes: u64,
+    /// Whether it still grows.
+    pub recording: bool,
+}
+
+/// Where the file of a replay is.
+pub fn replay_file(name: &str) -> String {
+    format!("/replays/{name}.jostle")
+}
+
+/// The replay that a path of the page names.
+pub fn replay_name(path: &str) -> Option<&str> {
+    let name = path.strip_prefix("/replay/")?.trim_end_matches('/');
+    let name = name.strip_suffix(".jostle").unwrap_or(name);
+    (!name.is_empty()).then_some(name)
+}
+
+/// The value of a name in the part of an address after `?`.
+pub fn query_value<'a>(query: &'a str, name: &str) -> Option<&'a str> {
+    let pairs = query.trim_start_matches('?').split('&').filter_map(|pair| pair.split_once('='));
+    pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
+}
+
+/// Answer of `POST /api/rooms`: a code and a key, or an error.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Opened {
+    /// The word in the link of the room.
+    pub code: Option<String>,
+    /// Makes the client that says hello with it the room's host.
+    pub host_key: Option<String>,
+    /// Why no room was opened, for people.
+    pub error: Option<String>,
+}
+
+/// Reads an answer with the browser's own parser; one of ours would add to the download.
+#[cfg(target_arch = "wasm32")]
+pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
+    serde_wasm_bindgen::from_value(js_sys::JSON::parse(answer).ok()?).ok()
+}
+
+/// Reads an answer.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn parse<T: DeserializeOwned>(answer: &str) -> Option<T> {
+    serde_json::from_str(answer).ok()
+}
+
+/// A call to the server's API.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// The open rooms.
+    Rooms,
+    /// The scenes.
+    Scenes,
+    /// The replays.
+    Replays,
+    /// Opens a room with a scene; a private one is not listed.
+    Open {
+        /// Name of the scene.
+        scene: String,
+        /// Not listed.
+        private: bool,
+    },
+}
+
+impl Request {
+    /// HTTP method and path.
+    pub fn target(&self) -> (&'static str, &'static str) {
+        match self {
+            Request::Rooms => ("GET", "/api/rooms"),
+            Request::Scenes => ("GET", "/api/scenes"),
+            Request::Replays => ("GET", "/api/replays"),
+            Request::Open { .. } => ("POST", "/api/rooms"),
+        }
+    }
+
+    /// JSON body, if it has one. Names of scenes hold nothing that would need an escape.
+    pub fn body(&self) -> Option<String> {
+        let Request::Open { scene, private } = self else { return None };
+        Some(format!(r#"{{"scene":"{scene}","private":{private}}}"#))
+    }
+}
+
+/// The scene that "Play" prefers, and opens when no room has players.
+pub const FIRST_SCENE: &str = "arena";
+
+/// The liveliest room with a free seat and at least one player.
+pub fn liveliest(rooms: &[Room]) -> Option<&Room> {
+    let free = rooms.iter().filter(|room| (1..room.players_max).contains(&room.players));
+    free.max_by_key(|room| (room.players, room.scene == FIRST_SCENE, std::cmp::Reverse(&room.code)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn room(code: &str, players: u32) -> Room {
+        let (scene, title) = ("arena".to_owned(), "Arena".to_owned());
+        Room { code: code.to_owned(), scene, title, players, players_max: 8 }
+    }
+
+    #[test]
+    fn play_joins_the_fullest_room_that_has_a_seat() {
+        let rooms = [room("a", 1), room("b", 8), room("c", 5), room("d", 5)];
+        assert_eq!(liveliest(&rooms).map(|r| r.code.as_str()), Some("c"));
+        assert_eq!(liveliest(&rooms[1..2]), None);
+        assert_eq!(liveliest(&[]), None);
+    }
+
+    #[test]
+    fn play_joins_no_empty_room_and_prefers_the_arena() {
+        let elsewhere = |code, players| Room { scene: "bounds".to_owned(), ..room(code, players) };
+        assert_eq!(liveliest(&[room("a", 0), elsewhere("b", 0)]), None);
+        let chosen = |rooms: &[Room]| liveliest(rooms).map(|room| room.code.clone());
+        assert_eq!(chosen(&[elsewhere("a", 3), room("b", 3)]).as_deref(), Some("b"));
+        assert_eq!(chosen(&[elsewhere("a", 4), room("b", 3)]).as_deref(), Some("a"));
+    }
+
+    #[test]
+    fn answers_are_read() {
+        let rooms: Rooms = parse(
+            r#"{"rooms":[{"code":"x","scene":"arena","title":"Arena","players":1,"players_max":8,"more":0}]}"#,
+        )
+        .expect("valid");
+        assert_eq!(rooms.rooms[0].players, 1);
+        let replays: Replays = parse(
+            r#"{"replays":[{"name":"a-1","scene":"arena","room":"x","unix_s":1,"bytes":2,"recording":true}],"errors":0,"dropped":0}"#,
+        )
+        .expect("valid");
+        assert!(replays.replays[0].recording);
+        let opened: Opened = parse(r#"{"code":"abc","host_key":"0f"}"#).expect("valid");
+        let (code, host_key) = (Some("abc".into()), Some("0f".into()));
+        assert_eq!(opened, Opened { code, host_key, error: None });
+        let refused: Opened = parse(r#"{"error":"full"}"#).expect("valid");
+        assert_eq!(refused, Opened { error: Some("full".into()), ..Opened::default() });
+        assert_eq!(parse::<Opened>("<html>"), None);
+    }
+
+    #[test]
+    fn a_request_for_a_room_is_json() {
+        let body = Request::Open { scene: "arena".to_owned(), private: true }.body();
+        let body: serde_json::Value = parse(&body.expect("a body")).expect("valid");
+        assert_eq!(body, serde_json::json!({ "scene": "arena", "private": true }));
+    }
+
+    #[test]
+    fn a_link_to_a_replay_names_it() {
+        assert_eq!(replay_name("/replay/arena-1"), Some("arena-1"));
+        assert_eq!(replay_name("/replay/arena-1.jostle/"), Some("arena-1"));
+        assert_eq!(replay_name("/replay/"), None);
+        assert_eq!(replay_name("/replay"), None);
+        assert_eq!(replay_name("/arena"), None);
+        assert_eq!(replay_file("arena-1"), "/replays/arena-1.jostle");
+    }
+}

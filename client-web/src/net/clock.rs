@@ -1,0 +1,132 @@
+//! When is now: the server's tick as estimated from the arrival of snapshots, and the tick that is
+//! on display, which trails it by the interpolation delay. Time comes in as an argument.
+
+use std::collections::VecDeque;
+
+/// Milliseconds of one tick.
+pub const TICK_MS: f64 = 1000.0 / jostle_sim::TICKS_PER_SECOND as f64;
+/// The delay on a perfect connection, ticks: between the newest snapshot and the one before it.
+pub const DELAY_TICKS_MIN: f64 = 1.0;
+/// The delay past which a bad connection is shown as it is, ticks.
+pub const DELAY_TICKS_MAX: f64 = 30.0;
+/// The display never runs further past the tick up to which all is known, ticks.
+pub const AHEAD_TICKS_MAX: f64 = 2.0;
+/// Arrivals older than this say nothing about the connection any more.
+const WINDOW_MS: f64 = 1000.0;
+/// A late snapshot lengthens the delay at once; a third of that is left after this time without another,
+/// milliseconds.
+const CALM_MS: f64 = 4000.0;
+/// A display that is further off than this jumps instead of hurrying.
+const JUMP_TICKS: f64 = 30.0;
+/// How far the display's speed may differ from one tick a tick.
+const RATE_DEVIATION_MAX: f64 = 0.15;
+
+/// Estimates the server's tick and paces the display.
+#[derive(Debug, Default)]
+pub struct Clock {
+    arrivals: VecDeque<Transit>,
+    lateness_ticks: f64,
+    measured_ms: f64,
+    /// The newest tick that is known.
+    known: Option<u32>,
+    display: Option<f64>,
+    updated_ms: f64,
+}
+
+/// The timing of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Arrival {
+    /// Tick of its snapshot.
+    pub tick: u32,
+    /// The first tick that nothing was known of before.
+    pub first: u32,
+    /// Ticks until the next message is due, at least 1; more while nothing moves.
+    pub patience: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Transit {
+    at_ms: f64,
+    /// Local time at which tick 0 would have arrived with this one's transit time.
+    origin_ms: f64,
+}
+
+impl Clock {
+    /// Notes what arrived at `now_ms`.
+    pub fn arrived(&mut self, arrival: Arrival, now_ms: f64) {
+        if self.arrivals.back().is_some_and(|last| last.at_ms > now_ms) {
+            // The clock was set back: earlier measurements are worthless.
+            self.arrivals.clear();
+            self.measured_ms = now_ms;
+        }
+        let origin_ms = now_ms - f64::from(arrival.tick) * TICK_MS;
+        self.arrivals.push_back(Transit { at_ms: now_ms, origin_ms });
+        while self.arrivals.front().is_some_and(|a| a.at_ms < now_ms - WINDOW_MS) {
+            self.arrivals.pop_front();
+        }
+        self.measure_lateness(arrival.first, now_ms);
+        self.known = Some(arrival.tick + arrival.patience - 1);
+    }
+
+    /// As late as the latest snapshot of late, which is forgotten slowly. A snapshot that skips ticks
+    /// counts as late by the first tick that it skipped: until it came, nothing after its
+    /// predecessor was known.
+    fn measure_lateness(&mut self, first: u32, now_ms: f64) {
+        let Some(due_ms) = self.origin_ms().map(|origin| origin + f64::from(first) * TICK_MS)
+        else {
+            return;
+        };
+        let late = ((now_ms - due_ms) / TICK_MS).clamp(0.0, DELAY_TICKS_MAX);
+        let left = (-(now_ms - self.measured_ms).max(0.0) / CALM_MS).exp();
+        self.measured_ms = now_ms;
+        self.lateness_ticks = late.max(late + (self.lateness_ticks - late) * left);
+    }
+
+    /// Local time of tick 0 on the fastest path seen in the window.
+    fn origin_ms(&self) -> Option<f64> {
+        self.arrivals.iter().map(|a| a.origin_ms).reduce(f64::min)
+    }
+
+    /// The newest tick that the server can have sent by now.
+    pub fn server_tick(&self, now_ms: f64) -> Option<f64> {
+        self.origin_ms().map(|origin| (now_ms - origin) / TICK_MS)
+    }
+
+    /// Ticks by which snapshots are late at worst: the jitter.
+    pub fn jitter_ticks(&self) -> f64 {
+        self.lateness_ticks
+    }
+
+    /// Ticks by which the display trails the server.
+    pub fn delay_ticks(&self) -> f64 {
+        (self.lateness_ticks + DELAY_TICKS_MIN).clamp(DELAY_TICKS_MIN, DELAY_TICKS_MAX)
+    }
+
+    /// The fractional tick to show at `now_ms`; never runs backwards except in a jump, and `None`
+    /// before the first snapshot.
+    pub fn display(&mut self, now_ms: f64) -> Option<f64> {
+        let wanted = self.server_tick(now_ms)? - self.delay_ticks();
+        let limit = f64::from(self.known?) + AHEAD_TICKS_MAX;
+        let elapsed = ((now_ms - self.updated_ms) / TICK_MS).max(0.0);
+        self.updated_ms = now_ms;
+        let next = match self.display {
+            Some(shown) if (wanted - shown).abs() < JUMP_TICKS + elapsed => {
+                shown + paced(elapsed, wanted - shown)
+            }
+            _ => wanted,
+        };
+        let next = next.min(limit).max(0.0);
+        self.display = Some(next);
+        Some(next)
+    }
+}
+
+/// The step that brings a moment on display towards `error` ticks ahead without a visible change of speed.
+pub(crate) fn paced(elapsed: f64, error: f64) -> f64 {
+    let correction = (error - elapsed) * 0.1;
+    let limit = elapsed * RATE_DEVIATION_MAX;
+    elapsed + correction.clamp(-limit, limit)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,65 @@
+//! Small HTTP calls to the own server.
+
+use crate::net::report::Fetched;
+use wasm_bindgen::JsCast;
+use wasm_bindgen::closure::Closure;
+use web_sys::{XmlHttpRequest, XmlHttpRequestResponseType};
+
+/// Time after which a call counts as unanswered, milliseconds.
+const TIMEOUT_MS: u32 = 8000;
+
+/// Time after which a file counts as unanswered, milliseconds.
+const FILE_TIMEOUT_MS: u32 = 60_000;
+
+/// Fetches a file.
+pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
+    let Ok(request) = XmlHttpRequest::new() else { return done(Fetched::Nothing) };
+    let sent = request.open_with_async("GET", path, true).and_then(|()| {
+        request.set_timeout(FILE_TIMEOUT_MS);
+        request.set_response_type(XmlHttpRequestResponseType::Arraybuffer);
+        request.send()
+    });
+    if sent.is_err() {
+        return done(Fetched::Nothing);
+    }
+    let answered = request.clone();
+    let closure = Closure::once_into_js(move || {
+        let status = answered.status().unwrap_or(0);
+        done(match (status, answered.response()) {
+            (200, Ok(buffer)) if buffer.is_object() => {
+                Fetched::Bytes(js_sys::Uint8Array::new(&buffer).to_vec())
+            }
+            (0 | 200, _) => Fetched::Nothing,
+            _ => Fetched::Refused(status),
+        });
+    });
+    request.set_onloadend(Some(closure.unchecked_ref()));
+}
+
+/// Calls `done` with the answer's text, or with `None` if none came. An answer that refuses is an
+/// answer.
+pub fn call(
+    method: &str,
+    path: &str,
+    body: Option<&str>,
+    done: impl FnOnce(Option<String>) + 'static,
+) {
+    let Ok(request) = XmlHttpRequest::new() else { return done(None) };
+    let sent = request.open_with_async(method, path, true).and_then(|()| {
+        request.set_timeout(TIMEOUT_MS);
+        if body.is_some() {
+            request.set_request_header("content-type", "application/json")?;
+        }
+        request.send_with_opt_str(body)
+    });
+    if sent.is_err() {
+        return done(None);
+    }
+    let answered = request.clone();
+    // `loadend` comes once, whatever happened.
+    let closure = Closure::once_into_js(move || {
+        let text = answered.response_text().ok().flatten();
+        done(text.filter(|_| answered.status().is_ok_and(|status| status != 0)));
+    });
+    request.set_onloadend(Some(closure.unchecked_ref()));
+}

@@ -1,0 +1,154 @@
+//! Measurements of a connection and of drawing, over the last second.
+
+use std::collections::{BTreeMap, VecDeque};
+
+/// Time over which rates are measured, milliseconds.
+const WINDOW_MS: f64 = 1000.0;
+/// Weight of a new round trip in the shown one.
+const PING_SHARE: f64 = 0.3;
+
+/// Kinds of messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Traffic {
+    /// A snapshot that leads on from the one before.
+    Snapshot,
+    /// A snapshot that starts from nothing.
+    Keyframe,
+    /// All other messages of the server.
+    Answer,
+    /// An input on its way out.
+    Input,
+    /// All other messages of the page.
+    Question,
+}
+
+impl Traffic {
+    /// All of them, what comes in first.
+    pub const ALL: [Traffic; 5] =
+        [Traffic::Snapshot, Traffic::Keyframe, Traffic::Answer, Traffic::Input, Traffic::Question];
+
+    /// Whether the server sends it.
+    pub fn comes_in(self) -> bool {
+        !matches!(self, Traffic::Input | Traffic::Question)
+    }
+}
+
+/// Counts messages and frames.
+#[derive(Debug, Default)]
+pub struct Meter {
+    carried: VecDeque<(f64, Traffic, usize)>,
+    frames: VecDeque<f64>,
+    ping_ms: Option<f64>,
+    sections: BTreeMap<&'static str, u64>,
+    emitters: u64,
+}
+
+impl Meter {
+    /// Counts a message that came or went.
+    pub fn carried(&mut self, now_ms: f64, traffic: Traffic, bytes: usize) {
+        self.carried.push_back((now_ms, traffic, bytes));
+        while self.carried.front().is_some_and(|(at, ..)| *at < now_ms - WINDOW_MS) {
+            self.carried.pop_front();
+        }
+    }
+
+    /// Counts a snapshot by its sections, and how many of its events started an emitter.
+    pub fn snapshot(&mut self, sections: &[&'static str], emitters: usize) {
+        for &section in sections {
+            *self.sections.entry(section).or_default() += 1;
+        }
+        self.emitters += emitters as u64;
+    }
+
+    /// Sections received so far, with the number of snapshots that had each.
+    pub fn sections(&self) -> &BTreeMap<&'static str, u64> {
+        &self.sections
+    }
+
+    /// Events that started emitters.
+    pub fn emitters(&self) -> u64 {
+        self.emitters
+    }
+
+    /// Counts a frame.
+    pub fn drawn(&mut self, now_ms: f64) {
+        self.frames.push_back(now_ms);
+        while self.frames.front().is_some_and(|at| *at < now_ms - WINDOW_MS) {
+            self.frames.pop_front();
+        }
+    }
+
+    /// Notes that a ping sent at `sent_ms` came back.
+    pub fn ponged(&mut self, sent_ms: f64, now_ms: f64) {
+        let trip = (now_ms - sent_ms).max(0.0);
+        self.ping_ms = Some(self.ping_ms.map_or(trip, |old| old + (trip - old) * PING_SHARE));
+    }
+
+    /// Smoothed round trip, milliseconds.
+    pub fn ping_ms(&self) -> Option<f64> {
+        self.ping_ms
+    }
+
+    /// Bytes received in the last second.
+    pub fn bytes_a_second(&self, now_ms: f64) -> usize {
+        let incoming = Traffic::ALL.into_iter().filter(|traffic| traffic.comes_in());
+        incoming.map(|traffic| self.rate(traffic, now_ms).1).sum()
+    }
+
+    /// Messages of a kind in the last second, and their bytes.
+    pub fn rate(&self, traffic: Traffic, now_ms: f64) -> (usize, usize) {
+        let recent = self.carried.iter().filter(|(at, ..)| *at >= now_ms - WINDOW_MS);
+        let alike = recent.filter(|(_, kind, _)| *kind == traffic);
+        alike.fold((0, 0), |(count, sum), (.., bytes)| (count + 1, sum + bytes))
+    }
+
+    /// Frames drawn in the last second.
+    pub fn frames_a_second(&self, now_ms: f64) -> usize {
+        self.frames.iter().filter(|at| **at >= now_ms - WINDOW_MS).count()
+    }
+
+    /// Bars of the signal mark, 0..=4, for a connection that was last heard `silence_ms` ago.
+    pub fn bars(&self, silence_ms: f64) -> u8 {
+        match self.ping_ms {
+            _ if silence_ms > 1500.0 => 0,
+            None => 4,
+            Some(ping) if ping < 70.0 => 4,
+            Some(ping) if ping < 130.0 => 3,
+            Some(ping) if ping < 250.0 => 2,
+            Some(_) => 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_cover_the_last_second() {
+        let mut meter = Meter::default();
+        for ms in 0..3000 {
+            meter.carried(f64::from(ms), Traffic::Snapshot, 10);
+            meter.carried(f64::from(ms), Traffic::Input, 5);
+            if ms % 20 == 0 {
+                meter.drawn(f64::from(ms));
+            }
+        }
+        assert_eq!(meter.bytes_a_second(2999.0), 10_010);
+        assert_eq!(meter.rate(Traffic::Input, 2999.0), (1001, 5005));
+        assert_eq!(meter.frames_a_second(2999.0), 50);
+        assert_eq!(meter.bytes_a_second(9000.0), 0);
+    }
+
+    #[test]
+    fn bars_fall_with_ping_and_silence() {
+        let mut meter = Meter::default();
+        meter.ponged(0.0, 20.0);
+        assert_eq!(meter.bars(10.0), 4);
+        assert_eq!(meter.bars(5000.0), 0);
+        for _ in 0..40 {
+            meter.ponged(0.0, 400.0);
+        }
+        assert_eq!(meter.bars(10.0), 1);
+    }
+}

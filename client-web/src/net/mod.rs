@@ -1,0 +1,13 @@
+//! The way to the server: sockets and HTTP answers, when to reconnect, and time as the snapshots tell it.
+
+pub mod api;
+pub mod clock;
+#[cfg(target_arch = "wasm32")]
+pub mod http;
+pub mod meter;
+pub mod reconnect;
+pub mod report;
+pub mod simulated_link;
+#[cfg(target_arch = "wasm32")]
+pub mod socket;
+pub mod timeline;

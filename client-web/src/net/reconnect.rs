@@ -1,0 +1,80 @@
+//! When to try again: exponential backoff with jitter, so that clients do not
+//! all reach a restarted server in the same instant.
+
+/// Wait before the first new attempt, milliseconds.
+const FIRST_MS: f64 = 250.0;
+/// Longest wait, milliseconds.
+const LONGEST_MS: f64 = 8000.0;
+
+/// Counts attempts and says when the next one is due.
+#[derive(Debug, Default)]
+pub struct Backoff {
+    attempts: u32,
+    due_ms: Option<f64>,
+}
+
+impl Backoff {
+    /// The connection was lost (or an attempt failed) at `now_ms`; `random` is uniform in [0, 1).
+    pub fn lost(&mut self, now_ms: f64, random: f64) {
+        let ceiling = (FIRST_MS * 2f64.powi(self.attempts.min(16) as i32)).min(LONGEST_MS);
+        self.attempts += 1;
+        self.due_ms = Some(now_ms + ceiling * (0.5 + 0.5 * random));
+    }
+
+    /// Whether to try now; says so once.
+    pub fn due(&mut self, now_ms: f64) -> bool {
+        self.due_ms.take_if(|due| now_ms >= *due).is_some()
+    }
+
+    /// The network is back: no need to wait.
+    pub fn hurry(&mut self) {
+        if let Some(due) = &mut self.due_ms {
+            *due = 0.0;
+        }
+    }
+
+    /// The connection is good again.
+    pub fn reset(&mut self) {
+        *self = Backoff::default();
+    }
+
+    /// Attempts since the last good connection.
+    pub fn attempts(&self) -> u32 {
+        self.attempts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn waits_double_up_to_a_limit() {
+        let mut backoff = Backoff::default();
+        let mut waits = Vec::new();
+        for _ in 0..8 {
+            backoff.lost(0.0, 1.0);
+            waits.push(backoff.due_ms.expect("an attempt is due"));
+        }
+        assert_eq!(waits, [250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 8000.0, 8000.0]);
+    }
+
+    #[test]
+    fn jitter_halves_at_most() {
+        let mut backoff = Backoff::default();
+        backoff.lost(1000.0, 0.0);
+        assert!(!backoff.due(1124.0));
+        assert!(backoff.due(1125.0));
+        assert!(!backoff.due(9999.0), "an attempt is due once");
+    }
+
+    #[test]
+    fn a_network_that_is_back_is_used_at_once() {
+        let mut backoff = Backoff::default();
+        backoff.hurry();
+        assert!(!backoff.due(1.0), "nothing was lost");
+        backoff.lost(1000.0, 0.5);
+        backoff.hurry();
+        assert!(backoff.due(1001.0));
+    }
+}

@@ -1,0 +1,167 @@
+//! A bad network, simulated: delay, jitter and stalls of one direction. Messages stay in order, as
+//! on a socket. The same seed gives the same network.
+
+use jostle_sim::Rng;
+
+/// Longest round trip that is simulated, milliseconds.
+pub const TRIP_MS_MAX: f64 = 2000.0;
+/// Mean time between two stalls, milliseconds.
+const STALL_EVERY_MS: f64 = 4000.0;
+/// Duration of a stall, milliseconds.
+const STALL_MS: std::ops::Range<f64> = 200.0..600.0;
+
+/// Conditions of a simulated network.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NetworkConditions {
+    /// Added to the round trip, milliseconds.
+    pub trip_ms: f64,
+    /// By how much that varies either way, milliseconds.
+    pub jitter_ms: f64,
+    /// Whether now and then nothing comes through for a while.
+    pub stalls: bool,
+}
+
+/// A choice of the panel.
+pub struct Preset {
+    /// For people.
+    pub name: &'static str,
+    /// Its conditions.
+    pub conditions: NetworkConditions,
+}
+
+/// The choices; the first is the real network.
+pub const PRESETS: [Preset; 4] = [
+    Preset { name: "Off", conditions: NetworkConditions::OFF },
+    Preset {
+        name: "60 \u{b1} 10 ms",
+        conditions: NetworkConditions { trip_ms: 60.0, jitter_ms: 10.0, stalls: false },
+    },
+    Preset {
+        name: "150 \u{b1} 30 ms",
+        conditions: NetworkConditions { trip_ms: 150.0, jitter_ms: 30.0, stalls: false },
+    },
+    Preset {
+        name: "300 \u{b1} 100 ms, stalls",
+        conditions: NetworkConditions { trip_ms: 300.0, jitter_ms: 100.0, stalls: true },
+    },
+];
+
+impl NetworkConditions {
+    /// The network as it is.
+    pub const OFF: NetworkConditions =
+        NetworkConditions { trip_ms: 0.0, jitter_ms: 0.0, stalls: false };
+
+    /// Reads `150`, `150,30` or `300,100,stalls`; `None` if it is none of these.
+    pub fn parse(text: &str) -> Option<NetworkConditions> {
+        let mut parts = text.split(',');
+        let number = |part: Option<&str>| part.map_or(Some(0.0), |part| part.parse::<f64>().ok());
+        let trip_ms = number(Some(parts.next()?))?;
+        let jitter_ms = number(parts.next())?;
+        let stalls = match parts.next() {
+            None => false,
+            Some("stalls") => true,
+            Some(_) => return None,
+        };
+        let sound = (0.0..=TRIP_MS_MAX).contains(&trip_ms) && (0.0..=trip_ms).contains(&jitter_ms);
+        (sound && parts.next().is_none()).then_some(NetworkConditions {
+            trip_ms,
+            jitter_ms,
+            stalls,
+        })
+    }
+
+    /// The conditions in words.
+    pub fn words(&self) -> String {
+        let stalls = if self.stalls { ", stalls" } else { "" };
+        format!("{:.0} \u{b1} {:.0} ms{stalls}", self.trip_ms, self.jitter_ms)
+    }
+
+    /// Whether it does anything.
+    pub fn is_on(&self) -> bool {
+        *self != NetworkConditions::OFF
+    }
+}
+
+/// One direction of a link.
+#[derive(Clone, Debug)]
+pub struct SimulatedLink {
+    rng: Rng,
+    last_ms: f64,
+    stall: std::ops::Range<f64>,
+}
+
+impl SimulatedLink {
+    /// A link whose randomness comes from a seed.
+    pub fn new(seed: u64) -> SimulatedLink {
+        SimulatedLink { rng: Rng::new(seed, 0), last_ms: 0.0, stall: 0.0..0.0 }
+    }
+
+    /// When a message that is sent at `now_ms` arrives: half of the round trip later, and never
+    /// before one that was sent earlier.
+    pub fn arrival_ms(&mut self, conditions: &NetworkConditions, now_ms: f64) -> f64 {
+        let vary = f64::from(self.rng.range(-1.0, 1.0));
+        let mut due = now_ms + 0.5 * (conditions.trip_ms + conditions.jitter_ms * vary);
+        if conditions.stalls {
+            due = due.max(self.stalled_until(now_ms));
+        }
+        self.last_ms = due.max(self.last_ms);
+        self.last_ms
+    }
+
+    /// The end of the stall that is on at `now_ms`, or that moment.
+    fn stalled_until(&mut self, now_ms: f64) -> f64 {
+        while self.stall.end <= now_ms {
+            let pause = STALL_EVERY_MS * f64::from(self.rng.range(0.5, 1.5));
+            let (short, long) = (STALL_MS.start as f32, STALL_MS.end as f32);
+            // After an absence the next one is not one of long ago.
+            let start = (self.stall.end + pause).max(now_ms - STALL_MS.end);
+            self.stall = start..start + f64::from(self.rng.range(short, long));
+        }
+        if self.stall.start <= now_ms { self.stall.end } else { now_ms }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_name_a_network_or_are_refused() {
+        let conditions =
+            |trip_ms, jitter_ms, stalls| Some(NetworkConditions { trip_ms, jitter_ms, stalls });
+        assert_eq!(NetworkConditions::parse("150"), conditions(150.0, 0.0, false));
+        assert_eq!(NetworkConditions::parse("150,30"), conditions(150.0, 30.0, false));
+        assert_eq!(NetworkConditions::parse("300,100,stalls"), conditions(300.0, 100.0, true));
+        assert!(!NetworkConditions::parse("0").is_some_and(|conditions| conditions.is_on()));
+        for bad in ["", "x", "-1", "1e9", "100,200", "NaN", "150,30,", "150,30,stalls,1"] {
+            assert_eq!(NetworkConditions::parse(bad), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn messages_take_their_time_and_stay_in_order() {
+        let conditions = PRESETS[2].conditions;
+        let mut link = SimulatedLink::new(1);
+        let mut last = 0.0;
+        for tick in 0..600 {
+            let now = f64::from(tick) * 17.0;
+            let due = link.arrival_ms(&conditions, now);
+            assert!((60.0..=90.0).contains(&(due - now)) && due >= last, "{now} to {due}");
+            last = due;
+        }
+    }
+
+    #[test]
+    fn stalls_hold_everything_back_for_a_while_and_then_end() {
+        let conditions = NetworkConditions { trip_ms: 10.0, jitter_ms: 0.0, stalls: true };
+        let mut link = SimulatedLink::new(7);
+        let waits: Vec<f64> = (0..6000)
+            .map(|i| f64::from(i) * 10.0)
+            .map(|now| link.arrival_ms(&conditions, now) - now)
+            .collect();
+        let longest = waits.iter().copied().fold(0.0, f64::max);
+        let held = waits.iter().filter(|wait| **wait > 50.0).count();
+        assert!((200.0..=600.0).contains(&longest), "longest wait {longest} ms");
+        assert!((150..=1500).contains(&held), "{held} of 6000 messages were held");
+    }
+}

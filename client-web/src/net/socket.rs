@@ -1,0 +1,141 @@
+//! One WebSocket: opens, reports what arrives, closes. When to open another is decided elsewhere.
+//!
+//! Both directions may pass a simulated network, which the player chooses (F4): messages then wait their
+//! time, in order.
+
+use crate::browser;
+use crate::net::report::SocketEvent;
+use crate::net::simulated_link::{NetworkConditions, SimulatedLink};
+use std::cell::{Cell, RefCell};
+use std::collections::VecDeque;
+use std::rc::Rc;
+use wasm_bindgen::JsCast;
+use wasm_bindgen::closure::Closure;
+use web_sys::{BinaryType, CloseEvent, Event, MessageEvent, WebSocket};
+
+/// Close code of a player who leaves (RFC 6455: a normal closure).
+const LEAVE_CODE: u16 = 1000;
+/// A timer may end this much early, milliseconds.
+const TIMER_SLACK_MS: f64 = 1.0;
+
+/// The simulated network, shared by all sockets of the page.
+pub type Conditions = Rc<Cell<NetworkConditions>>;
+
+/// One direction: messages come out in the order in which they went in, at once or when the simulated
+/// network lets them.
+struct OrderedChannel<T> {
+    conditions: Conditions,
+    link: RefCell<SimulatedLink>,
+    waiting: RefCell<VecDeque<(f64, T)>>,
+    out: Box<dyn Fn(T)>,
+}
+
+impl<T: 'static> OrderedChannel<T> {
+    fn new(seed: u64, conditions: &Conditions, out: impl Fn(T) + 'static) -> Rc<OrderedChannel<T>> {
+        Rc::new(OrderedChannel {
+            conditions: Rc::clone(conditions),
+            link: RefCell::new(SimulatedLink::new(seed)),
+            waiting: RefCell::default(),
+            out: Box::new(out),
+        })
+    }
+
+    fn pass(self: &Rc<Self>, what: T) {
+        let conditions = self.conditions.get();
+        if !conditions.is_on() && self.waiting.borrow().is_empty() {
+            return (self.out)(what);
+        }
+        let now = browser::now_ms();
+        let due = self.link.borrow_mut().arrival_ms(&conditions, now);
+        self.waiting.borrow_mut().push_back((due, what));
+        // A channel that is gone by then delivers nothing.
+        let channel = Rc::downgrade(self);
+        browser::after((due - now).ceil() as i32, move || {
+            if let Some(channel) = channel.upgrade() {
+                channel.let_out();
+            }
+        });
+    }
+
+    fn let_out(&self) {
+        let now = browser::now_ms() + TIMER_SLACK_MS;
+        loop {
+            // Delivering a message may add another.
+            let due = self.waiting.borrow_mut().pop_front_if(|(due, _)| *due <= now);
+            let Some((_, what)) = due else { return };
+            (self.out)(what);
+        }
+    }
+}
+
+/// An open or opening WebSocket. Dropping it closes it and silences it.
+pub struct Socket {
+    inner: WebSocket,
+    inward: Rc<OrderedChannel<SocketEvent>>,
+    outward: Rc<OrderedChannel<Vec<u8>>>,
+    _on_open: Closure<dyn Fn(Event)>,
+    _on_message: Closure<dyn Fn(MessageEvent)>,
+    _on_close: Closure<dyn Fn(CloseEvent)>,
+}
+
+impl Socket {
+    /// Opens a socket to a path of the own server. `None` if the browser refuses to try.
+    pub fn open(
+        path: &str,
+        conditions: &Conditions,
+        report: impl Fn(SocketEvent) + 'static,
+    ) -> Option<Socket> {
+        let location = browser::window().location();
+        let scheme = if location.protocol().ok()? == "https:" { "wss" } else { "ws" };
+        let inner = WebSocket::new(&format!("{scheme}://{}{path}", location.host().ok()?)).ok()?;
+        inner.set_binary_type(BinaryType::Arraybuffer);
+        let inward = OrderedChannel::new(1, conditions, report);
+        let channel = Rc::clone(&inward);
+        let on_open = Closure::<dyn Fn(Event)>::new(move |_| channel.pass(SocketEvent::Opened));
+        let channel = Rc::clone(&inward);
+        let on_message = Closure::<dyn Fn(MessageEvent)>::new(move |event: MessageEvent| {
+            if let Ok(buffer) = event.data().dyn_into::<js_sys::ArrayBuffer>() {
+                channel.pass(SocketEvent::Message(js_sys::Uint8Array::new(&buffer).to_vec()));
+            }
+        });
+        let channel = Rc::clone(&inward);
+        let on_close = Closure::<dyn Fn(CloseEvent)>::new(move |event: CloseEvent| {
+            channel.pass(SocketEvent::Closed { code: event.code() });
+        });
+        inner.set_onopen(Some(on_open.as_ref().unchecked_ref()));
+        inner.set_onmessage(Some(on_message.as_ref().unchecked_ref()));
+        inner.set_onclose(Some(on_close.as_ref().unchecked_ref()));
+        let socket = inner.clone();
+        let outward = OrderedChannel::new(2, conditions, move |bytes: Vec<u8>| {
+            if socket.ready_state() == WebSocket::OPEN {
+                // Fails only while connecting, which was just ruled out.
+                let _ = socket.send_with_u8_array(&bytes);
+            }
+        });
+        let (_on_open, _on_message, _on_close) = (on_open, on_message, on_close);
+        Some(Socket { inner, inward, outward, _on_open, _on_message, _on_close })
+    }
+
+    /// Sends a message if the socket is open.
+    pub fn send(&self, bytes: &[u8]) {
+        self.outward.pass(bytes.to_vec());
+    }
+
+    /// Closes it on purpose, which the server can tell from a connection that broke.
+    pub fn leave(self) {
+        let _ = self.inner.close_with_code(LEAVE_CODE);
+    }
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        self.inner.set_onopen(None);
+        self.inner.set_onmessage(None);
+        self.inner.set_onclose(None);
+        // The message that is being delivered may cause this drop: nothing is to follow it.
+        self.inward.waiting.borrow_mut().clear();
+        self.outward.waiting.borrow_mut().clear();
+        // Of no use, and harmless, if it was closed with a reason before.
+        let _ = self.inner.close();
+    }
+}

@@ -1,0 +1,159 @@
+use super::*;
+use crate::net::api::Request;
+use crate::net::report::SocketEvent;
+use crate::page::event::{Focus, Key};
+use jostle_game::Buttons;
+use jostle_protocol::{ClientMessage, ServerMessage};
+
+mod game;
+mod lobby;
+mod replays;
+
+/// A page without a browser, and a room that answers its socket.
+struct Browser {
+    app: App,
+    now_ms: f64,
+    effects: Vec<Effect>,
+    /// The newest session, and its room while the socket is open.
+    session: u32,
+    room: Option<RoomInPage>,
+    /// Messages to the server, decoded.
+    sent: Vec<ClientMessage>,
+    /// The address as the page set it.
+    address: String,
+}
+
+const CANVAS: Canvas = Canvas { pixels: [800, 600], bottom: 0 };
+
+impl Browser {
+    fn open(path: &str, query: &str) -> Browser {
+        let local = [("jostle.name", "Ann"), ("jostle.color", "3")];
+        let local = local.map(|(key, value)| (key.to_owned(), value.to_owned()));
+        Browser::open_with(path, query, Remembered { local: local.into(), ..Default::default() })
+    }
+
+    fn open_with(path: &str, query: &str, remembered: Remembered) -> Browser {
+        let startup = Startup { remembered, query: query.to_owned(), seed: 1, calm: false };
+        let mut browser = Browser {
+            app: App::new(&startup),
+            now_ms: 0.0,
+            effects: Vec::new(),
+            session: 0,
+            room: None,
+            sent: Vec::new(),
+            address: path.to_owned(),
+        };
+        browser.say(Event::Navigated(Address {
+            path: path.to_owned(),
+            query: query.to_owned(),
+            hash: String::new(),
+        }));
+        browser
+    }
+
+    /// Tells the page of an event, and does what it asks for as far as the tests need that.
+    fn say(&mut self, event: Event) -> Vec<String> {
+        let effects = self.app.update(self.now_ms, event);
+        let names = effects.iter().map(|effect| format!("{effect:?}")).collect();
+        for effect in &effects {
+            match effect {
+                Effect::Connect { session, .. } => (self.session, self.room) = (*session, None),
+                Effect::Disconnect { .. } => self.room = None,
+                Effect::Send(bytes) => {
+                    self.sent.push(ClientMessage::decode(bytes).expect("the page's own message"));
+                    self.room.as_mut().expect("an open socket").receive(bytes);
+                }
+                Effect::PushAddress(address) => self.address.clone_from(address),
+                _ => {}
+            }
+        }
+        self.effects.extend(effects);
+        names
+    }
+
+    fn socket(&mut self, event: SocketEvent) -> Vec<String> {
+        self.say(Event::Socket(self.session, event))
+    }
+
+    /// Accepts the socket of a game in a scene.
+    fn accept(&mut self, scene: &str) {
+        let scene = Scene::built_in().into_iter().find(|known| known.name == scene);
+        self.room = Some(RoomInPage::new(Arc::new(scene.expect("a scene")), 1, 0, false));
+        self.socket(SocketEvent::Opened);
+        self.deliver();
+    }
+
+    /// Delivers what the room has sent.
+    fn deliver(&mut self) {
+        let messages = self.room.as_mut().map_or(Vec::new(), RoomInPage::take);
+        for message in messages {
+            self.socket(SocketEvent::Message(message));
+        }
+    }
+
+    fn server_says(&mut self, message: &ServerMessage) -> Vec<String> {
+        self.socket(SocketEvent::Message(message.encode()))
+    }
+
+    /// Lets time pass, with ticks, frames and pulses.
+    fn wait(&mut self, milliseconds: u32) {
+        for step in 1..=milliseconds / 20 {
+            self.now_ms += 20.0;
+            if let Some(room) = &mut self.room {
+                room.tick();
+            }
+            self.deliver();
+            self.say(Event::Frame(Some(CANVAS)));
+            self.say(Event::Drawn(true));
+            if step % 10 == 0 {
+                self.say(Event::Pulse { hidden: false });
+            }
+        }
+    }
+
+    /// In the arena, playing.
+    fn playing() -> Browser {
+        let mut browser = Browser::open("/arena", "");
+        browser.accept("arena");
+        browser.wait(200);
+        assert_eq!(browser.app.state(), "playing");
+        browser
+    }
+
+    fn press(&mut self, code: &str, letter: &str) -> Vec<String> {
+        self.say(Event::KeyDown(key(code, letter)))
+    }
+
+    fn title(&self) -> &'static str {
+        self.app.notice().map_or("", |card| card.notice.title)
+    }
+
+    fn held(&self) -> Buttons {
+        self.app.game().expect("a game").controls.buttons()
+    }
+
+    fn click(&mut self, control: Control) -> Vec<String> {
+        self.say(Event::Clicked(control))
+    }
+
+    /// The buttons of the last input sent.
+    fn last_sent(&self) -> Option<Buttons> {
+        self.sent.iter().rev().find_map(|message| match message {
+            ClientMessage::Input { input, .. } => Some(input.buttons),
+            _ => None,
+        })
+    }
+}
+
+fn key(code: &str, letter: &str) -> Key {
+    let (code, letter) = (code.to_owned(), letter.to_owned());
+    Key { code, letter, repeat: false, modified: false, focus: Focus::Elsewhere }
+}
+
+fn has(effects: &[String], name: &str) -> bool {
+    effects.iter().any(|effect| effect.contains(name))
+}
+
+fn form(name: &str) -> Form {
+    Form { name: name.to_owned(), color: 5, private: false }
+}

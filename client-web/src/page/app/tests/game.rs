@@ -1,0 +1,336 @@
+//! Games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
+
+use super::*;
+use crate::page::event::{Pointer, PointerChange};
+use crate::view::frame::View;
+use jostle_protocol::{Refusal, Token};
+use jostle_sim::Vec2;
+use std::collections::BTreeMap;
+
+#[test]
+fn joining_says_hello_and_remembers_the_seat() {
+    let mut browser = Browser::open("/arena", "");
+    assert_eq!((browser.app.state(), browser.title()), ("connecting", "Joining"));
+    browser.accept("arena");
+    assert!(
+        matches!(&browser.sent[0], ClientMessage::Hello { appearance, .. } if &*appearance.name == "Ann")
+    );
+    assert_eq!((browser.app.state(), browser.title()), ("playing", ""));
+    let seat = |effect: &Effect| matches!(effect, Effect::StoreSession(key, Some(_)) if key == "jostle.seat.arena");
+    assert!(browser.effects.iter().any(seat));
+    browser.wait(100);
+    assert!(browser.app.picture().is_some() && browser.app.world_shown);
+}
+
+#[test]
+fn a_seat_of_before_a_reload_is_asked_back() {
+    let token = Token([7; limits::TOKEN_BYTES]);
+    let session = BTreeMap::from([("jostle.seat.arena".to_owned(), token.text())]);
+    let mut browser =
+        Browser::open_with("/arena", "", Remembered { session, ..Default::default() });
+    browser.accept("arena");
+    assert!(matches!(&browser.sent[0], ClientMessage::Hello { token: Some(t), .. } if *t == token));
+}
+
+#[test]
+fn keys_are_held_until_they_go_up_and_leave_at_once() {
+    let mut browser = Browser::playing();
+    let done = browser.press("KeyD", "d");
+    assert!(has(&done, "PreventDefault") && has(&done, "Send"), "{done:?}");
+    assert_eq!((browser.held(), browser.last_sent()), (Buttons::RIGHT, Some(Buttons::RIGHT)));
+    let repeated = browser.say(Event::KeyDown(Key { repeat: true, ..key("KeyD", "d") }));
+    assert!(has(&repeated, "PreventDefault") && !has(&repeated, "Send"));
+    browser.wait(60);
+    browser.say(Event::KeyUp(key("KeyD", "d")));
+    assert_eq!((browser.held(), browser.last_sent()), (Buttons(0), Some(Buttons(0))));
+    assert!(!has(&browser.press("KeyQ", "q"), "PreventDefault"), "a key without a meaning");
+}
+
+#[test]
+fn keys_of_fields_buttons_and_the_system_are_left_alone() {
+    let mut browser = Browser::playing();
+    browser.say(Event::KeyDown(Key { focus: Focus::Field, ..key("KeyD", "d") }));
+    let space = browser.say(Event::KeyDown(Key { focus: Focus::Button, ..key("Space", " ") }));
+    assert!(space.is_empty() && browser.held() == Buttons(0));
+    browser.say(Event::KeyDown(Key { focus: Focus::Field, ..key("F3", "F3") }));
+    assert!(browser.app.panels.figures, "no field has a use for F3");
+    browser.press("KeyD", "d");
+    browser.say(Event::KeyDown(Key { modified: true, ..key("KeyR", "r") }));
+    assert_eq!(browser.held(), Buttons(0), "the system may take the release");
+}
+
+#[test]
+fn a_page_that_loses_the_focus_releases_everything() {
+    let mut browser = Browser::playing();
+    browser.press("KeyD", "d");
+    browser.say(Event::Pointer(pointer(PointerChange::Down, Vec2::new(400.0, 300.0))));
+    assert_eq!(browser.held(), Buttons(Buttons::RIGHT.0 | Buttons::FIRE.0));
+    browser.wait(60);
+    browser.say(Event::FocusLost);
+    assert_eq!((browser.held(), browser.last_sent()), (Buttons(0), Some(Buttons(0))));
+}
+
+fn pointer(change: PointerChange, at: Vec2) -> Pointer {
+    let pressed = change == PointerChange::Down;
+    let canvas = Vec2::new(400.0, 300.0);
+    Pointer { change, id: 1, touch: false, at, canvas, button: 0, pressed }
+}
+
+#[test]
+fn the_mouse_points_in_device_pixels() {
+    let mut browser = Browser::playing();
+    browser.say(Event::Pointer(pointer(PointerChange::Moved, Vec2::new(200.0, 150.0))));
+    let game = browser.app.game().expect("a game");
+    let View { center, .. } = *game.view();
+    let seen = game.controls.pointer(game.view()).expect("a pointer");
+    assert!((seen - center).length() < 1e-3, "{seen:?} is not the middle, {center:?}");
+    browser.say(Event::Pointer(pointer(PointerChange::Left, Vec2::ZERO)));
+    let game = browser.app.game().expect("a game");
+    assert_eq!(game.controls.pointer(game.view()), None);
+}
+
+#[test]
+fn a_thumb_steers_and_a_finger_uses_the_armed_tool() {
+    let mut browser = Browser::playing();
+    let finger = |change, id, at| Pointer { touch: true, id, ..pointer(change, at) };
+    let corner = Vec2::new(60.0, 250.0);
+    browser.say(Event::Pointer(finger(PointerChange::Down, 1, corner)));
+    assert_eq!(browser.app.fingers.stick(), Some((corner, Vec2::ZERO)));
+    browser.say(Event::Pointer(finger(PointerChange::Moved, 1, corner + Vec2::X * 40.0)));
+    assert_eq!(browser.held(), Buttons::RIGHT);
+    browser.say(Event::ToolArmed(Buttons::MAKE));
+    browser.say(Event::Pointer(finger(PointerChange::Down, 2, Vec2::new(300.0, 100.0))));
+    assert_eq!(browser.held(), Buttons(Buttons::RIGHT.0 | Buttons::MAKE.0));
+    browser.say(Event::Pointer(finger(PointerChange::Up, 1, corner)));
+    assert_eq!((browser.held(), browser.app.fingers.stick()), (Buttons::MAKE, None));
+}
+
+#[test]
+fn a_refusal_is_explained_and_its_button_tries_again() {
+    let mut browser = Browser::playing();
+    browser.server_says(&ServerMessage::Refused { refusal: Refusal::Flood });
+    let expected = strings::refused(Refusal::Flood).expect("a notice");
+    assert_eq!((browser.app.state(), browser.title()), ("refused", expected.title));
+    assert!(!has(&browser.socket(SocketEvent::Closed { code: 4006 }), "Connect"));
+    browser.wait(20_000);
+    assert_eq!(browser.app.state(), "refused", "it does not come back by itself");
+    let again = browser.click(Control::Notice);
+    assert!(has(&again, "Connect"), "{again:?}");
+    assert_eq!(browser.app.state(), "connecting");
+}
+
+#[test]
+fn a_lost_connection_is_retried_until_it_is_back() {
+    let mut browser = Browser::playing();
+    browser.press("KeyD", "d");
+    let session = browser.session;
+    browser.socket(SocketEvent::Closed { code: 1006 });
+    assert_eq!(
+        (browser.app.state(), browser.title()),
+        ("reconnecting", strings::RECONNECTING.title)
+    );
+    assert_eq!(browser.held(), Buttons(0));
+    assert!(browser.app.picture().is_some_and(|picture| picture.frame.dimmed), "still on view");
+    browser.wait(600);
+    assert!(browser.session > session, "a new socket");
+    browser.accept("arena");
+    assert_eq!(browser.app.state(), "playing");
+    let stale = Event::Socket(session, SocketEvent::Closed { code: 1006 });
+    browser.say(stale);
+    assert_eq!(browser.app.state(), "playing", "old sockets are ignored");
+}
+
+#[test]
+fn the_network_is_used_as_soon_as_it_is_back() {
+    let mut browser = Browser::playing();
+    for _ in 0..8 {
+        browser.socket(SocketEvent::Closed { code: 1006 });
+        browser.wait(9000);
+    }
+    browser.socket(SocketEvent::Closed { code: 1006 });
+    let session = browser.session;
+    browser.say(Event::Online);
+    browser.say(Event::Pulse { hidden: true });
+    assert!(browser.session > session);
+}
+
+#[test]
+fn a_silent_server_is_given_up() {
+    let mut browser = Browser::playing();
+    browser.room = None;
+    browser.now_ms += 6001.0;
+    // Inputs of now would go to a socket that nobody reads.
+    let done = browser.app.update(browser.now_ms, Event::Pulse { hidden: false });
+    assert!(done.contains(&Effect::Disconnect { leaving: false }), "{done:?}");
+    assert_eq!(browser.app.state(), "reconnecting");
+}
+
+#[test]
+fn a_server_that_closes_is_announced_and_waited_for() {
+    let mut browser = Browser::playing();
+    browser.server_says(&ServerMessage::Draining { seconds: 2 });
+    assert!(browser.app.game().is_some_and(|game| game.status.closing_ms.is_some()));
+    browser.socket(SocketEvent::Closed { code: 1006 });
+    assert_eq!((browser.app.state(), browser.title()), ("reconnecting", strings::RESTARTING.title));
+}
+
+#[test]
+fn a_kicked_player_is_told_and_forgets_the_seat() {
+    let mut browser = Browser::playing();
+    let done = browser.server_says(&ServerMessage::Refused { refusal: Refusal::Kicked });
+    assert!(has(&done, "StoreSession(\"jostle.seat.arena\", None)"), "{done:?}");
+    browser.wait(1000);
+    assert_eq!(browser.app.state(), "refused");
+    browser.click(Control::Notice);
+    assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", "/"));
+}
+
+#[test]
+fn a_worthless_token_is_replaced_silently() {
+    let mut browser = Browser::playing();
+    browser.server_says(&ServerMessage::Refused { refusal: Refusal::BadToken });
+    let session = browser.session;
+    browser.say(Event::Pulse { hidden: false });
+    assert!(browser.session > session && browser.title().is_empty());
+}
+
+#[test]
+fn an_unreadable_message_costs_the_socket_and_no_more() {
+    let mut browser = Browser::playing();
+    let done = browser.socket(SocketEvent::Message(vec![255, 255]));
+    assert!(has(&done, "Warn") && has(&done, "Disconnect { leaving: false }"), "{done:?}");
+    assert_eq!(browser.app.state(), "reconnecting");
+}
+
+#[test]
+fn leaving_gives_the_seat_up() {
+    let mut browser = Browser::playing();
+    let done = browser.click(Control::Leave);
+    assert!(has(&done, "Disconnect { leaving: true }"), "{done:?}");
+    assert!(has(&done, "StoreSession(\"jostle.seat.arena\", None)"), "{done:?}");
+    assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", "/"));
+}
+
+#[test]
+fn addresses_select_screens() {
+    let mut browser = Browser::open("/", "");
+    for (path, query, state, effect) in [
+        ("/abc", "", "connecting", "Connect { path: \"/abc\""),
+        ("/Impulse/", "", "connecting", "Connect { path: \"/Impulse\""),
+        ("/replay/arena-1", "", "connecting", "FetchReplay(\"arena-1\")"),
+        ("/", "?demo=pile", "playing", "FocusStage"),
+        ("/", "?demo=nosuch", "refused", ""),
+        ("/index.html", "", "lobby", "Request(Rooms)"),
+    ] {
+        let (path, query, hash) = (path.to_owned(), query.to_owned(), String::new());
+        let address = Address { path, query, hash };
+        let done = browser.say(Event::Navigated(address.clone()));
+        browser.say(Event::Frame(Some(CANVAS)));
+        assert_eq!(browser.app.state(), state, "{address:?}");
+        assert!(effect.is_empty() || has(&done, effect), "{address:?}: {done:?}");
+    }
+}
+
+#[test]
+fn a_frozen_demo_counts_once_it_is_drawn() {
+    let mut browser = Browser::open("/", "?demo=arena&ticks=30&bots=2");
+    assert_eq!((browser.app.state(), browser.app.own_color), ("connecting", 0));
+    browser.say(Event::Frame(Some(CANVAS)));
+    let hash = browser.app.game().and_then(|game| game.state_hash());
+    browser.say(Event::Drawn(true));
+    assert_eq!(browser.app.state(), "frozen");
+    browser.wait(200);
+    assert_eq!(browser.app.game().and_then(|game| game.state_hash()), hash, "it stands still");
+    assert_eq!(browser.app.frozen_demo, Some(FrozenDemo { hud: false }));
+}
+
+#[test]
+fn the_help_opens_over_the_game_and_takes_its_keys() {
+    let mut browser = Browser::playing();
+    browser.press("KeyD", "d");
+    browser.press("Slash", "?");
+    assert_eq!((browser.app.top(), browser.held()), (Layer::Help, Buttons(0)));
+    assert!(!has(&browser.press("KeyD", "d"), "PreventDefault"));
+    browser.press("Escape", "Escape");
+    assert_eq!(browser.app.top(), Layer::Page);
+}
+
+#[test]
+fn a_host_is_asked_before_a_player_is_removed() {
+    let mut browser = Browser::playing();
+    let seat = browser.app.replica().expect("a room").seat;
+    browser.say(Event::KickClicked(seat));
+    assert_eq!(browser.app.top(), Layer::Ask);
+    browser.click(Control::Cancel);
+    assert!(browser.app.top() == Layer::Page && !kicked(&browser));
+    browser.say(Event::KickClicked(seat));
+    browser.click(Control::Confirm);
+    assert!(browser.app.top() == Layer::Page && kicked(&browser));
+    browser.say(Event::KickClicked(Seat(99)));
+    assert_eq!(browser.app.top(), Layer::Page, "no such player");
+}
+
+fn kicked(browser: &Browser) -> bool {
+    browser.sent.iter().any(|message| matches!(message, ClientMessage::Kick { .. }))
+}
+
+#[test]
+fn a_host_closes_the_room_and_reads_that_it_was_their_doing() {
+    let mut browser = Browser::playing();
+    browser.click(Control::CloseRoom);
+    browser.press("Escape", "Escape");
+    assert_eq!(browser.app.top(), Layer::Page);
+    browser.click(Control::CloseRoom);
+    browser.click(Control::Confirm);
+    assert!(browser.sent.iter().any(|message| matches!(message, ClientMessage::CloseRoom)));
+    let done = browser.server_says(&ServerMessage::Refused { refusal: Refusal::RoomClosed });
+    assert!(has(&done, "jostle.host.arena"), "{done:?}");
+    let text = browser.app.notice().map(|card| card.notice.text);
+    assert_eq!(text, Some(strings::CLOSED_BY_YOU.text));
+}
+
+#[test]
+fn a_lost_drawing_context_is_spoken_of_when_it_stays_away() {
+    let mut browser = Browser::playing();
+    assert!(has(&browser.say(Event::ContextLost), "DropGraphics"));
+    assert_eq!(browser.title(), "");
+    browser.wait(5200);
+    assert_eq!(browser.title(), strings::GRAPHICS_LOST.title);
+    browser.say(Event::ContextRestored);
+    assert_eq!(browser.title(), "");
+    browser.say(Event::GraphicsMissing);
+    assert_eq!((browser.app.state(), browser.title()), ("unsupported", strings::NO_WEBGL2.title));
+}
+
+#[test]
+fn the_copy_button_says_for_a_moment_what_came_of_it() {
+    let mut browser = Browser::playing();
+    assert!(has(&browser.click(Control::Copy), "CopyAddress"));
+    assert!(has(&browser.say(Event::Copied(true)), "After(1500, CopyShown)"));
+    assert_eq!(browser.app.copied, Some(true));
+    browser.say(Event::CopyShown);
+    assert_eq!(browser.app.copied, None);
+}
+
+#[test]
+fn prediction_and_simulated_networks_are_chosen_in_the_panel() {
+    let mut browser = Browser::playing();
+    let predicts = |browser: &Browser| {
+        let membership = browser.app.game().and_then(|game| game.membership.as_ref());
+        membership.is_some_and(|membership| membership.predictor.is_some())
+    };
+    assert!(predicts(&browser));
+    let done = browser.say(Event::PredictionChosen(false));
+    assert!(!predicts(&browser) && has(&done, "\"jostle.predict\", \"0\""), "{done:?}");
+    let bad = NetworkConditions { trip_ms: 150.0, jitter_ms: 30.0, stalls: false };
+    browser.say(Event::ConditionsChosen(bad));
+    assert!(browser.effects.contains(&Effect::SetConditions(bad)));
+    browser.press("F4", "F4");
+    assert!(browser.app.panels.network);
+    browser.click(Control::Leave);
+    assert!(!browser.app.panels.network, "the panel belongs to the game");
+    assert_eq!(browser.app.conditions, bad, "the network does not");
+
+    let asked = Browser::open("/", "?lag=300,100,stalls&predict=0");
+    assert!(asked.app.conditions.stalls && !asked.app.predicts());
+}

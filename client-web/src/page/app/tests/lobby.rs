@@ -1,0 +1,78 @@
+//! The lobby: lists, name, rooms that open or are refused.
+
+use super::*;
+
+const ROOMS: &str =
+    r#"{"rooms":[{"code":"abc","scene":"arena","title":"Arena","players":2,"players_max":8}]}"#;
+
+#[test]
+fn the_lobby_asks_for_its_lists_and_asks_again() {
+    let mut browser = Browser::open("/", "");
+    assert_eq!((browser.app.state(), browser.title()), ("lobby", ""));
+    for request in [Request::Rooms, Request::Scenes, Request::Replays] {
+        assert!(browser.effects.contains(&Effect::Request(request.clone())), "{request:?}");
+    }
+    browser.say(Event::Answered(Request::Rooms, Some(ROOMS.into())));
+    assert_eq!(browser.app.lobby.rooms.len(), 1);
+    browser.now_ms = 3100.0;
+    assert!(!has(&browser.say(Event::Pulse { hidden: true }), "Request"), "nobody looks");
+    let asked = browser.say(Event::Pulse { hidden: false });
+    assert!(has(&asked, "Request(Rooms)") && !has(&asked, "Request(Replays)"), "{asked:?}");
+    browser.say(Event::Answered(Request::Rooms, None));
+    assert_eq!(browser.app.lobby.note.text, strings::UNANSWERED);
+    assert_eq!(browser.app.lobby.rooms.len(), 1, "the old list stays");
+    browser.say(Event::Answered(Request::Rooms, Some(ROOMS.into())));
+    assert_eq!(browser.app.lobby.note.text, "");
+}
+
+#[test]
+fn play_joins_the_liveliest_room_or_opens_one() {
+    let mut browser = Browser::open("/", "");
+    let asked = browser.say(Event::PlayClicked(form("Bea")));
+    assert!(has(&asked, "Open { scene: \"arena\", private: false }"), "{asked:?}");
+    assert!(browser.app.lobby.busy);
+    let again = browser.say(Event::PlayClicked(form("Bea")));
+    assert!(!has(&again, "Open {"), "one room is enough");
+    let opened = r#"{"code":"xyz","host_key":"000102030405060708090a0b0c0d0e0f"}"#;
+    let request = Request::Open { scene: "arena".into(), private: false };
+    let entered = browser.say(Event::Answered(request, Some(opened.into())));
+    assert!(has(&entered, "Connect { path: \"/xyz\""), "{entered:?}");
+    assert_eq!((browser.address.as_str(), browser.app.state()), ("/xyz", "connecting"));
+
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::Answered(Request::Rooms, Some(ROOMS.into())));
+    browser.say(Event::PlayClicked(form("Bea")));
+    assert_eq!(browser.address, "/abc");
+}
+
+#[test]
+fn a_name_that_cannot_be_used_is_explained_and_joins_nothing() {
+    let mut browser = Browser::open("/", "");
+    let asked = browser.say(Event::PlayClicked(form("  ")));
+    assert!(!has(&asked, "Request") && !has(&asked, "StoreLocal"), "{asked:?}");
+    assert!(browser.app.lobby.name_invalid && browser.app.lobby.note.bad);
+    assert_eq!(browser.app.own_color, 5, "the colour is worn all the same");
+    let stored = browser.say(Event::FormChanged(form("Bea")));
+    assert!(has(&stored, "\"jostle.name\", \"Bea\""), "{stored:?}");
+    assert!(!browser.app.lobby.name_invalid && browser.app.lobby.note.text.is_empty());
+}
+
+#[test]
+fn a_server_that_refuses_a_room_says_why_in_the_lobby() {
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::SceneClicked("pile".into(), form("Bea")));
+    let request = Request::Open { scene: "pile".into(), private: false };
+    browser.say(Event::Answered(request.clone(), Some(r#"{"error":"full"}"#.into())));
+    assert_eq!((browser.app.lobby.note.text.as_str(), browser.app.lobby.busy), ("full", false));
+    browser.say(Event::Answered(request, None));
+    assert_eq!(browser.app.lobby.note.text, strings::NO_CONNECTION);
+    assert_eq!(browser.app.state(), "lobby");
+}
+
+#[test]
+fn a_stranger_gets_a_name_that_is_remembered() {
+    let browser = Browser::open_with("/", "", Remembered::default());
+    let name = &browser.app.appearance.name;
+    assert!(name.contains(' '), "{name}");
+    assert!(browser.effects.contains(&Effect::StoreLocal("jostle.name", name.to_string())));
+}

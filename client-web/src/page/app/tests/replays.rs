@@ -1,0 +1,126 @@
+//! Replays: files, fetching, controls, news.
+
+use super::*;
+use crate::net::report::Fetched;
+use crate::replay::player::ReplayPlayer;
+use jostle_protocol::replay::{Record, header};
+use jostle_room::Room;
+
+/// Five seconds of a game with one player.
+fn replay() -> Vec<u8> {
+    let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
+    let mut room = Room::new("x", Arc::new(scene.expect("the arena")), 3);
+    room.record("test", 0);
+    room.join(Appearance { name: "Ada".into(), color: 1 }, None).expect("a seat");
+    for _ in 0..300 {
+        room.tick();
+    }
+    let mut bytes = header();
+    room.stop_recording().iter().for_each(|record: &Record| bytes.extend(record.seal()));
+    bytes
+}
+
+fn watching() -> Browser {
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::ReplayRead("game.jostle".into(), Ok(replay())));
+    assert_eq!((browser.app.state(), browser.address.as_str()), ("replay", "/#file"));
+    browser
+}
+
+fn player(browser: &Browser) -> &ReplayPlayer {
+    &browser.app.replay().expect("a replay").player
+}
+
+#[test]
+fn a_replay_plays_pauses_and_seeks() {
+    let mut browser = watching();
+    browser.wait(400);
+    assert!(player(&browser).is_playing() && player(&browser).tick() > 10);
+    assert!(has(&browser.press("Space", " "), "PreventDefault"));
+    assert!(!player(&browser).is_playing());
+    for (letter, tick) in [("Home", 0), (".", 1), (",", 0), ("ArrowRight", 60), ("End", 300)] {
+        browser.press(letter, letter);
+        // The clock of the tests stands still: one frame has all the time it needs.
+        browser.wait(40);
+        assert_eq!(player(&browser).tick(), tick, "{letter}");
+    }
+    browser.say(Event::Replay(ReplayCommand::Seek(30)));
+    browser.wait(40);
+    assert_eq!(player(&browser).tick(), 30);
+    browser.press("ArrowUp", "ArrowUp");
+    assert_eq!(player(&browser).speed(), 2.0);
+    browser.press("Digit1", "1");
+    assert!(player(&browser).followed().is_some());
+    browser.press("Digit1", "1");
+    assert_eq!(player(&browser).followed(), None);
+    let focused = Key { focus: Focus::Field, ..key("Home", "Home") };
+    assert!(!has(&browser.say(Event::KeyDown(focused)), "PreventDefault"), "the slider's key");
+}
+
+#[test]
+fn a_still_replay_is_not_drawn_again() {
+    let mut browser = watching();
+    browser.press("Space", " ");
+    browser.wait(100);
+    assert!(browser.app.picture().is_none());
+    browser.press("F2", "F2");
+    assert!(browser.app.picture().is_some());
+    browser.say(Event::Drawn(true));
+    browser.say(Event::ContextLost);
+    assert!(browser.app.picture().is_some(), "what was drawn is gone");
+}
+
+#[test]
+fn a_bad_file_is_explained_and_what_is_on_stays() {
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::ReplayRead("cat.gif".into(), Ok(b"GIF89a".to_vec())));
+    assert_eq!(browser.app.state(), "refused");
+    assert!(browser.app.notice().is_some_and(|card| card.detail.contains("byte 0")));
+    browser.click(Control::NoticeOther);
+    assert_eq!(browser.app.state(), "lobby");
+
+    let mut browser = watching();
+    browser.say(Event::ReplayRead("cat.gif".into(), Ok(b"GIF89a".to_vec())));
+    assert_eq!((browser.app.state(), browser.app.top()), ("replay", Layer::Notice));
+    browser.click(Control::NoticeOther);
+    assert_eq!((browser.app.state(), browser.title()), ("replay", ""));
+}
+
+#[test]
+fn a_fetched_replay_is_shown_unless_the_player_went_elsewhere() {
+    let mut browser = Browser::open("/replay/arena-1", "");
+    assert_eq!(browser.title(), strings::FETCHING.title);
+    browser.say(Event::ReplayFetched("other".into(), Fetched::Bytes(replay())));
+    assert_eq!(browser.app.state(), "connecting", "not the one that is awaited");
+    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Refused(404)));
+    assert_eq!((browser.app.state(), browser.title()), ("refused", strings::NO_SUCH_REPLAY.title));
+    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Bytes(replay())));
+    assert_eq!(browser.app.state(), "refused", "too late");
+
+    let mut browser = Browser::open("/replay/arena-1", "");
+    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Nothing));
+    assert!(has(&browser.click(Control::Notice), "FetchReplay"), "asks again");
+    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Bytes(replay())));
+    assert_eq!(browser.app.state(), "replay");
+    assert_eq!(browser.app.replay().and_then(|replay| replay.name.as_deref()), Some("arena-1"));
+}
+
+#[test]
+fn a_file_does_not_end_a_game() {
+    let mut browser = Browser::playing();
+    assert!(has(&browser.say(Event::FileDragged), "OfferDrop(false)"));
+    browser.say(Event::ReplayRead("game.jostle".into(), Ok(replay())));
+    assert_eq!(browser.app.state(), "playing");
+}
+
+#[test]
+fn news_of_the_replay_is_told_unless_it_was_skipped() {
+    let mut browser = watching();
+    browser.wait(200);
+    assert_eq!(browser.app.news.added(), 1, "Ada joined");
+    browser.say(Event::Replay(ReplayCommand::PauseAt(0)));
+    browser.wait(40);
+    browser.say(Event::Replay(ReplayCommand::PauseAt(299)));
+    browser.wait(40);
+    assert_eq!(browser.app.news.added(), 1);
+}

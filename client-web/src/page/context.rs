@@ -1,0 +1,134 @@
+//! Everything a handler of an event may use besides its own state: the time, effects to request,
+//! remembered values, chance, and numbers that are never used twice.
+
+use crate::page::event::Effect;
+use jostle_protocol::Token;
+use jostle_sim::Rng;
+use std::collections::BTreeMap;
+
+const NAME_KEY: &str = "jostle.name";
+const COLOR_KEY: &str = "jostle.color";
+const PREDICT_KEY: &str = "jostle.predict";
+
+/// Values that the browser remembered, read once when the page is opened.
+#[derive(Clone, Debug, Default)]
+pub struct Remembered {
+    /// For all visits.
+    pub local: BTreeMap<String, String>,
+    /// For this tab.
+    pub session: BTreeMap<String, String>,
+}
+
+impl Remembered {
+    /// The remembered name.
+    pub fn name(&self) -> &str {
+        self.local.get(NAME_KEY).map_or("", String::as_str)
+    }
+
+    /// The remembered colour.
+    pub fn color(&self) -> Option<u8> {
+        self.local.get(COLOR_KEY)?.parse().ok()
+    }
+
+    /// Whether prediction is on, by the address or by an earlier choice; on by default.
+    pub fn predicts(&self, asked: Option<&str>) -> bool {
+        let stored = || self.local.get(PREDICT_KEY).map(String::as_str);
+        asked.or_else(stored).is_none_or(|word| word != "0")
+    }
+}
+
+/// The context in which an event is handled.
+pub struct Context {
+    /// Time of the event, milliseconds since the page was opened.
+    pub now_ms: f64,
+    /// Effects requested so far.
+    pub effects: Vec<Effect>,
+    /// The own hero is shown ahead of the server.
+    pub predicts: bool,
+    /// The clock itself, for work that is to end in time.
+    pub clock: fn() -> f64,
+    session: BTreeMap<String, String>,
+    rng: Rng,
+    last_number: u32,
+}
+
+/// The kinds of secrets that a tab keeps for a room.
+#[derive(Clone, Copy, Debug)]
+pub enum Secret {
+    /// Gives a seat back.
+    Seat,
+    /// Makes its holder the host.
+    Host,
+}
+
+impl Context {
+    /// A context at time zero.
+    pub fn new(session: BTreeMap<String, String>, predicts: bool, seed: u64) -> Context {
+        Context {
+            now_ms: 0.0,
+            effects: Vec::new(),
+            predicts,
+            clock: || 0.0,
+            session,
+            rng: Rng::new(seed, 0),
+            last_number: 0,
+        }
+    }
+
+    /// Requests an effect.
+    pub fn request(&mut self, effect: Effect) {
+        self.effects.push(effect);
+    }
+
+    /// A number of its own, from 1 on.
+    pub fn next_number(&mut self) -> u32 {
+        self.last_number += 1;
+        self.last_number
+    }
+
+    /// A random number in [0, 1).
+    pub fn random(&mut self) -> f64 {
+        f64::from(self.rng.range(0.0, 1.0))
+    }
+
+    /// 32 random bits.
+    pub fn random_bits(&mut self) -> u32 {
+        self.rng.next_u32()
+    }
+
+    /// Remembers the player.
+    pub fn remember_player(&mut self, name: &str, color: u8) {
+        self.request(Effect::StoreLocal(NAME_KEY, name.to_owned()));
+        self.request(Effect::StoreLocal(COLOR_KEY, color.to_string()));
+    }
+
+    /// Remembers whether prediction is on.
+    pub fn remember_prediction(&mut self, on: bool) {
+        self.predicts = on;
+        self.request(Effect::StoreLocal(PREDICT_KEY, u8::from(on).to_string()));
+    }
+
+    /// A secret of this tab for a room.
+    pub fn secret(&self, kind: Secret, room: &str) -> Option<Token> {
+        Token::parse(self.session.get(&kind.key(room))?)
+    }
+
+    /// Remembers a secret of this tab for a room, or forgets it.
+    pub fn set_secret(&mut self, kind: Secret, room: &str, token: Option<Token>) {
+        let (key, text) = (kind.key(room), token.map(|token| token.text()));
+        match &text {
+            Some(text) => self.session.insert(key.clone(), text.clone()),
+            None => self.session.remove(&key),
+        };
+        self.request(Effect::StoreSession(key, text));
+    }
+}
+
+impl Secret {
+    fn key(self, room: &str) -> String {
+        match self {
+            Secret::Seat => format!("jostle.seat.{room}"),
+            Secret::Host => format!("jostle.host.{room}"),
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The cards over the page: help, a question, a notice.
+
+use crate::page::layers::{Layer, Layers};
+use crate::page::strings::Notice;
+use jostle_game::Seat;
+use jostle_protocol::{Appearance, PlayerState};
+
+/// A question to a host before something that cannot be undone.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Question {
+    /// Remove this player? The seat alone could be another player's by the time of the answer.
+    Kick(Seat, Appearance),
+    /// Close the room?
+    CloseRoom,
+}
+
+/// A notice as it is shown.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Card {
+    /// Title, buttons, and the usual text.
+    pub notice: Notice,
+    /// The text, if it is not the usual one.
+    pub text: Option<String>,
+    /// A line about exactly what was found, or empty.
+    pub detail: String,
+}
+
+impl From<Notice> for Card {
+    fn from(notice: Notice) -> Card {
+        Card { notice, text: None, detail: String::new() }
+    }
+}
+
+/// The cards that are open because someone opened them. Notices about the state of the page are not
+/// kept here: they follow from that state.
+#[derive(Debug, Default)]
+pub struct Dialogs {
+    /// The help is open.
+    pub help: bool,
+    /// A question is open.
+    pub question: Option<Question>,
+    /// A notice about a replay or a demo.
+    pub card: Option<Card>,
+}
+
+impl Dialogs {
+    /// The open layers, together with the notice that is shown.
+    pub fn layers(&self, notice: Option<&Card>) -> Layers {
+        Layers {
+            help: self.help,
+            ask: self.question.is_some(),
+            notice: notice.is_some_and(|card| !card.notice.passing),
+        }
+    }
+
+    /// Opens the help, or closes it. Under a card that waits for an answer there is none.
+    pub fn toggle_help(&mut self, top: Layer) {
+        match top {
+            Layer::Page => self.help = true,
+            Layer::Help => self.help = false,
+            Layer::Ask | Layer::Notice => {}
+        }
+    }
+
+    /// Withdraws a question about a player who has left.
+    pub fn withdraw_moot(&mut self, players: &[PlayerState]) {
+        self.question.take_if(|question| match question {
+            Question::Kick(seat, who) => {
+                !players.iter().any(|player| player.seat == *seat && player.appearance == *who)
+            }
+            Question::CloseRoom => false,
+        });
+    }
+}

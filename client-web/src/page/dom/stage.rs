@@ -1,0 +1,216 @@
+//! The canvas and what draws on it. The context is made before wgpu asks for one, because only then
+//! can it be opaque; after a lost context everything is built again.
+
+use crate::browser;
+use crate::page::app::App;
+use crate::page::dom;
+use crate::page::event::{Canvas, Event};
+use crate::page::queue::Events;
+use crate::view::draw::DrawList;
+use crate::view::frame::Frame;
+use crate::view::quality::Quality;
+use crate::view::render::{Made, Renderer};
+use jostle_game::scene::Plan;
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+use wasm_bindgen::JsValue;
+use web_sys::{HtmlCanvasElement, HtmlElement};
+
+/// Blending is specified on encoded values, so the format must not convert.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Device pixels a CSS pixel beyond which sharper drawing is not seen.
+const PIXEL_RATIO_MAX: f64 = 3.0;
+
+/// The canvas of the page.
+pub struct Stage {
+    events: Events,
+    graphics: Option<Graphics>,
+    quality: Quality,
+    /// All pixels are drawn, however long they take (`?sharp=1`).
+    sharp: bool,
+    /// Pictures are taken of what was drawn.
+    keep_pixels: bool,
+}
+
+impl Stage {
+    /// A canvas that nothing was drawn on.
+    pub fn new(events: Events, sharp: bool) -> Stage {
+        Stage { events, graphics: None, quality: Quality::default(), sharp, keep_pixels: false }
+    }
+
+    /// Forgets how fast the last screen was drawn.
+    pub fn reset(&mut self) {
+        self.quality = Quality::default();
+    }
+
+    /// Drops everything that was made with a lost context. The next frame makes it again.
+    pub fn drop_graphics(&mut self) {
+        self.graphics = None;
+    }
+
+    /// Everything that the graphics have made.
+    pub fn made(&self) -> Option<Made> {
+        self.graphics.as_ref().map(Graphics::made)
+    }
+
+    /// The canvas of the next frame, of which controls cover `bottom_css` pixels; `None` while nothing
+    /// can be drawn.
+    pub fn canvas(&mut self, app: &App, bottom_css: f32) -> Option<Canvas> {
+        if app.game().is_none() && app.replay().is_none() {
+            return None;
+        }
+        if self.graphics.is_none() {
+            self.set_up(app);
+        }
+        let still = match (app.game(), app.replay()) {
+            (Some(game), _) => game.is_frozen(),
+            (_, Some(replay)) => !replay.player.is_playing(),
+            _ => true,
+        };
+        // A still picture has the time to be sharp.
+        let full = still || self.sharp;
+        let share = if full { 1.0 } else { self.quality.frame(browser::now_ms()) };
+        let pixels = self.graphics.as_mut()?.fit(share)?;
+        let bottom = (bottom_css / css_per_pixel(pixels)) as u32;
+        app.graphics.lost_ms.is_none().then_some(Canvas { pixels, bottom })
+    }
+
+    fn set_up(&mut self, app: &App) {
+        self.keep_pixels |= app.game().is_some_and(|game| game.is_in_page());
+        if app.graphics.missing || app.graphics.lost_ms.is_some() {
+            return;
+        }
+        self.graphics = Graphics::new(self.keep_pixels);
+        if self.graphics.is_none() {
+            self.events.push(Event::GraphicsMissing);
+        }
+    }
+
+    /// Draws what has changed: `None` if nothing has, `false` if there was nothing to draw on.
+    pub fn draw(&mut self, app: &App) -> Option<bool> {
+        let picture = app.picture()?;
+        let graphics = self.graphics.as_mut()?;
+        graphics.prepare(&picture.replica.plan);
+        Some(graphics.draw(&picture.frame))
+    }
+}
+
+/// CSS pixels a device pixel.
+pub fn css_per_pixel(pixels: [u32; 2]) -> f32 {
+    let stage: HtmlElement = dom::by_id("stage");
+    stage.client_width() as f32 / pixels[0].max(1) as f32
+}
+
+/// Everything that draws.
+struct Graphics {
+    canvas: HtmlCanvasElement,
+    surface: wgpu::Surface<'static>,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    configuration: wgpu::SurfaceConfiguration,
+    renderer: Renderer,
+    list: DrawList,
+}
+
+impl Graphics {
+    /// Sets up drawing on the page's canvas; `None` without WebGL 2.
+    fn new(keep_pixels: bool) -> Option<Graphics> {
+        let canvas: HtmlCanvasElement = dom::by_id("stage");
+        claim_context(&canvas, keep_pixels)?;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::GL,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let surface = instance.create_surface(wgpu::SurfaceTarget::Canvas(canvas.clone())).ok()?;
+        let adapter = now(instance.request_adapter(&wgpu::RequestAdapterOptions {
+            compatible_surface: Some(&surface),
+            ..Default::default()
+        }))?
+        .ok()?;
+        let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
+        let (device, queue) = now(adapter.request_device(&wgpu::DeviceDescriptor {
+            required_limits: limits,
+            ..Default::default()
+        }))?
+        .ok()?;
+        let mut configuration = surface.get_default_config(&adapter, 1, 1)?;
+        configuration.format = FORMAT;
+        configuration.view_formats.clear();
+        let renderer = Renderer::new(&device, &queue, FORMAT);
+        Some(Graphics {
+            canvas,
+            surface,
+            device,
+            queue,
+            configuration,
+            renderer,
+            list: DrawList::default(),
+        })
+    }
+
+    /// Fits the drawing to the canvas's place on the page, with a share of its device pixels; the
+    /// size in pixels, or `None` while it has none.
+    fn fit(&mut self, share: f64) -> Option<[u32; 2]> {
+        let ratio = browser::window().device_pixel_ratio().clamp(0.5, PIXEL_RATIO_MAX) * share;
+        let side_max = f64::from(self.device.limits().max_texture_dimension_2d);
+        let pixels = |css: i32| (f64::from(css) * ratio).round().min(side_max) as u32;
+        let size = [pixels(self.canvas.client_width()), pixels(self.canvas.client_height())];
+        if size.contains(&0) {
+            return None;
+        }
+        if size != [self.configuration.width, self.configuration.height] {
+            [self.configuration.width, self.configuration.height] = size;
+            self.surface.configure(&self.device, &self.configuration);
+        }
+        Some(size)
+    }
+
+    /// Makes what a scene needs and is not there yet; what an earlier scene needed stays.
+    fn prepare(&mut self, plan: &Plan) {
+        self.renderer.prepare(&self.device, &self.queue, plan.into());
+    }
+
+    /// Everything made so far.
+    fn made(&self) -> Made {
+        self.renderer.made()
+    }
+
+    /// Draws one frame of the size that `fit` gave; `false` if there was nothing to draw on.
+    fn draw(&mut self, frame: &Frame) -> bool {
+        use wgpu::CurrentSurfaceTexture::{Suboptimal, Success};
+        let (Success(texture) | Suboptimal(texture)) = self.surface.get_current_texture() else {
+            return false;
+        };
+        let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        self.list.fill(frame);
+        let size = [self.configuration.width, self.configuration.height];
+        self.renderer.draw(&self.device, &self.queue, &view, size, &self.list);
+        self.queue.present(texture);
+        true
+    }
+}
+
+/// Makes the canvas's context with the attributes that wgpu does not ask for: it gets this one.
+fn claim_context(canvas: &HtmlCanvasElement, keep_pixels: bool) -> Option<()> {
+    let attributes = js_sys::Object::new();
+    let wanted = [
+        ("alpha", false),
+        ("antialias", false),
+        ("depth", false),
+        ("preserveDrawingBuffer", keep_pixels),
+    ];
+    for (name, value) in wanted {
+        js_sys::Reflect::set(&attributes, &name.into(), &JsValue::from_bool(value)).ok()?;
+    }
+    let context = canvas.get_context_with_context_options("webgl2", &attributes).ok()??;
+    context.is_object().then_some(())
+}
+
+/// The result of a future that is ready at once, as wgpu's are on WebGL.
+fn now<F: Future>(future: F) -> Option<F::Output> {
+    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(output) => Some(output),
+        Poll::Pending => None,
+    }
+}

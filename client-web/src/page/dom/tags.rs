@@ -1,0 +1,95 @@
+//! Name tags over heroes.
+
+use crate::page::dom;
+use crate::page::dom::players::color_of;
+use crate::view::frame::View;
+use crate::world::replica::Replica;
+use jostle_protocol::{Appearance, PlayerState};
+use jostle_sim::Vec2;
+use web_sys::HtmlElement;
+
+/// Name tags over heroes.
+#[derive(Default)]
+pub struct Tags {
+    tags: Vec<Tag>,
+}
+
+struct Tag {
+    element: HtmlElement,
+    appearance: Option<Appearance>,
+    own: bool,
+    size: [f32; 2],
+}
+
+impl Tags {
+    /// Puts a tag over every hero in view. Where two would overlap, the own one or
+    /// the first in seat order stays.
+    pub fn update(&mut self, replica: &Replica, view: &View, css_per_pixel: f32) {
+        let mut placed: Vec<[f32; 4]> = Vec::new();
+        let mut used = 0;
+        // The own tag comes first.
+        let own = |player: &&PlayerState| player.seat == replica.seat;
+        let players = replica.players();
+        let others = players.iter().filter(|player| !own(player));
+        for player in players.iter().filter(own).chain(others) {
+            let hero = player.hero.and_then(|id| replica.bodies().iter().find(|b| b.id == id));
+            let Some(hero) = hero else { continue };
+            let tag = self.take(used, &player.appearance, own(&player));
+            used += 1;
+            let above = hero.center + Vec2::new(0.0, hero.shape.half_extent().y);
+            let at = view.to_pixel(above) * css_per_pixel;
+            let [width, height] = tag.size;
+            let left = (at.x - width * 0.5).round();
+            let top = (at.y - height - 6.0).round();
+            let rect = [left, top, left + width, top + height];
+            let free = !placed.iter().any(|other| overlap(&rect, other));
+            let seen = free && in_view(&rect, view, css_per_pixel);
+            if seen {
+                placed.push(rect);
+                let transform = format!("translate({left}px, {top}px)");
+                dom::style(&tag.element, "transform", &transform);
+            }
+            dom::style(&tag.element, "opacity", if seen { "1" } else { "0" });
+        }
+        for tag in &mut self.tags[used..] {
+            dom::style(&tag.element, "opacity", "0");
+        }
+    }
+
+    /// Removes all tags.
+    pub fn clear(&mut self) {
+        for tag in self.tags.drain(..) {
+            tag.element.remove();
+        }
+    }
+
+    fn take(&mut self, index: usize, appearance: &Appearance, own: bool) -> &mut Tag {
+        if index == self.tags.len() {
+            let element = dom::element("div", "tag");
+            dom::set(&element, "dir", "auto");
+            dom::append(&dom::by_id::<HtmlElement>("tags"), &element);
+            self.tags.push(Tag { element, appearance: None, own: false, size: [0.0; 2] });
+        }
+        let tag = &mut self.tags[index];
+        if tag.appearance.as_ref() != Some(appearance) || tag.own != own {
+            let _ = tag.element.class_list().toggle_with_force("own", own);
+            tag.own = own;
+            dom::set_text(&tag.element, &appearance.name);
+            dom::style(&tag.element, "--color", &color_of(appearance));
+            let size = [tag.element.offset_width(), tag.element.offset_height()];
+            tag.size = size.map(|pixels| pixels as f32);
+            tag.appearance = Some(appearance.clone());
+        }
+        tag
+    }
+}
+
+fn overlap(a: &[f32; 4], b: &[f32; 4]) -> bool {
+    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
+}
+
+fn in_view(rect: &[f32; 4], view: &View, css_per_pixel: f32) -> bool {
+    let width = view.pixels[0] as f32 * css_per_pixel;
+    let height = view.pixels[1] as f32 * css_per_pixel;
+    rect[0] < width && rect[2] > 0.0 && rect[1] > -4.0 && rect[3] < height
+}

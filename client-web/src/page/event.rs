@@ -1,0 +1,277 @@
+//! The page's two vocabularies: an [`Event`] is anything the browser, the network or the player does;
+//! an [`Effect`] is anything the page asks of the browser. Between them stands `App::update`.
+
+use crate::net::api::Request;
+use crate::net::report::{Fetched, SocketEvent};
+use crate::net::simulated_link::NetworkConditions;
+use jostle_game::{Buttons, Seat};
+use jostle_protocol::replay::ReplayError;
+use jostle_sim::Vec2;
+
+/// The part of the page's address that selects a screen.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Address {
+    /// From the first slash on.
+    pub path: String,
+    /// From `?` on, or empty.
+    pub query: String,
+    /// From `#` on, or empty.
+    pub hash: String,
+}
+
+/// The canvas of a frame, in device pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Canvas {
+    /// Width and height, neither zero.
+    pub pixels: [u32; 2],
+    /// The part at the bottom that controls cover.
+    pub bottom: u32,
+}
+
+/// A key that went down or up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Key {
+    /// Its place on the keyboard (`KeyboardEvent.code`).
+    pub code: String,
+    /// Its letter (`KeyboardEvent.key`).
+    pub letter: String,
+    /// The keyboard repeats it.
+    pub repeat: bool,
+    /// Ctrl, Meta or Alt is held: the system may take the release.
+    pub modified: bool,
+    /// The kind of element that has the focus.
+    pub focus: Focus,
+}
+
+/// The kind of element that has the focus when a key goes down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Focus {
+    /// A field, slider, checkbox or radio button.
+    Field,
+    /// A button or link.
+    Button,
+    /// Anything else, usually the canvas.
+    Elsewhere,
+}
+
+/// A change of a pointer over the canvas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pointer {
+    /// The kind of change.
+    pub change: PointerChange,
+    /// The browser's number of the pointer.
+    pub id: i32,
+    /// It is a finger.
+    pub touch: bool,
+    /// Position on the canvas, CSS pixels.
+    pub at: Vec2,
+    /// Size of the canvas, CSS pixels.
+    pub canvas: Vec2,
+    /// The primary or secondary button changed (0, 2), another did, or none (-1).
+    pub button: i16,
+    /// The primary or secondary button is down.
+    pub pressed: bool,
+}
+
+/// Kinds of pointer changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointerChange {
+    /// A finger or the first button went down.
+    Down,
+    /// It moved, or a further button changed.
+    Moved,
+    /// A finger or the last button went up.
+    Up,
+    /// The mouse left the canvas.
+    Left,
+}
+
+/// Buttons of the page that need no further data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// Leaves the game or replay.
+    Leave,
+    /// Copies the link.
+    Copy,
+    /// Opens or closes the help.
+    Help,
+    /// Closes the room, after a question.
+    CloseRoom,
+    /// Confirms the question.
+    Confirm,
+    /// Cancels the question.
+    Cancel,
+    /// First button of the notice.
+    Notice,
+    /// Second button of the notice.
+    NoticeOther,
+    /// Opens or closes the network panel.
+    Network,
+    /// Chooses a replay file.
+    OpenFile,
+}
+
+/// Commands to a replay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReplayCommand {
+    /// Plays or pauses.
+    Toggle,
+    /// Pauses this many ticks from here.
+    Step(i64),
+    /// Skips this many ticks.
+    Skip(i64),
+    /// Goes to a tick.
+    Seek(u32),
+    /// Pauses and goes to a tick.
+    PauseAt(u32),
+    /// Goes to the first tick.
+    Start,
+    /// Goes to the last tick.
+    End,
+    /// Chooses the nearest speed.
+    Speed(f64),
+    /// Chooses the next higher speed.
+    Faster,
+    /// Chooses the next lower speed.
+    Slower,
+    /// Follows a player, or stops following this one.
+    Follow(Seat),
+    /// The same for the player at this place in the list.
+    FollowNth(usize),
+    /// Shows the whole world.
+    FollowNone,
+    /// Shows or hides the outlines of bodies.
+    ToggleBounds,
+}
+
+/// The lobby's form.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Form {
+    /// The name as typed.
+    pub name: String,
+    /// The chosen colour.
+    pub color: u8,
+    /// New rooms are to be private.
+    pub private: bool,
+}
+
+/// Anything that happens to the page.
+#[derive(Debug, PartialEq)]
+pub enum Event {
+    /// The address changed by the browser's buttons, or the page was opened.
+    Navigated(Address),
+    /// A fifth of a second passed.
+    Pulse {
+        /// The page is hidden.
+        hidden: bool,
+    },
+    /// The browser wants a frame; no canvas while nothing can be drawn.
+    Frame(Option<Canvas>),
+    /// The frame was drawn, or could not be.
+    Drawn(bool),
+    /// The network is back.
+    Online,
+    /// The page lost the focus: releases of keys and buttons may not arrive.
+    FocusLost,
+    /// A key went down.
+    KeyDown(Key),
+    /// A key went up.
+    KeyUp(Key),
+    /// A pointer over the canvas changed.
+    Pointer(Pointer),
+    /// A tool button of the touch screen was chosen for the next touch.
+    ToolArmed(Buttons),
+    /// A tool button of the touch screen went down or up.
+    ToolPressed(Buttons, bool),
+    /// A button of the page was pressed.
+    Clicked(Control),
+    /// The canvas was clicked.
+    StageClicked,
+    /// The button that removes a player was pressed.
+    KickClicked(Seat),
+    /// Name or colour changed.
+    FormChanged(Form),
+    /// Play was pressed.
+    PlayClicked(Form),
+    /// A scene's card was pressed.
+    SceneClicked(String, Form),
+    /// A link to a word of this server was followed.
+    LinkFollowed(String),
+    /// The socket of a session changed.
+    Socket(u32, SocketEvent),
+    /// The connection is to be closed as a broken network would.
+    ConnectionCut,
+    /// The server answered a request, or did not.
+    Answered(Request, Option<String>),
+    /// A replay came from the server, or did not.
+    ReplayFetched(String, Fetched),
+    /// A replay file of this machine was read, or could not be.
+    ReplayRead(String, Result<Vec<u8>, ReplayError>),
+    /// A file is dragged over the page.
+    FileDragged,
+    /// The link was copied, or could not be.
+    Copied(bool),
+    /// The copy button shows its own label again.
+    CopyShown,
+    /// The browser cannot draw the game.
+    GraphicsMissing,
+    /// The browser took the drawing context.
+    ContextLost,
+    /// The browser gave the drawing context back.
+    ContextRestored,
+    /// The replay's controls were used.
+    Replay(ReplayCommand),
+    /// Prediction was switched on or off.
+    PredictionChosen(bool),
+    /// A simulated network was chosen.
+    ConditionsChosen(NetworkConditions),
+}
+
+/// Anything the page asks of the browser.
+#[derive(Debug, PartialEq)]
+pub enum Effect {
+    /// The browser is not to act on the DOM event that caused this.
+    PreventDefault,
+    /// A dragged file would be taken, or would not.
+    OfferDrop(bool),
+    /// The address becomes this path.
+    PushAddress(String),
+    /// Loads the page again.
+    Reload,
+    /// Lets the player choose a replay file.
+    ChooseFile,
+    /// Copies the page's address.
+    CopyAddress,
+    /// Gives the keyboard focus to the canvas.
+    FocusStage,
+    /// Opens the socket of a session in place of any other.
+    Connect {
+        /// Path of the room.
+        path: String,
+        /// Number of the session.
+        session: u32,
+    },
+    /// Sends a message if the socket is open.
+    Send(Vec<u8>),
+    /// Closes the socket.
+    Disconnect {
+        /// The player leaves on purpose, which the server can tell from a broken connection.
+        leaving: bool,
+    },
+    /// Sets the simulated network.
+    SetConditions(NetworkConditions),
+    /// Calls the server.
+    Request(Request),
+    /// Fetches a replay by its name.
+    FetchReplay(String),
+    /// Remembers a value for later visits.
+    StoreLocal(&'static str, String),
+    /// Remembers a value for this tab, or forgets it.
+    StoreSession(String, Option<String>),
+    /// Drops everything that was made with the lost drawing context.
+    DropGraphics,
+    /// Delivers an event later.
+    After(i32, Event),
+    /// Writes a line for developers.
+    Warn(String),
+}

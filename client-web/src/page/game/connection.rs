@@ -1,0 +1,175 @@
+//! The connection of a game to its room: how it is opened, lost, tried again and ended. A room in the page is
+//! always there.
+
+use super::GameScreen;
+use super::link::Link;
+use super::status::State;
+use crate::net::report::SocketEvent;
+use crate::page::context::{Context, Secret};
+use crate::page::event::Effect;
+use crate::page::strings::{self, Notice};
+use jostle_protocol::Refusal;
+
+/// Silence after which a socket is given up, milliseconds.
+const SILENCE_MS: f64 = 6000.0;
+/// Close code of a connection that broke (RFC 6455).
+const BROKEN: u16 = 1006;
+
+impl GameScreen {
+    /// Opens a new socket in place of the old one.
+    pub fn connect(&mut self, ctx: &mut Context) {
+        let Link::Server(connection) = &mut self.link else { return };
+        connection.session = ctx.next_number();
+        connection.open = true;
+        connection.opened_ms = ctx.now_ms;
+        let path = format!("/{}", self.code);
+        ctx.request(Effect::Connect { path, session: connection.session });
+        self.status.notice = None;
+        if self.status.state == State::Refused {
+            self.status.state = State::Connecting;
+        }
+    }
+
+    /// Handles an event of the socket of a session; older sockets are ignored.
+    pub fn on_socket(&mut self, ctx: &mut Context, session: u32, event: SocketEvent) {
+        let Link::Server(connection) = &mut self.link else { return };
+        if connection.session != session || !connection.open {
+            return;
+        }
+        match event {
+            SocketEvent::Opened => self.hello(ctx),
+            SocketEvent::Message(bytes) => {
+                self.receive(ctx, &bytes);
+                self.keep_up_unseen(ctx);
+            }
+            SocketEvent::Closed { code } => {
+                connection.open = false;
+                self.closed(ctx, code);
+            }
+        }
+    }
+
+    /// Closes the socket as a broken network would; the page then reconnects.
+    pub fn drop_socket(&mut self, ctx: &mut Context) {
+        let Link::Server(connection) = &mut self.link else { return };
+        if std::mem::take(&mut connection.open) {
+            ctx.request(Effect::Disconnect { leaving: false });
+            self.closed(ctx, BROKEN);
+        }
+    }
+
+    /// Gives the seat up: the player left on purpose.
+    pub fn leave(self, ctx: &mut Context) {
+        if let Link::Server(_) = self.link {
+            ctx.set_secret(Secret::Seat, &self.code, None);
+            ctx.request(Effect::Disconnect { leaving: true });
+        }
+    }
+
+    /// Ends the session as the server demands: for good, or until the cause has passed.
+    pub(super) fn end(&mut self, ctx: &mut Context, refusal: Refusal) {
+        if refusal == Refusal::BadToken {
+            return self.join_again(ctx);
+        }
+        self.forget(ctx, refusal);
+        let known_room = self.status.joined_ms.is_some();
+        let notice = match refusal {
+            Refusal::NoSuchRoom if known_room => Some(strings::ROOM_GONE),
+            Refusal::RoomClosed if self.status.closes => Some(strings::CLOSED_BY_YOU),
+            _ => strings::refused(refusal),
+        };
+        let Some(notice) = notice else {
+            self.status.restarting = true;
+            return self.drop_socket(ctx);
+        };
+        self.status.notice = Some(notice);
+        self.status.state = State::Refused;
+        self.status.closing_ms = None;
+    }
+
+    /// Forgets the secrets that a refusal makes worthless.
+    fn forget(&self, ctx: &mut Context, refusal: Refusal) {
+        if matches!(refusal, Refusal::Kicked | Refusal::RoomClosed) {
+            ctx.set_secret(Secret::Seat, &self.code, None);
+        }
+        if matches!(refusal, Refusal::NoSuchRoom | Refusal::RoomClosed) {
+            ctx.set_secret(Secret::Host, &self.code, None);
+        }
+    }
+
+    /// The seat is lost to this page: it silently asks for another at once.
+    fn join_again(&mut self, ctx: &mut Context) {
+        ctx.set_secret(Secret::Seat, &self.code, None);
+        if let Link::Server(connection) = &mut self.link {
+            connection.open = false;
+            connection.backoff.lost(ctx.now_ms, 0.0);
+            connection.backoff.hurry();
+            ctx.request(Effect::Disconnect { leaving: false });
+        }
+    }
+
+    fn closed(&mut self, ctx: &mut Context, code: u16) {
+        if let Link::Server(connection) = &mut self.link {
+            connection.unproven_ms = None;
+        }
+        if self.status.state == State::Refused {
+            return;
+        }
+        if let Some(refusal) = strings::refusal_of_close(code) {
+            return self.end(ctx, refusal);
+        }
+        if self.status.state == State::Playing {
+            self.status.state = State::Reconnecting;
+        }
+        // A server that announced it did close, even if its last message was lost.
+        self.status.restarting |= self.status.closing_ms.take().is_some();
+        self.controls.release();
+        if let Link::Server(connection) = &mut self.link {
+            connection.backoff.lost(ctx.now_ms, ctx.random());
+        }
+    }
+
+    /// The notice to show while the page reconnects.
+    pub fn loss(&self) -> Notice {
+        if self.status.restarting { strings::RESTARTING } else { strings::RECONNECTING }
+    }
+
+    /// Attempts since the last good connection.
+    pub fn attempts(&self) -> u32 {
+        match &self.link {
+            Link::Server(connection) => connection.backoff.attempts(),
+            Link::InPage(_) => 0,
+        }
+    }
+
+    /// Gives up a silent socket, and opens a new one when that is due.
+    pub fn keep_connected(&mut self, ctx: &mut Context) {
+        if self.status.state == State::Refused {
+            return;
+        }
+        // A link that died silently never reports its end.
+        if self.silence_ms(ctx.now_ms) > SILENCE_MS {
+            self.drop_socket(ctx);
+        }
+        if let Link::Server(connection) = &mut self.link
+            && connection.backoff.due(ctx.now_ms)
+        {
+            self.connect(ctx);
+        }
+    }
+
+    /// Milliseconds since the other end was last heard, or the socket was opened.
+    fn silence_ms(&self, now_ms: f64) -> f64 {
+        match &self.link {
+            Link::Server(connection) => now_ms - connection.heard_ms.max(connection.opened_ms),
+            Link::InPage(_) => 0.0,
+        }
+    }
+
+    /// Stops waiting for the next attempt: the network is back, or the player asked.
+    pub fn hurry(&mut self) {
+        if let Link::Server(connection) = &mut self.link {
+            connection.backoff.hurry();
+        }
+    }
+}

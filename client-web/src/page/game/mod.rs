@@ -1,0 +1,213 @@
+//! One game on the page: the link to its room, the copy of the room, time, input and view. It decides
+//! nothing about the world; it turns messages into frames and input into messages.
+
+mod connection;
+pub mod link;
+pub mod membership;
+mod receive;
+mod send;
+pub mod status;
+
+use crate::input::keys::Controls;
+use crate::net::meter::Meter;
+use crate::page::context::Context;
+use crate::page::event::Canvas;
+use crate::view::camera::Target;
+use crate::view::frame::{Frame, View};
+use crate::world::replica::{Eye, Replica};
+use crate::world::room_in_page::RoomInPage;
+use jostle_protocol::Appearance;
+use jostle_sim::TICKS_PER_SECOND;
+use link::{Connection, Link};
+use membership::{GameView, Membership};
+use status::{State, Status};
+
+/// Without a frame for this long the page is hidden: messages move the display then.
+const UNSEEN_MS: f64 = 500.0;
+
+/// One game.
+pub struct GameScreen {
+    /// The word in the room's link.
+    pub code: String,
+    /// Keys, pointer and thumbs.
+    pub controls: Controls,
+    /// Measurements of the connection and of drawing.
+    pub meter: Meter,
+    /// The stage that it is at.
+    pub status: Status,
+    /// The seat, once there was a welcome.
+    pub membership: Option<Membership>,
+    view: GameView,
+    appearance: Appearance,
+    link: Link,
+    pinged_ms: f64,
+}
+
+impl GameScreen {
+    /// A game in a room of the server.
+    pub fn join(ctx: &mut Context, code: &str, appearance: Appearance) -> GameScreen {
+        let heard_ms = ctx.now_ms;
+        let link = Link::Server(Connection { heard_ms, ..Connection::default() });
+        let mut game = GameScreen::new(ctx, code, appearance, link);
+        game.connect(ctx);
+        game
+    }
+
+    /// A game in a room of the page.
+    pub fn in_page(ctx: &mut Context, room: RoomInPage, appearance: Appearance) -> GameScreen {
+        let mut game = GameScreen::new(ctx, "demo", appearance, Link::InPage(Box::new(room)));
+        game.hello(ctx);
+        game
+    }
+
+    fn new(ctx: &Context, code: &str, appearance: Appearance, link: Link) -> GameScreen {
+        GameScreen {
+            code: code.to_owned(),
+            controls: Controls::default(),
+            meter: Meter::default(),
+            status: Status::default(),
+            membership: None,
+            view: GameView::new(ctx.now_ms),
+            appearance,
+            link,
+            pinged_ms: ctx.now_ms,
+        }
+    }
+
+    /// The copy of the room, once there is one.
+    pub fn replica(&self) -> Option<&Replica> {
+        self.membership.as_ref().map(|membership| &membership.replica)
+    }
+
+    /// The view of the last frame.
+    pub fn view(&self) -> &View {
+        &self.view.view
+    }
+
+    /// Whether the room is in the page.
+    pub fn is_in_page(&self) -> bool {
+        matches!(self.link, Link::InPage(_))
+    }
+
+    /// Whether it stands still for a picture.
+    pub fn is_frozen(&self) -> bool {
+        self.status.state == State::Frozen
+    }
+
+    /// Digest of the whole state of a room in the page.
+    pub fn state_hash(&self) -> Option<u64> {
+        match &self.link {
+            Link::Server(_) => None,
+            Link::InPage(room) => Some(room.state_hash()),
+        }
+    }
+
+    /// Bars of the signal mark, 0..=4.
+    pub fn bars(&self, now_ms: f64) -> u8 {
+        match (&self.link, self.status.state) {
+            (Link::Server(connection), State::Playing) => {
+                self.meter.bars(now_ms - connection.heard_ms)
+            }
+            (Link::InPage(_), State::Playing | State::Frozen) => 4,
+            _ => 0,
+        }
+    }
+
+    /// Browsers stop the frames of a hidden page but not its messages: these keep the copy new, the
+    /// pings going, and the way back short.
+    fn keep_up_unseen(&mut self, ctx: &mut Context) {
+        if ctx.now_ms - self.view.framed_ms < UNSEEN_MS {
+            return;
+        }
+        self.send_due(ctx);
+        self.move_display(ctx.now_ms);
+    }
+
+    fn move_display(&mut self, now_ms: f64) {
+        let eye = self.view.eye(&self.controls, self.replica());
+        if let Some(membership) = &mut self.membership {
+            membership.move_display(now_ms, eye);
+        }
+    }
+
+    /// Switches prediction on or off. A room in the page needs none.
+    pub fn set_prediction(&mut self, on: bool) {
+        let on = on && !self.is_in_page();
+        if let Some(membership) = &mut self.membership {
+            membership.set_prediction(on);
+        }
+    }
+
+    /// Shows or hides the outlines of bodies.
+    pub fn toggle_bounds(&mut self) {
+        self.view.bounds_toggled = !self.view.bounds_toggled;
+    }
+
+    /// Brings everything to the present on a canvas: room in the page, display, camera, input.
+    pub fn advance(&mut self, ctx: &mut Context, canvas: Option<Canvas>) {
+        let now_ms = ctx.now_ms;
+        let elapsed_s = ((now_ms - self.view.framed_ms) / 1000.0).clamp(0.0, 0.25) as f32;
+        self.view.framed_ms = now_ms;
+        if !self.is_frozen() {
+            if let Link::InPage(room) = &mut self.link {
+                room.advance(now_ms);
+            }
+            self.receive_in_page(ctx);
+            self.move_display(now_ms);
+        }
+        if let Some(Canvas { pixels, bottom }) = canvas {
+            let replica = self.membership.as_ref().map(|membership| &membership.replica);
+            self.view.aim(replica, Target { pixels, hero: None, bottom, elapsed_s });
+        }
+        self.send_due(ctx);
+    }
+
+    fn receive_in_page(&mut self, ctx: &mut Context) {
+        let Link::InPage(room) = &mut self.link else { return };
+        for bytes in room.take() {
+            self.receive(ctx, &bytes);
+        }
+    }
+
+    /// Plays a scripted demo to its end as fast as possible, and stands still there.
+    pub fn freeze_at(&mut self, ctx: &mut Context, ticks: u32) {
+        self.receive_in_page(ctx);
+        for _ in 0..ticks.max(1) {
+            let Link::InPage(room) = &mut self.link else { return };
+            room.tick();
+            self.receive_in_page(ctx);
+            let eye = Eye { pointer: None, bounds: self.view.bounds(self.replica()) };
+            if let Some(Membership { replica, .. }) = &mut self.membership
+                && let Some(tick) = replica.newest().map(|snapshot| snapshot.tick)
+            {
+                replica.advance(f64::from(tick), eye);
+            }
+        }
+        self.status.state = State::Frozen;
+    }
+
+    /// The frame to draw now, or `None` before the first snapshot. `time` is the page's age in seconds.
+    pub fn frame(&self, time: f32, calm: bool) -> Option<Frame<'_>> {
+        let membership = self.membership.as_ref()?;
+        let replica = &membership.replica;
+        replica.newest()?;
+        let frozen = self.is_frozen();
+        let tick_s = (replica.display() / f64::from(TICKS_PER_SECOND)) as f32;
+        Some(Frame {
+            view: self.view.view,
+            world_size: replica.scene.size,
+            bodies: replica.bodies(),
+            particles: replica.particles(),
+            recipes: &replica.scene.recipes,
+            particle_lead: if frozen { 0.0 } else { replica.particle_lead() },
+            effects: replica.effects(),
+            time: if frozen { tick_s } else { time },
+            bounds: self.view.bounds(Some(replica)),
+            calm,
+            own_seat: Some(replica.seat),
+            pointer: if frozen { None } else { self.controls.pointer(&self.view.view) },
+            copy: membership.copy,
+            dimmed: !matches!(self.status.state, State::Playing | State::Frozen),
+        })
+    }
+}

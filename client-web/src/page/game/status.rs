@@ -1,0 +1,53 @@
+//! The stage that a game is at, and everything the page says about it besides the world itself.
+
+use crate::page::strings::Notice;
+
+/// The stage that a game is at, as `data-state` names it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum State {
+    /// Waiting for the first seat.
+    #[default]
+    Connecting,
+    /// Seated.
+    Playing,
+    /// The socket was lost; the world stays on view.
+    Reconnecting,
+    /// The session ended; a notice says why.
+    Refused,
+    /// A scripted demo stands still.
+    Frozen,
+}
+
+impl State {
+    /// The value of `data-state`.
+    pub fn name(self) -> &'static str {
+        match self {
+            State::Connecting => "connecting",
+            State::Playing => "playing",
+            State::Reconnecting => "reconnecting",
+            State::Refused => "refused",
+            State::Frozen => "frozen",
+        }
+    }
+}
+
+/// The status of a game.
+#[derive(Clone, Debug, Default)]
+pub struct Status {
+    /// The stage.
+    pub state: State,
+    /// Why the session ended, if it did.
+    pub notice: Option<Notice>,
+    /// When the first seat was taken.
+    pub joined_ms: Option<f64>,
+    /// When the server will close.
+    pub closing_ms: Option<f64>,
+    /// The server closed, and is tried until it is back.
+    pub restarting: bool,
+    /// The server took this page for the room's host.
+    pub host: bool,
+    /// The player closed the room.
+    pub closes: bool,
+    /// When the room last denied what only a host may ask for.
+    pub denied_ms: Option<f64>,
+}

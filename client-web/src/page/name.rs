@@ -1,0 +1,90 @@
+//! Names as they are typed: cut to the length that the protocol allows, but never inside a character
+//! as people see it. `Appearance::new` alone judges the content of a name.
+
+use jostle_protocol::limits::{NAME_BYTES_MAX, NAME_CHARS_MAX};
+
+/// The beginning of `text` that fits a name, for the field while it is typed in. Text that is short
+/// enough stays as it is: a joiner at its end may be waiting for the next letter.
+pub fn fit(text: &str) -> &str {
+    let fits = |(count, (at, c)): &(usize, (usize, char))| {
+        *count < NAME_CHARS_MAX && at + c.len_utf8() <= NAME_BYTES_MAX
+    };
+    let within = text.char_indices().enumerate().take_while(fits).last();
+    let end = within.map_or(0, |(_, (at, c))| at + c.len_utf8());
+    let (kept, rest) = text.split_at(end);
+    if rest.is_empty() {
+        return text;
+    }
+    // Two regional indicators are one flag.
+    let indicators = kept.chars().rev().take_while(|&c| is_regional(c)).count();
+    let half_flag = indicators % 2 == 1 && rest.starts_with(is_regional);
+    let kept = kept.strip_suffix(is_regional).filter(|_| half_flag).unwrap_or(kept);
+    kept.trim_end_matches(is_dangling)
+}
+
+/// The name that a field holds: [`fit`], without joiners and halves of characters at its end.
+pub fn finished(text: &str) -> &str {
+    fit(text).trim_end_matches(|c: char| c.is_whitespace() || is_dangling(c))
+}
+
+fn is_regional(character: char) -> bool {
+    matches!(character, '\u{1f1e6}'..='\u{1f1ff}')
+}
+
+/// Says something about the character that comes next only, or is a tag of a flag whose last tag
+/// (U+E007F) is missing, or was half of a character already when it got here.
+fn is_dangling(character: char) -> bool {
+    matches!(character, '\u{200c}' | '\u{200d}' | '\u{e0020}'..='\u{e007e}' | '\u{fffd}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jostle_protocol::Appearance;
+
+    const FAMILY: &str = "\u{1f469}\u{200d}\u{1f469}\u{200d}\u{1f467}";
+    const ENGLAND: &str = "\u{1f3f4}\u{e0067}\u{e0062}\u{e0065}\u{e006e}\u{e0067}\u{e007f}";
+
+    #[test]
+    fn what_fits_stays_as_it_is_typed() {
+        let long = "x".repeat(NAME_CHARS_MAX);
+        for text in ["", "Ann ", "\u{645}\u{6cc}\u{200c}", FAMILY, ENGLAND, &long] {
+            assert_eq!(fit(text), text);
+        }
+    }
+
+    #[test]
+    fn characters_are_counted_not_their_halves() {
+        assert_eq!(fit(&"\u{fc}".repeat(30)), "\u{fc}".repeat(NAME_CHARS_MAX));
+        assert_eq!(fit(&"\u{1f642}".repeat(30)), "\u{1f642}".repeat(NAME_BYTES_MAX / 4));
+    }
+
+    #[test]
+    fn no_cut_leaves_a_part_that_cannot_be_seen() {
+        let after = |count: usize, tail: &str| fit(&("x".repeat(count) + tail)).to_owned();
+        // The family's second joiner is the 20th character.
+        assert_eq!(after(16, FAMILY), "x".repeat(16) + "\u{1f469}\u{200d}\u{1f469}");
+        assert_eq!(after(16, ENGLAND), "x".repeat(16) + "\u{1f3f4}");
+        let flags = "\u{1f1eb}\u{1f1ee}\u{1f1f8}\u{1f1ea}";
+        assert_eq!(after(17, flags), "x".repeat(17) + "\u{1f1eb}\u{1f1ee}");
+        assert_eq!(after(18, flags), "x".repeat(18) + "\u{1f1eb}\u{1f1ee}");
+        assert_eq!(after(19, flags), "x".repeat(19));
+    }
+
+    #[test]
+    fn a_finished_name_ends_with_something_to_see() {
+        for tail in ["\u{200d}", " \u{200c} ", "\u{fffd}", "\u{200d}\u{fffd}"] {
+            assert_eq!(finished(&format!("Ann{tail}")), "Ann");
+        }
+        assert_eq!(finished(ENGLAND), ENGLAND);
+        assert_eq!(finished(" \u{200d} "), "");
+    }
+
+    #[test]
+    fn whatever_is_typed_the_name_is_not_too_long() {
+        for text in ["x", "\u{fc}", FAMILY, ENGLAND, "\u{1f1eb}\u{1f1ee}", "a \u{301}"] {
+            let name = finished(&text.repeat(40)).to_owned();
+            assert!(Appearance::new(&name, 0).is_ok(), "{name:?}");
+        }
+    }
+}

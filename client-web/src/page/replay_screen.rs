@@ -1,0 +1,224 @@
+//! A replay on the page: fetched or dropped, then played with a camera of its own. No server is needed
+//! once its bytes are here.
+
+use crate::net::meter::Meter;
+use crate::page::event::{Canvas, ReplayCommand};
+use crate::page::strings::{self, Notice};
+use crate::replay::player::{ReplayPlayer, SPEEDS};
+use crate::view::camera::Camera;
+use crate::view::frame::{Frame, View};
+use jostle_game::Seat;
+use jostle_protocol::replay::{Ending, Problem};
+use jostle_sim::Vec2;
+
+/// Time that a frame may take to continue a seek, milliseconds.
+const SEEK_MS: f64 = 11.0;
+/// Time that a frame may take to play, milliseconds; past it the replay runs slower.
+const PLAY_MS: f64 = 12.0;
+/// Time that a frame may take to compare hashes ahead of the playhead, milliseconds.
+const AHEAD_MS: f64 = 3.0;
+/// The same while the replay stands still.
+const AHEAD_STILL_MS: f64 = 8.0;
+/// A frame that came later than this ended a pause in which the page was hidden, seconds.
+const FRAME_S_MAX: f64 = 0.25;
+
+/// The stages of a replay that the page was asked for.
+pub enum ReplayScreen {
+    /// It is on its way.
+    Fetching(String),
+    /// It did not come; a card says why.
+    Failed,
+    /// It is being watched.
+    On(Box<OpenReplay>),
+}
+
+/// A replay that is being watched.
+pub struct OpenReplay {
+    /// The replay.
+    pub player: ReplayPlayer,
+    /// Its name on the server, if it came from there.
+    pub name: Option<String>,
+    /// The name of its file, if it did not.
+    pub file: String,
+    /// Measurements of drawing.
+    pub meter: Meter,
+    camera: Camera,
+    /// The subject of the camera, and the last jump that it saw.
+    aimed: (Option<Seat>, bool, u32),
+    view: View,
+    framed_ms: f64,
+    drawn: Option<Drawn>,
+    /// Jumps after which the news was read.
+    news_jumps: u32,
+}
+
+/// Everything that a drawn frame depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Drawn {
+    playhead: f64,
+    jumps: u32,
+    view: View,
+    bounds: bool,
+    followed: Option<Seat>,
+}
+
+/// The time that a frame may take.
+pub struct Budget {
+    /// The clock.
+    pub clock: fn() -> f64,
+    /// The replay may play on: no card is open that must be read first.
+    pub plays: bool,
+}
+
+impl Budget {
+    /// A function that is `true` for this many milliseconds.
+    fn within(&self, milliseconds: f64) -> impl FnMut() -> bool + use<> {
+        let (clock, end) = (self.clock, (self.clock)() + milliseconds);
+        move || clock() < end
+    }
+}
+
+impl OpenReplay {
+    /// Starts to play a replay.
+    pub fn new(mut player: ReplayPlayer, name: Option<String>, file: String, now_ms: f64) -> Self {
+        player.play();
+        OpenReplay {
+            camera: player.camera(),
+            aimed: (None, false, 0),
+            name,
+            file,
+            meter: Meter::default(),
+            view: View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] },
+            framed_ms: now_ms,
+            drawn: None,
+            news_jumps: 0,
+            player,
+        }
+    }
+
+    /// The view of the last frame.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// Brings replay and camera to `now_ms`.
+    pub fn advance(&mut self, now_ms: f64, canvas: Option<Canvas>, budget: &Budget) {
+        let elapsed_s = ((now_ms - self.framed_ms) / 1000.0).clamp(0.0, FRAME_S_MAX);
+        self.framed_ms = now_ms;
+        if self.player.is_seeking() {
+            self.player.work(budget.within(SEEK_MS));
+        } else {
+            if budget.plays {
+                self.player.advance(elapsed_s, budget.within(PLAY_MS));
+            }
+            let ahead_ms = if self.player.is_playing() { AHEAD_MS } else { AHEAD_STILL_MS };
+            self.player.look_ahead(budget.within(ahead_ms));
+        }
+        if let Some(canvas) = canvas {
+            self.aim(canvas, elapsed_s as f32);
+        }
+    }
+
+    fn aim(&mut self, canvas: Canvas, elapsed_s: f32) {
+        let there = self.player.followed_hero().is_some();
+        let aimed = (self.player.followed(), there, self.player.jumps());
+        if self.aimed != aimed {
+            self.aimed = aimed;
+            self.camera = self.player.camera();
+        }
+        let Canvas { pixels, bottom } = canvas;
+        // The camera keeps up with the replay's speed.
+        let elapsed_s = elapsed_s * self.player.speed().max(1.0) as f32;
+        self.view = self.player.view(&mut self.camera, pixels, bottom, elapsed_s);
+    }
+
+    /// The frame to draw, unless it is the one drawn last.
+    pub fn frame(&self, calm: bool) -> Option<Frame<'_>> {
+        let changed = self.drawn != Some(self.shown());
+        changed.then(|| Frame { calm, ..self.player.frame(self.view) })
+    }
+
+    fn shown(&self) -> Drawn {
+        Drawn {
+            playhead: self.player.playhead(),
+            jumps: self.player.jumps(),
+            view: self.view,
+            bounds: self.player.bounds(),
+            followed: self.player.followed(),
+        }
+    }
+
+    /// The frame was drawn.
+    pub fn note_drawn(&mut self) {
+        self.drawn = Some(self.shown());
+    }
+
+    /// The drawn frame is gone.
+    pub fn forget_drawn(&mut self) {
+        self.drawn = None;
+    }
+
+    /// Whether the playhead jumped since the last call: news from before is of no interest then.
+    pub fn has_jumped(&mut self) -> bool {
+        std::mem::replace(&mut self.news_jumps, self.player.jumps()) != self.player.jumps()
+    }
+
+    /// Carries out a command.
+    pub fn command(&mut self, command: ReplayCommand) {
+        let player = &mut self.player;
+        match command {
+            ReplayCommand::Toggle if player.is_playing() => player.pause(),
+            ReplayCommand::Toggle => player.play(),
+            ReplayCommand::Step(ticks) => {
+                player.pause();
+                skip(player, ticks);
+            }
+            ReplayCommand::Skip(ticks) => skip(player, ticks),
+            ReplayCommand::Seek(tick) => player.aim(tick),
+            ReplayCommand::PauseAt(tick) => {
+                player.pause();
+                player.aim(tick);
+            }
+            ReplayCommand::Start => player.aim(player.first_tick()),
+            ReplayCommand::End => player.aim(player.last_tick()),
+            ReplayCommand::Speed(speed) => player.set_speed(speed),
+            ReplayCommand::Faster => shift_speed(player, true),
+            ReplayCommand::Slower => shift_speed(player, false),
+            ReplayCommand::Follow(seat) => follow(player, seat),
+            ReplayCommand::FollowNth(index) => {
+                if let Some(seat) = player.players().get(index).map(|player| player.seat) {
+                    follow(player, seat);
+                }
+            }
+            ReplayCommand::FollowNone => player.follow(None),
+            ReplayCommand::ToggleBounds => player.toggle_bounds(),
+        }
+    }
+
+    /// The notice for a replay whose end is missing, with its text and details. One that was merely
+    /// not ended may still be recorded: a hint says so instead.
+    pub fn cut(&self) -> Option<(Notice, String, String)> {
+        let Ending::Cut(error) = self.player.ending() else { return None };
+        let ticks = self.player.last_tick() - self.player.first_tick();
+        let loses = error.problem != Problem::NoEnd;
+        loses.then(|| (strings::REPLAY_CUT, strings::cut_at(ticks), error.to_string()))
+    }
+}
+
+fn skip(player: &mut ReplayPlayer, ticks: i64) {
+    let goal = i64::from(player.goal()) + ticks;
+    let (first, last) = (i64::from(player.first_tick()), i64::from(player.last_tick()));
+    player.aim(goal.clamp(first, last) as u32);
+}
+
+fn shift_speed(player: &mut ReplayPlayer, faster: bool) {
+    let now = SPEEDS.iter().position(|&speed| speed == player.speed()).unwrap_or(2);
+    let next = if faster { now + 1 } else { now.saturating_sub(1) };
+    player.set_speed(SPEEDS[next.min(SPEEDS.len() - 1)]);
+}
+
+/// Follows a player; the same one again shows the whole world.
+fn follow(player: &mut ReplayPlayer, seat: Seat) {
+    let other = player.followed() != Some(seat);
+    player.follow(other.then_some(seat));
+}

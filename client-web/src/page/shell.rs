@@ -1,0 +1,241 @@
+//! The root of the page: empties the queue of events into the app, carries out the effects, and has the
+//! views show the result.
+
+use crate::browser;
+use crate::net::api::{Request, replay_file};
+use crate::net::http;
+use crate::net::report::SocketEvent;
+use crate::net::socket::{Conditions, Socket};
+use crate::page::app::{App, Startup};
+use crate::page::context::Remembered;
+use crate::page::dom;
+use crate::page::dom::listeners;
+use crate::page::dom::views::Views;
+use crate::page::event::{Address, Effect, Event};
+use crate::page::queue::{self, Arrival, Events};
+use std::cell::RefCell;
+use wasm_bindgen::closure::Closure;
+use wasm_bindgen::prelude::wasm_bindgen;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{DragEvent, HtmlInputElement};
+
+/// Time between two pulses, which reconnect and refresh, milliseconds.
+const PULSE_MS: i32 = 200;
+/// Close code for a socket that the browser refused to open (RFC 6455: no close frame).
+const NOT_OPENED: u16 = 1006;
+
+/// The page.
+pub struct Page {
+    /// Its state.
+    pub app: App,
+    /// The views that show it.
+    pub views: Views,
+    events: Events,
+    socket: Option<Socket>,
+    conditions: Conditions,
+}
+
+thread_local! {
+    static PAGE: RefCell<Option<Page>> = const { RefCell::new(None) };
+}
+
+/// Called once, when the wasm is loaded.
+#[wasm_bindgen(start)]
+fn main() {
+    // A panic ends this instance; otherwise it would only say "unreachable". The page may be borrowed for
+    // good: only what needs no page works from here on.
+    std::panic::set_hook(Box::new(|info| {
+        web_sys::console::error_1(&JsValue::from_str(&info.to_string()));
+        queue::crash();
+        dom::dialogs::show_crash();
+    }));
+    let query = browser::window().location().search().unwrap_or_default();
+    let startup = Startup {
+        remembered: Remembered {
+            local: browser::stored(browser::local_storage().as_ref()),
+            session: browser::stored(browser::session_storage().as_ref()),
+        },
+        seed: (js_sys::Math::random() * 2f64.powi(53)) as u64,
+        calm: browser::media("(prefers-reduced-motion: reduce)"),
+        query,
+    };
+    let mut app = App::new(&startup);
+    app.set_clock(browser::now_ms);
+    let events = Events::new(drain);
+    let views = Views::new(events, &app);
+    let (socket, conditions) = (None, Conditions::default());
+    PAGE.set(Some(Page { app, views, events, socket, conditions }));
+    listeners::all(events);
+    dom::listen(&browser::window(), "popstate", move |_: web_sys::Event| {
+        events.push(Event::Navigated(address()));
+    });
+    browser::every(PULSE_MS, move || {
+        events.push(Event::Pulse { hidden: dom::document().hidden() });
+    });
+    events.push(Event::Navigated(address()));
+    run_frames();
+}
+
+fn address() -> Address {
+    let location = browser::window().location();
+    Address {
+        path: location.pathname().unwrap_or_default(),
+        query: location.search().unwrap_or_default(),
+        hash: location.hash().unwrap_or_default(),
+    }
+}
+
+/// Draws every frame of the browser.
+fn run_frames() {
+    thread_local! {
+        static FRAME: Closure<dyn FnMut(f64)> = Closure::new(|_: f64| {
+            if !queue::has_crashed() {
+                with(Page::frame);
+                drain();
+                run_frames();
+            }
+        });
+    }
+    FRAME.with(|closure| {
+        browser::window()
+            .request_animation_frame(closure.as_ref().unchecked_ref())
+            .expect("a window draws frames");
+    });
+}
+
+/// Calls `work` with the page, unless it is at work already.
+pub fn with<R>(work: impl FnOnce(&mut Page) -> R) -> Option<R> {
+    PAGE.with(|cell| cell.try_borrow_mut().ok()?.as_mut().map(work))
+}
+
+/// Adds an event to the page's queue.
+pub fn push(event: Event) {
+    let events = with(|page| page.events);
+    if let Some(events) = events {
+        events.push(event);
+    }
+}
+
+/// Handles all events that wait, and then shows what came of them.
+fn drain() {
+    with(|page| {
+        while let Some(arrival) = page.events.pop() {
+            page.handle(arrival);
+        }
+        page.views.show(&page.app);
+        // Showing may move the focus, and listeners hear of that.
+        while let Some(arrival) = page.events.pop() {
+            page.handle(arrival);
+            page.views.show(&page.app);
+        }
+    });
+}
+
+impl Page {
+    fn handle(&mut self, Arrival { event, source }: Arrival) {
+        for effect in self.app.update(browser::now_ms(), event) {
+            self.perform(effect, source.as_ref());
+        }
+    }
+
+    fn handle_own(&mut self, event: Event) {
+        self.handle(Arrival { event, source: None });
+    }
+
+    /// Draws one frame.
+    fn frame(&mut self) {
+        let canvas = self.views.canvas(&self.app);
+        self.handle_own(Event::Frame(canvas));
+        if canvas.is_some()
+            && let Some(drawn) = self.views.draw(&self.app)
+        {
+            self.handle_own(Event::Drawn(drawn));
+        }
+        self.views.show_frame(&self.app);
+    }
+
+    fn perform(&mut self, effect: Effect, source: Option<&web_sys::Event>) {
+        let events = self.events;
+        match effect {
+            Effect::PreventDefault => {
+                if let Some(source) = source {
+                    source.prevent_default();
+                }
+            }
+            Effect::OfferDrop(takes) => offer_drop(source, takes),
+            Effect::PushAddress(path) => {
+                let history = browser::window().history().expect("a page has a history");
+                let _ = history.push_state_with_url(&JsValue::NULL, "", Some(&path));
+            }
+            Effect::Reload => {
+                let _ = browser::window().location().reload();
+            }
+            Effect::ChooseFile => dom::by_id::<HtmlInputElement>("file").click(),
+            Effect::CopyAddress => {
+                dom::copy_address(move |copied| events.push(Event::Copied(copied)));
+            }
+            Effect::FocusStage => self.views.focus_stage(),
+            Effect::Connect { path, session } => self.connect(&path, session),
+            Effect::Send(bytes) => {
+                if let Some(socket) = &self.socket {
+                    socket.send(&bytes);
+                }
+            }
+            Effect::Disconnect { leaving } => match self.socket.take() {
+                Some(socket) if leaving => socket.leave(),
+                socket => drop(socket),
+            },
+            Effect::SetConditions(conditions) => self.conditions.set(conditions),
+            Effect::Request(request) => call(events, request),
+            Effect::FetchReplay(name) => {
+                http::fetch(&replay_file(&name), move |fetched| {
+                    events.push(Event::ReplayFetched(name, fetched));
+                });
+            }
+            Effect::StoreLocal(key, value) => store(browser::local_storage(), key, Some(&value)),
+            Effect::StoreSession(key, value) => {
+                store(browser::session_storage(), &key, value.as_deref());
+            }
+            Effect::DropGraphics => self.views.drop_graphics(),
+            Effect::After(delay_ms, event) => {
+                browser::after(delay_ms, move || events.push(event));
+            }
+            Effect::Warn(text) => browser::warn(&text),
+        }
+    }
+
+    fn connect(&mut self, path: &str, session: u32) {
+        let events = self.events;
+        let report = move |event| events.push(Event::Socket(session, event));
+        self.socket = Socket::open(path, &self.conditions, report);
+        if self.socket.is_none() {
+            events.push(Event::Socket(session, SocketEvent::Closed { code: NOT_OPENED }));
+        }
+    }
+}
+
+fn call(events: Events, request: Request) {
+    let (method, path) = request.target();
+    let body = request.body();
+    http::call(method, path, body.as_deref(), move |answer| {
+        events.push(Event::Answered(request, answer));
+    });
+}
+
+fn store(storage: Option<web_sys::Storage>, key: &str, value: Option<&str>) {
+    let Some(storage) = storage else { return };
+    // A full or forbidden storage only means that the next visit remembers nothing.
+    let _ = match value {
+        Some(value) => storage.set_item(key, value),
+        None => storage.remove_item(key),
+    };
+}
+
+/// Shows whether a dragged file would be taken.
+fn offer_drop(source: Option<&web_sys::Event>, takes: bool) {
+    let data = source.and_then(|source| source.dyn_ref::<DragEvent>()?.data_transfer());
+    if let Some(data) = data {
+        data.set_drop_effect(if takes { "copy" } else { "none" });
+    }
+    dom::mark("dropping", takes);
+}

@@ -1,0 +1,115 @@
+//! Everything that the page shows, as it follows from the state of the app.
+
+use crate::page::app::{Activity, App};
+use crate::page::dialogs::Card;
+use crate::page::game::GameScreen;
+use crate::page::game::status::State;
+use crate::page::layers::Layer;
+use crate::page::replay_screen::{OpenReplay, ReplayScreen};
+use crate::page::strings::{self, Notice};
+use crate::view::frame::Frame;
+use crate::world::replica::Replica;
+
+/// A lost drawing context that is away for longer than this is spoken of, milliseconds.
+const CONTEXT_WAIT_MS: f64 = 5000.0;
+
+/// A frame, and the copy of the room that it shows.
+pub struct Picture<'a> {
+    /// The copy of the room.
+    pub replica: &'a Replica,
+    /// The frame.
+    pub frame: Frame<'a>,
+}
+
+impl App {
+    /// Time of the last event, milliseconds since the page was opened.
+    pub fn now_ms(&self) -> f64 {
+        self.ctx.now_ms
+    }
+
+    /// Whether the own hero is shown ahead of the server.
+    pub fn predicts(&self) -> bool {
+        self.ctx.predicts
+    }
+
+    /// The game that is on.
+    pub fn game(&self) -> Option<&GameScreen> {
+        match &self.activity {
+            Activity::Game(game) => Some(game),
+            _ => None,
+        }
+    }
+
+    /// The replay that is on.
+    pub fn replay(&self) -> Option<&OpenReplay> {
+        match &self.activity {
+            Activity::Replay(ReplayScreen::On(replay)) => Some(replay),
+            _ => None,
+        }
+    }
+
+    /// The copy of the room on display.
+    pub fn replica(&self) -> Option<&Replica> {
+        match &self.activity {
+            Activity::Game(game) => game.replica(),
+            Activity::Replay(ReplayScreen::On(replay)) => Some(replay.player.replica()),
+            _ => None,
+        }
+    }
+
+    /// The picture to draw now, or `None` if the one on the canvas is still right.
+    pub fn picture(&self) -> Option<Picture<'_>> {
+        let frame = match &self.activity {
+            Activity::Game(game) => game.frame((self.ctx.now_ms / 1000.0) as f32, self.calm),
+            Activity::Replay(ReplayScreen::On(replay)) => replay.frame(self.calm),
+            _ => None,
+        };
+        Some(Picture { frame: frame?, replica: self.replica()? })
+    }
+
+    /// The value of `data-state`. A frozen picture counts once it is drawn.
+    pub fn state(&self) -> &'static str {
+        match &self.activity {
+            Activity::Game(_) | Activity::Replay(ReplayScreen::On(_)) if self.graphics.missing => {
+                "unsupported"
+            }
+            Activity::Replay(ReplayScreen::On(_)) => "replay",
+            Activity::Replay(ReplayScreen::Fetching(_)) => "connecting",
+            Activity::Replay(ReplayScreen::Failed) => "refused",
+            Activity::Game(game) if game.is_frozen() && self.drawn_frames == 0 => "connecting",
+            Activity::Game(game) => game.status.state.name(),
+            Activity::Lobby if self.dialogs.card.is_some() => "refused",
+            Activity::Lobby => "lobby",
+        }
+    }
+
+    /// The notice in the middle of the page.
+    pub fn notice(&self) -> Option<Card> {
+        let lost = self.graphics.lost_ms;
+        let lost = lost.is_some_and(|since| self.ctx.now_ms - since >= CONTEXT_WAIT_MS);
+        match &self.activity {
+            Activity::Replay(ReplayScreen::Fetching(_)) => Some(strings::FETCHING.into()),
+            Activity::Game(_) | Activity::Replay(ReplayScreen::On(_)) if self.graphics.missing => {
+                Some(strings::NO_WEBGL2.into())
+            }
+            Activity::Game(game) => game_notice(game, lost).map(Card::from),
+            Activity::Replay(ReplayScreen::On(_)) if lost => Some(strings::GRAPHICS_LOST.into()),
+            Activity::Replay(_) | Activity::Lobby => self.dialogs.card.clone(),
+        }
+    }
+
+    /// The layer that takes keys and clicks.
+    pub fn top(&self) -> Layer {
+        self.dialogs.layers(self.notice().as_ref()).top()
+    }
+}
+
+fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Notice> {
+    match (game.status.state, game.status.notice) {
+        (State::Refused, Some(notice)) => Some(notice),
+        _ if context_lost => Some(strings::GRAPHICS_LOST),
+        (State::Connecting, _) => Some(strings::connecting(game.attempts())),
+        (State::Reconnecting, _) => Some(game.loss()),
+        _ => None,
+    }
+}

@@ -1,0 +1,403 @@
+//! The texts of the page: names for strangers, and one sentence and one button for every way in which
+//! a session can end.
+
+use jostle_protocol::Refusal;
+use jostle_sim::TICKS_PER_SECOND;
+
+const ADJECTIVES: [&str; 16] = [
+    "Brave", "Bouncy", "Calm", "Clever", "Dizzy", "Fuzzy", "Gentle", "Happy", "Jolly", "Lucky",
+    "Mellow", "Nimble", "Quick", "Sunny", "Swift", "Wobbly",
+];
+const ANIMALS: [&str; 16] = [
+    "Badger", "Beaver", "Crab", "Ferret", "Fox", "Gecko", "Heron", "Koala", "Lemur", "Lynx",
+    "Mole", "Newt", "Otter", "Owl", "Panda", "Puffin",
+];
+
+/// A friendly name for a player who gave none.
+pub fn friendly_name(random: u32) -> String {
+    let adjective = ADJECTIVES[random as usize % ADJECTIVES.len()];
+    let animal = ANIMALS[(random >> 8) as usize % ANIMALS.len()];
+    format!("{adjective} {animal}")
+}
+
+/// Actions of a notice's buttons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoticeAction {
+    /// Back to the lobby.
+    Lobby,
+    /// Connects again.
+    Again,
+    /// Loads the page again.
+    Reload,
+    /// Into the arena.
+    Arena,
+    /// Takes the card away.
+    Stay,
+    /// Asks for a replay file.
+    File,
+    /// Asks the server again.
+    Refetch,
+}
+
+/// A card in the middle of the page that says what happened and what to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// Two or three words.
+    pub title: &'static str,
+    /// One sentence or two.
+    pub text: &'static str,
+    /// Label of the button.
+    pub button: &'static str,
+    /// The button's action.
+    pub action: NoticeAction,
+    /// A second, less inviting button and its action.
+    pub other: Option<(&'static str, NoticeAction)>,
+    /// Goes away by itself; the button need not have the focus.
+    pub passing: bool,
+}
+
+const fn notice(
+    title: &'static str,
+    text: &'static str,
+    button: &'static str,
+    action: NoticeAction,
+) -> Notice {
+    Notice { title, text, button, action, other: None, passing: false }
+}
+
+const fn notice_elsewhere(title: &'static str, text: &'static str) -> Notice {
+    let other = Some(("All rooms", NoticeAction::Lobby));
+    Notice { other, ..notice(title, text, "Play in the arena", NoticeAction::Arena) }
+}
+
+/// Shown while a room is being opened.
+pub const OPENING: &str = "Starting a room\u{2026}";
+/// Shown while the lists of the lobby cannot be refreshed.
+pub const UNANSWERED: &str = "Can't reach the server; this list may be out of date.";
+/// Shown when a room could not be opened for lack of an answer.
+pub const NO_CONNECTION: &str = "Can't reach the server. Check your connection.";
+
+/// The browser cannot draw the game.
+pub const NO_WEBGL2: Notice = notice(
+    "No WebGL 2",
+    "This browser can't draw the game. Turn on hardware acceleration, or try another browser.",
+    "Try again",
+    NoticeAction::Reload,
+);
+/// The scene named in the address of a demo does not exist.
+pub const NO_SUCH_SCENE: Notice = notice(
+    "Scene not found",
+    "This demo link names a scene that doesn't exist.",
+    "Browse scenes",
+    NoticeAction::Lobby,
+);
+/// A bug ended the page's program.
+pub const CRASHED: Notice = notice(
+    "Something broke",
+    "The game hit a bug and stopped. Reload the page to continue.",
+    "Reload",
+    NoticeAction::Reload,
+);
+/// The browser took the drawing context and did not give it back.
+pub const GRAPHICS_LOST: Notice = notice(
+    "Graphics lost",
+    "Your browser stopped drawing the game. Reload if it doesn't come back.",
+    "Reload",
+    NoticeAction::Reload,
+);
+/// The player's room is gone: the server was restarted, or the player was away for too long.
+pub const ROOM_GONE: Notice =
+    notice_elsewhere("Room closed", "The room closed while you were away.");
+/// The socket was lost.
+pub const RECONNECTING: Notice = Notice {
+    passing: true,
+    ..notice(
+        "Connection lost",
+        "Reconnecting. We'll hold your spot for 45 seconds.",
+        "Try now",
+        NoticeAction::Again,
+    )
+};
+/// The server closed, most likely to be restarted.
+pub const RESTARTING: Notice = Notice {
+    passing: true,
+    ..notice(
+        "Server restarting",
+        "It should be back soon; we'll reconnect automatically.",
+        "Try now",
+        NoticeAction::Again,
+    )
+};
+
+/// The host closed the room.
+pub const CLOSED_BY_YOU: Notice = notice(
+    "Room closed",
+    "Everyone has been sent out, and the link no longer works.",
+    "See the rooms",
+    NoticeAction::Lobby,
+);
+
+/// Label of the button that removes a player, around the name.
+pub const KICK: [&str; 2] = ["Remove ", ""];
+/// Asks whether to remove a player, around the name.
+pub const ASK_KICK: [&str; 2] = ["Remove ", "?"];
+/// Explains the consequences.
+pub const ABOUT_KICK: &str =
+    "They'll be removed, and no one new can join from their network for five minutes.";
+/// The button that does it.
+pub const DO_KICK: &str = "Remove";
+/// Asks whether to close the room.
+pub const ASK_CLOSE: &str = "Close this room?";
+/// Explains the consequences.
+pub const ABOUT_CLOSE: &str =
+    "Everyone, including you, will be sent out, and the link will stop working.";
+/// The button that does it.
+pub const DO_CLOSE: &str = "Close room";
+/// The server denied something that only a host may ask for.
+pub const DENIED: &str = "Only the host can do that, and a host can't be removed.";
+
+/// A replay is on its way.
+pub const FETCHING: Notice = Notice {
+    passing: true,
+    ..notice(
+        "Loading the replay",
+        "Fetching it from the server.",
+        "Back to the lobby",
+        NoticeAction::Lobby,
+    )
+};
+/// The replay named in the address does not exist.
+pub const NO_SUCH_REPLAY: Notice = Notice {
+    other: Some(("Open a file", NoticeAction::File)),
+    ..notice(
+        "Replay not found",
+        "This replay isn't on the server. It may have been deleted to save space, or the link is incomplete.",
+        "See all replays",
+        NoticeAction::Lobby,
+    )
+};
+/// The server gave no replay, for now.
+pub const REPLAY_REFUSED: Notice = Notice {
+    other: Some(("All rooms", NoticeAction::Lobby)),
+    ..notice(
+        "Couldn't load the replay",
+        "Check your connection, or try again in a moment.",
+        "Try again",
+        NoticeAction::Refetch,
+    )
+};
+/// A replay is shorter than it was.
+pub const REPLAY_CUT: Notice =
+    notice("Incomplete replay", "", "Watch what's left", NoticeAction::Stay);
+
+/// The card for a file that cannot be watched, while nothing or another one is being watched.
+pub fn bad_replay(title: &'static str, text: &'static str, watching: bool) -> Notice {
+    let other = if watching {
+        ("Keep watching", NoticeAction::Stay)
+    } else {
+        ("All rooms", NoticeAction::Lobby)
+    };
+    Notice { other: Some(other), ..notice(title, text, "Open another file", NoticeAction::File) }
+}
+
+/// The text about a cut replay, by how many ticks it still has.
+pub fn cut_at(ticks: u32) -> String {
+    match ticks {
+        0 => "Only the first frame of this replay can be read. Try downloading the file again."
+            .into(),
+        _ => format!(
+            "The end of this replay is missing or damaged. The first {} intact.",
+            span(ticks)
+        ),
+    }
+}
+
+/// A number of ticks as minutes and seconds, with tenths if wanted.
+pub fn clock(ticks: f64, tenths: bool) -> String {
+    let seconds = ticks / f64::from(TICKS_PER_SECOND);
+    let (minutes, seconds) = ((seconds / 60.0).floor(), seconds % 60.0);
+    match tenths {
+        true => format!("{minutes:.0}:{:04.1}", (seconds * 10.0).floor() / 10.0),
+        false => format!("{minutes:.0}:{:02.0}", seconds.floor()),
+    }
+}
+
+/// A number of ticks in words, with its verb.
+fn span(ticks: u32) -> String {
+    match ticks / TICKS_PER_SECOND {
+        0 => "moments are".into(),
+        1 => "second is".into(),
+        seconds if seconds < 120 => format!("{seconds} seconds are"),
+        seconds => format!("{} minutes are", seconds / 60),
+    }
+}
+
+/// How long ago something was.
+pub fn ago(seconds: f64) -> String {
+    let (count, unit) = match seconds {
+        s if s < 60.0 => return "just now".into(),
+        s if s < 3600.0 => (s / 60.0, "minute"),
+        s if s < 86_400.0 => (s / 3600.0, "hour"),
+        s => (s / 86_400.0, "day"),
+    };
+    let count = count.floor();
+    let plural = if count == 1.0 { "" } else { "s" };
+    format!("{count} {unit}{plural} ago")
+}
+
+/// A length in bytes.
+pub fn size(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} B"),
+        1000..1_000_000 => format!("{} kB", bytes / 1000),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
+/// The card while joining, by the number of attempts so far.
+pub fn connecting(attempts: u32) -> Notice {
+    let text = match attempts {
+        0..=1 => "Joining the room\u{2026}",
+        _ => "No answer from the server yet. Still trying.",
+    };
+    Notice { passing: true, ..notice("Joining", text, "Back to the lobby", NoticeAction::Lobby) }
+}
+
+/// The card for a session that was refused or ended; `None` if that passes by itself, and the page
+/// is to try again until it does.
+pub fn refused(refusal: Refusal) -> Option<Notice> {
+    use NoticeAction::{Again, Lobby, Reload};
+    let (title, button, action) = match refusal {
+        Refusal::Version => ("Update needed", "Reload", Reload),
+        Refusal::RoomFull => ("Room full", "Find another room", Lobby),
+        Refusal::NoSuchRoom => {
+            return Some(notice_elsewhere("No such room", refusal.message()));
+        }
+        Refusal::ServerFull => ("Server full", "See the rooms", Lobby),
+        Refusal::TooManySockets => ("Too many connections", "Try again", Again),
+        Refusal::Flood => ("Slow down", "Rejoin", Again),
+        Refusal::Silent => ("Are you there?", "Rejoin", Again),
+        Refusal::Replaced => ("Playing in another tab", "Play here", Again),
+        Refusal::Closing | Refusal::BadToken => return None,
+        Refusal::Kicked => ("You were removed", "See the rooms", Lobby),
+        Refusal::RoomClosed => ("Room closed", "See the rooms", Lobby),
+        Refusal::RoomFailed => ("Room crashed", "Go to the lobby", Lobby),
+        Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),
+    };
+    Some(notice(title, refusal.message(), button, action))
+}
+
+/// Label and title of the copy button, by whether the link was copied just now.
+pub fn copied(copied: Option<bool>) -> (&'static str, &'static str) {
+    match copied {
+        None => ("Copy link", ""),
+        Some(true) => ("Copied", ""),
+        Some(false) => ("Couldn't copy", "Copy the link from the address bar."),
+    }
+}
+
+/// The banner while the server is about to close.
+pub fn closing_in(seconds: f64) -> String {
+    format!("Server restarting in {seconds:.0} s")
+}
+
+/// The hint under the title of a replay whose file has no end, by how far it plays.
+pub fn incomplete(end: &str) -> String {
+    format!("Incomplete: plays to {end}")
+}
+
+/// The result of comparing the state hashes of a replay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// A hash differs from the recorded one, this many ticks after the start.
+    Differs(u32),
+    /// All ticks are equal.
+    Whole,
+    /// The tick on display is equal.
+    Equal,
+    /// The playhead is at the start, where nothing was compared.
+    Start,
+    /// The playhead is on its way.
+    Seeking,
+}
+
+impl Verdict {
+    /// The value of `data-verdict`, and the text beside the mark.
+    pub fn texts(self) -> (&'static str, String) {
+        match self {
+            Verdict::Differs(ticks) => {
+                let at = clock(f64::from(ticks), false);
+                ("differs", format!("Doesn't match the recording after {at}"))
+            }
+            Verdict::Whole => ("whole", "Fully verified".into()),
+            Verdict::Equal => ("equal", "Verified".into()),
+            Verdict::Start => ("none", "Start".into()),
+            Verdict::Seeking => ("none", "Seeking\u{2026}".into()),
+        }
+    }
+}
+
+/// The badge of a simulated network.
+pub fn simulated(conditions: &str) -> String {
+    format!("Simulated bad connection: {conditions}")
+}
+
+/// The refusal that a close code stands for, if its message was lost.
+pub fn refusal_of_close(code: u16) -> Option<Refusal> {
+    let several = [1001, 1008];
+    Refusal::ALL.into_iter().find(|r| r.close_code() == code && !several.contains(&code))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use jostle_protocol::Appearance;
+
+    #[test]
+    fn friendly_names_are_valid_names() {
+        for random in 0..=0xFFFF {
+            let name = friendly_name(random);
+            assert_eq!(Appearance::new(&name, 0).map(|a| a.name), Ok(name.into()));
+        }
+    }
+
+    #[test]
+    fn only_refusals_that_pass_by_themselves_have_no_notice() {
+        for refusal in Refusal::ALL {
+            let stops = refused(refusal).is_some_and(|notice| !notice.passing);
+            let passes = [Refusal::Closing, Refusal::BadToken].contains(&refusal);
+            assert_eq!(stops, !passes, "{refusal:?}");
+        }
+    }
+
+    #[test]
+    fn a_player_without_a_room_is_offered_others() {
+        for notice in [refused(Refusal::NoSuchRoom).expect("an end"), ROOM_GONE] {
+            assert_eq!(notice.action, NoticeAction::Arena);
+            assert_eq!(notice.other.map(|(_, action)| action), Some(NoticeAction::Lobby));
+        }
+    }
+
+    #[test]
+    fn times_and_sizes_read_naturally() {
+        assert_eq!(clock(0.0, false), "0:00");
+        assert_eq!(clock(59.99 * 60.0, false), "0:59");
+        assert_eq!(clock(59.99 * 60.0, true), "0:59.9");
+        assert_eq!(clock(738.0, true), "0:12.3");
+        assert_eq!(clock(3600.0 * 75.0, false), "75:00");
+        assert_eq!(
+            [ago(-3.0), ago(119.0), ago(7200.0), ago(9e5)],
+            ["just now", "1 minute ago", "2 hours ago", "10 days ago"]
+        );
+        assert_eq!([size(12), size(12_345), size(1_234_567)], ["12 B", "12 kB", "1.2 MB"]);
+        assert!(cut_at(600).ends_with("The first 10 seconds are intact."));
+        assert!(cut_at(60).ends_with("The first second is intact."));
+    }
+
+    #[test]
+    fn close_codes_that_name_one_refusal_are_understood() {
+        assert_eq!(refusal_of_close(4001), Some(Refusal::RoomFull));
+        assert_eq!(refusal_of_close(1006), None);
+        assert_eq!(refusal_of_close(1001), None, "browsers say so too when the page goes");
+    }
+}

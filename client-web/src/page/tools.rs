@@ -1,0 +1,110 @@
+//! The tools of a scene as the page offers them: key caps, and buttons for fingers.
+
+use crate::input::touch::Fingers;
+use jostle_game::{Buttons, Kind, Scene, Tools};
+
+/// A key cap at the bottom of the game.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cap {
+    /// The label of the key.
+    pub key: &'static str,
+    /// Its action here; empty where the next cap names it for both.
+    pub does: &'static str,
+    /// The buttons that light it.
+    pub buttons: Buttons,
+    /// On a touch screen it is armed first and then used where the world is touched.
+    pub aimed: bool,
+}
+
+const fn cap(key: &'static str, does: &'static str, buttons: Buttons, aimed: bool) -> Cap {
+    Cap { key, does, buttons, aimed }
+}
+
+/// Help for fingers.
+pub const TOUCH_HELP: [(&str, &str); 2] =
+    [("Drag on the left", "move"), ("Tap", "use the selected tool")];
+/// Help for the keys of the page itself.
+pub const PAGE_HELP: [(&str, &str); 4] =
+    [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
+/// Help of a replay.
+pub const REPLAY_HELP: [(&str, &str); 10] = [
+    ("Space", "play, pause"),
+    (", .", "step back / forward one tick"),
+    ("\u{2190} \u{2192}", "skip back / forward one second"),
+    ("Home End", "jump to start / end"),
+    ("\u{2191} \u{2193}", "faster, slower"),
+    ("1 to 9", "follow a player; press again to stop"),
+    ("0", "the whole world"),
+    ("F2", "collision outlines"),
+    ("?", "this help"),
+    ("Drop a .jostle file", "watch it"),
+];
+
+/// The caps of a scene, in reading order.
+pub fn caps(scene: &Scene) -> Vec<Cap> {
+    let table = [
+        (Tools::STEER, cap("W", "", Buttons::UP, false)),
+        (Tools::STEER, cap("A", "", Buttons::LEFT, false)),
+        (Tools::STEER, cap("S", "", Buttons::DOWN, false)),
+        (Tools::STEER, cap("D", "move", Buttons::RIGHT, false)),
+        (Tools::LAUNCH, cap("Click", "throw dye", Buttons::FIRE, true)),
+        (Tools::MARBLE, cap("Z", "drop marbles", Buttons::MAKE, true)),
+        (Tools::SPRAY, cap("Z", "spray sparks", Buttons::MAKE, true)),
+        (Tools::HOLD, cap("X", "grab", Buttons::HOLD, true)),
+        (Tools::AGITATE, cap("C", "shake", Buttons::AGITATE, false)),
+        (Tools::CLEAR, cap("V", "clear", Buttons::CLEAR, false)),
+        (Tools::SELECT, cap("Drag", "move the shape", Buttons::FIRE, true)),
+        (Tools::SELECT, cap("H", "hero", Buttons::PICK_HERO, false)),
+        (Tools::SELECT, cap("M", "minion", Buttons::PICK_MINION, false)),
+        (Tools::SELECT, cap("P", "platform", Buttons::PICK_PLATFORM, false)),
+    ];
+    table.into_iter().filter(|(tool, _)| scene.tools.contains(*tool)).map(|(_, cap)| cap).collect()
+}
+
+/// A line that explains a scene's picture; most scenes explain themselves.
+pub fn hint(scene: &Scene, by_touch: bool) -> Option<&'static str> {
+    let text = match by_touch {
+        false => "Press H, M or P to choose a shape and drag it. Whatever it touches turns red.",
+        true => "Tap a button to choose a shape, then drag. Whatever it touches turns red.",
+    };
+    scene.tools.contains(Tools::SELECT).then_some(text)
+}
+
+/// The kind of body that a button selects.
+pub fn picks(buttons: Buttons) -> Option<Kind> {
+    match buttons {
+        Buttons::PICK_HERO => Some(Kind::Hero),
+        Buttons::PICK_MINION => Some(Kind::Minion),
+        Buttons::PICK_PLATFORM => Some(Kind::Platform),
+        _ => None,
+    }
+}
+
+/// The caps of a scene that are buttons on a touch screen: all but the directions.
+pub fn touch_tools(scene: &Scene) -> Vec<Cap> {
+    let directions = [Buttons::UP, Buttons::LEFT, Buttons::DOWN, Buttons::RIGHT];
+    caps(scene).into_iter().filter(|cap| !directions.contains(&cap.buttons)).collect()
+}
+
+/// Fingers for a scene: they steer where there is something to steer, and the first aimed tool is armed.
+pub fn fingers(scene: &Scene) -> Fingers {
+    let armed = touch_tools(scene).into_iter().find(|cap| cap.aimed);
+    let armed = armed.map_or(Buttons::default(), |cap| cap.buttons);
+    Fingers::new(scene.tools.contains(Tools::STEER), armed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_hint_names_the_keys_that_the_scene_has() {
+        for scene in Scene::built_in() {
+            let keys: Vec<&str> = caps(&scene).iter().map(|cap| cap.key).collect();
+            let picks = ["H", "M", "P"].iter().all(|key| keys.contains(key));
+            for by_touch in [false, true] {
+                assert_eq!(hint(&scene, by_touch).is_some(), picks, "{}", scene.name);
+            }
+        }
+    }
+}

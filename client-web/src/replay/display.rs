@@ -1,0 +1,114 @@
+//! The display of ticks that were played in a row: bodies with their springs, flashes, news.
+
+use crate::view::draw::motion::Spring;
+use crate::view::frame::FrameBody;
+use crate::world::replica::{Eye, Replica};
+use jostle_game::Seat;
+use jostle_protocol::TimedEvent;
+use jostle_room::Playback;
+use jostle_sim::{BodyId, DT};
+use std::sync::Arc;
+
+/// Older bodies are all as old as this, seconds: nothing about them is drawn otherwise.
+const AGE_MAX_S: f32 = 1.0;
+/// Springs are shown in steps of one part in this many. The traces of how they moved before the lead
+/// are far smaller, so that they cannot be seen.
+const SQUASH_STEPS: f32 = 1024.0;
+/// A seat without a player.
+const NO_PLAYER: Seat = Seat(u16::MAX);
+
+/// Ticks played in a row, as they are drawn.
+pub struct ReplayDisplay {
+    replica: Replica,
+    /// By slot.
+    springs: Vec<Option<Sprung>>,
+    bodies: Vec<FrameBody>,
+    /// The newest tick.
+    tick: u32,
+}
+
+#[derive(Clone, Copy)]
+struct Sprung {
+    id: BodyId,
+    spring: Spring,
+    /// Its squash a tick before.
+    before: f32,
+}
+
+impl ReplayDisplay {
+    /// Begins with the tick at which a playback is.
+    pub fn begin(playback: &Playback) -> ReplayDisplay {
+        let scene = Arc::clone(playback.game().scene());
+        let room = playback.replay().start().room.clone();
+        let replica = Replica::without_particles(scene, NO_PLAYER, room);
+        let (springs, bodies) = (Vec::new(), Vec::new());
+        let mut display = ReplayDisplay { replica, springs, bodies, tick: playback.tick() };
+        display.replica.file(playback.snapshot(), Vec::new());
+        display.replica.advance(f64::from(display.tick), Eye::default());
+        display.spring();
+        display
+    }
+
+    /// Takes in the tick that a playback has just played.
+    pub fn step(&mut self, playback: &Playback) {
+        // Events concern the bodies that were last on display: those of a whole tick.
+        if self.replica.display() != f64::from(self.tick) {
+            self.replica.show(f64::from(self.tick), Eye::default());
+        }
+        self.replica.seat = NO_PLAYER;
+        self.tick = playback.tick();
+        let timed = |&event| TimedEvent { tick: self.tick, event };
+        let events = playback.game().events().iter().map(timed).collect();
+        self.replica.file(playback.snapshot(), events);
+        self.replica.advance(f64::from(self.tick), Eye::default());
+        self.spring();
+    }
+
+    /// Moves the springs to the newest tick.
+    fn spring(&mut self) {
+        for body in self.replica.bodies() {
+            let slot = body.id.index as usize;
+            if slot >= self.springs.len() {
+                self.springs.resize(slot + 1, None);
+            }
+            let known = self.springs[slot].filter(|sprung| sprung.id == body.id);
+            let mut spring = known.map_or(Spring::at_rest(body.velocity), |sprung| sprung.spring);
+            let before = spring.squash();
+            spring.advance(body.velocity, DT);
+            self.springs[slot] = Some(Sprung { id: body.id, spring, before });
+        }
+    }
+
+    /// Shows a moment of the newest tick or of the way to it, with the eyes of a player.
+    pub fn show(&mut self, playhead: f64, eye_of: Option<Seat>, bounds: bool) {
+        self.replica.seat = eye_of.unwrap_or(NO_PLAYER);
+        self.replica.show(playhead, Eye { pointer: None, bounds });
+        let share = (playhead - f64::from(self.tick) + 1.0).clamp(0.0, 1.0) as f32;
+        self.bodies.clear();
+        for &body in self.replica.bodies() {
+            let sprung = self.springs.get(body.id.index as usize).copied().flatten();
+            let squash = sprung.filter(|sprung| sprung.id == body.id).map_or(0.0, |sprung| {
+                let now = sprung.spring.squash();
+                let squash = sprung.before + (now - sprung.before) * share;
+                (squash * SQUASH_STEPS).round() / SQUASH_STEPS
+            });
+            let age = body.age.min(AGE_MAX_S);
+            self.bodies.push(FrameBody { age, squash: Some(squash), ..body });
+        }
+    }
+
+    /// Bodies as they are drawn.
+    pub fn bodies(&self) -> &[FrameBody] {
+        &self.bodies
+    }
+
+    /// The room.
+    pub fn replica(&self) -> &Replica {
+        &self.replica
+    }
+
+    /// The room, to take its news.
+    pub fn replica_mut(&mut self) -> &mut Replica {
+        &mut self.replica
+    }
+}

@@ -1,0 +1,63 @@
+//! The camera of a replay, and the frame that it shows.
+
+use super::player::ReplayPlayer;
+use crate::view::camera::{Camera, Target};
+use crate::view::frame::{Frame, View};
+use jostle_game::scene::Camera as CameraRule;
+use jostle_sim::{TICKS_PER_SECOND, Vec2};
+
+/// Height of the view around a followed player, where the scene does not say, as a share of
+/// the world's.
+const FOLLOW_SHARE: f32 = 0.6;
+
+impl ReplayPlayer {
+    /// A camera for the whole world, or for the hero that is followed, if there is one now.
+    pub fn camera(&self) -> Camera {
+        let scene = self.scene();
+        let rule = match (self.followed_hero(), scene.camera) {
+            (None, _) => CameraRule::Fit,
+            (Some(_), CameraRule::Fit) => {
+                CameraRule::Follow { height: scene.size.y * FOLLOW_SHARE }
+            }
+            (Some(_), follow) => follow,
+        };
+        Camera::new(rule, scene.size)
+    }
+
+    /// The view in which a camera comes to rest while the film stands still. `bottom` are pixels
+    /// that something else covers: what is to be seen is above them.
+    pub fn still_view(&self, pixels: [u32; 2], bottom: u32) -> View {
+        self.view(&mut self.camera(), pixels, bottom, 0.0)
+    }
+
+    /// The view of a camera of this replay, this many seconds after its last one.
+    pub fn view(&self, camera: &mut Camera, pixels: [u32; 2], bottom: u32, elapsed_s: f32) -> View {
+        let [width, height] = pixels;
+        let free = height - bottom.min(height / 2);
+        let hero = self.followed_hero();
+        let above = camera.view(Target { pixels: [width, free], hero, bottom: 0, elapsed_s });
+        let unit = above.unit_per_pixel();
+        let down = Vec2::new(0.0, 0.5 * unit * (height - free) as f32);
+        View { center: above.center - down, height: unit * height as f32, pixels }
+    }
+
+    /// The frame that a camera shows now.
+    pub fn frame(&self, view: View) -> Frame<'_> {
+        Frame {
+            view,
+            world_size: self.scene().size,
+            bodies: self.bodies(),
+            particles: self.particles(),
+            recipes: &self.scene().recipes,
+            particle_lead: self.rebuilt().map_or(self.particle_lead(), |r| r.particle_lead),
+            effects: self.replica().effects(),
+            time: (self.playhead / f64::from(TICKS_PER_SECOND)) as f32,
+            bounds: self.bounds(),
+            calm: false,
+            own_seat: self.followed,
+            pointer: None,
+            copy: self.jumps,
+            dimmed: false,
+        }
+    }
+}

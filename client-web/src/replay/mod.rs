@@ -1,0 +1,9 @@
+//! Watching a replay: it is simulated again, compared with its recorded hashes and drawn like a live game.
+
+pub mod chapters;
+pub mod checks;
+mod display;
+pub mod error;
+mod framing;
+pub mod player;
+mod seek;

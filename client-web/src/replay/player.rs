@@ -1,0 +1,348 @@
+//! A replay that is watched: it is simulated again, tick by tick, can be paused, sped up and sought, and is
+//! drawn like a live game.
+//!
+//! The picture at a tick depends on the replay and that tick alone, however it was reached: flashes and
+//! springs are rebuilt by playing the [`LEAD_TICKS`] before it unseen.
+//!
+//! ```no_run
+//! # use jostle_client_web::{replay::player::ReplayPlayer, view::draw::DrawList, view::render::headless::Headless};
+//! # fn picture(bytes: Vec<u8>) -> Result<(), Box<dyn std::error::Error>> {
+//! let mut film = ReplayPlayer::open(bytes)?;
+//! film.seek(738);
+//! let mut list = DrawList::new();
+//! list.fill(&film.frame(film.still_view([1280, 720], 0)));
+//! let picture = Headless::open()?.picture([1280, 720], &list)?;
+//! # Ok(())
+//! # }
+//! ```
+
+use super::chapters::Chapters;
+use super::checks::Checks;
+use super::display::ReplayDisplay;
+use super::error::ReplayLoadError;
+use crate::view::frame::FrameBody;
+use crate::world::replica::Replica;
+use jostle_game::{Scene, Seat, Tools};
+use jostle_protocol::PlayerState;
+use jostle_protocol::replay::{Ending, Replay};
+use jostle_room::{Playback, PlaybackError};
+use jostle_sim::{Particles, TICKS_PER_SECOND, Vec2};
+use std::sync::Arc;
+
+/// Ticks that are played unseen before a tick that was jumped to: twice as long as anything that
+/// is drawn remembers.
+pub const LEAD_TICKS: u32 = 120;
+/// Speeds to choose from, as multiples of real time.
+pub const SPEEDS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+
+/// A replay that is being watched.
+pub struct ReplayPlayer {
+    pub(super) playback: Playback,
+    pub(super) display: ReplayDisplay,
+    pub(super) checks: Checks,
+    pub(super) chapters: Chapters,
+    /// The tick on display; between two ticks while it plays. The game is at the next whole one.
+    pub(super) playhead: f64,
+    pub(super) playing: bool,
+    pub(super) speed: f64,
+    pub(super) seek: Option<Seek>,
+    /// Where to go when the present seek is done.
+    pub(super) wish: Option<u32>,
+    /// How often something else than the next moment came on display.
+    pub(super) jumps: u32,
+    pub(super) followed: Option<Seat>,
+    pub(super) bounds_toggled: bool,
+    /// Why it ends before the last recorded tick, and at which.
+    pub(super) trouble: Option<(u32, PlaybackError)>,
+}
+
+/// A seek on its way.
+pub(super) struct Seek {
+    /// Where it leads.
+    pub goal: u32,
+    /// The tick at which playing began.
+    pub begin: u32,
+    /// The display that the last seconds before the goal are played into, unless the present one just goes on.
+    pub rebuilt: Option<Rebuilt>,
+}
+
+/// The moments before a goal, as they come into being.
+pub(super) struct Rebuilt {
+    /// The tick at which the lead begins.
+    pub lead: u32,
+    /// From the lead on.
+    pub display: Option<ReplayDisplay>,
+    /// Particles on display meanwhile.
+    pub particles: Particles,
+    /// Its [`crate::view::frame::Frame::particle_lead`].
+    pub particle_lead: f32,
+}
+
+impl Seek {
+    /// Ticks that are left to play.
+    pub(super) fn left(&self, playback: &Playback) -> u32 {
+        self.goal.saturating_sub(playback.tick())
+    }
+}
+
+impl ReplayPlayer {
+    /// Reads a replay and stands at its beginning. What a cut file still has is shown, see
+    /// [`ReplayPlayer::ending`].
+    pub fn open(bytes: Vec<u8>) -> Result<ReplayPlayer, ReplayLoadError> {
+        let replay = Arc::new(Replay::read(bytes)?);
+        let playback = Playback::new(replay)?;
+        let checks = Checks::new(&playback);
+        let mut film = ReplayPlayer {
+            display: ReplayDisplay::begin(&playback),
+            checks,
+            chapters: Chapters::default(),
+            playhead: f64::from(playback.tick()),
+            playback,
+            playing: false,
+            speed: 1.0,
+            seek: None,
+            wish: None,
+            jumps: 0,
+            followed: None,
+            bounds_toggled: false,
+            trouble: None,
+        };
+        film.show();
+        Ok(film)
+    }
+
+    /// The replay.
+    pub fn replay(&self) -> &Arc<Replay> {
+        self.playback.replay()
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        self.playback.game().scene()
+    }
+
+    /// The room on display.
+    pub fn replica(&self) -> &Replica {
+        self.display.replica()
+    }
+
+    /// The room on display, to take its news.
+    pub fn replica_mut(&mut self) -> &mut Replica {
+        self.display.replica_mut()
+    }
+
+    /// How the file ends.
+    pub fn ending(&self) -> Ending {
+        self.replay().ending()
+    }
+
+    /// Why it cannot be played to its last recorded tick, once that is known.
+    pub fn trouble(&self) -> Option<&PlaybackError> {
+        self.trouble.as_ref().map(|(_, error)| error)
+    }
+
+    /// The tick before the first recorded one.
+    pub fn first_tick(&self) -> u32 {
+        self.replay().first_tick()
+    }
+
+    /// The last tick that can be shown.
+    pub fn last_tick(&self) -> u32 {
+        self.trouble.as_ref().map_or(self.replay().last_tick(), |&(tick, _)| tick)
+    }
+
+    /// The tick on display, between two ticks while it plays.
+    pub fn playhead(&self) -> f64 {
+        self.playhead
+    }
+
+    /// The whole tick on display, to which [`ReplayPlayer::hash`] belongs.
+    pub fn tick(&self) -> u32 {
+        self.playhead.ceil() as u32
+    }
+
+    /// The state hash of [`ReplayPlayer::tick`]; `None` while a seek is on its way.
+    pub fn hash(&self) -> Option<u64> {
+        (!self.is_seeking()).then(|| self.playback.game().hash())
+    }
+
+    /// Results of comparing the recorded hashes.
+    pub fn checks(&self) -> &Checks {
+        &self.checks
+    }
+
+    /// Joins, leaves and bursts, as far as they are known.
+    pub fn chapters(&self) -> &Chapters {
+        &self.chapters
+    }
+
+    /// Whether it plays.
+    pub fn is_playing(&self) -> bool {
+        self.playing
+    }
+
+    /// Whether it stands at its last tick.
+    pub fn is_at_end(&self) -> bool {
+        !self.is_seeking() && self.tick() >= self.last_tick()
+    }
+
+    /// Plays, from the start if it is at the end.
+    pub fn play(&mut self) {
+        if self.is_at_end() {
+            self.aim(self.first_tick());
+        }
+        self.playing = self.last_tick() > self.first_tick();
+    }
+
+    /// Stands still at the next whole tick.
+    pub fn pause(&mut self) {
+        self.playing = false;
+        if !self.is_seeking() {
+            self.playhead = self.playhead.ceil();
+            self.show();
+        }
+    }
+
+    /// Multiple of real time, one of [`SPEEDS`].
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Chooses the nearest of [`SPEEDS`].
+    pub fn set_speed(&mut self, speed: f64) {
+        let apart = |offered: &f64| (offered - speed).abs();
+        let nearest = SPEEDS.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        self.speed = nearest.unwrap_or(1.0);
+    }
+
+    /// The player whom the view follows.
+    pub fn followed(&self) -> Option<Seat> {
+        self.followed
+    }
+
+    /// Follows a player, or shows the whole world.
+    pub fn follow(&mut self, seat: Option<Seat>) {
+        self.followed = seat;
+        self.show();
+    }
+
+    /// Whether bounds are drawn: where bodies are selected by them, else on demand.
+    pub fn bounds(&self) -> bool {
+        self.scene().tools.contains(Tools::SELECT) != self.bounds_toggled
+    }
+
+    /// Shows or hides the bounds.
+    pub fn toggle_bounds(&mut self) {
+        self.bounds_toggled = !self.bounds_toggled;
+        self.show();
+    }
+
+    /// Plays one tick into what is being shown or rebuilt; `false` at the end.
+    pub(super) fn step(&mut self) -> bool {
+        let played = match self.playback.step() {
+            Ok(Some(played)) => played,
+            Ok(None) => return false,
+            Err(error) => {
+                self.fail(error);
+                return false;
+            }
+        };
+        self.checks.note(played);
+        match self.seek.as_mut().and_then(|seek| seek.rebuilt.as_mut()) {
+            None => self.display.step(&self.playback),
+            Some(Rebuilt { display: Some(display), .. }) => display.step(&self.playback),
+            Some(_) => {}
+        }
+        true
+    }
+
+    /// The replay does not go on past the present tick.
+    pub(super) fn fail(&mut self, error: PlaybackError) {
+        self.trouble = Some((self.playback.tick(), error));
+        self.playing = false;
+    }
+
+    /// Plays for this many seconds of real time, as far as `more` gives time for it.
+    pub fn advance(&mut self, elapsed_s: f64, mut more: impl FnMut() -> bool) {
+        if !self.playing || self.is_seeking() {
+            return;
+        }
+        let ticks = elapsed_s * f64::from(TICKS_PER_SECOND) * self.speed;
+        let wanted = (self.playhead + ticks).min(f64::from(self.last_tick()));
+        let mut reached = wanted;
+        while f64::from(self.playback.tick()) < wanted {
+            if !more() || !self.step() {
+                reached = f64::from(self.playback.tick());
+                break;
+            }
+        }
+        self.playhead = reached.max(self.playhead);
+        if self.playhead >= f64::from(self.last_tick()) {
+            self.playing = false;
+        }
+        self.show();
+    }
+
+    /// Uses time to compare further hashes and to find chapters, wherever the film stands. Seeking
+    /// to what was looked at is quick from then on.
+    pub fn look_ahead(&mut self, more: impl FnMut() -> bool) {
+        self.checks.run(&mut self.playback, &mut self.chapters, more);
+    }
+
+    /// Brings what is drawn to the playhead.
+    pub(super) fn show(&mut self) {
+        let bounds = self.bounds();
+        self.display.show(self.playhead, self.eye_of(), bounds);
+    }
+
+    /// The player whose view is shown: the followed one, or of the first one where
+    /// something is selected.
+    fn eye_of(&self) -> Option<Seat> {
+        let selecting = self.scene().tools.contains(Tools::SELECT);
+        let first = || self.players().first().map(|player| player.seat).filter(|_| selecting);
+        self.followed.or_else(first)
+    }
+
+    /// Players of the displayed moment in seat order.
+    pub fn players(&self) -> &[PlayerState] {
+        self.replica().players()
+    }
+
+    /// Centre and velocity of the followed hero.
+    pub fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
+        let seat = self.followed?;
+        let player = self.players().iter().find(|player| player.seat == seat)?;
+        let hero = self.bodies().iter().find(|body| Some(body.id) == player.hero)?;
+        Some((hero.center, hero.velocity))
+    }
+
+    /// How often something else than the next moment came on display: a camera is to cut then.
+    pub fn jumps(&self) -> u32 {
+        self.jumps
+    }
+
+    /// Bodies on display.
+    pub fn bodies(&self) -> &[FrameBody] {
+        self.display.bodies()
+    }
+
+    /// Particles on display: those of the game itself.
+    pub fn particles(&self) -> &Particles {
+        match self.rebuilt() {
+            Some(rebuilt) => &rebuilt.particles,
+            None => self.playback.game().world().particles(),
+        }
+    }
+
+    pub(super) fn rebuilt(&self) -> Option<&Rebuilt> {
+        self.seek.as_ref().and_then(|seek| seek.rebuilt.as_ref())
+    }
+
+    pub(super) fn particle_lead(&self) -> f32 {
+        let ticks = self.playhead - f64::from(self.playback.tick());
+        ticks.clamp(-1.0, 0.0) as f32 / TICKS_PER_SECOND as f32
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,287 @@
+//! A film shows a tick the same way however it got there.
+
+use super::*;
+use crate::replay::chapters::Chapter;
+use crate::world::room_in_page::scripted_input;
+use jostle_protocol::Appearance;
+use jostle_protocol::replay::{Problem, Record, header};
+use jostle_room::Room;
+
+const TICKS: u32 = 700;
+
+/// A game of three scripted players, of whom one comes late and one leaves.
+pub(crate) fn records(scene: &str, ticks: u32) -> Vec<Record> {
+    let scene = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
+    let scene = Arc::new(scene.expect("a shipped scene"));
+    let mut room = Room::new("film", Arc::clone(&scene), 5);
+    room.record("test", 0);
+    let mut seats = Vec::new();
+    for tick in 0..ticks {
+        if [0, 1, 300].contains(&tick) {
+            let look = Appearance::new("Ann", seats.len() as u8).expect("a name");
+            seats.extend(room.join(look, None).map(|welcome| welcome.claim.seat));
+        }
+        if tick == 500 && seats.len() > 1 {
+            room.leave(seats.remove(0));
+        }
+        for &seat in &seats {
+            room.input(seat, tick + 1, scripted_input(&scene, seat, tick));
+        }
+        room.tick();
+    }
+    room.stop_recording()
+}
+
+fn file(records: &[Record]) -> Vec<u8> {
+    let mut bytes = header();
+    records.iter().for_each(|record| bytes.extend(record.seal()));
+    bytes
+}
+
+fn film(scene: &str) -> ReplayPlayer {
+    ReplayPlayer::open(file(&records(scene, TICKS))).expect("a replay")
+}
+
+/// Plays at a pace that does not hit whole ticks, and stops at a tick.
+fn play_to(film: &mut ReplayPlayer, tick: u32) {
+    film.play();
+    while film.tick() < tick {
+        film.advance(0.0137, || true);
+    }
+    film.pause();
+}
+
+fn assert_same(a: &ReplayPlayer, b: &ReplayPlayer, context: &str) {
+    assert_eq!((a.tick(), a.playhead()), (b.tick(), b.playhead()), "{context}");
+    assert_eq!(a.hash(), b.hash(), "{context}");
+    for (x, y) in a.bodies().iter().zip(b.bodies()) {
+        assert_eq!(x, y, "{context}");
+    }
+    assert_eq!(a.bodies().len(), b.bodies().len(), "{context}");
+    assert_eq!(a.particles().digest(), b.particles().digest(), "{context}");
+    assert_eq!(a.players(), b.players(), "{context}");
+    let view = a.still_view([640, 360], 40);
+    assert_eq!(view, b.still_view([640, 360], 40), "{context}");
+    let (a, b) = (a.frame(view), b.frame(view));
+    assert_eq!((a.time, a.particle_lead), (b.time, b.particle_lead), "{context}");
+    assert_eq!(a.effects, b.effects, "{context}");
+}
+
+#[test]
+fn a_tick_looks_the_same_however_one_got_there() {
+    for scene in Scene::built_in().iter().map(|scene| scene.name.as_str()) {
+        let mut played = film(scene);
+        played.set_speed(2.0);
+        let mut sought = film(scene);
+        for tick in [77, 301, 520, 699] {
+            play_to(&mut played, tick);
+            sought.seek(TICKS);
+            sought.seek(played.tick());
+            assert_same(&played, &sought, &format!("{scene}, tick {}", played.tick()));
+            let mut fresh = film(scene);
+            fresh.seek(played.tick());
+            assert_same(&fresh, &sought, &format!("{scene}, tick {} at once", played.tick()));
+        }
+    }
+}
+
+#[test]
+fn one_tick_forward_and_back_is_where_one_was() {
+    let (mut moved, mut fresh) = (film("arena"), film("arena"));
+    moved.seek(400);
+    let hash = moved.hash();
+    moved.seek(401);
+    assert_ne!(moved.hash(), hash);
+    moved.seek(400);
+    assert_eq!((moved.tick(), moved.hash()), (400, hash));
+    fresh.seek(400);
+    assert_same(&moved, &fresh, "there and back");
+}
+
+#[test]
+fn the_picture_stays_until_a_seek_has_arrived() {
+    let mut film = film("arena");
+    film.seek(200);
+    let (bodies, particles) = (film.bodies().to_vec(), film.particles().digest());
+    film.aim(600);
+    let mut slices = 0;
+    while film.is_seeking() {
+        assert_eq!(film.bodies(), bodies);
+        assert_eq!((film.tick(), film.particles().digest()), (200, particles));
+        assert_eq!(film.hash(), None);
+        let (mut left, before) = (10, film.progress());
+        film.work(|| {
+            left -= 1;
+            left >= 0
+        });
+        assert!(!film.is_seeking() || film.progress() > before);
+        slices += 1;
+    }
+    assert!(slices > 20, "{slices} slices");
+    assert_eq!(film.tick(), 600);
+}
+
+#[test]
+fn the_last_of_many_wishes_is_where_a_dragged_slider_ends() {
+    let mut film = film("arena");
+    film.play();
+    for tick in [600, 20, 450, 333] {
+        film.aim(tick);
+        assert_eq!(film.goal(), tick);
+        let mut once = true;
+        film.work(|| std::mem::take(&mut once));
+    }
+    film.work(|| true);
+    assert_eq!((film.tick(), film.is_playing()), (333, true), "and plays on from there");
+}
+
+#[test]
+fn without_time_it_plays_slower_and_not_in_jumps() {
+    let mut film = film("arena");
+    film.set_speed(8.0);
+    film.play();
+    let mut left = 5;
+    film.advance(0.25, || {
+        left -= 1;
+        left >= 0
+    });
+    assert_eq!((film.tick(), film.playhead()), (5, 5.0));
+    assert!(film.is_playing());
+}
+
+#[test]
+fn every_tick_is_compared_and_the_end_says_so() {
+    let mut film = film("impulse");
+    film.play();
+    while film.is_playing() {
+        film.advance(0.1, || true);
+    }
+    assert!(film.is_at_end() && film.checks().all_equal());
+    assert_eq!(film.checks().agrees_until(), TICKS);
+    film.play();
+    film.work(|| true);
+    assert_eq!(film.tick(), 0, "again from the start");
+}
+
+#[test]
+fn what_is_not_watched_is_compared_in_spare_time() {
+    let mut film = film("arena");
+    film.look_ahead(|| true);
+    assert!(film.checks().all_equal());
+    assert_eq!(film.tick(), 0);
+    let joins = |&&(_, chapter): &&(u32, Chapter)| matches!(chapter, Chapter::Join(_));
+    let known = film.chapters().known();
+    let joined: Vec<u32> = known.iter().filter(joins).map(|&(tick, _)| tick).collect();
+    assert_eq!(joined, [1, 2, 301]);
+    assert!(known.contains(&(501, Chapter::Leave)));
+}
+
+#[test]
+fn what_was_looked_at_is_near() {
+    let file = file(&records("arena", 1400));
+    let way = |mut film: ReplayPlayer| {
+        film.aim(1350);
+        let mut ticks = 0;
+        film.work(|| {
+            ticks += 1;
+            true
+        });
+        assert_eq!(film.tick(), 1350);
+        (ticks, film.hash())
+    };
+    let open = || ReplayPlayer::open(file.clone()).expect("a replay");
+    let (far, hash) = way(open());
+    let mut looked = open();
+    looked.look_ahead(|| true);
+    let (near, same) = way(looked);
+    assert_eq!((far, near, same), (1350, 150, hash));
+}
+
+#[test]
+fn a_wrong_hash_is_found_at_its_tick() {
+    let mut records = records("impulse", TICKS);
+    for record in &mut records {
+        if let Record::Ticks(block) = record
+            && (block.first..=block.last()).contains(&345)
+        {
+            block.ticks[(345 - block.first) as usize].hash ^= 1;
+        }
+    }
+    let mut film = ReplayPlayer::open(file(&records)).expect("a replay");
+    film.seek(344);
+    assert_eq!(film.checks().differs_at(), None);
+    film.seek(TICKS);
+    assert_eq!(film.checks().differs_at(), Some(345));
+    assert_eq!(film.checks().agrees_until(), 344);
+    film.seek(0);
+    assert_eq!(film.checks().differs_at(), Some(345), "it stays");
+}
+
+#[test]
+fn cut_files_play_as_far_as_they_go() {
+    let mut bytes = file(&records("arena", TICKS));
+    bytes.truncate(bytes.len() - 40);
+    let mut film = ReplayPlayer::open(bytes).expect("the start is there");
+    let Ending::Cut(error) = film.ending() else { panic!("it was cut") };
+    assert_eq!(error.problem, Problem::CutOff);
+    assert_eq!(film.last_tick(), 600);
+    film.seek(u32::MAX);
+    assert_eq!((film.tick(), film.checks().all_equal()), (600, true));
+}
+
+#[test]
+fn what_is_no_replay_is_refused_with_a_place_and_advice() {
+    let whole = file(&records("arena", 10));
+    let refused = |bytes: Vec<u8>| ReplayPlayer::open(bytes).err().expect("refused");
+    let error = refused(b"GIF89a".to_vec());
+    assert_eq!(
+        (error.title(), error.to_string().as_str()),
+        ("Not a replay", "byte 0: this is not a replay")
+    );
+    let mut other = whole.clone();
+    other[8] = 9;
+    assert_eq!(refused(other).title(), "Unsupported version");
+    let mut damaged = whole.clone();
+    damaged[40] ^= 1;
+    let error = refused(damaged);
+    assert_eq!(error.title(), "Damaged replay");
+    assert!(error.to_string().starts_with("byte 10: "), "{error}");
+    assert!(ReplayPlayer::open(whole).is_ok());
+}
+
+#[test]
+fn a_replay_that_cannot_go_on_ends_there() {
+    let mut records = records("arena", TICKS);
+    for record in &mut records {
+        if let Record::Ticks(block) = record
+            && block.first == 301
+        {
+            let again = jostle_protocol::replay::Change::Leave(Seat(9));
+            block.ticks[20].changes.push(again);
+        }
+    }
+    let mut film = ReplayPlayer::open(file(&records)).expect("a replay");
+    film.seek(600);
+    assert_eq!((film.tick(), film.last_tick()), (320, 320));
+    assert!(film.trouble().is_some_and(|error| error.to_string().contains("tick 321")));
+    film.seek(100);
+    film.play();
+    while film.is_playing() {
+        film.advance(0.1, || true);
+    }
+    assert_eq!(film.tick(), 320);
+}
+
+#[test]
+fn a_followed_player_is_in_the_middle() {
+    let mut film = film("arena");
+    film.seek(420);
+    let whole = film.still_view([1280, 720], 0);
+    let seat = film.players()[1].seat;
+    film.follow(Some(seat));
+    let near = film.still_view([1280, 720], 0);
+    assert!(near.height < whole.height);
+    let (hero, _) = film.followed_hero().expect("a hero");
+    let at = near.to_pixel(hero);
+    assert!((0.0..1280.0).contains(&at.x) && (0.0..720.0).contains(&at.y), "{at}");
+}

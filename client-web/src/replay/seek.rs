@@ -1,0 +1,124 @@
+//! Going to another tick: from the nearest known state the ticks before the goal are played, first
+//! unseen, then into a display of their own, in slices, while the present display stays on view.
+
+use super::display::ReplayDisplay;
+use super::player::{LEAD_TICKS, Rebuilt, ReplayPlayer, Seek};
+
+/// A seek with more than this left to play is given up for a new one; a shorter one is finished
+/// first, so that something is seen while the slider is dragged.
+const FINISHED_TICKS_MAX: u32 = 1500;
+
+impl ReplayPlayer {
+    /// Goes to a tick at once, however long that takes. It stands still there.
+    pub fn seek(&mut self, tick: u32) {
+        self.playing = false;
+        self.wish = None;
+        self.begin_seek(tick);
+        self.work(|| true);
+    }
+
+    /// Sets out for a tick; [`ReplayPlayer::work`] gets there.
+    pub fn aim(&mut self, tick: u32) {
+        match &self.seek {
+            Some(seek) if seek.left(&self.playback) <= FINISHED_TICKS_MAX => self.wish = Some(tick),
+            _ => {
+                self.wish = None;
+                self.begin_seek(tick);
+            }
+        }
+    }
+
+    /// Whether it is on its way to a tick.
+    pub fn is_seeking(&self) -> bool {
+        self.seek.is_some()
+    }
+
+    /// The tick that it is on its way to, else the one on display.
+    pub fn goal(&self) -> u32 {
+        let goal = self.seek.as_ref().map(|seek| seek.goal);
+        self.wish.or(goal).unwrap_or(self.tick())
+    }
+
+    /// Share of the way to the goal, 0..=1.
+    pub fn progress(&self) -> f64 {
+        self.seek.as_ref().map_or(1.0, |seek| {
+            let way = f64::from(seek.goal - seek.begin).max(1.0);
+            1.0 - f64::from(seek.left(&self.playback)) / way
+        })
+    }
+
+    fn begin_seek(&mut self, tick: u32) {
+        let goal = tick.clamp(self.first_tick(), self.last_tick());
+        let now = self.playback.tick();
+        let goes_on = self.seek.as_ref().is_none_or(|seek| seek.rebuilt.is_none());
+        if goes_on && goal >= now && goal - now <= LEAD_TICKS {
+            self.seek = Some(Seek { goal, begin: now, rebuilt: None });
+            return;
+        }
+        let (particles, particle_lead) = match self.seek.take().and_then(|seek| seek.rebuilt) {
+            Some(rebuilt) => (rebuilt.particles, rebuilt.particle_lead),
+            None => (self.playback.game().world().particles().clone(), self.particle_lead()),
+        };
+        let lead = goal.saturating_sub(LEAD_TICKS).max(self.first_tick());
+        if let Err(error) = self.playback.jump(lead) {
+            // Nothing but the game as it is can be shown now.
+            self.fail(error);
+            return self.stand_here();
+        }
+        let rebuilt = Some(Rebuilt { lead, display: None, particles, particle_lead });
+        self.seek = Some(Seek { goal, begin: self.playback.tick(), rebuilt });
+    }
+
+    fn stand_here(&mut self) {
+        self.display = ReplayDisplay::begin(&self.playback);
+        self.jumps += 1;
+        self.playhead = f64::from(self.playback.tick());
+        self.show();
+    }
+
+    /// Plays on towards the goal of a seek for as long as `more` says so.
+    pub fn work(&mut self, mut more: impl FnMut() -> bool) {
+        while self.seek.is_some() {
+            let moved = self.seek_on(&mut more);
+            if !moved {
+                return;
+            }
+            self.arrive();
+        }
+    }
+
+    /// Plays up to the goal; `false` if there was no time for it.
+    fn seek_on(&mut self, more: &mut impl FnMut() -> bool) -> bool {
+        while let Some(seek) = &mut self.seek {
+            let tick = self.playback.tick();
+            let rebuilt = seek.rebuilt.as_mut();
+            if let Some(rebuilt) = rebuilt.filter(|r| r.display.is_none() && r.lead <= tick) {
+                rebuilt.display = Some(ReplayDisplay::begin(&self.playback));
+            }
+            if tick >= seek.goal {
+                return true;
+            }
+            if !more() {
+                return false;
+            }
+            if !self.step() {
+                return true;
+            }
+        }
+        true
+    }
+
+    /// The goal was reached, or nothing past this tick can be.
+    fn arrive(&mut self) {
+        let rebuilt = self.seek.take().and_then(|seek| seek.rebuilt);
+        if let Some(rebuilt) = rebuilt {
+            self.display = rebuilt.display.unwrap_or_else(|| ReplayDisplay::begin(&self.playback));
+            self.jumps += 1;
+        }
+        self.playhead = f64::from(self.playback.tick());
+        self.show();
+        if let Some(wish) = self.wish.take() {
+            self.begin_seek(wish);
+        }
+    }
+}

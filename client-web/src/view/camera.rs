@@ -1,0 +1,123 @@
+//! Where the view is: the whole world letterboxed, or a smooth walk behind the own hero that never
+//! looks past the world's edge without need.
+
+use crate::view::frame::View;
+use jostle_game::scene::Camera as CameraRule;
+use jostle_room::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
+use jostle_sim::{TICKS_PER_SECOND, Vec2};
+
+/// Share of the world added on each side when all of it is shown.
+const MARGIN: f32 = 0.01;
+/// Seconds of the hero's motion that the view looks ahead.
+const LOOK_AHEAD_S: f32 = AHEAD_TICKS as f32 / TICKS_PER_SECOND as f32;
+/// A following view is at least this many times its nominal height wide.
+const FOLLOW_WIDTH_MIN: f32 = 0.9;
+/// A screen on which the whole world leaves more than this much of its height free is upright.
+const UPRIGHT: f32 = 1.5;
+/// Height of an upright view that walks behind a hero, as a multiple of the world's.
+const UPRIGHT_HEIGHT: f32 = 1.32;
+/// Where the middle of the world is on an upright screen, from the top: thumbs are below.
+const UPRIGHT_MIDDLE: f32 = 0.42;
+
+/// The moving camera of one game.
+#[derive(Debug)]
+pub struct Camera {
+    rule: CameraRule,
+    world: Vec2,
+    center: Option<Vec2>,
+    /// The next walk behind a hero begins with a jump.
+    cut: bool,
+}
+
+/// The subject of the camera in one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Canvas size in device pixels, neither zero.
+    pub pixels: [u32; 2],
+    /// Centre and velocity of the hero to follow.
+    pub hero: Option<(Vec2, Vec2)>,
+    /// Device pixels at the bottom that belong to the hud when the whole world is shown.
+    pub bottom: u32,
+    /// Seconds since the last frame.
+    pub elapsed_s: f32,
+}
+
+impl Camera {
+    /// A camera for a world that spans (0, 0) to `world`.
+    pub fn new(rule: CameraRule, world: Vec2) -> Camera {
+        Camera { rule, world, center: None, cut: true }
+    }
+
+    /// Goes to the hero at once when there is one again: the way there was not seen.
+    pub fn cut(&mut self) {
+        self.cut = true;
+    }
+
+    /// The view of this frame.
+    pub fn view(&mut self, target: Target) -> View {
+        let aspect = target.pixels[0] as f32 / target.pixels[1] as f32;
+        match self.rule {
+            CameraRule::Fit => self.fit(target, aspect),
+            CameraRule::Follow { height } => self.follow(target, aspect, height),
+        }
+    }
+
+    fn fit(&mut self, target: Target, aspect: f32) -> View {
+        let needed = self.world * (1.0 + 2.0 * MARGIN);
+        let free = 1.0 - (target.bottom as f32 / target.pixels[1] as f32).min(0.5);
+        let height = (needed.y / free).max(needed.x / aspect);
+        if height <= needed.y * UPRIGHT {
+            let center = self.world * 0.5 - Vec2::new(0.0, 0.5 * (1.0 - free) * height);
+            return View { center, height, pixels: target.pixels };
+        }
+        // On an upright phone the whole width would make everything tiny: with a hero to walk
+        // behind, the world is as high as it can be above the thumbs.
+        let mut view = match target.hero {
+            Some(_) => self.walk(target, aspect, height.min(needed.y * UPRIGHT_HEIGHT)),
+            None => View { center: self.world * 0.5, height, pixels: target.pixels },
+        };
+        view.center.y -= (0.5 - UPRIGHT_MIDDLE) * view.height;
+        view
+    }
+
+    fn follow(&mut self, target: Target, aspect: f32, nominal: f32) -> View {
+        let whole = self.world.y.max(self.world.x / aspect);
+        let height = nominal.max(nominal * FOLLOW_WIDTH_MIN / aspect).min(whole);
+        self.walk(target, aspect, height)
+    }
+
+    /// A view of this height that walks behind the hero.
+    fn walk(&mut self, target: Target, aspect: f32, height: f32) -> View {
+        let half = Vec2::new(height * aspect, height) * 0.5;
+        let last = self.center.unwrap_or(self.world * 0.5);
+        let wanted = target.hero.map_or(last, |(at, speed)| at + speed * LOOK_AHEAD_S);
+        let wanted = within(wanted, half, self.world);
+        let jump = self.cut || (wanted - last).length() > height * 1.5;
+        let share = if jump { 1.0 } else { caught_up(target.elapsed_s) };
+        let center = within(last + (wanted - last) * share, half, self.world);
+        if target.hero.is_some() {
+            self.center = Some(center);
+            self.cut = false;
+        }
+        View { center, height, pixels: target.pixels }
+    }
+}
+
+/// The share of the distance to the hero that the view covers in this many seconds: each tick covers the
+/// same share of the rest.
+fn caught_up(elapsed_s: f32) -> f32 {
+    let left_a_tick = 1.0 - 1.0 / CATCH_UP_TICKS as f32;
+    1.0 - left_a_tick.powf(elapsed_s * TICKS_PER_SECOND as f32)
+}
+
+/// `center` moved so that a view of this half size stays inside the world, or in the world's
+/// middle on an axis where the view is the larger one.
+fn within(center: Vec2, half: Vec2, world: Vec2) -> Vec2 {
+    let axis = |center: f32, half: f32, world: f32| {
+        if half * 2.0 >= world { world * 0.5 } else { center.clamp(half, world - half) }
+    };
+    Vec2::new(axis(center.x, half.x, world.x), axis(center.y, half.y, world.y))
+}
+
+#[cfg(test)]
+mod tests;

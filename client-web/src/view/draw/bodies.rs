@@ -1,0 +1,198 @@
+//! Bodies: slabs first, then the shadows of everything that moves, then those toys with their faces.
+
+use super::faces;
+use super::motion::{Motion, Pose};
+use super::stage::Stage;
+use super::vertex::{SolidKind, SolidVertex, rgba};
+use crate::view::frame::FrameBody;
+use crate::view::palette::{self, INK, MINION, PAPER, Rgb, SLATE, TOYS, WOOD};
+use jostle_game::Kind;
+use jostle_sim::{Shape, Vec2};
+
+/// Shadows fall straight down, by this much.
+const SHADOW_DROP: f32 = 1.1;
+/// Width of their soft edge, world units.
+const SHADOW_SOFT: f32 = 1.5;
+/// How far a body's drawing may reach past its outline, world units.
+const MARGIN: f32 = 8.0;
+/// Adds all bodies in view. `posed` is scratch memory.
+pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>) {
+    let bodies = stage.frame.bodies;
+    posed.clear();
+    for (index, body) in bodies.iter().enumerate() {
+        if !sees(stage, body) {
+            continue;
+        }
+        posed.push((index as u32, motion.pose(body)));
+    }
+    // Slabs lie behind everything, and their shadows behind all of them.
+    let slabs = |(index, _): &&(u32, Pose)| is_slab(&bodies[*index as usize]);
+    for (index, pose) in posed.iter().filter(slabs) {
+        shadow(stage, &bodies[*index as usize], pose);
+    }
+    for (index, pose) in posed.iter().filter(slabs) {
+        slab(stage, &bodies[*index as usize], pose);
+    }
+    posed.retain(|(index, _)| !is_slab(&bodies[*index as usize]));
+    for (index, pose) in posed.iter() {
+        shadow(stage, &bodies[*index as usize], pose);
+    }
+    for (index, pose) in posed.iter() {
+        toy(stage, &bodies[*index as usize], pose);
+    }
+}
+
+fn sees(stage: &Stage, body: &FrameBody) -> bool {
+    let reach = body.shape.half_extent() + Vec2::splat(MARGIN);
+    !body.hidden && stage.quads.sees(body.center, reach)
+}
+
+fn is_slab(body: &FrameBody) -> bool {
+    matches!(body.kind, Kind::Wall | Kind::Platform)
+}
+
+fn slab(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    if body.hot {
+        ring(stage, body, pose);
+    }
+    // Floor, ceiling and walls are one thing; of it only the floor has a lit edge.
+    let floor = pose.half.x > pose.half.y && pose.center.y < 0.5 * stage.frame.world_size.y;
+    let (fill, edge, lit) = match body.kind {
+        Kind::Wall => (SLATE[0], SLATE[2], if floor { 1.0 } else { 0.0 }),
+        _ => (SLATE[1], SLATE[3], 1.0),
+    };
+    let fill = stage.shade(fill, 1.0);
+    let edge = stage.shade(edge, lit);
+    let quad = SolidVertex::new(SolidKind::Slab, pose.center, pose.half, fill);
+    stage.quads.push(quad.rounded(corner(body, pose.half)).edged(edge));
+}
+
+fn shadow(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    let kind = if is_round(body) { SolidKind::ShadowOval } else { SolidKind::ShadowBox };
+    let alpha = if body.kind == Kind::Pack { 0.3 } else { 0.55 };
+    // Small things lie flat on the ground: their shadow is short.
+    let scale = (pose.half.x.min(pose.half.y) / 3.0).min(1.0);
+    let below = pose.center - Vec2::new(0.0, SHADOW_DROP * scale);
+    let quad = SolidVertex::new(kind, below, pose.half, rgba(INK[0], alpha));
+    stage.quads.push(quad.rounded(corner(body, pose.half)).soft(SHADOW_SOFT * scale));
+}
+
+fn toy(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    if body.hot {
+        ring(stage, body, pose);
+    }
+    match body.kind {
+        Kind::Pack => pack(stage, body, pose),
+        Kind::Block => block(stage, body, pose),
+        _ => {
+            let (fill, edge) = skin(body);
+            matte(stage, body, pose, fill, edge);
+            faces::fill(stage, body, pose);
+        }
+    }
+}
+
+/// Fill and lit edge of a body with a face.
+fn skin(body: &FrameBody) -> (Rgb, Rgb) {
+    const WHITE: Rgb = [255, 255, 255];
+    match body.kind {
+        Kind::Minion => (MINION[0], MINION[1]),
+        Kind::Marble => {
+            let pale = palette::mix(PAPER[1], PAPER[0], 0.45 * tone(body));
+            (palette::mix(pale, INK[2], 0.10), WHITE)
+        }
+        _ => {
+            let color = body.color.map_or(palette::NOBODY, palette::player);
+            (palette::mix(color, INK[1], 0.04), palette::mix(color, WHITE, 0.55))
+        }
+    }
+}
+
+fn matte(stage: &mut Stage, body: &FrameBody, pose: &Pose, fill: Rgb, edge: Rgb) {
+    let kind = if is_round(body) { SolidKind::MatteOval } else { SolidKind::MatteBox };
+    let quad = SolidVertex::new(kind, pose.center, pose.half, stage.shade(fill, 1.0));
+    stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(edge, 1.0)));
+}
+
+fn block(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    let fill = palette::mix(WOOD[0], WOOD[1], 0.35 + 0.5 * tone(body));
+    if is_round(body) {
+        let paint = TOYS[body.id.index as usize % TOYS.len()];
+        matte(stage, body, pose, paint, palette::mix(paint, PAPER[0], 0.6));
+        let at = pose.center + pose.half * Vec2::new(-0.28, 0.34);
+        let shine = stage.shade(PAPER[0], 0.22);
+        stage.quads.push(SolidVertex::new(SolidKind::Oval, at, pose.half * 0.17, shine));
+        return;
+    }
+    let quad = SolidVertex::new(SolidKind::Crate, pose.center, pose.half, stage.shade(fill, 1.0));
+    stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(WOOD[2], 1.0)));
+}
+
+/// A number in 0..=1 of a body's own: toys of one box are not all of one shade.
+fn tone(body: &FrameBody) -> f32 {
+    (body.id.index.wrapping_mul(2_654_435_761) >> 24) as f32 / 255.0
+}
+
+/// A drop that points where it flies, with a wake and a small glow.
+fn pack(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    let color = body.color.map_or(palette::NOBODY, palette::player);
+    let radius = pose.half.x.min(pose.half.y);
+    let speed = body.velocity.length();
+    let forward = if speed > 1.0 { body.velocity / speed } else { Vec2::new(0.0, -1.0) };
+
+    let glow = SolidVertex::new(
+        SolidKind::Glow,
+        pose.center,
+        Vec2::splat(radius * 4.5),
+        stage.shade(color, 0.30),
+    );
+    stage.quads.push(glow);
+    stage.shine(body.center, color, 2.5);
+
+    let tail = (speed * 0.22).min(radius * 7.0);
+    let wake = SolidVertex::new(
+        SolidKind::Trail,
+        pose.center - forward * (0.5 * tail),
+        Vec2::new(0.5 * tail, radius * 0.75),
+        stage.shade(color, 0.55),
+    );
+    stage.quads.push(wake.turned(forward).edged([0, 0, 0, 0]));
+
+    let tip = radius * (1.5 + (speed / 30.0).min(1.0) * 0.9);
+    let white = palette::mix(color, [255, 255, 255], 0.7);
+    let drop = SolidVertex::new(
+        SolidKind::Drop,
+        pose.center,
+        Vec2::new(tip, radius),
+        stage.shade(color, 1.0),
+    );
+    stage.quads.push(drop.turned(forward).edged(stage.shade(white, 1.0)));
+    let shine = pose.center + Vec2::new(-0.3, 0.35) * radius;
+    let fill = stage.shade(white, 0.8);
+    stage.quads.push(SolidVertex::new(SolidKind::Oval, shine, Vec2::splat(radius * 0.22), fill));
+}
+
+/// A soft outline around what can be dragged.
+fn ring(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    let kind = if is_round(body) { SolidKind::RingOval } else { SolidKind::RingBox };
+    let grown = pose.half + Vec2::splat(0.9);
+    let quad = SolidVertex::new(kind, pose.center, grown, rgba(PAPER[0], 0.75));
+    let width = SolidVertex { edge: [0, 0, 0, 70], ..quad };
+    stage.quads.push(width.rounded(corner(body, pose.half) + 0.9).soft(0.8));
+}
+
+fn is_round(body: &FrameBody) -> bool {
+    matches!(body.shape, Shape::Circle { .. })
+}
+
+/// Corner radius of a body of this half extent.
+fn corner(body: &FrameBody, half: Vec2) -> f32 {
+    let least = half.x.min(half.y);
+    match body.kind {
+        Kind::Wall => 0.0,
+        Kind::Platform => least.min(0.9),
+        Kind::Hero => 0.52 * least,
+        Kind::Block => 0.16 * least,
+        _ => 0.6 * least,
+    }
+}

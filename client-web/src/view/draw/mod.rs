@@ -1,0 +1,158 @@
+//! From a [`Frame`] to vertices: pure code without a GPU, the same for the page and for pictures.
+//!
+//! Order of drawing is order in the list: slabs, shadows, bodies with faces and effects; then all
+//! particles; then what lies over them (bounds, the veil of a lost connection).
+
+mod bodies;
+mod effects;
+mod faces;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod icon;
+mod light;
+pub(crate) mod motion;
+mod outline;
+mod quads;
+pub mod sprite;
+mod stage;
+pub mod vertex;
+
+pub use light::{LIGHT_CELLS, LightField};
+pub use vertex::{Globals, ParticleVertex, SolidKind, SolidVertex};
+
+use crate::view::frame::{Frame, View};
+use crate::view::palette::INK;
+use jostle_sim::{Particles, Vec2};
+use motion::{Motion, Pose};
+use quads::Quads;
+use stage::Stage;
+use vertex::rgba;
+
+/// Particles drawn at a time; further ones are left out.
+pub const PARTICLES_MAX: usize = 65_536;
+
+/// Everything the renderer needs for one frame. Kept between frames: it reuses its memory, and
+/// remembers how bodies moved, for squash and stretch.
+#[derive(Default)]
+pub struct DrawList {
+    globals: Globals,
+    quads: Quads,
+    overlay_start: usize,
+    particles: Vec<ParticleVertex>,
+    light: LightField,
+    motion: Motion,
+    /// The copy of the room that moved.
+    copy: u32,
+    posed: Vec<(u32, Pose)>,
+}
+
+impl DrawList {
+    /// An empty list.
+    pub fn new() -> DrawList {
+        DrawList::default()
+    }
+
+    /// Replaces the contents by what `frame` shows.
+    pub fn fill(&mut self, frame: &Frame) {
+        let half = view_half(&frame.view);
+        self.quads.begin(frame.view.center, half, frame.view.unit_per_pixel());
+        self.light.begin(frame.view.center, half);
+        if self.copy != frame.copy {
+            self.copy = frame.copy;
+            self.motion = Motion::default();
+        }
+        self.motion.begin(frame.time, frame.calm);
+
+        let mut stage = Stage { quads: &mut self.quads, light: &mut self.light, frame };
+        bodies::fill(&mut stage, &mut self.motion, &mut self.posed);
+        effects::fill(&mut stage);
+        self.fill_particles(frame.particles, frame.particle_lead);
+
+        self.overlay_start = self.quads.vertices().len();
+        if frame.bounds {
+            outline::fill(&mut Stage { quads: &mut self.quads, light: &mut self.light, frame });
+        }
+        if frame.dimmed {
+            let veil = rgba(INK[0], 0.62);
+            self.quads.push(SolidVertex::new(SolidKind::Box, frame.view.center, half, veil));
+        }
+        self.light.finish();
+        self.globals = globals(frame, half, &self.light);
+    }
+
+    fn fill_particles(&mut self, particles: &Particles, lead_s: f32) {
+        self.particles.clear();
+        if particles.is_empty() {
+            return;
+        }
+        let velocities = particles.velocities();
+        for (index, &position) in particles.positions().iter().enumerate() {
+            let look = particles.appearance(index);
+            let [r, g, b, _] = look.color;
+            self.push_particle(position + velocities[index] * lead_s, look.size, [r, g, b]);
+        }
+    }
+
+    /// Adds one particle: centre and width in world units, tint factors that may exceed 1.
+    fn push_particle(&mut self, center: Vec2, size: f32, tint: [f32; 3]) {
+        let hidden = !self.quads.sees(center, Vec2::splat(0.5 * size));
+        if hidden || self.particles.len() >= PARTICLES_MAX * 4 {
+            return;
+        }
+        // A flame particle is about 5.5 units wide at birth (A3.18).
+        // The light of a fire is warmer than its gas: some of the red counts as orange.
+        let warm = [tint[0], tint[1] + 0.22 * tint[0], tint[2]];
+        self.light.add(center, warm, size * size * (1.0 / 30.0));
+        let vertex = ParticleVertex { center: center.into(), size, tint };
+        self.particles.extend_from_slice(&[vertex; 4]);
+    }
+
+    /// The uniform block.
+    pub fn globals(&self) -> &Globals {
+        &self.globals
+    }
+
+    /// Solid quads, four vertices each.
+    pub fn solids(&self) -> &[SolidVertex] {
+        self.quads.vertices()
+    }
+
+    /// The first of [`DrawList::solids`] that lies over the particles.
+    pub fn overlay_start(&self) -> usize {
+        self.overlay_start
+    }
+
+    /// Particles, four vertices each.
+    pub fn particles(&self) -> &[ParticleVertex] {
+        &self.particles
+    }
+
+    /// The light that glowing things throw.
+    pub fn light(&self) -> &LightField {
+        &self.light
+    }
+}
+
+/// Half of what a view shows, world units.
+fn view_half(view: &View) -> Vec2 {
+    let aspect = view.pixels[0] as f32 / view.pixels[1].max(1) as f32;
+    Vec2::new(aspect, 1.0) * (0.5 * view.height)
+}
+
+fn globals(frame: &Frame, half: Vec2, light: &LightField) -> Globals {
+    Globals {
+        center: frame.view.center.into(),
+        half: half.into(),
+        world: frame.world_size.into(),
+        pixels: frame.view.pixels.map(|p| p as f32),
+        light_low: light.low().into(),
+        light_size: [light.size(); 2],
+        unit_per_pixel: frame.view.unit_per_pixel(),
+        light_on: f32::from(u8::from(light.is_lit())),
+        grid: 1.0,
+        unused: 0.0,
+        ink: INK.map(|ink| rgba(ink, 1.0).map(|part| f32::from(part) / 255.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,335 @@
+//! The draw list: what is drawn, in which colour and order, and what is left out.
+
+use super::*;
+use crate::view::frame::{Effect, EffectKind, FrameBody};
+use jostle_game::Kind;
+use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source};
+
+const VIEW: View = View { center: Vec2::new(100.0, 56.25), height: 112.5, pixels: [1280, 720] };
+
+fn body(index: u32, kind: Kind, shape: Shape, center: Vec2) -> FrameBody {
+    FrameBody {
+        id: BodyId { index, generation: 0 },
+        kind,
+        color: None,
+        shape,
+        center,
+        velocity: Vec2::ZERO,
+        age: 10.0,
+        gaze: None,
+        touching: false,
+        hidden: false,
+        hot: false,
+        squash: None,
+    }
+}
+
+fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
+    Frame {
+        view: VIEW,
+        world_size: Vec2::new(200.0, 112.5),
+        bodies,
+        particles,
+        recipes: &[],
+        particle_lead: 0.0,
+        effects: &[],
+        time: 1.0,
+        bounds: false,
+        calm: true,
+        own_seat: None,
+        pointer: None,
+        copy: 0,
+        dimmed: false,
+    }
+}
+
+fn quads(vertices: &[SolidVertex]) -> Vec<SolidVertex> {
+    for four in vertices.chunks(4) {
+        assert_eq!(four.len(), 4, "quads have four vertices");
+        assert!(four.iter().all(|v| v == &four[0]), "the four vertices of a quad are equal");
+    }
+    vertices.iter().step_by(4).copied().collect()
+}
+
+/// The quads over the particles when `bodies` are shown with bounds.
+fn bounds_of(bodies: &[FrameBody]) -> Vec<SolidVertex> {
+    let particles = Particles::default();
+    let mut list = DrawList::new();
+    list.fill(&Frame { bounds: true, ..frame(bodies, &particles) });
+    quads(&list.solids()[list.overlay_start()..])
+}
+
+/// The two ends of a drawn line; its ends are round, half of its width past them.
+fn ends(line: &SolidVertex) -> [Vec2; 2] {
+    let along = Vec2::from(line.axis) * (line.half[0] - line.half[1]);
+    [Vec2::from(line.center) - along, Vec2::from(line.center) + along]
+}
+
+fn burst(count: u16, at: Vec2, ticks: usize) -> Particles {
+    let mut particles = Particles::new(vec![Recipe::default()], 30_000);
+    let source = Source::Point(at);
+    particles.start(EmitterDef { recipe: 0, count, seed: 3, source });
+    for _ in 0..ticks {
+        particles.step(&[], |_| None);
+    }
+    particles
+}
+
+#[test]
+fn a_circle_has_sixteen_segments_from_angle_zero() {
+    let center = Vec2::new(50.0, 50.0);
+    let lines = bounds_of(&[body(0, Kind::Hero, Shape::circle(9.0), center)]);
+    assert_eq!(lines.len(), 16 + 2, "16 segments and the two strokes of the mark");
+    for (i, line) in lines[..16].iter().enumerate() {
+        let [from, to] = ends(line);
+        for (point, step) in [(from, i), (to, i + 1)] {
+            let angle = step as f32 * std::f32::consts::TAU / 16.0;
+            let corner = center + Vec2::from_angle(angle) * 9.0;
+            assert!(point.distance(corner) < 1e-3, "segment {i}: {point} is not {corner}");
+        }
+    }
+}
+
+#[test]
+fn a_box_has_four_sides_and_a_mark_of_half_a_unit() {
+    let center = Vec2::new(50.0, 50.0);
+    let lines = bounds_of(&[body(0, Kind::Block, Shape::rect(10.0, 6.0), center)]);
+    assert_eq!(lines.len(), 4 + 2);
+    for line in &lines[..4] {
+        for end in ends(line) {
+            let away = (end - center).abs();
+            assert!(away.distance(Vec2::new(5.0, 3.0)) < 1e-3, "{end} is no corner");
+        }
+    }
+    for line in &lines[4..] {
+        for end in ends(line) {
+            let away = (end - center).abs();
+            assert!(away.distance(Vec2::splat(0.25)) < 1e-3, "{end} is no corner of the mark");
+        }
+    }
+}
+
+#[test]
+fn bounds_have_the_colours_of_the_chapter() {
+    let colors = [
+        (Kind::Hero, [0, 255, 0, 255]),
+        (Kind::Minion, [0, 255, 0, 255]),
+        (Kind::Marble, [255, 255, 255, 255]),
+        (Kind::Platform, [255, 51, 51, 255]),
+    ];
+    for (kind, color) in colors {
+        let mut shown = body(0, kind, Shape::rect(8.0, 8.0), Vec2::new(50.0, 50.0));
+        assert!(bounds_of(&[shown]).iter().all(|line| line.fill == color), "{}", kind.name());
+        shown.touching = true;
+        let red = [255, 0, 0, 255];
+        assert!(bounds_of(&[shown]).iter().all(|line| line.fill == red), "{}", kind.name());
+    }
+}
+
+#[test]
+fn a_hidden_body_keeps_only_its_bounds() {
+    let particles = Particles::default();
+    let mut shown = body(0, Kind::Hero, Shape::circle(9.0), Vec2::new(50.0, 50.0));
+    shown.hidden = true;
+    let mut list = DrawList::new();
+    list.fill(&Frame { bounds: true, ..frame(&[shown], &particles) });
+    assert_eq!(list.overlay_start(), 0, "nothing under the bounds");
+    assert!(!list.solids().is_empty());
+}
+
+#[test]
+fn what_is_out_of_view_costs_nothing() {
+    let far = Vec2::new(1000.0, 56.0);
+    let bodies: Vec<_> =
+        Kind::ALL.iter().map(|&kind| body(0, kind, Shape::circle(5.0), far)).collect();
+    let particles = burst(50, far, 5);
+    assert!(!particles.is_empty());
+    let mut list = DrawList::new();
+    let effect = Effect {
+        kind: EffectKind::Splash,
+        point: far,
+        age: 0.1,
+        color: Some(1),
+        strength: 1.0,
+        body: None,
+    };
+    list.fill(&Frame { bounds: true, effects: &[effect], ..frame(&bodies, &particles) });
+    assert!(list.solids().is_empty());
+    assert!(list.particles().is_empty());
+    assert!(!list.light().is_lit());
+}
+
+#[test]
+fn a_body_half_in_view_is_drawn() {
+    let particles = Particles::default();
+    let edge = Vec2::new(-4.0, 56.0);
+    let mut list = DrawList::new();
+    list.fill(&frame(&[body(0, Kind::Block, Shape::rect(10.0, 10.0), edge)], &particles));
+    assert!(quads(list.solids()).iter().any(|q| q.kind == SolidKind::Crate as u32));
+}
+
+#[test]
+fn a_crowd_is_drawn_in_full_and_without_new_memory() {
+    let bodies: Vec<_> = (0..5000)
+        .map(|i| {
+            let at = Vec2::new((i % 100) as f32 * 2.0, (i / 100) as f32 * 2.0);
+            body(i, Kind::Marble, Shape::circle(1.0), at)
+        })
+        .collect();
+    let particles = burst(20_000, Vec2::new(100.0, 56.0), 29);
+    let mut list = DrawList::new();
+    list.fill(&frame(&bodies, &particles));
+    let bodies_drawn =
+        quads(list.solids()).iter().filter(|q| q.kind == SolidKind::MatteOval as u32).count();
+    assert_eq!(bodies_drawn, 5000);
+    assert_eq!(list.particles().len(), particles.len() * 4);
+    let before = (list.solids().as_ptr(), list.particles().as_ptr());
+    list.fill(&frame(&bodies, &particles));
+    assert_eq!((list.solids().as_ptr(), list.particles().as_ptr()), before);
+}
+
+#[test]
+fn particles_are_drawn_where_they_are_by_now_in_their_own_look() {
+    let particles = burst(5, Vec2::new(100.0, 60.0), 3);
+    let mut list = DrawList::new();
+    let lead = 0.01;
+    list.fill(&Frame { particle_lead: lead, ..frame(&[], &particles) });
+    for (i, vertex) in list.particles().iter().step_by(4).enumerate() {
+        let place = particles.positions()[i] + particles.velocities()[i] * lead;
+        let look = particles.appearance(i);
+        assert_eq!(Vec2::from(vertex.center), place);
+        assert_eq!(vertex.size, look.size);
+        assert_eq!(vertex.tint[..], look.color[..3]);
+    }
+}
+
+#[test]
+fn a_lost_connection_dims_everything_last() {
+    let particles = burst(5, Vec2::new(100.0, 60.0), 3);
+    let bodies = [body(0, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(50.0, 50.0))];
+    let mut list = DrawList::new();
+    list.fill(&Frame { bounds: true, dimmed: true, ..frame(&bodies, &particles) });
+    let all = quads(list.solids());
+    let veil = all.last().expect("a veil");
+    assert_eq!(veil.half, list.globals().half, "it covers the view");
+    assert!(list.overlay_start() < list.solids().len() - 4);
+}
+
+#[test]
+fn explosions_light_what_is_near_and_nothing_far() {
+    let at = Vec2::new(60.0, 56.0);
+    let particles = burst(200, at, 20);
+    let mut list = DrawList::new();
+    list.fill(&frame(&[], &particles));
+    assert_eq!(list.globals().light_on, 1.0);
+    let near = list.light().at(at + Vec2::new(6.0, 0.0))[0];
+    let far = list.light().at(at + Vec2::new(100.0, 0.0))[0];
+    assert!(near > 0.5, "near: {near}");
+    assert!(far < 0.02, "far: {far}");
+    list.fill(&frame(&[], &Particles::default()));
+    assert_eq!(list.globals().light_on, 0.0, "the light goes out with the fire");
+}
+
+/// Height over width of the first matte box drawn.
+fn slimness(list: &DrawList) -> f32 {
+    let all = quads(list.solids());
+    let matte = all.iter().find(|q| q.kind == SolidKind::MatteBox as u32).expect("a hero");
+    matte.half[1] / matte.half[0]
+}
+
+#[test]
+fn a_landing_flattens_a_hero_for_a_moment() {
+    let particles = Particles::default();
+    let mut list = DrawList::new();
+    let mut hero = body(0, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(50.0, 50.0));
+    let at_rest = 22.0 / 16.0;
+    let mut flattest = f32::MAX;
+    for i in 0..120 {
+        hero.velocity = if i < 30 { Vec2::new(0.0, -30.0) } else { Vec2::ZERO };
+        let time = 1.0 + i as f32 / 60.0;
+        list.fill(&Frame { time, calm: false, ..frame(&[hero], &particles) });
+        let now = slimness(&list);
+        assert!((now / at_rest - 1.0).abs() < 0.4, "frame {i}: {now}");
+        flattest = flattest.min(now);
+    }
+    assert!(flattest < 0.93 * at_rest, "it never got flatter than {flattest}");
+    assert!((slimness(&list) / at_rest - 1.0).abs() < 0.01, "it is itself again");
+
+    list.fill(&Frame { time: 4.0, ..frame(&[hero], &particles) });
+    assert_eq!(slimness(&list), at_rest, "nothing moves for who wants calm");
+}
+
+#[test]
+fn what_moved_before_the_connection_was_lost_does_not_land_after_it() {
+    let particles = Particles::default();
+    let flatness = |copy| {
+        let mut list = DrawList::new();
+        let mut hero = body(0, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(50.0, 50.0));
+        hero.velocity = Vec2::new(0.0, -30.0);
+        list.fill(&Frame { time: 1.0, calm: false, copy: 1, ..frame(&[hero], &particles) });
+        hero.velocity = Vec2::ZERO;
+        list.fill(&Frame { time: 1.05, calm: false, copy, ..frame(&[hero], &particles) });
+        slimness(&list) / (22.0 / 16.0)
+    };
+    assert!(flatness(1) < 0.99, "a landing");
+    assert_eq!(flatness(2), 1.0, "another copy of the room");
+}
+
+#[test]
+fn a_hit_widens_the_eyes_of_that_hero_only() {
+    let particles = Particles::default();
+    let heroes = [30.0, 100.0]
+        .map(|x| body(x as u32, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(x, 50.0)));
+    let hit = Effect {
+        kind: EffectKind::Splash,
+        point: Vec2::new(30.0, 90.0),
+        age: 0.05,
+        color: Some(2),
+        strength: 1.0,
+        body: Some(heroes[0].id),
+    };
+    let mut list = DrawList::new();
+    list.fill(&Frame { effects: &[hit], ..frame(&heroes, &particles) });
+    let widest = |from: f32, to: f32| {
+        let ovals = quads(list.solids()).into_iter().filter(|q| q.kind == SolidKind::Oval as u32);
+        let there = ovals.filter(|q| q.center[0] > from && q.center[0] < to && q.center[1] < 60.0);
+        there.map(|q| q.half[0]).fold(0.0, f32::max)
+    };
+    let (hit, other) = (widest(20.0, 40.0), widest(90.0, 110.0));
+    assert!(other > 0.0, "both have eyes");
+    assert!(hit > 1.1 * other, "{hit} against {other}");
+}
+
+#[test]
+fn the_sprite_file_is_the_generators() {
+    let file: &[u8] = include_bytes!("../../../../assets/sprites/particle.pgm");
+    assert!(file == sprite::particle_pgm(), "run the example `sprites` to rewrite it");
+    let texels = sprite::particle_texels();
+    let alpha = |x: usize, y: usize| texels[(y * sprite::SIDE + x) * 4 + 3];
+    assert_eq!(alpha(32, 32), 255, "full in the middle");
+    assert_eq!(alpha(0, 32), 0, "nothing at the rim");
+}
+
+#[test]
+fn the_icon_files_are_the_generators() {
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sprites"));
+    for (name, side) in icon::ICONS {
+        let file = std::fs::read(folder.join(name)).expect(name);
+        assert!(file == icon::icon_png(side), "{name}: run the example `sprites` to rewrite it");
+        assert!(file.len() < 32 << 10, "{name} has {} bytes", file.len());
+    }
+}
+
+#[test]
+fn every_scene_has_a_picture() {
+    let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/pictures"));
+    for scene in jostle_game::Scene::built_in() {
+        let path = folder.join(format!("{}.png", scene.name));
+        let file = std::fs::File::open(&path).expect("run the example `picture` to draw it");
+        let bytes = file.metadata().expect("a file has metadata").len();
+        assert!(bytes < 200_000, "{}: {bytes} bytes, at most 200000", scene.name);
+        let decoder = png::Decoder::new(std::io::BufReader::new(file));
+        let info = decoder.read_info().expect("a PNG").info().size();
+        assert_eq!(info, (640, 360), "{}", scene.name);
+    }
+}

@@ -1,0 +1,127 @@
+//! The contents of one drawn frame: plain data, filled by the app from snapshots, read by the renderer.
+
+use jostle_game::{Kind, Seat};
+use jostle_sim::{BodyId, Particles, Recipe, Shape, Vec2};
+
+/// A body at the sampled moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameBody {
+    /// Its name.
+    pub id: BodyId,
+    /// Its kind.
+    pub kind: Kind,
+    /// Palette index of its player, for heroes and packs.
+    pub color: Option<u8>,
+    /// Outline.
+    pub shape: Shape,
+    /// Interpolated centre, world units.
+    pub center: Vec2,
+    /// Velocity between the two snapshots, units/s.
+    pub velocity: Vec2,
+    /// Seconds since it was first drawn.
+    pub age: f32,
+    /// Where its eyes look, world units; heroes only.
+    pub gaze: Option<Vec2>,
+    /// Overlaps another body now (bounds are red then).
+    pub touching: bool,
+    /// The sprite is hidden, only its bounds are drawn (the selected body of the bounds scene).
+    pub hidden: bool,
+    /// Under the pointer and can be dragged, or is held.
+    pub hot: bool,
+    /// By what share it is flatter than its outline, or `None` to have the drawing find that out
+    /// from how it moves from frame to frame.
+    pub squash: Option<f32>,
+}
+
+/// Something that flares up and fades.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effect {
+    /// Its kind.
+    pub kind: EffectKind,
+    /// Its position, world units.
+    pub point: Vec2,
+    /// Seconds since it happened.
+    pub age: f32,
+    /// Palette index of the player behind it.
+    pub color: Option<u8>,
+    /// Strength: closing speed in units/s for sparks.
+    pub strength: f32,
+    /// The body concerned.
+    pub body: Option<BodyId>,
+}
+
+/// Kinds of [`Effect`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EffectKind {
+    /// A hard contact.
+    Spark,
+    /// A pack burst on a hero.
+    Splash,
+    /// A body left the world.
+    Gone,
+}
+
+/// The part of the world that the camera shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// World point in the middle of the canvas.
+    pub center: Vec2,
+    /// World units from the bottom to the top of the canvas.
+    pub height: f32,
+    /// Canvas size in device pixels.
+    pub pixels: [u32; 2],
+}
+
+impl View {
+    /// World units a device pixel.
+    pub fn unit_per_pixel(&self) -> f32 {
+        self.height / self.pixels[1] as f32
+    }
+
+    /// The world point under a device pixel (y down, origin top left).
+    pub fn to_world(&self, pixel: Vec2) -> Vec2 {
+        let size = Vec2::new(self.pixels[0] as f32, self.pixels[1] as f32);
+        let from_middle = Vec2::new(pixel.x - size.x * 0.5, size.y * 0.5 - pixel.y);
+        self.center + from_middle * self.unit_per_pixel()
+    }
+
+    /// The device pixel (y down, origin top left) of a world point.
+    pub fn to_pixel(&self, point: Vec2) -> Vec2 {
+        let size = Vec2::new(self.pixels[0] as f32, self.pixels[1] as f32);
+        let offset = (point - self.center) / self.unit_per_pixel();
+        Vec2::new(size.x * 0.5 + offset.x, size.y * 0.5 - offset.y)
+    }
+}
+
+/// Everything that one frame shows.
+pub struct Frame<'a> {
+    /// Camera.
+    pub view: View,
+    /// The world spans (0, 0) to this.
+    pub world_size: Vec2,
+    /// Bodies in index order.
+    pub bodies: &'a [FrameBody],
+    /// Particles as of the last applied tick.
+    pub particles: &'a Particles,
+    /// Their recipes.
+    pub recipes: &'a [Recipe],
+    /// Seconds since that tick, at most 1/60 either way, to draw particles where they are by now.
+    pub particle_lead: f32,
+    /// Flashes of the last second.
+    pub effects: &'a [Effect],
+    /// Seconds since the page began to draw; drives blinking and bobbing only.
+    pub time: f32,
+    /// Draw bounds, centre marks and contacts (F2).
+    pub bounds: bool,
+    /// No camera nudges, no bobbing (prefers-reduced-motion).
+    pub calm: bool,
+    /// Own seat, if seated.
+    pub own_seat: Option<Seat>,
+    /// Own pointer in world units.
+    pub pointer: Option<Vec2>,
+    /// Number of the copy of the room; each connection gets a new one, and nothing that moved in
+    /// the last moves on.
+    pub copy: u32,
+    /// The world is dimmed while the connection is lost.
+    pub dimmed: bool,
+}

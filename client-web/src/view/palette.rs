@@ -1,0 +1,84 @@
+//! The one palette: ink for the stage, slate and wood for the things on it, paper for text, eight
+//! player colours and an ember ramp. The canvas reads the constants, the page the CSS that
+//! [`css`] writes; `web/palette.css` is that text, and a test keeps the two equal.
+
+use std::fmt::Write;
+
+/// Red, green and blue as displayed, 0..=255.
+pub type Rgb = [u8; 3];
+
+/// Background, from the dark outside of the world to the lit stage.
+pub const INK: [Rgb; 3] = [[0x09, 0x0c, 0x1a], [0x10, 0x16, 0x2b], [0x1c, 0x26, 0x46]];
+/// Slabs and walls, from their shaded side to their lit edge.
+pub const SLATE: [Rgb; 4] =
+    [[0x2b, 0x35, 0x55], [0x3b, 0x48, 0x6d], [0x56, 0x66, 0x8f], [0x8b, 0x9c, 0xc4]];
+/// Crates, from the shaded plank to the lit edge.
+pub const WOOD: [Rgb; 3] = [[0x7a, 0x55, 0x3f], [0xa8, 0x7c, 0x58], [0xd9, 0xb1, 0x83]];
+/// Painted balls: quieter than any player.
+pub const TOYS: [Rgb; 3] = [[0x3f, 0x7d, 0x86], [0x9c, 0x55, 0x4b], [0xa3, 0x8a, 0x4c]];
+/// Wandering minions, body and lit edge.
+pub const MINION: [Rgb; 2] = [[0x6f, 0x63, 0xa8], [0xa9, 0x9d, 0xe0]];
+/// Text on ink: first for reading, second for what may recede. Also eyes and marbles.
+pub const PAPER: [Rgb; 2] = [[0xf4, 0xf1, 0xe8], [0xb4, 0xbb, 0xcf]];
+/// Player colours, starting from Okabe and Ito's and moved until every two stay apart under
+/// protanopia, deuteranopia and tritanopia, and each is readable on ink; `palette/tests.rs` measures it.
+pub const PLAYERS: [Rgb; 8] = [
+    [0xff, 0x8a, 0x08],
+    [0x40, 0xd5, 0xff],
+    [0x15, 0xc2, 0x7b],
+    [0xff, 0xd9, 0x74],
+    [0x61, 0x86, 0xdf],
+    [0xed, 0x52, 0x0d],
+    [0xfc, 0xa2, 0xc1],
+    [0xe8, 0xff, 0xef],
+];
+/// A hero or a pack without an owner.
+pub const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
+/// Names of the player colours, for people who choose one.
+pub const PLAYER_NAMES: [&str; 8] =
+    ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];
+/// A fire that cools: white, yellow, orange, red, as a black body does.
+pub const EMBER: [Rgb; 4] =
+    [[0xff, 0xf3, 0xd6], [0xff, 0xc2, 0x5c], [0xff, 0x7a, 0x1f], [0xc4, 0x2a, 0x0e]];
+
+/// The colour of a player by index; any index is allowed and wraps around.
+pub fn player(index: u8) -> Rgb {
+    PLAYERS[usize::from(index) % PLAYERS.len()]
+}
+
+/// `a` at `share` 0, `b` at 1.
+pub fn mix(a: Rgb, b: Rgb, share: f32) -> Rgb {
+    let part = |i: usize| {
+        let (from, to) = (f32::from(a[i]), f32::from(b[i]));
+        (from + (to - from) * share).round().clamp(0.0, 255.0) as u8
+    };
+    [part(0), part(1), part(2)]
+}
+
+/// The palette as CSS custom properties: `--ink-0` .. `--ember-3`.
+pub fn css() -> String {
+    let mut text = String::from(
+        "/* Written from client-web/src/view/palette.rs; edit it there. */\n:root {\n",
+    );
+    let groups: [(&str, &[Rgb]); 8] = [
+        ("ink", &INK),
+        ("slate", &SLATE),
+        ("wood", &WOOD),
+        ("toy", &TOYS),
+        ("minion", &MINION),
+        ("paper", &PAPER),
+        ("player", &PLAYERS),
+        ("ember", &EMBER),
+    ];
+    for (name, colors) in groups {
+        for (step, [r, g, b]) in colors.iter().enumerate() {
+            writeln!(text, "  --{name}-{step}: #{r:02x}{g:02x}{b:02x};")
+                .expect("writing to a string cannot fail");
+        }
+    }
+    text.push_str("}\n");
+    text
+}
+
+#[cfg(test)]
+mod tests;

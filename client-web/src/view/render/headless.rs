@@ -1,0 +1,186 @@
+//! Drawing without a window, for pictures and tests: a software or hardware adapter, a target in
+//! memory, and its pixels. It asks for the limits of WebGL2, so that what works here works in the page.
+
+use super::Renderer;
+use crate::view::draw::DrawList;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+/// The one target format, as in the page.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// Why a picture could not be drawn.
+#[derive(Debug)]
+pub enum HeadlessError {
+    /// Neither Vulkan nor GL offers an adapter.
+    NoAdapter(wgpu::RequestAdapterError),
+    /// The adapter gives no device with WebGL2's limits.
+    NoDevice(wgpu::RequestDeviceError),
+    /// The adapter has no targets as large as the picture.
+    TooLarge {
+        /// Largest width and height, pixels.
+        side_max: u32,
+    },
+    /// The pixels could not be read back.
+    ReadBack(String),
+}
+
+impl std::fmt::Display for HeadlessError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            HeadlessError::NoAdapter(error) => {
+                write!(
+                    f,
+                    "found no Vulkan or GL adapter (Mesa's software drivers will do): {error}"
+                )
+            }
+            HeadlessError::NoDevice(error) => write!(f, "the adapter gives no device: {error}"),
+            HeadlessError::TooLarge { side_max } => {
+                write!(f, "the adapter draws pictures of at most {side_max} x {side_max} pixels")
+            }
+            HeadlessError::ReadBack(error) => write!(f, "reading the picture back failed: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for HeadlessError {}
+
+/// A picture: RGBA, four bytes a pixel, top row first.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// `size[0] * size[1] * 4` bytes.
+    pub rgba: Vec<u8>,
+}
+
+impl Picture {
+    /// The pixel at a column and a row, from the top left.
+    pub fn pixel(&self, x: u32, y: u32) -> [u8; 4] {
+        let at = (y * self.size[0] + x) as usize * 4;
+        [self.rgba[at], self.rgba[at + 1], self.rgba[at + 2], self.rgba[at + 3]]
+    }
+
+    /// The picture as a PNG file, without its alpha.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.size[0], self.size[1]);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_compression(png::Compression::High);
+        let rgb: Vec<u8> = self.rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&rgb)?;
+        writer.finish()?;
+        Ok(bytes)
+    }
+}
+
+/// A device without a window, and its renderer.
+pub struct Headless {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    renderer: Renderer,
+    adapter: String,
+}
+
+impl Headless {
+    /// Opens the first adapter that Vulkan or GL offers.
+    pub fn open() -> Result<Headless, HeadlessError> {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = wgpu::Backends::VULKAN | wgpu::Backends::GL;
+        let instance = wgpu::Instance::new(descriptor);
+        let adapter = wait(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))
+            .map_err(HeadlessError::NoAdapter)?;
+        let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
+        let (device, queue) = wait(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("headless"),
+            required_limits: limits,
+            ..Default::default()
+        }))
+        .map_err(HeadlessError::NoDevice)?;
+        let renderer = Renderer::new(&device, &queue, FORMAT);
+        let info = adapter.get_info();
+        let adapter = format!("{} ({})", info.name, info.backend);
+        Ok(Headless { device, queue, renderer, adapter })
+    }
+
+    /// Name of the adapter and its backend.
+    pub fn adapter(&self) -> &str {
+        &self.adapter
+    }
+
+    /// The renderer, to prepare it or to see what it has made.
+    pub fn renderer(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
+
+    /// Draws a list into a new target and reads it back.
+    pub fn picture(&mut self, size: [u32; 2], list: &DrawList) -> Result<Picture, HeadlessError> {
+        let side_max = self.device.limits().max_texture_dimension_2d;
+        if size[0] > side_max || size[1] > side_max {
+            return Err(HeadlessError::TooLarge { side_max });
+        }
+        let target = self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+        self.renderer.draw(&self.device, &self.queue, &view, size, list);
+        self.read_back(&target)
+    }
+
+    fn read_back(&self, target: &wgpu::Texture) -> Result<Picture, HeadlessError> {
+        let (width, height) = (target.width(), target.height());
+        // Rows of a copy are padded to multiples of 256 bytes.
+        let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read back"),
+            size: u64::from(row) * u64::from(height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(row),
+            rows_per_image: None,
+        };
+        encoder.copy_texture_to_buffer(
+            target.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+            target.size(),
+        );
+        self.queue.submit([encoder.finish()]);
+        buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map_err(|error| HeadlessError::ReadBack(error.to_string()))?;
+        let bytes = buffer
+            .slice(..)
+            .get_mapped_range()
+            .map_err(|error| HeadlessError::ReadBack(error.to_string()))?;
+        let mut rgba = Vec::with_capacity((width * height * 4) as usize);
+        for line in bytes.chunks_exact(row as usize) {
+            rgba.extend_from_slice(&line[..width as usize * 4]);
+        }
+        Ok(Picture { size: [width, height], rgba })
+    }
+}
+
+/// Waits for a future of wgpu: natively they are ready at once.
+fn wait<F: Future>(future: F) -> F::Output {
+    let mut future = pin!(future);
+    let mut context = Context::from_waker(Waker::noop());
+    loop {
+        if let Poll::Ready(output) = future.as_mut().poll(&mut context) {
+            return output;
+        }
+        std::thread::yield_now();
+    }
+}

@@ -1,0 +1,182 @@
+//! Draws a [`DrawList`] with wgpu: WebGL2 in the page, Vulkan or GL natively. One struct holds one
+//! pipeline with its buffers; a pipeline is only made when a scene needs it.
+//!
+//! The target is expected to be `Rgba8Unorm`: blending then adds displayed values, so that particles
+//! saturate (A3.5) in the page as in pictures. Destination alpha stays 1.
+
+mod buffers;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod headless;
+mod particles;
+mod shared;
+mod solids;
+
+use crate::view::draw::DrawList;
+use buffers::QuadIndices;
+use jostle_game::scene::Plan;
+use particles::ParticlePass;
+use shared::Shared;
+use solids::SolidPass;
+
+/// Needs of a scene beyond the stage and solid bodies, from its plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Something in it can make particles.
+    pub particles: bool,
+}
+
+impl From<&Plan> for Features {
+    fn from(plan: &Plan) -> Features {
+        Features { particles: plan.features.particles }
+    }
+}
+
+/// Everything that a renderer has made on its device: the cost of a scene there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Made {
+    /// Names of the pipelines.
+    pub pipelines: Vec<&'static str>,
+    /// Names of the textures, and bytes of their texels.
+    pub textures: Vec<(&'static str, u64)>,
+}
+
+/// Pipelines, buffers and textures for one device.
+pub struct Renderer {
+    format: wgpu::TextureFormat,
+    shared: Shared,
+    indices: QuadIndices,
+    ground: wgpu::RenderPipeline,
+    solids: SolidPass,
+    particles: Option<ParticlePass>,
+}
+
+impl Renderer {
+    /// A renderer into targets of `format`, without particles until they are needed.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        format: wgpu::TextureFormat,
+    ) -> Renderer {
+        let shared = Shared::new(device, queue);
+        Renderer {
+            format,
+            ground: ground_pipeline(device, &shared, format),
+            solids: SolidPass::new(device, &shared, format),
+            indices: QuadIndices::new(device),
+            particles: None,
+            shared,
+        }
+    }
+
+    /// Makes what a scene needs ahead of time, so that the first explosion does not stutter.
+    pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, features: Features) {
+        if features.particles && self.particles.is_none() {
+            self.particles = Some(ParticlePass::new(device, queue, &self.shared, self.format));
+        }
+    }
+
+    /// Everything made so far.
+    pub fn features(&self) -> Features {
+        Features { particles: self.particles.is_some() }
+    }
+
+    /// All pipelines and textures so far.
+    pub fn made(&self) -> Made {
+        let mut made = Made {
+            pipelines: vec!["ground", "solids"],
+            textures: vec![("light", texel_bytes(&self.shared.light))],
+        };
+        if let Some(particles) = &self.particles {
+            made.pipelines.push("particles");
+            made.textures.push(("particle sprite", texel_bytes(&particles.sprite)));
+        }
+        made
+    }
+
+    /// Draws one frame into `target`, which is `size` pixels large, and submits it.
+    pub fn draw(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        target: &wgpu::TextureView,
+        size: [u32; 2],
+        list: &DrawList,
+    ) {
+        self.prepare(device, queue, Features { particles: !list.particles().is_empty() });
+        self.upload(device, queue, size, list);
+        let mut encoder =
+            device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("frame"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..Default::default()
+        });
+        self.record(&mut pass, list);
+        drop(pass);
+        queue.submit([encoder.finish()]);
+    }
+
+    fn upload(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        size: [u32; 2],
+        list: &DrawList,
+    ) {
+        self.shared.upload(queue, size, list);
+        self.solids.upload(device, queue, list.solids());
+        if let Some(particles) = &mut self.particles {
+            particles.upload(device, queue, list.particles());
+        }
+        let vertices = list.solids().len().max(list.particles().len());
+        self.indices.cover(device, vertices / 4);
+    }
+
+    fn record(&self, pass: &mut wgpu::RenderPass, list: &DrawList) {
+        pass.set_bind_group(0, &self.shared.group, &[]);
+        pass.set_pipeline(&self.ground);
+        pass.draw(0..3, 0..1);
+
+        pass.set_index_buffer(self.indices.buffer.slice(..), wgpu::IndexFormat::Uint32);
+        let (overlay, end) = (list.overlay_start() / 4, list.solids().len() / 4);
+        self.solids.record(pass, 0..overlay);
+        if let Some(particles) = &self.particles {
+            particles.record(pass, list.particles().len() / 4);
+        }
+        self.solids.record(pass, overlay..end);
+    }
+}
+
+/// Four bytes a texel, as all of them have.
+fn texel_bytes(texture: &wgpu::Texture) -> u64 {
+    u64::from(texture.width()) * u64::from(texture.height()) * 4
+}
+
+fn ground_pipeline(
+    device: &wgpu::Device,
+    shared: &Shared,
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    shared::pipeline(
+        device,
+        shared::PipelineParts {
+            label: "ground",
+            shader: include_bytes!(concat!(env!("OUT_DIR"), "/ground.naga")),
+            groups: &[Some(&shared.layout)],
+            vertices: &[],
+            format,
+            blend: None,
+        },
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,186 @@
+//! Parts shared by all pipelines: bind group 0 (camera and light field) and how a pipeline is put together.
+
+use crate::view::draw::{DrawList, Globals, LIGHT_CELLS};
+use std::borrow::Cow;
+
+/// Bind group 0 and what is behind it.
+pub struct Shared {
+    globals: wgpu::Buffer,
+    /// Light that glowing things throw on others.
+    pub light: wgpu::Texture,
+    /// Layout of `group`.
+    pub layout: wgpu::BindGroupLayout,
+    /// The uniform block, the light texture and its sampler.
+    pub group: wgpu::BindGroup,
+}
+
+impl Shared {
+    /// Buffers of fixed size; the light field starts dark.
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Shared {
+        let globals = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("globals"),
+            size: size_of::<Globals>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let light = texture(device, "light", LIGHT_CELLS as u32);
+        write_texture(queue, &light, &vec![0; LIGHT_CELLS * LIGHT_CELLS * 4]);
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("globals"),
+            entries: &[
+                wgpu::BindGroupLayoutEntry {
+                    binding: 0,
+                    visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+                    ty: wgpu::BindingType::Buffer {
+                        ty: wgpu::BufferBindingType::Uniform,
+                        has_dynamic_offset: false,
+                        min_binding_size: None,
+                    },
+                    count: None,
+                },
+                texture_entry(1),
+                sampler_entry(2),
+            ],
+        });
+        let view = light.create_view(&wgpu::TextureViewDescriptor::default());
+        let sampler = sampler(device);
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("globals"),
+            layout: &layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: globals.as_entire_binding() },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::TextureView(&view),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 2,
+                    resource: wgpu::BindingResource::Sampler(&sampler),
+                },
+            ],
+        });
+        Shared { globals, light, layout, group }
+    }
+
+    /// Sends camera and light of a frame for a target of `size` pixels.
+    pub fn upload(&self, queue: &wgpu::Queue, size: [u32; 2], list: &DrawList) {
+        let globals = Globals { pixels: size.map(|p| p as f32), ..*list.globals() };
+        queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
+        if list.light().is_lit() {
+            write_texture(queue, &self.light, list.light().texels());
+        }
+    }
+}
+
+/// A square RGBA texture to be sampled.
+pub fn texture(device: &wgpu::Device, label: &str, side: u32) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+/// Replaces all texels of an RGBA texture.
+pub fn write_texture(queue: &wgpu::Queue, texture: &wgpu::Texture, texels: &[u8]) {
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(texture.width() * 4),
+        rows_per_image: None,
+    };
+    queue.write_texture(texture.as_image_copy(), texels, layout, texture.size());
+}
+
+/// Smooth sampling, clamped at the border.
+pub fn sampler(device: &wgpu::Device) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        ..Default::default()
+    })
+}
+
+/// A float texture.
+pub fn texture_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: true },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    }
+}
+
+/// A filtering sampler.
+pub fn sampler_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+        ty: wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        count: None,
+    }
+}
+
+/// The parts in which pipelines differ.
+pub struct PipelineParts<'a> {
+    /// Name in error messages.
+    pub label: &'a str,
+    /// A module of `build.rs` with entry points `vertex` and `fragment`.
+    pub shader: &'a [u8],
+    /// Bind group layouts.
+    pub groups: &'a [Option<&'a wgpu::BindGroupLayout>],
+    /// Vertex buffers.
+    pub vertices: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    /// Of the target.
+    pub format: wgpu::TextureFormat,
+    /// `None` overwrites.
+    pub blend: Option<wgpu::BlendState>,
+}
+
+/// A pipeline of triangles without depth or multisampling.
+pub fn pipeline(device: &wgpu::Device, parts: PipelineParts) -> wgpu::RenderPipeline {
+    let shader: naga::Module =
+        postcard::from_bytes(parts.shader).expect("build.rs packed it with the same naga");
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(parts.label),
+        source: wgpu::ShaderSource::Naga(Cow::Owned(shader)),
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(parts.label),
+        bind_group_layouts: parts.groups,
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(parts.label),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: parts.vertices,
+        },
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("fragment"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(wgpu::ColorTargetState {
+                format: parts.format,
+                blend: parts.blend,
+                write_mask: wgpu::ColorWrites::ALL,
+            })],
+        }),
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        multiview_mask: None,
+        cache: None,
+    })
+}

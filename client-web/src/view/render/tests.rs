@@ -1,0 +1,175 @@
+//! Drawing without a window on whatever adapter there is; a machine without one skips, and says so.
+
+use super::Features;
+use super::headless::{Headless, HeadlessError, Picture};
+use crate::view::draw::DrawList;
+use crate::view::frame::{Frame, FrameBody, View};
+use crate::view::palette::{self, INK};
+use jostle_game::scene::Plan;
+use jostle_game::{Kind, Scene};
+use jostle_sim::{BodyId, EmitterDef, Particles, Recipe, Shape, Source, Vec2};
+use std::io::Write;
+
+/// Far outside of the world, where the ground is one dark colour.
+const DARK: Vec2 = Vec2::new(-9000.0, -9000.0);
+const SIZE: [u32; 2] = [64, 64];
+
+/// An open device, or `None` and a line that also shows for a passing test. With
+/// `JOSTLE_NEEDS_GPU=1`, which `cargo xtask test` sets, a missing adapter is a failure.
+fn open() -> Option<Headless> {
+    match Headless::open() {
+        Ok(headless) => Some(headless),
+        Err(HeadlessError::NoAdapter(error)) => {
+            let needed = std::env::var_os("JOSTLE_NEEDS_GPU").is_some_and(|value| value == "1");
+            assert!(!needed, "JOSTLE_NEEDS_GPU is set, but no Vulkan or GL adapter: {error}");
+            let mut stderr = std::io::stderr();
+            writeln!(stderr, "SKIPPED a drawing test: no Vulkan or GL adapter: {error}").ok();
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
+    Frame {
+        view: View { center, height: 40.0, pixels: SIZE },
+        world_size: Vec2::new(200.0, 112.5),
+        bodies,
+        particles,
+        recipes: &[],
+        particle_lead: 0.0,
+        effects: &[],
+        time: 1.0,
+        bounds: false,
+        calm: true,
+        own_seat: None,
+        pointer: None,
+        copy: 0,
+        dimmed: false,
+    }
+}
+
+fn draw(headless: &mut Headless, frame: &Frame) -> Picture {
+    let mut list = DrawList::new();
+    list.fill(frame);
+    headless.picture(SIZE, &list).expect("the picture can be read back")
+}
+
+/// Motionless particles of one tint, all at one point.
+fn heap(count: u16, tint: [f32; 3], at: Vec2) -> Particles {
+    let [r, g, b] = tint;
+    let recipe = Recipe {
+        life_ticks: [1000, 1000],
+        color_start: [r, g, b, 1.0],
+        color_end: [[r, g, b, 1.0]; 2],
+        size: [24.0, 24.0],
+        size_factor: 1.0,
+        velocity: [Vec2::ZERO; 2],
+        acceleration: Vec2::ZERO,
+        ..Recipe::default()
+    };
+    let mut particles = Particles::new(vec![recipe], 100);
+    particles.start(EmitterDef { recipe: 0, count, seed: 1, source: Source::Point(at) });
+    particles.step(&[], |_| None);
+    assert_eq!(particles.len(), usize::from(count));
+    particles
+}
+
+#[test]
+fn particles_add_up_until_they_saturate() {
+    let Some(mut headless) = open() else { return };
+    let ground = draw(&mut headless, &frame(DARK, &[], &Particles::default()));
+    let tint = [100.0 / 255.0, 40.0 / 255.0, 10.0 / 255.0];
+    for count in [1, 2, 3, 4] {
+        let particles = heap(count, tint, DARK);
+        let picture = draw(&mut headless, &frame(DARK, &[], &particles));
+        let under = ground.pixel(32, 32);
+        let sum = [100, 40, 10, 0].map(|c| c * u32::from(count));
+        let expected = [0, 1, 2, 3].map(|i| (u32::from(under[i]) + sum[i]).min(255) as u8);
+        assert_eq!(picture.pixel(32, 32), expected, "{count} on {}", headless.adapter());
+        assert_eq!(picture.pixel(1, 1), ground.pixel(1, 1), "nothing beside them");
+    }
+    let bright = heap(1, [4.0, 0.5, 0.25], DARK);
+    let pixel = draw(&mut headless, &frame(DARK, &[], &bright)).pixel(32, 32);
+    assert_eq!((pixel[0], pixel[3]), (255, 255), "a tint may exceed 1: {pixel:?}");
+}
+
+#[test]
+fn what_is_drawn_after_particles_has_normal_alpha() {
+    let Some(mut headless) = open() else { return };
+    let particles = heap(4, [1.0, 1.0, 1.0], DARK);
+    let dimmed = Frame { dimmed: true, ..frame(DARK, &[], &particles) };
+    let pixel = draw(&mut headless, &dimmed).pixel(32, 32);
+    for (channel, ink) in pixel.into_iter().zip(INK[0]) {
+        let veil = 158.0 / 255.0;
+        let expected = 255.0 * (1.0 - veil) + f32::from(ink) * veil;
+        assert!((f32::from(channel) - expected).abs() <= 1.0, "{pixel:?}");
+    }
+    let square = [body(Kind::Platform, Shape::rect(20.0, 20.0))];
+    let bounds = Frame { bounds: true, ..frame(DARK, &square, &particles) };
+    let picture = draw(&mut headless, &bounds);
+    // The left side of the box, 10 units from the middle, is a line over saturated particles.
+    let red = (14..18).any(|x| picture.pixel(x, 32)[0] > 150 && picture.pixel(x, 32)[1] < 60);
+    assert!(red, "{:?}", [14, 15, 16, 17].map(|x| picture.pixel(x, 32)));
+}
+
+#[test]
+fn a_scene_without_particles_makes_no_particle_pipeline() {
+    let Some(mut headless) = open() else { return };
+    let hero = body(Kind::Hero, Shape::rect(16.0, 22.0));
+    draw(&mut headless, &frame(DARK, &[hero], &Particles::default()));
+    assert_eq!(headless.renderer().features(), Features { particles: false });
+    assert_eq!(headless.renderer().made().pipelines, ["ground", "solids"]);
+    draw(&mut headless, &frame(DARK, &[hero], &heap(1, [1.0; 3], DARK)));
+    assert_eq!(headless.renderer().features(), Features { particles: true });
+    let made = headless.renderer().made();
+    assert_eq!(made.pipelines, ["ground", "solids", "particles"]);
+    assert_eq!(made.textures[1], ("particle sprite", 64 * 64 * 4));
+}
+
+#[test]
+fn a_scenes_plan_says_what_is_made_for_it() {
+    for scene in Scene::built_in() {
+        let needed = Features::from(&Plan::of(&scene)).particles;
+        let makes = ["arena", "particles", "emitters"].contains(&scene.name.as_str());
+        assert_eq!(needed, makes, "{}", scene.name);
+    }
+}
+
+#[test]
+fn a_hero_has_its_players_colour_on_a_dark_stage() {
+    let Some(mut headless) = open() else { return };
+    let at = Vec2::new(100.0, 56.25);
+    for color in 0..8 {
+        let mut hero = body(Kind::Hero, Shape::rect(16.0, 22.0));
+        hero.center = at;
+        hero.color = Some(color);
+        let picture = draw(&mut headless, &frame(at, &[hero], &Particles::default()));
+        // Below the face, above the shaded edge.
+        let found = picture.pixel(32, 40);
+        for (channel, wanted) in found.into_iter().zip(palette::player(color)) {
+            let away = i32::from(channel) - i32::from(wanted);
+            assert!(away.abs() < 44, "player {color}: {found:?}");
+        }
+        let stage = picture.pixel(3, 32);
+        assert!(stage[..3].iter().all(|&c| c < 100), "the stage is dark: {stage:?}");
+        assert_eq!(stage[3], 255, "the canvas is opaque");
+    }
+}
+
+fn body(kind: Kind, shape: Shape) -> FrameBody {
+    FrameBody {
+        id: BodyId { index: 0, generation: 0 },
+        kind,
+        color: None,
+        shape,
+        center: DARK,
+        velocity: Vec2::ZERO,
+        age: 10.0,
+        gaze: None,
+        touching: false,
+        hidden: false,
+        hot: false,
+        squash: None,
+    }
+}

@@ -1,0 +1,33 @@
+//! Which of the displayed bodies overlap: the simulation's own narrow phase over a sweep along x.
+//! Only the bounds view asks.
+
+use crate::net::timeline::Sample;
+use jostle_sim::Aabb;
+use jostle_sim::collide;
+
+/// Calls `report(i, j)` for each pair of bodies that overlap and for which `meets(i, j)` holds.
+pub fn pairs(
+    bodies: &[Sample],
+    meets: impl Fn(usize, usize) -> bool,
+    mut report: impl FnMut(usize, usize),
+) {
+    let boxes: Vec<Aabb> =
+        bodies.iter().map(|b| Aabb::around(b.center, b.shape.half_extent())).collect();
+    let mut order: Vec<usize> = (0..bodies.len()).collect();
+    order.sort_by(|&i, &j| boxes[i].low.x.total_cmp(&boxes[j].low.x));
+    for (place, &i) in order.iter().enumerate() {
+        for &j in &order[place + 1..] {
+            if boxes[j].low.x >= boxes[i].high.x {
+                break;
+            }
+            if boxes[i].overlaps(&boxes[j]) && meets(i, j) && touching(&bodies[i], &bodies[j]) {
+                report(i, j);
+            }
+        }
+    }
+}
+
+/// Whether two bodies overlap; touching is not enough.
+pub fn touching(a: &Sample, b: &Sample) -> bool {
+    collide(a.shape, a.center, b.shape, b.center, (a.id.index, b.id.index)).is_some()
+}

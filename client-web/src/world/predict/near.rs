@@ -1,0 +1,128 @@
+//! Bodies that the hero may meet, for the small world: from the snapshot as far as it shows them, the rest
+//! from their scene.
+
+use jostle_game::scene::Placed;
+use jostle_game::{Kind, Scene};
+use jostle_protocol::{Snapshot, SnapshotBody};
+use jostle_sim::particles::dequantise;
+use jostle_sim::{Aabb, BodyDef, BodyId, DT, Motion, Vec2};
+
+/// Room around the hero's way for what comes towards it, in sides of the hero.
+const ROOM_SIDES: f32 = 2.0;
+/// Room within which a body may be pushed by the hero, in sides of the hero.
+const TOUCH_SIDES: f32 = 0.25;
+/// Ticks of the hero's way that are looked at.
+const WAY_TICKS: f32 = 12.0;
+/// Bodies that are considered; those with the lowest indices.
+pub(super) const NEAR_MAX: usize = 96;
+
+/// A body as it is put into the small world.
+pub(super) struct Near {
+    /// Its name in the room.
+    pub id: BodyId,
+    /// Its definition there.
+    pub def: BodyDef,
+    /// The entry of the scene whose path it follows.
+    pub path: Option<usize>,
+}
+
+/// All that the hero may meet, in index order.
+pub(super) fn find(
+    scene: &Scene,
+    hero: &SnapshotBody,
+    velocity: Vec2,
+    newest: &Snapshot,
+    before: Option<&Snapshot>,
+) -> Vec<Near> {
+    let quantum = scene.quantum;
+    let center = dequantise(hero.quanta, quantum);
+    let half = hero.shape.half_extent();
+    let side = 2.0 * half.max_element();
+    let way = Aabb::around(center + velocity * (WAY_TICKS * DT), half);
+    let swept = Aabb::around(center, half).union(&way);
+    let (region, touched) = (grown(swept, side * ROOM_SIDES), grown(swept, side * TOUCH_SIDES));
+    let others = newest.bodies.iter().filter(|body| body.id != hero.id);
+    let meets = others.filter(|body| scene.groups_meet(hero.group, body.group));
+    let near = meets.filter_map(|body| {
+        let place = dequantise(body.quanta, quantum);
+        let around = Aabb::around(place, body.shape.half_extent());
+        region.overlaps(&around).then(|| {
+            let mut near = as_near(scene, body, touched.overlaps(&around));
+            near.def.position = place;
+            if near.def.motion != Motion::Static {
+                near.def.velocity = step_between(before, newest, body.id, quantum);
+            }
+            near
+        })
+    });
+    near.take(NEAR_MAX).collect()
+}
+
+/// Bodies that yield to the hero do so here too. All others keep their velocity: the causes of their motion
+/// lie outside of the small world.
+fn as_near(scene: &Scene, body: &SnapshotBody, touched: bool) -> Near {
+    let mut def = traits(scene, body);
+    def.velocity = Vec2::ZERO;
+    let steered = matches!(body.kind, Kind::Hero | Kind::Minion | Kind::Pack);
+    if def.motion == Motion::Dynamic && !touched {
+        def.motion = Motion::Kinematic;
+    } else if steered {
+        // It is steered: others hover and walk where they want to.
+        def.gravity_scale = 0.0;
+    }
+    let path = placed(scene, body.id).is_some_and(|placed| placed.path.is_some());
+    Near { id: body.id, def, path: path.then_some(body.id.index as usize) }
+}
+
+/// The definition of a body of the room, as far as it is known.
+pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
+    let mut layouts = scene.layouts.iter();
+    let layout = layouts.find(|layout| {
+        let alike = layout.kind == body.kind && layout.def.group == body.group;
+        alike && layout.shapes.contains(&body.shape)
+    });
+    let of_kind = match body.kind {
+        Kind::Hero => scene.hero.as_ref().map(|hero| hero.body),
+        Kind::Marble => scene.marble,
+        Kind::Pack => scene.pack.as_ref().map(|pack| pack.body),
+        _ => None,
+    };
+    let placed = placed(scene, body.id).filter(|placed| placed.kind == body.kind);
+    let placed = placed.map(|placed| placed.def);
+    let known = placed.or(layout.map(|layout| layout.def)).or(of_kind);
+    let (shape, group) = (body.shape, body.group);
+    BodyDef { shape, group, ..known.unwrap_or_default() }
+}
+
+/// The scene's entry of a body: those that it places one by one have the first slots, in its order.
+pub(crate) fn placed(scene: &Scene, id: BodyId) -> Option<&Placed> {
+    scene.bodies.get(id.index as usize).filter(|_| id.generation == 0)
+}
+
+fn grown(region: Aabb, by: f32) -> Aabb {
+    Aabb { low: region.low - Vec2::splat(by), high: region.high + Vec2::splat(by) }
+}
+
+pub(super) fn body_of(snapshot: &Snapshot, id: BodyId) -> Option<&SnapshotBody> {
+    let place = snapshot.bodies.binary_search_by_key(&id.index, |body| body.id.index).ok()?;
+    Some(&snapshot.bodies[place]).filter(|body| body.id == id)
+}
+
+/// Where a snapshot shows a body, world units.
+pub(super) fn place_of(snapshot: &Snapshot, id: BodyId, quantum: f32) -> Option<Vec2> {
+    body_of(snapshot, id).map(|body| dequantise(body.quanta, quantum))
+}
+
+/// Velocity of a body from one snapshot to the next, units/s; zero where only one shows it.
+pub(super) fn step_between(
+    before: Option<&Snapshot>,
+    newest: &Snapshot,
+    id: BodyId,
+    quantum: f32,
+) -> Vec2 {
+    let from = before.and_then(|before| place_of(before, id, quantum));
+    let (Some(before), Some(from), Some(to)) = (before, from, place_of(newest, id, quantum)) else {
+        return Vec2::ZERO;
+    };
+    (to - from) / (newest.tick.saturating_sub(before.tick).max(1) as f32 * DT)
+}

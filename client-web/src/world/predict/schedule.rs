@@ -1,0 +1,191 @@
+//! Inputs that were sent, and the ticks in which the server plays them: as expected from how long
+//! earlier ones took, then as the snapshots say.
+
+use jostle_game::Buttons;
+use jostle_room::SILENCE_TICKS;
+use std::collections::VecDeque;
+
+/// Share of what a measurement contradicts the lead by that changes it.
+const LEAD_SHARE: f64 = 0.25;
+/// The same where snapshots are more than a tick apart.
+const WIDE_SHARE: f64 = 0.02;
+/// Ticks that an input takes before that is known.
+const LEAD_TICKS: f64 = 1.0;
+/// Longest lead that is believed, ticks.
+const LEAD_TICKS_MAX: f64 = 60.0;
+/// Inputs that are remembered; the oldest go first.
+const SENT_MAX: usize = 256;
+
+/// Inputs in the order in which they were sent.
+#[derive(Debug)]
+pub(super) struct Schedule {
+    sent: VecDeque<Sent>,
+    acknowledged: u32,
+    lead: f64,
+    measured: u32,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    seq: u32,
+    buttons: Buttons,
+    /// The tick in which it is played.
+    played: u32,
+    /// The server's tick when it was sent; none if it had to wait for one before it.
+    at: Option<f64>,
+}
+
+impl Default for Schedule {
+    fn default() -> Schedule {
+        Schedule { sent: VecDeque::new(), acknowledged: 0, lead: LEAD_TICKS, measured: 0 }
+    }
+}
+
+impl Schedule {
+    /// An input leaves at a moment: it is played in the tick after it, one input a tick. Whether it
+    /// changes what is down.
+    pub fn send(&mut self, seq: u32, buttons: Buttons, server_tick: f64, moment: f64) -> bool {
+        let next = next_tick(moment);
+        let last = self.sent.back();
+        let played = last.map_or(next, |last| next.max(last.played + 1));
+        let changes = last.map_or(Buttons::default(), |last| last.buttons) != buttons;
+        let at = (played == next).then_some(server_tick);
+        if self.sent.len() == SENT_MAX {
+            self.sent.pop_front();
+        }
+        self.sent.push_back(Sent { seq, buttons, played, at });
+        changes
+    }
+
+    /// The snapshot of a tick says that inputs up to `seq` were played; the snapshot before it was of
+    /// tick `since`.
+    pub fn acknowledge(&mut self, seq: u32, since: u32, tick: u32) {
+        let mut earliest = tick + 1;
+        for sent in &mut self.sent {
+            if sent.seq > seq {
+                // One is played a tick: one that is late delays those behind it.
+                sent.played = sent.played.max(earliest);
+                earliest = sent.played + 1;
+                continue;
+            }
+            sent.played = sent.played.min(tick.saturating_sub(seq - sent.seq));
+            if let Some(at) = sent.at.take() {
+                self.measured += 1;
+                let (low, high) = (f64::from(since) - at, f64::from(tick) - at);
+                self.lead = measured(self.lead, low, high, self.measured);
+            }
+        }
+        self.acknowledged = seq;
+    }
+
+    /// The buttons that are down in a tick: those played last, until the room releases them.
+    pub fn at(&self, tick: u32) -> Buttons {
+        let after = self.sent.partition_point(|sent| sent.played <= tick);
+        let newest = after.checked_sub(1).map(|place| &self.sent[place]);
+        let held = newest.filter(|newest| tick - newest.played <= SILENCE_TICKS);
+        held.map_or(Buttons::default(), |held| held.buttons)
+    }
+
+    /// The last tick in which something is played that was sent.
+    pub fn booked(&self) -> u32 {
+        self.sent.back().map_or(0, |last| last.played)
+    }
+
+    /// Forgets inputs that no tick after this one needs.
+    pub fn forget_before(&mut self, tick: u32) {
+        while self.sent.get(1).is_some_and(|second| second.played <= tick) {
+            self.sent.pop_front();
+        }
+    }
+
+    /// Inputs that were not played yet, as far as is known.
+    pub fn waiting(&self) -> usize {
+        self.sent.iter().filter(|sent| sent.seq > self.acknowledged).count()
+    }
+
+    /// How far the tick in which an input is played is ahead of the server's tick at its leaving,
+    /// less what it waits for the tick to begin.
+    pub fn lead_ticks(&self) -> f64 {
+        self.lead
+    }
+}
+
+/// The first tick that a moment has not seen.
+pub(super) fn next_tick(moment: f64) -> u32 {
+    moment.max(0.0) as u32 + 1
+}
+
+/// The lead after an input that was played after the lower and by the upper of these, in ticks from
+/// its leaving. What agrees with both changes nothing: inputs that leave at the same phase of
+/// their ticks tell nothing more.
+fn measured(lead: f64, low: f64, high: f64, count: u32) -> f64 {
+    let first = 1.0 / f64::from(count);
+    let (wanted, share) = match high - low > 1.0 {
+        // Few snapshots leave much open, and meet every phase: on average it is the middle.
+        true => (0.5 * (low + high), first.max(WIDE_SHARE)),
+        false => (lead.clamp(low, high), first.max(LEAD_SHARE)),
+    };
+    (lead + (wanted - lead) * share).clamp(0.0, LEAD_TICKS_MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RIGHT: Buttons = Buttons::RIGHT;
+
+    #[test]
+    fn an_input_holds_from_the_tick_after_its_moment_to_the_next_one() {
+        let mut schedule = Schedule::default();
+        assert!(schedule.send(1, RIGHT, 9.0, 10.4));
+        assert!(!schedule.send(2, RIGHT, 13.0, 14.4), "nothing changes");
+        assert!(schedule.send(3, Buttons::default(), 14.0, 15.4));
+        let held: Vec<bool> = (9..18).map(|tick| schedule.at(tick) == RIGHT).collect();
+        assert_eq!(held, [false, false, true, true, true, true, true, false, false]);
+    }
+
+    #[test]
+    fn inputs_are_released_after_silence_as_the_room_does() {
+        let mut schedule = Schedule::default();
+        schedule.send(1, RIGHT, 9.0, 10.4);
+        assert_eq!(schedule.at(11 + SILENCE_TICKS), RIGHT);
+        assert_eq!(schedule.at(12 + SILENCE_TICKS), Buttons::default());
+    }
+
+    #[test]
+    fn inputs_of_one_tick_are_played_one_after_the_other() {
+        let mut schedule = Schedule::default();
+        schedule.send(1, RIGHT, 9.0, 10.2);
+        schedule.send(2, Buttons::LEFT, 9.2, 10.4);
+        assert_eq!((schedule.at(11), schedule.at(12)), (RIGHT, Buttons::LEFT));
+    }
+
+    #[test]
+    fn the_server_says_when_they_were_played() {
+        let mut schedule = Schedule::default();
+        schedule.send(1, RIGHT, 9.0, 10.2);
+        schedule.send(2, Buttons::LEFT, 9.2, 10.4);
+        schedule.acknowledge(0, 11, 12);
+        assert_eq!(schedule.at(12), Buttons::default(), "not yet");
+        assert_eq!((schedule.at(13), schedule.at(14)), (RIGHT, Buttons::LEFT));
+        schedule.acknowledge(1, 12, 13);
+        schedule.acknowledge(2, 13, 14);
+        assert_eq!(
+            (schedule.at(13), schedule.at(14), schedule.waiting()),
+            (RIGHT, Buttons::LEFT, 0)
+        );
+    }
+
+    #[test]
+    fn the_lead_is_learned_from_inputs_that_waited_for_nothing() {
+        let mut schedule = Schedule::default();
+        for seq in 1..=60 {
+            // Sent at any phase, each arrives 7.3 ticks later and is played in the tick after.
+            let at = f64::from(seq) * 4.83;
+            schedule.send(seq, RIGHT, at, at + schedule.lead_ticks());
+            let played = (at + 7.3) as u32 + 1;
+            schedule.acknowledge(seq, played - 1, played);
+        }
+        assert!((schedule.lead_ticks() - 7.3).abs() < 0.3, "lead {}", schedule.lead_ticks());
+    }
+}

@@ -1,0 +1,116 @@
+//! Samples become the bodies of a frame: their age, the gaze of heroes, and which of them are
+//! hot or marked. The body that X would grab is lit before the key is pressed.
+
+use super::{Eye, Replica, age};
+use crate::net::timeline::Sample;
+use crate::view::frame::FrameBody;
+use crate::world::overlap;
+use crate::world::predict::placed;
+use jostle_game::{Kind, Scene, Seat, Tools};
+use jostle_protocol::PlayerState;
+use jostle_sim::{BodyId, Motion, Vec2};
+
+impl Replica {
+    /// Turns samples into bodies of the frame.
+    pub(super) fn dress(&mut self, eye: Eye) {
+        let players: &[PlayerState] =
+            self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players);
+        let own = players.iter().find(|p| p.seat == self.seat);
+        let selecting = self.scene.tools.contains(Tools::SELECT);
+        let selected = own.and_then(|p| p.selected).filter(|_| selecting);
+        let hot = eye.pointer.and_then(|at| hot_body(&self.scene, &self.samples, players, own, at));
+        self.bodies.clear();
+        for sample in &self.samples {
+            let player = sample.owner.and_then(|seat| players.iter().find(|p| p.seat == seat));
+            let gaze = gaze(sample, player, self.seat, eye.pointer, self.scene.quantum);
+            let held = players.iter().any(|p| p.held == Some(sample.id));
+            self.bodies.push(FrameBody {
+                id: sample.id,
+                kind: sample.kind,
+                color: player.map(|p| p.appearance.color),
+                shape: sample.shape,
+                center: sample.center,
+                velocity: sample.velocity,
+                age: age(&self.births, sample.id, self.display),
+                gaze,
+                touching: false,
+                hidden: selected == Some(sample.id),
+                hot: held || hot == Some(sample.id),
+                squash: None,
+            });
+        }
+        if eye.bounds || selecting {
+            self.mark_touching(selected);
+        }
+    }
+
+    /// In a scene of selecting, what the selected body touches is marked; elsewhere all overlaps.
+    fn mark_touching(&mut self, selected: Option<BodyId>) {
+        let Replica { samples, bodies, scene, .. } = self;
+        if scene.tools.contains(Tools::SELECT) {
+            let Some(id) = selected else { return };
+            let Some(chosen) = samples.iter().find(|s| s.id == id) else { return };
+            for (body, sample) in bodies.iter_mut().zip(samples.iter()) {
+                body.touching = sample.id != id
+                    && meet(scene, chosen, sample)
+                    && overlap::touching(chosen, sample);
+            }
+            return;
+        }
+        let meets = |i: usize, j: usize| meet(scene, &samples[i], &samples[j]);
+        overlap::pairs(samples, meets, |i, j| {
+            bodies[i].touching = true;
+            bodies[j].touching = true;
+        });
+    }
+}
+
+/// Where a hero looks. The own one follows the pointer without the way through the server.
+fn gaze(
+    sample: &Sample,
+    player: Option<&PlayerState>,
+    own_seat: Seat,
+    own_pointer: Option<Vec2>,
+    quantum: f32,
+) -> Option<Vec2> {
+    let player = player.filter(|_| sample.kind == Kind::Hero)?;
+    let sent = player.pointer.map(|q| Vec2::new(q[0] as f32, q[1] as f32) * quantum);
+    if player.seat == own_seat { own_pointer.or(sent) } else { sent }
+}
+
+/// The body that X would grab at a point: the first loose one there that is not held, as the
+/// room's rule says. A player who holds one grabs no other.
+fn hot_body(
+    scene: &Scene,
+    samples: &[Sample],
+    players: &[PlayerState],
+    own: Option<&PlayerState>,
+    point: Vec2,
+) -> Option<BodyId> {
+    if !scene.tools.contains(Tools::HOLD) || own.is_some_and(|player| player.held.is_some()) {
+        return None;
+    }
+    let taken = |id: BodyId| players.iter().any(|player| player.held == Some(id));
+    let grabbed =
+        |s: &&Sample| s.shape.contains(point - s.center) && is_loose(scene, s) && !taken(s.id);
+    samples.iter().find(grabbed).map(|s| s.id)
+}
+
+/// Whether a body of its kind can be grabbed and moves freely. Snapshots do not tell how a body
+/// moves; the scene does.
+fn is_loose(scene: &Scene, sample: &Sample) -> bool {
+    if !matches!(sample.kind, Kind::Marble | Kind::Block) {
+        return false;
+    }
+    if let Some(placed) = placed(scene, sample.id) {
+        return placed.def.motion == Motion::Dynamic;
+    }
+    let fixed = scene.layouts.iter().filter(|layout| layout.def.motion != Motion::Dynamic);
+    let mut alike = fixed.filter(|l| l.kind == sample.kind && l.def.group == sample.group);
+    !alike.any(|layout| layout.shapes.contains(&sample.shape))
+}
+
+/// Whether the rules of the scene let two bodies collide.
+fn meet(scene: &Scene, a: &Sample, b: &Sample) -> bool {
+    scene.meets[usize::from(a.group)] >> b.group & 1 == 1
+}

@@ -1,0 +1,438 @@
+//! The client's copy of a room: snapshots by tick, the particles that it simulates itself from emitter
+//! events, flashes, news, and from all of these the contents of a frame.
+
+mod dress;
+mod own_hero;
+
+use crate::net::clock::Arrival;
+use crate::net::timeline::{Sample, Timeline};
+use crate::view::frame::{Effect, EffectKind, FrameBody};
+use jostle_game::scene::Plan;
+use jostle_game::{Event, Kind, SEATS_MAX, Scene, Seat, Tools};
+use jostle_protocol::{
+    Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotStream, TimedEvent,
+};
+use jostle_sim::particles::{Obstacle, dequantise, quantise};
+use jostle_sim::{BodyId, EmitterDef, Particles, TICKS_PER_SECOND, Vec2};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Ticks that are caught up at once after an absence; particles of longer ago are gone anyway.
+const CATCH_UP_TICKS_MAX: u32 = 600;
+/// Ticks for which a flash is shown.
+const EFFECT_TICKS: f64 = TICKS_PER_SECOND as f64;
+/// Bodies that are in a copy from its beginning were there before it: they count as so old, ticks.
+const KNOWN_TICKS: f64 = 60.0 * TICKS_PER_SECOND as f64;
+/// Flashes at a time; the oldest go first.
+const EFFECTS_MAX: usize = 256;
+/// Unread news; the oldest go first.
+const NEWS_MAX: usize = 32;
+
+/// Something that happened, worth a line.
+#[derive(Clone, Debug, PartialEq)]
+pub enum News {
+    /// A player came.
+    Joined(Appearance),
+    /// A player went.
+    Left(Appearance),
+    /// One player's pack burst on another's hero, or on a hero without a player.
+    Hit(Appearance, Option<Appearance>),
+    /// A player's hero left the world.
+    Fell(Appearance),
+}
+
+/// The player's part in a frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Eye {
+    /// Own pointer in world units.
+    pub pointer: Option<Vec2>,
+    /// The bounds view is on.
+    pub bounds: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Flash {
+    tick: u32,
+    effect: Effect,
+}
+
+/// A copy of a room.
+pub struct Replica {
+    /// The scene that is played.
+    pub scene: Arc<Scene>,
+    /// The needs of the scene.
+    pub plan: Plan,
+    /// Own seat.
+    pub seat: Seat,
+    /// The word in the room's link.
+    pub room: String,
+    stream: SnapshotStream,
+    timeline: Timeline,
+    particles: Particles,
+    /// Particles of a keyframe whose tick was not shown yet.
+    told: Option<(u32, Particles)>,
+    /// The last tick whose events and particles were played.
+    applied: Option<u32>,
+    waiting: VecDeque<TimedEvent>,
+    flashes: VecDeque<Flash>,
+    news: VecDeque<News>,
+    names: Vec<Option<Appearance>>,
+    /// For each slot the generation in it and the tick at which it was born, as far as is known.
+    births: Vec<(u32, f64)>,
+    samples: Vec<Sample>,
+    bodies: Vec<FrameBody>,
+    effects: Vec<Effect>,
+    display: f64,
+    /// Centre and velocity of the own hero in the samples before it was shown elsewhere.
+    led_from: Option<(Vec2, Vec2)>,
+}
+
+impl Replica {
+    /// An empty copy of a room that plays `scene`.
+    pub fn new(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
+        Replica {
+            plan: Plan::of(&scene),
+            stream: SnapshotStream::default(),
+            timeline: Timeline::new(scene.quantum, scene.speed_max),
+            particles: Particles::new(scene.recipes.clone(), scene.particles_max),
+            told: None,
+            scene,
+            seat,
+            room,
+            applied: None,
+            waiting: VecDeque::new(),
+            flashes: VecDeque::new(),
+            news: VecDeque::new(),
+            names: vec![None; SEATS_MAX],
+            births: Vec::new(),
+            samples: Vec::new(),
+            bodies: Vec::new(),
+            effects: Vec::new(),
+            display: 0.0,
+            led_from: None,
+        }
+    }
+
+    /// A copy that grows no particles of its own: they are drawn from the game itself.
+    pub fn without_particles(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
+        let none = Particles::new(scene.recipes.clone(), 0);
+        Replica { particles: none, ..Replica::new(scene, seat, room) }
+    }
+
+    /// The newest snapshot.
+    pub fn newest(&self) -> Option<&Snapshot> {
+        self.timeline.newest()
+    }
+
+    /// The newest two snapshots that are filed, the newest first.
+    pub fn newest_two(&self) -> (Option<&Snapshot>, Option<&Snapshot>) {
+        self.timeline.newest_two()
+    }
+
+    /// Reads a coded snapshot and files it: what it says about time, and how many emitters it starts.
+    pub fn hear(&mut self, coded: &[u8]) -> Result<(Arrival, usize), DecodeError> {
+        let before = self.stream.newest().map(Arc::clone);
+        let Decoded { events, unchanged_until, particles } = self.stream.decode(coded)?;
+        let newest = self.stream.newest().map(Arc::clone).expect("a snapshot was decoded");
+        if !particles.is_empty() {
+            self.told = Some((newest.tick, self.read_particles(&particles)?));
+        }
+        // Nothing changed in the omitted snapshots: nothing glides into the next one.
+        let still = before.as_ref().zip(unchanged_until);
+        if let Some((before, tick)) = still {
+            self.timeline.file(Snapshot { tick, ..Snapshot::clone(before) });
+        }
+        let known = unchanged_until.or(before.map(|before| before.tick));
+        let arrival = Arrival {
+            tick: newest.tick,
+            first: known.map_or(newest.tick, |known| (known + 1).min(newest.tick)),
+            patience: self.stream.ticks_until_next(),
+        };
+        let starts = |timed: &&TimedEvent| {
+            matches!(timed.event, Event::EmitterStarted(_) | Event::ScheduledEmitterStarted { .. })
+        };
+        let emitters = events.iter().filter(starts).count();
+        self.file(newest, events);
+        Ok((arrival, emitters))
+    }
+
+    fn read_particles(&self, told: &[u8]) -> Result<Particles, DecodeError> {
+        let told = Particles::decode(self.scene.recipes.clone(), self.scene.particles_max, told);
+        told.map_err(|error| DecodeError::OutOfRange { field: error.field })
+    }
+
+    /// Files a snapshot and the events that led to it.
+    pub fn file(&mut self, snapshot: impl Into<Arc<Snapshot>>, events: Vec<TimedEvent>) {
+        let snapshot = snapshot.into();
+        for player in &snapshot.players {
+            if let Some(name) = self.names.get_mut(usize::from(player.seat.0)) {
+                *name = Some(player.appearance.clone());
+            }
+        }
+        self.waiting.extend(events);
+        self.timeline.file(snapshot);
+    }
+
+    /// Moves the display to fractional `tick`: plays the events and particles of each tick that
+    /// passes, then samples bodies and flashes.
+    pub fn advance(&mut self, tick: f64, eye: Eye) {
+        let Some(newest) = self.newest().map(|s| s.tick) else { return };
+        let until = (tick.max(0.0) as u32).min(newest);
+        let told = self.told.as_ref().map(|told| told.0).filter(|&told| told <= until);
+        let first = || told.unwrap_or(until).saturating_sub(1);
+        let from = self.applied.unwrap_or_else(first);
+        for next in from.max(until.saturating_sub(CATCH_UP_TICKS_MAX)) + 1..=until {
+            self.play_tick(next);
+        }
+        let known_ticks = if self.applied.is_none() { KNOWN_TICKS } else { 0.0 };
+        self.applied = Some(from.max(until));
+        self.timeline.sample(tick, &mut self.samples);
+        for sample in &self.samples {
+            note_birth(&mut self.births, sample.id, tick - known_ticks);
+        }
+        self.present(tick, eye);
+        self.timeline.forget_before(tick - 1.0);
+    }
+
+    /// Moves the display to fractional `tick` without playing anything.
+    pub fn show(&mut self, tick: f64, eye: Eye) {
+        self.timeline.sample(tick, &mut self.samples);
+        self.present(tick, eye);
+    }
+
+    /// Where a body is on display.
+    pub fn place(&self, id: BodyId) -> Option<Vec2> {
+        self.sampled(id).map(|sample| sample.center)
+    }
+
+    fn present(&mut self, tick: f64, eye: Eye) {
+        self.display = tick;
+        self.led_from = None;
+        self.dress(eye);
+        self.collect_effects();
+    }
+
+    /// Events first, then particles: the order of the server's tick. At a whole tick the samples are the
+    /// places of its snapshot, to the last bit.
+    fn play_tick(&mut self, tick: u32) {
+        while let Some(timed) = self.waiting.pop_front_if(|timed| timed.tick <= tick) {
+            self.play_event(timed);
+        }
+        if let Some((told, particles)) = self.told.take_if(|told| told.0 <= tick) {
+            self.particles = particles;
+            if told == tick {
+                return;
+            }
+        }
+        self.timeline.sample(f64::from(tick), &mut self.samples);
+        let samples = &self.samples;
+        let obstacles = match self.particles.is_empty() {
+            true => Vec::new(),
+            false => obstacles(&self.scene, samples),
+        };
+        let quantum = self.scene.quantum;
+        self.particles.step(&obstacles, |id| {
+            let place = samples.binary_search_by_key(&id.index, |s| s.id.index).ok()?;
+            let body = &samples[place];
+            (body.id == id).then(|| on_grid(body.center, quantum))
+        });
+    }
+
+    fn play_event(&mut self, timed: TimedEvent) {
+        match timed.event {
+            Event::EmitterStarted(emitter) => self.start(emitter),
+            Event::ScheduledEmitterStarted { index, seed } => {
+                if let Some(emitter) = self.scene.emitter(index, seed) {
+                    self.start(emitter);
+                }
+            }
+            Event::Impact { a, b, point, speed } => {
+                let body = if self.is_hero(b) && !self.is_hero(a) { b } else { a };
+                self.flash(timed.tick, EffectKind::Spark, point, None, speed, Some(body));
+            }
+            Event::PackHit { owner, victim, hero, point } => {
+                let color = self.name(owner).map(|n| n.color);
+                self.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
+                if let Some(by) = self.name(owner) {
+                    let whom = victim.and_then(|seat| self.name(seat));
+                    self.tell(News::Hit(by, whom));
+                }
+            }
+            Event::BodyLeft { kind, body, point } => {
+                let owner = self.owner(body).and_then(|seat| self.name(seat));
+                let color = owner.as_ref().map(|n| n.color);
+                self.flash(timed.tick, EffectKind::Gone, point, color, 0.0, Some(body));
+                if let (Kind::Hero, Some(name)) = (kind, owner) {
+                    self.tell(News::Fell(name));
+                }
+            }
+            Event::Joined(seat) => {
+                if let Some(name) = self.name(seat).filter(|_| seat != self.seat) {
+                    self.tell(News::Joined(name));
+                }
+            }
+            Event::Left(seat) => {
+                if let Some(name) = self.name(seat) {
+                    self.tell(News::Left(name));
+                }
+            }
+        }
+    }
+
+    /// The room reports only those that found a place, and this copy has as many.
+    fn start(&mut self, emitter: EmitterDef) {
+        if usize::from(emitter.recipe) < self.scene.recipes.len() {
+            self.particles.start(emitter);
+        }
+    }
+
+    fn flash(
+        &mut self,
+        tick: u32,
+        kind: EffectKind,
+        point: Vec2,
+        color: Option<u8>,
+        strength: f32,
+        body: Option<BodyId>,
+    ) {
+        if self.flashes.len() == EFFECTS_MAX {
+            self.flashes.pop_front();
+        }
+        let effect = Effect { kind, point, age: 0.0, color, strength, body };
+        self.flashes.push_back(Flash { tick, effect });
+    }
+
+    fn tell(&mut self, news: News) {
+        if self.news.len() == NEWS_MAX {
+            self.news.pop_front();
+        }
+        self.news.push_back(news);
+    }
+
+    fn name(&self, seat: Seat) -> Option<Appearance> {
+        self.names.get(usize::from(seat.0)).cloned().flatten()
+    }
+
+    /// The sample of a body at the last sampled moment.
+    fn sampled(&self, id: BodyId) -> Option<&Sample> {
+        let place = self.samples.binary_search_by_key(&id.index, |s| s.id.index).ok()?;
+        Some(&self.samples[place]).filter(|s| s.id == id)
+    }
+
+    fn is_hero(&self, id: BodyId) -> bool {
+        self.sampled(id).is_some_and(|s| s.kind == Kind::Hero)
+    }
+
+    fn owner(&self, id: BodyId) -> Option<Seat> {
+        self.sampled(id).and_then(|s| s.owner)
+    }
+
+    fn collect_effects(&mut self) {
+        while self
+            .flashes
+            .front()
+            .is_some_and(|flash| self.display - f64::from(flash.tick) > EFFECT_TICKS)
+        {
+            self.flashes.pop_front();
+        }
+        self.effects.clear();
+        self.effects.extend(self.flashes.iter().map(|flash| {
+            let ticks = (self.display - f64::from(flash.tick)).max(0.0);
+            Effect { age: (ticks / f64::from(TICKS_PER_SECOND)) as f32, ..flash.effect }
+        }));
+    }
+
+    /// Bodies of the displayed moment, in index order.
+    pub fn bodies(&self) -> &[FrameBody] {
+        &self.bodies
+    }
+
+    /// Bodies of the displayed moment with their owners, in the same order.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// Flashes of the last second.
+    pub fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    /// Particles as of the last whole tick.
+    pub fn particles(&self) -> &Particles {
+        &self.particles
+    }
+
+    /// The fractional tick on display.
+    pub fn display(&self) -> f64 {
+        self.display
+    }
+
+    /// Seconds since the tick that the particles are at, at most one tick.
+    pub fn particle_lead(&self) -> f32 {
+        let ticks = self.applied.map_or(0.0, |tick| self.display - f64::from(tick));
+        ticks.clamp(0.0, 1.0) as f32 / TICKS_PER_SECOND as f32
+    }
+
+    /// Players of the displayed moment in seat order.
+    pub fn players(&self) -> &[PlayerState] {
+        self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players)
+    }
+
+    /// The own player, once it is in a displayed snapshot.
+    pub fn own(&self) -> Option<&PlayerState> {
+        self.players().iter().find(|p| p.seat == self.seat)
+    }
+
+    /// The own hero on display.
+    pub fn own_hero(&self) -> Option<&FrameBody> {
+        let hero = self.own()?.hero?;
+        self.bodies.iter().find(|b| b.id == hero)
+    }
+
+    /// Kind of the body that the own player selected, in scenes of selecting.
+    pub fn selected_kind(&self) -> Option<Kind> {
+        let selecting = self.scene.tools.contains(Tools::SELECT);
+        let id = self.own()?.selected.filter(|_| selecting)?;
+        self.sampled(id).map(|sample| sample.kind)
+    }
+
+    /// The next unread news.
+    pub fn next_news(&mut self) -> Option<News> {
+        self.news.pop_front()
+    }
+}
+
+/// Notes when a body was born unless that is known; a new generation in a slot starts over.
+fn note_birth(births: &mut Vec<(u32, f64)>, id: BodyId, tick: f64) {
+    let slot = id.index as usize;
+    if births.len() <= slot {
+        births.resize(slot + 1, (u32::MAX, 0.0));
+    }
+    if births[slot].0 != id.generation {
+        births[slot] = (id.generation, tick);
+    }
+}
+
+/// Seconds from a body's birth, as far as it is known, to the tick on display.
+fn age(births: &[(u32, f64)], id: BodyId, display: f64) -> f32 {
+    let birth = births.get(id.index as usize).filter(|birth| birth.0 == id.generation);
+    let born = birth.map_or(display - KNOWN_TICKS, |birth| birth.1);
+    ((display - born).max(0.0) / f64::from(TICKS_PER_SECOND)) as f32
+}
+
+/// Bodies that particles are pushed out of, in index order and where clients see them.
+fn obstacles(scene: &Scene, samples: &[Sample]) -> Vec<Obstacle> {
+    samples
+        .iter()
+        .filter(|s| scene.meets_particles >> s.group & 1 == 1)
+        .map(|s| Obstacle::new(s.shape, quantise(s.center, scene.quantum), scene.quantum))
+        .collect()
+}
+
+/// A point rounded to the quantum. Centres that come from a snapshot stay as they are.
+fn on_grid(point: Vec2, quantum: f32) -> Vec2 {
+    dequantise(quantise(point, quantum), quantum)
+}
+
+#[cfg(test)]
+mod tests;

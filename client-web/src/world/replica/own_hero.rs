@@ -1,0 +1,35 @@
+//! The own hero on display: where the snapshots have it, and where prediction shows it instead.
+
+use super::Replica;
+use crate::world::predict::Predicted;
+use jostle_sim::Vec2;
+use jostle_sim::particles::dequantise;
+
+impl Replica {
+    /// Shows a body elsewhere than the snapshots do: the own hero, as predicted.
+    pub fn lead(&mut self, own: Predicted) {
+        let place = self.samples.binary_search_by_key(&own.id.index, |s| s.id.index);
+        let Some(place) = place.ok().filter(|&place| self.samples[place].id == own.id) else {
+            return;
+        };
+        let Predicted { center, velocity, .. } = own;
+        self.led_from = Some((self.samples[place].center, self.samples[place].velocity));
+        let (sample, body) = (&mut self.samples[place], &mut self.bodies[place]);
+        (sample.center, sample.velocity) = (center, velocity);
+        (body.center, body.velocity) = (center, velocity);
+    }
+
+    /// Centre and velocity of the own hero as the snapshots have it at the displayed moment, also
+    /// while it is shown elsewhere.
+    pub fn own_hero_as_told(&self) -> Option<(Vec2, Vec2)> {
+        self.led_from.or_else(|| self.own_hero().map(|hero| (hero.center, hero.velocity)))
+    }
+
+    /// Where the newest snapshot has the own hero, whatever is on display.
+    pub fn told_place(&self) -> Option<Vec2> {
+        let newest = self.newest()?;
+        let hero = newest.players.iter().find(|p| p.seat == self.seat)?.hero?;
+        let body = newest.bodies.iter().find(|body| body.id == hero)?;
+        Some(dequantise(body.quanta, self.scene.quantum))
+    }
+}

@@ -1,0 +1,193 @@
+//! A room inside the page: the offline demo. It speaks the same bytes as a server, so everything
+//! past the socket is the code that plays online. Scripted, it gives the same picture every time.
+
+use crate::net::api::query_value;
+use jostle_game::{Buttons, Input, Scene, Seat, Tools};
+use jostle_protocol::limits::TOKEN_BYTES;
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Token};
+use jostle_room::{Claim, Rate, Room, Subscriber, Welcome};
+use jostle_sim::{TICKS_PER_SECOND, Vec2};
+use std::sync::Arc;
+
+/// Ticks that a late page plays at once; the rest is skipped, as on the server.
+const CATCH_UP_TICKS_MAX: f64 = 5.0;
+/// Milliseconds of one tick.
+const TICK_MS: f64 = 1000.0 / TICKS_PER_SECOND as f64;
+
+/// A demo as the address requests it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DemoRequest {
+    /// Name of a built-in scene.
+    pub scene: String,
+    /// Seed of the game.
+    pub seed: u64,
+    /// Plays this many scripted ticks, then stands still.
+    pub ticks: Option<u32>,
+    /// Scripted players besides the own one.
+    pub bots: u8,
+    /// Show the hud over a frozen picture too.
+    pub hud: bool,
+}
+
+impl DemoRequest {
+    /// Reads the part of an address after `?`; `None` if it asks for no demo.
+    pub fn parse(query: &str) -> Option<DemoRequest> {
+        let value = |name: &str| query_value(query, name);
+        Some(DemoRequest {
+            scene: value("demo")?.to_owned(),
+            seed: value("seed").and_then(|v| v.parse().ok()).unwrap_or(1),
+            ticks: value("ticks").and_then(|v| v.parse().ok()),
+            bots: value("bots").and_then(|v| v.parse().ok()).unwrap_or(0),
+            hud: value("hud") == Some("1"),
+        })
+    }
+}
+
+/// A room in the page and its one real player.
+pub struct RoomInPage {
+    room: Room,
+    scene: Arc<Scene>,
+    own: Option<Seat>,
+    bots: Vec<Seat>,
+    scripted: bool,
+    reader: Option<Subscriber>,
+    outbox: Vec<Vec<u8>>,
+    started_ms: Option<f64>,
+    played: f64,
+    tick: u32,
+}
+
+impl RoomInPage {
+    /// A room at tick 0. `scripted`: inputs of the own player come from the script too.
+    pub fn new(scene: Arc<Scene>, seed: u64, bots: u8, scripted: bool) -> RoomInPage {
+        let mut room = Room::new("demo", scene.clone(), seed);
+        const COLORS: u16 = jostle_protocol::limits::COLORS as u16;
+        let bots = u16::from(bots).min(scene.players_max.saturating_sub(1));
+        let names = ["Ada", "Grace", "Alan", "Edsger", "Barbara", "Donald", "Niklaus", "Radia"];
+        let seats = (0..bots).filter_map(|i| {
+            let name = names[usize::from(i) % names.len()].to_owned();
+            let appearance = Appearance { name: name.into(), color: ((i + 1) % COLORS) as u8 };
+            room.join(appearance, None).ok().map(|welcome| welcome.claim.seat)
+        });
+        let bots = seats.collect();
+        RoomInPage {
+            room,
+            scene,
+            own: None,
+            bots,
+            scripted,
+            reader: None,
+            outbox: Vec::new(),
+            started_ms: None,
+            played: 0.0,
+            tick: 0,
+        }
+    }
+
+    /// Handles a message of the page, as the server would.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        match ClientMessage::decode(bytes) {
+            Ok(ClientMessage::Hello { appearance, .. }) => {
+                match self.room.join(appearance, None) {
+                    Ok(Welcome { claim: Claim { seat, .. }, .. }) => {
+                        self.own = Some(seat);
+                        // The room ends with its page: no seat can be given back.
+                        let token = Token([0; TOKEN_BYTES]);
+                        self.outbox.push(self.room.welcome(seat, token, false));
+                    }
+                    Err(refusal) => self.outbox.push(ServerMessage::Refused { refusal }.encode()),
+                }
+            }
+            Ok(ClientMessage::Input { seq, input, .. }) => {
+                if let Some(seat) = self.own.filter(|_| !self.scripted) {
+                    self.room.input(seat, seq, input);
+                }
+            }
+            Ok(ClientMessage::Ping { stamp }) => {
+                self.outbox.push(ServerMessage::Pong { stamp, tick: self.tick }.encode());
+            }
+            Ok(ClientMessage::View { size }) => {
+                self.own.into_iter().for_each(|seat| self.room.view(seat, size));
+            }
+            Ok(ClientMessage::Kick { .. } | ClientMessage::CloseRoom) | Err(_) => {}
+        }
+    }
+
+    /// Plays the ticks that are due at `now_ms`.
+    pub fn advance(&mut self, now_ms: f64) {
+        let started = *self.started_ms.get_or_insert(now_ms);
+        let due = (now_ms - started) / TICK_MS;
+        self.played = self.played.max(due - CATCH_UP_TICKS_MAX);
+        while self.played + 1.0 <= due {
+            self.played += 1.0;
+            self.tick();
+        }
+    }
+
+    /// Plays one tick and leaves its snapshot in the outbox.
+    pub fn tick(&mut self) {
+        let own = self.own.filter(|_| self.scripted);
+        for seat in own.into_iter().chain(self.bots.iter().copied()) {
+            let input = scripted_input(&self.scene, seat, self.tick);
+            self.room.input(seat, self.tick + 1, input);
+        }
+        self.room.tick();
+        self.tick = self.room.game().tick_count();
+        if let Some(seat) = self.own {
+            let message = match &self.reader {
+                Some(reader) => self.room.message(reader).cloned(),
+                None => {
+                    let (reader, keyframe) = self.room.subscribe_view(seat, Rate::Full);
+                    self.reader = Some(reader);
+                    Some(keyframe)
+                }
+            };
+            self.outbox.extend(message.map(|bytes| bytes.to_vec()));
+        }
+    }
+
+    /// Digest of the room's whole state.
+    pub fn state_hash(&self) -> u64 {
+        self.room.game().hash()
+    }
+
+    /// Takes the messages to the page.
+    pub fn take(&mut self) -> Vec<Vec<u8>> {
+        std::mem::take(&mut self.outbox)
+    }
+}
+
+/// The input of a scripted player at a tick: it runs to and fro, hops, and uses each tool of the scene
+/// now and then, at places that wander over the world. No two seats do the same.
+pub fn scripted_input(scene: &Scene, seat: Seat, tick: u32) -> Input {
+    let phase = tick + u32::from(seat.0) * 37;
+    let mut bits = 0;
+    let mut hold = |tool: Tools, button: Buttons, on: bool| {
+        if on && scene.tools.contains(tool) {
+            bits |= button.0;
+        }
+    };
+    hold(Tools::STEER, Buttons::RIGHT, phase % 160 < 70);
+    hold(Tools::STEER, Buttons::LEFT, (80..150).contains(&(phase % 160)));
+    hold(Tools::STEER, Buttons::UP, phase % 53 < 14);
+    hold(Tools::LAUNCH, Buttons::FIRE, phase % 45 == 20);
+    hold(Tools::MARBLE, Buttons::MAKE, phase.is_multiple_of(12) && phase % 400 < 240);
+    hold(Tools::SPRAY, Buttons::MAKE, phase % 200 < 120);
+    hold(Tools::AGITATE, Buttons::AGITATE, phase % 500 == 499);
+    hold(Tools::SELECT, Buttons::FIRE, phase % 120 < 90);
+    hold(Tools::SELECT, Buttons::PICK_MINION, phase % 240 == 100);
+    hold(Tools::SELECT, Buttons::PICK_HERO, phase % 240 == 220);
+    Input { buttons: Buttons(bits), pointer: Some(wander(scene.size, phase)) }
+}
+
+/// A place that crosses the world on two zigzags of different periods.
+fn wander(size: Vec2, phase: u32) -> Vec2 {
+    let zigzag = |period: u32| {
+        let at = phase % (2 * period);
+        at.min(2 * period - at) as f32 / period as f32
+    };
+    size * Vec2::new(0.1 + 0.8 * zigzag(230), 0.35 + 0.5 * zigzag(97))
+}
+
+#[cfg(test)]
+mod tests;
