@@ -1,0 +1,86 @@
+//! The server under test, in a process of its own, so that memory and descriptors begin afresh.
+
+use anyhow::{Context, Result, bail};
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread::JoinHandle;
+
+/// Lines of the program `counted` begin with this; the allocations of a second follow.
+const COUNTED: &str = "allocations: ";
+
+/// A running `jostle serve`.
+pub struct Server {
+    process: Child,
+    /// Of the players' port, `host:port`.
+    pub address: String,
+    /// Of the operators' port.
+    pub operators: String,
+    /// Lines of stderr.
+    log: JoinHandle<Vec<String>>,
+}
+
+impl Server {
+    /// Starts a program with the scenes of a directory, and waits until it listens.
+    pub fn start(program: &Path, scenes: &Path, clients: u32) -> Result<Server> {
+        let mut command = Command::new(program);
+        command.args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"]);
+        // More than play: a socket that was just lost may still count.
+        command.args(["--address-sockets", &(2 * clients).to_string(), "--scenes"]).arg(scenes);
+        let mut process = command
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("cannot start {}", program.display()))?;
+        let said = process.stdout.take().context("the server's stdout")?;
+        let logged = process.stderr.take().context("the server's stderr")?;
+        let log = std::thread::spawn(move || {
+            BufReader::new(logged).lines().map_while(Result::ok).collect()
+        });
+        let mut server = Server { process, address: String::new(), operators: String::new(), log };
+        match addresses(said) {
+            Ok([address, operators]) => {
+                (server.address, server.operators) = (address, operators);
+                Ok(server)
+            }
+            Err(error) => {
+                server.stop()?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Ends it and prints its log; returns its allocations in the median second, if they were counted.
+    pub fn stop(mut self) -> Result<Option<u64>> {
+        let ended = self.process.try_wait()?;
+        self.process.kill().context("cannot end the server")?;
+        self.process.wait()?;
+        let Ok(lines) = self.log.join() else { bail!("the server's log could not be read") };
+        let (counts, others): (Vec<_>, Vec<_>) =
+            lines.iter().partition(|line| line.starts_with(COUNTED));
+        others.iter().for_each(|line| println!("  server: {line}"));
+        if let Some(status) = ended {
+            bail!("the server ended by itself ({status})");
+        }
+        Ok(median(&counts))
+    }
+}
+
+/// The addresses that a server prints: of the players' port, and of the operators'.
+fn addresses(said: ChildStdout) -> Result<[String; 2]> {
+    let mut lines = BufReader::new(said).lines();
+    let mut address = || -> Result<String> {
+        let line = lines.next().context("the server ended before it listened")??;
+        let address = line.split_once("http://").map(|(_, rest)| rest.trim_end_matches('/'));
+        Ok(address.with_context(|| format!("no address in {line:?}"))?.to_owned())
+    };
+    Ok([address()?, address()?])
+}
+
+/// Neither a second in which players came nor an idle one.
+fn median(lines: &[&String]) -> Option<u64> {
+    let count = |line: &&String| line[COUNTED.len()..].parse().ok();
+    let mut counts: Vec<u64> = lines.iter().filter_map(count).collect();
+    counts.sort_unstable();
+    counts.get(counts.len() / 2).copied()
+}

@@ -1,0 +1,41 @@
+//! rapier2d behind the scenes of traffic: its defaults, with sleep.
+
+use crate::rapier::Rapier;
+use glam::DVec2;
+use jostle_report::engine::{Engine, State};
+use jostle_report::traffic::{Crowd, Script};
+
+/// Sub-steps of a tick, its default.
+const SUB_STEPS: usize = 4;
+
+/// A script's bodies in rapier2d.
+pub struct RapierCrowd(Rapier);
+
+impl RapierCrowd {
+    /// With the script's damping, and bodies that may sleep.
+    pub fn new(script: &Script) -> RapierCrowd {
+        let mut scene = script.scene.clone();
+        scene.sleeping = true;
+        let mut engine =
+            Rapier::new(&scene, SUB_STEPS, 1.0).expect("it has all that these scenes need");
+        for (body, &damping) in script.damping.iter().enumerate() {
+            engine.set_damping(body, damping);
+        }
+        RapierCrowd(engine)
+    }
+}
+
+impl Crowd for RapierCrowd {
+    fn kick(&mut self, body: usize, change: DVec2) {
+        let velocity = self.0.state(body).velocity;
+        self.0.set_velocity(body, velocity + change);
+    }
+
+    fn step(&mut self) {
+        self.0.tick();
+    }
+
+    fn state(&self, body: usize) -> State {
+        self.0.state(body)
+    }
+}

@@ -1,0 +1,10 @@
+//! Random scenes from the extreme ranges, as many as wanted: `--count 100000 --seed 1`.
+
+use clap::Parser;
+use jostle_report::trials::{Arguments, conclude, run, scenes};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let tallies = run("scenes", &Arguments::parse(), scenes::trial);
+    if conclude(&tallies) { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

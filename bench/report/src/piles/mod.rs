@@ -1,0 +1,293 @@
+//! Piles: large heaps, high stacks and heavy loads, every solver stepped in turns in one process, so
+//! that a busy machine slows all alike. Measured is both: what a step costs while things land and
+//! when they lie, and what the result is worth.
+
+mod scenes;
+
+use crate::engine::{Engine, State};
+use crate::methods::{Family, Method};
+use crate::scene::Scene;
+use crate::stability::{Sample, largest};
+use crate::study::thread_time_us;
+use glam::DVec2;
+
+pub use scenes::all;
+
+/// A scene with what is asked of it.
+pub struct Pile {
+    /// For the command line.
+    pub id: String,
+    /// What it is.
+    pub title: String,
+    /// The bodies.
+    pub scene: Scene,
+    /// Length of the run.
+    pub ticks: usize,
+    /// Left out of a quick run.
+    pub full_only: bool,
+    /// Figures, and what is accepted of Jostle's.
+    pub bounds: Vec<(Figure, Bound)>,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Figure {
+    /// Mean time of the first 120 steps.
+    Falling,
+    /// Mean time of the 60 consecutive steps that took longest.
+    Slowest,
+    /// Median time of a step in the second half of the run.
+    Settled,
+    /// Deepest overlap after any step.
+    DeepestEver,
+    /// After the last step.
+    DeepestAtEnd,
+    /// Root mean square of the speeds after the last step.
+    RmsAtEnd,
+    /// Last time at which that was above [`CALM`].
+    CalmAfter,
+    /// Last time at which somebody was faster than [`STILL`].
+    SettledAfter,
+    /// Fastest speed upwards.
+    Rising,
+    /// How far the highest body sank.
+    HeightLost,
+    /// Height of the centre of mass after the last step.
+    MeanHeight,
+    /// Root mean square of the speeds at [`LATER_S`], over the largest until then.
+    SpeedLeft,
+    /// Bodies that are awake after the last step.
+    Awake,
+    /// Change of the total momentum, as a share of the sum of all momenta at the start.
+    Momentum,
+}
+
+/// Root mean square of the speeds at which a pile counts as calm, units/s.
+const CALM: f64 = 0.05;
+/// When a poured heap is asked how much of its motion is left, seconds.
+const LATER_S: f64 = 4.0;
+/// Speed at which a body counts as still, units/s.
+const STILL: f64 = 0.01;
+/// Steps that count as falling, and those of the slowest stretch.
+const FALLING: usize = 120;
+const STRETCH: usize = 60;
+/// Steps that one engine takes before it is the next one's turn.
+const TURN: usize = 10;
+
+impl Figure {
+    /// With the unit.
+    pub fn name(self) -> &'static str {
+        match self {
+            Figure::Falling => "time a step, first 120 steps, µs",
+            Figure::Slowest => "time a step, slowest 60 in a row, µs",
+            Figure::Settled => "time a step, settled, µs",
+            Figure::DeepestEver => "deepest overlap ever, units",
+            Figure::DeepestAtEnd => "deepest overlap at the end, units",
+            Figure::RmsAtEnd => "rms speed at the end, units/s",
+            Figure::CalmAfter => "rms speed below 0.05 after, s",
+            Figure::SettledAfter => "nobody faster than 0.01 after, s",
+            Figure::Rising => "fastest upward speed, units/s",
+            Figure::HeightLost => "height lost, units",
+            Figure::MeanHeight => "height of the centre of mass at the end, units",
+            Figure::SpeedLeft => "rms speed after 4 s, share of the largest",
+            Figure::Awake => "awake at the end, bodies",
+            Figure::Momentum => "momentum error, share",
+        }
+    }
+
+    fn of(self, run: &History, scene: &Scene) -> f64 {
+        let last = run.samples.last().expect("the start is always there");
+        let ever = |figure: fn(&Sample) -> f64| largest(run.samples[1..].iter().map(figure));
+        let last_above = |bound: f64, figure: fn(&Sample) -> f64| {
+            let above = |sample: &&Sample| figure(sample) > bound || figure(sample).is_nan();
+            run.samples.iter().rev().find(above).map_or(0.0, |sample| sample.time_s)
+        };
+        let times = &run.times_us;
+        match self {
+            Figure::Falling => mean(&times[..FALLING]),
+            Figure::Slowest => largest(times.windows(STRETCH).map(mean)),
+            Figure::Settled => median(&times[times.len() / 2..]),
+            Figure::DeepestEver => ever(|sample| sample.overlap),
+            Figure::DeepestAtEnd => last.overlap,
+            Figure::RmsAtEnd => last.rms,
+            Figure::CalmAfter => last_above(CALM, |sample| sample.rms),
+            Figure::SettledAfter => last_above(STILL, |sample| sample.fastest),
+            Figure::Rising => ever(|sample| sample.rising),
+            Figure::HeightLost => height(scene, &run.first) - height(scene, &run.last),
+            Figure::MeanHeight => {
+                let of = |i: usize| scene.bodies[i].mass * run.last[i].position.y;
+                let mass = scene.dynamic().map(|i| scene.bodies[i].mass).sum::<f64>();
+                scene.dynamic().map(of).sum::<f64>() / mass
+            }
+            Figure::SpeedLeft => {
+                let early = || run.samples.iter().filter(|sample| sample.time_s <= LATER_S);
+                let last = early().next_back().map_or(f64::NAN, |sample| sample.rms);
+                last / largest(early().map(|sample| sample.rms))
+            }
+            Figure::Awake => run.awake as f64,
+            Figure::Momentum => {
+                let shares =
+                    scene.dynamic().map(|i| scene.bodies[i].mass * run.first[i].velocity.length());
+                (momentum(scene, &run.last) - momentum(scene, &run.first)).length()
+                    / shares.sum::<f64>()
+            }
+        }
+    }
+}
+
+/// What is accepted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bound {
+    /// Anything: the figure is shown.
+    None,
+    /// At most this.
+    Value(f64),
+    /// At most so many times the first peer's figure.
+    OfPeer(f64),
+}
+
+/// One solver's run, or why there is none.
+type Measured = Result<Vec<f64>, String>;
+
+/// A pile with the figures of all solvers.
+pub struct Heap {
+    /// Which one.
+    pub pile: Pile,
+    /// By solver, in the order of the methods, then by figure.
+    pub measured: Vec<Measured>,
+    /// Place of the first peer among the solvers.
+    pub peer: Option<usize>,
+}
+
+impl Heap {
+    /// The figure of a solver, and whether it is accepted; nothing is asked of some.
+    pub fn figure(&self, solver: usize, place: usize) -> Option<(f64, Option<bool>)> {
+        let value = self.measured[solver].as_ref().ok()?[place];
+        let most = match self.pile.bounds[place].1 {
+            Bound::None => None,
+            Bound::Value(most) => Some(most),
+            Bound::OfPeer(factor) => self.peer_figure(place).map(|peer| factor * peer),
+        };
+        Some((value, most.map(|most| value <= most)))
+    }
+
+    /// The figure of the first peer.
+    fn peer_figure(&self, place: usize) -> Option<f64> {
+        self.measured[self.peer?].as_ref().ok().map(|figures| figures[place])
+    }
+}
+
+/// What is kept of a run.
+struct History {
+    samples: Vec<Sample>,
+    times_us: Vec<f64>,
+    first: Vec<State>,
+    last: Vec<State>,
+    awake: usize,
+}
+
+/// An engine with its run so far, or why it cannot play.
+type Player = Result<(Box<dyn Engine>, History), String>;
+
+/// Runs all solvers on a pile.
+pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
+    let solvers = || methods.iter().filter(|method| method.in_stability);
+    let mut players: Vec<Player> = solvers().map(|method| player(method, &pile.scene)).collect();
+    for _ in 0..pile.ticks / TURN {
+        for (engine, history) in players.iter_mut().flatten() {
+            (0..TURN).for_each(|_| history.step(engine.as_mut(), &pile.scene));
+        }
+    }
+    let figures = |run: &History| pile.bounds.iter().map(|(f, _)| f.of(run, &pile.scene)).collect();
+    let measured = players.into_iter().map(|player| player.map(|(_, run)| figures(&run))).collect();
+    let peer = solvers().position(|method| method.family == Family::Peer);
+    Heap { pile, measured, peer }
+}
+
+fn player(method: &Method, scene: &Scene) -> Player {
+    let engine = (method.build)(scene, method.default.unwrap_or(method.settings[0]))?;
+    let (sample, first) = Sample::read(engine.as_ref(), scene, 0.0);
+    let last = first.clone();
+    Ok((engine, History { samples: vec![sample], times_us: Vec::new(), first, last, awake: 0 }))
+}
+
+impl History {
+    fn step(&mut self, engine: &mut dyn Engine, scene: &Scene) {
+        let before = thread_time_us();
+        engine.tick();
+        self.times_us.push(thread_time_us() - before);
+        let time_s = self.times_us.len() as f64 * scene.tick_s;
+        let (sample, last) = Sample::read(engine, scene, time_s);
+        self.samples.push(sample);
+        self.last = last;
+        self.awake = scene.dynamic().filter(|&body| !engine.is_asleep(body)).count();
+    }
+}
+
+fn height(scene: &Scene, states: &[State]) -> f64 {
+    scene.dynamic().map(|i| states[i].position.y).fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn momentum(scene: &Scene, states: &[State]) -> DVec2 {
+    scene.dynamic().map(|i| states[i].velocity * scene.bodies[i].mass).sum()
+}
+
+fn mean(times: &[f64]) -> f64 {
+    times.iter().sum::<f64>() / times.len() as f64
+}
+
+fn median(times: &[f64]) -> f64 {
+    let mut sorted = times.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Figure, History, measure, scenes};
+    use crate::engine::State;
+    use crate::methods::METHODS;
+    use crate::stability::Sample;
+
+    fn history(rms: &[f64]) -> History {
+        let sample = |(tick, &rms): (usize, &f64)| Sample {
+            time_s: tick as f64,
+            overlap: 0.0,
+            energy: 0.0,
+            rms,
+            fastest: rms,
+            rising: 0.0,
+        };
+        let samples = rms.iter().enumerate().map(sample).collect();
+        let times_us = (0..200).map(|tick| if tick < 60 { 3.0 } else { 1.0 }).collect();
+        let (first, last) = (vec![State::default()], vec![State::default()]);
+        History { samples, times_us, first, last, awake: 0 }
+    }
+
+    #[test]
+    fn figures_are_those_of_the_run() {
+        let scene = crate::scene::Scene::new(0.0);
+        let run = history(&[9.0, 0.04, 0.06, 0.02, 0.001]);
+        let of = |figure: Figure| figure.of(&run, &scene);
+        assert_eq!(of(Figure::CalmAfter), 2.0);
+        assert_eq!(of(Figure::SettledAfter), 3.0);
+        assert_eq!(of(Figure::RmsAtEnd), 0.001);
+        assert_eq!(
+            (of(Figure::Falling), of(Figure::Slowest), of(Figure::Settled)),
+            (2.0, 3.0, 1.0)
+        );
+    }
+
+    #[test]
+    fn the_conjugate_solver_keeps_a_stack_and_momentum() {
+        for id in ["stack-20", "thrown-50"] {
+            let pile = scenes::all().into_iter().find(|pile| pile.id == id).expect("in the list");
+            let heap = measure(pile, &METHODS[4..5]);
+            for place in 0..heap.pile.bounds.len() {
+                let (value, accepted) = heap.figure(0, place).expect("it can play");
+                let figure = heap.pile.bounds[place].0;
+                assert_ne!(accepted, Some(false), "{id}: {figure:?} is {value}");
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! The piles: rain of thousands, stacks, pyramids and what falls on them. Gravity is 50, boxes are 2
+//! high, friction is 0.3.
+
+use super::{Bound, Figure, Pile};
+use crate::scene::{Body, Mulberry, Scene, Shape};
+
+const GRAVITY: f64 = 50.0;
+/// Gap under every box of the dropped stack, and its boxes.
+const GAP: f64 = 0.05;
+const TALL: usize = 1000;
+
+const SLOP: f64 = crate::stability::SLOP;
+/// What single precision makes of an overlap of exactly the slop, high up.
+const SLOP_SEEN: f64 = 1.1 * SLOP;
+
+/// What every pile is measured by: time beside Box2D's, unless it is another one that asks.
+const TIMES: [(Figure, Bound); 3] = [
+    (Figure::Falling, Bound::OfPeer(2.0)),
+    (Figure::Slowest, Bound::OfPeer(2.0)),
+    (Figure::Settled, Bound::OfPeer(1.0)),
+];
+
+/// All of them.
+pub fn all() -> Vec<Pile> {
+    let mut piles: Vec<Pile> = [1000, 4000].map(small_rain).into();
+    piles.extend([1000, 4000].map(sleeping_rain));
+    piles.extend([10_000, 20_000].map(large_rain));
+    piles.extend([20, 100, TALL].map(stack));
+    piles.extend([dropped(), pyramid(), capped(), thrown(), ball(), poured()]);
+    piles
+}
+
+fn pile(id: &str, title: &str, scene: Scene, ticks: usize, bounds: &[(Figure, Bound)]) -> Pile {
+    let bounds = TIMES.iter().chain(bounds).copied().collect();
+    Pile { id: id.into(), title: title.into(), scene, ticks, full_only: false, bounds }
+}
+
+fn small_rain(count: u32) -> Pile {
+    let bounds = [
+        (Figure::DeepestEver, Bound::Value(0.02)),
+        (Figure::DeepestAtEnd, Bound::Value(0.01)),
+        (Figure::RmsAtEnd, Bound::Value(0.01)),
+    ];
+    let title = format!("Rain of {count}, half circles and half boxes, for 10 s");
+    pile(&format!("rain-{count}"), &title, rain(count), 600, &bounds)
+}
+
+/// Bodies may sleep; how many do is shown.
+fn sleeping_rain(count: u32) -> Pile {
+    let awake = small_rain(count);
+    let title = format!("Rain of {count} that may sleep, for 20 s");
+    let bounds = [(Figure::Awake, Bound::None), (Figure::RmsAtEnd, Bound::None)];
+    let scene = Scene { sleeping: true, ..awake.scene };
+    pile(&format!("rain-{count}-sleep"), &title, scene, 1200, &bounds)
+}
+
+fn large_rain(count: u32) -> Pile {
+    let bounds = [
+        (Figure::DeepestEver, Bound::None),
+        (Figure::DeepestAtEnd, Bound::None),
+        (Figure::RmsAtEnd, Bound::Value(0.05)),
+        (Figure::CalmAfter, Bound::Value(29.9)),
+    ];
+    let title = format!("Rain of {count} for 30 s");
+    let large = pile(&format!("rain-{count}"), &title, rain(count), 1800, &bounds);
+    Pile { full_only: true, ..large }
+}
+
+fn stack(count: usize) -> Pile {
+    let mut scene = floor(100.0);
+    for row in 0..count {
+        scene.add(block(0.0, 1.0 + 2.0 * row as f64));
+    }
+    pile(&format!("stack-{count}"), &format!("Stack of {count}"), scene, 600, &AT_REST)
+}
+
+const AT_REST: [(Figure, Bound); 3] = [
+    (Figure::DeepestEver, Bound::Value(SLOP_SEEN)),
+    (Figure::HeightLost, Bound::Value(SLOP_SEEN)),
+    (Figure::RmsAtEnd, Bound::Value(1e-5)),
+];
+
+fn dropped() -> Pile {
+    let mut scene = floor(100.0);
+    for row in 0..TALL {
+        let gaps = (row + 1) as f64 * GAP;
+        scene.add(block(0.0, 1.0 + 2.0 * row as f64 + gaps));
+    }
+    let free_fall = (2.0 * GAP * TALL as f64 / GRAVITY).sqrt();
+    let bounds = [
+        (Figure::DeepestEver, Bound::Value(SLOP_SEEN)),
+        (Figure::SettledAfter, Bound::Value(free_fall + 0.05)),
+        (Figure::Rising, Bound::Value(0.01)),
+    ];
+    let title = format!("Stack of {TALL} dropped with gaps of {GAP} (free fall {free_fall:.3} s)");
+    pile("dropped-1000", &title, scene, 600, &bounds)
+}
+
+fn pyramid() -> Pile {
+    let mut scene = floor(150.0);
+    add_pyramid(&mut scene, 50, 1.0);
+    pile("pyramid-50", "Pyramid with a base of 50", scene, 600, &AT_REST)
+}
+
+fn capped() -> Pile {
+    let mut scene = floor(84.0);
+    add_pyramid(&mut scene, 20, 1000.0);
+    pile(
+        "capped-20",
+        "Pyramid with a base of 20, its cap 1000 times as heavy",
+        scene,
+        600,
+        &AT_REST,
+    )
+}
+
+/// Two stacks of 1:1000 in turns meet in the air: nothing can take their momentum.
+fn thrown() -> Pile {
+    let mut scene = Scene::new(0.0);
+    for row in 0..50 {
+        let (gap, speed) = if row < 25 { (0.0, 10.0) } else { (1.0, -10.0) };
+        let mass = if row % 2 == 0 { 1.0 } else { 1000.0 };
+        let body = block(0.0, 1.0 + 2.0 * f64::from(row) + gap).of_mass(mass);
+        scene.add(body.moving(0.0, speed));
+    }
+    let bounds =
+        [(Figure::Momentum, Bound::Value(1e-5)), (Figure::DeepestEver, Bound::Value(SLOP_SEEN))];
+    let title = "Two stacks of 25 thrown together without gravity, 1:1000 in turns";
+    pile("thrown-50", title, scene, 600, &bounds)
+}
+
+/// A ball on a bed of circles that it could each push aside.
+fn ball() -> Pile {
+    let mut scene = Scene::new(GRAVITY);
+    scene.contain(60.5, 100.0, 0.3, 0.0);
+    for row in 0..12 {
+        let shift = if row % 2 == 0 { 0.0 } else { 0.5 };
+        for column in 0..30 {
+            let x = 1.0 + 2.0 * f64::from(column) + shift;
+            let y = 1.0 + f64::from(row) * 3.3f64.sqrt();
+            scene.add(Body::new(Shape::Circle { radius: 0.98 }, x, y));
+        }
+    }
+    let ball = Body::new(Shape::Circle { radius: 5.0 }, 30.0, 45.0);
+    scene.add(ball.of_mass(1000.0 * Shape::Circle { radius: 0.98 }.area()));
+    let bounds = [
+        (Figure::DeepestEver, Bound::None),
+        (Figure::DeepestAtEnd, Bound::Value(0.01)),
+        (Figure::RmsAtEnd, Bound::Value(0.01)),
+    ];
+    pile("ball-360", "Ball 1000 times as heavy dropped on 360 circles", scene, 600, &bounds)
+}
+
+/// 2000 discs of three sizes fall in a column 44 wide onto an open floor, each between two below it, so
+/// that friction 0.5 does not hold it there.
+fn poured() -> Pile {
+    let mut scene = Scene::new(GRAVITY);
+    scene.floor(400.0, 0.5, 0.0);
+    let mut draws = Mulberry(0x2000);
+    for i in 0..2000 {
+        let radius = [0.7, 0.85, 1.0][i % 3];
+        let (column, row) = ((i % 20) as f64, (i / 20) as f64);
+        let shift = if i / 20 % 2 == 0 { 0.0 } else { 0.5 };
+        let (x, y) = (2.2 * (column + shift) - 21.0, 1.1 + 2.2 * row);
+        let (jitter_x, jitter_y) = (draws.range(-0.09, 0.09), draws.range(-0.09, 0.09));
+        let disc = Body::new(Shape::Circle { radius }, x + jitter_x, y + jitter_y);
+        scene.add(disc.of_stuff(0.5, 0.0));
+    }
+    let bounds = [
+        (Figure::DeepestEver, Bound::Value(0.02)),
+        (Figure::DeepestAtEnd, Bound::Value(0.01)),
+        (Figure::RmsAtEnd, Bound::Value(0.05)),
+        (Figure::MeanHeight, Bound::None),
+        (Figure::SpeedLeft, Bound::None),
+        (Figure::CalmAfter, Bound::None),
+    ];
+    let title = "2000 discs of three sizes poured onto an open floor, friction 0.5, for 10 s";
+    pile("poured-2000", title, scene, 600, &bounds)
+}
+
+fn floor(half_width: f64) -> Scene {
+    let mut scene = Scene::new(GRAVITY);
+    scene.floor(half_width, 0.3, 0.0);
+    scene
+}
+
+fn block(x: f64, y: f64) -> Body {
+    Body::new(Shape::rect(1.0, 1.0), x, y)
+}
+
+fn add_pyramid(scene: &mut Scene, base: usize, cap: f64) {
+    for row in 0..base {
+        let count = base - row;
+        for k in 0..count {
+            let x = (k as f64 - (count - 1) as f64 / 2.0) * 2.2;
+            let body = block(x, 1.0 + 2.0 * row as f64);
+            let factor = if count == 1 { cap } else { 1.0 };
+            scene.add(body.of_mass(body.mass * factor));
+        }
+    }
+}
+
+/// `count` bodies in a container four times as many columns wide as rows high.
+fn rain(count: u32) -> Scene {
+    let columns = f64::from(4 * count).sqrt().ceil() as u32;
+    let rows = count.div_ceil(columns);
+    let mut scene = Scene::new(GRAVITY);
+    scene.contain(8.0 * f64::from(columns), 8.0 * f64::from(rows) + 40.0, 0.3, 0.0);
+    let mut draws = Mulberry(0x5EED_0000 + count);
+    for i in 0..count {
+        let kind = draws.unit();
+        let (a, b) = (1.0 + 2.5 * draws.unit(), 1.0 + 2.5 * draws.unit());
+        let (jitter_x, jitter_y) = (draws.range(-0.45, 0.45), draws.range(-0.45, 0.45));
+        let shape = if kind < 0.5 { Shape::Circle { radius: a } } else { Shape::rect(a, b) };
+        let x = 8.0 * (f64::from(i % columns) + 0.5) + jitter_x;
+        let y = 8.0 * (f64::from(i / columns) + 0.5) + jitter_y;
+        scene.add(Body::new(shape, x, y));
+    }
+    scene
+}

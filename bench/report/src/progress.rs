@@ -1,0 +1,46 @@
+//! How far the run is, on the terminal: a bar that is redrawn, or lines where nobody watches.
+
+use std::io::{IsTerminal, Write};
+use std::sync::Mutex;
+use std::time::Instant;
+
+const BAR: usize = 30;
+
+/// Counts tasks; may be told from several threads.
+pub struct Progress {
+    total: usize,
+    began: Instant,
+    done: Mutex<usize>,
+}
+
+impl Progress {
+    /// Nothing done yet.
+    pub fn new(total: usize) -> Progress {
+        Progress { total, began: Instant::now(), done: Mutex::new(0) }
+    }
+
+    /// A task begins.
+    pub fn begin(&self, name: &str) {
+        let done = *self.done.lock().expect("no holder panics");
+        let seconds = self.began.elapsed().as_secs();
+        let mut out = std::io::stderr().lock();
+        let line = format!("{done:3} of {} done, {seconds:4} s: {name}", self.total);
+        // Progress that cannot be shown is no reason to stop.
+        let _ = if out.is_terminal() {
+            let filled = BAR * done / self.total.max(1);
+            write!(out, "\r\x1b[2K[{}{}] {line}", "#".repeat(filled), ".".repeat(BAR - filled))
+        } else {
+            writeln!(out, "{line}")
+        };
+        let _ = out.flush();
+    }
+
+    /// A task ended.
+    pub fn done(&self) {
+        let mut done = self.done.lock().expect("no holder panics");
+        *done += 1;
+        if *done == self.total && std::io::stderr().is_terminal() {
+            eprintln!();
+        }
+    }
+}

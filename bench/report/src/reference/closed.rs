@@ -1,0 +1,99 @@
+//! Closed forms: flights with and without drag, bouncing and sliding, two bodies that collide.
+
+use glam::DVec2;
+
+/// Flight without drag after `t` seconds.
+pub fn flight(start: DVec2, velocity: DVec2, gravity: DVec2, t: f64) -> DVec2 {
+    start + velocity * t + gravity * (t * t / 2.0)
+}
+
+/// Flight with drag -k v: place and velocity.
+pub fn linear_drag(
+    start: DVec2,
+    velocity: DVec2,
+    gravity: DVec2,
+    rate: f64,
+    t: f64,
+) -> (DVec2, DVec2) {
+    let terminal = gravity / rate;
+    let left = (-rate * t).exp();
+    let way = terminal * t + (velocity - terminal) * ((1.0 - left) / rate);
+    (start + way, terminal + (velocity - terminal) * left)
+}
+
+/// Fall from rest with drag -k |v| v: way fallen and speed.
+pub fn quadratic_fall(gravity: f64, rate: f64, t: f64) -> (f64, f64) {
+    let terminal = (gravity / rate).sqrt();
+    let reach = gravity * t / terminal;
+    (terminal * terminal / gravity * reach.cosh().ln(), terminal * reach.tanh())
+}
+
+/// Damped swing x'' = g - c x' - w² x, with less than critical damping: place and velocity.
+pub fn damped(
+    start: DVec2,
+    velocity: DVec2,
+    gravity: DVec2,
+    stiffness: f64,
+    rate: f64,
+    t: f64,
+) -> (DVec2, DVec2) {
+    let rest = gravity / stiffness;
+    let turn = (stiffness - rate * rate / 4.0).sqrt();
+    let (sin, cos) = (turn * t).sin_cos();
+    let decay = (-rate * t / 2.0).exp();
+    let (even, odd) = (start - rest, (velocity + (start - rest) * (rate / 2.0)) / turn);
+    let place = (even * cos + odd * sin) * decay;
+    let speed = (odd * cos - even * sin) * (turn * decay) - place * (rate / 2.0);
+    (rest + place, speed)
+}
+
+/// Height over the floor of a ball dropped from `height` that keeps `restitution` of its speed at
+/// each bounce. After infinitely many bounces it lies still.
+pub fn bounce(height: f64, gravity: f64, restitution: f64, t: f64) -> f64 {
+    let mut since = t - (2.0 * height / gravity).sqrt();
+    if since < 0.0 {
+        return height - gravity * t * t / 2.0;
+    }
+    let mut speed = restitution * (2.0 * gravity * height).sqrt();
+    while speed > 1e-9 {
+        let flight = 2.0 * speed / gravity;
+        if since <= flight {
+            return speed * since - gravity * since * since / 2.0;
+        }
+        since -= flight;
+        speed *= restitution;
+    }
+    0.0
+}
+
+/// Way of a body that slides with this deceleration until it stops.
+pub fn slide(speed: f64, deceleration: f64, t: f64) -> f64 {
+    let stop = speed / deceleration;
+    let t = if t < stop { t } else { stop };
+    speed * t - deceleration * t * t / 2.0
+}
+
+/// Velocities of two bodies after they collide along `normal`, from a to b, with restitution and
+/// Coulomb friction; nothing rotates.
+pub fn collision(
+    masses: [f64; 2],
+    velocities: [DVec2; 2],
+    normal: DVec2,
+    restitution: f64,
+    friction: f64,
+) -> [DVec2; 2] {
+    let effective = 1.0 / (1.0 / masses[0] + 1.0 / masses[1]);
+    let relative = velocities[1] - velocities[0];
+    let (closing, along) = (-relative.dot(normal), normal.perp());
+    if closing <= 0.0 {
+        return velocities;
+    }
+    let push = (1.0 + restitution) * closing * effective;
+    let hold = -relative.dot(along) * effective;
+    let limit = friction * push;
+    let impulse = normal * push + along * hold.clamp(-limit, limit);
+    [velocities[0] - impulse / masses[0], velocities[1] + impulse / masses[1]]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,149 @@
+//! The contact problem of one step with Coulomb friction, in f64: v = v* + M^-1 J^T p, the normal
+//! impulse only pushes and holds n.(vb - va) >= least, and friction opposes the slip with at most mu
+//! times that.
+//!
+//! Two ways that share no code: Gauss-Seidel on both impulses of a contact at a time (Moreau 1988;
+//! Jean 1999), and a fixed point of problems whose friction has known bounds (Tresca), each a
+//! quadratic program solved by accelerated projected gradients (Haslinger 1983).
+
+use super::program::{Contact, Program};
+use glam::DVec2;
+
+/// Normal and friction impulse of a contact, the latter along the normal turned left.
+pub type Impulse = DVec2;
+
+/// A step's contacts with one coefficient of friction.
+pub struct Coulomb<'a> {
+    /// Bodies and contacts.
+    pub program: &'a Program,
+    /// Of every contact.
+    pub friction: f64,
+}
+
+impl Coulomb<'_> {
+    fn weight(&self, contact: &Contact) -> f64 {
+        self.program.inverse_masses[contact.a] + self.program.inverse_masses[contact.b]
+    }
+
+    /// What is asked of the impulses: the closing speed that is too much, and the slip.
+    fn lack(&self, velocities: &[DVec2], contact: &Contact) -> DVec2 {
+        let relative = velocities[contact.b] - velocities[contact.a];
+        let normal = contact.normal;
+        DVec2::new(normal.dot(relative) - contact.least, normal.perp().dot(relative))
+    }
+
+    fn push(&self, velocities: &mut [DVec2], contact: &Contact, change: Impulse) {
+        let impulse = contact.normal * change.x + contact.normal.perp() * change.y;
+        velocities[contact.a] -= impulse * self.program.inverse_masses[contact.a];
+        velocities[contact.b] += impulse * self.program.inverse_masses[contact.b];
+    }
+
+    /// v* and what the impulses add.
+    fn velocities(&self, impulses: &[Impulse]) -> Vec<DVec2> {
+        let mut velocities = self.program.free.clone();
+        for (contact, &impulse) in self.program.contacts.iter().zip(impulses) {
+            self.push(&mut velocities, contact, impulse);
+        }
+        velocities
+    }
+
+    /// Velocities by Gauss-Seidel, until nothing changes by more than `tolerance`, units/s.
+    pub fn gauss_seidel(&self, tolerance: f64, sweeps_max: u32) -> Vec<DVec2> {
+        let contacts = &self.program.contacts;
+        let mut velocities = self.program.free.clone();
+        let mut impulses = vec![Impulse::ZERO; contacts.len()];
+        for _ in 0..sweeps_max {
+            let mut largest = 0f64;
+            for (contact, impulse) in contacts.iter().zip(&mut impulses) {
+                let weight = self.weight(contact);
+                let wanted = *impulse - self.lack(&velocities, contact) / weight;
+                let press = wanted.x.max(0.0);
+                let limit = self.friction * press;
+                let next = Impulse::new(press, wanted.y.clamp(-limit, limit));
+                self.push(&mut velocities, contact, next - *impulse);
+                largest = largest.max((next - *impulse).length() * weight);
+                *impulse = next;
+            }
+            if largest <= tolerance {
+                break;
+            }
+        }
+        velocities
+    }
+
+    /// Velocities by the fixed point, until no bound changes by more than `tolerance`.
+    pub fn fixed_point(&self, tolerance: f64, rounds_max: u32) -> Vec<DVec2> {
+        let mut impulses = vec![Impulse::ZERO; self.program.contacts.len()];
+        for _ in 0..rounds_max {
+            let bounds: Vec<f64> = impulses.iter().map(|p| self.friction * p.x).collect();
+            impulses = self.bounded(&bounds, impulses, tolerance);
+            let changed =
+                impulses.iter().zip(&bounds).map(|(p, s)| (self.friction * p.x - s).abs());
+            if changed.fold(0.0, f64::max) <= tolerance {
+                break;
+            }
+        }
+        self.velocities(&impulses)
+    }
+
+    /// The program with friction bounded by known numbers, from a start.
+    fn bounded(&self, bounds: &[f64], start: Vec<Impulse>, tolerance: f64) -> Vec<Impulse> {
+        const ITERATIONS_MAX: u32 = 100_000;
+        let mut loads = vec![0.0; self.program.free.len()];
+        for contact in &self.program.contacts {
+            loads[contact.a] += self.program.inverse_masses[contact.a];
+            loads[contact.b] += self.program.inverse_masses[contact.b];
+        }
+        let steepest = 2.0 * loads.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let (mut impulses, mut ahead, mut theta) = (start.clone(), start, 1.0f64);
+        for _ in 0..ITERATIONS_MAX {
+            let velocities = self.velocities(&ahead);
+            let descend = |place: usize| {
+                let lack = self.lack(&velocities, &self.program.contacts[place]);
+                let free = ahead[place] - lack / steepest;
+                let bound = bounds[place];
+                Impulse::new(free.x.max(0.0), free.y.clamp(-bound, bound))
+            };
+            let next: Vec<Impulse> = (0..ahead.len()).map(descend).collect();
+            let all = || 0..next.len();
+            let moved = all().map(|i| (next[i] - ahead[i]).length()).fold(0.0, f64::max);
+            let uphill: f64 = all().map(|i| (ahead[i] - next[i]).dot(next[i] - impulses[i])).sum();
+            let wider = (1.0 + (1.0 + 4.0 * theta * theta).sqrt()) / 2.0;
+            let momentum = if uphill > 0.0 { 0.0 } else { (theta - 1.0) / wider };
+            theta = if uphill > 0.0 { 1.0 } else { wider };
+            ahead = all().map(|i| next[i] + (next[i] - impulses[i]) * momentum).collect();
+            impulses = next;
+            if moved <= tolerance {
+                break;
+            }
+        }
+        impulses
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A disc that is thrown at a wall below, 45 degrees off.
+    fn thrown(friction: f64) -> DVec2 {
+        let contact = Contact { a: 0, b: 1, normal: DVec2::Y, least: 0.0 };
+        let program = Program {
+            inverse_masses: vec![0.0, 1.0],
+            free: vec![DVec2::ZERO, DVec2::new(3.0, -3.0)],
+            contacts: vec![contact],
+        };
+        let coulomb = Coulomb { program: &program, friction };
+        let (one, other) =
+            (coulomb.gauss_seidel(1e-14, 1000)[1], coulomb.fixed_point(1e-14, 1000)[1]);
+        assert!(one.distance(other) < 1e-12, "{one} and {other}");
+        one
+    }
+
+    #[test]
+    fn friction_takes_what_its_limit_allows() {
+        assert!(thrown(0.0).distance(DVec2::new(3.0, 0.0)) < 1e-12);
+        assert!(thrown(0.5).distance(DVec2::new(1.5, 0.0)) < 1e-12);
+        assert!(thrown(2.0).distance(DVec2::ZERO) < 1e-12);
+    }
+}

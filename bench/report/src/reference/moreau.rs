@@ -1,0 +1,129 @@
+//! Moreau's time stepping for discs on a floor without friction, in f64: every step is one quadratic
+//! program over the velocities at its end (Moreau 1988; Jean and Moreau 1992).
+
+use super::program::{Contact, Program};
+use crate::scene::Scene;
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// Largest change of a velocity with which a step's sweeps end, units/s.
+const TOLERANCE: f64 = 1e-9;
+const SWEEPS_MAX: u32 = 100_000;
+/// Pairs further apart than this are no contacts of a step, units.
+const NEAR: f64 = 0.5;
+
+/// Discs over the floor y = 0, equal gravity on all.
+pub struct Pile {
+    /// Centres.
+    pub positions: Vec<DVec2>,
+    /// Units/s.
+    pub velocities: Vec<DVec2>,
+    radii: Vec<f64>,
+    inverse_masses: Vec<f64>,
+    gravity: DVec2,
+    /// The last step's impulses: where the next one's sweeps start.
+    impulses: BTreeMap<(usize, usize), f64>,
+}
+
+impl Pile {
+    /// The dynamic bodies of a scene, all of them discs.
+    pub fn new(scene: &Scene) -> Pile {
+        let bodies: Vec<_> = scene.dynamic().map(|index| scene.bodies[index]).collect();
+        Pile {
+            positions: bodies.iter().map(|body| body.position).collect(),
+            velocities: bodies.iter().map(|body| body.velocity).collect(),
+            radii: bodies.iter().map(|body| body.shape.half_extent().x).collect(),
+            inverse_masses: bodies.iter().map(|body| 1.0 / body.mass).collect(),
+            gravity: scene.gravity,
+            impulses: BTreeMap::new(),
+        }
+    }
+
+    /// Moves on in equal steps.
+    pub fn advance(&mut self, time_s: f64, steps: u32) {
+        let step_s = time_s / f64::from(steps);
+        for _ in 0..steps {
+            self.step(step_s);
+        }
+    }
+
+    fn step(&mut self, step_s: f64) {
+        let program = self.program(step_s);
+        let start: Vec<f64> = program.contacts.iter().map(|c| self.impulse(c)).collect();
+        let solution = program.gauss_seidel_from(&start, TOLERANCE, SWEEPS_MAX);
+        let keys = program.contacts.iter().map(|contact| (contact.a, contact.b));
+        self.impulses = keys.zip(solution.impulses).collect();
+        // The floor comes last and does not move.
+        self.velocities = solution.velocities[..self.positions.len()].to_vec();
+        for (position, velocity) in self.positions.iter_mut().zip(&self.velocities) {
+            *position += *velocity * step_s;
+        }
+    }
+
+    fn impulse(&self, contact: &Contact) -> f64 {
+        self.impulses.get(&(contact.a, contact.b)).copied().unwrap_or(0.0)
+    }
+
+    fn program(&self, step_s: f64) -> Program {
+        let floor = self.positions.len();
+        let mut inverse_masses = self.inverse_masses.clone();
+        inverse_masses.push(0.0);
+        let mut free: Vec<DVec2> =
+            self.velocities.iter().map(|velocity| *velocity + self.gravity * step_s).collect();
+        free.push(DVec2::ZERO);
+        let mut contacts = Vec::new();
+        let mut offer = |a: usize, b: usize, normal: DVec2, gap: f64| {
+            if gap < NEAR {
+                contacts.push(Contact { a, b, normal, least: -gap / step_s });
+            }
+        };
+        for (a, &place) in self.positions.iter().enumerate() {
+            offer(a, floor, DVec2::NEG_Y, place.y - self.radii[a]);
+            for (b, &other) in self.positions.iter().enumerate().skip(a + 1) {
+                let (offset, reach) = (other - place, self.radii[a] + self.radii[b]);
+                if offset.y.abs() < reach + NEAR && offset.length() < reach + NEAR {
+                    offer(a, b, offset.normalize(), offset.length() - reach);
+                }
+            }
+        }
+        Program { inverse_masses, free, contacts }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Pile;
+    use crate::scene::{Body, Scene, Shape};
+
+    fn tower() -> Scene {
+        let mut scene = Scene::new(50.0);
+        for storey in 0..6 {
+            for column in 0..3 {
+                let x = f64::from(column) * 2.0 + if storey % 2 == 1 { 1.0 } else { 0.0 };
+                let y = 1.0 + f64::from(storey) * 3f64.sqrt();
+                scene.add(Body::new(Shape::Circle { radius: 1.0 }, x, y));
+            }
+        }
+        scene
+    }
+
+    fn after(steps: u32) -> Pile {
+        let mut pile = Pile::new(&tower());
+        pile.advance(0.25, steps);
+        pile
+    }
+
+    #[test]
+    fn halving_the_step_halves_the_error_and_nothing_overlaps() {
+        let [coarse, middle, fine] = [120, 240, 480].map(after);
+        let distance = |a: &Pile, b: &Pile| -> f64 {
+            a.positions.iter().zip(&b.positions).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
+        };
+        let (first, second) = (distance(&coarse, &middle), distance(&middle, &fine));
+        assert!(second < 0.75 * first && second < 0.1, "{first} then {second}");
+        for (a, one) in fine.positions.iter().enumerate() {
+            assert!(one.y > 0.999);
+            assert!(fine.positions[a + 1..].iter().all(|other| one.distance(*other) > 1.99));
+        }
+    }
+}

@@ -1,0 +1,282 @@
+//! What is simulated, in f64 and known to no engine: bodies, gravity, drag, springs, and the shared
+//! scenes' source of random numbers.
+
+use crate::engine::State;
+use glam::DVec2;
+
+/// Seconds in a tick, unless a scene says otherwise.
+pub const TICK_S: f64 = 1.0 / 60.0;
+
+/// The outline of a body, centred on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A disc.
+    Circle {
+        /// Units.
+        radius: f64,
+    },
+    /// An axis-aligned box.
+    Box {
+        /// Half of width and height, units.
+        half: DVec2,
+    },
+}
+
+impl Shape {
+    /// A box with these half-sizes.
+    pub fn rect(half_width: f64, half_height: f64) -> Shape {
+        Shape::Box { half: DVec2::new(half_width, half_height) }
+    }
+
+    /// Half of the extent on x and y.
+    pub fn half_extent(self) -> DVec2 {
+        match self {
+            Shape::Circle { radius } => DVec2::splat(radius),
+            Shape::Box { half } => half,
+        }
+    }
+
+    /// Square units: the mass at density 1.
+    pub fn area(self) -> f64 {
+        match self {
+            Shape::Circle { radius } => std::f64::consts::PI * radius * radius,
+            Shape::Box { half } => 4.0 * half.x * half.y,
+        }
+    }
+}
+
+/// How a body answers to forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// Never moves.
+    Static,
+    /// Moves by its own velocity only.
+    Kinematic,
+    /// Moved by gravity and contacts.
+    Dynamic,
+}
+
+/// A body at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Outline.
+    pub shape: Shape,
+    /// Centre.
+    pub position: DVec2,
+    /// Units/s.
+    pub velocity: DVec2,
+    /// How it moves.
+    pub motion: Motion,
+    /// Only meant for dynamic bodies.
+    pub mass: f64,
+    /// Coulomb coefficient, equal for all that meet.
+    pub friction: f64,
+    /// Bounce, equal for all that meet.
+    pub restitution: f64,
+}
+
+impl Body {
+    /// A dynamic body of density 1 at rest, friction 0.3, restitution 0.
+    pub fn new(shape: Shape, x: f64, y: f64) -> Body {
+        Body {
+            shape,
+            position: DVec2::new(x, y),
+            velocity: DVec2::ZERO,
+            motion: Motion::Dynamic,
+            mass: shape.area(),
+            friction: 0.3,
+            restitution: 0.0,
+        }
+    }
+
+    /// The same, immovable.
+    pub fn fixed(shape: Shape, x: f64, y: f64) -> Body {
+        Body { motion: Motion::Static, ..Body::new(shape, x, y) }
+    }
+
+    /// With this velocity.
+    pub fn moving(self, x: f64, y: f64) -> Body {
+        Body { velocity: DVec2::new(x, y), ..self }
+    }
+
+    /// With this mass.
+    pub fn of_mass(self, mass: f64) -> Body {
+        Body { mass, ..self }
+    }
+
+    /// With this friction and restitution.
+    pub fn of_stuff(self, friction: f64, restitution: f64) -> Body {
+        Body { friction, restitution, ..self }
+    }
+
+    /// Moved by its own velocity only.
+    pub fn kinematic(self) -> Body {
+        Body { motion: Motion::Kinematic, ..self }
+    }
+}
+
+/// What slows bodies down on their way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drag {
+    /// Nothing.
+    None,
+    /// -k v, k in 1/s.
+    Linear(f64),
+    /// -k |v| v, k in 1/unit.
+    Quadratic(f64),
+}
+
+/// What a spring holds its body to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Hook {
+    /// A fixed place.
+    Point(DVec2),
+    /// Another body, by index.
+    Body(usize),
+}
+
+/// A spring between centres, through everything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// The body that it holds, by index.
+    pub body: usize,
+    /// What it is held to.
+    pub to: Hook,
+    /// Length at rest, units.
+    pub length: f64,
+    /// Force a unit of length.
+    pub stiffness: f64,
+    /// Force against a unit of speed along it; along any direction if it has no length.
+    pub damping: f64,
+}
+
+impl Spring {
+    /// Force on its body, from where the two ends are and how fast.
+    pub fn force(&self, own: State, far: State) -> DVec2 {
+        let (offset, speed) = (own.position - far.position, own.velocity - far.velocity);
+        if self.length == 0.0 {
+            return -offset * self.stiffness - speed * self.damping;
+        }
+        let direction = offset.normalize_or_zero();
+        let stretch = offset.length() - self.length;
+        -direction * (self.stiffness * stretch + self.damping * speed.dot(direction))
+    }
+
+    /// The state of the far end.
+    pub fn far(&self, states: &[State]) -> State {
+        match self.to {
+            Hook::Point(position) => State { position, velocity: DVec2::ZERO },
+            Hook::Body(other) => states[other],
+        }
+    }
+}
+
+/// Bodies and the world around them.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Units/s^2.
+    pub gravity: DVec2,
+    /// Seconds between two readings; an engine may divide it.
+    pub tick_s: f64,
+    /// Closing speed below which nothing bounces, units/s.
+    pub bounce_threshold: f64,
+    /// On every dynamic body.
+    pub drag: Drag,
+    /// Velocity of the air, units/s; without drag nobody feels it.
+    pub wind: DVec2,
+    /// Springs between bodies, or to a point.
+    pub springs: Vec<Spring>,
+    /// Whether bodies at rest fall asleep, in engines that can let them.
+    pub sleeping: bool,
+    /// Whether bodies meet; otherwise they fly through each other.
+    pub collides: bool,
+    /// In the order in which an engine gets them.
+    pub bodies: Vec<Body>,
+}
+
+impl Scene {
+    /// No bodies yet, gravity downwards.
+    pub fn new(gravity: f64) -> Scene {
+        Scene {
+            gravity: DVec2::new(0.0, -gravity),
+            tick_s: TICK_S,
+            bounce_threshold: 2.0,
+            drag: Drag::None,
+            wind: DVec2::ZERO,
+            springs: Vec::new(),
+            sleeping: false,
+            collides: true,
+            bodies: Vec::new(),
+        }
+    }
+
+    /// Adds a body and says its index.
+    pub fn add(&mut self, body: Body) -> usize {
+        self.bodies.push(body);
+        self.bodies.len() - 1
+    }
+
+    /// Indices of the dynamic bodies.
+    pub fn dynamic(&self) -> impl Iterator<Item = usize> + '_ {
+        let bodies = self.bodies.iter().enumerate();
+        bodies.filter(|(_, body)| body.motion == Motion::Dynamic).map(|(index, _)| index)
+    }
+
+    /// The mass that swings on a spring: m1 m2 / (m1 + m2).
+    pub fn swinging_mass(&self, spring: &Spring) -> f64 {
+        let weight = |index: usize| match self.bodies[index].motion {
+            Motion::Dynamic => 1.0 / self.bodies[index].mass,
+            Motion::Static | Motion::Kinematic => 0.0,
+        };
+        let other = match spring.to {
+            Hook::Point(_) => 0.0,
+            Hook::Body(other) => weight(other),
+        };
+        1.0 / (weight(spring.body) + other)
+    }
+
+    /// Whether bodies can meet at all.
+    pub fn has_contacts(&self) -> bool {
+        self.collides && self.bodies.len() > 1
+    }
+
+    /// The four walls of the shared scenes around (0, 0)-(w, h), 20 thick.
+    pub fn contain(&mut self, w: f64, h: f64, friction: f64, restitution: f64) {
+        let (across, upright) =
+            (Shape::rect(w / 2.0 + 20.0, 10.0), Shape::rect(10.0, h / 2.0 + 20.0));
+        let walls = [
+            (across, w / 2.0, -10.0),
+            (across, w / 2.0, h + 10.0),
+            (upright, -10.0, h / 2.0),
+            (upright, w + 10.0, h / 2.0),
+        ];
+        for (shape, x, y) in walls {
+            self.add(Body::fixed(shape, x, y).of_stuff(friction, restitution));
+        }
+    }
+
+    /// A static floor whose upper face is y = 0.
+    pub fn floor(&mut self, half_width: f64, friction: f64, restitution: f64) {
+        let floor = Body::fixed(Shape::rect(half_width, 10.0), 0.0, -10.0);
+        self.add(floor.of_stuff(friction, restitution));
+    }
+}
+
+/// mulberry32, the generator that the shared scenes are defined with.
+pub struct Mulberry(pub u32);
+
+impl Mulberry {
+    /// In [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x6D2B_79F5);
+        let mut t = self.0;
+        t = (t ^ (t >> 15)).wrapping_mul(t | 1);
+        t ^= t.wrapping_add((t ^ (t >> 7)).wrapping_mul(t | 61));
+        f64::from(t ^ (t >> 14)) / 4_294_967_296.0
+    }
+
+    /// In [low, high).
+    pub fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+}

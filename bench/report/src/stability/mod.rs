@@ -1,0 +1,137 @@
+//! The stability cases: stiff and extreme scenes, each with what is accepted and what was measured.
+//! Nothing is tuned to pass; a red case stays red, with its figure.
+
+mod extreme;
+mod moving;
+mod piles;
+mod resting;
+mod sleeping;
+mod stiff;
+mod watch;
+
+use crate::engine::Engine;
+use crate::methods::Method;
+use crate::scene::Scene;
+pub use watch::{Run, Sample, largest};
+
+/// Overlap that engines leave alone, units.
+pub const SLOP: f64 = 0.005;
+
+/// A case of the list.
+#[derive(Clone, Copy)]
+pub struct Case {
+    /// S1 to S24.
+    pub id: &'static str,
+    /// What it is.
+    pub title: &'static str,
+    /// Runs it with one solver.
+    pub run: fn(&Subject) -> Outcome,
+}
+
+/// A solver in a case.
+#[derive(Clone, Copy)]
+pub struct Subject {
+    /// At its default setting.
+    pub method: Method,
+    /// Leaves out the largest variants.
+    pub quick: bool,
+}
+
+impl Subject {
+    /// An engine with the scene in it.
+    pub fn build(&self, scene: &Scene) -> Result<Box<dyn Engine>, String> {
+        (self.method.build)(scene, self.method.default.unwrap_or(self.method.settings[0]))
+    }
+
+    /// Runs a scene and looks at it after every tick; nobody interferes.
+    pub fn watch(&self, scene: &Scene, seconds: f64) -> Result<Run, String> {
+        Ok(Run::record(self.build(scene)?.as_mut(), scene, seconds, |_, _| {}))
+    }
+}
+
+/// One figure against its bound.
+#[derive(Clone, Debug)]
+pub struct Check {
+    /// Which variant of the case; may be empty.
+    pub variant: String,
+    /// What was measured, with its unit.
+    pub metric: &'static str,
+    /// The largest value that passes.
+    pub accepted: f64,
+    /// NaN fails.
+    pub measured: f64,
+}
+
+impl Check {
+    /// Whether it is accepted.
+    pub fn passes(&self) -> bool {
+        self.measured <= self.accepted
+    }
+}
+
+/// What a case gave.
+#[derive(Default)]
+pub struct Outcome {
+    /// All figures, in the same order for every solver.
+    pub checks: Vec<Check>,
+    /// A run worth drawing, with its name.
+    pub series: Option<(String, Vec<Sample>)>,
+    /// Why it could not be run, if so.
+    pub not_applicable: Option<String>,
+}
+
+impl Outcome {
+    /// Adds a figure.
+    pub fn check(&mut self, variant: &str, metric: &'static str, accepted: f64, measured: f64) {
+        self.checks.push(Check { variant: variant.into(), metric, accepted, measured });
+    }
+
+    /// Keeps a run for the small plots; the first one stays.
+    pub fn draw(&mut self, variant: &str, run: &Run) {
+        if self.series.is_none() {
+            self.series = Some((variant.into(), run.samples.clone()));
+        }
+    }
+
+    /// Whether all figures pass; `None` if it could not be run.
+    pub fn verdict(&self) -> Option<bool> {
+        self.not_applicable.is_none().then(|| self.checks.iter().all(Check::passes))
+    }
+}
+
+/// Turns "this engine cannot do that" into an outcome.
+pub(crate) fn outcome(run: impl FnOnce(&mut Outcome) -> Result<(), String>) -> Outcome {
+    let mut outcome = Outcome::default();
+    if let Err(why) = run(&mut outcome) {
+        outcome.not_applicable = Some(why);
+    }
+    outcome
+}
+
+/// All cases, in order.
+pub fn all() -> Vec<Case> {
+    let mut cases: Vec<Case> = Vec::new();
+    cases.extend(resting::CASES);
+    cases.extend(sleeping::CASES);
+    cases.extend(moving::CASES);
+    cases.extend(piles::CASES);
+    cases.extend(extreme::CASES);
+    cases.extend(stiff::CASES);
+    cases.sort_by_key(|case| case.id[1..].parse().unwrap_or(u32::MAX));
+    cases
+}
+
+/// A case with one outcome a solver.
+pub struct Verdicts {
+    /// Which case.
+    pub case: Case,
+    /// By solver, in the order of the methods.
+    pub outcomes: Vec<Outcome>,
+}
+
+/// Runs one case with all solvers.
+pub fn judge(case: Case, methods: &[Method], quick: bool) -> Verdicts {
+    let solvers = methods.iter().filter(|method| method.in_stability);
+    let outcomes = solvers.map(|&method| (case.run)(&Subject { method, quick })).collect();
+    Verdicts { case, outcomes }
+}

@@ -1,0 +1,332 @@
+//! Work and precision of one problem: every method at every setting, errors from one run, times from
+//! many interleaved ones; the Pareto set, the slope against the step and the floor of f32.
+
+use crate::engine::{Engine, Trace};
+use crate::methods::{Family, Field, Method};
+use crate::number::short;
+use crate::scene::Scene;
+use rustix::time::{ClockId, clock_gettime};
+use std::time::Instant;
+
+/// A way to measure an error.
+#[derive(Clone, Copy)]
+pub struct Norm {
+    /// What it is, as on an axis.
+    pub name: &'static str,
+    /// Empty if it is a pure number.
+    pub unit: &'static str,
+    /// From the run; not negative.
+    pub of: fn(&Scene, &Trace) -> f64,
+}
+
+/// A problem whose answer is known.
+#[derive(Clone, Copy)]
+pub struct Problem {
+    /// Number of the list, with a letter where one number has several scenes.
+    pub id: &'static str,
+    /// What it is.
+    pub title: &'static str,
+    /// The scene in a sentence or two.
+    pub about: &'static str,
+    /// Where the right answer comes from.
+    pub reference: &'static str,
+    /// Made anew for every engine.
+    pub scene: fn() -> Scene,
+    /// Ticks of a run.
+    pub ticks: u32,
+    /// The first one is drawn.
+    pub norms: &'static [Norm],
+    /// The size of the drawn quantity: f32 cannot tell it to better than 2^-24 of this.
+    pub magnitude: f64,
+}
+
+impl Problem {
+    /// Half a unit in the last place of f32 at the problem's magnitude.
+    pub fn floor(&self) -> f64 {
+        self.magnitude * 2f64.powi(-24)
+    }
+}
+
+/// One setting of one method.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// The knob's value.
+    pub setting: f64,
+    /// By norm.
+    pub errors: Vec<f64>,
+    /// Processor time a tick, microseconds: the best of the runs and their median.
+    pub best_us: f64,
+    /// See `best_us`.
+    pub median_us: f64,
+    /// Body steps and pair solves a tick; `None` where the engine does not tell.
+    pub work: Option<f64>,
+    /// Whether no other engine's point is both faster and more precise.
+    pub pareto: bool,
+}
+
+/// All settings of one method that gave a number.
+pub struct Curve {
+    /// Which one.
+    pub method: Method,
+    /// In the order of the settings.
+    pub points: Vec<Point>,
+    /// d log error / d log step over the points above the floor, where the knob divides the step.
+    pub slope: Option<f64>,
+}
+
+/// What was left out, and why.
+pub struct Omission {
+    /// The method, with its setting if it is about one.
+    pub what: String,
+    /// The reason.
+    pub why: String,
+}
+
+/// A problem with everything measured.
+pub struct Study {
+    /// Which one.
+    pub problem: Problem,
+    /// In the order of the table of methods.
+    pub curves: Vec<Curve>,
+    /// Methods that do not apply or failed.
+    pub omissions: Vec<Omission>,
+    /// Timed runs of each point.
+    pub rounds: u32,
+}
+
+/// How long to measure.
+#[derive(Clone, Copy)]
+pub struct Effort {
+    /// Seconds of timed runs a problem.
+    pub budget_s: f64,
+    /// Fewest and most runs of a point.
+    pub rounds: (u32, u32),
+}
+
+impl Effort {
+    /// A few minutes in all, or a thorough run.
+    pub fn of(quick: bool) -> Effort {
+        match quick {
+            true => Effort { budget_s: 6.0, rounds: (3, 9) },
+            false => Effort { budget_s: 60.0, rounds: (9, 25) },
+        }
+    }
+}
+
+/// Gravity from which on a scene counts as one of games, units/s^2.
+const STRONG: f64 = 25.0;
+
+/// Measures all methods on a problem.
+pub fn measure(problem: Problem, methods: &[Method], effort: Effort) -> Study {
+    let scene = (problem.scene)();
+    let mut omissions = Vec::new();
+    let mut entries = Vec::new();
+    let began = Instant::now();
+    for &method in methods {
+        let applicable = match method.field {
+            Field::All => true,
+            Field::Contacts => scene.has_contacts(),
+            Field::StrongGravity => scene.has_contacts() && scene.gravity.length() > STRONG,
+            Field::FreeFlight => !scene.has_contacts(),
+        };
+        for &setting in method.settings.iter().filter(|_| applicable) {
+            match (method.build)(&scene, setting) {
+                Ok(engine) => entries.push(Entry::first(&problem, &scene, method, setting, engine)),
+                Err(why) => {
+                    omissions.push(Omission { what: method.name.into(), why });
+                    break;
+                }
+            }
+        }
+    }
+    let round_s = began.elapsed().as_secs_f64().max(1e-6);
+    let (fewest, most) = effort.rounds;
+    let rounds = ((effort.budget_s / round_s) as u32).clamp(fewest, most);
+    for _ in 0..rounds {
+        for entry in entries.iter_mut().filter(|entry| entry.failure.is_none()) {
+            entry.times_us.push(entry.timed(&problem, &scene));
+        }
+    }
+    let curves = collect(&problem, entries, &mut omissions);
+    Study { problem, curves, omissions, rounds }
+}
+
+/// Errors of so many times the largest number of a problem are no result, and would leave no room for
+/// the others in a plot.
+const BLOWN_UP: f64 = 10.0;
+
+/// One point on its way.
+struct Entry {
+    method: Method,
+    setting: f64,
+    errors: Vec<f64>,
+    work: Option<f64>,
+    failure: Option<String>,
+    times_us: Vec<f64>,
+}
+
+impl Entry {
+    /// The run that the errors are read from; not timed.
+    fn first(
+        problem: &Problem,
+        scene: &Scene,
+        method: Method,
+        setting: f64,
+        mut engine: Box<dyn Engine>,
+    ) -> Entry {
+        let trace = Trace::record(engine.as_mut(), scene, problem.ticks);
+        let errors: Vec<f64> = problem.norms.iter().map(|norm| (norm.of)(scene, &trace)).collect();
+        let solves = engine.pair_solves();
+        let work = solves.map(|solves| (solves + engine.body_steps()) as f64);
+        let failure = if !trace.is_finite() || !errors[0].is_finite() {
+            Some("the result is not finite".to_owned())
+        } else if errors[0] > BLOWN_UP * problem.magnitude {
+            Some(format!("it blows up: the error is {}", short(errors[0])))
+        } else {
+            None
+        };
+        Entry {
+            method,
+            setting,
+            errors,
+            work: work.map(|work| work / f64::from(problem.ticks)),
+            failure,
+            times_us: Vec::new(),
+        }
+    }
+
+    /// Processor time a tick of one more run, microseconds.
+    fn timed(&self, problem: &Problem, scene: &Scene) -> f64 {
+        let Ok(mut engine) = (self.method.build)(scene, self.setting) else { return f64::NAN };
+        let before = thread_time_us();
+        for _ in 0..problem.ticks {
+            engine.tick();
+        }
+        (thread_time_us() - before) / f64::from(problem.ticks)
+    }
+}
+
+/// Processor time of this thread: waiting for a busy core does not count.
+pub fn thread_time_us() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 * 1e6 + time.tv_nsec as f64 * 1e-3
+}
+
+fn collect(problem: &Problem, entries: Vec<Entry>, omissions: &mut Vec<Omission>) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for entry in entries {
+        let Entry { method, setting, errors, work, failure, mut times_us } = entry;
+        if let Some(why) = failure {
+            let what = format!("{}, {} {setting}", method.name, method.knob);
+            omissions.push(Omission { what, why });
+            continue;
+        }
+        times_us.sort_by(f64::total_cmp);
+        let point = Point {
+            setting,
+            errors,
+            best_us: times_us[0],
+            median_us: times_us[times_us.len() / 2],
+            work,
+            pareto: false,
+        };
+        match curves.last_mut().filter(|curve| curve.method.name == method.name) {
+            Some(curve) if curve.method.knob == method.knob => curve.points.push(point),
+            _ => curves.push(Curve { method, points: vec![point], slope: None }),
+        }
+    }
+    mark_pareto(&mut curves);
+    for curve in &mut curves {
+        curve.slope = slope(curve, problem);
+    }
+    curves
+}
+
+/// A point is in the set if no point of an engine beats it; the yardsticks do not take part.
+fn mark_pareto(curves: &mut [Curve]) {
+    let engines = curves.iter().filter(|curve| curve.method.family != Family::Yardstick);
+    let all: Vec<(f64, f64)> =
+        engines.flat_map(|curve| &curve.points).map(|p| (p.best_us, p.errors[0])).collect();
+    for curve in curves.iter_mut().filter(|curve| curve.method.family != Family::Yardstick) {
+        for point in &mut curve.points {
+            let own = (point.best_us, point.errors[0]);
+            point.pareto = !all.iter().any(|other| beats(*other, own));
+        }
+    }
+}
+
+/// Times and errors that differ by less are alike: times are no better known.
+const ALIKE: f64 = 0.05;
+
+/// Whether one is clearly better in time or error and no worse in the other.
+fn beats(one: (f64, f64), other: (f64, f64)) -> bool {
+    let no_worse = |a: f64, b: f64| a <= b * (1.0 + ALIKE);
+    let better = |a: f64, b: f64| a < b * (1.0 - ALIKE);
+    let (faster, finer) = (better(one.0, other.0), better(one.1, other.1));
+    no_worse(one.0, other.0) && no_worse(one.1, other.1) && (faster || finer)
+}
+
+/// Points this close to the floor say more about rounding than about the method.
+const FLOORS: f64 = 4.0;
+
+fn slope(curve: &Curve, problem: &Problem) -> Option<f64> {
+    if !curve.method.divides_step {
+        return None;
+    }
+    // Past the most precise point, rounding grows with the number of steps.
+    let errors = || curve.points.iter().map(|point| point.errors[0]).enumerate();
+    let best = errors().min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    let falling = &curve.points[..=best];
+    let above = falling.iter().filter(|point| point.errors[0] > FLOORS * problem.floor());
+    let logs: Vec<(f64, f64)> =
+        above.map(|point| (-point.setting.log10(), point.errors[0].log10())).collect();
+    (logs.len() >= 3).then(|| least_squares(&logs))
+}
+
+/// Slope of the line through points that is nearest in y.
+pub fn least_squares(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
+    let (mid_x, mid_y) = (x / count, y / count);
+    let across: f64 = points.iter().map(|p| (p.0 - mid_x) * (p.1 - mid_y)).sum();
+    let along: f64 = points.iter().map(|p| (p.0 - mid_x) * (p.0 - mid_x)).sum();
+    across / along
+}
+
+impl Study {
+    /// The point that a scene gets which says nothing but the name of this solver.
+    pub fn default_of(&self, method: &str) -> Option<(&Curve, &Point)> {
+        let ours = self.curves.iter().find(|curve| curve.method.name == method)?;
+        let point = ours.points.iter().find(|p| Some(p.setting) == ours.method.default)?;
+        Some((ours, point))
+    }
+
+    /// The most precise point of a family; the faster one of two that tie.
+    pub fn best(&self, family: Family) -> Option<(&Curve, &Point)> {
+        let curves = self.curves.iter().filter(|curve| curve.method.family == family);
+        let points = curves.flat_map(|curve| curve.points.iter().map(move |point| (curve, point)));
+        points.min_by(|(_, a), (_, b)| {
+            a.errors[0].total_cmp(&b.errors[0]).then(a.best_us.total_cmp(&b.best_us))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{beats, least_squares};
+
+    #[test]
+    fn the_slope_of_a_power_law_is_its_exponent() {
+        let points: Vec<(f64, f64)> =
+            (1..6).map(f64::from).map(|x| (x.log10(), 2.0 * x.log10() + 3.0)).collect();
+        assert!((least_squares(&points) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_point_is_beaten_by_a_clear_margin_only() {
+        assert!(beats((1.0, 1.0), (2.0, 1.0)));
+        assert!(beats((1.0, 0.0), (1.0, 1e-9)));
+        assert!(!beats((0.99, 1.0), (1.0, 1.0)));
+        assert!(!beats((1.0, 2.0), (2.0, 1.0)));
+    }
+}

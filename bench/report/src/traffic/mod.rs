@@ -1,0 +1,13 @@
+//! What a stream of snapshots costs: four scenes that anyone can make again, played by an engine and
+//! sent through both ends of a [`jostle_protocol::SnapshotStream`]. Some seconds of each are kept as
+//! recordings, and what they cost as a golden table.
+
+pub mod interest;
+pub mod measure;
+pub mod program;
+pub mod recording;
+pub mod scenes;
+pub mod sizes;
+
+pub use measure::Traffic;
+pub use scenes::{Crowd, SCENES, Script};

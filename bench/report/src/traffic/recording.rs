@@ -1,0 +1,135 @@
+//! Recorded traffic: where every body was in every tick, in quanta, so that sizes can be measured again
+//! without the engine that played, and on other engines than ours.
+//!
+//! A file is deflated: the first tick, the number of bodies and of ticks as u32, then tick by tick and
+//! body by body, x and y: the place, less where it were had it gone on as before, as a signed LEB128.
+
+use super::measure::{Place, snapshot};
+use anyhow::{Context, Result, ensure};
+use jostle_protocol::Snapshot;
+use std::sync::Arc;
+
+/// Unpacked bytes of a recording at most.
+const BYTES_MAX: usize = 1 << 26;
+const PACK_LEVEL: u8 = 9;
+
+/// A scene as it was played.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Tick of the first of `places`.
+    pub first_tick: u32,
+    /// By tick and body; as many bodies in each tick.
+    pub places: Vec<Vec<Place>>,
+}
+
+impl Recording {
+    /// The snapshots of its ticks.
+    pub fn snapshots(&self) -> impl Iterator<Item = Arc<Snapshot>> {
+        let ticks = (self.first_tick..).zip(&self.places);
+        ticks.map(|(tick, places)| Arc::new(snapshot(tick, places.iter().copied())))
+    }
+
+    /// The file.
+    pub fn pack(&self) -> Vec<u8> {
+        let bodies = self.places.first().map_or(0, Vec::len);
+        let mut bytes = Vec::new();
+        for number in [self.first_tick, bodies as u32, self.places.len() as u32] {
+            bytes.extend(number.to_le_bytes());
+        }
+        let mut trails = vec![[[0; 2]; 2]; bodies];
+        for places in &self.places {
+            for (trail, place) in trails.iter_mut().zip(places) {
+                let expected = expected(trail);
+                push_signed(place[0] - expected[0], &mut bytes);
+                push_signed(place[1] - expected[1], &mut bytes);
+                *trail = [*place, trail[0]];
+            }
+        }
+        miniz_oxide::deflate::compress_to_vec(&bytes, PACK_LEVEL)
+    }
+
+    /// Reads a file.
+    pub fn unpack(packed: &[u8]) -> Result<Recording> {
+        let unpacked = miniz_oxide::inflate::decompress_to_vec_with_limit(packed, BYTES_MAX);
+        let bytes = unpacked.ok().context("the recording is not a deflated one")?;
+        let mut rest = bytes.as_slice();
+        let mut number = || take_u32(&mut rest);
+        let (first_tick, bodies, ticks) = (number()?, number()? as usize, number()? as usize);
+        ensure!(bodies.saturating_mul(ticks) <= BYTES_MAX, "{bodies} bodies in {ticks} ticks");
+        let mut trails = vec![[[0; 2]; 2]; bodies];
+        let mut places = Vec::new();
+        for _ in 0..ticks {
+            for trail in &mut trails {
+                let mut place = expected(trail);
+                for axis in &mut place {
+                    *axis += take_signed(&mut rest)?;
+                }
+                *trail = [place, trail[0]];
+            }
+            places.push(trails.iter().map(|trail| trail[0]).collect());
+        }
+        ensure!(rest.is_empty(), "{} bytes are left over", rest.len());
+        Ok(Recording { first_tick, places })
+    }
+}
+
+/// The newest place and the one before: where the next is if it goes on so.
+fn expected(trail: &[Place; 2]) -> Place {
+    [0, 1].map(|axis| 2 * trail[0][axis] - trail[1][axis])
+}
+
+fn push_signed(value: i32, bytes: &mut Vec<u8>) {
+    let mut rest = (value << 1 ^ value >> 31) as u32;
+    while rest >= 0x80 {
+        bytes.push(rest as u8 | 0x80);
+        rest >>= 7;
+    }
+    bytes.push(rest as u8);
+}
+
+fn take_signed(bytes: &mut &[u8]) -> Result<i32> {
+    let mut value = 0;
+    for shift in [0, 7, 14, 21, 28] {
+        let (byte, rest) = bytes.split_first().context("the recording is cut")?;
+        *bytes = rest;
+        value |= u32::from(byte & 0x7f) << shift;
+        if byte & 0x80 == 0 {
+            return Ok((value >> 1) as i32 ^ -((value & 1) as i32));
+        }
+    }
+    anyhow::bail!("a number of more than five bytes")
+}
+
+fn take_u32(bytes: &mut &[u8]) -> Result<u32> {
+    let (number, rest) = bytes.split_first_chunk().context("the recording is cut")?;
+    *bytes = rest;
+    Ok(u32::from_le_bytes(*number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Recording;
+
+    fn sample() -> Recording {
+        let tick = |t: i32| vec![[7 * t, -3], [1 << 24, -(1 << 24) + t * t]];
+        Recording { first_tick: 9, places: (0..5).map(tick).collect() }
+    }
+
+    #[test]
+    fn a_recording_comes_back() {
+        assert_eq!(Recording::unpack(&sample().pack()).unwrap(), sample());
+        let ticks: Vec<u32> = sample().snapshots().map(|snapshot| snapshot.tick).collect();
+        assert_eq!(ticks, [9, 10, 11, 12, 13]);
+    }
+
+    #[test]
+    fn what_is_no_recording_is_refused() {
+        let again = |bytes: &[u8]| {
+            Recording::unpack(&miniz_oxide::deflate::compress_to_vec(bytes, 1)).is_err()
+        };
+        let bytes = miniz_oxide::inflate::decompress_to_vec(&sample().pack()).unwrap();
+        assert!(again(&bytes[..bytes.len() - 1]) && again(&[&bytes[..], &[0]].concat()));
+        assert!(again(&[0, 0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255]));
+        assert!(Recording::unpack(b"no deflated bytes").is_err());
+    }
+}

@@ -1,0 +1,126 @@
+//! Random trials by the million, each a function of (seed, number) alone: any of them can be played
+//! again by itself, and a long run goes on where it was stopped.
+
+pub mod scenes;
+pub mod shots;
+
+use clap::Parser;
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// Trials whose failures are printed; the others are only counted.
+const PRINTED_MAX: u64 = 50;
+/// Between two lines of progress.
+const PROGRESS: Duration = Duration::from_secs(5);
+
+/// Which trials to run.
+#[derive(Clone, Debug, Parser)]
+pub struct Arguments {
+    /// Which sequence of trials
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Number of the first trial; to go on after an interruption, the last number shown
+    #[arg(long, default_value_t = 0)]
+    pub from: u64,
+    /// How many
+    #[arg(long, default_value_t = 10_000)]
+    pub count: u64,
+}
+
+/// What a trial gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// What kind of trial it was.
+    pub kind: &'static str,
+    /// What went wrong, with figures; `None` if nothing did.
+    pub failure: Option<Failure>,
+    /// How deep a body was pressed into a wall beyond what counts, in its half-sizes; 0 if none was.
+    pub pressed: f64,
+}
+
+/// Something that must not happen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// The sort, for the table.
+    pub sort: &'static str,
+    /// Where and how much.
+    pub detail: String,
+}
+
+/// Trials and failures of a kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// How many were tried.
+    pub trials: u64,
+    /// How many failed, by sort.
+    pub failures: BTreeMap<&'static str, u64>,
+    /// In how many a body was pressed into a wall, which is no failure.
+    pub pressed: u64,
+    /// The deepest, in half-sizes.
+    pub deepest: f64,
+}
+
+/// By kind.
+pub type Tallies = BTreeMap<&'static str, Tally>;
+
+/// Runs trials one after the other, shows how far it is and every failure with the way to play it
+/// again, and returns the count by kind.
+pub fn run(name: &str, arguments: &Arguments, trial: fn(u64, u64) -> Verdict) -> Tallies {
+    let Arguments { seed, from, count } = *arguments;
+    let mut tallies = Tallies::new();
+    let (began, mut shown, mut failed) = (Instant::now(), Instant::now(), 0);
+    for number in from..from.saturating_add(count) {
+        let verdict = trial(seed, number);
+        let tally = tallies.entry(verdict.kind).or_default();
+        tally.trials += 1;
+        tally.pressed += u64::from(verdict.pressed > 0.0);
+        tally.deepest = tally.deepest.max(verdict.pressed);
+        if let Some(Failure { sort, detail }) = verdict.failure {
+            *tally.failures.entry(sort).or_default() += 1;
+            failed += 1;
+            if failed <= PRINTED_MAX {
+                let again = format!("--seed {seed} --from {number} --count 1");
+                println!("{}: {sort}: {detail}; again: {name} {again}", verdict.kind);
+            }
+        }
+        if shown.elapsed() >= PROGRESS {
+            shown = Instant::now();
+            let done = number + 1 - from;
+            show(&format!(
+                "{name}: {done} of {count}, {failed} failed, {} s; go on with --from {}",
+                began.elapsed().as_secs(),
+                number + 1
+            ));
+        }
+    }
+    tallies
+}
+
+/// Progress that cannot be shown is no reason to stop.
+fn show(line: &str) {
+    let mut out = std::io::stderr().lock();
+    let _ =
+        if out.is_terminal() { write!(out, "\r\x1b[2K{line}") } else { writeln!(out, "{line}") };
+    let _ = out.flush();
+}
+
+/// Prints the table; whether nothing failed.
+pub fn conclude(tallies: &Tallies) -> bool {
+    let mut good = true;
+    for (kind, tally) in tallies {
+        let failures: Vec<String> =
+            tally.failures.iter().map(|(sort, count)| format!("{count} {sort}")).collect();
+        good &= failures.is_empty();
+        let failures = if failures.is_empty() { "none failed".into() } else { failures.join(", ") };
+        let pressed = match tally.pressed {
+            0 => String::new(),
+            some => format!(
+                "; pressed into a wall in {some}, at most by {:.3} half-sizes",
+                tally.deepest
+            ),
+        };
+        println!("{kind}: {} tried, {failures}{pressed}", tally.trials);
+    }
+    good
+}
