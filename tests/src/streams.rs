@@ -2,11 +2,11 @@
 //! and the digests of the game's own particles, to compare with.
 
 use anyhow::{Context, Result, anyhow};
-use jostle_client_web::demo::scripted_input;
-use jostle_client_web::witness::record;
+use jostle_client_web::world::room_in_page::scripted_input;
+use jostle_client_web::world::witness::record;
+use jostle_game::{Scene, Seat};
 use jostle_protocol::Appearance;
-use jostle_room::{Rate, Reader, Room};
-use jostle_sim::{Scene, Seat};
+use jostle_room::{Rate, Room, Subscriber};
 use std::sync::Arc;
 
 /// Ticks of a game.
@@ -102,7 +102,7 @@ pub struct Heard {
     pub scene: String,
     /// Its tick of joining, from which the digests are.
     pub first: u32,
-    /// The messages, as [`jostle_client_web::witness`] has them.
+    /// The messages, as [`jostle_client_web::world::witness`] has them.
     pub recording: Vec<u8>,
     /// Bytes of its keyframe.
     pub keyframe_bytes: usize,
@@ -129,7 +129,7 @@ pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
     for (color, name) in (0..PLAYERS).zip(["Ada", "Grace", "Alan"]) {
         join(&mut room, name, color)?;
     }
-    let mut listeners: Vec<(Reader, Heard)> = Vec::new();
+    let mut listeners: Vec<(Subscriber, Heard)> = Vec::new();
     let mut particles_max = 0;
     for tick in 1..=TICKS {
         for seat in (0..u16::from(PLAYERS)).map(Seat) {
@@ -147,7 +147,7 @@ pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
         }
         if JOIN_TICKS.contains(&tick) {
             let flying = particles.len();
-            let (reader, keyframe) = room.begin(Rate::Full);
+            let (reader, keyframe) = room.subscribe(Rate::Full);
             let mut recording = Vec::new();
             record(&keyframe, &mut recording);
             let heard = Heard {

@@ -2,9 +2,9 @@
 //! beginning, and who joins while emitters run and bursts are in the air. The browser's tests have the
 //! page hear the same streams.
 
-use jostle_client_web::witness::particle_digests;
+use jostle_client_web::world::witness::particle_digests;
+use jostle_game::Scene;
 use jostle_room::{Rate, Room};
-use jostle_sim::Scene;
 use jostle_tests::streams::{TICKS, play, scenes};
 use std::sync::Arc;
 
@@ -42,7 +42,7 @@ fn fireworks() -> Arc<Scene> {
 fn twenty_thousand_particles_cost_at_most_600_bytes_a_second() {
     let mut room = Room::new("fireworks", fireworks(), 1);
     (0..300).for_each(|_| room.tick());
-    let (reader, keyframe) = room.begin(Rate::Full);
+    let (reader, keyframe) = room.subscribe(Rate::Full);
     let (mut fewest, mut payload, mut messages) = (usize::MAX, 0, 0);
     let seconds = 5;
     for _ in 0..60 * seconds {

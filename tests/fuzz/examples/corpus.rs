@@ -4,17 +4,17 @@
 //! Usage: `cargo run -p jostle-fuzz --example corpus`
 
 use jostle_fuzz::{push_part, snapshots};
+use jostle_game::scene::presets;
+use jostle_game::{Buttons, Event, Input, Kind, Scene, Seat};
 use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::replay::{Record, frame};
 use jostle_protocol::{
-    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, Stream, TimedEvent, Token, VERSION,
+    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, SnapshotStream, TimedEvent, Token,
+    VERSION,
 };
 use jostle_room::{Claim, Rate, Room};
-use jostle_server::seal::SeatClaim;
-use jostle_sim::scene::presets;
-use jostle_sim::{
-    BodyId, Buttons, EmitterDef, Event, Input, Kind, Particles, Scene, Seat, Source, Vec2,
-};
+use jostle_server::host::token_signer::SeatClaim;
+use jostle_sim::{BodyId, EmitterDef, Particles, Source, Vec2};
 use std::path::Path;
 use std::sync::Arc;
 use std::{fs, io};
@@ -47,7 +47,7 @@ fn write(property: &str, inputs: Vec<Vec<u8>>) -> io::Result<()> {
 // Messages.
 
 fn hello(name: &str, token: Option<Token>) -> ClientMessage {
-    let appearance = Appearance { name: name.to_owned(), color: 5 };
+    let appearance = Appearance { name: name.into(), color: 5 };
     ClientMessage::Hello { version: VERSION, appearance, token, host_key: None }
 }
 
@@ -59,7 +59,7 @@ fn token(seat: u8, serial: u8) -> Token {
 }
 
 fn input(seq: u32, buttons: Buttons, pointer: Option<Vec2>) -> ClientMessage {
-    ClientMessage::Input { seq, heard: seq as u16, input: Input { buttons, pointer } }
+    ClientMessage::Input { seq, ack_tick: seq as u16, input: Input { buttons, pointer } }
 }
 
 fn client_messages() -> Vec<Vec<u8>> {
@@ -108,10 +108,10 @@ fn events(tick: u32) -> Vec<TimedEvent> {
         Event::Impact { a: id(1), b: id(2), point, speed: 30.0 },
         Event::PackHit { owner: Seat(1), victim: Some(Seat(4)), hero: id(2), point },
         Event::PackHit { owner: Seat(1), victim: None, hero: id(2), point },
-        Event::BodyLeft { kind: Kind::Dumb, body: id(0), point },
+        Event::BodyLeft { kind: Kind::Marble, body: id(0), point },
         Event::EmitterStarted(emitter(Source::Point(point))),
         Event::EmitterStarted(emitter(Source::Body(id(1)))),
-        Event::RepeaterStarted { index: 200, seed: 9 },
+        Event::ScheduledEmitterStarted { index: 200, seed: 9 },
         Event::Joined(Seat(511)),
         Event::Left(Seat(0)),
     ];
@@ -119,7 +119,7 @@ fn events(tick: u32) -> Vec<TimedEvent> {
 }
 
 fn encode(snapshot: Snapshot, every: u8, events: &[TimedEvent]) -> Vec<u8> {
-    Stream::new(every).encode(&Arc::new(snapshot), events)
+    SnapshotStream::new(every).encode(&Arc::new(snapshot), events)
 }
 
 fn keyframes() -> Vec<Vec<u8>> {
@@ -130,7 +130,7 @@ fn keyframes() -> Vec<Vec<u8>> {
     ];
     keyframes.extend(fresh_rooms().map(|room| encode(room.snapshot().clone(), 1, &[])));
     // With what flies.
-    keyframes.extend(fresh_rooms().map(|mut room| room.begin(Rate::Full).1.to_vec()));
+    keyframes.extend(fresh_rooms().map(|mut room| room.subscribe(Rate::Full).1.to_vec()));
     keyframes
 }
 
@@ -145,16 +145,16 @@ fn coded_events() -> Vec<Vec<u8>> {
 /// Nothing, an emitter that has just begun, and what two of them made in a while.
 fn told() -> Vec<Vec<u8>> {
     let mut particles = Particles::new(presets(), 500);
-    let mut told = vec![particles.tell()];
+    let mut told = vec![particles.encode()];
     let place = Source::Point(Vec2::new(30.0, 20.0));
     let body = Source::Body(BodyId { index: 3, generation: 1 });
     for (recipe, source) in [(0, place), (1, body)] {
         particles.start(EmitterDef { recipe, count: 60, seed: 5, source });
-        told.push(particles.tell());
+        told.push(particles.encode());
     }
     for _ in 0..8 {
         particles.step(&[], |_| None);
-        told.push(particles.tell());
+        told.push(particles.encode());
     }
     told
 }
@@ -177,7 +177,7 @@ fn deltas() -> Vec<Vec<u8>> {
 }
 
 /// The next snapshot: bodies and pointers off by `surprise`, and with it deaths, births and events.
-fn next(stream: &Stream, surprise: i32) -> Snapshot {
+fn next(stream: &SnapshotStream, surprise: i32) -> Snapshot {
     let mut next = stream.newest().map_or_else(Snapshot::default, |newest| (**newest).clone());
     next.tick += 1;
     for (index, body) in next.bodies.iter_mut().enumerate() {
@@ -277,11 +277,11 @@ fn links() -> Vec<Vec<u8>> {
 }
 
 fn tokens() -> Vec<Vec<u8>> {
-    let sealer = jostle_server::seal::Sealer::new(&jostle_fuzz::SEALER_KEY);
+    let signer = jostle_server::host::token_signer::TokenSigner::new(&jostle_fuzz::SIGNING_KEY);
     let claim = |room, seat, serial| SeatClaim { room, claim: Claim { seat: Seat(seat), serial } };
     let claims = [claim(0, 0, 1), claim(u64::MAX, 63, u64::MAX)];
-    let seats = claims.map(|claim| sealer.seat_token(claim));
-    let all = seats.into_iter().chain([sealer.host_key(0), sealer.host_key(1 << 40)]);
+    let seats = claims.map(|claim| signer.seat_token(claim));
+    let all = seats.into_iter().chain([signer.host_key(0), signer.host_key(1 << 40)]);
     all.map(|token| token.0.to_vec()).collect()
 }
 

@@ -1,10 +1,11 @@
 //! Files: replays and scenes.
 
 use crate::part;
+use jostle_game::scene::Plan;
+use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_protocol::replay::{Replay, frame, header};
 use jostle_room::Playback;
-use jostle_sim::scene::Plan;
-use jostle_sim::{Buttons, Game, Input, Scene, Seat, Vec2};
+use jostle_sim::Vec2;
 use std::sync::Arc;
 
 /// Ticks that are played.

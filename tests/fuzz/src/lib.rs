@@ -4,6 +4,7 @@
 
 mod files;
 mod messages;
+pub mod mutations;
 mod play;
 #[cfg(feature = "server")]
 mod server;
@@ -13,7 +14,7 @@ pub use files::{replay, scene};
 pub use messages::{client_message, delta, events, keyframe, particles, server_message};
 pub use play::room;
 #[cfg(feature = "server")]
-pub use server::{SEALER_KEY, handshake, link, token};
+pub use server::{SIGNING_KEY, handshake, link, token};
 
 /// A property of bytes; panics where it does not hold.
 pub type Property = fn(&[u8]);

@@ -2,10 +2,10 @@
 
 use crate::part;
 use crate::snapshots::streams;
+use jostle_game::scene::presets;
 use jostle_protocol::limits::{BODIES_MAX, EVENTS_MAX, QUANTA_MAX};
-use jostle_protocol::{ClientMessage, Heard, ServerMessage, Stream, VERSION};
+use jostle_protocol::{ClientMessage, Decoded, ServerMessage, SnapshotStream, VERSION};
 use jostle_sim::Particles;
-use jostle_sim::scene::presets;
 use std::sync::Arc;
 
 /// Limit of the scene that particles are told of.
@@ -29,12 +29,12 @@ pub fn server_message(bytes: &[u8]) {
 
 /// A snapshot for one who holds nothing.
 pub fn keyframe(bytes: &[u8]) {
-    let mut reader = Stream::default();
-    let Ok(heard) = reader.decode(bytes) else { return };
-    assert_sound(&reader, &heard, bytes);
-    let mut sender = Stream::new(bytes_every(bytes));
+    let mut reader = SnapshotStream::default();
+    let Ok(decoded) = reader.decode(bytes) else { return };
+    assert_sound(&reader, &decoded, bytes);
+    let mut sender = SnapshotStream::new(bytes_every(bytes));
     let newest = reader.newest().expect("a keyframe was read");
-    let again = sender.keyframe(newest, &heard.events, &heard.particles);
+    let again = sender.keyframe(newest, &decoded.events, &decoded.particles);
     assert_eq!(again, bytes, "{newest:?}");
 }
 
@@ -53,8 +53,8 @@ pub fn events(bytes: &[u8]) {
 /// What a keyframe tells of particles: what is accepted is told again in as many bytes, and lives for as
 /// long as its recipes say at most.
 pub fn particles(bytes: &[u8]) {
-    let Ok(mut particles) = Particles::told(presets(), PARTICLES_MAX, bytes) else { return };
-    assert_eq!(particles.tell().len(), bytes.len());
+    let Ok(mut particles) = Particles::decode(presets(), PARTICLES_MAX, bytes) else { return };
+    assert_eq!(particles.encode().len(), bytes.len());
     let count = particles.len();
     assert!(count <= PARTICLES_MAX && count * 20 <= bytes.len());
     for _ in 0..4 {
@@ -71,31 +71,31 @@ pub fn delta(bytes: &[u8]) {
     while let Some((_, message)) = part(&mut rest) {
         let mut sender = reader.clone();
         let before = reader.newest().map(Arc::clone);
-        let Ok(heard) = reader.decode(message) else {
+        let Ok(decoded) = reader.decode(message) else {
             assert_eq!(reader.newest(), before.as_ref(), "what was refused changes nothing");
             continue;
         };
-        assert_sound(&reader, &heard, message);
+        assert_sound(&reader, &decoded, message);
         if message[0] & 0x40 == 0 {
             // There may be shorter bytes for the same, but they say the same.
             let newest = reader.newest().expect("a snapshot was read");
-            let again = sender.clone().decode(&sender.encode(newest, &heard.events));
-            assert_eq!(again.map(|heard| heard.events), Ok(heard.events));
+            let again = sender.clone().decode(&sender.encode(newest, &decoded.events));
+            assert_eq!(again.map(|decoded| decoded.events), Ok(decoded.events));
         }
     }
 }
 
 /// What was accepted could have been sent, and takes no more memory than what was.
-fn assert_sound(reader: &Stream, heard: &Heard, bytes: &[u8]) {
+fn assert_sound(reader: &SnapshotStream, decoded: &Decoded, bytes: &[u8]) {
     let snapshot = reader.newest().expect("a snapshot was read");
     assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));
-    assert!(snapshot.bodies.len() <= BODIES_MAX && heard.events.len() <= EVENTS_MAX);
-    assert!(heard.events.len() <= bytes.len());
+    assert!(snapshot.bodies.len() <= BODIES_MAX && decoded.events.len() <= EVENTS_MAX);
+    assert!(decoded.events.len() <= bytes.len());
     assert!(snapshot.players.is_sorted_by(|a, b| a.seat < b.seat));
     let pointers = snapshot.players.iter().filter_map(|player| player.pointer);
     let places = snapshot.bodies.iter().map(|body| body.quanta).chain(pointers);
     assert!(places.flatten().all(|axis| axis.abs() <= QUANTA_MAX));
-    assert!(heard.events.is_sorted_by_key(|event| event.tick));
-    assert!(heard.events.iter().all(|event| event.tick <= snapshot.tick));
-    assert!(reader.patience() > 0);
+    assert!(decoded.events.is_sorted_by_key(|event| event.tick));
+    assert!(decoded.events.iter().all(|event| event.tick <= snapshot.tick));
+    assert!(reader.ticks_until_next() > 0);
 }

@@ -1,10 +1,10 @@
 //! A room and what several clients do to it.
 
 use crate::part;
+use jostle_game::{Scene, Seat};
 use jostle_protocol::limits::TOKEN_BYTES;
-use jostle_protocol::{ClientMessage, ServerMessage, Stream, Token};
-use jostle_room::{Claim, Rate, Reader, Room};
-use jostle_sim::{Scene, Seat};
+use jostle_protocol::{ClientMessage, ServerMessage, SnapshotStream, Token};
+use jostle_room::{Claim, Rate, Room, Subscriber};
 use std::sync::{Arc, OnceLock};
 
 /// Ticks of one input.
@@ -74,14 +74,14 @@ fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
 
 /// Somebody who reads snapshots to the end.
 struct Client {
-    reader: Reader,
-    stream: Stream,
+    reader: Subscriber,
+    stream: SnapshotStream,
 }
 
 impl Client {
     fn begin(room: &mut Room, rate: Rate) -> Client {
-        let (reader, keyframe) = room.begin(rate);
-        let mut stream = Stream::default();
+        let (reader, keyframe) = room.subscribe(rate);
+        let mut stream = SnapshotStream::default();
         stream.decode(&keyframe).expect("a readable keyframe");
         Client { reader, stream }
     }

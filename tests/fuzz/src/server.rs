@@ -1,10 +1,11 @@
 //! What comes to the server before a session: the head of a request, and the word in a link.
 
 use jostle_protocol::Token;
-use jostle_server::listen::speak_http;
-use jostle_server::rooms::is_code;
-use jostle_server::seal::Sealer;
-use jostle_server::{App, Config, Phase, http, replays};
+use jostle_server::host::rooms::is_code;
+use jostle_server::host::token_signer::TokenSigner;
+use jostle_server::net::http;
+use jostle_server::net::listen::speak_http;
+use jostle_server::{Config, Phase, ServerState, replays};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
@@ -47,7 +48,7 @@ pub fn handshake(bytes: &[u8]) {
         let serve = async {
             // The rest of an upgrade is the connection, which ends here.
             let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
-            speak_http(server, address, &host.app).await.map(|upgrade| upgrade.code)
+            speak_http(server, address, &host.state).await.map(|upgrade| upgrade.code)
         };
         let (code, answer) = tokio::join!(serve, talk);
         if let Some(code) = code {
@@ -60,7 +61,7 @@ pub fn handshake(bytes: &[u8]) {
 }
 
 /// The key of [`token`], for the corpus.
-pub const SEALER_KEY: [u8; 32] = [7; 32];
+pub const SIGNING_KEY: [u8; 32] = [7; 32];
 
 /// A token for a seat, or the key of a host: what is believed is what was sealed. A text of one gives
 /// it back.
@@ -71,15 +72,15 @@ pub fn token(bytes: &[u8]) {
     }
     let Ok(token) = bytes.try_into().map(Token) else { return };
     assert_eq!(Token::parse(&token.text()), Some(token));
-    let sealer = Sealer::new(&SEALER_KEY);
-    let (claim, hosted) = (sealer.seat_claim(&token), sealer.hosted(&token));
+    let signer = TokenSigner::new(&SIGNING_KEY);
+    let (claim, hosted) = (signer.seat_claim(&token), signer.hosted(&token));
     assert!(claim.is_none() || hosted.is_none());
-    assert!(claim.is_none_or(|claim| sealer.seat_token(claim) == token));
-    assert!(hosted.is_none_or(|room| sealer.host_key(room) == token));
+    assert!(claim.is_none_or(|claim| signer.seat_token(claim) == token));
+    assert!(hosted.is_none_or(|room| signer.host_key(room) == token));
 }
 
 struct Host {
-    app: Arc<App>,
+    state: Arc<ServerState>,
     runtime: Runtime,
     /// While it is there, the server runs.
     _phase: watch::Sender<Phase>,
@@ -93,7 +94,7 @@ fn host() -> &'static Host {
         let config = Config { scenes: Vec::new(), ..Config::default() };
         let runtime = Builder::new_current_thread().enable_time().build();
         Host {
-            app: Arc::new(App::new(config, phase, None)),
+            state: Arc::new(ServerState::new(config, phase, None)),
             runtime: runtime.expect("a runtime of one thread"),
             _phase: sender,
         }

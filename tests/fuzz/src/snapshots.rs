@@ -1,24 +1,25 @@
 //! Snapshots that inputs start from.
 
+use jostle_game::{Kind, Seat};
 use jostle_protocol::limits::QUANTA_MAX;
-use jostle_protocol::{Appearance, PlayerState, Snapshot, SnapshotBody, Stream};
-use jostle_sim::{BodyId, Kind, Seat, Shape};
+use jostle_protocol::{Appearance, PlayerState, Snapshot, SnapshotBody, SnapshotStream};
+use jostle_sim::{BodyId, Shape};
 use std::sync::{Arc, OnceLock};
 
 /// What readers hold before [`crate::delta`]: nothing, things at rest, things that move, and the same at the
 /// ends of the world.
-pub fn streams() -> &'static [Stream] {
-    static STREAMS: OnceLock<Vec<Stream>> = OnceLock::new();
+pub fn streams() -> &'static [SnapshotStream] {
+    static STREAMS: OnceLock<Vec<SnapshotStream>> = OnceLock::new();
     STREAMS.get_or_init(|| {
         let after = |bodies: i32, way: i32, from: i32| {
-            let mut stream = Stream::new(1);
+            let mut stream = SnapshotStream::new(1);
             for tick in 0..5 {
                 stream.encode(&Arc::new(sample(tick, bodies, way, from)), &[]);
             }
             stream
         };
         vec![
-            Stream::default(),
+            SnapshotStream::default(),
             after(3, 0, 0),
             after(40, 9, -100),
             after(9, 1000, QUANTA_MAX - 4000),
@@ -40,7 +41,7 @@ pub fn sample(tick: u32, bodies: i32, way: i32, from: i32) -> Snapshot {
     };
     let player = |seat: u8| PlayerState {
         seat: Seat(seat.into()),
-        appearance: Appearance { name: format!("P{seat}"), color: seat },
+        appearance: Appearance { name: format!("P{seat}").into(), color: seat },
         connected: true,
         input_seq: tick,
         hero: None,

@@ -1,14 +1,16 @@
-//! A server on a machine that can be told to fail: `shaky_host DIR` records into DIR, prints the
+//! A server on a machine that can be told to fail: `shaky_host DIR [CERTIFICATE KEY]` records into DIR, prints the
 //! addresses of its two ports, and obeys one word a line on its standard input. Everything else about
 //! it is the server as it is; it ends in good order when it is sent SIGTERM.
 //!
 //! `disk good|full|closed`, `clock on|back` (40 days), `descriptors none|some`.
 
 use anyhow::{Context, bail};
+use jostle_game::Scene;
 use jostle_server::limits::Waits;
+use jostle_server::net::assets;
+use jostle_server::net::tls::Tls;
 use jostle_server::replays::Settings;
 use jostle_server::{Config, run_with_ops};
-use jostle_sim::Scene;
 use jostle_tests::scenes::{CROWD, RESTLESS};
 use std::fs::File;
 use std::io::{self, Write};
@@ -100,11 +102,16 @@ fn waits() -> Waits {
     }
 }
 
+/// The file of a page without a build, large enough to fill every buffer on its way.
+static FILES: [assets::File; 1] =
+    [assets::File { name: "big.bin", etag: "\"big\"", bytes: &[7; 4 << 20] }];
+
 fn config(dir: PathBuf) -> anyhow::Result<Config> {
     let retry = Duration::from_secs(1);
     let look_every = Duration::from_millis(200);
     let replays = Settings { create, wall, retry, look_every, ..Settings::new(dir) };
     let mut config = Config {
+        files: &FILES,
         waits: waits(),
         replays: Some(replays),
         // All faults come from a few addresses of this machine.
@@ -136,7 +143,12 @@ fn obey_all() {
 
 #[tokio::main]
 async fn main() -> anyhow::Result<()> {
-    let dir = std::env::args().nth(1).context("usage: shaky_host DIR")?;
+    let mut arguments = std::env::args().skip(1).map(PathBuf::from);
+    let dir = arguments.next().context("usage: shaky_host DIR [CERTIFICATE KEY]")?;
+    let mut config = config(dir)?;
+    if let (Some(certificate), Some(key)) = (arguments.next(), arguments.next()) {
+        config.tls = Some(Tls::read(&certificate, &key)?);
+    }
     let mut term = signal(SignalKind::terminate())?;
     let listener = TcpListener::bind("127.0.0.1:0").await?;
     let ops = TcpListener::bind("127.0.0.1:0").await?;
@@ -153,5 +165,5 @@ async fn main() -> anyhow::Result<()> {
             _ = deserted => {}
         }
     };
-    Ok(run_with_ops(listener, Some(ops), config(PathBuf::from(dir))?, stop).await?)
+    Ok(run_with_ops(listener, Some(ops), config, stop).await?)
 }

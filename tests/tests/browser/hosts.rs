@@ -79,7 +79,8 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     ada.until_true("document.querySelector('#ask').hidden").await?;
     ada.click_on("#close-room").await?;
     ada.click_on("#ask-yes").await?;
-    for (tab, text) in [(&ada, "Everybody has left it"), (&bob, Refusal::RoomClosed.message())] {
+    for (tab, text) in [(&ada, "Everyone has been sent out"), (&bob, Refusal::RoomClosed.message())]
+    {
         tab.until("a refusal", |s| s.state == "refused").await?;
         assert_notice(tab, text).await?;
     }
@@ -126,7 +127,7 @@ async fn guests_have_no_power(guest: &Tab) -> Result<()> {
 
 /// Presses the button beside a player, changes one's mind, and does it then.
 async fn have_leave(host: &Tab, name: &str) -> Result<()> {
-    let button = format!("#players [aria-label='Have {name} leave']");
+    let button = format!("#players [aria-label='Remove {name}']");
     host.until_true(&format!("document.querySelector(\"{button}\")")).await?;
     host.keep("host-list").await?;
     host.click_on(&button).await?;

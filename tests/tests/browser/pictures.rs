@@ -4,10 +4,10 @@
 //! `JOSTLE_UPDATE_GOLDENS=1` takes the pictures anew; look at them before they are committed.
 
 use anyhow::{Context, Result, anyhow, bail};
-use jostle_client_web::demo::Demo;
-use jostle_client_web::replica::{Eye, Replica};
+use jostle_client_web::world::replica::{Eye, Replica};
+use jostle_client_web::world::room_in_page::RoomInPage;
+use jostle_game::{Scene, Seat};
 use jostle_protocol::{Appearance, ClientMessage, ServerMessage, VERSION};
-use jostle_sim::{Scene, Seat};
 use jostle_tests::picture::Picture;
 use jostle_tests::runner::{Stage, artifacts};
 use jostle_tests::tab::Screen;
@@ -113,11 +113,11 @@ pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
 }
 
 /// What the page does for [`demo_path`], in this process: the room, and what is heard of it.
-fn native_demo(scene: &str, ticks: u32) -> Result<(Demo, Replica)> {
+fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
     let found = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
     let scene = Arc::new(found.with_context(|| format!("no scene {scene}"))?);
     let appearance = Appearance::new("Native", 0).map_err(|error| anyhow!("{error:?}"))?;
-    let mut demo = Demo::new(Arc::clone(&scene), SEED, BOTS, true);
+    let mut demo = RoomInPage::new(Arc::clone(&scene), SEED, BOTS, true);
     demo.receive(
         &ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None }
             .encode(),

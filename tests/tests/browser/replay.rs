@@ -2,17 +2,18 @@
 
 use super::pictures::{CHANNEL_MAX, MEAN_MAX, OUTLIERS_MAX, goldens};
 use anyhow::{Context, Result, anyhow, ensure};
-use jostle_client_web::demo::scripted_input;
-use jostle_client_web::draw::DrawList;
-use jostle_client_web::film::Film;
-use jostle_client_web::frame::View;
-use jostle_client_web::render::headless::Headless;
+use jostle_client_web::replay::player::ReplayPlayer;
+use jostle_client_web::view::draw::DrawList;
+use jostle_client_web::view::frame::View;
+use jostle_client_web::view::render::headless::Headless;
+use jostle_client_web::world::room_in_page::scripted_input;
+use jostle_game::Scene;
 use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Record, Replay, header};
 use jostle_room::{Playback, Room};
 use jostle_server::Config;
 use jostle_server::replays::Settings;
-use jostle_sim::{Scene, Vec2};
+use jostle_sim::Vec2;
 use jostle_tests::picture::Picture;
 use jostle_tests::runner::{Stage, artifacts};
 use jostle_tests::server::Server;
@@ -107,7 +108,7 @@ fn hash_at(playback: &mut Playback, tick: u32) -> Result<Option<String>> {
 async fn until_verdict(tab: &Tab, verdict: &str, text: &str) -> Result<()> {
     let check = "document.querySelector('#check')";
     tab.until_true(&format!(
-        "{check}.dataset.verdict === '{verdict}' && {check}.innerText.includes('{text}')"
+        "{check}.dataset.verdict === '{verdict}' && ({check}.innerText + {check}.title).includes('{text}')"
     ))
     .await
 }
@@ -125,8 +126,8 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     let middle = slide_to(&tab, TICKS / 2).await?;
     assert_eq!(middle.hash, hash_at(&mut native, TICKS / 2)?, "sought");
     let digits = middle.hash.context("a hash")?;
-    let text = format!("tick {} \u{b7} hash {}\u{2026} equal", TICKS / 2, &digits[..4]);
-    until_verdict(&tab, "equal", &text).await?;
+    until_verdict(&tab, "equal", "Verified").await?;
+    until_verdict(&tab, "equal", &format!("tick {}, state hash {digits}", TICKS / 2)).await?;
     for (key, tick) in [(".", TICKS / 2 + 1), (",", TICKS / 2), (",", TICKS / 2 - 1)] {
         press(&tab, key).await?;
         let shown = until(&tab, "one tick", |s| !s.seeking && s.tick == tick).await?;
@@ -145,7 +146,7 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     until(&tab, "eight times as fast", |shown| shown.playing && shown.speed == 8.0).await?;
     let end = until(&tab, "the end", |s| !s.playing && s.tick == TICKS).await?;
     assert_eq!(end.hash, hash_at(&mut native, TICKS)?, "the end");
-    until_verdict(&tab, "whole", &format!("all {TICKS} ticks equal")).await?;
+    until_verdict(&tab, "whole", "Fully verified").await?;
     let end = until(&tab, "all compared", |shown| shown.compared == TICKS).await?;
     assert_eq!((end.agrees_until, end.differs_at), (TICKS, None));
     tab.click_on("#leave").await?;
@@ -183,7 +184,7 @@ pub async fn a_wrong_hash_turns_the_mark_red(stage: Arc<Stage>) -> Result<()> {
         }
     }
     let tab = watch(&stage, &file(&records), Screen::SMALL).await?;
-    until_verdict(&tab, "differs", "tick 345").await?;
+    until_verdict(&tab, "differs", "after 0:05").await?;
     // While it plays it may be past the tick before it was looked at.
     if until(&tab, "anything", |_| true).await?.playing {
         press(&tab, " ").await?;
@@ -219,13 +220,13 @@ pub async fn bad_files_are_explained(stage: Arc<Stage>) -> Result<()> {
 
     // What a cut file has is shown, and what it has not is told.
     drop_file(&tab, "cut.jostle", &whole[..whole.len() - 40]).await?;
-    until_card(&tab, &["Cut short", "5 seconds", "ends within a record"]).await?;
+    until_card(&tab, &["Incomplete replay", "5 seconds", "ends within a record"]).await?;
     tab.click_on("#notice-button").await?;
     tab.until_true("document.querySelector('#hint').innerText.includes('0:05')").await?;
     until(&tab, "the end of what is there", |s| s.tick == 300 && s.last == 300).await?;
-    until_verdict(&tab, "whole", "all 300 ticks equal").await?;
+    until_verdict(&tab, "whole", "300 of 300 ticks compared").await?;
     drop_file(&tab, "cat.gif", b"GIF89a").await?;
-    until_card(&tab, &["Not a replay", "Watch on"]).await?;
+    until_card(&tab, &["Not a replay", "Keep watching"]).await?;
     tab.click_on("#notice-other").await?;
     tab.until("the replay as before", |s| s.replay.as_ref().is_some_and(|r| r.tick == 300)).await?;
     tab.until_true("document.querySelector('#notice').hidden").await
@@ -248,7 +249,7 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     let other = stage.visit_link(&tab.link().await?, Screen::SMALL).await?;
     until(&other, "playing", |shown| shown.playing && shown.tick > 5).await?;
     other.go(&server.link("/replay/arena-gone-20260102-030405")).await?;
-    until_card(&other, &["No such replay", "arena-gone"]).await?;
+    until_card(&other, &["Replay not found", "arena-gone"]).await?;
     other.forgive(|error| error.contains("Failed to load resource"));
     other.click_on("#notice-button").await?;
     other.until("the lobby", |s| s.state == "lobby").await?;
@@ -285,7 +286,7 @@ pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Res
 /// The same tick in the same view, drawn in this process.
 fn native_picture(bytes: Vec<u8>, shown: &Shown) -> Result<Picture> {
     let mut headless = Headless::open()?;
-    let mut film = Film::open(bytes)?;
+    let mut film = ReplayPlayer::open(bytes)?;
     film.seek(shown.tick);
     let [x, y] = shown.view.center;
     let pixels = shown.view.pixels;

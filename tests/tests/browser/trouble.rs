@@ -46,7 +46,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     tab.record().await?;
     server.stop().await?;
     tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
-    assert_notice(&tab, "tries again").await?;
+    assert_notice(&tab, "reconnect automatically").await?;
     let server = Server::start_at(address, Config::default()).await?;
     // Nobody touches the page: it comes back by itself.
     tab.until("playing on the new server", State::plays).await?;

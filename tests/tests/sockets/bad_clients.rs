@@ -2,10 +2,10 @@
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
+use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{ClientMessage, Refusal, VERSION};
 use jostle_server::limits::{self, Waits};
-use jostle_sim::{Buttons, Input};
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -92,7 +92,7 @@ async fn another_version_is_told_so() {
 async fn a_first_message_that_is_no_hello_is_refused() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    let input = ClientMessage::Input { seq: 1, heard: 0, input: Input::default() };
+    let input = ClientMessage::Input { seq: 1, ack_tick: 0, input: Input::default() };
     for bytes in [input.encode(), vec![0xee; 20], Vec::new()] {
         let mut client = Client::connect(server.address, "arena").await;
         client.send_raw(Message::Binary(bytes.into())).await;
@@ -141,7 +141,7 @@ async fn a_flood_is_cut_off() {
     let mut eve = Client::join(server.address, "arena", "Eve").await;
     for _ in 0..4 * limits::MESSAGES_BURST_MAX {
         eve.seq += 1;
-        let input = ClientMessage::Input { seq: eve.seq, heard: 0, input: Input::default() };
+        let input = ClientMessage::Input { seq: eve.seq, ack_tick: 0, input: Input::default() };
         send_unless_closed(&mut eve, Message::Binary(input.encode().into())).await;
     }
     eve.is_refused(Refusal::Flood).await;

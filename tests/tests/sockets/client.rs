@@ -1,12 +1,13 @@
 //! A client for tests: what a page does, without a page. Every wait has an end.
 
 use futures_util::{SinkExt, StreamExt};
+use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::{SERVER_MESSAGE_BYTES_MAX, TOKEN_BYTES};
 use jostle_protocol::{
-    Appearance, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot, Stream, Token,
-    VERSION,
+    Appearance, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot, SnapshotStream,
+    Token, VERSION,
 };
-use jostle_sim::{Buttons, Input, Vec2};
+use jostle_sim::Vec2;
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
@@ -27,7 +28,7 @@ pub struct Client<S = TcpStream> {
     /// Whether the welcome said so.
     pub host: bool,
     pub newest: Snapshot,
-    pub stream: Stream,
+    pub stream: SnapshotStream,
     /// Bytes of all messages that came.
     pub bytes: usize,
     /// Snapshots that came.
@@ -59,7 +60,7 @@ impl Client {
     /// The creator of a room enters it.
     pub async fn host(address: SocketAddr, room: &str, name: &str, key: Token) -> Client {
         let mut client = Client::connect(address, room).await;
-        let appearance = Appearance { name: name.to_owned(), color: 1 };
+        let appearance = Appearance { name: name.into(), color: 1 };
         let (token, host_key) = (None, Some(key));
         let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key };
         client.send(&hello).await;
@@ -77,7 +78,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         let (socket, _) =
             client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
         let newest = Snapshot::default();
-        let stream = Stream::default();
+        let stream = SnapshotStream::default();
         let token = Token([0; TOKEN_BYTES]);
         let (seat, host) = (u16::MAX, false);
         Client { socket, seat, token, host, stream, newest, bytes: 0, snapshots: 0, seq: 0 }
@@ -100,7 +101,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
     }
 
     pub async fn hello(&mut self, version: u16, name: &str, token: Option<Token>) {
-        let appearance = Appearance { name: name.to_owned(), color: 1 };
+        let appearance = Appearance { name: name.into(), color: 1 };
         self.send(&ClientMessage::Hello { version, appearance, token, host_key: None }).await;
     }
 
@@ -115,8 +116,8 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
     pub async fn input(&mut self, buttons: Buttons, pointer: Option<Vec2>) {
         self.seq += 1;
         let input = Input { buttons, pointer };
-        let heard = self.newest.tick as u16;
-        self.send(&ClientMessage::Input { seq: self.seq, heard, input }).await;
+        let ack_tick = self.newest.tick as u16;
+        self.send(&ClientMessage::Input { seq: self.seq, ack_tick, input }).await;
     }
 
     /// The next frame that is not a ping or pong.

@@ -3,8 +3,9 @@
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
+use jostle_game::{Buttons, Scene};
 use jostle_protocol::Snapshot;
-use jostle_sim::{Buttons, Scene, Vec2};
+use jostle_sim::Vec2;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;

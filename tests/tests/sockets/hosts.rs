@@ -3,9 +3,9 @@
 use crate::client::Client;
 use crate::http::{get, post};
 use crate::server::Server;
+use jostle_game::Seat;
 use jostle_protocol::{ClientMessage, Refusal, ServerMessage, Token, VERSION};
 use jostle_server::limits::PRIVATE_CODE_CHARS;
-use jostle_sim::Seat;
 use std::net::SocketAddr;
 
 /// Opens a room: its code, and the key of its host.

@@ -3,7 +3,8 @@
 use crate::client::{Client, LONG};
 use crate::server::Server;
 use jostle_protocol::Refusal;
-use jostle_server::{assets, limits};
+use jostle_server::limits;
+use jostle_server::net::assets;
 use serde_json::Value;
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -96,7 +97,8 @@ async fn the_page_comes_with_headers_that_protect_it() {
         let policy = answer.header("content-security-policy").expect("a policy");
         assert!(policy.contains("default-src 'none'") && policy.contains("'wasm-unsafe-eval'"));
         assert!(
-            answer.body.starts_with(b"<!doctype html>") || assets::find("index.html").is_some()
+            answer.body.starts_with(b"<!doctype html>")
+                || assets::find(assets::FILES, "index.html").is_some()
         );
     }
     let head = "HEAD / HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n";
@@ -255,7 +257,7 @@ async fn one_address_cannot_take_all_rooms() {
     }
     let answer = post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await;
     assert_eq!(answer.status, 429);
-    assert!(answer.json()["error"].as_str().is_some_and(|error| error.contains("limit")));
+    assert!(answer.json()["error"].as_str().is_some_and(|error| error.contains("maximum")));
     // Standing rooms are still there for everybody.
     Client::join(server.address, "bounds", "Ann").await.goes_on().await;
 }

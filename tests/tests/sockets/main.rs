@@ -7,6 +7,8 @@ mod examples;
 mod faults;
 mod hosts;
 mod http;
+#[cfg(unix)]
+mod log;
 mod ops;
 mod play;
 mod process;
@@ -14,4 +16,5 @@ mod replays;
 mod server;
 mod slow_reader;
 mod soak;
+mod stalled_downloads;
 mod tls;

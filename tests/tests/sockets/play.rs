@@ -2,9 +2,10 @@
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
+use jostle_game::Buttons;
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::limits::{self, Waits};
-use jostle_sim::{Buttons, Vec2};
+use jostle_sim::Vec2;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;

@@ -1,8 +1,9 @@
 //! The real binary: its one line, its signals, its exit status.
 
 use crate::client::{Client, LONG};
+use jostle_game::Buttons;
 use jostle_protocol::{Refusal, ServerMessage};
-use jostle_sim::{Buttons, Vec2};
+use jostle_sim::Vec2;
 use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -50,7 +51,8 @@ impl Process {
 
     fn start(mut command: Command, more: &[&str], log: Stdio) -> Process {
         let mut child = command
-            .args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"])
+            .args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0"])
+            .args(if more.contains(&"--log") { &[][..] } else { &["--log", "warn"] })
             .args(more)
             .stdout(Stdio::piped())
             .stderr(log)

@@ -4,12 +4,13 @@ use crate::client::{Client, LONG};
 use crate::http::get;
 use crate::process::Process;
 use crate::server::Server;
+use jostle_game::Buttons;
 use jostle_protocol::Refusal;
 use jostle_protocol::replay::{Change, Ending, Replay};
 use jostle_room::divergence;
 use jostle_server::Config;
 use jostle_server::replays::{Create, Settings};
-use jostle_sim::{Buttons, TICKS_PER_SECOND, Vec2};
+use jostle_sim::{TICKS_PER_SECOND, Vec2};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -121,7 +122,7 @@ async fn a_game_of_two_is_recorded_whole_and_plays_again() {
     let block = replay.block_with(1).expect("ticks");
     let joins =
         block.ticks.iter().flat_map(|tick| &tick.changes).filter_map(|change| match change {
-            Change::Join(_, appearance) => Some(appearance.name.clone()),
+            Change::Join(_, appearance) => Some(appearance.name.to_string()),
             _ => None,
         });
     assert_eq!(joins.collect::<Vec<_>>(), ["Ann", "Bob"]);

@@ -2,9 +2,9 @@
 
 use crate::client::LONG;
 use crate::http::get_at_last;
+use jostle_game::Scene;
 use jostle_server::limits::Waits;
 use jostle_server::{Config, run_with_ops};
-use jostle_sim::Scene;
 use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;

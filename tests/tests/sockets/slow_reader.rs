@@ -2,10 +2,10 @@
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
+use jostle_game::Scene;
 use jostle_protocol::Snapshot;
 use jostle_server::Config;
 use jostle_server::limits::Waits;
-use jostle_sim::Scene;
 use jostle_tests::scenes::RESTLESS;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;

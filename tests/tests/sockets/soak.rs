@@ -6,7 +6,7 @@
 
 mod bytes;
 mod crowds;
-mod host;
+pub mod host;
 mod links;
 mod machine;
 mod stage;
@@ -14,10 +14,11 @@ mod stage;
 use crate::client::Client;
 use crate::replays::{Dir, verify};
 use host::Host;
+use jostle_game::Buttons;
 use jostle_protocol::replay::{Change, Replay};
 use jostle_protocol::{Refusal, ServerMessage, Snapshot};
 use jostle_room::Playback;
-use jostle_sim::{Buttons, Vec2};
+use jostle_sim::Vec2;
 use stage::Stage;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -7,7 +7,7 @@ use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
-use jostle_server::tls::Tls;
+use jostle_server::net::tls::Tls;
 use rcgen::{CertifiedKey, KeyPair, generate_simple_self_signed};
 use std::fs;
 use std::net::SocketAddr;
@@ -29,13 +29,13 @@ const NAME: &str = "jostle.example.org";
 const GET: &str = "GET / HTTP/1.1\r\nHost: jostle.example.org\r\nConnection: close\r\n\r\n";
 
 /// A certificate of [`NAME`] in files.
-struct Identity {
+pub struct Identity {
     dir: PathBuf,
     made: CertifiedKey<KeyPair>,
 }
 
 impl Identity {
-    fn new(test: &str) -> Identity {
+    pub fn new(test: &str) -> Identity {
         let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tls-{test}"));
         fs::create_dir_all(&dir).expect("a directory");
         let made = generate_simple_self_signed([NAME.to_owned()]).expect("a certificate");
@@ -50,7 +50,7 @@ impl Identity {
         self.path(name)
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    pub fn path(&self, name: &str) -> PathBuf {
         self.dir.join(name)
     }
 
@@ -61,7 +61,7 @@ impl Identity {
     }
 
     /// A stream to a server whose certificate must be this one.
-    async fn connect(&self, address: SocketAddr) -> std::io::Result<TlsStream<TcpStream>> {
+    pub async fn connect(&self, address: SocketAddr) -> std::io::Result<TlsStream<TcpStream>> {
         let mut roots = RootCertStore::empty();
         roots.add(self.made.cert.der().clone()).expect("a certificate");
         let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))

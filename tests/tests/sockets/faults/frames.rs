@@ -3,10 +3,11 @@
 use super::refusals;
 use crate::client::{Client, LONG};
 use crate::server::Server;
+use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, VERSION};
 use jostle_server::limits::{BYTES_BURST_MAX, HTTP_BUFFER_BYTES_MAX, Waits};
-use jostle_sim::{Buttons, Input, Vec2};
+use jostle_sim::Vec2;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -26,13 +27,13 @@ pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
 }
 
 pub fn hello(name: &str) -> Vec<u8> {
-    let appearance = Appearance { name: name.to_owned(), color: 0 };
+    let appearance = Appearance { name: name.into(), color: 0 };
     ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None }.encode()
 }
 
 pub fn input(seq: u32) -> Vec<u8> {
     let input = Input { buttons: Buttons::RIGHT, pointer: Some(Vec2::new(40.0, 30.0)) };
-    ClientMessage::Input { seq, heard: 0, input }.encode()
+    ClientMessage::Input { seq, ack_tick: 0, input }.encode()
 }
 
 /// Writes below the client's own framing. The server may close before it has read everything.
@@ -229,7 +230,7 @@ async fn inputs_from_far_future_and_past_are_ignored() {
     let wrong = [0, seq, u32::MAX, 1 << 31, seq + 1000];
     for seq in wrong {
         let input = Input { buttons: Buttons::LEFT, pointer: None };
-        bob.send(&ClientMessage::Input { seq, heard: 0, input }).await;
+        bob.send(&ClientMessage::Input { seq, ack_tick: 0, input }).await;
     }
     server.counts("jostle_inputs_ignored_total", wrong.len() as u64).await;
     bob.snapshot().await;

@@ -3,9 +3,9 @@
 use super::stage::Stage;
 use crate::client::{Client, LONG};
 use crate::faults::frames::{FIRST, NEXT, WHOLE, frame, hello, input, write};
+use jostle_game::{Buttons, Input};
 use jostle_protocol::{ClientMessage, Refusal, ServerMessage, VERSION};
 use jostle_server::limits::{BYTES_BURST_MAX, MESSAGES_BURST_MAX};
-use jostle_sim::{Buttons, Input};
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -163,7 +163,7 @@ pub async fn another_time(stage: &Stage) {
     let seq = guest.seq;
     for wrong in [0, seq, u32::MAX, 1 << 31, seq + 1000] {
         let input = Input { buttons: Buttons::LEFT, pointer: None };
-        guest.send(&ClientMessage::Input { seq: wrong, heard: 0, input }).await;
+        guest.send(&ClientMessage::Input { seq: wrong, ack_tick: 0, input }).await;
         stage.counts("jostle_inputs_ignored_total", 1);
     }
     guest.goes_on().await;

@@ -1,6 +1,7 @@
 //! The server of the soak: a process of its own, whose machine fails on demand.
 
 use crate::process::Process;
+use crate::tls::Identity;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
@@ -15,12 +16,18 @@ pub struct Host {
 impl Host {
     /// Records into `dir`.
     pub fn start(dir: &Path) -> Host {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_shaky_host"))
-            .arg(dir)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the host starts");
+        Host::spawn(Command::new(env!("CARGO_BIN_EXE_shaky_host")).arg(dir))
+    }
+
+    /// The same under TLS.
+    pub fn start_with_tls(dir: &Path, identity: &Identity) -> Host {
+        let files = ["certificate.pem", "key.pem"].map(|name| identity.path(name));
+        Host::spawn(Command::new(env!("CARGO_BIN_EXE_shaky_host")).arg(dir).args(files))
+    }
+
+    fn spawn(command: &mut Command) -> Host {
+        let mut child =
+            command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the host starts");
         let orders = child.stdin.take().expect("a pipe");
         let mut answers = BufReader::new(child.stdout.take().expect("a pipe"));
         let line = line(&mut answers);

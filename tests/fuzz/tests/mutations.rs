@@ -1,0 +1,44 @@
+//! Truncated and changed replays: each plays as far as it goes, or is refused.
+
+use jostle_fuzz::mutations::{bases, run};
+use jostle_protocol::replay::{Ending, Replay};
+use jostle_room::divergence;
+use std::sync::Arc;
+
+#[test]
+fn a_replay_without_its_last_bytes_verifies_up_to_its_last_record() {
+    for base in bases() {
+        let whole = base.bytes();
+        let mut verified = None;
+        for length in whole.len().saturating_sub(1000)..whole.len() {
+            let Ok(replay) = Replay::read(whole[..length].to_vec()) else {
+                let start =
+                    whole.len() - base.records[1..].iter().map(|r| r.seal().len()).sum::<usize>();
+                assert!(length < start, "{}: {length} bytes hold a start", base.name);
+                continue;
+            };
+            let Ending::Cut(error) = replay.ending() else { panic!("{length} of {}", whole.len()) };
+            assert!(error.offset <= length);
+            // All cuts within one record leave the same replay.
+            if verified != Some(error.offset) {
+                verified = Some(error.offset);
+                let has_begun = replay.first_tick() == 0 || replay.keyframe_ticks().len() > 0;
+                let found = divergence::verify(&Arc::new(replay), |_| {});
+                assert_eq!(found, Ok(None), "{}: {length} bytes, begun: {has_begun}", base.name);
+            }
+        }
+        assert!(verified.is_some(), "{}", base.name);
+    }
+}
+
+#[test]
+fn mutated_replays_are_refused_or_play_as_far_as_they_go() {
+    let bases = bases();
+    let tally = run(&bases, 0..4000, |_| {});
+    assert_eq!(tally.count(), 4000);
+    // Every outcome occurs.
+    for count in [tally.refused, tally.equal, tally.stopped, tally.differs] {
+        assert!(count > 40, "{tally:?}");
+    }
+    assert!(tally.ticks > 10_000, "{tally:?}");
+}

@@ -1,9 +1,0 @@
-//! Where the right answers come from: closed forms, events in order of time, and quadratic programs
-//! solved in f64 by two methods that share no code.
-
-pub mod closed;
-pub mod coulomb;
-pub mod events;
-pub mod fine;
-pub mod moreau;
-pub mod program;

@@ -1,0 +1,80 @@
+//! Connections that ask for a large file and read nothing of it: what they cost the server.
+
+use crate::client::LONG;
+use crate::http::{get, get_at_last};
+use crate::replays::Dir;
+use crate::soak::host::Host;
+use crate::tls::Identity;
+use std::time::Duration;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::{sleep, timeout};
+
+/// Connections that stall at a time.
+const STALLED: usize = 256;
+/// Memory that all of them may cost, bytes. The file that they ask for has 4 MiB.
+const GROWTH_MAX: f64 = (16 << 20) as f64;
+const REQUEST: &[u8] = b"GET /assets/big.bin HTTP/1.1\r\nHost: jostle.example.org\r\n\r\n";
+
+/// Physical memory of the server, bytes.
+async fn resident_bytes(host: &Host) -> f64 {
+    let body = get_at_last(host.process.ops, "/metrics").await.body;
+    let text = String::from_utf8(body).expect("text");
+    let value = text.lines().find_map(|line| line.strip_prefix("process_resident_memory_bytes "));
+    value.expect("Linux tells it").parse().expect("a number")
+}
+
+/// Asks for the file, and returns when the answer has begun.
+async fn ask<S: AsyncRead + AsyncWrite + Unpin>(mut stream: S) -> S {
+    let mut begun = [0; 12];
+    let asked = async {
+        stream.write_all(REQUEST).await?;
+        stream.read_exact(&mut begun).await
+    };
+    timeout(LONG, asked).await.expect("an answer in time").expect("a live socket");
+    assert_eq!(&begun, b"HTTP/1.1 200");
+    stream
+}
+
+/// Expects the connections to have cost less than [`GROWTH_MAX`].
+async fn cost_little<S>(stalled: Vec<S>, host: &Host, before: f64) {
+    // Time in which the server fills all the buffers that it has.
+    sleep(Duration::from_millis(500)).await;
+    let growth = resident_bytes(host).await - before;
+    println!("{STALLED} stalled downloads: {:.1} MiB", growth / f64::from(1 << 20));
+    assert!(growth < GROWTH_MAX, "{growth} bytes for {} stalled downloads", stalled.len());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn stalled_downloads_cost_little_memory() {
+    let dir = Dir::new("stalled");
+    let host = Host::start(dir.path());
+    let address = host.process.address;
+    // The pages of the file itself are read once, for all.
+    assert_eq!(get(address, "/assets/big.bin").await.body.len(), 4 << 20);
+    let before = resident_bytes(&host).await;
+    let mut stalled = Vec::new();
+    for _ in 0..STALLED {
+        stalled.push(ask(TcpStream::connect(address).await.expect("a connection")).await);
+    }
+    cost_little(stalled, &host, before).await;
+    assert_eq!(get(address, "/assets/big.bin").await.body.len(), 4 << 20);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn stalled_downloads_under_tls_cost_little_memory() {
+    let dir = Dir::new("stalled-tls");
+    let identity = Identity::new("stalled");
+    let host = Host::start_with_tls(dir.path(), &identity);
+    let address = host.process.address;
+    let connect = || async { identity.connect(address).await.expect("a handshake") };
+    let mut whole = ask(connect().await).await;
+    let mut bytes = vec![0; 4 << 20];
+    timeout(LONG, whole.read_exact(&mut bytes)).await.expect("time").expect("the whole file");
+    let before = resident_bytes(&host).await;
+    let mut stalled = Vec::new();
+    for _ in 0..STALLED {
+        stalled.push(ask(connect().await).await);
+    }
+    cost_little(stalled, &host, before).await;
+}
