@@ -3,8 +3,7 @@
 //! does not, the tick, the phase, the body and the field are named.
 
 use crate::apt;
-use crate::shell::{cargo, in_path, output_of, root, run, say, target_dir};
-use crate::test::Skipped;
+use crate::shell::{Skipped, cargo, in_path, output_of, root, run, say, target_dir};
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::PathBuf;

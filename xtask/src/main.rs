@@ -60,8 +60,15 @@ enum Task {
         #[arg(long)]
         dev: bool,
     },
-    /// Check the habits of the code base: links, arrows between crates, file sizes
-    Tidy,
+    /// Check the habits of the code base: links, arrows and circles, file sizes, words
+    Tidy {
+        /// Print how large and how tangled the code is instead
+        #[arg(long)]
+        figures: bool,
+        /// Measure another checkout, to compare with
+        #[arg(long, value_name = "DIR", requires = "figures")]
+        root: Option<PathBuf>,
+    },
     /// Try the decoders, replays, scenes, rooms and handshakes on millions of broken inputs
     Fuzz {
         /// Only this one, such as keyframe
@@ -93,21 +100,12 @@ enum Task {
     },
     /// Measure the server under load: a crowd in one room, many rooms, newcomers and lost sockets
     Load {
-        /// Clients of the one room; 0 leaves that out
-        #[arg(long, value_name = "N", default_value_t = 500)]
-        clients: u32,
-        /// Rooms of 16 players; 0 leaves that out
-        #[arg(long, value_name = "N", default_value_t = 16)]
-        rooms: u32,
-        /// Seconds of each
-        #[arg(long, value_name = "S", default_value_t = 60)]
-        seconds: u32,
-        /// Sockets that are lost while the crowd plays, one after another; 0 leaves that out
-        #[arg(long, value_name = "N", default_value_t = 1000)]
-        reconnects: u32,
         /// Count allocations of the whole server too, which makes it a little slower
         #[arg(long)]
         allocations: bool,
+        /// Options of the measurement: --clients, --rooms, --seconds, --reconnects
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
     },
     /// Take the README's screenshot from a game with three players
     Pictures,
@@ -137,12 +135,11 @@ fn run(task: Task) -> Result<bool> {
         }
         Task::Test { quick, .. } => return Ok(test::test(quick)),
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
-        Task::Tidy => tidy::tidy()?,
+        Task::Tidy { figures: false, .. } => tidy::tidy()?,
+        Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
         Task::Fuzz { target, seconds } => fuzz::fuzz(target.as_deref(), seconds)?,
         Task::Latency { presses, json } => latency::latency(presses, json.as_deref())?,
-        Task::Load { clients, rooms, seconds, reconnects, allocations } => {
-            load::load(&load::Load { clients, rooms, seconds, reconnects, allocations })?;
-        }
+        Task::Load { allocations, options } => load::load(&options, allocations)?,
         Task::Pictures => pictures::take()?,
         Task::Report { quick, peers, out } => report::report(quick, peers, &out)?,
         Task::OpenWhenReady { link, address } => play::open_when_ready(&link, address)?,

@@ -15,7 +15,7 @@ pub fn play(listen: SocketAddr, open: bool) -> Result<()> {
     web::build(web::Profile::Small)?;
     say("play", "build the server");
     // A server draws nothing: it is built in half the time without the renderer of replays.
-    let mut build = cargo(&["build", "--release", "--package", "jostle-server", "--bin", "jostle"]);
+    let mut build = cargo(&["build", "--release", "--package", "jostle-cli", "--bin", "jostle"]);
     run(build.arg("--no-default-features"))?;
     let local = reachable(listen);
     let link = format!("http://{local}/");

@@ -1,9 +1,8 @@
 //! `cargo xtask report`: error against run time, and stability, measured on this machine.
 
-use crate::shell::{cargo, output_of, root, run, say};
+use crate::shell::{cargo_of_bench, output_of, root, run, say, target_dir};
 use anyhow::{Context, Result};
 use std::env::consts::EXE_SUFFIX;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -11,62 +10,34 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// Measures, with the peers if wanted, and writes the page into `out`.
 pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     let out = std::path::absolute(out).context("where the report goes")?;
-    let mut command = if peers {
-        say("report", "build Jostle and its peers, optimised");
-        let mut command = cargo(&["run", "--quiet", "--release", "--"]);
-        command.current_dir(root().join("tests/peers"));
-        command
-    } else {
-        say("report", "build Jostle, optimised");
-        cargo(&["run", "--quiet", "--release", "--package", "jostle-report", "--"])
-    };
+    let (package, profile) = if peers { ("peers", "peers") } else { ("report", "release") };
+    say("report", &format!("build jostle-{package}, optimised"));
+    let mut command = cargo_of_bench(&["run", "--quiet", "--profile", profile, "--"]);
+    // The peers' directory has settings for their C compiler.
+    command.current_dir(root().join("bench").join(package));
     if quick {
         command.arg("--quick");
     }
-    command.arg("--costs").arg(costs()?);
+    command.arg("--costs").arg(steps()?);
     command.arg("--out").arg(&out);
     command.args(["--commit", &commit()?, "--date", &today()?, "--compiler", &compiler()?]);
     run(&mut command)
 }
 
-/// What `sim/examples/steps.rs` is built without, beside the shipped build.
-const LEFT_OUT: [&str; 10] = [
-    "friction",
-    "restitution",
-    "circles",
-    "boxes",
-    "particles",
-    "forces",
-    "sleeping",
-    "kinematic",
-    "continuous",
-    "touches",
-];
+const PACKAGE: &str = "jostle-report";
 
-/// Builds of the program that is counted, in a directory of their own: each build without a
-/// feature would have everything else in the ordinary one compiled anew.
-fn costs() -> Result<PathBuf> {
-    let (target, programs) = (root().join("target/costs"), root().join("target/costs/programs"));
-    fs::create_dir_all(&programs).context("a directory for the programs to be counted")?;
-    say("report", "build what is counted, with and without each feature");
-    let build = |package: &str, example: &str, left_out: Option<&str>, name: &str| -> Result<()> {
-        let mut build = cargo(&["build", "--quiet", "--release", "--package", package]);
-        build.args(["--example", example, "--target-dir"]).arg(&target);
-        match left_out {
-            Some(left_out) => build.env("JOSTLE_LEAVE_OUT", left_out),
-            None => build.env_remove("JOSTLE_LEAVE_OUT"),
-        };
-        run(&mut build)?;
-        let built = target.join("release/examples").join(format!("{example}{EXE_SUFFIX}"));
-        fs::copy(&built, programs.join(name)).context("the program to be counted")?;
-        Ok(())
-    };
-    for name in LEFT_OUT {
-        build("jostle-sim", "steps", Some(name), name)?;
-    }
-    build("jostle-sim", "steps", None, "shipped")?;
-    build("jostle-room", "bytes", None, "bytes")?;
-    Ok(programs)
+/// The program whose instructions are counted; the ordinary build, whatever the report is built with.
+fn steps() -> Result<PathBuf> {
+    run(&mut cargo_of_bench(&[
+        "build",
+        "--quiet",
+        "--release",
+        "--package",
+        PACKAGE,
+        "--bin",
+        "steps",
+    ]))?;
+    Ok(target_dir().join("release").join(format!("steps{EXE_SUFFIX}")))
 }
 
 /// Short hash, marked if the tree differs from it.

@@ -4,6 +4,11 @@ use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+/// Reason why a step cannot run on this machine. An error, but not a failure.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Skipped(pub String);
+
 /// The workspace's root directory.
 pub fn root() -> PathBuf {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -23,9 +28,16 @@ pub fn cargo(args: &[&str]) -> Command {
     command
 }
 
-/// Builds targets of the server, optimised, without what draws replays: that is most of the time.
+/// The same in the workspace of what measures, which has the same target directory.
+pub fn cargo_of_bench(args: &[&str]) -> Command {
+    let mut command = cargo(args);
+    command.current_dir(root().join("bench")).env("CARGO_TARGET_DIR", target_dir());
+    command
+}
+
+/// Builds targets of the command line, optimised, without what draws replays: that is most of the time.
 pub fn build_server(targets: &[&str]) -> Result<()> {
-    let selection = ["build", "--release", "--package", "jostle-server", "--no-default-features"];
+    let selection = ["build", "--release", "--package", "jostle-cli", "--no-default-features"];
     run(cargo(&selection).args(targets))
 }
 

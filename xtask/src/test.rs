@@ -4,7 +4,7 @@
 //! the whole workspace and filter afterwards, since another selection of crates means other
 //! features of shared dependencies, and compiling those again.
 
-use crate::shell::{cargo, run};
+use crate::shell::{Skipped, cargo, cargo_of_bench, run};
 use crate::workspace::{Package, packages};
 use crate::{chromium, goldens, python, tidy, traces, web};
 use anyhow::{Result, bail};
@@ -33,7 +33,7 @@ enum When {
 }
 
 /// The browser comes early: it brings the libraries with which the unit tests draw.
-const STEPS: [Step; 15] = [
+const STEPS: [Step; 17] = [
     Step { name: "tidy", when: When::Always, run: tidy::tidy },
     Step { name: "format", when: When::Always, run: format },
     Step { name: "browser, found or installed", when: When::Full, run: chromium::provide },
@@ -49,6 +49,8 @@ const STEPS: [Step; 15] = [
     Step { name: "golden replays", when: When::Always, run: goldens::check },
     Step { name: "golden replays, 64-bit Arm", when: When::Full, run: goldens::check_aarch64 },
     Step { name: "browser tests", when: When::Full, run: browser_tests },
+    Step { name: "clippy, bench", when: When::Always, run: clippy_bench },
+    Step { name: "unit tests, bench", when: When::Always, run: bench_tests },
 ];
 
 struct Outcome {
@@ -62,11 +64,6 @@ enum Verdict {
     Skipped(String),
     Failed(String),
 }
-
-/// Why a step cannot be taken on this machine: an error that is no failure.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct Skipped(pub String);
 
 /// Runs the steps and prints a table; whether all of them passed.
 pub fn test(quick: bool) -> bool {
@@ -128,7 +125,9 @@ fn clippy_native() -> Result<()> {
 
 fn clippy_wasm() -> Result<()> {
     let mut command = cargo(&["clippy", "--lib", "--target", "wasm32-unknown-unknown"]);
-    for package in ["jostle-sim", "jostle-protocol", "jostle-room", "jostle-client-web"] {
+    for package in
+        ["jostle-sim", "jostle-game", "jostle-protocol", "jostle-room", "jostle-client-web"]
+    {
         command.args(["--package", package]);
     }
     run(command.args(["--", "--deny", "warnings"]))
@@ -182,6 +181,16 @@ fn socket_tests() -> Result<()> {
         command.args(["--test", name]);
     }
     run(&mut command)
+}
+
+fn clippy_bench() -> Result<()> {
+    run(&mut cargo_of_bench(&["clippy", "--all-targets", "--", "--deny", "warnings"]))
+}
+
+/// What measures, without the peers; among its tests is that recorded traffic costs what it did.
+fn bench_tests() -> Result<()> {
+    run(&mut cargo_of_bench(&["fmt", "--check"]))?;
+    run(&mut cargo_of_bench(&["test", "--no-fail-fast"]))
 }
 
 fn browser_tests() -> Result<()> {

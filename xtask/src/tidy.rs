@@ -1,41 +1,43 @@
-//! `cargo xtask tidy`: the habits of this code base as checks, so that nobody has to remember
-//! them in a review. Each check reads tracked files and returns findings; it changes nothing.
+//! `cargo xtask tidy`: the habits of this code base as checks, so that reviews need not repeat
+//! them. Each check reads tracked files and returns findings; it changes nothing.
 
 mod arrows;
+mod circles;
+mod citations;
+mod figures;
+mod files;
+mod finding;
+mod imports;
 mod links;
+mod source;
 mod text;
+mod vocabulary;
 
-use crate::shell::{output_of, root, say};
+use crate::shell::{root, say};
 use crate::workspace::packages;
-use anyhow::{Context, Result, bail};
-use std::fs;
-use std::process::Command;
+use anyhow::{Result, bail};
+use files::File;
+use finding::{Fault, Finding};
+use std::path::Path;
 
 /// What belongs into a repository is smaller; pictures are the largest.
 const FILE_BYTES_MAX: usize = 1_500_000;
 
-/// A file that git tracks or would track.
-struct File {
-    /// From the root, with slashes.
-    path: String,
-    /// Text, or `None` if it is not UTF-8.
-    text: Option<String>,
-    bytes: usize,
-}
-
-/// Something to mend, with its place.
-type Finding = String;
-
-/// All checks; any finding is an error, after all were printed.
+/// Runs all checks; any finding is an error, after all were printed.
 pub fn tidy() -> Result<()> {
-    let files = files()?;
+    let files = files::read(&root())?;
+    let sources = source::parse(&files)?;
     let mut findings = sizes(&files);
     findings.extend(text::check(&files));
     findings.extend(links::check(&files));
+    findings.extend(citations::check(&files));
+    findings.extend(vocabulary::check(&sources, vocabulary::LEFT));
     findings.extend(arrows::check(&packages()?));
     findings.extend(one_set_of_lints(&files));
+    let imports = imports::imports(&sources, &source::crates(&files));
+    findings.extend(circles::check(&imports, circles::KNOWN));
     for finding in &findings {
-        say("tidy", finding);
+        say("tidy", &finding.to_string());
     }
     for note in text::long_files(&files) {
         say("tidy", &format!("note: {note}"));
@@ -47,41 +49,25 @@ pub fn tidy() -> Result<()> {
     bail!("{} things to mend", findings.len())
 }
 
-/// The crates that must be deterministic refuse the same things.
-fn one_set_of_lints(files: &[File]) -> Vec<Finding> {
-    let text = |path: &str| files.iter().find(|file| file.path == path)?.text.as_deref();
-    let expected = text("sim/clippy.toml");
-    let others = ["protocol/clippy.toml", "room/clippy.toml"];
-    let differs = others.into_iter().filter(|path| expected.is_none() || text(path) != expected);
-    differs.map(|path| format!("{path}: must be the same as sim/clippy.toml")).collect()
+/// Prints the figures of a checkout: this one, or another to compare with.
+pub fn figures(root: &Path) -> Result<()> {
+    print!("{}", figures::figures(&files::read(root)?)?);
+    Ok(())
 }
 
-/// Tracked files and new ones that are not ignored.
-fn files() -> Result<Vec<File>> {
-    let mut git = Command::new("git");
-    git.args(["ls-files", "--cached", "--others", "--exclude-standard", "-z"]);
-    let listed = output_of(git.current_dir(root())).context("tidy works in a git checkout")?;
-    let paths = listed.split('\0').filter(|path| !path.is_empty());
-    let mut files = Vec::new();
-    for path in paths {
-        // A file that was removed but not yet staged is still listed.
-        if let Ok(content) = fs::read(root().join(path)) {
-            let bytes = content.len();
-            files.push(File {
-                path: path.to_owned(),
-                text: String::from_utf8(content).ok(),
-                bytes,
-            });
-        }
-    }
-    Ok(files)
+/// The crates that must be deterministic refuse the same things.
+fn one_set_of_lints(files: &[File]) -> Vec<Finding> {
+    const FIRST: &str = "sim/clippy.toml";
+    let text = |path: &str| files.iter().find(|file| file.path == path)?.text.as_deref();
+    let others = ["game/clippy.toml", "protocol/clippy.toml", "room/clippy.toml"];
+    let differs =
+        others.into_iter().filter(|path| text(FIRST).is_none() || text(path) != text(FIRST));
+    differs.map(|path| Fault::OtherLints(FIRST).of(path)).collect()
 }
 
 fn sizes(files: &[File]) -> Vec<Finding> {
     let large = files.iter().filter(|file| file.bytes > FILE_BYTES_MAX);
-    large
-        .map(|file| format!("{}: {} bytes, at most {FILE_BYTES_MAX}", file.path, file.bytes))
-        .collect()
+    large.map(|file| Fault::Large(file.bytes, FILE_BYTES_MAX).of(&file.path)).collect()
 }
 
 #[cfg(test)]

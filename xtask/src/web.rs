@@ -5,7 +5,7 @@
 //! is rebuilt for nothing.
 
 use crate::shell::{cargo, root, run, say};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +14,8 @@ use std::process::Command;
 const TARGET: &str = "wasm32-unknown-unknown";
 /// Every browser with WebGL2 that is still kept up has these instructions.
 const FEATURES: &str = r#"target.wasm32-unknown-unknown.rustflags=["-Ctarget-feature=+simd128"]"#;
+/// Compressed size at which a build for people fails: a phone on 2 Mbit/s waits 3 seconds for it.
+const PROGRAM_BYTES_MAX: u64 = 800_000;
 /// Smaller files are compressed as well as can be even in a hurry.
 const LARGE_BYTES: usize = 256 << 10;
 
@@ -22,7 +24,7 @@ const LARGE_BYTES: usize = 256 << 10;
 pub enum Profile {
     /// For people: small to download.
     Small,
-    /// For whoever edits the client: quick to compile.
+    /// For development: quick to compile.
     Dev,
 }
 
@@ -59,7 +61,11 @@ pub fn build(profile: Profile) -> Result<()> {
     let files = gather(&bound)?;
     write_changed(&dist, &files, profile)?;
     remove_others(&dist, &files)?;
-    report(&dist, &files);
+    let packed_bytes = report(&dist, &files)?;
+    ensure!(
+        profile == Profile::Dev || packed_bytes <= PROGRAM_BYTES_MAX,
+        "the page's program is {packed_bytes} bytes as it travels; {PROGRAM_BYTES_MAX} are allowed"
+    );
     Ok(())
 }
 
@@ -201,10 +207,14 @@ fn remove_others(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<()> 
     Ok(())
 }
 
-fn report(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) {
+/// Prints the size of the page's program; returns how many of its bytes travel.
+fn report(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<u64> {
     let wasm = files.get(Path::new("client_bg.wasm")).map_or(0, Vec::len);
-    let packed = fs::metadata(dist.join("client_bg.wasm.br")).map_or(0, |data| data.len());
+    let packed = dist.join("client_bg.wasm.br");
+    let packed =
+        fs::metadata(&packed).with_context(|| format!("cannot read {}", packed.display()))?.len();
     let count = files.len();
     let line = format!("{count} files; the program is {wasm} bytes, {packed} as it travels");
     say("web", &line);
+    Ok(packed)
 }

@@ -1,30 +1,22 @@
-//! The direction of the arrows between crates: who may depend on whom.
+//! The direction of the arrows between crates: which may depend on which.
 
-use super::Finding;
+use super::finding::{Fault, Finding};
 use crate::workspace::Package;
 
-/// Every crate of the workspace and those of ours that it may depend on, tests included.
-const ARROWS: [(&str, &[&str]); 9] = [
-    ("jostle-sim", &[]),
-    ("jostle-protocol", &["jostle-sim"]),
-    ("jostle-room", &["jostle-sim", "jostle-protocol"]),
-    // It draws pictures of replays with the page's renderer.
-    ("jostle-server", &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-client-web"]),
-    ("jostle-client-web", &["jostle-sim", "jostle-protocol", "jostle-room"]),
-    (
-        "jostle-tests",
-        &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],
-    ),
-    ("jostle-fuzz", &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server"]),
-    ("jostle-report", &["jostle-protocol", "jostle-room", "jostle-sim"]),
-    (
-        "xtask",
-        &["jostle-sim", "jostle-protocol", "jostle-room", "jostle-server", "jostle-client-web"],
-    ),
+/// The crates that are shipped. Each may depend on those of earlier layers, its tests included.
+const LAYERS: [&[&str]; 6] = [
+    &["jostle-sim"],
+    &["jostle-game"],
+    &["jostle-protocol"],
+    &["jostle-room"],
+    &["jostle-server", "jostle-client-web"],
+    &["jostle-cli"],
 ];
-/// Sockets, runtimes and pages, of which the first three crates know nothing.
+/// Crates that may use all others, and that no shipped crate may use.
+const TOOLS: [&str; 5] = ["jostle-tests", "jostle-fuzz", "jostle-bench", "jostle-report", "xtask"];
+/// Sockets, runtimes and pages, of which the inner crates know nothing.
 const OUTSIDE: [&str; 6] = ["tokio", "tokio-tungstenite", "hyper", "wgpu", "web-sys", "js-sys"];
-const INSIDE: [&str; 3] = ["jostle-sim", "jostle-protocol", "jostle-room"];
+const INNER_LAYERS: usize = 4;
 
 pub fn check(packages: &[Package]) -> Vec<Finding> {
     packages.iter().flat_map(|package| check_one(package, packages)).collect()
@@ -32,20 +24,30 @@ pub fn check(packages: &[Package]) -> Vec<Finding> {
 
 fn check_one(package: &Package, packages: &[Package]) -> Vec<Finding> {
     let name = package.name.as_str();
-    let Some((_, allowed)) = ARROWS.iter().find(|(from, _)| *from == name) else {
-        return vec![format!("crate {name} is not in the table of arrows of xtask's tidy")];
+    if TOOLS.contains(&name) {
+        return Vec::new();
+    }
+    let Some(layer) = LAYERS.iter().position(|layer| layer.contains(&name)) else {
+        return vec![Fault::UnknownCrate.of(&manifest(name))];
     };
     let mut findings = Vec::new();
     for dependency in package.dependencies.iter().map(|dependency| dependency.name.as_str()) {
         let ours = packages.iter().any(|package| package.name == dependency);
-        if ours && !allowed.contains(&dependency) {
-            findings.push(format!("crate {name} depends on {dependency}, against the arrows"));
+        let below = LAYERS[..layer].iter().any(|layer| layer.contains(&dependency));
+        if ours && !below {
+            let allowed = LAYERS[..layer].concat().join(", ");
+            findings.push(Fault::Arrow(dependency.to_owned(), allowed).of(&manifest(name)));
         }
-        if INSIDE.contains(&name) && OUTSIDE.contains(&dependency) {
-            findings.push(format!("crate {name} depends on {dependency}: it must not know of it"));
+        if layer < INNER_LAYERS && OUTSIDE.contains(&dependency) {
+            findings.push(Fault::Outside(dependency.to_owned()).of(&manifest(name)));
         }
     }
     findings
+}
+
+/// The manifest of a crate, by the folder that its name stands for.
+fn manifest(name: &str) -> String {
+    format!("{}/Cargo.toml", name.trim_start_matches("jostle-"))
 }
 
 #[cfg(test)]
@@ -59,18 +61,38 @@ mod tests {
         Package { name: name.into(), dependencies, targets: Vec::new() }
     }
 
+    fn messages(packages: &[Package]) -> Vec<String> {
+        check(packages).iter().map(ToString::to_string).collect()
+    }
+
     #[test]
     fn an_arrow_backwards_is_found_and_one_forwards_is_not() {
-        let room = package("jostle-room", &["jostle-sim", "thiserror"]);
-        assert_eq!(check(&[room, package("jostle-sim", &["glam"])]).len(), 0);
-        let sim = package("jostle-sim", &["jostle-room"]);
-        assert_eq!(check(&[sim, package("jostle-room", &[])]).len(), 1);
+        let protocol = package("jostle-protocol", &["jostle-sim", "jostle-game", "thiserror"]);
+        let game = package("jostle-game", &["jostle-sim"]);
+        assert_eq!(check(&[protocol, game, package("jostle-sim", &["glam"])]), []);
+        let sim = package("jostle-game", &["jostle-room"]);
+        let said = messages(&[sim, package("jostle-room", &[])]);
+        assert!(said[0].starts_with("game/Cargo.toml: depends on jostle-room;"), "{said:?}");
+        assert!(said[0].contains("allowed of ours: jostle-sim;"), "{said:?}");
+    }
+
+    #[test]
+    fn server_and_page_do_not_know_each_other_and_nobody_knows_the_tools() {
+        let server = || package("jostle-server", &["jostle-client-web"]);
+        let page = package("jostle-client-web", &["jostle-server"]);
+        assert_eq!(messages(&[server(), page]).len(), 2);
+        let cli = package("jostle-cli", &["jostle-server", "jostle-client-web", "xtask"]);
+        let page = package("jostle-client-web", &[]);
+        let said = messages(&[cli, server(), page, package("xtask", &["jostle-cli"])]);
+        assert_eq!(said.len(), 2, "{said:?}");
+        assert!(said[0].starts_with("cli/Cargo.toml: depends on xtask"), "{said:?}");
+        assert!(said[1].starts_with("server/Cargo.toml: depends on jostle-client-web"), "{said:?}");
     }
 
     #[test]
     fn sockets_in_the_room_and_unknown_crates_are_found() {
-        assert_eq!(check(&[package("jostle-room", &["tokio"])]).len(), 1);
-        assert_eq!(check(&[package("jostle-server", &["tokio"])]).len(), 0);
-        assert_eq!(check(&[package("jostle-extra", &[])]).len(), 1);
+        assert!(messages(&[package("jostle-room", &["tokio"])])[0].contains("tokio"));
+        assert_eq!(check(&[package("jostle-client-web", &["wgpu"])]), []);
+        assert!(messages(&[package("jostle-extra", &[])])[0].contains("LAYERS"));
     }
 }

@@ -1,16 +1,20 @@
 //! What documents point to exists: files, headings, and the names in the code map.
 
-use super::{File, Finding};
-use std::collections::BTreeSet;
+use super::files::File;
+use super::finding::{Fault, Finding};
+use super::source::idents;
 
 /// Directories whose files documents name in backticks; such a name must exist too.
-const SOURCE_DIRS: [&str; 10] = [
+const SOURCE_DIRS: [&str; 13] = [
     "sim/",
+    "game/",
     "protocol/",
     "room/",
     "server/",
+    "cli/",
     "client-web/",
     "tests/",
+    "bench/",
     "xtask/",
     "shaders/",
     "assets/",
@@ -25,13 +29,12 @@ pub fn check(files: &[File]) -> Vec<Finding> {
     for document in documents {
         let text = prose(document.text.as_deref().unwrap_or(""));
         for (line, target) in links(&text) {
-            if let Some(problem) = broken(document, &target, files) {
-                findings.push(format!("{}:{line}: {problem}", document.path));
-            }
+            let fault = broken(document, &target, files);
+            findings.extend(fault.map(|fault| fault.at(&document.path, line)));
         }
         for (line, name) in named_files(&text) {
             if !exists(files, &name) {
-                findings.push(format!("{}:{line}: `{name}` does not exist", document.path));
+                findings.push(Fault::DeadPath(name).at(&document.path, line));
             }
         }
     }
@@ -81,49 +84,44 @@ fn named_files(text: &str) -> Vec<(usize, String)> {
     names
 }
 
-fn broken(document: &File, target: &str, files: &[File]) -> Option<String> {
+fn broken(document: &File, target: &str, files: &[File]) -> Option<Fault> {
     if target.contains("://") || target.starts_with("mailto:") {
         return None;
     }
     let (path, heading) = target.split_once('#').unwrap_or((target, ""));
     let path = if path.is_empty() { document.path.clone() } else { resolve(&document.path, path) };
     if !exists(files, &path) {
-        return Some(format!("link to {path}, which does not exist"));
+        return Some(Fault::DeadLink(path));
     }
     let linked = files.iter().find(|file| file.path == path)?;
     let text = linked.text.as_deref().unwrap_or("");
     let known = heading.is_empty() || headings(text).any(|known| known == heading);
-    (!known).then(|| format!("link to #{heading}, which is no heading of {path}"))
+    (!known).then(|| Fault::DeadHeading(heading.to_owned(), path))
 }
 
-/// Names of types and functions that ARCHITECTURE.md mentions and no Rust file knows any more.
+/// Names that ARCHITECTURE.md mentions and that neither the code nor the files have any more.
 fn unknown_symbols(files: &[File]) -> Vec<Finding> {
     let Some(map) = files.iter().find(|file| file.path == "ARCHITECTURE.md") else {
         return Vec::new();
     };
-    let words = rust_words(files);
+    let mut known = idents(files);
+    let names = files.iter().flat_map(|file| file.path.split('/'));
+    known.extend(names.map(|name| name.split('.').next().unwrap_or(name).to_owned()));
     let text = prose(map.text.as_deref().unwrap_or(""));
     let mut findings = Vec::new();
     for (index, line) in text.lines().enumerate() {
         for name in line.split('`').skip(1).step_by(2).filter(|name| is_symbol(name)) {
-            if !name.split("::").all(|part| words.contains(part)) {
-                findings.push(format!("{}:{}: no `{name}` in the code", map.path, index + 1));
+            if !name.split("::").all(|part| known.contains(part)) {
+                findings.push(Fault::DeadSymbol(name.to_owned()).at(&map.path, index + 1));
             }
         }
     }
     findings
 }
 
-fn rust_words(files: &[File]) -> BTreeSet<&str> {
-    let sources = files.iter().filter(|file| file.path.ends_with(".rs"));
-    let texts = sources.filter_map(|file| file.text.as_deref());
-    texts.flat_map(|text| text.split(|c: char| !c.is_alphanumeric() && c != '_')).collect()
-}
-
-/// `World`, `World::step`, `LIMIT_MAX`, but no crate, command or file.
+/// `World`, `World::step`, `session` or `sim`, but no command, path or option.
 fn is_symbol(name: &str) -> bool {
-    let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || "_:".contains(c));
-    plain && (name.contains("::") || name.starts_with(|c: char| c.is_ascii_uppercase()))
+    name.chars().all(|c| c.is_ascii_alphanumeric() || "_:".contains(c))
 }
 
 /// A tracked file, or a directory of tracked files.
@@ -160,10 +158,10 @@ fn headings(text: &str) -> impl Iterator<Item = String> {
 #[cfg(test)]
 mod tests {
     use super::check;
-    use crate::tidy::File;
+    use crate::tidy::files::File;
 
     fn file(path: &str, text: &str) -> File {
-        File { path: path.into(), bytes: text.len(), text: Some(text.into()) }
+        File::text(path, text)
     }
 
     fn problems(text: &str) -> usize {
@@ -188,9 +186,12 @@ mod tests {
 
     #[test]
     fn names_that_the_code_lost_are_found() {
-        let map = file("ARCHITECTURE.md", "`World::step` `GONE` `Gone::gone` `sim` `a.rs`\n");
-        let code = file("a.rs", "//! A.\nimpl World { fn step() {} }\n");
-        assert_eq!(check(&[map, code]).len(), 2);
+        let map =
+            file("ARCHITECTURE.md", "`World::step` `sim`\n`GONE` `Gone::gone` `gone` `a.rs`\n");
+        let code = file("sim/a.rs", "//! Has Gone, GONE.\nimpl World { fn step() {} }\n");
+        let said: Vec<String> = check(&[map, code]).iter().map(ToString::to_string).collect();
+        assert_eq!(said.len(), 3, "{said:?}");
+        assert!(said[0].starts_with("ARCHITECTURE.md:2: no `GONE` in the code"), "{said:?}");
     }
 
     #[test]

@@ -1,13 +1,14 @@
 //! Checks of lines: what must not stand in a source file, and where.
 
-use super::{File, Finding};
+use super::files::File;
+use super::finding::{Fault, Finding};
 
 /// Directories that exist on one machine only.
 const MACHINE_DIRS: [&str; 5] = ["home", "root", "tmp", "work", "Users"];
 /// Macros that mark unfinished work. Listed without their brackets, or this file would be found.
 const UNFINISHED: [&str; 3] = ["todo", "unimplemented", "dbg"];
 /// Crates whose result may depend on nothing but their input.
-const PURE_CRATES: [&str; 3] = ["sim/src/", "protocol/src/", "room/src/"];
+const PURE_CRATES: [&str; 4] = ["sim/src/", "game/src/", "protocol/src/", "room/src/"];
 /// What would let the outside in, or an order that is not the same everywhere.
 const IMPURE: [&str; 7] =
     ["std::env", "std::fs", "std::net", "std::thread", "std::time", "HashMap", "HashSet"];
@@ -48,15 +49,14 @@ pub fn check(files: &[File]) -> Vec<Finding> {
         }
         if file.path == "ARCHITECTURE.md" && text.lines().count() > ARCHITECTURE_LINES_MAX {
             let lines = text.lines().count();
-            findings
-                .push(format!("{}: {lines} lines, at most {ARCHITECTURE_LINES_MAX}", file.path));
+            findings.push(Fault::Long(lines, ARCHITECTURE_LINES_MAX).of(&file.path));
         }
     }
     findings
 }
 
 /// Rust files that are long enough to be looked at; not an error.
-pub fn long_files(files: &[File]) -> Vec<Finding> {
+pub fn long_files(files: &[File]) -> Vec<String> {
     let rust = files.iter().filter(|file| file.path.ends_with(".rs"));
     let counted = rust.map(|file| (file, file.text.as_deref().unwrap_or("").lines().count()));
     counted
@@ -68,45 +68,43 @@ pub fn long_files(files: &[File]) -> Vec<Finding> {
 fn every_line(
     file: &File,
     text: &str,
-    problem_of: fn(&str) -> Option<String>,
+    fault_in: fn(&str) -> Option<Fault>,
     findings: &mut Vec<Finding>,
 ) {
     for (index, line) in text.lines().enumerate() {
-        if let Some(problem) = problem_of(line) {
-            findings.push(format!("{}:{}: {problem}", file.path, index + 1));
-        }
+        findings.extend(fault_in(line).map(|fault| fault.at(&file.path, index + 1)));
     }
 }
 
 /// A path below one of [`MACHINE_DIRS`], unless it goes on from something, as in `a/tmp/b`.
-fn machine_path(line: &str) -> Option<String> {
+fn machine_path(line: &str) -> Option<Fault> {
     MACHINE_DIRS.iter().find_map(|dir| {
         let path = format!("/{dir}/");
         let found = line.match_indices(&path).any(|(at, _)| {
             let before = line[..at].chars().next_back();
             !before.is_some_and(|c| c.is_ascii_alphanumeric() || "_.-}".contains(c))
         });
-        found.then(|| format!("names a path of one machine: {path}"))
+        found.then_some(Fault::MachinePath(path))
     })
 }
 
-fn unfinished(line: &str) -> Option<String> {
+fn unfinished(line: &str) -> Option<Fault> {
     let ignored = format!("#[{}", "ignore");
     if line.contains(&ignored) {
-        return Some("an ignored test: mend it or remove it".into());
+        return Some(Fault::IgnoredTest);
     }
     let hollow = format!("assert!({})", "true");
     if line.contains(&hollow) {
-        return Some("an assertion that cannot fail".into());
+        return Some(Fault::HollowAssertion);
     }
     let name = UNFINISHED.iter().find(|name| line.contains(&format!("{name}!(")))?;
-    Some(format!("unfinished: {name}!"))
+    Some(Fault::Unfinished(name))
 }
 
 /// Every file says what lives in it; a file of tests is explained by what it tests.
 fn header(file: &File, text: &str, findings: &mut Vec<Finding>) {
     if !text.starts_with("//!") && !file.path.ends_with("/tests.rs") {
-        findings.push(format!("{}: does not open with `//!`", file.path));
+        findings.push(Fault::NoHeader.of(&file.path));
     }
 }
 
@@ -116,19 +114,19 @@ fn is_pure(path: &str) -> bool {
     inside && path.ends_with(".rs") && !path.contains("/tests")
 }
 
-fn impure(line: &str) -> Option<String> {
+fn impure(line: &str) -> Option<Fault> {
     let code = line.split("//").next().unwrap_or(line);
     let word = IMPURE.iter().chain(&INEXACT).find(|word| code.contains(**word))?;
-    Some(format!("`{word}` in a crate whose result depends on its input alone"))
+    Some(Fault::Impure(word))
 }
 
 #[cfg(test)]
 mod tests {
     use super::{check, impure, long_files, machine_path, unfinished};
-    use crate::tidy::File;
+    use crate::tidy::files::File;
 
     fn file(path: &str, text: &str) -> File {
-        File { path: path.into(), bytes: text.len(), text: Some(text.into()) }
+        File::text(path, text)
     }
 
     #[test]

@@ -1,0 +1,85 @@
+//! Citations of `docs/physics.md`: a number such as (A2.19) in a comment or document is a row of it.
+
+use super::files::File;
+use super::finding::{Fault, Finding};
+use std::collections::BTreeSet;
+
+const ROWS: &str = "docs/physics.md";
+/// Kept results, which name what they measured.
+const RESULTS: &str = "docs/report/";
+/// What begins a comment, by the ending of a file. Documents are read whole.
+const COMMENTS: [(&str, &str); 6] =
+    [(".rs", "//"), (".wgsl", "//"), (".js", "//"), (".toml", "#"), (".html", "<!--"), (".md", "")];
+
+pub fn check(files: &[File]) -> Vec<Finding> {
+    let Some(text) = files.iter().find(|file| file.path == ROWS).and_then(|f| f.text.as_ref())
+    else {
+        return vec![Fault::NoRows.of(ROWS)];
+    };
+    let rows: BTreeSet<&str> =
+        text.lines().filter_map(|line| line.strip_prefix("| ")?.split(' ').next()).collect();
+    let mut findings = Vec::new();
+    for file in files.iter().filter(|file| !file.path.starts_with(RESULTS)) {
+        let Some((_, mark)) = COMMENTS.iter().find(|(end, _)| file.path.ends_with(end)) else {
+            continue;
+        };
+        for (index, line) in file.text.iter().flat_map(|text| text.lines()).enumerate() {
+            let comment = line.find(mark).map_or("", |at| &line[at..]);
+            let cited = words(comment).filter(|word| is_row(word) && !rows.contains(word));
+            findings.extend(
+                cited.map(|row| Fault::DeadRow(row.to_owned(), ROWS).at(&file.path, index + 1)),
+            );
+        }
+    }
+    findings
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    let words = text.split(|c: char| !c.is_alphanumeric() && c != '_' && c != '.');
+    words.map(|word| word.trim_matches('.'))
+}
+
+/// A letter from A to D, one or two digits, and in A a second number; rows of C may end in a letter.
+fn is_row(word: &str) -> bool {
+    let Some(number) = word.strip_prefix(['A', 'B', 'C', 'D']) else { return false };
+    let number = number.strip_suffix(|c: char| word.starts_with('C') && c.is_ascii_lowercase());
+    let number = number.unwrap_or(&word[1..]);
+    let is_short = |part: &str| {
+        (1..=2).contains(&part.len()) && part.bytes().all(|byte| byte.is_ascii_digit())
+    };
+    number.split_once('.').map_or(is_short(number), |(a, b)| is_short(a) && is_short(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check;
+    use crate::tidy::files::File;
+
+    fn messages(path: &str, text: &str) -> Vec<String> {
+        let rows = "# Physics\n| A2.19 | it falls |\n| B3 | it is square |\n| C22a | it ends |\n";
+        let files = [File::text("docs/physics.md", rows), File::text(path, text)];
+        check(&files).iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_citation_of_a_row_that_is_not_there_is_found() {
+        for row in ["A2.20", "A3.1", "B4", "C22", "C22b", "D1"] {
+            let said = messages("sim/src/a.rs", &format!("fn f() {{}}\n// It falls ({row}).\n"));
+            let expected = format!("sim/src/a.rs:2: `{row}` is no row of docs/physics.md");
+            assert!(said.len() == 1 && said[0].starts_with(&expected), "{said:?}");
+        }
+        for (path, text) in
+            [("a.toml", "x = 1 # (B9)"), ("a.md", "(B9)"), ("a.html", "<!-- B9. -->")]
+        {
+            assert_eq!(messages(path, text).len(), 1, "{path}");
+        }
+    }
+
+    #[test]
+    fn rows_that_exist_and_what_is_no_citation_are_accepted() {
+        let text = "// It falls (A2.19, B3), as in C22a.\nlet a = B4; // F2, A10k, D65x, C, 0xC1\n";
+        assert_eq!(messages("sim/src/a.rs", text), [""; 0]);
+        assert_eq!(messages("docs/report/summary.md", "B9"), [""; 0]);
+        assert_eq!(check(&[]).len(), 1, "the rows are needed");
+    }
+}

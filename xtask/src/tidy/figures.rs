@@ -1,0 +1,189 @@
+//! `cargo xtask tidy --figures`: how large and how tangled the code is.
+
+use super::circles::circles;
+use super::files::File;
+use super::imports::{Imports, imports};
+use super::source::{Source, crates, parse};
+use anyhow::Result;
+use proc_macro2::Span;
+use std::collections::BTreeMap;
+use syn::visit::{self, Visit};
+use syn::{Block, FnArg, ImplItemFn, ItemFn, ItemStruct, Signature, TraitItemFn, Type};
+
+const FUNCTION_LINES_MAX: usize = 55;
+const STRUCT_FIELDS_MAX: usize = 20;
+const MOST_IMPORTS: usize = 10;
+
+/// The figures of a checkout, as text.
+///
+/// Production lines are all lines of the tracked `*.rs` files, comments and empty ones included,
+/// without those of the top directories `tests` and `bench`, of folders `tests` and `benches`, of
+/// files `tests.rs`, and of inline `#[cfg(test)] mod` blocks. Build scripts and examples count.
+/// The other figures are of the same files.
+pub fn figures(files: &[File]) -> Result<String> {
+    let sources = parse(files)?;
+    let imports = imports(&sources, &crates(files));
+    let mut found = Found::default();
+    for source in &sources {
+        found.path.clone_from(&source.path);
+        source.items.iter().for_each(|item| found.visit_item(item));
+    }
+    let parts = [
+        circles_of(&imports),
+        lines(&sources),
+        list(&format!("functions of more than {FUNCTION_LINES_MAX} lines"), &found.functions),
+        list(&format!("structs of more than {STRUCT_FIELDS_MAX} fields"), &found.structs),
+        list("functions that take a tuple of references", &found.tuples),
+        list("files that import the most others", &most_imports(&imports)),
+    ];
+    Ok(parts.concat())
+}
+
+fn list(title: &str, lines: &[String]) -> String {
+    let lines: String = lines.iter().map(|line| format!("  {line}\n")).collect();
+    format!("{title}: {}\n{lines}", lines.lines().count())
+}
+
+/// All circles, and how many would remain if no file imported a module that contains its own.
+fn circles_of(imports: &Imports) -> String {
+    let mut beside = imports.clone();
+    beside.retain(|(from, to), _| !lies_below(from, to));
+    let beside = circles(&beside).len();
+    let circles = circles(imports);
+    let mut out = format!("circles of files: {} ({beside} among siblings)\n", circles.len());
+    for circle in &circles {
+        out += &format!("  {} files:\n    {}\n", circle.files.len(), circle.ties.join("\n    "));
+    }
+    out
+}
+
+/// Whether a file belongs to a module inside the module of another file.
+fn lies_below(file: &str, other: &str) -> bool {
+    let endings = ["/lib.rs", "/main.rs", "/mod.rs", ".rs"];
+    let dir = endings.iter().find_map(|ending| other.strip_suffix(ending)).unwrap_or(other);
+    file.strip_prefix(dir).is_some_and(|rest| rest.starts_with('/'))
+}
+
+fn lines(sources: &[Source]) -> String {
+    let mut lines: BTreeMap<&str, usize> = BTreeMap::new();
+    for source in sources {
+        *lines.entry(source.path.split('/').next().unwrap_or("")).or_default() += source.lines;
+    }
+    let each: String = lines.iter().map(|(top, lines)| format!("  {lines:6} {top}\n")).collect();
+    format!("production lines: {}\n{each}", lines.values().sum::<usize>())
+}
+
+fn most_imports(imports: &Imports) -> Vec<String> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    imports.keys().for_each(|(from, _)| *counts.entry(from).or_default() += 1);
+    let mut most: Vec<(&str, usize)> = counts.into_iter().collect();
+    most.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    most.iter().take(MOST_IMPORTS).map(|(file, count)| format!("{count:4} {file}")).collect()
+}
+
+/// What is too large in the files read so far.
+#[derive(Default)]
+struct Found {
+    /// The file that is read.
+    path: String,
+    functions: Vec<String>,
+    structs: Vec<String>,
+    tuples: Vec<String>,
+}
+
+impl Found {
+    fn place(&self, span: Span) -> String {
+        format!("{}:{}", self.path, span.start().line)
+    }
+
+    fn function(&mut self, signature: &Signature, block: &Block) {
+        let first = signature.fn_token.span;
+        let lines = block.brace_token.span.close().end().line + 1 - first.start().line;
+        let named = format!("{} {}", self.place(first), signature.ident);
+        if lines > FUNCTION_LINES_MAX {
+            self.functions.push(format!("{lines:4} {named}"));
+        }
+        if signature.inputs.iter().any(is_tuple_of_references) {
+            self.tuples.push(named);
+        }
+    }
+}
+
+fn is_tuple_of_references(argument: &FnArg) -> bool {
+    let FnArg::Typed(argument) = argument else { return false };
+    let Type::Tuple(tuple) = argument.ty.as_ref() else { return false };
+    tuple.elems.iter().any(|element| matches!(element, Type::Reference(_)))
+}
+
+impl<'ast> Visit<'ast> for Found {
+    fn visit_item_fn(&mut self, function: &'ast ItemFn) {
+        self.function(&function.sig, &function.block);
+        visit::visit_item_fn(self, function);
+    }
+
+    fn visit_impl_item_fn(&mut self, function: &'ast ImplItemFn) {
+        self.function(&function.sig, &function.block);
+        visit::visit_impl_item_fn(self, function);
+    }
+
+    fn visit_trait_item_fn(&mut self, function: &'ast TraitItemFn) {
+        if let Some(block) = &function.default {
+            self.function(&function.sig, block);
+        }
+        visit::visit_trait_item_fn(self, function);
+    }
+
+    fn visit_item_struct(&mut self, item: &'ast ItemStruct) {
+        if item.fields.len() > STRUCT_FIELDS_MAX {
+            let place = self.place(item.struct_token.span);
+            self.structs.push(format!("{:4} {place} {}", item.fields.len(), item.ident));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::figures;
+    use crate::tidy::files::File;
+
+    fn printed(text: &str) -> String {
+        let manifest = File::text("sim/Cargo.toml", "[package]\nname = \"jostle-sim\"\n");
+        let below = File::text("sim/src/a/b.rs", "use super::S;\n");
+        figures(&[manifest, File::text("sim/src/a.rs", text), below]).expect("parses")
+    }
+
+    #[test]
+    fn what_is_too_large_is_listed_with_its_place() {
+        let body = "\n".repeat(54);
+        let fields: String = (0..21).map(|n| format!("f{n}: u8,")).collect();
+        let text =
+            format!("fn f() {{\n{body}}}\nstruct S {{ {fields} }}\nfn g(a: (&u8, &u8)) {{}}\n");
+        let said = printed(&text);
+        assert!(said.contains("production lines: 59\n      59 sim\n"), "{said}");
+        assert!(said.contains("55 lines: 1\n    56 sim/src/a.rs:1 f\n"), "{said}");
+        assert!(said.contains("20 fields: 1\n    21 sim/src/a.rs:57 S\n"), "{said}");
+        assert!(said.contains("tuple of references: 1\n  sim/src/a.rs:58 g\n"), "{said}");
+        assert!(said.contains("most others: 1\n     1 sim/src/a/b.rs\n"), "{said}");
+    }
+
+    #[test]
+    fn what_is_small_enough_and_what_only_tests_build_is_not() {
+        let body = "\n".repeat(53);
+        let text = format!(
+            "fn f(a: &(u8, u8)) {{\n{body}}}\n#[cfg(test)]\nmod tests {{\n fn g(a: (&u8, &u8)) {{}}\n}}\n"
+        );
+        let said = printed(&text);
+        assert!(
+            said.contains("circles of files: 0 (0 among siblings)\nproduction lines: 56\n"),
+            "{said}"
+        );
+        assert!(said.contains("55 lines: 0\nstructs of more than 20 fields: 0\n"), "{said}");
+        assert!(said.contains("tuple of references: 0\n"), "{said}");
+    }
+
+    #[test]
+    fn circles_with_a_parent_are_told_from_those_among_siblings() {
+        let said = printed("mod b;\nuse b::B;\n");
+        assert!(said.contains("circles of files: 1 (0 among siblings)\n  2 files:\n"), "{said}");
+    }
+}

@@ -1,0 +1,236 @@
+//! The imports between the files of a workspace.
+//!
+//! An import of `crate::a::b::Name` is an import of the deepest file on that path, `a/b.rs`.
+//! Re-exports are not followed: `super::Name` imports the file of the parent module, even where a
+//! `pub use` there brings the name from elsewhere; that `pub use` is an import of the parent's.
+//! Tests, visibilities, attributes and documentation import nothing.
+
+use super::source::{Crate, Source};
+use proc_macro2::{TokenStream, TokenTree};
+use std::collections::{BTreeMap, BTreeSet};
+use syn::visit::{self, Visit};
+use syn::{Attribute, ItemMod, ItemUse, Macro, UseTree, Visibility};
+
+/// The names that one file takes from another, by the paths of both.
+pub type Imports<'a> = BTreeMap<(&'a str, &'a str), BTreeSet<String>>;
+/// A path in code from the name of its crate on.
+type ModulePath = Vec<String>;
+type Modules<'a> = BTreeMap<ModulePath, &'a str>;
+
+/// Finds all imports of the workspace's files among themselves.
+pub fn imports<'a>(sources: &'a [Source], crates: &[Crate]) -> Imports<'a> {
+    let module_of = |source: &Source| module_path(&source.path, crates, sources);
+    let modules: Modules =
+        sources.iter().map(|source| (module_of(source), source.path.as_str())).collect();
+    let mut imports = Imports::new();
+    for source in sources {
+        let from = &source.path;
+        let aliases = BTreeMap::new();
+        let mut reader =
+            Reader { modules: &modules, from, here: module_of(source), aliases, imports };
+        source.items.iter().for_each(|item| reader.visit_item(item));
+        imports = reader.imports;
+    }
+    imports
+}
+
+/// The path of a file's module. Outside of `src`, each folder counts as a crate.
+fn module_path(path: &str, crates: &[Crate], sources: &[Source]) -> ModulePath {
+    let package = crates.iter().find(|package| path.starts_with(&package.dir));
+    let dir = package.map_or("", |package| package.dir.as_str());
+    let inside = path[dir.len()..].trim_end_matches(".rs");
+    let (folder, rest) = inside.split_once('/').unwrap_or(("", inside));
+    let ident = package.filter(|_| folder == "src").map(|package| package.ident.clone());
+    let mut module = vec![ident.unwrap_or_else(|| format!("{dir}{folder}"))];
+    module.extend(rest.split('/').map(str::to_owned));
+    let library = format!("{dir}src/lib.rs");
+    // Beside a library a program is one more module.
+    let is_root = match rest {
+        "main" => !sources.iter().any(|source| source.path == library),
+        _ => rest == "lib" || rest.ends_with("/mod") || rest.ends_with("/main"),
+    };
+    module.truncate(module.len() - usize::from(is_root));
+    module
+}
+
+/// Collects the imports of one file.
+struct Reader<'a, 'm> {
+    modules: &'m Modules<'a>,
+    from: &'a str,
+    /// The module that is read, inline ones included.
+    here: ModulePath,
+    /// Names that `use` brought into the file.
+    aliases: BTreeMap<String, ModulePath>,
+    imports: Imports<'a>,
+}
+
+impl Reader<'_, '_> {
+    /// The full path of a path as written, if it leads into this workspace.
+    fn absolute(&self, written: &[String]) -> Option<ModulePath> {
+        let (first, rest) = written.split_first()?;
+        match first.as_str() {
+            "crate" => Some([&self.here[..1], rest].concat()),
+            "self" => Some([&self.here, rest].concat()),
+            "super" => {
+                let ups = written.iter().take_while(|segment| *segment == "super").count();
+                let kept = self.here.len().checked_sub(ups)?;
+                Some([&self.here[..kept], &written[ups..]].concat())
+            }
+            _ if self.modules.contains_key(&written[..1]) => Some(written.to_vec()),
+            _ => {
+                let child = [&self.here, &written[..1]].concat();
+                let is_child = self.modules.contains_key(&child);
+                let known = if is_child { Some(&child) } else { self.aliases.get(first) };
+                known.map(|known| [known, rest].concat())
+            }
+        }
+    }
+
+    /// Records the deepest file on a path, with the first name that is not part of its module.
+    fn import(&mut self, absolute: &[String]) {
+        let found = (1..=absolute.len())
+            .rev()
+            .find_map(|length| self.modules.get(&absolute[..length]).map(|file| (*file, length)));
+        let Some((file, length)) = found.filter(|(file, _)| *file != self.from) else { return };
+        let name = absolute.get(length).or(absolute.last()).cloned().unwrap_or_default();
+        self.imports.entry((self.from, file)).or_default().insert(name);
+    }
+
+    fn import_written(&mut self, written: &[String]) {
+        if let Some(absolute) = self.absolute(written).filter(|_| written.len() > 1) {
+            self.import(&absolute);
+        }
+    }
+
+    fn import_tree(&mut self, tree: &UseTree, before: &mut Vec<String>) {
+        let (name, alias) = match tree {
+            UseTree::Path(path) => {
+                before.push(path.ident.to_string());
+                self.import_tree(&path.tree, before);
+                before.pop();
+                return;
+            }
+            UseTree::Group(group) => {
+                group.items.iter().for_each(|item| self.import_tree(item, before));
+                return;
+            }
+            UseTree::Name(name) => (name.ident.to_string(), name.ident.to_string()),
+            UseTree::Rename(rename) => (rename.ident.to_string(), rename.rename.to_string()),
+            UseTree::Glob(_) => ("*".to_owned(), String::new()),
+        };
+        let name = Some(name).filter(|name| name != "self");
+        let written: Vec<String> = before.iter().cloned().chain(name).collect();
+        if let Some(absolute) = self.absolute(&written) {
+            self.import(&absolute);
+            let alias = if alias == "self" { absolute.last().cloned() } else { Some(alias) };
+            self.aliases.extend(alias.map(|alias| (alias, absolute)));
+        }
+    }
+
+    /// Imports the paths among the tokens of a macro call, which are not parsed.
+    fn import_tokens(&mut self, tokens: TokenStream) {
+        let mut path: Vec<String> = Vec::new();
+        let mut colons = 0;
+        for token in tokens {
+            match token {
+                TokenTree::Punct(punct) if punct.as_char() == ':' => colons += 1,
+                TokenTree::Ident(ident) => {
+                    if colons != 2 {
+                        self.import_written(&path);
+                        path.clear();
+                    }
+                    path.push(ident.to_string());
+                    colons = 0;
+                }
+                other => {
+                    self.import_written(&path);
+                    path.clear();
+                    colons = 0;
+                    if let TokenTree::Group(group) = other {
+                        self.import_tokens(group.stream());
+                    }
+                }
+            }
+        }
+        self.import_written(&path);
+    }
+}
+
+impl<'ast> Visit<'ast> for Reader<'_, '_> {
+    fn visit_item_mod(&mut self, module: &'ast ItemMod) {
+        self.here.push(module.ident.to_string());
+        visit::visit_item_mod(self, module);
+        self.here.pop();
+    }
+
+    fn visit_item_use(&mut self, item: &'ast ItemUse) {
+        self.import_tree(&item.tree, &mut Vec::new());
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let written: Vec<String> =
+            path.segments.iter().map(|segment| segment.ident.to_string()).collect();
+        self.import_written(&written);
+        visit::visit_path(self, path);
+    }
+
+    fn visit_macro(&mut self, item: &'ast Macro) {
+        self.visit_path(&item.path);
+        self.import_tokens(item.tokens.clone());
+    }
+
+    fn visit_visibility(&mut self, _: &'ast Visibility) {}
+
+    fn visit_attribute(&mut self, _: &'ast Attribute) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::imports;
+    use crate::tidy::files::File;
+    use crate::tidy::source::{crates, parse};
+
+    /// The imports of `sim/src/a.rs`, a line each: the file and the names.
+    fn imported(text: &str) -> Vec<String> {
+        let manifest = |name: &str| format!("[package]\nname = \"jostle-{name}\"\n");
+        let mut files = vec![File::text("sim/Cargo.toml", &manifest("sim"))];
+        files.push(File::text("game/Cargo.toml", &manifest("game")));
+        files.push(File::text("sim/src/a.rs", text));
+        let others = ["sim/src/lib.rs", "sim/src/b.rs", "sim/src/b/c.rs", "sim/src/d/mod.rs"];
+        let others = others.into_iter().chain(["sim/src/a/e.rs", "game/src/lib.rs"]);
+        files.extend(others.map(|path| File::text(path, "")));
+        let sources = parse(&files).expect("parses");
+        let found = imports(&sources, &crates(&files));
+        let lines = found.iter().map(|((_, to), names)| {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            format!("{to} {}", names.join(" "))
+        });
+        lines.collect()
+    }
+
+    #[test]
+    fn an_import_is_of_the_deepest_file_on_its_path() {
+        let text = "use crate::{X, b::{self, B as Y, c::*}, d::D};\nuse jostle_game::Game;\n";
+        let all = [
+            "game/src/lib.rs Game",
+            "sim/src/b.rs B b",
+            "sim/src/b/c.rs *",
+            "sim/src/d/mod.rs D",
+            "sim/src/lib.rs X",
+        ];
+        assert_eq!(imported(text), all);
+        assert_eq!(imported("use std::fs;\nuse self::own::f;\nfn b() { b() }\n"), [""; 0]);
+    }
+
+    #[test]
+    fn paths_in_code_and_in_macros_are_imports() {
+        assert_eq!(imported("fn f(x: super::b::B) {}"), ["sim/src/b.rs B"]);
+        assert_eq!(imported("fn f() { e::g() }"), ["sim/src/a/e.rs g"]);
+        assert_eq!(imported("fn f() { print!(\"{}\", [1, crate::d::N]) }"), ["sim/src/d/mod.rs N"]);
+        assert_eq!(imported("mod own { fn f() { super::super::b::g() } }"), ["sim/src/b.rs g"]);
+        assert_eq!(
+            imported("use crate::b;\nfn f() { b::c::g() }"),
+            ["sim/src/b.rs b", "sim/src/b/c.rs g"]
+        );
+    }
+}
