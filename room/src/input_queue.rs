@@ -32,8 +32,21 @@ pub struct InputQueue {
 struct Waiting {
     seq: u32,
     input: Input,
-    /// Buttons of the inputs dropped before this one, so that a click does not vanish with them.
-    dropped: Buttons,
+    /// Buttons that only inputs dropped before this one held, and the last pointer they had: a click
+    /// does not vanish with them, and acts where it was made.
+    dropped: Input,
+}
+
+impl Waiting {
+    /// The input with what was dropped before it.
+    fn merged(&self) -> Input {
+        let lost = self.dropped.buttons.0 & !self.input.buttons.0;
+        if lost == 0 {
+            return self.input;
+        }
+        let buttons = Buttons(self.input.buttons.0 | lost);
+        Input { buttons, pointer: self.dropped.pointer }
+    }
 }
 
 impl InputQueue {
@@ -54,7 +67,7 @@ impl InputQueue {
             self.drop_oldest();
         }
         let input = input.rounded();
-        self.waiting.push_back(Waiting { seq, input, dropped: Buttons::default() });
+        self.waiting.push_back(Waiting { seq, input, dropped: Input::default() });
         true
     }
 
@@ -62,17 +75,17 @@ impl InputQueue {
     /// `None` for a player at rest.
     pub fn take(&mut self) -> Option<Input> {
         self.shorten();
-        let Some(Waiting { seq, input, dropped }) = self.waiting.pop_front() else {
+        let Some(next) = self.waiting.pop_front() else {
             self.silent_ticks = self.silent_ticks.saturating_add(1);
             if self.silent_ticks > SILENCE_TICKS {
                 self.last = None;
             }
             return self.last;
         };
-        self.seq_played = seq;
+        self.seq_played = next.seq;
         self.silent_ticks = 0;
-        self.last = Some(input);
-        Some(Input { buttons: Buttons(input.buttons.0 | dropped.0), ..input })
+        self.last = Some(next.input);
+        Some(next.merged())
     }
 
     /// Drops all inputs: the player is at rest.
@@ -100,7 +113,7 @@ impl InputQueue {
     fn drop_oldest(&mut self) {
         let oldest = self.waiting.pop_front();
         if let (Some(oldest), Some(next)) = (oldest, self.waiting.front_mut()) {
-            next.dropped.0 |= oldest.input.buttons.0 | oldest.dropped.0;
+            next.dropped = oldest.merged();
         }
     }
 }
@@ -192,6 +205,21 @@ mod tests {
         queue.drop_oldest();
         assert!(queue.take().unwrap().buttons.contains(Buttons::FIRE));
         assert_eq!(queue.take(), Some(down(Buttons::RIGHT)));
+    }
+
+    #[test]
+    fn a_dropped_button_acts_where_it_was_pressed() {
+        let mut queue = InputQueue::default();
+        let at = |x, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+        queue.push(1, at(10.0, Buttons::FIRE));
+        queue.push(2, at(20.0, Buttons::default()));
+        queue.drop_oldest();
+        assert_eq!(queue.take(), Some(at(10.0, Buttons::FIRE)), "nothing is dragged to 20");
+        // What is still held goes on where the pointer is now.
+        queue.push(3, at(30.0, Buttons::FIRE));
+        queue.push(4, at(40.0, Buttons::FIRE));
+        queue.drop_oldest();
+        assert_eq!(queue.take(), Some(at(40.0, Buttons::FIRE)));
     }
 
     #[test]
