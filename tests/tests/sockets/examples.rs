@@ -70,15 +70,22 @@ async fn play_beside(
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn thirty_lines_of_python_see_where_bodies_are() {
     let server = Server::start().await;
-    let mut ann = Client::join(server.address, "arena", "Ann").await;
-    ann.goes_on().await;
-    let example = start("positions.py", server.address, &["arena"]);
-    let (printed, seen) = play_beside(ann, "arena", example).await;
-    let mut lines = printed.lines();
-    let tick = lines.next().and_then(|line| line.strip_prefix("tick ")).expect("a tick first");
-    let found: Places = lines.map(place_of).collect();
-    assert!(found.len() > 4, "a hero besides the walls in {printed}");
-    assert_eq!(Some(&found), seen.get(&tick.parse().expect("a number")));
+    // On a busy machine the client that compares may be sent fewer ticks, and not the printed one.
+    for _ in 0..10 {
+        let mut ann = Client::join(server.address, "arena", "Ann").await;
+        ann.goes_on().await;
+        let example = start("positions.py", server.address, &["arena"]);
+        let (printed, seen) = play_beside(ann, "arena", example).await;
+        let mut lines = printed.lines();
+        let tick = lines.next().and_then(|line| line.strip_prefix("tick ")).expect("a tick first");
+        let found: Places = lines.map(place_of).collect();
+        assert!(found.len() > 4, "a hero besides the walls in {printed}");
+        if let Some(expected) = seen.get(&tick.parse().expect("a number")) {
+            assert_eq!(&found, expected);
+            return;
+        }
+    }
+    panic!("no tick that was printed was sent to the other client too");
 }
 
 /// A line such as `3.0 12.5 7`.
