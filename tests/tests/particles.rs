@@ -63,7 +63,7 @@ fn twenty_thousand_particles_cost_at_most_600_bytes_a_second() {
 }
 
 #[test]
-fn the_game_and_all_who_hear_it_have_the_same_particles() {
+fn the_game_and_all_its_clients_have_the_same_particles() {
     for scene in scenes().expect("scenes") {
         let name = &scene.title;
         let clients = play(&scene).expect("a game");

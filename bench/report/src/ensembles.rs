@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn emitters_keep_to_their_laws() {
+    fn emitters_follow_their_distributions() {
         let method = crate::methods::METHODS[0];
         let out = emitters(&Subject { method, quick: true });
         assert_eq!(out.checks.len(), 15);

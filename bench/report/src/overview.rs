@@ -197,7 +197,7 @@ mod tests {
     use super::scene_sentences;
 
     #[test]
-    fn every_shipped_scene_is_told_of() {
+    fn every_shipped_scene_is_mentioned() {
         let all = scene_sentences(&[]).join("\n");
         for scene in jostle_game::Scene::built_in() {
             assert!(all.contains(&scene.name), "{} is missing from {all}", scene.name);

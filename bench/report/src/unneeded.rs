@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn growth_past_what_is_accepted_is_marked() {
+    fn growth_beyond_the_accepted_share_is_marked() {
         let absent = |now| Absent { bare: BARE[0], now, before: 1000.0 };
         let costs = Costs { absent: vec![absent(1005.0), absent(1020.0)], ..Costs::default() };
         let mut page = String::new();

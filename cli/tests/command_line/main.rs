@@ -73,7 +73,7 @@ fn a_refused_scene_is_status_1_with_file_line_and_field() {
 }
 
 #[test]
-fn a_scene_that_is_no_text_is_refused_with_its_line() {
+fn a_scene_that_is_not_text_is_refused_with_its_line() {
     let file = directory("bytes").join("wrong.toml");
     std::fs::write(&file, b"title = \"Wrong\"\nabout = \"\xff\"\n").expect("a written file");
     let file = path_text(&file);

@@ -62,7 +62,7 @@ fn bots_have_limits() {
 }
 
 #[test]
-fn info_says_what_a_replay_holds() {
+fn info_describes_a_replay() {
     let file = record(&directory("replay-info"), "a.jostle", "impulse", 700);
     let bytes = std::fs::read(&file).expect("a file");
     let text = succeeds(&["replay", "info", path_text(&file)]);
@@ -90,7 +90,7 @@ fn info_says_what_a_replay_holds() {
 }
 
 #[test]
-fn equal_replays_verify_and_so_do_cut_ones_as_far_as_they_go() {
+fn equal_and_truncated_replays_verify() {
     let directory = directory("replay-verify");
     let files: Vec<_> = ["arena", "pile", "particles"]
         .iter()
@@ -143,7 +143,7 @@ fn a_planted_difference_is_found_at_its_tick() {
 }
 
 #[test]
-fn what_is_no_replay_is_status_1_and_what_is_not_there_status_2() {
+fn other_files_are_status_1_and_missing_files_status_2() {
     let directory = directory("replay-wrong");
     let file = directory.join("wrong.jostle");
     std::fs::write(&file, "what is this").expect("a written file");

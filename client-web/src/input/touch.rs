@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_stick_every_place_is_the_world() {
+    fn without_a_stick_every_touch_aims() {
         let mut fingers = Fingers { steers: false, ..fingers() };
         assert_eq!(fingers.down(1, CORNER, SIZE), Touched::Aim(Buttons::FIRE, true));
         fingers.release();

@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn play_joins_the_fullest_room_that_has_a_seat() {
+    fn play_joins_the_fullest_room_with_a_free_seat() {
         let rooms = [room("a", 1), room("b", 8), room("c", 5), room("d", 5)];
         assert_eq!(liveliest(&rooms).map(|r| r.code.as_str()), Some("c"));
         assert_eq!(liveliest(&rooms[1..2]), None);

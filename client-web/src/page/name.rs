@@ -46,7 +46,7 @@ mod tests {
     const ENGLAND: &str = "\u{1f3f4}\u{e0067}\u{e0062}\u{e0065}\u{e006e}\u{e0067}\u{e007f}";
 
     #[test]
-    fn what_fits_stays_as_it_is_typed() {
+    fn a_name_that_fits_stays_as_typed() {
         let long = "x".repeat(NAME_CHARS_MAX);
         for text in ["", "Ann ", "\u{645}\u{6cc}\u{200c}", FAMILY, ENGLAND, &long] {
             assert_eq!(fit(text), text);
@@ -54,13 +54,13 @@ mod tests {
     }
 
     #[test]
-    fn characters_are_counted_not_their_halves() {
+    fn characters_are_counted_and_not_utf16_units() {
         assert_eq!(fit(&"\u{fc}".repeat(30)), "\u{fc}".repeat(NAME_CHARS_MAX));
         assert_eq!(fit(&"\u{1f642}".repeat(30)), "\u{1f642}".repeat(NAME_BYTES_MAX / 4));
     }
 
     #[test]
-    fn no_cut_leaves_a_part_that_cannot_be_seen() {
+    fn truncation_leaves_no_invisible_part() {
         let after = |count: usize, tail: &str| fit(&("x".repeat(count) + tail)).to_owned();
         // The family's second joiner is the 20th character.
         assert_eq!(after(16, FAMILY), "x".repeat(16) + "\u{1f469}\u{200d}\u{1f469}");
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn a_finished_name_ends_with_something_to_see() {
+    fn a_finished_name_ends_with_a_visible_character() {
         for tail in ["\u{200d}", " \u{200c} ", "\u{fffd}", "\u{200d}\u{fffd}"] {
             assert_eq!(finished(&format!("Ann{tail}")), "Ann");
         }

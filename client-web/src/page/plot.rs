@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_value_is_at_the_right_and_old_ones_go() {
+    fn the_newest_value_is_at_the_right_and_old_ones_leave() {
         let mut plot = Plot::new(3);
         assert_eq!(plot.path([10.0, 10.0], 4.0), "");
         for value in [9.0, 4.0, 0.0, 2.0] {

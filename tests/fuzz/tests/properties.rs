@@ -102,7 +102,7 @@ fn events_have_one_form() {
 }
 
 #[test]
-fn particles_that_are_told_can_be_played() {
+fn decoded_particles_can_be_played() {
     check("particles", 5_000);
 }
 
@@ -127,12 +127,12 @@ fn a_link_means_a_room_or_nothing() {
 }
 
 #[test]
-fn whatever_comes_before_a_session_is_answered_or_dropped() {
+fn bytes_before_a_session_are_answered_or_dropped() {
     check("handshake", 2_000);
 }
 
 #[test]
-fn a_token_is_believed_as_it_was_sealed() {
+fn only_signed_tokens_are_believed() {
     check("token", 20_000);
 }
 

@@ -19,7 +19,7 @@ const OPEN_PUBLIC: &str = "fetch('/api/rooms', {method: 'POST', \
     headers: {'content-type': 'application/json'}, body: JSON.stringify({scene: 'impulse'})})\
     .then(answer => answer.json()).then(room => room.code)";
 
-pub async fn a_host_opens_a_private_room_and_has_a_guest_leave(stage: Arc<Stage>) -> Result<()> {
+pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>) -> Result<()> {
     let ada = open_private_room(&stage).await?;
     let link = ada.link().await?;
     let code = link.rsplit('/').next().unwrap_or_default().to_owned();

@@ -40,7 +40,7 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
     Ok(())
 }
 
-pub async fn play_joins_the_room_where_somebody_is(stage: Arc<Stage>) -> Result<()> {
+pub async fn play_joins_the_room_with_players(stage: Arc<Stage>) -> Result<()> {
     let bob = stage.play("particles", Screen::SMALL).await?;
     let ada = stage.visit("/", Screen::PHONE).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
@@ -73,7 +73,7 @@ pub async fn the_help_takes_the_focus_and_gives_it_back(stage: Arc<Stage>) -> Re
     Ok(())
 }
 
-pub async fn a_phone_has_a_stick_and_no_page_to_scroll(stage: Arc<Stage>) -> Result<()> {
+pub async fn a_phone_has_a_stick_and_nothing_scrolls(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.play("arena", Screen::PHONE).await?;
     let screen = tab.screen();
     let middle = tab.middle_of("#stick").await?;

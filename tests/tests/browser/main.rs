@@ -44,8 +44,8 @@ const CASES: &[Case] = &[
         run: |stage| Box::pin(playing::particles_spray(stage)),
     },
     Case {
-        name: "a_scene_without_particles_loads_nothing_of_them",
-        run: |stage| Box::pin(needs::a_scene_without_particles_loads_nothing_of_them(stage)),
+        name: "a_scene_without_particles_loads_nothing_for_them",
+        run: |stage| Box::pin(needs::a_scene_without_particles_loads_nothing_for_them(stage)),
     },
     Case {
         name: "another_room_adds_what_is_missing",
@@ -60,8 +60,8 @@ const CASES: &[Case] = &[
         run: |stage| Box::pin(network::without_prediction_the_hero_waits(stage)),
     },
     Case {
-        name: "f4_shows_the_network_and_makes_a_bad_one_that_is_marked",
-        run: |stage| Box::pin(network::the_panel_makes_a_bad_network(stage)),
+        name: "f4_shows_the_network_and_simulates_a_bad_one_visibly",
+        run: |stage| Box::pin(network::the_panel_simulates_a_bad_network(stage)),
     },
     Case {
         name: "a_lost_socket_gives_the_same_seat_back",
@@ -88,28 +88,28 @@ const CASES: &[Case] = &[
         run: |stage| Box::pin(trouble::a_full_room_is_explained_and_goes_on(stage)),
     },
     Case {
-        name: "a_browser_without_webgl2_is_told_so",
-        run: |stage| Box::pin(trouble::a_browser_without_webgl2_is_told_so(stage)),
+        name: "the_lack_of_webgl2_is_explained",
+        run: |stage| Box::pin(trouble::the_lack_of_webgl2_is_explained(stage)),
     },
     Case {
         name: "the_lobby_opens_a_room_and_copies_its_link",
         run: |stage| Box::pin(lobby::the_lobby_opens_a_room_and_copies_its_link(stage)),
     },
     Case {
-        name: "play_joins_the_room_where_somebody_is",
-        run: |stage| Box::pin(lobby::play_joins_the_room_where_somebody_is(stage)),
+        name: "play_joins_the_room_with_players",
+        run: |stage| Box::pin(lobby::play_joins_the_room_with_players(stage)),
     },
     Case {
         name: "the_help_takes_the_focus_and_gives_it_back",
         run: |stage| Box::pin(lobby::the_help_takes_the_focus_and_gives_it_back(stage)),
     },
     Case {
-        name: "a_phone_has_a_stick_and_no_page_to_scroll",
-        run: |stage| Box::pin(lobby::a_phone_has_a_stick_and_no_page_to_scroll(stage)),
+        name: "a_phone_has_a_stick_and_nothing_scrolls",
+        run: |stage| Box::pin(lobby::a_phone_has_a_stick_and_nothing_scrolls(stage)),
     },
     Case {
-        name: "a_host_opens_a_private_room_and_has_a_guest_leave",
-        run: |stage| Box::pin(hosts::a_host_opens_a_private_room_and_has_a_guest_leave(stage)),
+        name: "a_host_opens_a_private_room_and_removes_a_player",
+        run: |stage| Box::pin(hosts::a_host_opens_a_private_room_and_removes_a_player(stage)),
     },
     Case {
         name: "a_host_closes_the_room",

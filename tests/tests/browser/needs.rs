@@ -54,7 +54,7 @@ fn with_particles() -> Gpu {
 }
 
 /// All pixels are drawn: a slow machine would change to fewer of them, in a texture of another size.
-pub async fn a_scene_without_particles_loads_nothing_of_them(stage: Arc<Stage>) -> Result<()> {
+pub async fn a_scene_without_particles_loads_nothing_for_them(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit_changed(COUNT, "/pile?sharp=1").await?;
     tab.until("the scene", |s| s.state == "playing" && !s.bodies.is_empty()).await?;
     // Play it: bodies are born, fall, strike and are removed.

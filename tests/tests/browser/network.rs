@@ -67,7 +67,7 @@ pub async fn without_prediction_the_hero_waits(stage: Arc<Stage>) -> Result<()> 
     Ok(())
 }
 
-pub async fn the_panel_makes_a_bad_network(stage: Arc<Stage>) -> Result<()> {
+pub async fn the_panel_simulates_a_bad_network(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.play("arena", Screen::LAPTOP).await?;
     ensure!(!shown(&tab, "#network").await? && !shown(&tab, "#lag-badge").await?, "nothing yet");
     tab.key_down("F4").await?;

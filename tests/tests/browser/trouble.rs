@@ -141,7 +141,7 @@ pub async fn a_full_room_is_explained_and_goes_on(stage: Arc<Stage>) -> Result<(
     server.stop().await
 }
 
-pub async fn a_browser_without_webgl2_is_told_so(stage: Arc<Stage>) -> Result<()> {
+pub async fn the_lack_of_webgl2_is_explained(stage: Arc<Stage>) -> Result<()> {
     let script = "HTMLCanvasElement.prototype.getContext = () => null";
     let tab = stage.visit_changed(script, "/impulse").await?;
     tab.until_true("document.documentElement.dataset.state === 'unsupported'").await?;

@@ -78,7 +78,7 @@ async fn a_broken_upgrade_is_refused_in_http() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn another_version_is_told_so() {
+async fn another_version_is_refused() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut old = Client::connect(server.address, "arena").await;
@@ -89,7 +89,7 @@ async fn another_version_is_told_so() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_first_message_that_is_no_hello_is_refused() {
+async fn a_first_message_other_than_a_hello_is_refused() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let input = ClientMessage::Input { seq: 1, ack_tick: 0, input: Input::default() };
@@ -150,7 +150,7 @@ async fn a_flood_is_cut_off() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_an_honest_client_sends_is_no_flood() {
+async fn an_honest_client_is_no_flood() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
@@ -168,7 +168,7 @@ async fn what_an_honest_client_sends_is_no_flood() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn an_unknown_room_is_told_so_on_the_socket() {
+async fn an_unknown_room_is_refused_on_the_socket() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     for code in ["nowhere", "zzzzzz"] {
@@ -179,7 +179,7 @@ async fn an_unknown_room_is_told_so_on_the_socket() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_full_room_is_told_so_and_has_room_again_later() {
+async fn a_full_room_is_refused_and_has_a_seat_again_later() {
     let server = Server::start_with_scene("pair", PAIR).await;
     let mut ann = Client::join(server.address, "pair", "Ann").await;
     let mut bob = Client::join(server.address, "pair", "Bob").await;
@@ -203,7 +203,7 @@ async fn a_socket_that_never_says_hello_is_closed() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_does_not_even_answer_pings_is_given_up() {
+async fn a_client_that_answers_no_pings_is_closed() {
     let waits = Waits { silence: Duration::from_secs(1), ..Waits::default() };
     let server = Server::start_with_waits(waits).await;
     let mut mute = Client::join(server.address, "arena", "Mute").await;

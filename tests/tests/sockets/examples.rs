@@ -68,7 +68,7 @@ async fn play_beside(
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn thirty_lines_of_python_see_where_bodies_are() {
+async fn a_short_python_client_prints_positions() {
     let server = Server::start().await;
     // On a busy machine the client that compares may be sent fewer ticks, and not the printed one.
     for _ in 0..10 {
@@ -96,7 +96,7 @@ fn place_of(line: &str) -> (String, [f64; 2]) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_client_in_python_follows_all_that_moves() {
+async fn a_python_client_follows_all_moving_bodies() {
     for room in ["arena", "pile"] {
         let server = Server::start().await;
         let ann = Client::join(server.address, room, "Ann").await;

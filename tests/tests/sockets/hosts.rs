@@ -23,7 +23,7 @@ async fn is_denied(client: &mut Client) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_private_room_is_in_no_list_and_open_to_whoever_has_the_link() {
+async fn a_private_room_is_unlisted_and_open_to_everyone_with_the_link() {
     let server = Server::start().await;
     let (code, key) = open(server.address, r#"{"scene":"arena","private":true}"#).await;
     assert_eq!(code.len(), PRIVATE_CODE_CHARS);
@@ -41,7 +41,7 @@ async fn a_private_room_is_in_no_list_and_open_to_whoever_has_the_link() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_host_has_a_player_leave_who_does_not_come_back_at_once() {
+async fn a_kicked_player_cannot_return_at_once() {
     let server = Server::start().await;
     let (code, key) = open(server.address, r#"{"scene":"arena","private":true}"#).await;
     let mut host = Client::host(server.address, &code, "Host", key).await;
@@ -72,7 +72,7 @@ async fn a_host_has_a_player_leave_who_does_not_come_back_at_once() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_host_closes_the_room_for_everybody() {
+async fn a_host_closes_the_room_for_everyone() {
     let server = Server::start().await;
     let (code, key) = open(server.address, r#"{"scene":"arena"}"#).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -87,7 +87,7 @@ async fn a_host_closes_the_room_for_everybody() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_is_no_host_is_denied_and_nothing_happens() {
+async fn only_the_host_may_kick_or_close() {
     let server = Server::start().await;
     let (code, key) = open(server.address, r#"{"scene":"arena"}"#).await;
     let (other_code, other_key) = open(server.address, r#"{"scene":"arena"}"#).await;

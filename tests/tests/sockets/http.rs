@@ -184,7 +184,7 @@ async fn embedded_files_are_cached_by_their_etag() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn scenes_are_listed_with_what_a_lobby_shows() {
+async fn scenes_are_listed_with_everything_that_the_lobby_shows() {
     let server = Server::start().await;
     let answer = get(server.address, "/api/scenes").await;
     assert_eq!(answer.status, 200);
@@ -223,7 +223,7 @@ async fn a_created_room_is_listed_and_can_be_joined() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn bad_requests_get_a_sentence() {
+async fn bad_requests_are_answered_with_a_sentence() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let long = format!("{{\"scene\":\"{}\"}}", "a".repeat(limits::HTTP_BODY_BYTES_MAX));

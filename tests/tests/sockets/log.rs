@@ -75,7 +75,7 @@ async fn share_of_snapshots(player: &mut Client) -> f64 {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_log_that_nothing_reads_stops_nothing() {
+async fn an_unread_log_stops_nothing() {
     let (log, _reader) = full_pipe();
     let process = serve(log).await;
     let mut ann = Client::join(process.address, "arena", "Ann").await;
@@ -91,7 +91,7 @@ async fn a_log_that_nothing_reads_stops_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn refusals_are_logged_once_a_second_with_a_tally_and_little_of_their_text() {
+async fn refusals_are_logged_once_a_second_with_a_count_and_little_of_their_text() {
     let dir = Dir::new("log");
     let path = dir.path().join("log");
     let process = serve(File::create(&path).expect("a file").into()).await;

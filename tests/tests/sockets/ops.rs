@@ -13,7 +13,7 @@ fn series(text: &str, name: &str) -> Option<f64> {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn operators_see_who_plays_and_who_was_refused() {
+async fn metrics_count_players_and_refusals() {
     let mut server = Server::start().await;
     let ops = server.ops;
     assert_eq!(get(ops, "/healthz").await.body, b"alive\n");
@@ -98,7 +98,7 @@ async fn operators_with_the_token_list_kick_close_and_drain() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn without_the_token_nothing_is_told_and_nothing_happens() {
+async fn without_the_token_nothing_is_answered_and_nothing_happens() {
     let config = Config { ops_token: Some(TOKEN.to_owned()), ..Config::default() };
     let server = Server::start_with(config).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;

@@ -142,7 +142,7 @@ async fn ticks_follow_the_clock_whatever_players_do() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn an_empty_room_is_removed_and_opens_anew() {
+async fn an_empty_room_is_removed_and_can_be_opened_again() {
     let grace = Duration::from_millis(100);
     let server = Server::start_with_waits(Waits { room_empty: grace, ..Waits::default() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -163,7 +163,7 @@ async fn an_empty_room_is_removed_and_opens_anew() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_end_of_the_server_is_announced_and_every_socket_closed() {
+async fn a_shutdown_is_announced_and_every_socket_closed() {
     let mut server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut silent = Client::connect(server.address, "arena").await;
@@ -183,7 +183,7 @@ async fn the_end_of_the_server_is_announced_and_every_socket_closed() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn without_players_the_end_comes_at_once() {
+async fn without_players_the_server_stops_at_once() {
     let mut server = Server::start().await;
     let mut idle = TcpStream::connect(server.address).await.expect("a connection");
     idle.write_all(b"GET /api/rooms HTTP/1.1\r\nHost: jostle\r\n\r\n").await.expect("a socket");
@@ -196,7 +196,7 @@ async fn without_players_the_end_comes_at_once() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_only_watches_is_kept_by_answering_pings() {
+async fn a_silent_spectator_stays_by_answering_pings() {
     let (keepalive, silence) = (Duration::from_millis(100), Duration::from_secs(3));
     let waits = Waits { keepalive, silence, ..Waits::default() };
     let server = Server::start_with_waits(waits).await;

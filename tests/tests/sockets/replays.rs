@@ -102,7 +102,7 @@ async fn until_errors(server: &Server, more_than: u64) -> u64 {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_game_of_two_is_recorded_whole_and_plays_again() {
+async fn a_game_of_two_is_recorded_and_plays_again() {
     let dir = Dir::new("two");
     let mut server = recording(dir.settings()).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -252,7 +252,7 @@ fn on_full_disk(path: &Path) -> io::Result<Box<dyn Write + Send>> {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_disk_that_fills_up_costs_no_tick_and_leaves_what_was_written() {
+async fn a_disk_that_fills_up_costs_no_tick_and_keeps_what_was_written() {
     let dir = Dir::new("full");
     let server = recording(Settings { create: on_full_disk, ..dir.settings() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -291,7 +291,7 @@ impl Write for DeadDisk {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_disk_that_stands_still_costs_no_tick() {
+async fn a_disk_that_stalls_costs_no_tick() {
     let dir = Dir::new("dead");
     let create: Create = |_| Ok(Box::new(DeadDisk));
     let server = recording(Settings { create, ..dir.settings() }).await;
@@ -329,7 +329,7 @@ async fn a_killed_server_leaves_a_replay_up_to_its_last_record() {
 
 #[cfg(unix)]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_goes_wrong_is_told_once_and_the_server_ends_well() {
+async fn an_error_is_logged_once_and_the_server_stops_cleanly() {
     let dir = Dir::new("told");
     let (file, log) = (dir.0.join("file"), dir.0.join("log"));
     fs::write(&file, "in the way").expect("a written file");

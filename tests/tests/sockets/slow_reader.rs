@@ -17,7 +17,7 @@ use tokio::time::timeout;
 const BYTES_MISSED: usize = 512 << 10;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_slow_reader_delays_nobody_and_gets_the_newest_state() {
+async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let server = Server::start_with_scene("restless", RESTLESS).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     let mut slow = connect_small(server.address).await;
@@ -51,7 +51,7 @@ async fn a_slow_reader_delays_nobody_and_gets_the_newest_state() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_takes_nothing_for_too_long_is_given_up() {
+async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     let waits = Waits { stall: Duration::from_secs(1), ..Waits::default() };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));

@@ -138,7 +138,7 @@ fn soak_seconds() -> u64 {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn thirty_faults_have_no_way_into_a_game_but_their_inputs() {
+async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
     let dir = Dir::new("soak");
     let seconds = Duration::from_secs(soak_seconds());
     let mut host = Host::start(dir.path());

@@ -110,7 +110,7 @@ async fn hung_up(mut stream: TcpStream) {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_shakes_no_hands_is_let_go_and_counted() {
+async fn failed_handshakes_are_closed_and_counted() {
     let identity = Identity::new("refused");
     let server =
         identity.serve(Waits { http_head: Duration::from_secs(3), ..Waits::default() }).await;
@@ -130,7 +130,7 @@ async fn who_shakes_no_hands_is_let_go_and_counted() {
 }
 
 #[test]
-fn files_that_cannot_serve_are_named() {
+fn unusable_files_are_named() {
     let ours = Identity::new("files");
     let other = Identity::new("other-files");
     let empty = ours.write("empty.pem", "");

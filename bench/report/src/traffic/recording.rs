@@ -116,14 +116,14 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_comes_back() {
+    fn a_recording_survives_packing() {
         assert_eq!(Recording::unpack(&sample().pack()).unwrap(), sample());
         let ticks: Vec<u32> = sample().snapshots().map(|snapshot| snapshot.tick).collect();
         assert_eq!(ticks, [9, 10, 11, 12, 13]);
     }
 
     #[test]
-    fn what_is_no_recording_is_refused() {
+    fn other_files_are_refused() {
         let again = |bytes: &[u8]| {
             Recording::unpack(&miniz_oxide::deflate::compress_to_vec(bytes, 1)).is_err()
         };

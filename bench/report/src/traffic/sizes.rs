@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn two_percent_are_accepted_and_more_is_told() {
+    fn two_percent_are_accepted_and_more_is_reported() {
         let table = |payload: f64| format!("# head\nK901-jostle 60 {payload} 6.0 50 100 200\n");
         let found = |payload: f64| differences(&table(1000.0), &table(payload)).unwrap();
         assert!(found(1019.0).is_empty() && found(981.0).is_empty());

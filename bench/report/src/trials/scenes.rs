@@ -242,7 +242,7 @@ mod tests {
     ];
 
     #[test]
-    fn what_failed_once_does_no_more() {
+    fn scenes_that_failed_once_pass() {
         for (seed, numbers) in FAILED_ONCE {
             for &number in numbers {
                 let failure = trial(seed, number).failure;

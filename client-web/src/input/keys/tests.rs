@@ -3,7 +3,7 @@ use super::*;
 const VIEW: View = View { center: Vec2::new(100.0, 50.0), height: 100.0, pixels: [2000, 1000] };
 
 #[test]
-fn keys_to_steer_are_found_by_place_and_released_one_by_one() {
+fn steering_keys_are_found_by_position_and_released_one_by_one() {
     let mut controls = Controls::default();
     assert!(controls.key("KeyW", "w", true));
     assert!(controls.key("ArrowUp", "ArrowUp", true));
@@ -15,7 +15,7 @@ fn keys_to_steer_are_found_by_place_and_released_one_by_one() {
 }
 
 #[test]
-fn letters_on_the_caps_are_true_on_other_keyboards() {
+fn letters_on_the_caps_match_other_keyboard_layouts() {
     assert_eq!(meaning("KeyY", "z"), Some(Buttons::MAKE), "German Z");
     assert_eq!(meaning("Semicolon", "m"), Some(Buttons::PICK_MINION), "French M");
     assert_eq!(meaning("KeyW", "z"), Some(Buttons::UP), "French Z steers");
@@ -45,7 +45,7 @@ fn every_button_has_a_key_or_the_pointer() {
 }
 
 #[test]
-fn release_lets_go_of_keys_pointer_buttons_and_stick() {
+fn release_clears_keys_pointer_buttons_and_stick() {
     let mut controls = Controls::default();
     controls.key("KeyD", "d", true);
     controls.press(Buttons::FIRE, true);

@@ -12,7 +12,7 @@ fn pressed(buttons: Buttons) -> Input {
 }
 
 #[test]
-fn a_change_leaves_at_once_and_only_once() {
+fn a_change_is_sent_at_once_and_only_once() {
     let mut sender = InputSender::default();
     sender.note(pressed(Buttons::UP));
     assert_eq!(sent(&mut sender, 1000.0), [(1, pressed(Buttons::UP))]);
@@ -42,7 +42,7 @@ fn moves_are_merged_and_the_rate_is_bounded() {
 }
 
 #[test]
-fn what_can_wait_leaves_once_a_tick_and_a_key_does_not_wait() {
+fn mouse_moves_are_sent_once_a_tick_and_keys_at_once() {
     let mut sender = InputSender::default();
     let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
     let none = Buttons::default();
@@ -73,7 +73,7 @@ fn frames_that_sent(phase: f64, mut intent: impl FnMut(u32) -> Input) -> Vec<u32
 }
 
 #[test]
-fn what_can_wait_leaves_soon_whatever_phase_the_frames_keep() {
+fn mouse_moves_are_sent_soon_at_any_phase_of_the_frames() {
     for (phase, every_max) in [(0.1, 2), (0.6, 1)] {
         let moves = frames_that_sent(phase, |frame| {
             let pointer = Some(Vec2::new(frame as f32, 0.0));
@@ -87,7 +87,7 @@ fn what_can_wait_leaves_soon_whatever_phase_the_frames_keep() {
 }
 
 #[test]
-fn nothing_booked_keeps_a_held_key_silent() {
+fn a_held_key_is_repeated_though_the_server_is_booked() {
     let mut sender = InputSender::default();
     sender.note(pressed(Buttons::LEFT));
     let mut count = 0;
@@ -100,7 +100,7 @@ fn nothing_booked_keeps_a_held_key_silent() {
 }
 
 #[test]
-fn what_is_held_is_repeated() {
+fn a_held_key_is_repeated() {
     let mut sender = InputSender::default();
     sender.note(pressed(Buttons::LEFT));
     let count: usize = (0..1000).map(|ms| sent(&mut sender, f64::from(ms)).len()).sum();

@@ -39,7 +39,7 @@ fn smooth_arrivals_are_shown_one_tick_late() {
 }
 
 #[test]
-fn display_moves_at_the_pace_of_time() {
+fn the_display_advances_at_the_rate_of_time() {
     let mut clock = Clock::default();
     let shown = play(&mut clock, 0..600, |t| f64::from(t % 7));
     for pair in shown[60..].windows(2) {

@@ -62,7 +62,7 @@ fn a_body_appears_with_its_first_snapshot_and_stays_until_it_is_gone() {
 }
 
 #[test]
-fn a_slot_given_out_again_is_another_body() {
+fn a_reused_slot_is_another_body() {
     let timeline = timeline(&[(10, vec![body(0, 0, 0.0)]), (11, vec![body(0, 1, 4.0)])]);
     assert_eq!(sampled(&timeline, 10.5)[0].center.x, 0.0);
     let reborn = sampled(&timeline, 11.0)[0];
@@ -71,7 +71,7 @@ fn a_slot_given_out_again_is_another_body() {
 }
 
 #[test]
-fn a_jump_is_not_smeared() {
+fn a_jump_is_not_interpolated() {
     let timeline = timeline(&[(10, vec![body(0, 0, 0.0)]), (11, vec![body(0, 0, 90.0)])]);
     let before = sampled(&timeline, 10.9)[0];
     assert_eq!((before.center.x, before.velocity), (0.0, Vec2::ZERO));
@@ -79,7 +79,7 @@ fn a_jump_is_not_smeared() {
 }
 
 #[test]
-fn what_is_a_jump_depends_on_how_fast_bodies_may_be() {
+fn the_threshold_of_a_jump_depends_on_the_speed_limit() {
     let steps = [(10, vec![body(0, 0, 0.0)]), (11, vec![body(0, 0, 16.0)])];
     assert_eq!(sampled(&timeline_of(150.0, &steps), 10.5)[0].center.x, 0.0);
     assert_eq!(sampled(&timeline_of(1000.0, &steps), 10.5)[0].center.x, 8.0);
@@ -100,7 +100,7 @@ fn a_moment_before_the_first_snapshot_shows_the_first() {
 }
 
 #[test]
-fn old_snapshots_go_and_late_ones_are_dropped() {
+fn old_snapshots_are_removed_and_late_ones_dropped() {
     let mut timeline = timeline(&[(10, vec![]), (11, vec![]), (12, vec![])]);
     timeline.forget_before(11.5);
     assert_eq!(timeline.at_or_before(0.0).map(|s| s.tick), Some(11));

@@ -68,7 +68,7 @@ fn assert_same(a: &ReplayPlayer, b: &ReplayPlayer, context: &str) {
 }
 
 #[test]
-fn a_tick_looks_the_same_however_one_got_there() {
+fn a_tick_looks_the_same_however_it_was_reached() {
     for scene in Scene::built_in().iter().map(|scene| scene.name.as_str()) {
         let mut played = film(scene);
         played.set_speed(2.0);
@@ -86,7 +86,7 @@ fn a_tick_looks_the_same_however_one_got_there() {
 }
 
 #[test]
-fn one_tick_forward_and_back_is_where_one_was() {
+fn one_tick_forward_and_back_changes_nothing() {
     let (mut moved, mut fresh) = (film("arena"), film("arena"));
     moved.seek(400);
     let hash = moved.hash();
@@ -122,7 +122,7 @@ fn the_picture_stays_until_a_seek_has_arrived() {
 }
 
 #[test]
-fn the_last_of_many_wishes_is_where_a_dragged_slider_ends() {
+fn a_dragged_slider_ends_at_its_last_position() {
     let mut film = film("arena");
     film.play();
     for tick in [600, 20, 450, 333] {
@@ -136,7 +136,7 @@ fn the_last_of_many_wishes_is_where_a_dragged_slider_ends() {
 }
 
 #[test]
-fn without_time_it_plays_slower_and_not_in_jumps() {
+fn without_enough_time_it_plays_slower_and_does_not_jump() {
     let mut film = film("arena");
     film.set_speed(8.0);
     film.play();
@@ -164,7 +164,7 @@ fn every_tick_is_compared_and_the_end_says_so() {
 }
 
 #[test]
-fn what_is_not_watched_is_compared_in_spare_time() {
+fn unwatched_ticks_are_compared_in_spare_time() {
     let mut film = film("arena");
     film.look_ahead(|| true);
     assert!(film.checks().all_equal());
@@ -177,7 +177,7 @@ fn what_is_not_watched_is_compared_in_spare_time() {
 }
 
 #[test]
-fn what_was_looked_at_is_near() {
+fn ticks_played_ahead_are_reached_sooner() {
     let file = file(&records("arena", 1400));
     let way = |mut film: ReplayPlayer| {
         film.aim(1350);
@@ -218,7 +218,7 @@ fn a_wrong_hash_is_found_at_its_tick() {
 }
 
 #[test]
-fn cut_files_play_as_far_as_they_go() {
+fn truncated_files_play_as_far_as_they_go() {
     let mut bytes = file(&records("arena", TICKS));
     bytes.truncate(bytes.len() - 40);
     let mut film = ReplayPlayer::open(bytes).expect("the start is there");
@@ -230,7 +230,7 @@ fn cut_files_play_as_far_as_they_go() {
 }
 
 #[test]
-fn what_is_no_replay_is_refused_with_a_place_and_advice() {
+fn other_files_are_refused_with_a_position_and_advice() {
     let whole = file(&records("arena", 10));
     let refused = |bytes: Vec<u8>| ReplayPlayer::open(bytes).err().expect("refused");
     let error = refused(b"GIF89a".to_vec());

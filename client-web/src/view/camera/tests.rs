@@ -34,7 +34,7 @@ fn fit_leaves_the_lower_part_of_an_upright_phone_to_the_thumbs() {
 }
 
 #[test]
-fn an_upright_phone_walks_behind_the_hero_with_the_full_height_in_view() {
+fn an_upright_phone_follows_the_hero_with_the_full_height_in_view() {
     let mut camera = Camera::new(CameraRule::Fit, WORLD);
     let hero = Vec2::new(150.0, 20.0);
     let view = camera.view(target([720, 1480], Some((hero, Vec2::ZERO))));
@@ -70,7 +70,7 @@ fn follow_moves_smoothly_towards_the_hero() {
 }
 
 #[test]
-fn follow_goes_as_far_as_the_room_expects_at_any_rate_of_frames() {
+fn follow_moves_as_far_as_the_room_expects_at_any_frame_rate() {
     let way = |frames_a_tick: u32| {
         let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
         let hero = |x, speed| Some((Vec2::new(x, 50.0), Vec2::new(speed, 0.0)));
@@ -88,7 +88,7 @@ fn follow_goes_as_far_as_the_room_expects_at_any_rate_of_frames() {
 }
 
 #[test]
-fn follow_jumps_when_the_hero_is_placed_elsewhere() {
+fn follow_jumps_when_the_hero_is_teleported() {
     let mut camera = Camera::new(CameraRule::Follow { height: 20.0 }, WORLD);
     camera.view(target([100, 100], Some((Vec2::new(50.0, 50.0), Vec2::ZERO))));
     let view = camera.view(target([100, 100], Some((Vec2::new(150.0, 50.0), Vec2::ZERO))));

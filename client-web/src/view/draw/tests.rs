@@ -138,7 +138,7 @@ fn a_hidden_body_keeps_only_its_bounds() {
 }
 
 #[test]
-fn what_is_out_of_view_costs_nothing() {
+fn bodies_out_of_view_cost_nothing() {
     let far = Vec2::new(1000.0, 56.0);
     let bodies: Vec<_> =
         Kind::ALL.iter().map(|&kind| body(0, kind, Shape::circle(5.0), far)).collect();
@@ -169,7 +169,7 @@ fn a_body_half_in_view_is_drawn() {
 }
 
 #[test]
-fn a_crowd_is_drawn_in_full_and_without_new_memory() {
+fn a_crowd_is_drawn_in_full_and_without_allocations() {
     let bodies: Vec<_> = (0..5000)
         .map(|i| {
             let at = Vec2::new((i % 100) as f32 * 2.0, (i / 100) as f32 * 2.0);
@@ -189,7 +189,7 @@ fn a_crowd_is_drawn_in_full_and_without_new_memory() {
 }
 
 #[test]
-fn particles_are_drawn_where_they_are_by_now_in_their_own_look() {
+fn particles_are_drawn_at_their_present_position_with_their_own_look() {
     let particles = burst(5, Vec2::new(100.0, 60.0), 3);
     let mut list = DrawList::new();
     let lead = 0.01;
@@ -216,7 +216,7 @@ fn a_lost_connection_dims_everything_last() {
 }
 
 #[test]
-fn explosions_light_what_is_near_and_nothing_far() {
+fn explosions_light_only_nearby_bodies() {
     let at = Vec2::new(60.0, 56.0);
     let particles = burst(200, at, 20);
     let mut list = DrawList::new();
@@ -260,7 +260,7 @@ fn a_landing_flattens_a_hero_for_a_moment() {
 }
 
 #[test]
-fn what_moved_before_the_connection_was_lost_does_not_land_after_it() {
+fn a_body_in_flight_when_the_connection_was_lost_does_not_land_after_it() {
     let particles = Particles::default();
     let flatness = |copy| {
         let mut list = DrawList::new();
@@ -301,7 +301,7 @@ fn a_hit_widens_the_eyes_of_that_hero_only() {
 }
 
 #[test]
-fn the_sprite_file_is_the_generators() {
+fn the_sprite_file_matches_its_generator() {
     let file: &[u8] = include_bytes!("../../../../assets/sprites/particle.pgm");
     assert!(file == sprite::particle_pgm(), "run the example `sprites` to rewrite it");
     let texels = sprite::particle_texels();
@@ -311,7 +311,7 @@ fn the_sprite_file_is_the_generators() {
 }
 
 #[test]
-fn the_icon_files_are_the_generators() {
+fn the_icon_files_match_their_generator() {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sprites"));
     for (name, side) in icon::ICONS {
         let file = std::fs::read(folder.join(name)).expect(name);

@@ -68,7 +68,7 @@ fn contrast(a: Rgb, b: Rgb) -> f32 {
 }
 
 #[test]
-fn players_stay_apart_for_every_kind_of_eye() {
+fn player_colours_differ_for_every_kind_of_colour_vision() {
     for (vision, matrix) in &VISIONS {
         let seen: Vec<_> = PLAYERS.iter().map(|&c| oklab(apply(matrix, linear(c)))).collect();
         for i in 0..seen.len() {

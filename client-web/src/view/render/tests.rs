@@ -95,7 +95,7 @@ fn particles_add_up_until_they_saturate() {
 }
 
 #[test]
-fn what_is_drawn_after_particles_has_normal_alpha() {
+fn drawing_after_particles_has_normal_alpha() {
     let Some(mut headless) = open() else { return };
     let particles = heap(4, [1.0, 1.0, 1.0], DARK);
     let dimmed = Frame { dimmed: true, ..frame(DARK, &[], &particles) };
@@ -128,7 +128,7 @@ fn a_scene_without_particles_makes_no_particle_pipeline() {
 }
 
 #[test]
-fn a_scenes_plan_says_what_is_made_for_it() {
+fn the_plan_of_a_scene_decides_which_resources_are_created() {
     for scene in Scene::built_in() {
         let needed = Features::from(&Plan::of(&scene)).particles;
         let makes = ["arena", "particles", "emitters"].contains(&scene.name.as_str());

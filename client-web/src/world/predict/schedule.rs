@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn the_lead_is_learned_from_inputs_that_waited_for_nothing() {
+    fn the_lead_is_learned_from_inputs_that_did_not_wait() {
         let mut schedule = Schedule::default();
         for seq in 1..=60 {
             // Sent at any phase, each arrives 7.3 ticks later and is played in the tick after.

@@ -289,7 +289,7 @@ fn few_snapshots_are_enough() {
 }
 
 #[test]
-fn what_lies_still_does_not_drift() {
+fn bodies_at_rest_do_not_drift() {
     for preset in PRESETS {
         let mut net = Net::new(built_in("arena"), Rate::Full, preset.conditions);
         net.run(4000);
@@ -303,7 +303,7 @@ fn what_lies_still_does_not_drift() {
 }
 
 #[test]
-fn whatever_went_wrong_is_right_again_soon_after() {
+fn prediction_recovers_soon_after_any_error() {
     let mut net = Net::new(built_in("arena"), Rate::Full, PRESETS[3].conditions);
     net.run(3000);
     fly(&mut net);
@@ -361,7 +361,7 @@ fn a_moving_mouse_keeps_no_key_waiting_at_the_server() {
 }
 
 #[test]
-fn corrections_are_no_jerks() {
+fn corrections_are_smooth() {
     let conditions = PRESETS[3].conditions;
     let mut net = Net::new(built_in("arena"), Rate::Full, conditions);
     net.run(3000);
@@ -377,7 +377,7 @@ fn corrections_are_no_jerks() {
 }
 
 #[test]
-fn what_the_room_lets_go_of_while_nothing_arrives_is_let_go_of_here() {
+fn keys_that_the_room_releases_in_silence_are_released_here() {
     let mut net = Net::new(hall(), Rate::Full, NetworkConditions::default());
     net.run(3000);
     net.hold(Buttons::RIGHT, 200);
@@ -389,7 +389,7 @@ fn what_the_room_lets_go_of_while_nothing_arrives_is_let_go_of_here() {
 }
 
 #[test]
-fn the_place_that_the_room_knows_stays_known_while_the_hero_is_drawn_ahead() {
+fn the_authoritative_position_is_kept_while_the_hero_is_drawn_ahead() {
     let mut net = Net::new(hall(), Rate::Full, PRESETS[2].conditions);
     net.run(3000);
     net.hold(Buttons::RIGHT, 600);
@@ -414,7 +414,7 @@ fn on_the_lift() -> Net {
 }
 
 #[test]
-fn the_next_hero_rides_on_nothing_of_the_last_one() {
+fn a_new_hero_does_not_ride_on_the_support_of_the_last_one() {
     let mut net = on_the_lift();
     assert!(net.predictor.riding.length() > 0.5, "it rides {}", net.predictor.riding);
     let mut gone = net.replica.newest().expect("a snapshot").clone();
@@ -425,7 +425,7 @@ fn the_next_hero_rides_on_nothing_of_the_last_one() {
 }
 
 #[test]
-fn the_hero_stands_on_the_lift_that_is_seen() {
+fn the_hero_stands_on_the_lift_that_is_drawn() {
     let mut net = on_the_lift();
     let mut gaps = Vec::new();
     for _ in 0..300 {
@@ -440,7 +440,7 @@ fn the_hero_stands_on_the_lift_that_is_seen() {
 }
 
 #[test]
-fn what_the_hero_pushes_yields_as_it_does_on_the_server() {
+fn pushed_bodies_yield_as_on_the_server() {
     let groups = r#"groups = ["hero", "platform", "block"]"#;
     let pairs = r#"["hero", "platform"], ["hero", "block"], ["block", "platform"],"#;
     let source = HALL
@@ -458,7 +458,7 @@ fn what_the_hero_pushes_yields_as_it_does_on_the_server() {
 }
 
 #[test]
-fn where_there_is_no_hero_to_steer_nothing_is_predicted() {
+fn without_a_hero_to_steer_nothing_is_predicted() {
     let predicts = |name: &str| Predictor::new(&Arc::new(built_in(name)), Seat(0)).is_some();
     for (name, steers) in [("arena", true), ("impulse", true), ("bounds", false), ("pile", false)] {
         assert_eq!(predicts(name), steers, "{name}");

@@ -122,7 +122,7 @@ fn flashes_age_and_go() {
 }
 
 #[test]
-fn news_names_players_who_are_gone_by_now() {
+fn news_names_players_who_have_left() {
     let mut replica = replica("arena");
     replica.file(snapshot(1, vec![], vec![player(0, None), player(1, None)]), vec![]);
     replica.advance(1.0, Eye::default());
@@ -134,7 +134,7 @@ fn news_names_players_who_are_gone_by_now() {
 }
 
 #[test]
-fn what_touches_the_selected_body_is_marked_and_not_the_selected_one() {
+fn bodies_that_touch_the_selected_one_are_marked() {
     let mut replica = replica("bounds");
     let kinds = [(0, Kind::Hero, 10.0), (1, Kind::Minion, 13.0), (2, Kind::Minion, 30.0)];
     let all = replica.scene.meets.iter().position(|&groups| groups != 0).expect("a pair");
@@ -162,7 +162,7 @@ fn a_long_absence_is_caught_up_in_part() {
 }
 
 #[test]
-fn only_what_is_born_under_our_eyes_is_young() {
+fn only_bodies_born_while_watching_are_new() {
     let mut replica = replica("arena");
     let there = || body(0, Kind::Block, 1.0, None);
     replica.file(snapshot(500, vec![there()], vec![]), vec![]);
@@ -179,7 +179,7 @@ fn only_what_is_born_under_our_eyes_is_young() {
 }
 
 #[test]
-fn only_what_x_would_grab_is_lit() {
+fn only_the_body_that_x_would_grab_is_highlighted() {
     let source = "title = \"Grab\"\nsize = [100, 50]\ngroups = [\"all\"]\ntools = [\"hold\"]\n\
         [[bodies]]\nkind = \"block\"\nposition = [10, 10]\nradius = 2\ngroup = \"all\"\n\
         motion = \"static\"\n[[bodies]]\nkind = \"block\"\nposition = [30, 10]\nradius = 2\n\

@@ -92,7 +92,7 @@ async fn comes_and_vanishes(server: SocketAddr, own: Ipv4Addr, plays: bool) -> b
 
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_joins_and_vanishes_again_and_again_fills_no_room() {
+async fn clients_that_join_and_vanish_fill_no_room() {
     let server = Server::start_with_scene("small", SMALL).await;
     let mut ann = Client::join(server.address, "small", "Ann").await;
     // Without an input no seat is held; with one, those of the own address give way in a full room.
@@ -120,7 +120,7 @@ async fn said_to_the_silent(mut stream: TcpStream) -> String {
 
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_connects_without_end_is_slowed_and_nobody_else() {
+async fn an_address_that_connects_without_end_is_limited_and_no_other() {
     let config = Config { address_sessions_max: 1, ..Config::default() };
     let server = Server::start_with(config).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -149,7 +149,7 @@ async fn who_connects_without_end_is_slowed_and_nobody_else() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn operators_who_ask_hard_cost_players_nothing() {
+async fn a_flooded_operators_port_costs_players_nothing() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let ops = server.ops;

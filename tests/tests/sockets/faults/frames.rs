@@ -76,7 +76,7 @@ async fn broken_frames_are_refused_before_and_after_the_hello() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn messages_in_pieces_are_whole_messages() {
+async fn messages_in_fragments_are_whole_messages() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::connect(server.address, "arena").await;
@@ -121,7 +121,7 @@ async fn an_upgrade_in_segments_of_a_byte_is_an_upgrade() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pieces_that_never_become_a_message_are_a_flood() {
+async fn fragments_that_never_become_a_message_are_a_flood() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut eve = Client::join(server.address, "arena", "Eve").await;
@@ -180,7 +180,7 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_head_that_comes_byte_by_byte_is_given_up() {
+async fn a_head_sent_byte_by_byte_is_closed() {
     let waits = Waits { http_head: Duration::from_millis(600), ..Waits::default() };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
@@ -199,7 +199,7 @@ async fn a_head_that_comes_byte_by_byte_is_given_up() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn pointers_that_are_no_place_are_refused() {
+async fn pointers_that_are_no_position_are_refused() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let wrong = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.1e6];
@@ -240,7 +240,7 @@ async fn inputs_from_far_future_and_past_are_ignored() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_clock_that_jumps_is_the_clients_own_matter() {
+async fn a_jumping_client_clock_changes_nothing() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let first = ann.tick().await;

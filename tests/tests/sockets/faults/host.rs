@@ -13,7 +13,7 @@ use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_server_that_stood_still_skips_the_time_and_plays_on() {
+async fn a_stalled_server_skips_the_time_and_plays_on() {
     let serve = || Process::serve(&[], Stdio::null());
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
     let mut ann = Client::join(process.address, "arena", "Ann").await;

@@ -19,7 +19,7 @@ use tokio::sync::{mpsc, watch};
 use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_peer_that_vanished_without_a_word_is_given_up_and_may_come_back() {
+async fn a_peer_that_vanished_is_closed_and_may_come_back() {
     let waits = Waits {
         keepalive: Duration::from_millis(200),
         silence: Duration::from_secs(1),
@@ -39,7 +39,7 @@ async fn a_peer_that_vanished_without_a_word_is_given_up_and_may_come_back() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_reads_byte_by_byte_is_given_up() {
+async fn a_client_that_reads_byte_by_byte_is_closed() {
     let waits = Waits { stall: Duration::from_secs(1), ..Waits::default() };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
@@ -64,7 +64,7 @@ async fn who_reads_byte_by_byte_is_given_up() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_token_that_was_used_or_made_up_gives_no_seat_back() {
+async fn a_used_or_forged_token_gives_no_seat_back() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
@@ -193,7 +193,7 @@ async fn behind_a_hoarder(hearing: Duration) -> (Server, Client, watch::Sender<b
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn what_waits_on_the_way_lowers_the_rate_though_all_was_taken_from_us() {
+async fn bytes_buffered_on_the_way_lower_the_rate() {
     let (server, mut far, hold) = behind_a_hoarder(LONG).await;
     hold.send_replace(true);
     let lowered = async {
@@ -211,7 +211,7 @@ async fn what_waits_on_the_way_lowers_the_rate_though_all_was_taken_from_us() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn who_hears_nothing_for_too_long_is_given_up_though_all_was_taken_from_us() {
+async fn a_client_whose_bytes_are_buffered_for_too_long_is_closed() {
     let (server, mut far, hold) = behind_a_hoarder(Duration::from_secs(3)).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     hold.send_replace(true);
@@ -230,7 +230,7 @@ async fn who_hears_nothing_for_too_long_is_given_up_though_all_was_taken_from_us
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_far_player_on_a_bad_link_plays_on() {
+async fn a_distant_player_on_a_bad_link_plays_on() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut far = Client::join(far_away(server.address).await, "arena", "Far").await;

@@ -76,7 +76,7 @@ fn pava_agrees_with_brute_force() {
 }
 
 #[test]
-fn pava_solves_a_chain_like_the_program_does() {
+fn pava_and_the_program_agree_on_a_chain() {
     let masses = [f64::INFINITY, 1.0, 30.0, 0.2, 5.0, 1.0];
     let speeds = [0.0, -1.0, -3.0, 2.0, -0.5, -0.4];
     let contacts = (0..5).map(|a| Contact { a, b: a + 1, normal: DVec2::Y, least: 0.0 });

@@ -23,7 +23,7 @@ fn joining_says_hello_and_remembers_the_seat() {
 }
 
 #[test]
-fn a_seat_of_before_a_reload_is_asked_back() {
+fn a_seat_is_reclaimed_after_a_reload() {
     let token = Token([7; limits::TOKEN_BYTES]);
     let session = BTreeMap::from([("jostle.seat.arena".to_owned(), token.text())]);
     let mut browser =
@@ -155,7 +155,7 @@ fn the_network_is_used_as_soon_as_it_is_back() {
 }
 
 #[test]
-fn a_silent_server_is_given_up() {
+fn a_silent_server_is_disconnected() {
     let mut browser = Browser::playing();
     browser.room = None;
     browser.now_ms += 6001.0;
@@ -175,7 +175,7 @@ fn a_server_that_closes_is_announced_and_waited_for() {
 }
 
 #[test]
-fn a_kicked_player_is_told_and_forgets_the_seat() {
+fn a_kicked_player_is_notified_and_forgets_the_seat() {
     let mut browser = Browser::playing();
     let done = browser.server_says(&ServerMessage::Refused { refusal: Refusal::Kicked });
     assert!(has(&done, "StoreSession(\"jostle.seat.arena\", None)"), "{done:?}");
@@ -186,7 +186,7 @@ fn a_kicked_player_is_told_and_forgets_the_seat() {
 }
 
 #[test]
-fn a_worthless_token_is_replaced_silently() {
+fn an_invalid_token_is_replaced_silently() {
     let mut browser = Browser::playing();
     browser.server_says(&ServerMessage::Refused { refusal: Refusal::BadToken });
     let session = browser.session;
@@ -195,7 +195,7 @@ fn a_worthless_token_is_replaced_silently() {
 }
 
 #[test]
-fn an_unreadable_message_costs_the_socket_and_no_more() {
+fn an_unreadable_message_only_closes_the_socket() {
     let mut browser = Browser::playing();
     let done = browser.socket(SocketEvent::Message(vec![255, 255]));
     assert!(has(&done, "Warn") && has(&done, "Disconnect { leaving: false }"), "{done:?}");
@@ -256,7 +256,7 @@ fn the_help_opens_over_the_game_and_takes_its_keys() {
 }
 
 #[test]
-fn a_host_is_asked_before_a_player_is_removed() {
+fn a_host_confirms_before_a_player_is_removed() {
     let mut browser = Browser::playing();
     let seat = browser.app.replica().expect("a room").seat;
     browser.say(Event::KickClicked(seat));
@@ -275,7 +275,7 @@ fn kicked(browser: &Browser) -> bool {
 }
 
 #[test]
-fn a_host_closes_the_room_and_reads_that_it_was_their_doing() {
+fn a_host_who_closes_the_room_sees_a_notice_of_their_own() {
     let mut browser = Browser::playing();
     browser.click(Control::CloseRoom);
     browser.press("Escape", "Escape");
@@ -290,7 +290,7 @@ fn a_host_closes_the_room_and_reads_that_it_was_their_doing() {
 }
 
 #[test]
-fn a_lost_drawing_context_is_spoken_of_when_it_stays_away() {
+fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
     let mut browser = Browser::playing();
     assert!(has(&browser.say(Event::ContextLost), "DropGraphics"));
     assert_eq!(browser.title(), "");
@@ -303,7 +303,7 @@ fn a_lost_drawing_context_is_spoken_of_when_it_stays_away() {
 }
 
 #[test]
-fn the_copy_button_says_for_a_moment_what_came_of_it() {
+fn the_copy_button_shows_its_result_for_a_moment() {
     let mut browser = Browser::playing();
     assert!(has(&browser.click(Control::Copy), "CopyAddress"));
     assert!(has(&browser.say(Event::Copied(true)), "After(1500, CopyShown)"));

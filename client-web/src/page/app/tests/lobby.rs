@@ -70,7 +70,7 @@ fn a_server_that_refuses_a_room_says_why_in_the_lobby() {
 }
 
 #[test]
-fn a_stranger_gets_a_name_that_is_remembered() {
+fn a_new_visitor_gets_a_name_that_is_remembered() {
     let browser = Browser::open_with("/", "", Remembered::default());
     let name = &browser.app.appearance.name;
     assert!(name.contains(' '), "{name}");

@@ -71,7 +71,7 @@ fn a_still_replay_is_not_drawn_again() {
 }
 
 #[test]
-fn a_bad_file_is_explained_and_what_is_on_stays() {
+fn a_bad_file_is_explained_and_the_current_replay_stays() {
     let mut browser = Browser::open("/", "");
     browser.say(Event::ReplayRead("cat.gif".into(), Ok(b"GIF89a".to_vec())));
     assert_eq!(browser.app.state(), "refused");
@@ -87,7 +87,7 @@ fn a_bad_file_is_explained_and_what_is_on_stays() {
 }
 
 #[test]
-fn a_fetched_replay_is_shown_unless_the_player_went_elsewhere() {
+fn a_fetched_replay_is_shown_unless_the_player_has_left() {
     let mut browser = Browser::open("/replay/arena-1", "");
     assert_eq!(browser.title(), strings::FETCHING.title);
     browser.say(Event::ReplayFetched("other".into(), Fetched::Bytes(replay())));
@@ -114,7 +114,7 @@ fn a_file_does_not_end_a_game() {
 }
 
 #[test]
-fn news_of_the_replay_is_told_unless_it_was_skipped() {
+fn replay_news_is_shown_unless_it_was_skipped() {
     let mut browser = watching();
     browser.wait(200);
     assert_eq!(browser.app.news.added(), 1, "Ada joined");
