@@ -1,5 +1,4 @@
-//! Takes the README's picture: three players in the arena, after some seconds of real play.
-//!
+//! Takes the screenshot of the README: three players in the arena, after some seconds of real play.
 //! `cargo xtask pictures` builds the page first and then runs this.
 
 use anyhow::{Context, Result};
@@ -11,10 +10,10 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::path::Path;
 
-/// Names, colours, and the screens that they play on; the first one's is photographed.
+/// Names, colours and screens of the players; the first player's screen is photographed.
 const PLAYERS: [(&str, u8, Screen); 3] =
     [("Ada", 1, Screen::LAPTOP), ("Grace", 2, Screen::SMALL), ("Alan", 0, Screen::SMALL)];
-/// Rounds of play; the picture is the liveliest of those taken after the first few.
+/// Rounds of play. The liveliest of the pictures taken after the first few rounds is kept.
 const ROUNDS: usize = 26;
 const QUIET_ROUNDS: usize = 10;
 
@@ -58,7 +57,7 @@ async fn play(browser: &Browser, server: &Server) -> Result<Picture> {
     best.context("no picture was taken")
 }
 
-/// One short action: fly towards the next hero and throw at it; now and then drop dumb minions.
+/// One short action: flies towards the next hero and throws at it; sometimes drops marbles.
 async fn act(tab: &Tab, turn: usize) -> Result<()> {
     let state = tab.state().await?;
     let own = state.own_hero().context("a hero")?.pos;
@@ -66,7 +65,7 @@ async fn act(tab: &Tab, turn: usize) -> Result<()> {
     let near = others.map(|hero| hero.pos).min_by(|a, b| apart(*a, own).total_cmp(&apart(*b, own)));
     let prey = near.unwrap_or([160.0, 60.0]);
     let aside = if prey[0] > own[0] { "d" } else { "a" };
-    // Low heroes rise, high ones glide, so that the picture is not all floor.
+    // Low heroes rise and high ones glide, so that the picture does not show only the floor.
     let rises = own[1] < 40.0 + 20.0 * (turn % 4) as f32;
     tab.key_down(aside).await?;
     if rises {
@@ -87,7 +86,7 @@ fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// How much of the picture burns.
+/// Number of burning pixels.
 fn glow(picture: &Picture) -> usize {
     picture.rgb.iter().filter(|pixel| pixel.iter().any(|&channel| channel >= 250)).count()
 }

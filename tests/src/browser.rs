@@ -1,4 +1,4 @@
-//! A real Chromium without a window, with a profile of its own that is removed afterwards.
+//! A headless Chromium with a profile of its own, which is removed afterwards.
 
 use crate::tab::{Screen, Tab};
 use anyhow::{Context, Result, anyhow, bail};
@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tokio::task::JoinHandle;
 
-/// Names under which it may be installed; `JOSTLE_CHROMIUM` outranks them.
+/// Names of the program; `JOSTLE_CHROMIUM` takes precedence.
 const PROGRAMS: [&str; 4] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-/// WebGL by Mesa's software renderer, the same on every machine; nothing that calls home.
+/// WebGL by Mesa's software renderer, the same on every machine, and no connections to other hosts.
 const FLAGS: [&str; 7] = [
     "use-angle=gl-egl",
     "ignore-gpu-blocklist",
@@ -35,12 +35,12 @@ pub struct Browser {
     profile: PathBuf,
 }
 
-/// Cookies and storage of one person: pages of two visitors share nothing.
+/// Cookies and storage of one person; the pages of two visitors share nothing.
 #[derive(Clone, Debug)]
 pub struct Visitor(BrowserContextId);
 
 impl Browser {
-    /// Starts it.
+    /// Starts the browser.
     pub async fn launch() -> Result<Browser> {
         let program = find()?;
         let profile = std::env::temp_dir().join(format!("jostle-browser-{}", std::process::id()));
@@ -67,13 +67,13 @@ impl Browser {
         Ok(self.process.version().await?.product)
     }
 
-    /// Somebody who was never here.
+    /// A new visitor.
     pub async fn visitor(&self) -> Result<Visitor> {
         let context = CreateBrowserContextParams::default();
         Ok(Visitor(self.process.create_browser_context(context).await?))
     }
 
-    /// An empty page in a window of its own: pages that are hidden behind others are not drawn.
+    /// Opens an empty page in a window of its own: pages hidden behind others are not drawn.
     pub async fn open(&self, visitor: &Visitor, screen: Screen) -> Result<Tab> {
         let target = CreateTargetParams::builder()
             .url("about:blank")
@@ -86,13 +86,13 @@ impl Browser {
         Tab::new(self.process.new_page(target).await?, screen).await
     }
 
-    /// Closes all pages of a visitor and forgets what they stored.
+    /// Closes all pages of a visitor and deletes their storage.
     pub async fn forget(&self, visitor: Visitor) -> Result<()> {
         self.process.dispose_browser_context(visitor.0).await?;
         Ok(())
     }
 
-    /// Ends the browser and removes its profile.
+    /// Closes the browser and removes its profile.
     pub async fn close(mut self) -> Result<()> {
         let closed = tokio::time::timeout(CLOSE_WITHIN, async {
             self.process.close().await?;

@@ -1,7 +1,7 @@
-//! What the workspace's tests share: a server in this process, a real browser, a page driven by
-//! real keys and pointers, pictures that can be compared, and replays with changed bytes.
+//! Code shared by the tests of the workspace: a server in this process, a real browser, pages
+//! driven by real keys and pointers, comparable pictures, and mutated replays.
 //!
-//! The tests themselves are in `tests/`: one file or directory a subject.
+//! The tests themselves are in `tests/`, one file or directory per subject.
 
 pub mod browser;
 pub mod picture;

@@ -1,21 +1,21 @@
-//! Pictures of pages: read, written, measured, compared.
+//! Pictures of pages: reading, writing, measuring and comparing them.
 
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::Path;
 
-/// Eight bits a channel, without transparency, rows from the top.
+/// An image with eight bits per channel, without transparency, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// In pixels.
     pub width: u32,
     /// In pixels.
     pub height: u32,
-    /// Red, green, blue of each pixel.
+    /// Red, green and blue of each pixel.
     pub rgb: Vec<[u8; 3]>,
 }
 
-/// How far two pictures of one size are apart.
+/// Difference of two pictures of the same size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
     /// Mean of the channels' differences, 0..=255.
@@ -45,7 +45,7 @@ impl Picture {
         Ok(Picture { width: info.width, height: info.height, rgb })
     }
 
-    /// Writes a PNG, as small as is quick.
+    /// Encodes a PNG, favouring speed over size.
     pub fn encode(&self) -> Result<Vec<u8>> {
         let mut out = Vec::new();
         let mut encoder = png::Encoder::new(&mut out, self.width, self.height);
@@ -80,7 +80,7 @@ impl Picture {
         self.rgb[(row * self.width + column) as usize]
     }
 
-    /// How many pixels satisfy `test` within `radius` of a point.
+    /// Number of pixels that satisfy `test` within `radius` of a point.
     pub fn count_near(&self, x: f64, y: f64, radius: f64, test: impl Fn([u8; 3]) -> bool) -> usize {
         let mut count = 0;
         for (index, pixel) in self.rgb.iter().enumerate() {
@@ -92,7 +92,7 @@ impl Picture {
         count
     }
 
-    /// How many different colours there are: a picture of nothing has one.
+    /// Number of different colours; an empty picture has one.
     pub fn colors(&self) -> usize {
         let mut colors = self.rgb.clone();
         colors.sort_unstable();
@@ -123,7 +123,7 @@ impl Picture {
         Ok(Difference { mean, max, outliers })
     }
 
-    /// Where the two differ, brightened so that one sees it.
+    /// The difference of the two, brightened to be visible.
     pub fn difference(&self, other: &Picture) -> Picture {
         let rgb = self.rgb.iter().zip(&other.rgb);
         let rgb = rgb

@@ -1,5 +1,5 @@
-//! Runs browser cases one after another, each with a server and visitors of its own, and says what
-//! it runs. A case that fails leaves pictures of its pages in `target/browser`.
+//! Runs browser cases one after another, each with a server and visitors of its own, and prints
+//! their names. A case that fails leaves pictures of its pages in `target/browser`.
 
 use crate::browser::{Browser, Visitor};
 use crate::server::Server;
@@ -11,21 +11,21 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// No case takes a tenth of it; past it something hangs.
+/// Time limit of a case. No case takes a tenth of it.
 const CASE_WITHIN: Duration = Duration::from_secs(240);
 
 /// A named test.
 pub struct Case {
-    /// What is true if it passes.
+    /// What holds if it passes.
     pub name: &'static str,
     /// Starts it.
     pub run: fn(Arc<Stage>) -> Running,
 }
 
-/// A test on its way.
+/// A running case.
 pub type Running = futures_util::future::BoxFuture<'static, Result<()>>;
 
-/// What one case works with.
+/// The server, the browser and the pages of one case.
 pub struct Stage {
     /// The server under test.
     pub server: Server,
@@ -40,12 +40,12 @@ impl Stage {
         Ok(Stage { server, browser, visitors: Mutex::default(), tabs: Mutex::default() })
     }
 
-    /// A new person's page at `path` of the server.
+    /// Opens a new visitor's page at `path` of the server.
     pub async fn visit(&self, path: &str, screen: Screen) -> Result<Tab> {
         self.visit_link(&self.server.link(path), screen).await
     }
 
-    /// A new person's page at an address.
+    /// Opens a new visitor's page at an address.
     pub async fn visit_link(&self, link: &str, screen: Screen) -> Result<Tab> {
         let visitor = self.browser.visitor().await?;
         lock(&self.visitors).push(visitor.clone());
@@ -54,14 +54,14 @@ impl Stage {
         Ok(tab)
     }
 
-    /// One more page of somebody who is here already.
+    /// Opens another page of an existing visitor.
     pub async fn visit_as(&self, visitor: &Visitor, path: &str, screen: Screen) -> Result<Tab> {
         let tab = self.open(visitor, screen).await?;
         tab.go(&self.server.link(path)).await?;
         Ok(tab)
     }
 
-    /// A new person's page at `path`, in a browser that a script has changed before.
+    /// Opens a new visitor's page at `path`, after a script has changed the browser.
     pub async fn visit_changed(&self, script: &str, path: &str) -> Result<Tab> {
         let visitor = self.browser.visitor().await?;
         lock(&self.visitors).push(visitor.clone());
@@ -77,12 +77,12 @@ impl Stage {
         Ok(tab)
     }
 
-    /// Whoever came last.
+    /// The newest visitor.
     pub fn last_visitor(&self) -> Option<Visitor> {
         lock(&self.visitors).last().cloned()
     }
 
-    /// A new person's page in a room, with the hero on the screen.
+    /// Opens a new visitor's page in a room, with the hero on the screen.
     pub async fn play(&self, room: &str, screen: Screen) -> Result<Tab> {
         let tab = self.visit(&format!("/{room}"), screen).await?;
         tab.until("a hero of one's own", |state| state.plays()).await?;
@@ -98,7 +98,7 @@ impl Stage {
         Ok(())
     }
 
-    /// Pictures of all pages, for whoever looks into a failure.
+    /// Saves pictures of all pages, for the analysis of a failure.
     async fn save_pictures(&self, name: &str) {
         let tabs = lock(&self.tabs).clone();
         for (index, tab) in tabs.iter().enumerate() {
@@ -110,7 +110,7 @@ impl Stage {
         }
     }
 
-    /// Closes all pages; an error on the console of any of them is one here.
+    /// Closes all pages; fails if any of their consoles shows an error.
     pub async fn clear(&self) -> Result<()> {
         let clean = self.check_consoles();
         lock(&self.tabs).clear();
@@ -122,14 +122,14 @@ impl Stage {
     }
 }
 
-/// Where pictures of failures go.
+/// Directory for the pictures of failures.
 pub fn artifacts() -> PathBuf {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
     tests.parent().unwrap_or(tests).join("target/browser")
 }
 
 /// Runs the cases whose names contain one of the arguments, or all. Arguments that begin with a
-/// dash are for other harnesses.
+/// dash are ignored; they are meant for other harnesses.
 pub fn main(cases: &[Case]) -> ExitCode {
     let wanted: Vec<String> =
         std::env::args().skip(1).filter(|arg| !arg.starts_with('-')).collect();
@@ -153,7 +153,7 @@ pub fn main(cases: &[Case]) -> ExitCode {
     }
 }
 
-/// Runs the cases; how many failed.
+/// Runs the cases and returns how many failed.
 async fn run(cases: &[&Case]) -> Result<usize> {
     let begin = Instant::now();
     let browser = Arc::new(Browser::launch().await?);
@@ -190,7 +190,7 @@ async fn run_one(case: &Case, browser: &Arc<Browser>) -> Result<()> {
     let mut task = tokio::spawn((case.run)(Arc::clone(&stage)));
     let outcome = match tokio::time::timeout(CASE_WITHIN, &mut task).await {
         Ok(Ok(outcome)) => outcome.and_then(|()| stage.check_consoles()),
-        // An assertion failed; the panic's message stands above.
+        // An assertion failed; its message was printed above.
         Ok(Err(panic)) => Err(panic.into()),
         Err(_late) => {
             task.abort();

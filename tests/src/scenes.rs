@@ -1,6 +1,6 @@
 //! Scenes for servers under test.
 
-/// Many bodies that never rest, so that a second of snapshots is more than any buffer holds.
+/// Many bodies that never rest, so that a second of snapshots is larger than any buffer.
 pub const RESTLESS: &str = r#"title = "Restless"
 size = [400, 200]
 gravity = [0, 0]
@@ -50,7 +50,7 @@ restitution = 1
 friction = 0
 "#;
 
-/// Room for more players than would ever meet, and nothing else.
+/// Room for more players than any test has, and nothing else.
 pub const CROWD: &str = r#"title = "Crowd"
 size = [800, 100]
 tools = ["steer"]

@@ -1,4 +1,4 @@
-//! A server of this process on a free port, for one test.
+//! A server in this process on a free port, for one test.
 
 use anyhow::{Context, Result};
 use jostle_server::Config;
@@ -9,25 +9,25 @@ use tokio::task::JoinHandle;
 
 /// Serves until it is stopped or dropped.
 pub struct Server {
-    /// Where it listens.
+    /// Its address.
     pub address: SocketAddr,
     stop: oneshot::Sender<()>,
     served: JoinHandle<std::io::Result<()>>,
 }
 
 impl Server {
-    /// Starts on a free port of this machine.
+    /// Starts on a free local port.
     pub async fn start(config: Config) -> Result<Server> {
         Server::start_at(SocketAddr::from(([127, 0, 0, 1], 0)), config).await
     }
 
-    /// Starts at an address, as after a restart at the one that clients know.
+    /// Starts at a given address, as after a restart.
     pub async fn start_at(address: SocketAddr, config: Config) -> Result<Server> {
         let listener = TcpListener::bind(address).await.context("cannot listen")?;
         let address = listener.local_addr()?;
         let (stop, stopped) = oneshot::channel::<()>();
         let served = tokio::spawn(jostle_server::run(listener, config, async move {
-            // A dropped sender stops the server too.
+            // Dropping the sender stops the server too.
             let _ = stopped.await;
         }));
         Ok(Server { address, stop, served })
@@ -38,9 +38,9 @@ impl Server {
         format!("http://{}{path}", self.address)
     }
 
-    /// Closes it as SIGTERM does, and waits for its end.
+    /// Stops the server as SIGTERM does, and waits for its end.
     pub async fn stop(self) -> Result<()> {
-        // It may have ended by itself; then its result says why.
+        // It may have ended by itself; then its result shows why.
         let _ = self.stop.send(());
         self.served.await.context("the server panicked")?.context("the server failed")
     }

@@ -1,19 +1,19 @@
-//! What a page says of itself through `window.jostle.state()`.
+//! The page's report about itself, `window.jostle.state()`.
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A page at one moment.
+/// The state of a page at one moment.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct State {
     /// `lobby`, `connecting`, `playing`, `reconnecting`, `refused`, `frozen`, `replay` or
     /// `unsupported`.
     #[serde(default)]
     pub state: String,
-    /// Own seat, while there is one.
+    /// The own seat, if there is one.
     #[serde(default)]
     pub seat: Option<u16>,
-    /// Tick shown, with its fraction: a little behind the server.
+    /// Displayed tick with its fraction: a little behind the server.
     #[serde(default)]
     pub tick: Option<f64>,
     /// State hash of a demo's game, 16 hex digits.
@@ -28,45 +28,46 @@ pub struct State {
     /// Digest of the particles shown, 16 hex digits.
     #[serde(default)]
     pub particle_digest: Option<String>,
-    /// Emitters at work.
+    /// Running emitters.
     #[serde(default)]
     pub emitters: u32,
-    /// Players in the room, those included whose seat is held.
+    /// Players in the room, including those whose seat is held.
     #[serde(default)]
     pub players: Vec<Player>,
     /// Frames drawn since the page was opened.
     #[serde(default)]
     pub drawn_frames: u64,
-    /// What the graphics have made, once they draw.
+    /// GPU resources, once there are any.
     #[serde(default)]
     pub gpu: Option<Gpu>,
-    /// For each section of a snapshot that ever came, in how many.
+    /// For each section of snapshots, the number of messages that contained it.
     #[serde(default)]
     pub sections: Option<BTreeMap<String, u64>>,
     /// Events received that started emitters.
     #[serde(default)]
     pub emitter_events: u64,
-    /// Where the server's newest word has the own hero.
+    /// Position of the own hero in the newest snapshot.
     #[serde(default)]
     pub told_place: Option<[f32; 2]>,
-    /// What is known of the own hero before the server's word.
+    /// Prediction of the own hero.
     #[serde(default)]
     pub prediction: Option<Prediction>,
-    /// The replay that is watched.
+    /// The replay that is shown.
     #[serde(default)]
     pub replay: Option<Shown>,
 }
 
-/// The own hero's prediction.
+/// Prediction of the own hero.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Prediction {
-    /// Smoothed distance of the server's word from what was drawn for its tick, world units.
+    /// Smoothed distance between the server's position and the predicted one for the same tick,
+    /// world units.
     pub error: f32,
     /// Inputs that the server has not played yet.
     pub unacknowledged: usize,
 }
 
-/// What the graphics have made.
+/// GPU resources.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub struct Gpu {
     /// Names of the pipelines.
@@ -75,7 +76,7 @@ pub struct Gpu {
     pub textures: BTreeMap<String, u64>,
 }
 
-/// A replay as it is watched.
+/// A replay as it is shown.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Shown {
     /// Whole tick on display.
@@ -86,26 +87,26 @@ pub struct Shown {
     pub playing: bool,
     /// Multiple of real time.
     pub speed: f64,
-    /// Whether it is on its way to a tick.
+    /// Whether it is seeking.
     pub seeking: bool,
-    /// State hash of the tick on display, 16 hex digits; none while it is seeking.
+    /// State hash of the displayed tick, 16 hex digits; none while it is seeking.
     pub hash: Option<String>,
-    /// All ticks up to this one were compared, and equal.
+    /// Last tick up to which all were compared and equal.
     pub agrees_until: u32,
     /// First tick known to differ.
     pub differs_at: Option<u32>,
     /// Ticks compared so far.
     pub compared: u32,
-    /// Seat of the player who is followed.
+    /// Seat of the followed player.
     pub followed: Option<u8>,
-    /// What the camera shows.
+    /// The camera's view.
     pub view: ShownView,
 }
 
-/// What a camera shows.
+/// The camera's view.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ShownView {
-    /// World point in the middle.
+    /// World point at the centre.
     pub center: [f32; 2],
     /// World units from bottom to top.
     pub height: f32,
@@ -116,9 +117,9 @@ pub struct ShownView {
 /// A body as shown.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Body {
-    /// Its name; used again for a later body, of the next generation.
+    /// Its index, which may be reused by a later body of the next generation.
     pub id: u32,
-    /// How many bodies had the name before it.
+    /// Number of earlier bodies with the same index.
     pub generation: u32,
     /// `hero`, `minion`, `dumb`, `pack`, `platform`, `wall`.
     pub kind: String,
@@ -138,7 +139,7 @@ pub struct Player {
     pub name: String,
     /// Whether there is a socket.
     pub connected: bool,
-    /// The body that H, M or P has picked.
+    /// The body that H, M or P has selected.
     pub selected: Option<u32>,
     /// The body that X holds.
     pub held: Option<u32>,
@@ -182,7 +183,7 @@ impl State {
     }
 }
 
-/// What a page said of itself from one frame to the next, see `Tab::record`.
+/// The page's report from frame to frame, see `Tab::record`.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct Recorded {
     /// States in the order in which they were first seen.

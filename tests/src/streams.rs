@@ -1,5 +1,5 @@
-//! Games of scripted players as their clients hear them: what somebody is sent who joins at some tick,
-//! and the digests of the game's own particles, to compare with.
+//! Games of scripted players as their clients receive them: the messages for a client that joins at
+//! some tick, and the digests of the game's own particles, to compare with.
 
 use anyhow::{Context, Result, anyhow};
 use jostle_client_web::world::room_in_page::scripted_input;
@@ -11,13 +11,13 @@ use std::sync::Arc;
 
 /// Ticks of a game.
 pub const TICKS: u32 = 1000;
-/// After so many ticks the last of those joins who listen.
+/// Ticks after which clients join.
 const JOIN_TICKS: [u32; 4] = [1, 7, 333, 702];
 /// Scripted players.
 const PLAYERS: u8 = 3;
 
 /// Particles against bodies that move and die, from emitters of every kind, more than the limit
-/// allows, and between them nothing at all for a while.
+/// allows, with a pause in which there are none.
 const FOUNTAINS: &str = r#"title = "Fountains"
 size = [160, 90]
 gravity = [0, -60]
@@ -96,23 +96,23 @@ start = 650
 every = 7
 "#;
 
-/// What one client heard, and what was to be heard.
+/// The messages of one client, and what they should result in.
 pub struct Heard {
     /// Source of the scene.
     pub scene: String,
-    /// Its tick of joining, from which the digests are.
+    /// Tick of joining; the digests begin there.
     pub first: u32,
-    /// The messages, as [`jostle_client_web::world::witness`] has them.
+    /// The messages, in the format of [`jostle_client_web::world::witness`].
     pub recording: Vec<u8>,
-    /// Bytes of its keyframe.
+    /// Size of its keyframe, bytes.
     pub keyframe_bytes: usize,
     /// Of the game's particles, by tick.
     pub digests: Vec<(u32, u64)>,
-    /// Most particles that flew at a time, and how many did when it joined.
+    /// Most particles at a time, and the number when it joined.
     pub particles: [usize; 2],
 }
 
-/// The scenes with particles: two shipped ones, and one that has it all.
+/// The scenes with particles: two shipped ones, and one with every kind of emitter.
 pub fn scenes() -> Result<Vec<Arc<Scene>>> {
     let shipped = ["emitters", "particles"];
     let built_in = Scene::built_in().into_iter();
@@ -123,7 +123,7 @@ pub fn scenes() -> Result<Vec<Arc<Scene>>> {
     Ok(scenes)
 }
 
-/// Plays a scene; what those heard who joined at the ticks of [`JOIN_TICKS`].
+/// Plays a scene and returns the messages of clients that joined at the ticks of [`JOIN_TICKS`].
 pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
     let mut room = Room::new("streams", Arc::clone(scene), 5);
     for (color, name) in (0..PLAYERS).zip(["Ada", "Grace", "Alan"]) {
@@ -174,9 +174,10 @@ fn join(room: &mut Room, name: &str, color: u8) -> Result<()> {
 }
 
 impl Heard {
-    /// Compares what a copy made of the recording with the game, tick by tick; how many ticks.
+    /// Compares the particles of a client with those of the game, tick by tick, and returns the
+    /// number of ticks.
     pub fn compare(&self, digests: &[(u32, u64)]) -> Result<usize> {
-        // The last ticks may not have been told yet: nothing moved in them.
+        // The last ticks may not have been sent yet: nothing moved in them.
         let told = &self.digests[..digests.len().min(self.digests.len())];
         for (game, copy) in told.iter().zip(digests) {
             anyhow::ensure!(game == copy, "joined at {}: {game:?} became {copy:?}", self.first);

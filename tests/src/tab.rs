@@ -1,7 +1,7 @@
 //! One page in the browser: its state, its pictures, and a person's keys, mouse and fingers.
 //!
-//! Nothing here waits for a fixed time: [`Tab::until`] asks the page again and again until a
-//! condition holds, and fails at a deadline with what the page said last.
+//! Nothing here waits for a fixed time: [`Tab::until`] polls the page until a condition holds, and
+//! fails at a deadline with the page's last state.
 
 use crate::picture::Picture;
 use crate::state::{Recorded, State};
@@ -29,17 +29,17 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Far more than anything takes on a busy machine with a software renderer.
+/// Much longer than anything takes on a busy machine with a software renderer.
 const DEADLINE: Duration = Duration::from_secs(40);
 const ASK_EVERY: Duration = Duration::from_millis(30);
-/// Screenshots taken until two of them are the same.
+/// Most screenshots taken until two of them are equal.
 const PICTURES_MAX: usize = 40;
 
-/// The page's state as JSON text, or null while it has none to tell.
+/// The page's state as JSON text, or null if there is none yet.
 const STATE: &str = "(() => { const state = window.jostle?.state?.(); \
     return !state ? null : typeof state === 'string' ? state : JSON.stringify(state); })()";
 
-/// Looks at the state in every frame, so that nothing is missed between two questions.
+/// Records the state in every frame, so that nothing is missed between two polls.
 const RECORD: &str = r#"(() => {
     const recorded = window.recorded = {states: [], kinds: {}, particles: 0, emitters: 0};
     const look = () => {
@@ -58,14 +58,14 @@ const RECORD: &str = r#"(() => {
     return true;
 })()"#;
 
-/// A screen to show a page on.
+/// A screen size.
 #[derive(Clone, Copy, Debug)]
 pub struct Screen {
     /// CSS pixels.
     pub width: u32,
     /// CSS pixels.
     pub height: u32,
-    /// A phone: touched, not clicked.
+    /// Whether it is a phone: touched, not clicked.
     pub touch: bool,
 }
 
@@ -78,7 +78,7 @@ impl Screen {
     pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false };
 }
 
-/// [`DispatchTouchEventParams`] without fingers: that type leaves an empty list out, which Chromium
+/// [`DispatchTouchEventParams`] without fingers: that type omits an empty list, which Chromium
 /// refuses.
 #[derive(Serialize)]
 struct TouchEnd {
@@ -116,7 +116,7 @@ impl Tab {
         if screen.touch {
             page.execute(SetTouchEmulationEnabledParams::new(true)).await?;
         }
-        // Several windows play at once; each is to believe that it has the focus.
+        // Several windows play at once; each has to believe that it has the focus.
         page.execute(SetFocusEmulationEnabledParams::new(true)).await?;
         Ok(Tab { page, screen, errors })
     }
@@ -150,7 +150,7 @@ impl Tab {
             .with_context(|| format!("{expression} gave {value}, which is not what was expected"))
     }
 
-    /// What the page says of itself; an empty state while it still loads.
+    /// The page's state; empty while it is still loading.
     pub async fn state(&self) -> Result<State> {
         let text: Option<String> = self.eval(STATE).await?;
         match text {
@@ -159,7 +159,7 @@ impl Tab {
         }
     }
 
-    /// Waits until the page's state is as wanted, and returns it.
+    /// Waits until the page's state satisfies `test`, and returns it.
     pub async fn until(&self, wanted: &str, test: impl Fn(&State) -> bool) -> Result<State> {
         let deadline = Instant::now() + DEADLINE;
         loop {
@@ -187,18 +187,18 @@ impl Tab {
         Ok(())
     }
 
-    /// Waits until that many more ticks were shown; a measure of game time, not of this machine's.
+    /// Waits until this many more ticks were displayed: game time, independent of the machine.
     pub async fn ticks(&self, count: u32) -> Result<State> {
         let begin = self.state().await?.ticks();
         self.until(&format!("{count} ticks later"), |s| s.ticks() >= begin + count).await
     }
 
-    /// Begins to record what the page says in every frame.
+    /// Starts to record the page's state in every frame.
     pub async fn record(&self) -> Result<()> {
         self.eval::<bool>(RECORD).await.map(drop)
     }
 
-    /// What was recorded so far.
+    /// The recording so far.
     pub async fn recorded(&self) -> Result<Recorded> {
         self.eval("window.recorded").await
     }
@@ -209,7 +209,7 @@ impl Tab {
         Ok(())
     }
 
-    /// Where on the page a world point is, CSS pixels.
+    /// Position of a world point on the page, CSS pixels.
     pub async fn to_page(&self, point: [f32; 2]) -> Result<[f64; 2]> {
         let [x, y] = point;
         self.eval(&format!(
@@ -225,12 +225,12 @@ impl Tab {
         self.key(key, DispatchKeyEventType::RawKeyDown).await
     }
 
-    /// Lets a key go.
+    /// Releases a key.
     pub async fn key_up(&self, key: &str) -> Result<()> {
         self.key(key, DispatchKeyEventType::KeyUp).await
     }
 
-    /// Presses a key, keeps it for some ticks of the game, lets it go.
+    /// Presses a key, holds it for some ticks of the game, and releases it.
     pub async fn hold_key(&self, key: &str, ticks: u32) -> Result<()> {
         self.key_down(key).await?;
         self.ticks(ticks).await?;
@@ -254,14 +254,14 @@ impl Tab {
         Ok(())
     }
 
-    /// Moves the mouse to a world point; where on the page it was.
+    /// Moves the mouse to a world point; returns its position on the page.
     pub async fn aim(&self, point: [f32; 2]) -> Result<[f64; 2]> {
         let at = self.to_page(point).await?;
         self.move_to(at, false).await?;
         Ok(at)
     }
 
-    /// As [`Tab::until`], with the mouse on a world point all the while, however the view moves.
+    /// Like [`Tab::until`], while the mouse stays on a world point, however the view moves.
     pub async fn until_aimed(
         &self,
         point: [f32; 2],
@@ -299,7 +299,7 @@ impl Tab {
         self.mouse(DispatchMouseEventType::MousePressed, at, MouseButton::Left, true).await
     }
 
-    /// Lets the left button go.
+    /// Releases the left button.
     pub async fn mouse_up(&self, at: [f64; 2]) -> Result<()> {
         self.mouse(DispatchMouseEventType::MouseReleased, at, MouseButton::Left, false).await
     }
@@ -325,7 +325,7 @@ impl Tab {
         Ok(())
     }
 
-    /// Clicks the first element that a CSS selector finds, where it is shown.
+    /// Clicks the first element that a CSS selector finds.
     pub async fn click_on(&self, selector: &str) -> Result<()> {
         let at = self.middle_of(selector).await?;
         self.move_to(at, false).await?;
@@ -333,7 +333,7 @@ impl Tab {
         self.mouse_up(at).await
     }
 
-    /// Types into an empty or emptied field.
+    /// Replaces the content of a field.
     pub async fn fill(&self, selector: &str, text: &str) -> Result<()> {
         self.click_on(selector).await?;
         self.eval::<bool>("(document.activeElement.select(), true)").await?;
@@ -341,7 +341,7 @@ impl Tab {
         Ok(())
     }
 
-    /// The middle of the first element that a CSS selector finds, scrolled into view.
+    /// Centre of the first element that a CSS selector finds, scrolled into view.
     pub async fn middle_of(&self, selector: &str) -> Result<[f64; 2]> {
         let quoted = serde_json::to_string(selector)?;
         let rectangle: Option<[f64; 2]> = self
@@ -374,19 +374,19 @@ impl Tab {
         Ok(())
     }
 
-    /// What the screen shows.
+    /// A screenshot.
     pub async fn picture(&self) -> Result<Picture> {
         Picture::decode(&self.png().await?)
     }
 
-    /// Keeps what the screen shows as `NAME.png` for whoever wants to look: in the directory that
-    /// `JOSTLE_PICTURES` names, if it does.
+    /// Saves a screenshot as `NAME.png` in the directory that `JOSTLE_PICTURES` names, if it is
+    /// set.
     pub async fn keep(&self, name: &str) -> Result<()> {
         let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
         self.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
     }
 
-    /// What the screen shows once it shows the same twice: fonts and pictures are there.
+    /// A screenshot, as soon as two in a row are equal: fonts and pictures are loaded.
     pub async fn steady_picture(&self) -> Result<Picture> {
         let mut before = self.png().await?;
         for _ in 0..PICTURES_MAX {
@@ -399,7 +399,7 @@ impl Tab {
         bail!("the page still changes after {PICTURES_MAX} pictures")
     }
 
-    /// Waits until the screen shows something, and returns the picture that does.
+    /// Waits until a screenshot satisfies `test`, and returns it.
     pub async fn until_seen(
         &self,
         wanted: &str,
@@ -417,14 +417,14 @@ impl Tab {
         }
     }
 
-    /// What the screen shows, as a PNG.
+    /// A screenshot, as a PNG.
     pub async fn png(&self) -> Result<Vec<u8>> {
         let format = CaptureScreenshotFormat::Png;
         let params = ScreenshotParams::builder().format(format).build();
         self.page.screenshot(params).await.context("no screenshot")
     }
 
-    /// The screen it is shown on.
+    /// Its screen.
     pub fn screen(&self) -> Screen {
         self.screen
     }
@@ -434,7 +434,7 @@ impl Tab {
         self.errors.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Removes errors that a test brought about on purpose.
+    /// Removes errors that a test caused on purpose.
     pub fn forgive(&self, expected: impl Fn(&str) -> bool) {
         let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
         errors.retain(|error| !expected(error));
@@ -454,7 +454,7 @@ fn number_of(key: &str) -> i64 {
     }
 }
 
-/// Files every error that the page's console shows.
+/// Collects every error of the page's console.
 async fn listen(page: &Page, errors: &Arc<Mutex<Vec<String>>>) -> Result<()> {
     let mut calls = page.event_listener::<EventConsoleApiCalled>().await?;
     let mut exceptions = page.event_listener::<EventExceptionThrown>().await?;

@@ -1,6 +1,6 @@
-//! The game and those who hear of it have the same particles, to the last bit: who is there from the
-//! beginning, and who joins while emitters run and bursts are in the air. The browser's tests have the
-//! page hear the same streams.
+//! The game and its clients have the same particles, to the last bit: clients that are present from
+//! the beginning, and clients that join while emitters run and bursts are in the air. A browser
+//! test feeds the same streams to the page.
 
 use jostle_client_web::world::witness::particle_digests;
 use jostle_game::Scene;
@@ -8,7 +8,7 @@ use jostle_room::{Rate, Room};
 use jostle_tests::streams::{TICKS, play, scenes};
 use std::sync::Arc;
 
-/// Fires over a floor, as many particles as a scene may have.
+/// Fires over a floor, with as many particles as a scene may have.
 const FIREWORKS: &str = r#"title = "Fireworks"
 size = [400, 200]
 groups = ["floor"]
@@ -23,7 +23,7 @@ position = [200, 10]
 size = [400, 20]
 group = "floor"
 "#;
-/// Bursts of 200 a second, whose particles live for 2.2 s: enough for 20,000 at a time.
+/// Bursts of 200 per second, whose particles live for 2.2 s: enough for 20,000 at a time.
 const BURSTS: u32 = 54;
 
 fn fireworks() -> Arc<Scene> {

@@ -1,5 +1,5 @@
-//! Writes the corpus anew: for each property some inputs that reach deep into what it checks. All are
-//! made by the code under test.
+//! Writes the corpus: for each property some inputs that reach deep into the code under test, which
+//! also makes them.
 //!
 //! Usage: `cargo run -p jostle-fuzz --example corpus`
 
@@ -51,7 +51,7 @@ fn hello(name: &str, token: Option<Token>) -> ClientMessage {
     ClientMessage::Hello { version: VERSION, appearance, token, host_key: None }
 }
 
-/// A token without a seal, as the room of the fuzzer takes it.
+/// An unsigned token, as the fuzzer's room accepts it.
 fn token(seat: u8, serial: u8) -> Token {
     let mut token = Token([0; TOKEN_BYTES]);
     (token.0[0], token.0[1]) = (seat, serial);
@@ -74,7 +74,7 @@ fn client_messages() -> Vec<Vec<u8>> {
         ClientMessage::CloseRoom,
     ];
     let mut inputs: Vec<Vec<u8>> = messages.iter().map(ClientMessage::encode).collect();
-    // Of another version.
+    // A hello of another version.
     inputs.push(vec![0, 1, 0, 9, 9]);
     inputs
 }
@@ -129,7 +129,7 @@ fn keyframes() -> Vec<Vec<u8>> {
         encode(snapshots::sample(7, 40, 500, 1 << 20), 12, &[]),
     ];
     keyframes.extend(fresh_rooms().map(|room| encode(room.snapshot().clone(), 1, &[])));
-    // With what flies.
+    // Keyframes with live particles.
     keyframes.extend(fresh_rooms().map(|mut room| room.subscribe(Rate::Full).1.to_vec()));
     keyframes
 }
@@ -138,11 +138,11 @@ fn coded_events() -> Vec<Vec<u8>> {
     let empty = |tick| Snapshot { tick, ..Snapshot::default() };
     let all = events(16_383);
     let some = all.chunks(1).chain([&all[..]]);
-    // Without the head that the property puts before them.
+    // Without the header that the property adds.
     some.map(|events| encode(empty(16_383), 1, events)[4..].to_vec()).collect()
 }
 
-/// Nothing, an emitter that has just begun, and what two of them made in a while.
+/// No particles, an emitter that has just started, and the particles of two emitters after a while.
 fn told() -> Vec<Vec<u8>> {
     let mut particles = Particles::new(presets(), 500);
     let mut told = vec![particles.encode()];
@@ -159,7 +159,7 @@ fn told() -> Vec<Vec<u8>> {
     told
 }
 
-/// For each of the streams, messages that go on as the stream did, and such that do not.
+/// For each of the streams, messages that continue it and messages that do not.
 fn deltas() -> Vec<Vec<u8>> {
     let mut inputs = Vec::new();
     for (chosen, stream) in snapshots::streams().iter().enumerate() {
@@ -197,7 +197,7 @@ fn next(stream: &SnapshotStream, surprise: i32) -> Snapshot {
 
 // Files.
 
-/// A room of every scene, with a player who does something of everything for a while.
+/// A room of every scene, with a player who uses everything for a while.
 fn fresh_rooms() -> impl Iterator<Item = Room> {
     Scene::built_in().into_iter().map(|scene| {
         let mut room = Room::new("corpus", Arc::new(scene), 5);
@@ -217,7 +217,8 @@ fn replays() -> Vec<Vec<u8>> {
     fresh_rooms().map(replay_of).collect()
 }
 
-/// The records of some more ticks, in parts: the middle of a game, so that a keyframe comes first.
+/// The records of some more ticks, in parts, from the middle of a game, so that a keyframe comes
+/// first.
 fn replay_of(mut room: Room) -> Vec<u8> {
     room.record("corpus", 0);
     for seq in 20..30 {
@@ -231,16 +232,16 @@ fn replay_of(mut room: Room) -> Vec<u8> {
     input
 }
 
-/// The byte that its frame begins with.
+/// The first byte of its frame.
 fn kind_of(record: &Record) -> u8 {
     record.seal()[0]
 }
 
-/// The shipped scenes are inputs as they stand; these are small.
+/// The shipped scenes are inputs themselves; these are small.
 fn scenes() -> Vec<Vec<u8>> {
     let least = "title = \"A\"\nsize = [40, 30]\ngroups = [\"a\"]\n";
     let mut texts = vec![String::new(), least.to_owned(), format!("{least}gravity = [0, -1e9]\n")];
-    // A line of each shipped scene left out, or all from there on.
+    // Each shipped scene with one line left out, or with everything from that line on left out.
     for scene in Scene::built_in() {
         let lines: Vec<&str> = scene.source.lines().collect();
         texts.push(lines[..lines.len() / 2].join("\n"));

@@ -8,13 +8,13 @@ use jostle_room::Playback;
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Ticks that are played.
+/// Ticks to play.
 const TICKS_MAX: usize = 3;
-/// Larger worlds are read but not played: that takes time and shows nothing else.
+/// Larger worlds are read but not played, which would take long and show nothing new.
 const BODIES_PLAYED_MAX: usize = 300;
 
-/// A replay: a file as it is if the first byte is even, else its records, parts each, which are framed
-/// and get right checksums.
+/// A replay: the file itself if the first byte is even, otherwise its records as parts, which are
+/// framed with correct checksums.
 pub fn replay(bytes: &[u8]) {
     let Some((&kind, mut rest)) = bytes.split_first() else { return };
     if kind % 2 == 0 {
@@ -57,7 +57,7 @@ fn play_replay(replay: Replay) {
     playback.snapshot();
 }
 
-/// A scene's file: what is accepted can be played.
+/// A scene file: an accepted scene can be played.
 pub fn scene(bytes: &[u8]) {
     let source = String::from_utf8_lossy(bytes);
     match Scene::parse("fuzz.toml", &source) {
@@ -67,7 +67,7 @@ pub fn scene(bytes: &[u8]) {
 }
 
 fn play_scene(scene: Arc<Scene>) {
-    // Both are functions of the scene alone, and neither fails.
+    // Both depend only on the scene, and neither fails.
     let _ = Plan::of(&scene);
     let mut game = Game::new(Arc::clone(&scene), 1);
     if game.bodies().count() > BODIES_PLAYED_MAX {

@@ -1,6 +1,6 @@
-//! What must hold for any bytes that somebody sends or leaves in a file, one function a kind of input.
-//! Each panics where it does not hold. `tests` tries the committed corpus and thousands of its
-//! mutations in every run, the fuzzer in `targets` millions: `cargo xtask fuzz`.
+//! Properties that hold for any bytes from a peer or a file, one function per kind of input. Each
+//! panics if it does not hold. `tests` tries the committed corpus and thousands of mutations of it
+//! in every run, the fuzzer in `targets` tries millions: `cargo xtask fuzz`.
 
 mod files;
 mod messages;
@@ -16,10 +16,10 @@ pub use play::room;
 #[cfg(feature = "server")]
 pub use server::{SIGNING_KEY, handshake, link, token};
 
-/// A property of bytes; panics where it does not hold.
+/// A property of bytes; panics if it does not hold.
 pub type Property = fn(&[u8]);
 
-/// All of them; the fuzzer's targets and the directories of the corpus have these names.
+/// All properties. The fuzzer's targets and the directories of the corpus have these names.
 #[cfg(feature = "server")]
 pub const PROPERTIES: [(&str, Property); 12] = [
     ("client_message", client_message),
@@ -36,7 +36,8 @@ pub const PROPERTIES: [(&str, Property); 12] = [
     ("token", token),
 ];
 
-/// Takes a part with its length before it off an input that is made of several; the rest at most.
+/// Takes a part off an input that consists of several, each after its kind and length; a length
+/// that is too large takes the rest.
 fn part<'a>(bytes: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     let (&[kind, low, high], rest) = bytes.split_first_chunk()?;
     let length = usize::from(u16::from_le_bytes([low, high])).min(rest.len());
@@ -45,7 +46,7 @@ fn part<'a>(bytes: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     Some((kind, part))
 }
 
-/// The opposite: appends a part.
+/// Appends a part: the inverse of `part`.
 pub fn push_part(kind: u8, part: &[u8], bytes: &mut Vec<u8>) {
     let length = u16::try_from(part.len()).expect("parts of an input are short");
     bytes.push(kind);

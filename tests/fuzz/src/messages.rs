@@ -1,4 +1,5 @@
-//! Messages. What is accepted has one form only: it encodes to the bytes that it was read from.
+//! Messages. An accepted message has exactly one form: it encodes to the bytes that it was decoded
+//! from.
 
 use crate::part;
 use crate::snapshots::streams;
@@ -8,26 +9,26 @@ use jostle_protocol::{ClientMessage, Decoded, ServerMessage, SnapshotStream, VER
 use jostle_sim::Particles;
 use std::sync::Arc;
 
-/// Limit of the scene that particles are told of.
+/// Limit of particles in the scene.
 const PARTICLES_MAX: usize = 500;
 
-/// A message of a client.
+/// A client's message.
 pub fn client_message(bytes: &[u8]) {
     if let Ok(message) = ClientMessage::decode(bytes) {
-        // Of other versions nothing but the number is read.
+        // Of a hello of another version only the version number is read.
         let other = matches!(message, ClientMessage::Hello { version, .. } if version != VERSION);
         assert!(other || message.encode() == bytes, "{message:?}");
     }
 }
 
-/// A message of a server, snapshots but for their first byte left alone.
+/// A server's message; of a snapshot only the first byte is looked at.
 pub fn server_message(bytes: &[u8]) {
     if let Ok(message) = ServerMessage::decode(bytes) {
         assert_eq!(message.encode(), bytes, "{message:?}");
     }
 }
 
-/// A snapshot for one who holds nothing.
+/// A snapshot for a client that has none.
 pub fn keyframe(bytes: &[u8]) {
     let mut reader = SnapshotStream::default();
     let Ok(decoded) = reader.decode(bytes) else { return };
@@ -38,20 +39,20 @@ pub fn keyframe(bytes: &[u8]) {
     assert_eq!(again, bytes, "{newest:?}");
 }
 
-/// Ticks between messages, which stand behind the tick of a keyframe.
+/// Ticks from one message to the next, as stored after the tick of a keyframe.
 fn bytes_every(keyframe: &[u8]) -> u8 {
     let tick_bytes = 1 + keyframe[1..].iter().position(|byte| byte & 0x80 == 0).unwrap_or(0);
     keyframe[1 + tick_bytes]
 }
 
-/// Events in a keyframe of nothing else.
+/// Events, in a keyframe with nothing else.
 pub fn events(bytes: &[u8]) {
-    // Kind, sections, tick 16383 and a message a tick.
+    // Kind, sections, tick 16383, one message per tick.
     keyframe(&[&[0b1110_0000, 0xff, 0x7f, 1], bytes].concat());
 }
 
-/// What a keyframe tells of particles: what is accepted is told again in as many bytes, and lives for as
-/// long as its recipes say at most.
+/// The particles of a keyframe: accepted particles encode to as many bytes, and live no longer than
+/// their recipes allow.
 pub fn particles(bytes: &[u8]) {
     let Ok(mut particles) = Particles::decode(presets(), PARTICLES_MAX, bytes) else { return };
     assert_eq!(particles.encode().len(), bytes.len());
@@ -63,7 +64,7 @@ pub fn particles(bytes: &[u8]) {
     }
 }
 
-/// Messages, parts each, for one who holds what the first byte says.
+/// Messages as parts, for a client with the stream that the first byte selects.
 pub fn delta(bytes: &[u8]) {
     let Some((&chosen, mut rest)) = bytes.split_first() else { return };
     let streams = streams();
@@ -77,7 +78,7 @@ pub fn delta(bytes: &[u8]) {
         };
         assert_sound(&reader, &decoded, message);
         if message[0] & 0x40 == 0 {
-            // There may be shorter bytes for the same, but they say the same.
+            // Shorter bytes may exist for the same snapshot, but they decode to the same.
             let newest = reader.newest().expect("a snapshot was read");
             let again = sender.clone().decode(&sender.encode(newest, &decoded.events));
             assert_eq!(again.map(|decoded| decoded.events), Ok(decoded.events));
@@ -85,7 +86,7 @@ pub fn delta(bytes: &[u8]) {
     }
 }
 
-/// What was accepted could have been sent, and takes no more memory than what was.
+/// An accepted snapshot could have been sent, and takes no more memory than one that was.
 fn assert_sound(reader: &SnapshotStream, decoded: &Decoded, bytes: &[u8]) {
     let snapshot = reader.newest().expect("a snapshot was read");
     assert!(snapshot.bodies.is_sorted_by(|a, b| a.id.index < b.id.index));

@@ -1,6 +1,6 @@
-//! Replays with changed bytes: each is refused with a message or plays as far as it goes, and none
-//! panics or takes long. Plain changes are caught by checksums; records that were changed and sealed
-//! anew are not, and reach everything that reads a replay.
+//! Mutated replays: each is refused with a message or plays as far as it can be read; none panics
+//! or takes long. Checksums detect plain changes; records that are changed and framed again pass
+//! them and reach everything that reads a replay.
 
 use jostle_game::{Buttons, Game, Input, Scene, Seat};
 use jostle_protocol::Appearance;
@@ -14,35 +14,35 @@ use std::time::{Duration, Instant};
 
 /// Ticks of each half of a replay.
 const HALF_TICKS: u32 = 16;
-/// Ticks that are played of a mutated replay.
+/// Ticks played of a mutated replay.
 const TICKS_MAX: u32 = 40;
-/// One in so many is also sought in and verified with the search for the cause.
+/// One replay in this many is also searched and verified, including the search for the cause.
 const THOROUGH_EVERY: u64 = 2048;
 
-/// What came of the mutated replays.
+/// Outcomes of the mutated replays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Could not be begun: no replay, or no scene.
+    /// Not opened: no valid replay, or no valid scene.
     pub refused: u64,
-    /// Every tick there is was equal.
+    /// Every tick was equal.
     pub equal: u64,
     /// Equal up to a tick that cannot be played.
     pub stopped: u64,
-    /// A tick, a keyframe or the end differs.
+    /// A tick, a keyframe or the end record differs.
     pub differs: u64,
-    /// Ticks that were played.
+    /// Ticks played.
     pub ticks: u64,
-    /// The longest that one of them took.
+    /// Longest time of a tick.
     pub slowest: Duration,
 }
 
 impl Tally {
-    /// Mutated replays.
+    /// Number of mutated replays.
     pub fn count(&self) -> u64 {
         self.refused + self.equal + self.stopped + self.differs
     }
 
-    /// Adds another one.
+    /// Adds another tally.
     pub fn add(&mut self, other: &Tally) {
         self.refused += other.refused;
         self.equal += other.equal;
@@ -58,14 +58,14 @@ impl Tally {
 pub struct Base {
     /// Its scene, and whether it begins in the middle of a game.
     pub name: String,
-    /// What it is made of.
+    /// Its records.
     pub records: Vec<Record>,
-    /// The same, sealed: packing takes longer than all the rest.
+    /// The records as framed bytes: packing takes longer than everything else.
     sealed: Vec<Vec<u8>>,
 }
 
 impl Base {
-    /// The file.
+    /// The bytes of the file.
     pub fn bytes(&self) -> Vec<u8> {
         file(&self.sealed)
     }
@@ -77,7 +77,7 @@ fn file(sealed: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// Small replays of every scene, from its start and from the middle of a game, with a keyframe
+/// Small replays of every scene, from the start and from the middle of a game, with a keyframe
 /// between two blocks of ticks.
 pub fn bases() -> Vec<Base> {
     let scenes = Scene::built_in().into_iter().map(Arc::new);
@@ -135,8 +135,8 @@ fn halves(mut block: Block, middle: Keyframe) -> [Record; 3] {
     [Record::Ticks(block), Record::Keyframe(middle), Record::Ticks(later)]
 }
 
-/// Mutates and plays those numbered `numbers`: the same number is the same mutation. Panics with
-/// the number if one of them does. `progress` is told now and then.
+/// Mutates and plays the replays with these numbers; a number always gives the same mutation.
+/// Panics with the number of a mutation that panics. `progress` is called now and then.
 pub fn run(
     bases: &[Base],
     numbers: impl Iterator<Item = u64>,
@@ -176,7 +176,7 @@ fn mutated(base: &Base, rng: &mut Rng) -> Vec<u8> {
     }
 }
 
-/// Flips, changes, puts in, takes out or cuts off.
+/// Flips, changes, inserts, removes or truncates bytes.
 fn change_bytes(bytes: &mut Vec<u8>, rng: &mut Rng) {
     for _ in 0..=rng.below(4) {
         if bytes.is_empty() {
@@ -195,7 +195,7 @@ fn change_bytes(bytes: &mut Vec<u8>, rng: &mut Rng) {
     }
 }
 
-/// Nonsense in one payload, under a right checksum.
+/// Random bytes in one payload, with a correct checksum.
 fn resealed(base: &Base, rng: &mut Rng) -> Vec<u8> {
     let mut sealed = base.sealed.clone();
     let chosen = &mut sealed[rng.below(base.records.len() as u32) as usize];
@@ -206,7 +206,7 @@ fn resealed(base: &Base, rng: &mut Rng) -> Vec<u8> {
     file(&sealed)
 }
 
-/// Whole records in another order, twice, or not at all.
+/// Whole records reordered, duplicated or removed.
 fn shuffled(base: &Base, rng: &mut Rng) -> Vec<u8> {
     let mut sealed = base.sealed.clone();
     let at = rng.below(sealed.len() as u32) as usize;
@@ -219,7 +219,7 @@ fn shuffled(base: &Base, rng: &mut Rng) -> Vec<u8> {
     file(&sealed)
 }
 
-/// What records mean, changed: nothing that a checksum or a codec could catch.
+/// Changed contents of records, which no checksum or codec can detect.
 fn rewritten(base: &Base, rng: &mut Rng) -> Vec<u8> {
     let at = rng.below(base.records.len() as u32) as usize;
     let mut record = base.records[at].clone();
@@ -253,7 +253,7 @@ fn rewritten(base: &Base, rng: &mut Rng) -> Vec<u8> {
     file(&sealed)
 }
 
-/// Digits and lines of a scene: most other changes are refused at once.
+/// Changes digits and lines of a scene: most other changes are refused at once.
 fn change_text(text: &mut Vec<u8>, rng: &mut Rng) {
     let digits: Vec<_> = (0..text.len()).filter(|&at| text[at].is_ascii_digit()).collect();
     match rng.below(4) {
@@ -300,7 +300,7 @@ fn judge(bytes: Vec<u8>, is_thorough: bool) -> Tally {
     let first = playback.tick();
     let outcome = play(&replay, &mut playback);
     if is_thorough {
-        // Whatever comes of it: it must come.
+        // Any result is fine, as long as there is one.
         let _ = divergence::verify(&replay, |_| {});
         let _ = playback.seek(first + 1).and_then(|()| playback.seek(replay.last_tick()));
         playback.snapshot();

@@ -1,4 +1,4 @@
-//! A room and what several clients do to it.
+//! A room and the actions of several clients.
 
 use crate::part;
 use jostle_game::{Scene, Seat};
@@ -7,12 +7,12 @@ use jostle_protocol::{ClientMessage, ServerMessage, SnapshotStream, Token};
 use jostle_room::{Claim, Rate, Room, Subscriber};
 use std::sync::{Arc, OnceLock};
 
-/// Ticks of one input.
+/// Ticks per input.
 const TICKS_MAX: u32 = 40;
 
-/// Parts: messages of clients, whose seat is the low six bits of the kind. With bit 6 the client goes,
-/// for good if the part is empty; with bit 7 a tick is played first. Everybody who reads holds what the
-/// room shows.
+/// Parts are messages of clients; the low six bits of the kind are the seat. With bit 6 the client
+/// leaves, for good if the part is empty; with bit 7 a tick is played first. Every client that
+/// reads has what the room shows.
 pub fn room(bytes: &[u8]) {
     let mut room = Room::new("fuzz", Arc::clone(scene()), 3);
     let mut clients: Vec<Client> = Vec::new();
@@ -49,7 +49,7 @@ fn scene() -> &'static Arc<Scene> {
 fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
     match ClientMessage::decode(message) {
         Ok(ClientMessage::Hello { appearance, token, .. }) => {
-            // Tokens without a seal, for once: they begin with seat and serial.
+            // Unsigned tokens: they begin with seat and serial number.
             let claim = token.map(|Token([seat, serial, ..])| Claim {
                 seat: Seat(seat.into()),
                 serial: u64::from(serial),
@@ -72,7 +72,7 @@ fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
     }
 }
 
-/// Somebody who reads snapshots to the end.
+/// A client that reads every snapshot.
 struct Client {
     reader: Subscriber,
     stream: SnapshotStream,

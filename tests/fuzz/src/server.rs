@@ -1,4 +1,4 @@
-//! What comes to the server before a session: the head of a request, and the word in a link.
+//! Bytes that reach the server before a session: the head of a request, and the code in a link.
 
 use jostle_protocol::Token;
 use jostle_server::host::rooms::is_code;
@@ -12,10 +12,10 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::watch;
 
-/// Bytes on their way to a slow reader.
+/// Bytes that a pipe to a slow reader holds.
 const PIPE_BYTES: usize = 1 << 16;
 
-/// The word of a link, as it stands in a path.
+/// The code in a link, as it appears in a path.
 pub fn link(bytes: &[u8]) {
     let Ok(word) = std::str::from_utf8(bytes) else { return };
     if let Some(code) = http::meant_code(word) {
@@ -27,8 +27,8 @@ pub fn link(bytes: &[u8]) {
     }
 }
 
-/// All that a peer sends before a session, and then nothing more. What it gets begins as HTTP does, and
-/// the connection is over.
+/// Everything that a peer sends before a session. The response begins as HTTP does, and then the
+/// connection ends.
 pub fn handshake(bytes: &[u8]) {
     let host = host();
     let answer = host.runtime.block_on(async {
@@ -37,7 +37,7 @@ pub fn handshake(bytes: &[u8]) {
             let (mut reads, mut writes) = tokio::io::split(&mut peer);
             let mut answer = Vec::new();
             let send = async {
-                // The server may be done before it has read everything.
+                // The server may have finished before it has read everything.
                 let _ = writes.write_all(bytes).await;
                 let _ = writes.shutdown().await;
             };
@@ -46,7 +46,7 @@ pub fn handshake(bytes: &[u8]) {
             answer
         };
         let serve = async {
-            // The rest of an upgrade is the connection, which ends here.
+            // After an upgrade the connection ends here.
             let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
             speak_http(server, address, &host.state).await.map(|upgrade| upgrade.code)
         };
@@ -63,8 +63,8 @@ pub fn handshake(bytes: &[u8]) {
 /// The key of [`token`], for the corpus.
 pub const SIGNING_KEY: [u8; 32] = [7; 32];
 
-/// A token for a seat, or the key of a host: what is believed is what was sealed. A text of one gives
-/// it back.
+/// A token for a seat, or the key of a host: only signed ones are believed, and the text of an
+/// accepted one decodes to it.
 pub fn token(bytes: &[u8]) {
     let text = std::str::from_utf8(bytes).ok().and_then(Token::parse);
     if let Some(token) = text {
@@ -82,11 +82,11 @@ pub fn token(bytes: &[u8]) {
 struct Host {
     state: Arc<ServerState>,
     runtime: Runtime,
-    /// While it is there, the server runs.
+    /// Keeps the server running.
     _phase: watch::Sender<Phase>,
 }
 
-/// A server without scenes, so that no request opens a room and with it a thread.
+/// A server without scenes, so that no request opens a room, which would start a thread.
 fn host() -> &'static Host {
     static HOST: OnceLock<Host> = OnceLock::new();
     HOST.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! Snapshots that inputs start from.
+//! Snapshots from which inputs start.
 
 use jostle_game::{Kind, Seat};
 use jostle_protocol::limits::QUANTA_MAX;
@@ -6,8 +6,8 @@ use jostle_protocol::{Appearance, PlayerState, Snapshot, SnapshotBody, SnapshotS
 use jostle_sim::{BodyId, Shape};
 use std::sync::{Arc, OnceLock};
 
-/// What readers hold before [`crate::delta`]: nothing, things at rest, things that move, and the same at the
-/// ends of the world.
+/// Streams before [`crate::delta`]: empty, with bodies at rest, with moving bodies, and the same at
+/// the limits of the world.
 pub fn streams() -> &'static [SnapshotStream] {
     static STREAMS: OnceLock<Vec<SnapshotStream>> = OnceLock::new();
     STREAMS.get_or_init(|| {
@@ -28,7 +28,8 @@ pub fn streams() -> &'static [SnapshotStream] {
     })
 }
 
-/// Bodies of which every other one goes on by `way` quanta a tick, and two players, one of whom points.
+/// Bodies of which every second one moves by `way` quanta per tick, and two players, one of whom
+/// points.
 pub fn sample(tick: u32, bodies: i32, way: i32, from: i32) -> Snapshot {
     let moved = way * tick as i32;
     let body = |index: i32| SnapshotBody {

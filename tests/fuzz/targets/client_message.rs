@@ -1,4 +1,4 @@
-//! A message of a client: see `jostle_fuzz::client_message`.
+//! A client's message: see `jostle_fuzz::client_message`.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Snapshots that say what changed: see `jostle_fuzz::delta`.
+//! Delta snapshots: see `jostle_fuzz::delta`.
 
 #![no_main]
 

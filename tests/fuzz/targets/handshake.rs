@@ -1,4 +1,4 @@
-//! What a peer sends before a session: see `jostle_fuzz::handshake`.
+//! Bytes of a peer before a session: see `jostle_fuzz::handshake`.
 
 #![no_main]
 

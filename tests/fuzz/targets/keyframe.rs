@@ -1,4 +1,4 @@
-//! A snapshot that starts from nothing: see `jostle_fuzz::keyframe`.
+//! A keyframe: see `jostle_fuzz::keyframe`.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! The word in a link: see `jostle_fuzz::link`.
+//! The code in a link: see `jostle_fuzz::link`.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Particles as they are told to who joins: see `jostle_fuzz::particles`.
+//! Particles in the keyframe of a new client: see `jostle_fuzz::particles`.
 
 #![no_main]
 

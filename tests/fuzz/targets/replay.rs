@@ -1,4 +1,4 @@
-//! A replay, raw or with right checksums: see `jostle_fuzz::replay`.
+//! A replay, raw or with correct checksums: see `jostle_fuzz::replay`.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! The file of a scene: see `jostle_fuzz::scene`.
+//! A scene file: see `jostle_fuzz::scene`.
 
 #![no_main]
 

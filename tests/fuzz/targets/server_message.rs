@@ -1,4 +1,4 @@
-//! A message of a server: see `jostle_fuzz::server_message`.
+//! A server's message: see `jostle_fuzz::server_message`.
 
 #![no_main]
 

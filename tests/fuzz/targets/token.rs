@@ -1,4 +1,4 @@
-//! A token, as its holder brings it: see `jostle_fuzz::token`.
+//! A token as a client presents it: see `jostle_fuzz::token`.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Truncated and changed replays: each plays as far as it goes, or is refused.
+//! Truncated and mutated replays: each is refused or plays as far as it can be read.
 
 use jostle_fuzz::mutations::{bases, run};
 use jostle_protocol::replay::{Ending, Replay};
@@ -19,7 +19,7 @@ fn a_replay_without_its_last_bytes_verifies_up_to_its_last_record() {
             };
             let Ending::Cut(error) = replay.ending() else { panic!("{length} of {}", whole.len()) };
             assert!(error.offset <= length);
-            // All cuts within one record leave the same replay.
+            // All truncations within one record leave the same replay.
             if verified != Some(error.offset) {
                 verified = Some(error.offset);
                 let has_begun = replay.first_tick() == 0 || replay.keyframe_ticks().len() > 0;

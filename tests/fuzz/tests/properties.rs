@@ -1,5 +1,5 @@
-//! The properties hold for the committed corpus, for thousands of its mutations, and for any bytes. The
-//! fuzzer tries the same, guided and for as long as one likes.
+//! The properties hold for the committed corpus, for thousands of mutations of it, and for random
+//! bytes. The fuzzer does the same, guided by coverage and without a time limit.
 
 use jostle_fuzz::PROPERTIES;
 use proptest::prelude::*;
@@ -9,14 +9,14 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a mutation does at a place of an input, with a byte of its own.
+/// An edit of an input: the kind, the position and a byte.
 type Edit = (u8, Index, u8);
 
 fn here() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Files of the corpus of a property, and whatever else is one of its inputs.
+/// Corpus files of a property, and other valid inputs.
 fn inputs(name: &str) -> Vec<Vec<u8>> {
     let mut files = files(&here().join("corpus").join(name));
     if name == "scene" {
@@ -51,7 +51,7 @@ fn mutated(mut bytes: Vec<u8>, other: &[u8], edits: &[Edit]) -> Vec<u8> {
     bytes
 }
 
-/// Tries the corpus, and as many mutations of it and random inputs.
+/// Tries the corpus, and this many mutations of it and random inputs.
 fn check(name: &str, cases: u32) {
     let (_, property) = PROPERTIES.iter().find(|(known, _)| *known == name).expect("a property");
     let inputs = inputs(name);

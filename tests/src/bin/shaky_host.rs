@@ -1,6 +1,6 @@
-//! A server on a machine that can be told to fail: `shaky_host DIR [CERTIFICATE KEY]` records into DIR, prints the
-//! addresses of its two ports, and obeys one word a line on its standard input. Everything else about
-//! it is the server as it is; it ends in good order when it is sent SIGTERM.
+//! A server on a machine that fails on demand: `shaky_host DIR [CERTIFICATE KEY]` records into DIR,
+//! prints the addresses of its two ports, and obeys one order per line of standard input.
+//! Everything else is the server as shipped; SIGTERM shuts it down in good order.
 //!
 //! `disk good|full|closed`, `clock on|back` (40 days), `descriptors none|some`.
 
@@ -23,15 +23,15 @@ use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::oneshot;
 
 const GOOD: u8 = 0;
-/// Nothing more can be written, neither into files that are open nor into new ones.
+/// Nothing can be written any more, neither to open files nor to new ones.
 const FULL: u8 = 1;
-/// No file can be made.
+/// No file can be created.
 const CLOSED: u8 = 2;
 
 static DISK: AtomicU8 = AtomicU8::new(GOOD);
-/// What the wall clock is off by.
+/// Offset of the wall clock.
 static CLOCK_DAYS: AtomicI64 = AtomicI64::new(0);
-/// How far it steps: further than replays are kept.
+/// Size of a clock step: further than replays are kept.
 const STEP_DAYS: i64 = 40;
 
 struct ShakyFile(File);
@@ -63,12 +63,12 @@ fn wall() -> SystemTime {
     if days < 0 { SystemTime::now() - step } else { SystemTime::now() + step }
 }
 
-/// No descriptors beyond those that are open, or as many as there may be.
+/// Allows no descriptors beyond the open ones, or as many as usual.
 fn limit_descriptors(none: bool) -> anyhow::Result<()> {
     use rustix::process::{Resource, getrlimit, setrlimit};
     let mut limit = getrlimit(Resource::Nofile);
     limit.current = match none {
-        // New ones get the lowest free number, which this one has just now.
+        // New descriptors get the lowest free number, which is the one of this file.
         true => Some(u64::try_from(File::open("/dev/null")?.as_raw_fd())?),
         false => limit.maximum,
     };
@@ -89,7 +89,7 @@ fn obey(order: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Waits that a test can sit out, and that a busy machine does not miss.
+/// Time limits short enough for a test, and long enough for a busy machine.
 fn waits() -> Waits {
     Waits {
         http_head: Duration::from_secs(5),
@@ -102,7 +102,7 @@ fn waits() -> Waits {
     }
 }
 
-/// The file of a page without a build, large enough to fill every buffer on its way.
+/// The page's file without a build, large enough to fill every buffer on its way.
 static FILES: [assets::File; 1] =
     [assets::File { name: "big.bin", etag: "\"big\"", bytes: &[7; 4 << 20] }];
 
@@ -114,14 +114,14 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
         files: &FILES,
         waits: waits(),
         replays: Some(replays),
-        // All faults come from a few addresses of this machine.
+        // All faults come from a few local addresses.
         address_sessions_max: 8192,
         ..Config::default()
     };
     for (name, source) in [("restless", RESTLESS), ("crowd", CROWD)] {
         config.scenes.push(Scene::parse(&format!("{name}.toml"), source)?);
     }
-    // Its first particle looks for a recipe that is not there, as a bug in a game might.
+    // Its first particle refers to a recipe that does not exist, as a bug in a game might.
     let mut scenes = Scene::built_in().into_iter();
     let mut cracked = scenes.find(|scene| scene.name == "particles").context("a built-in scene")?;
     cracked.name = "cracked".to_owned();
@@ -130,7 +130,7 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-/// Obeys until whoever started this is gone.
+/// Obeys until the process that started this one is gone.
 fn obey_all() {
     for order in io::stdin().lines() {
         let Ok(order) = order else { return };
@@ -156,7 +156,7 @@ async fn main() -> anyhow::Result<()> {
     let (gone, deserted) = oneshot::channel();
     std::thread::spawn(move || {
         obey_all();
-        // The other end is there as long as the server is.
+        // The receiver lives as long as the server.
         let _ = gone.send(());
     });
     let stop = async move {

@@ -1,5 +1,5 @@
-//! Who opens a room is its host: it may be in no list, players may be asked to leave it, and it may
-//! be closed. Everybody else is told what happened, and stays outside.
+//! Hosts of rooms: a room may be private, its host can remove players and close it. The others are
+//! notified and cannot return.
 
 use crate::trouble::{assert_notice, network_noise};
 use anyhow::{Result, ensure};
@@ -9,12 +9,12 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
-/// Keeps the page's sockets within reach, to say through them what the page itself never would.
+/// Keeps the page's sockets accessible, to send messages that the page itself never would.
 const SOCKETS: &str = "(() => { const Open = WebSocket; window.sockets = []; \
     window.WebSocket = class extends Open { constructor(...given) { super(...given); \
     window.sockets.push(this); } }; })()";
 
-/// Opens a room that everybody may see, and gives its code.
+/// Opens a public room and returns its code.
 const OPEN_PUBLIC: &str = "fetch('/api/rooms', {method: 'POST', \
     headers: {'content-type': 'application/json'}, body: JSON.stringify({scene: 'impulse'})})\
     .then(answer => answer.json()).then(room => room.code)";
@@ -26,7 +26,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     ada.until_true("!document.querySelector('#close-room').hidden").await?;
     ada.until_true("!document.querySelector('#players button')").await?;
 
-    // It is in no list: not in the server's answer, and not in the lobby of a guest.
+    // It is not listed, neither in the server's answer nor in the lobby of a guest.
     let public: String = ada.eval(OPEN_PUBLIC).await?;
     let rooms: String = ada.eval("fetch('/api/rooms').then(answer => answer.text())").await?;
     ensure!(rooms.contains(&public) && !rooms.contains(&code), "only {public}: {rooms}");
@@ -49,7 +49,7 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     ada.until("a room without Bob", |s| s.players.len() == 1).await?;
     ada.until_true("!document.querySelector('#players button')").await?;
 
-    // Neither does the page come back by itself, nor by the link.
+    // The page does not return by itself, nor through the link.
     let sockets: u32 = bob.eval("sockets.length").await?;
     ada.ticks(60).await?;
     assert_eq!(bob.eval::<u32>("sockets.length").await?, sockets, "it tries again");
@@ -68,7 +68,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     let bob = stage.visit_link(&link, Screen::SMALL).await?;
     bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
 
-    // A reload makes nobody less of a host.
+    // After a reload the host is still the host.
     ada.go(&link).await?;
     ada.until("a hero of one's own", State::plays).await?;
     ada.until_true("document.querySelector('#players button')").await?;
@@ -96,7 +96,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// By the keys, as who sees no screen would.
+/// By keyboard, as with a screen reader.
 async fn open_private_room(stage: &Stage) -> Result<Tab> {
     let ada = stage.visit("/", Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
@@ -113,7 +113,7 @@ async fn open_private_room(stage: &Stage) -> Result<Tab> {
     Ok(ada)
 }
 
-/// Neither buttons nor messages: what a guest's page asks for is denied, in one line.
+/// Buttons and messages are useless to guests: what their page asks for is denied, in one line.
 async fn guests_have_no_power(guest: &Tab) -> Result<()> {
     guest.until_true("document.querySelectorAll('#players li').length === 2").await?;
     guest.until_true("document.querySelector('#close-room').hidden").await?;
@@ -125,7 +125,7 @@ async fn guests_have_no_power(guest: &Tab) -> Result<()> {
     guest.keep("host-denied").await
 }
 
-/// Presses the button beside a player, changes one's mind, and does it then.
+/// Presses the button beside a player, cancels, and then confirms.
 async fn have_leave(host: &Tab, name: &str) -> Result<()> {
     let button = format!("#players [aria-label='Remove {name}']");
     host.until_true(&format!("document.querySelector(\"{button}\")")).await?;

@@ -20,7 +20,7 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
     let link = ada.link().await?;
     ensure!(link.len() > stage.server.link("/").len(), "{link} names a room");
 
-    // The clipboard needs a permission that nobody can give to a page without a window.
+    // A headless page cannot be granted the clipboard permission.
     ada.eval::<bool>(
         "(navigator.clipboard.writeText = text => { window.copied = text; return Promise.resolve(); \
          }, true)",
@@ -65,7 +65,7 @@ pub async fn the_help_takes_the_focus_and_gives_it_back(stage: Arc<Stage>) -> Re
     tab.until_true(&format!("{focused} === 'signal'")).await?;
     tab.until_true("!document.querySelector('#game').inert").await?;
 
-    // Who clicks plays on: the next key is the game's, not the button's.
+    // After the click the next key belongs to the game, not to the button.
     tab.click_on("#help-button").await?;
     tab.until_true(&format!("{focused} === 'help-close'")).await?;
     tab.click_on("#help-close").await?;
@@ -94,7 +94,7 @@ pub async fn a_phone_has_a_stick_and_nothing_scrolls(stage: Arc<Stage>) -> Resul
     tab.until("the stick steering", |s| (x(s) - before) * to.signum() as f32 > 3.0).await?;
     tab.lift().await?;
 
-    // Without an F4 key the signal is the way to the network.
+    // Without an F4 key the signal icon opens the network panel.
     tab.click_on("#signal").await?;
     tab.until_true(
         "(() => { const panel = document.querySelector('#network').getBoundingClientRect(); \

@@ -1,4 +1,4 @@
-//! The page in a real Chromium, against a real server: one file a subject.
+//! The page in a real Chromium, against a real server: one file per subject.
 
 mod hosts;
 mod lobby;
@@ -13,7 +13,7 @@ mod trouble;
 use jostle_tests::runner::{self, Case};
 use std::process::ExitCode;
 
-/// The order is the one in which things would be looked at by hand.
+/// In the order in which one would try things by hand.
 const CASES: &[Case] = &[
     Case {
         name: "a_key_in_one_page_moves_the_hero_seen_in_another",

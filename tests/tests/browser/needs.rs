@@ -1,4 +1,4 @@
-//! What a scene lacks is neither sent nor made.
+//! Features that a scene lacks are neither sent nor created.
 
 use anyhow::{Context, Result};
 use jostle_tests::runner::Stage;
@@ -8,7 +8,7 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Counts at the browser's own door what is made, whatever the page says of itself.
+/// Counts in the browser what is created, independently of the page's own report.
 const COUNT: &str = r#"(() => {
     const made = window.made = {programs: 0, textures: 0};
     const context = WebGL2RenderingContext.prototype;
@@ -53,11 +53,12 @@ fn with_particles() -> Gpu {
     made(&["ground", "solids", "particles"], &textures)
 }
 
-/// All pixels are drawn: a slow machine would change to fewer of them, in a texture of another size.
+/// All pixels are drawn: a slow machine would reduce the resolution, with a texture of another
+/// size.
 pub async fn a_scene_without_particles_loads_nothing_for_them(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit_changed(COUNT, "/pile?sharp=1").await?;
     tab.until("the scene", |s| s.state == "playing" && !s.bodies.is_empty()).await?;
-    // Play it: bodies are born, fall, strike and are removed.
+    // Play the scene: bodies are created, fall, collide and are removed.
     tab.key_down("z").await?;
     let eight = |s: &State| s.of_kind("dumb").len() >= 8;
     tab.until_aimed([160.0, 60.0], false, "eight dumb minions", eight).await?;

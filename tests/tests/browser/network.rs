@@ -1,4 +1,4 @@
-//! The own hero before the server's word, and the panel with the simulated network.
+//! Prediction of the own hero, and the panel with the simulated network.
 
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::Stage;
@@ -7,8 +7,8 @@ use jostle_tests::tab::{Screen, Tab};
 use serde::Deserialize;
 use std::sync::Arc;
 
-/// In the page: how far the hero was drawn from where it stood while the server's newest word still
-/// had it there.
+/// In the page: how far the hero was drawn from where it stood while the server's newest snapshot
+/// still had it there.
 const WATCH: &str = r#"(() => {
     const watch = window.watch = {ahead: 0, told: 0};
     let stood = null;
@@ -28,13 +28,13 @@ const WATCH: &str = r#"(() => {
 
 #[derive(Debug, Deserialize)]
 struct Watched {
-    /// Way of the drawn hero before the server said that it moves, world units.
+    /// Distance of the drawn hero before the server reports a movement, world units.
     ahead: f32,
-    /// Way of the hero by the server's word.
+    /// Distance of the hero in the snapshots.
     told: f32,
 }
 
-/// Steers to the right on a link of 0.8 s until the server's word is far away.
+/// Steers to the right on a link with 0.8 s of delay until the hero of the snapshots has moved far.
 async fn steer(tab: &Tab) -> Result<Watched> {
     tab.until("a hero of one's own", State::plays).await?;
     tab.ticks(120).await?;
@@ -49,7 +49,7 @@ pub async fn a_key_moves_the_hero_before_the_server_says_so(stage: Arc<Stage>) -
     let tab = stage.visit("/impulse?lag=800,20", Screen::SMALL).await?;
     let seen = steer(&tab).await?;
     assert!(seen.ahead > 2.0 && seen.told > 5.0, "it is drawn on its way long before: {seen:?}");
-    // The server's word wins: where it comes to rest both are one.
+    // The server's state wins: at rest both are equal.
     let together = |s: &State| {
         let apart =
             |(drawn, told): ([f32; 2], [f32; 2])| (drawn[0] - told[0]).hypot(drawn[1] - told[1]);
@@ -86,7 +86,7 @@ pub async fn the_panel_simulates_a_bad_network(stage: Arc<Stage>) -> Result<()> 
     tab.until_true("/ms$/.test(document.getElementById('net-trip').textContent)").await?;
     tab.until_true("parseInt(document.getElementById('net-rate').textContent) > 5").await?;
 
-    // By keyboard alone: the second choice, then the third.
+    // By keyboard only: the second choice, then the third.
     tab.eval::<bool>("(document.querySelector('#net-presets input:checked').focus(), true)")
         .await?;
     for _ in 0..2 {

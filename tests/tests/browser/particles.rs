@@ -1,4 +1,4 @@
-//! The page's particles against those of games that were played natively.
+//! The page's particles against those of natively played games.
 
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::Stage;

@@ -1,7 +1,7 @@
-//! Scenes frozen at a tick: each looks as it did when its golden picture was taken, and its game
-//! has the state hash that it has natively: the same bits.
+//! Scenes frozen at a tick: each looks like its golden picture, and its game has the same state
+//! hash as natively.
 //!
-//! `JOSTLE_UPDATE_GOLDENS=1` takes the pictures anew; look at them before they are committed.
+//! `JOSTLE_UPDATE_GOLDENS=1` updates the pictures; look at them before you commit them.
 
 use anyhow::{Context, Result, anyhow, bail};
 use jostle_client_web::world::replica::{Eye, Replica};
@@ -16,11 +16,11 @@ use std::sync::Arc;
 
 const SEED: u64 = 7;
 const BOTS: u8 = 2;
-/// Another version of the software renderer may round differently, and edges by a lot.
+/// Another version of the software renderer may round differently, and edges differ by a lot.
 pub const MEAN_MAX: f64 = 0.5;
-/// Beyond it a pixel counts as another one.
+/// Difference of a channel above which a pixel counts as different.
 pub const CHANNEL_MAX: u8 = 8;
-/// Share of such pixels.
+/// Largest share of such pixels.
 pub const OUTLIERS_MAX: f64 = 0.001;
 
 pub async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>) -> Result<()> {
@@ -43,7 +43,7 @@ pub async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// When a scene's picture is taken: late enough that much is going on.
+/// Tick of a scene's picture: late enough for something to happen.
 fn picture_tick(scene: &str) -> u32 {
     match scene {
         "bounds" => 90,
@@ -84,7 +84,7 @@ pub fn goldens() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("goldens")
 }
 
-/// The address of a demo that stands still at a tick.
+/// The address of a demo that is frozen at a tick.
 fn demo_path(scene: &str, tick: u32) -> String {
     format!("/?demo={scene}&seed={SEED}&ticks={tick}&bots={BOTS}")
 }
@@ -112,7 +112,7 @@ pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// What the page does for [`demo_path`], in this process: the room, and what is heard of it.
+/// The same as the page does for [`demo_path`], in this process: the room, and its replica.
 fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
     let found = Scene::built_in().into_iter().find(|built_in| built_in.name == scene);
     let scene = Arc::new(found.with_context(|| format!("no scene {scene}"))?);

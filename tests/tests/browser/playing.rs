@@ -1,4 +1,4 @@
-//! What players do: steer, throw, drop, grab, shake, clear, select, spray.
+//! Actions of players: steer, throw, drop, grab, shake, clear, select, spray.
 
 use anyhow::{Context, Result};
 use jostle_tests::picture::Picture;
@@ -56,7 +56,7 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     tab.record().await?;
     let target = tab.aim([x + 30.0, y]).await?;
     tab.mouse_down(target).await?;
-    // The press itself must do it: the button is up again before the next tick.
+    // The press itself must suffice: the button is released before the next tick.
     tab.mouse_up(target).await?;
     tab.until("an explosion", |s| s.particles >= 150).await?;
     tab.until_seen("50 more saturated pixels", |picture| saturated(picture) > dark + 50).await?;
@@ -70,7 +70,7 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     Ok(())
 }
 
-/// Waits until the own hero lies on the floor; where it lies.
+/// Waits until the own hero lies on the floor; returns its position.
 async fn resting_hero(tab: &Tab) -> Result<[f32; 2]> {
     loop {
         let before = tab.state().await?;
@@ -107,7 +107,7 @@ pub async fn impulse_tools(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
-/// Takes one dumb minion up with X and the mouse, and lets it fall.
+/// Lifts a marble with X and the mouse, and drops it.
 async fn grab(tab: &Tab) -> Result<()> {
     tab.ticks(120).await?;
     let state = tab.state().await?;
@@ -130,8 +130,8 @@ async fn grab(tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-/// A dumb minion and a point to which nothing is in its way. Each room has its platforms elsewhere,
-/// and a slow machine has more in the heap.
+/// A marble and a point that it can reach freely. Platforms differ from room to room, and a slow
+/// machine has more bodies in the heap.
 fn way_out(state: &State) -> Option<(Body, [f32; 2])> {
     let goals = (20..=180).step_by(4).flat_map(|x| (14..=98).step_by(4).map(move |y| [x, y]));
     let goals: Vec<[f32; 2]> = goals.map(|goal| goal.map(|part| part as f32)).collect();
@@ -146,9 +146,9 @@ fn way_out(state: &State) -> Option<(Body, [f32; 2])> {
     })
 }
 
-/// Whether a body meets nothing on its way to a point.
+/// Returns whether a body meets nothing on its way to a point.
 fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
-    // Half a platform and a dumb minion, with some air.
+    // Half a platform and a marble, with a margin.
     let apart = [22.5, 8.5];
     let others: Vec<&Body> =
         state.of_kind("dumb").into_iter().filter(|b| b.id != moved.id).collect();
@@ -157,7 +157,7 @@ fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
         let share = step as f32 / 20.0;
         let [x, y] = [0, 1].map(|axis| moved.pos[axis] + share * (goal[axis] - moved.pos[axis]));
         let beside = |b: &&Body| (b.pos[0] - x).abs() > apart[0] || (b.pos[1] - y).abs() > apart[1];
-        // It may leave what it touches, but come near nothing.
+        // It may leave what it touches, but must not come near anything else.
         let away = |b: &&Body| {
             let (was, is) = (distance(b, moved.pos), distance(b, [x, y]));
             is > 12.5 || is > was
@@ -166,7 +166,7 @@ fn is_open(state: &State, moved: &Body, goal: [f32; 2]) -> bool {
     })
 }
 
-/// Waits until no dumb minion moves.
+/// Waits until all marbles are at rest.
 async fn settled(tab: &Tab) -> Result<State> {
     let mut before = tab.state().await?;
     loop {
@@ -178,7 +178,7 @@ async fn settled(tab: &Tab) -> Result<State> {
     }
 }
 
-/// How many dumb minions are farther than that from where they were.
+/// Number of marbles that moved further than this.
 fn moved(before: &State, after: &State, apart: f32) -> usize {
     let was = before.of_kind("dumb");
     let is_away =
@@ -222,7 +222,7 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
 pub async fn bounds_colors(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/bounds", Screen::SMALL).await?;
     tab.until("the scene", |s| s.state == "playing" && s.bodies.len() >= 15).await?;
-    // The hero that H picks and the platform that P picks lie on each other at first.
+    // The hero selected by H and the platform selected by P overlap at first.
     let [x, y] = tab.to_page([20.0, 30.0]).await?;
     let red = move |picture: &Picture| {
         picture.count_near(x, y, 45.0, |[r, g, b]| r > 180 && g < 90 && b < 90)

@@ -24,7 +24,7 @@ use std::sync::Arc;
 /// Ten seconds.
 const TICKS: u32 = 600;
 const NAMES: [&str; 3] = ["Ada", "Grace", "Alan"];
-/// Everything over the world.
+/// Hides everything in front of the world.
 const HIDE_HUD: &str = "(() => { const style = document.createElement('style'); \
     style.textContent = '.hud, #tags, .deck { visibility: hidden !important }'; \
     document.head.append(style); return true; })()";
@@ -56,7 +56,7 @@ fn file(records: &[Record]) -> Vec<u8> {
     bytes
 }
 
-/// Drops a file onto the page as a hand would.
+/// Drops a file onto the page.
 async fn drop_file(tab: &Tab, name: &str, bytes: &[u8]) -> Result<()> {
     let numbers = serde_json::to_string(bytes)?;
     tab.eval::<bool>(&format!(
@@ -69,7 +69,7 @@ async fn drop_file(tab: &Tab, name: &str, bytes: &[u8]) -> Result<()> {
     .map(drop)
 }
 
-/// The lobby with a file dropped onto it.
+/// Opens the lobby and drops a file onto it.
 async fn watch(stage: &Stage, bytes: &[u8], screen: Screen) -> Result<Tab> {
     let tab = stage.visit("/", screen).await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
@@ -83,13 +83,13 @@ async fn press(tab: &Tab, key: &str) -> Result<()> {
     tab.key_up(key).await
 }
 
-/// Waits until the replay shown is as wanted.
+/// Waits until the replay on display satisfies `test`.
 async fn until(tab: &Tab, wanted: &str, test: impl Fn(&Shown) -> bool) -> Result<Shown> {
     let seen = |state: &State| state.replay.as_ref().is_some_and(&test);
     tab.until(wanted, seen).await?.replay.context("a replay")
 }
 
-/// Goes to a tick by the slider, as a hand does.
+/// Moves the slider to a tick.
 async fn slide_to(tab: &Tab, tick: u32) -> Result<Shown> {
     tab.eval::<bool>(&format!(
         "(() => {{ const slider = document.querySelector('#seek'); slider.value = {tick}; \
@@ -104,7 +104,7 @@ fn hash_at(playback: &mut Playback, tick: u32) -> Result<Option<String>> {
     Ok(Some(format!("{:016x}", playback.game().hash())))
 }
 
-/// Waits for a text in the mark that tells of the hashes.
+/// Waits for a text in the mark that shows the result of the comparison.
 async fn until_verdict(tab: &Tab, verdict: &str, text: &str) -> Result<()> {
     let check = "document.querySelector('#check')";
     tab.until_true(&format!(
@@ -185,7 +185,7 @@ pub async fn a_wrong_hash_turns_the_mark_red(stage: Arc<Stage>) -> Result<()> {
     }
     let tab = watch(&stage, &file(&records), Screen::SMALL).await?;
     until_verdict(&tab, "differs", "after 0:05").await?;
-    // While it plays it may be past the tick before it was looked at.
+    // While it plays it may be past the tick before it is checked.
     if until(&tab, "anything", |_| true).await?.playing {
         press(&tab, " ").await?;
     }
@@ -195,7 +195,7 @@ pub async fn a_wrong_hash_turns_the_mark_red(stage: Arc<Stage>) -> Result<()> {
     until_verdict(&tab, "differs", "tick 345").await
 }
 
-/// The card in the middle of the page says all of this.
+/// Waits until the card in the middle of the page contains all of these texts.
 async fn until_card(tab: &Tab, texts: &[&str]) -> Result<()> {
     let texts = serde_json::to_string(texts)?;
     tab.until_true(&format!(
@@ -218,7 +218,7 @@ pub async fn bad_files_are_explained(stage: Arc<Stage>) -> Result<()> {
     tab.click_on("#notice-other").await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
 
-    // What a cut file has is shown, and what it has not is told.
+    // The ticks of a truncated file are shown, and the missing ones reported.
     drop_file(&tab, "cut.jostle", &whole[..whole.len() - 40]).await?;
     until_card(&tab, &["Incomplete replay", "5 seconds", "ends within a record"]).await?;
     tab.click_on("#notice-button").await?;
@@ -269,7 +269,7 @@ pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Res
     slide_to(&tab, 10).await?;
     slide_to(&tab, shown.tick).await?;
     let sought = tab.steady_picture().await?;
-    // What plays may be drawn with fewer pixels than what has stood still for a frame.
+    // While it plays it may be drawn at a lower resolution than after a frame at rest.
     let shown = until(&tab, "the same tick", |again| again.tick == shown.tick).await?;
     let apart = played.compare(&sought, 0)?;
     assert_eq!(apart.max, 0, "sought as played, tick {}: {apart:?}", shown.tick);
@@ -283,7 +283,7 @@ pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Res
     }
 }
 
-/// The same tick in the same view, drawn in this process.
+/// The same tick in the same view, drawn natively in this process.
 fn native_picture(bytes: Vec<u8>, shown: &Shown) -> Result<Picture> {
     let mut headless = Headless::open()?;
     let mut film = ReplayPlayer::open(bytes)?;

@@ -1,5 +1,5 @@
-//! What goes wrong: sockets, servers, graphics, focus, rooms. Each has an end that a player
-//! understands, and nobody else notices.
+//! Things that go wrong: sockets, servers, graphics, focus, rooms. In each case the player
+//! understands what happened, and other players notice nothing.
 
 use anyhow::{Context, Result};
 use jostle_protocol::Refusal;
@@ -10,7 +10,7 @@ use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
-/// What Chromium itself logs when an answer or a socket fails, which these tests bring about.
+/// Messages that Chromium itself logs when a request or a socket fails, as these tests cause.
 pub fn network_noise(error: &str) -> bool {
     error.contains("Failed to load resource") || error.contains("WebSocket connection to")
 }
@@ -48,7 +48,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
     assert_notice(&tab, "reconnect automatically").await?;
     let server = Server::start_at(address, Config::default()).await?;
-    // Nobody touches the page: it comes back by itself.
+    // Without any action the page reconnects.
     tab.until("playing on the new server", State::plays).await?;
     let seen = tab.recorded().await?;
     assert!(!seen.states.iter().any(|s| s == "refused"), "the page never gave up: {seen:?}");
@@ -57,7 +57,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     server.stop().await
 }
 
-/// The card in the middle of the page says this.
+/// Waits until the card in the middle of the page shows this text.
 pub async fn assert_notice(tab: &Tab, text: &str) -> Result<()> {
     let text = serde_json::to_string(text)?;
     tab.until_true(&format!(
@@ -94,7 +94,7 @@ pub async fn lost_focus_releases_keys(stage: Arc<Stage>) -> Result<()> {
     tab.key_down("d").await?;
     tab.until("running", |s| x(s) > before + 5.0).await?;
     tab.eval::<bool>("window.dispatchEvent(new Event('blur'))").await?;
-    // The key is still down as far as the browser knows; friction stops a hero that nobody steers.
+    // The key is still down for the browser; without steering, friction stops the hero.
     let mut last = x(&tab.state().await?);
     for _ in 0..40 {
         let now = x(&tab.ticks(15).await?);

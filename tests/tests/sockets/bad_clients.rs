@@ -1,4 +1,4 @@
-//! Those who do not: each gets its clear answer, and the other player's game goes on.
+//! Misbehaving clients: each gets a clear answer, and the other player's game goes on.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -13,7 +13,7 @@ use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::Message;
 
-/// A small scene for two.
+/// A small scene for two players.
 const PAIR: &str = r#"title = "Pair"
 size = [100, 50]
 tools = ["steer"]
@@ -154,7 +154,7 @@ async fn an_honest_client_is_no_flood() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    // A stall of two seconds arrives at once, then play goes on at its pace.
+    // The inputs of a two-second stall arrive at once, then play goes on at its normal rate.
     for _ in 0..120 {
         bob.input(Buttons::LEFT, None).await;
     }
@@ -248,8 +248,9 @@ async fn a_slow_body_is_closed() {
 async fn sockets_of_one_address_are_counted() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    // As many as are allowed are too many with Ann's. All say nothing, so that those who got in
-    // are closed after a while; a machine that is too slow to hold all at once tries again.
+    // With Ann's socket, the allowed number is one too many. None of them says hello, so those
+    // admitted are closed after a while; if the machine is too slow to hold all at once, the test
+    // tries again.
     let refused = async {
         loop {
             let sockets: Vec<_> = (0..limits::ADDRESS_SESSIONS_MAX + 4)
@@ -275,7 +276,7 @@ async fn refusal_of_the_silent(address: SocketAddr) -> Refusal {
     Client::connect(address, "arena").await.refusal().await.0
 }
 
-/// Sends what may be refused while it is still being sent.
+/// Sends a message that may be refused while it is still being sent.
 async fn send_unless_closed(client: &mut Client, message: Message) {
     use futures_util::SinkExt;
     let _ = timeout(LONG, client.socket.send(message)).await.expect("time");

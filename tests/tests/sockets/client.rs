@@ -1,4 +1,4 @@
-//! A client for tests: what a page does, without a page. Every wait has an end.
+//! A client for tests, which does what a page does. Every wait has a time limit.
 
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::{Buttons, Input};
@@ -20,18 +20,18 @@ use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 /// Longer than anything takes, even on a busy machine.
 pub const LONG: Duration = Duration::from_secs(30);
 
-/// One socket, and the newest snapshot that came over it.
+/// One socket, and the newest snapshot that it received.
 pub struct Client<S = TcpStream> {
     pub socket: WebSocketStream<S>,
     pub seat: u16,
     pub token: Token,
-    /// Whether the welcome said so.
+    /// Whether the welcome says that this is the host.
     pub host: bool,
     pub newest: Snapshot,
     pub stream: SnapshotStream,
-    /// Bytes of all messages that came.
+    /// Bytes of all received messages.
     pub bytes: usize,
-    /// Snapshots that came.
+    /// Number of received snapshots.
     pub snapshots: u32,
     pub seq: u32,
 }
@@ -57,7 +57,7 @@ impl Client {
         client
     }
 
-    /// The creator of a room enters it.
+    /// Joins a room as its host.
     pub async fn host(address: SocketAddr, room: &str, name: &str, key: Token) -> Client {
         let mut client = Client::connect(address, room).await;
         let appearance = Appearance { name: name.into(), color: 1 };
@@ -70,7 +70,7 @@ impl Client {
 }
 
 impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
-    /// An upgraded socket that has not said hello, over a stream that leads to a server.
+    /// An upgraded socket that has not said hello, over a stream to a server.
     pub async fn upgraded(stream: S, url: &str) -> Client<S> {
         let config = WebSocketConfig::default()
             .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
@@ -130,7 +130,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// The next message; snapshots are decoded into `newest` on the way.
+    /// The next message; snapshots before it are decoded into `newest`.
     pub async fn message(&mut self) -> ServerMessage {
         let frame = self.frame().await;
         let Some(Ok(Message::Binary(bytes))) = frame else {
@@ -165,13 +165,13 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         timeout(LONG, found).await.unwrap_or_else(|_| panic!("{what} did not happen in time"));
     }
 
-    /// The own player.
+    /// The client's own player.
     pub fn player(&self) -> &PlayerState {
         let own = self.newest.players.iter().find(|player| player.seat.0 == self.seat);
         own.expect("a player is in every snapshot after the welcome")
     }
 
-    /// The server's tick, between the call and its return.
+    /// The server's tick at some moment during the call.
     pub async fn tick(&mut self) -> u32 {
         self.send(&ClientMessage::Ping { stamp: 77 }).await;
         loop {
@@ -182,7 +182,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// Sends an input and waits until it was played: from then on the seat is held.
+    /// Sends an input and waits until it was played; from then on the seat is held.
     pub async fn is_heard(&mut self) {
         self.input(Buttons::default(), None).await;
         let (seat, seq) = (self.seat, self.seq);
@@ -193,7 +193,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         .await;
     }
 
-    /// Shows that this player's game goes on: a second of ticks comes, and an input is played.
+    /// Checks that this player's game goes on: a second of ticks arrives, and an input is played.
     pub async fn goes_on(&mut self) {
         self.input(Buttons::RIGHT, None).await;
         let (seat, seq) = (self.seat, self.seq);
@@ -205,7 +205,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         .await;
     }
 
-    /// Reads to the end of the socket: why the server ended it, and with which close code.
+    /// Reads to the end of the socket: the server's refusal and the close code.
     pub async fn refusal(&mut self) -> (Refusal, u16) {
         let refusal = loop {
             if let ServerMessage::Refused { refusal } = self.message().await {
@@ -221,7 +221,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    /// Expects the server to end the socket for this reason, with its close code.
+    /// Expects the server to close the socket with this refusal and its close code.
     pub async fn is_refused(&mut self, expected: Refusal) {
         assert_eq!(self.refusal().await, (expected, expected.close_code()));
     }

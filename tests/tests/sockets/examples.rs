@@ -1,5 +1,5 @@
-//! The clients of `docs/examples`, in another language and from `docs/protocol.md` alone: where they
-//! say that bodies are, there a client of ours has them.
+//! The clients of `docs/examples`, written in another language from `docs/protocol.md` alone,
+//! report bodies at the same positions as our own client.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -24,7 +24,7 @@ struct Line {
     bodies: Places,
 }
 
-/// What the example prints; it ends at the latest when the server does.
+/// Starts an example; returns its output. It ends at the latest when the server does.
 fn start(program: &str, address: SocketAddr, more: &[&str]) -> JoinHandle<String> {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/examples");
     let mut python = Command::new("python3");
@@ -47,7 +47,8 @@ fn places(snapshot: &Snapshot, room: &str) -> Places {
     bodies.collect()
 }
 
-/// Plays in a room until the example has ended: what it printed, and where bodies were by tick.
+/// Plays in a room until the example has ended; returns its output, and the positions of bodies by
+/// tick.
 async fn play_beside(
     mut ann: Client,
     room: &str,
@@ -58,7 +59,7 @@ async fn play_beside(
     while !example.is_finished() {
         let seq = ann.seq as usize;
         let pointer = Vec2::new(20.0 + (seq % 90) as f32, 30.0);
-        // It comes and goes, and so do what she makes and throws.
+        // The pointer comes and goes, and so do the bodies that the player creates and throws.
         let pointer = (seq / 100).is_multiple_of(2).then_some(pointer);
         ann.input(all[seq / 7 % all.len()], pointer).await;
         let snapshot = ann.snapshot().await;
@@ -101,7 +102,7 @@ async fn a_python_client_follows_all_moving_bodies() {
         let server = Server::start().await;
         let ann = Client::join(server.address, room, "Ann").await;
         let example = start("stream.py", server.address, &[room, "300"]);
-        // Somebody comes and goes meanwhile, with a pointer of his own.
+        // Meanwhile a player with a pointer joins and leaves.
         let address = server.address;
         let bob = tokio::spawn(async move {
             let mut bob = Client::join(address, room, "Bob").await;

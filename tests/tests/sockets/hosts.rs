@@ -1,4 +1,4 @@
-//! Rooms that somebody opened: their links, their hosts, and what only a host may do.
+//! Opened rooms: their links, their hosts, and what only a host may do.
 
 use crate::client::Client;
 use crate::http::{get, post};
@@ -8,7 +8,7 @@ use jostle_protocol::{ClientMessage, Refusal, ServerMessage, Token, VERSION};
 use jostle_server::limits::PRIVATE_CODE_CHARS;
 use std::net::SocketAddr;
 
-/// Opens a room: its code, and the key of its host.
+/// Opens a room; returns its code and host key.
 async fn open(server: SocketAddr, body: &str) -> (String, Token) {
     let created = post(server, "/api/rooms", body).await;
     assert_eq!(created.status, 201);
@@ -17,7 +17,7 @@ async fn open(server: SocketAddr, body: &str) -> (String, Token) {
     (text("code"), Token::parse(&text("host_key")).expect("a key"))
 }
 
-/// Reads on until the server says that only a host may do that.
+/// Reads until the server answers that only a host may do this.
 async fn is_denied(client: &mut Client) {
     while !matches!(client.message().await, ServerMessage::Denied) {}
 }
@@ -47,7 +47,7 @@ async fn a_kicked_player_cannot_return_at_once() {
     let mut host = Client::host(server.address, &code, "Host", key).await;
     let mut guest = Client::join(server.address, &code, "Guest").await;
     guest.is_heard().await;
-    // Nobody, and the host, cannot be told to leave; the latter with an answer.
+    // An empty seat and the host cannot be kicked; the latter is answered.
     host.send(&ClientMessage::Kick { seat: Seat(60) }).await;
     host.send(&ClientMessage::Kick { seat: Seat(host.seat) }).await;
     is_denied(&mut host).await;
@@ -63,7 +63,7 @@ async fn a_kicked_player_cannot_return_at_once() {
     again.hello(VERSION, "Other", None).await;
     again.is_refused(Refusal::Kicked).await;
     server.counts("jostle_refusals_total{reason=\"kicked\"}", 2).await;
-    // Other rooms are open, and so is this one to its host, though it is the same address.
+    // Other rooms still admit this address, and this room admits its host from it.
     let mut elsewhere = Client::join(server.address, "arena", "Guest").await;
     let mut second = Client::host(server.address, &code, "Host", key).await;
     elsewhere.goes_on().await;
@@ -94,7 +94,7 @@ async fn only_the_host_may_kick_or_close() {
     let mut forged = key;
     forged.0[20] ^= 1;
     let mut ann = Client::join(server.address, &code, "Ann").await;
-    // The key of another room, a forged one, and a token for a seat in its place.
+    // The key of another room, a forged one, and a token for a seat instead of a key.
     let mut eves = Vec::new();
     for key in [other_key, forged, ann.token] {
         eves.push(Client::host(server.address, &code, "Eve", key).await);

@@ -1,4 +1,4 @@
-//! The HTTP side: the page, the lists, created rooms, and paths that lead nowhere.
+//! HTTP: the page, the lists, opened rooms, and paths that lead nowhere.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -12,7 +12,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// A parsed answer.
+/// A parsed response.
 pub struct Answer {
     pub status: u16,
     head: String,
@@ -31,13 +31,13 @@ impl Answer {
     }
 }
 
-/// Sends one request as it is and reads to the end.
+/// Sends one request as it is and reads the whole response.
 pub async fn raw(address: SocketAddr, request: &str) -> Answer {
     let stream = TcpStream::connect(address).await.expect("a connection");
     raw_over(stream, request).await
 }
 
-/// The same over a stream that leads there.
+/// The same over a given stream.
 pub async fn raw_over(stream: impl AsyncRead + AsyncWrite + Unpin, request: &str) -> Answer {
     let answer = timeout(LONG, exchange(stream, request)).await.expect("an answer in time");
     answer.expect("an answer and not a closed connection")
@@ -61,7 +61,7 @@ pub async fn get(address: SocketAddr, path: &str) -> Answer {
     raw(address, &get_request(path)).await
 }
 
-/// Asks until there is an answer: a port whose connections are all taken closes others.
+/// Asks until there is a response: a port at its limit of connections closes others.
 pub async fn get_at_last(address: SocketAddr, path: &str) -> Answer {
     let asking = async {
         loop {
@@ -135,7 +135,7 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     server.counts("jostle_refusals_total{reason=\"foreign_page\"}", 2).await;
 }
 
-/// The first 12 bytes of the answer, from a socket that is dropped then.
+/// The first 12 bytes of the response, from a socket that is then dropped.
 async fn status_line(address: SocketAddr, request: &str) -> String {
     let exchange = async {
         let mut stream = TcpStream::connect(address).await.expect("a connection");
@@ -154,7 +154,7 @@ async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
         let answer = get(server.address, path).await;
         assert_eq!((answer.status, answer.header("location")), (302, Some("/arena")), "{path}");
     }
-    // A room that is gone has its own link too.
+    // The code of a closed room is still redirected.
     assert_eq!(get(server.address, "/ZZZZZZ").await.header("location"), Some("/zzzzzz"));
     for path in ["/r/ABC", "/abc.html", "/%ff", "/a%20b"] {
         let answer = get(server.address, path).await;
@@ -168,7 +168,7 @@ async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn embedded_files_are_cached_by_their_etag() {
     let server = Server::start().await;
-    // Whatever the build embedded; without a built client there is nothing to serve.
+    // The files that the build embedded; without a built client there is nothing to serve.
     for file in assets::FILES.iter().filter(|file| !file.name.ends_with(".br")) {
         let path = format!("/assets/{}", file.name);
         let answer = get(server.address, &path).await;
@@ -258,7 +258,7 @@ async fn one_address_cannot_take_all_rooms() {
     let answer = post(server.address, "/api/rooms", "{\"scene\":\"bounds\"}").await;
     assert_eq!(answer.status, 429);
     assert!(answer.json()["error"].as_str().is_some_and(|error| error.contains("maximum")));
-    // Standing rooms are still there for everybody.
+    // Standing rooms are still open to everyone.
     Client::join(server.address, "bounds", "Ann").await.goes_on().await;
 }
 

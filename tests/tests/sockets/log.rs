@@ -1,4 +1,4 @@
-//! The log of a server: strangers cannot fill it, and nothing waits for it.
+//! The server's log: strangers cannot fill it, and nothing waits for it.
 
 use crate::client::{Client, LONG};
 use crate::faults::refusals;
@@ -18,18 +18,18 @@ use tokio::net::TcpStream;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// Time for which an honest player counts snapshots.
+/// Time during which a player counts snapshots.
 const PLAYED: Duration = Duration::from_secs(3);
-/// Part of 60 snapshots a second that a busy machine still has to bring.
+/// Share of 60 snapshots a second that even a busy machine has to deliver.
 const SHARE_MIN: f64 = 0.8;
 
-/// A server that logs as usual.
+/// A server with its usual log.
 async fn serve(log: Stdio) -> Process {
     let serve = move || Process::serve(&["--log", "info"], log);
     tokio::task::spawn_blocking(serve).await.expect("a server")
 }
 
-/// Sends requests of a foreign page over one connection, some ten thousand a second, until it is
+/// Sends requests of a foreign page over one connection, about ten thousand a second, until it is
 /// aborted or the connection ends.
 fn flood(address: SocketAddr) -> JoinHandle<()> {
     let mut request = b"PUT / HTTP/1.1\r\nHost: jostle\r\nOrigin: http://".to_vec();
@@ -50,7 +50,7 @@ fn flood(address: SocketAddr) -> JoinHandle<()> {
     })
 }
 
-/// A log that nothing reads, and that takes not one byte more.
+/// A full pipe that nothing reads.
 fn full_pipe() -> (Stdio, UnixStream) {
     let (mut log, reader) = UnixStream::pair().expect("a pair of sockets");
     log.set_nonblocking(true).expect("a live socket");
@@ -64,7 +64,7 @@ fn full_pipe() -> (Stdio, UnixStream) {
     (Stdio::from(OwnedFd::from(log)), reader)
 }
 
-/// Snapshots that come to a player who moves, as a part of 60 a second.
+/// Snapshots that a moving player receives, as a share of 60 a second.
 async fn share_of_snapshots(player: &mut Client) -> f64 {
     let (began, before) = (Instant::now(), player.snapshots);
     while began.elapsed() < PLAYED {

@@ -1,5 +1,5 @@
 //! A real server on a real port, and real clients, most of which misbehave. Each test ends by
-//! showing that another player's game went on meanwhile.
+//! showing that another player's game went on in the meantime.
 
 mod bad_clients;
 mod client;

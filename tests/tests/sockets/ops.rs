@@ -1,4 +1,4 @@
-//! The operators' port: alive, ready, and what is counted.
+//! The operators' port: health, readiness and counters.
 
 use crate::client::Client;
 use crate::http::{Answer, get, raw};
@@ -6,7 +6,7 @@ use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
 
-/// Value of a series in the metrics; `None` if it is not there.
+/// Value of a series in the metrics; `None` if it is missing.
 fn series(text: &str, name: &str) -> Option<f64> {
     let mut values = text.lines().filter_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
     values.next().and_then(|value| value.parse().ok())
@@ -52,7 +52,7 @@ async fn metrics_count_players_and_refusals() {
     server.ended().await;
 }
 
-/// Asks the operators' port with these headers besides.
+/// Sends a request with additional headers to the operators' port.
 async fn ask(server: &Server, method: &str, path: &str, headers: &str) -> Answer {
     let head = format!("{method} {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n");
     raw(server.ops, &format!("{head}{headers}\r\n")).await
@@ -113,7 +113,7 @@ async fn without_the_token_nothing_is_answered_and_nothing_happens() {
     }
     server.counts("jostle_refusals_total{reason=\"ops_unauthorized\"}", 8).await;
     ann.goes_on().await;
-    // Where no token was set, none is right.
+    // If no token was set, none is accepted.
     let open = Server::start().await;
     let bearer = format!("Authorization: Bearer {TOKEN}\r\n");
     assert_eq!(ask(&open, "POST", "/admin/drain", &bearer).await.status, 404);

@@ -1,4 +1,5 @@
-//! Those who behave: joining, playing together, leaving, coming back, the end of the server.
+//! Well-behaved clients: joining, playing together, leaving, coming back, the shutdown of the
+//! server.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -31,7 +32,7 @@ async fn a_key_of_one_player_moves_the_hero_that_the_other_sees() {
     };
     let before = hero_x(&bob).expect("Ann's hero");
     let moved = async {
-        // A held key: an input a tick, as a page sends it.
+        // A held key: one input per tick, as a page sends it.
         while hero_x(&bob) <= Some(before) {
             ann.input(Buttons::RIGHT, None).await;
             bob.snapshot().await;
@@ -135,7 +136,7 @@ async fn ticks_follow_the_clock_whatever_players_do() {
     }
     let played = f64::from(ann.tick().await - first) / 60.0;
     let elapsed = started.elapsed().as_secs_f64();
-    // Fast only by ticks that are caught up; late only by what a busy machine does.
+    // Ticks may be early only by those caught up, and late only by the load of the machine.
     let caught_up = f64::from(limits::CATCH_UP_TICKS_MAX + 1) / 60.0;
     assert!(played <= elapsed + caught_up, "{played} s of ticks in {elapsed} s");
     assert!(played > elapsed * 0.5, "{played} s of ticks in {elapsed} s");
@@ -151,7 +152,8 @@ async fn an_empty_room_is_removed_and_can_be_opened_again() {
     let anew = async {
         loop {
             let bob = Client::join(server.address, "arena", "Bob").await;
-            // A room that went on would be at tick 60 at least, and hold Ann's seat.
+            // If the room had continued it would be at tick 60 at least, and Ann's seat would be
+            // held.
             if bob.newest.tick < 60 && bob.seat == 0 {
                 return bob;
             }
@@ -176,7 +178,7 @@ async fn a_shutdown_is_announced_and_every_socket_closed() {
         }
     };
     assert_eq!(u64::from(seconds), limits::DRAIN_NOTICE.as_secs());
-    // Play goes on to the end.
+    // Play goes on until the end.
     ann.snapshot().await;
     ann.is_refused(Refusal::Closing).await;
     timeout(limits::DRAIN_MAX * 3, server.ended()).await.expect("the end in time");

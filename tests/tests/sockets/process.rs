@@ -1,4 +1,4 @@
-//! The real binary: its one line, its signals, its exit status.
+//! The real binary: its line of output, its signals, its exit status.
 
 use crate::client::{Client, LONG};
 use jostle_game::Buttons;
@@ -11,8 +11,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// Builds `jostle` with the profile of this test, next to it; a binary from before would lie. Selected
-/// from the whole workspace it shares the features, and so the dependencies, with this test.
+/// Builds `jostle` with the profile of this test, since an older binary could be misleading.
+/// Selected from the whole workspace it shares the features, and so the dependencies, with this
+/// test.
 fn binary() -> PathBuf {
     let test = std::env::current_exe().expect("the test's own path");
     let profile_dir = test.ancestors().nth(2).expect("target/PROFILE/deps/test");
@@ -27,7 +28,7 @@ fn binary() -> PathBuf {
     profile_dir.join(format!("jostle{}", std::env::consts::EXE_SUFFIX))
 }
 
-/// A running server; killed when the test fails.
+/// A running server, killed if the test fails.
 pub struct Process {
     pub child: Child,
     pub address: SocketAddr,
@@ -36,12 +37,12 @@ pub struct Process {
 }
 
 impl Process {
-    /// With more arguments; its log goes to `log`.
+    /// Starts the server with more arguments; its log goes to `log`.
     pub fn serve(more: &[&str], log: Stdio) -> Process {
         Process::start(Command::new(binary()), more, log)
     }
 
-    /// With so many descriptors at most.
+    /// Starts it with at most this many descriptors.
     #[cfg(unix)]
     pub fn serve_with_descriptors(count: u32, log: Stdio) -> Process {
         let mut shell = Command::new("sh");
@@ -96,7 +97,7 @@ impl Drop for Process {
     }
 }
 
-/// Plays until the server says why it stops.
+/// Plays until the server says why it closes.
 async fn play_to_the_end(mut client: Client) -> (bool, (Refusal, u16)) {
     loop {
         client.input(Buttons::FIRE, Some(Vec2::new(90.0, 60.0))).await;

@@ -1,4 +1,4 @@
-//! Games that a server records: what comes of them, and what disks can do to them.
+//! Recordings of a server, and faults of the disk.
 
 use crate::client::{Client, LONG};
 use crate::http::get;
@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use tokio::time::timeout;
 
-/// An empty directory for one test, removed when the test passed.
+/// An empty directory for one test, removed if the test passes.
 pub struct Dir(PathBuf);
 
 impl Dir {
@@ -43,7 +43,7 @@ impl Dir {
         self.0.to_str().expect("a path of plain characters")
     }
 
-    /// All replays in it; a file that was made this very moment is none yet.
+    /// All replays in it; a file that was created this very moment is not readable yet.
     pub fn replays(&self) -> Vec<Arc<Replay>> {
         let paths = fs::read_dir(&self.0)
             .expect("a directory")
@@ -65,7 +65,7 @@ pub async fn recording(settings: Settings) -> Server {
     Server::start_with(Config { replays: Some(settings), ..Config::default() }).await
 }
 
-/// Two players, for so many ticks.
+/// Two players play for this many ticks.
 pub async fn play(one: &mut Client, other: &mut Client, ticks: u32) {
     let end = one.newest.tick + ticks;
     let played = async {
@@ -87,7 +87,7 @@ pub async fn verify(replay: &Arc<Replay>) {
     assert_eq!(found.expect("no panic"), Ok(None));
 }
 
-/// Waits until the server tells of more than so many errors.
+/// Waits until the server counts more errors than this.
 async fn until_errors(server: &Server, more_than: u64) -> u64 {
     let told = async {
         loop {
@@ -205,7 +205,7 @@ async fn keeps_its_rate(ann: &mut Client, bob: &mut Client) {
     let (started, first) = (Instant::now(), ann.tick().await);
     play(ann, bob, 2 * TICKS_PER_SECOND).await;
     let (elapsed, ticks) = (started.elapsed(), ann.tick().await - first);
-    // A machine that does other things meanwhile may cost some; a stall would cost most.
+    // A busy machine may cost some ticks; a stall would cost most.
     let due = elapsed.as_secs_f64() * f64::from(TICKS_PER_SECOND);
     assert!(f64::from(ticks) > due * 0.7, "{ticks} ticks in {elapsed:?}");
 }
@@ -224,7 +224,7 @@ async fn a_file_in_place_of_the_directory_costs_no_tick() {
     assert_eq!(fs::read_to_string(&file).expect("still there"), "in the way");
 }
 
-/// A disk that takes some bytes and then no more.
+/// A disk that accepts some bytes and then no more.
 struct FullDisk {
     file: File,
     left: usize,
@@ -274,7 +274,7 @@ async fn a_disk_that_fills_up_costs_no_tick_and_keeps_what_was_written() {
 
 static DISK_STANDS_STILL: AtomicBool = AtomicBool::new(true);
 
-/// A disk that answers only when it is told to.
+/// A disk that responds only when told to.
 struct DeadDisk;
 
 impl Write for DeadDisk {
@@ -333,7 +333,7 @@ async fn an_error_is_logged_once_and_the_server_stops_cleanly() {
     let dir = Dir::new("told");
     let (file, log) = (dir.0.join("file"), dir.0.join("log"));
     fs::write(&file, "in the way").expect("a written file");
-    // A file itself is refused at the start; what cannot be made in its place is found out later.
+    // A file is refused at the start; what cannot be created in its place is found out later.
     let replays = file.join("replays");
     let arguments = ["--replays", replays.to_str().expect("plain characters")].map(str::to_owned);
     let out = Stdio::from(File::create(&log).expect("a file"));

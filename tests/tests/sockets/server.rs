@@ -13,7 +13,7 @@ use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
-/// A running server; it is told to stop when this is dropped.
+/// A running server; it is stopped when this is dropped.
 pub struct Server {
     pub address: SocketAddr,
     /// The operators' port.
@@ -56,18 +56,18 @@ impl Server {
         Server { address, ops, stop: Some(stop), task }
     }
 
-    /// What a counter says; 0 before anything of its kind happened.
+    /// Value of a counter; 0 if it is missing.
     pub async fn count(&self, series: &str) -> u64 {
         count(self.ops, series).await
     }
 
-    /// Expects a counter to reach a value, and not to pass it.
+    /// Expects a counter to reach a value, and not to exceed it.
     pub async fn counts(&self, series: &str, expected: u64) {
         until_count(self.ops, series, expected).await;
         assert_eq!(self.count(series).await, expected, "{series}");
     }
 
-    /// Tells it to stop, without waiting.
+    /// Stops it, without waiting.
     pub fn stop(&mut self) {
         self.stop.take();
     }
@@ -78,14 +78,14 @@ impl Server {
     }
 }
 
-/// What a counter says on an operators' port.
+/// Value of a counter on an operators' port.
 pub async fn count(ops: SocketAddr, series: &str) -> u64 {
     let text = String::from_utf8(get_at_last(ops, "/metrics").await.body).expect("text");
     let mut lines = text.lines().filter_map(|line| line.strip_prefix(series)?.strip_prefix(' '));
     lines.next().map_or(0, |value| value.parse().expect("a whole number"))
 }
 
-/// Waits until a counter has reached a value: rooms count with their next tick.
+/// Waits until a counter has reached a value: rooms update their counters with the next tick.
 pub async fn until_count(ops: SocketAddr, series: &str, at_least: u64) {
     let reached = async {
         while count(ops, series).await < at_least {

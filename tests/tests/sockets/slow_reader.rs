@@ -1,4 +1,4 @@
-//! A client that stops reading: it delays nobody, and later gets one joined step to the newest tick.
+//! A client that stops reading: it delays no one, and later gets the newest state in one keyframe.
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
@@ -13,7 +13,7 @@ use std::time::Duration;
 use tokio::net::TcpSocket;
 use tokio::time::timeout;
 
-/// More than the kernel holds of one socket on both of its ends.
+/// More than the kernel buffers for one socket on both ends.
 const BYTES_MISSED: usize = 512 << 10;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -23,7 +23,8 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let mut slow = connect_small(server.address).await;
     slow.enter("Slow", None).await;
 
-    // From here on `slow` reads nothing, until Ann has got what no buffer could have held for it.
+    // From here on `slow` reads nothing, until Ann has received more than any buffer could have
+    // held for it.
     let (stopped_tick, stopped_bytes) = (slow.newest.tick, ann.bytes);
     let mut seen = BTreeMap::new();
     let play = async {
@@ -38,7 +39,7 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let missed = elapsed as usize - seen.range(stopped_tick + 1..).count();
     assert!(missed * 4 <= elapsed as usize, "Ann missed {missed} of {elapsed} ticks");
 
-    // It catches up at once, over far fewer messages than there were ticks, and is right.
+    // It catches up at once, with far fewer messages than ticks, and its state is right.
     let before = slow.snapshots;
     slow.until("the newest state", |snapshot| snapshot.tick >= resumed_tick).await;
     let messages = slow.snapshots - before;
@@ -76,14 +77,14 @@ async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     back.goes_on().await;
 }
 
-/// A client whose kernel holds as little as possible for it.
+/// A client with the smallest possible kernel buffer.
 pub async fn connect_small(server: SocketAddr) -> Client {
     let small = TcpSocket::new_v4().expect("a socket");
     small.set_recv_buffer_size(4096).expect("a small buffer");
     Client::connect_over(small, server, "restless").await
 }
 
-/// Reads on until both have seen one tick, and compares what they saw.
+/// Reads until both have seen the same tick, and compares the snapshots.
 async fn same_tick(
     ann: &mut Client,
     slow: &mut Client,

@@ -1,8 +1,8 @@
-//! All faults of docs/faults.md in one soak: while two players play on, peers do rows 1 to 23 over and
-//! over, each at its own pace, and the machine does rows 24 to 30. Each fault looks at its answer; in
-//! the end the counters are what the faults add up to. The games are recorded: each replay plays
-//! again in a room that knows of no faults, with the inputs that were accepted, and has the same hash at
-//! every tick; and what the two players saw is what that room shows.
+//! All faults of docs/faults.md in one soak: while two players play on, peers cause rows 1 to 23
+//! over and over, each at its own pace, and the machine causes rows 24 to 30. Each fault checks its
+//! answer, and at the end the counters equal the sum of the faults. The games are recorded: each
+//! replay plays again in a room without faults, with the inputs that were accepted, and has the
+//! same hash at every tick; and the two players saw what that room shows.
 
 mod bytes;
 mod crowds;
@@ -26,12 +26,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tokio::time::{Instant, sleep, timeout};
 
-/// How long peers do their faults before the machine does its own, and how long a tab is away, unless
-/// `JOSTLE_SOAK_SECONDS` says otherwise.
+/// Time for which peers cause their faults before the machine does, and for which a tab is in the
+/// background, unless `JOSTLE_SOAK_SECONDS` says otherwise.
 const SECONDS: u64 = 15;
-/// Rows of faults that peers do, over and over. 11 comes with 10.
+/// Rows of faults that peers cause, over and over. Row 11 comes with row 10.
 const PEERS: [u32; 20] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 14, 15, 16, 17, 18, 19, 20, 23];
-/// Refusals that nothing but their faults causes.
+/// Refusals that only their faults cause.
 const EXACT: [&str; 9] = [
     "version",
     "bad_message",
@@ -70,11 +70,11 @@ async fn fault(row: u32, stage: &Stage) {
     }
 }
 
-/// Does one fault again and again until it is told to stop; how often.
+/// Causes one fault again and again until it is stopped; returns how often.
 async fn again_and_again(row: u32, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     let mut rounds = 0;
     while !stop.load(Ordering::Relaxed) {
-        // A tab in the background is away for longer than the machine can wait.
+        // A background tab is away for longer than the machine's faults can wait.
         let quiet = match row {
             8 => None,
             _ => Some(stage.machine.read().await),
@@ -87,7 +87,7 @@ async fn again_and_again(row: u32, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> 
     rounds
 }
 
-/// Plays until the server closes; the bodies that it saw, by tick.
+/// Plays until the server closes; returns the snapshots that it received, by tick.
 async fn play_to_the_end(mut player: Client) -> BTreeMap<u32, Snapshot> {
     let mut seen = BTreeMap::new();
     loop {
@@ -108,7 +108,7 @@ async fn play_to_the_end(mut player: Client) -> BTreeMap<u32, Snapshot> {
     }
 }
 
-/// Plays a replay, and compares what it shows with what a player saw; ticks compared.
+/// Plays a replay, and compares it with what a player saw; returns the number of compared ticks.
 fn compare(replay: &Arc<Replay>, seen: &BTreeMap<u32, Snapshot>) -> u32 {
     let mut playback = Playback::new(Arc::clone(replay)).expect("a replay that plays");
     let mut compared = 0;
@@ -121,7 +121,7 @@ fn compare(replay: &Arc<Replay>, seen: &BTreeMap<u32, Snapshot>) -> u32 {
     compared
 }
 
-/// All who came and went in a replay.
+/// Number of joins and leaves in a replay.
 fn changes(replay: &Replay) -> usize {
     let (mut changes, mut next) = (0, replay.first_tick() + 1);
     while let Some(block) = replay.block_with(next) {
@@ -184,7 +184,7 @@ async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
             assert!(replay.last_tick() >= failed_tick, "up to the tick that failed");
         }
         if replay.start().room == "arena" {
-            // Nobody but the two ever was in this game.
+            // Only the two players were ever in this game.
             assert!(changes(&replay) <= 2);
             compared += seen.iter().map(|seen| compare(&replay, seen)).sum::<u32>();
         }

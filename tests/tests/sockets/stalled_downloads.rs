@@ -1,4 +1,4 @@
-//! Connections that ask for a large file and read nothing of it: what they cost the server.
+//! Connections that ask for a large file and do not read it: their cost to the server.
 
 use crate::client::LONG;
 use crate::http::{get, get_at_last};
@@ -10,9 +10,9 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Connections that stall at a time.
+/// Connections that stall at the same time.
 const STALLED: usize = 256;
-/// Memory that all of them may cost, bytes. The file that they ask for has 4 MiB.
+/// Most memory that all of them may take, bytes. The file that they ask for has 4 MiB.
 const GROWTH_MAX: f64 = (16 << 20) as f64;
 const REQUEST: &[u8] = b"GET /assets/big.bin HTTP/1.1\r\nHost: jostle.example.org\r\n\r\n";
 
@@ -24,7 +24,7 @@ async fn resident_bytes(host: &Host) -> f64 {
     value.expect("Linux tells it").parse().expect("a number")
 }
 
-/// Asks for the file, and returns when the answer has begun.
+/// Asks for the file, and returns when the response has begun.
 async fn ask<S: AsyncRead + AsyncWrite + Unpin>(mut stream: S) -> S {
     let mut begun = [0; 12];
     let asked = async {
@@ -36,9 +36,9 @@ async fn ask<S: AsyncRead + AsyncWrite + Unpin>(mut stream: S) -> S {
     stream
 }
 
-/// Expects the connections to have cost less than [`GROWTH_MAX`].
+/// Expects the connections to have taken less than [`GROWTH_MAX`].
 async fn cost_little<S>(stalled: Vec<S>, host: &Host, before: f64) {
-    // Time in which the server fills all the buffers that it has.
+    // Time for the server to fill all its buffers.
     sleep(Duration::from_millis(500)).await;
     let growth = resident_bytes(host).await - before;
     println!("{STALLED} stalled downloads: {:.1} MiB", growth / f64::from(1 << 20));
@@ -50,7 +50,7 @@ async fn stalled_downloads_cost_little_memory() {
     let dir = Dir::new("stalled");
     let host = Host::start(dir.path());
     let address = host.process.address;
-    // The pages of the file itself are read once, for all.
+    // The memory of the file itself is mapped in once, for all.
     assert_eq!(get(address, "/assets/big.bin").await.body.len(), 4 << 20);
     let before = resident_bytes(&host).await;
     let mut stalled = Vec::new();

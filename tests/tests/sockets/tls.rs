@@ -24,11 +24,11 @@ use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::ServerName;
 use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
-/// Where the server says it is.
+/// Name of the server in the certificates.
 const NAME: &str = "jostle.example.org";
 const GET: &str = "GET / HTTP/1.1\r\nHost: jostle.example.org\r\nConnection: close\r\n\r\n";
 
-/// A certificate of [`NAME`] in files.
+/// A certificate for [`NAME`] in files.
 pub struct Identity {
     dir: PathBuf,
     made: CertifiedKey<KeyPair>,
@@ -60,7 +60,7 @@ impl Identity {
         Server::start_with(Config { tls, waits, ..Config::default() }).await
     }
 
-    /// A stream to a server whose certificate must be this one.
+    /// Connects to a server that has to present this certificate.
     pub async fn connect(&self, address: SocketAddr) -> std::io::Result<TlsStream<TcpStream>> {
         let mut roots = RootCertStore::empty();
         roots.add(self.made.cert.der().clone()).expect("a certificate");
@@ -101,7 +101,7 @@ async fn pages_load_and_players_play_to_the_end() {
     server.ended().await;
 }
 
-/// Reads until the server hangs up.
+/// Reads until the server closes the connection.
 async fn hung_up(mut stream: TcpStream) {
     let mut bytes = Vec::new();
     // A reset ends it as well.
@@ -115,15 +115,15 @@ async fn failed_handshakes_are_closed_and_counted() {
     let server =
         identity.serve(Waits { http_head: Duration::from_secs(3), ..Waits::default() }).await;
     let mut ann = identity.join(server.address).await;
-    // Speaks plainly.
+    // Sends plain text.
     let mut plain = TcpStream::connect(server.address).await.expect("a connection");
     plain.write_all(GET.as_bytes()).await.expect("a live socket");
     hung_up(plain).await;
-    // Does not believe the certificate.
+    // Rejects the certificate.
     let stranger = Identity::new("stranger");
     assert!(stranger.connect(server.address).await.is_err(), "another certificate");
     server.counts("jostle_refusals_total{reason=\"bad_tls\"}", 2).await;
-    // Says nothing.
+    // Sends nothing.
     hung_up(TcpStream::connect(server.address).await.expect("a connection")).await;
     server.counts("jostle_refusals_total{reason=\"slow_tls\"}", 1).await;
     ann.goes_on().await;

@@ -1,4 +1,4 @@
-//! Many at once: connects, leaves, and questions of operators.
+//! Crowds: connections, departures, and requests to the operators' port.
 
 use super::refusals;
 use crate::client::{Client, LONG};
@@ -17,19 +17,19 @@ const CROWD: u16 = 500;
 /// Players of the arena.
 const SEATS: usize = 64;
 
-/// An address of this machine from which trouble comes.
+/// A local address from which trouble comes.
 const EVE: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 1);
-/// Another one.
+/// Another local address.
 const MALLORY: Ipv4Addr = Ipv4Addr::new(127, 0, 1, 2);
 
-/// A socket of one of this machine's addresses.
+/// A socket bound to a local address.
 fn socket_of(own: Ipv4Addr) -> TcpSocket {
     let socket = TcpSocket::new_v4().expect("a socket");
     socket.bind(SocketAddr::new(IpAddr::V4(own), 0)).expect("an address of this machine");
     socket
 }
 
-/// Joins a room from one of several addresses of this machine; a seat, or why there is none.
+/// Joins a room from one of several local addresses; returns a seat or the refusal.
 pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Client, Refusal> {
     let own = Ipv4Addr::new(127, 0, 1, (number % 8) as u8 + 1);
     let mut client = Client::connect_over(socket_of(own), server, room).await;
@@ -44,7 +44,7 @@ pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Clie
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn five_hundred_connect_at_once_and_leave_at_once() {
-    // A busy machine may take longer for so many than one client may take for its hello.
+    // A busy machine may take longer for so many clients than one may take for its hello.
     let server = Server::start_with_waits(Waits { hello: LONG, ..Waits::default() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let address = server.address;
@@ -58,7 +58,7 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
             Err(other) => panic!("{other:?}"),
         }
     }
-    // Every seat is taken, and everybody else was told so.
+    // Every seat is taken, and all other clients were refused.
     assert_eq!((seated.len(), refused), (SEATS - 1, usize::from(CROWD) + 1 - SEATS));
     server.counts("jostle_joins_total{how=\"new\"}", SEATS as u64).await;
     let full = server.count(&refusals("room_full")).await;
@@ -78,7 +78,7 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
 /// Four seats, and nothing to do.
 const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limits]\nplayers = 4\n";
 
-/// Joins from an address of this machine, plays and vanishes; `false` if there is no seat.
+/// Joins from a local address, may play, and vanishes; `false` if there is no seat.
 async fn comes_and_vanishes(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
     let mut client = Client::connect_over(socket_of(own), server, "small").await;
     client.hello(VERSION, "Gone", None).await;
@@ -95,7 +95,8 @@ async fn comes_and_vanishes(server: SocketAddr, own: Ipv4Addr, plays: bool) -> b
 async fn clients_that_join_and_vanish_fill_no_room() {
     let server = Server::start_with_scene("small", SMALL).await;
     let mut ann = Client::join(server.address, "small", "Ann").await;
-    // Without an input no seat is held; with one, those of the own address give way in a full room.
+    // Without an input no seat is held; after one, held seats of the same address are given away in
+    // a full room.
     for plays in [false, true] {
         for _ in 0..9 {
             assert!(comes_and_vanishes(server.address, EVE, plays).await);
@@ -103,16 +104,16 @@ async fn clients_that_join_and_vanish_fill_no_room() {
         }
     }
     assert!(server.count("jostle_leaves_total{how=\"displaced\"}").await > 0);
-    // Who comes from elsewhere finds a seat all the same.
+    // A client from another address still finds a seat.
     assert!(comes_and_vanishes(server.address, MALLORY, true).await);
     assert_eq!(server.count(&refusals("room_full")).await, 0);
     ann.goes_on().await;
 }
 
-/// Connects and says nothing: what the server says to that.
+/// Connects without saying anything; returns the server's answer.
 async fn said_to_the_silent(mut stream: TcpStream) -> String {
     let mut said = String::new();
-    // It may be closed already; a reset says nothing.
+    // It may be closed already; then the answer is empty.
     let _ = stream.shutdown().await;
     let _ = timeout(LONG, stream.read_to_string(&mut said)).await.expect("an end in time");
     said
@@ -167,7 +168,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
         timeout(LONG, asked).await.expect("answers in time").expect("only good answers");
     }
 
-    // Who holds all its connections open shuts the port, and only that port.
+    // Holding all of its connections open blocks the operators' port, and only that port.
     let mut held = Vec::new();
     while held.len() < OPS_CONNECTIONS_MAX + 4 {
         held.push(TcpStream::connect(ops).await.expect("a connection"));

@@ -1,4 +1,4 @@
-//! Bytes that no page sends: heads, frames and inputs that are broken, huge, or cut into pieces.
+//! Bytes that no page sends: heads, frames and inputs that are broken, huge, or fragmented.
 
 use super::refusals;
 use crate::client::{Client, LONG};
@@ -13,13 +13,13 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// First byte of a whole binary frame, of a first fragment, of the next and of the last one.
+/// First byte of a whole binary frame, of a first fragment, of a middle one and of the last one.
 pub const WHOLE: u8 = 0x82;
 pub const FIRST: u8 = 0x02;
 pub const NEXT: u8 = 0x00;
 const LAST: u8 = 0x80;
 
-/// A frame with a mask of zeros, which leaves the payload as it is.
+/// A frame with a mask of zeros, which leaves the payload unchanged.
 pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
     let length = u8::try_from(payload.len()).expect("a short payload");
     assert!(length < 126, "a payload whose length is one byte");
@@ -36,7 +36,7 @@ pub fn input(seq: u32) -> Vec<u8> {
     ClientMessage::Input { seq, ack_tick: 0, input }.encode()
 }
 
-/// Writes below the client's own framing. The server may close before it has read everything.
+/// Writes below the client's framing. The server may close before it has read everything.
 pub async fn write(client: &mut Client, bytes: &[u8]) {
     let _ = timeout(LONG, client.socket.get_mut().write_all(bytes)).await.expect("time");
 }
@@ -50,14 +50,15 @@ async fn broken_frames_are_refused_before_and_after_the_hello() {
         claims(1 << 63),
         claims(u64::MAX),
         claims(CLIENT_MESSAGE_BYTES_MAX as u64 + 1),
-        // Without a mask, which every client has to use.
+        // Without a mask, which is mandatory for clients.
         [&[WHOLE, 4][..], &[2, 0, 0, 0]].concat(),
-        // A reserved bit, a reserved kind, a ping in pieces, a ping that is too long.
+        // A reserved bit, a reserved kind, a fragmented ping, a ping that is too long.
         frame(WHOLE | 0x40, &input(1)),
         frame(0x83, &input(1)),
         frame(0x09, b"half"),
         [&[0x89, 0xfe, 0, 126, 0, 0, 0, 0][..], &[0; 126]].concat(),
-        // Pieces of nothing, a message inside another, and pieces that are too much together.
+        // Fragments without a first one, a message inside another, and fragments that are too large
+        // together.
         frame(LAST, &input(1)),
         [frame(FIRST, &[1]), frame(WHOLE, &input(1))].concat(),
         [frame(FIRST, &[1; 100]), frame(NEXT, &[1; 100])].concat(),
@@ -80,7 +81,7 @@ async fn messages_in_fragments_are_whole_messages() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::connect(server.address, "arena").await;
-    // The hello in fragments of a byte each, and these in segments of a byte each.
+    // The hello in fragments of one byte each, and these in segments of one byte each.
     let bytes = hello("Bob");
     let (last, before) = bytes.split_last().expect("a hello");
     let mut pieces = vec![frame(FIRST, &[])];
@@ -126,7 +127,7 @@ async fn fragments_that_never_become_a_message_are_a_flood() {
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut eve = Client::join(server.address, "arena", "Eve").await;
     let mut stranger = Client::connect(server.address, "arena").await;
-    // No message ever comes of empty pieces, so that only their bytes can be counted.
+    // Empty fragments never make a message, so only their bytes can be counted.
     let piece = frame(NEXT, &[]);
     let pieces = piece.repeat(2 * BYTES_BURST_MAX as usize / piece.len());
     for client in [&mut eve, &mut stranger] {
@@ -147,7 +148,7 @@ async fn a_client_that_dies_inside_a_frame_keeps_its_seat_for_a_while() {
     let whole = frame(WHOLE, &input(2));
     write(&mut bob, &whole[..whole.len() / 2]).await;
     let (seat, token) = (bob.seat, bob.token);
-    // What it did not read makes the kernel reset the connection.
+    // Unread data makes the kernel reset the connection.
     drop(bob);
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
     assert_eq!(server.count(&refusals("bad_message")).await, 0);
@@ -173,7 +174,7 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
             Err(_closed) => break,
         }
     }
-    // Kernels hold some megabytes; the server itself never holds more than its buffer.
+    // Kernels buffer some megabytes; the server itself never holds more than its buffer.
     assert!(taken < 20 << 20, "all {taken} bytes were taken, {HTTP_BUFFER_BYTES_MAX} are allowed");
     server.counts(&refusals("bad_request"), 1).await;
     ann.goes_on().await;
@@ -205,7 +206,7 @@ async fn pointers_that_are_no_position_are_refused() {
     let wrong = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.1e6];
     for x in wrong {
         let mut eve = Client::join(server.address, "arena", "Eve").await;
-        // The pointer is what an input ends with.
+        // An input ends with the pointer.
         let mut bytes = input(1);
         let at = bytes.len() - 8;
         bytes[at..at + 4].copy_from_slice(&x.to_le_bytes());
@@ -213,7 +214,7 @@ async fn pointers_that_are_no_position_are_refused() {
         eve.is_refused(Refusal::BadMessage).await;
     }
     server.counts(&refusals("bad_message"), wrong.len() as u64).await;
-    // The farthest place that there is, and the smallest numbers.
+    // The most distant positions, and the smallest numbers.
     for x in [1_048_576.0, -1_048_576.0, f32::MIN_POSITIVE / 2.0, -0.0] {
         ann.input(Buttons::ALL, Some(Vec2::splat(x))).await;
     }

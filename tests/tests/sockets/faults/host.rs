@@ -1,4 +1,4 @@
-//! What the machine does to the real program: it stands still, or has no descriptor left.
+//! Faults of the machine under the real program: the process stalls, or no descriptor is left.
 #![cfg(unix)]
 
 use super::refusals;
@@ -22,7 +22,7 @@ async fn a_stalled_server_skips_the_time_and_plays_on() {
     process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
     process.signal("CONT");
-    // 15 ticks were due; 5 are caught up, and some may have been due at either end.
+    // 15 ticks were due; 5 are caught up, and some may have been due just before or after.
     until_count(process.ops, "jostle_ticks_missed_total", before + 8).await;
     ann.goes_on().await;
     assert_eq!(count(process.ops, "jostle_leaves_total{how=\"lost\"}").await, 0);

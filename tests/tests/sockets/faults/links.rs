@@ -1,4 +1,4 @@
-//! Links that are slow, silent or gone, and tokens that come back to them.
+//! Links that are slow, silent or lost, and tokens presented over them.
 
 use super::refusals;
 use crate::client::{Client, LONG};
@@ -28,7 +28,7 @@ async fn a_peer_that_vanished_is_closed_and_may_come_back() {
     let server = Server::start_with_waits(waits).await;
     let mut gone = Client::join(server.address, "arena", "Gone").await;
     gone.is_heard().await;
-    // Nobody reads this socket, so no ping is answered, and it is never closed from this side.
+    // This socket is not read, so no ping is answered, and it is never closed from this side.
     server.counts(&refusals("silent"), 1).await;
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
     let mut back = Client::connect(server.address, "arena").await;
@@ -74,7 +74,7 @@ async fn a_used_or_forged_token_gives_no_seat_back() {
     let mut bob = Client::connect(server.address, "arena").await;
     bob.enter("Bob", Some(used)).await;
     assert_ne!(bob.token, used, "every session gets a token of its own");
-    // The first input shows that the new token arrived; from then on the old one is worth nothing.
+    // The first input shows that the new token arrived; from then on the old one is invalid.
     bob.goes_on().await;
     let mut forged = ann.token;
     forged.0[0] ^= 1;
@@ -107,8 +107,8 @@ async fn a_token_of_another_room_or_process_gives_no_seat_back() {
     bob.goes_on().await;
 }
 
-/// One way of a link: bytes arrive in order, each part 100 to 200 ms after it was sent, and every
-/// fifteenth half a second later, with all that comes after it.
+/// One direction of a link: bytes arrive in order, each part 100 to 200 ms after it was sent, and
+/// every fifteenth half a second later, with everything after it.
 async fn delayed(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut seed: u32) {
     let (sender, mut parts) = mpsc::unbounded_channel::<(Instant, Vec<u8>)>();
     let reading = async move {
@@ -133,7 +133,7 @@ async fn delayed(mut from: OwnedReadHalf, mut to: OwnedWriteHalf, mut seed: u32)
     tokio::join!(reading, writing);
 }
 
-/// A port whose one connection leads to `server` over a link with a round trip of 200 to 400 ms.
+/// A port that forwards one connection to `server` over a link with a round trip of 200 to 400 ms.
 pub async fn far_away(server: SocketAddr) -> SocketAddr {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = listener.local_addr().expect("a bound port");
@@ -146,8 +146,8 @@ pub async fn far_away(server: SocketAddr) -> SocketAddr {
     address
 }
 
-/// A port whose one connection leads to `server` through something that takes all that the server
-/// sends, and passes it on while it is not told to hold it.
+/// A port that forwards one connection to `server` through a buffering proxy, which accepts
+/// everything that the server sends and, while told to, holds it back.
 async fn hoarder(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = listener.local_addr().expect("a bound port");
@@ -161,7 +161,7 @@ async fn hoarder(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
         let reading = async move {
             let mut buffer = [0; 4096];
             while let Ok(count @ 1..) = news.read(&mut buffer).await {
-                // The client may be gone first.
+                // The client may be gone already.
                 let _ = sender.send(buffer[..count].to_vec());
             }
         };
@@ -178,7 +178,7 @@ async fn hoarder(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
     (address, hold)
 }
 
-/// A client behind a hoarder, which has played for a while.
+/// A client behind a buffering proxy, after it has played for a while.
 async fn behind_a_hoarder(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
     let waits = Waits { hearing, ..Waits::default() };
     let mut config = Config { waits, ..Config::default() };
@@ -197,7 +197,7 @@ async fn bytes_buffered_on_the_way_lower_the_rate() {
     let (server, mut far, hold) = behind_a_hoarder(LONG).await;
     hold.send_replace(true);
     let lowered = async {
-        // It hears nothing new, and says so.
+        // It receives nothing new, and its inputs say so.
         while server.count("jostle_sockets_late_total").await == 0 {
             far.input(Buttons::RIGHT, None).await;
             sleep(Duration::from_millis(20)).await;
@@ -218,7 +218,7 @@ async fn a_client_whose_bytes_are_buffered_for_too_long_is_closed() {
     let silenced = async {
         while server.count(&refusals("silent")).await == 0 {
             far.input(Buttons::RIGHT, None).await;
-            // Who plays says what was heard.
+            // An input acknowledges what was received.
             ann.is_heard().await;
         }
     };
@@ -243,7 +243,7 @@ async fn a_distant_player_on_a_bad_link_plays_on() {
     timeout(LONG, play).await.expect("a game that goes on");
     far.goes_on().await;
     assert!(far.player().connected);
-    // Its inputs came in clumps, and none of them was wrong.
+    // Its inputs arrived in bursts, and all were valid.
     assert_eq!(server.count("jostle_inputs_ignored_total").await, 0);
     for reason in ["flood", "silent", "bad_message"] {
         assert_eq!(server.count(&refusals(reason)).await, 0, "{reason}");

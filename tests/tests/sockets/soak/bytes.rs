@@ -1,4 +1,4 @@
-//! Peers who send what no page sends: rows 5, 6 and 9 to 18 of docs/faults.md.
+//! Bytes that no page sends: rows 5, 6 and 9 to 18 of docs/faults.md.
 
 use super::stage::Stage;
 use crate::client::{Client, LONG};
@@ -13,21 +13,21 @@ use tokio::time::{sleep, timeout};
 
 const ROOM: &str = "impulse";
 
-/// A connection that is not a socket of the game yet.
+/// A connection without a game socket.
 async fn connect(stage: &Stage) -> TcpStream {
     let stream = TcpStream::connect(stage.address).await.expect("a connection");
     stream.set_nodelay(true).expect("a live socket");
     stream
 }
 
-/// What comes until the other side closes; an end by reset is an end.
+/// Everything that arrives until the other side closes or resets.
 async fn read_all(stream: &mut TcpStream) -> String {
     let mut answer = Vec::new();
     let _ = timeout(LONG, stream.read_to_end(&mut answer)).await.expect("an end in time");
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Row 5: a head that comes byte by byte, a body that does not come, no hello.
+/// Row 5: a head sent byte by byte, a body that does not arrive, no hello.
 pub async fn slow_handshakes(stage: &Stage) {
     let mut slow = connect(stage).await;
     let drip = async {
@@ -51,7 +51,7 @@ pub async fn slow_handshakes(stage: &Stage) {
     stage.refuses("bad_hello");
 }
 
-/// Row 6: everything in segments of a byte.
+/// Row 6: everything in segments of one byte.
 pub async fn segments_of_a_byte(stage: &Stage) {
     let mut guest = Client::connect(stage.address, ROOM).await;
     guest.socket.get_ref().set_nodelay(true).expect("a live socket");
@@ -71,7 +71,7 @@ pub async fn segments_of_a_byte(stage: &Stage) {
     stage.leave(guest).await;
 }
 
-/// Row 9: a head of twenty megabytes.
+/// Row 9: a head of 20 MB.
 pub async fn endless_head(stage: &Stage) {
     let mut stream = connect(stage).await;
     stream.write_all(b"GET / HTTP/1.1\r\nHost: jostle\r\nX-Filler: ").await.expect("a socket");
@@ -86,7 +86,7 @@ pub async fn endless_head(stage: &Stage) {
     stage.refuses("bad_request");
 }
 
-/// Rows 10 and 11: frames that claim 2^63 bytes or wear no mask, before and after the hello.
+/// Rows 10 and 11: frames that claim 2^63 bytes or have no mask, before and after the hello.
 pub async fn broken_frames(stage: &Stage) {
     let huge = [&[WHOLE, 0xff][..], &(1u64 << 63).to_be_bytes(), &[0; 4]].concat();
     let bare = [&[WHOLE, 4][..], &[2, 0, 0, 0]].concat();
@@ -101,7 +101,7 @@ pub async fn broken_frames(stage: &Stage) {
     }
 }
 
-/// Row 12: pieces that are a message, and pieces that never become one.
+/// Row 12: fragments of a message, and fragments that never become one.
 pub async fn fragments(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Pieces").await;
     let whole = input(guest.seq + 1);
@@ -115,7 +115,7 @@ pub async fn fragments(stage: &Stage) {
     stage.ends(ROOM, guest, Refusal::Flood, "flood").await;
 }
 
-/// Row 13: more messages than anybody needs.
+/// Row 13: more messages than any client needs.
 pub async fn flood(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Flood").await;
     let seq = guest.seq;
@@ -144,11 +144,11 @@ pub async fn foreign_page(stage: &Stage) {
     stage.refuses("foreign_page");
 }
 
-/// Row 16: pointers that are no place.
+/// Row 16: pointers that are no position.
 pub async fn no_place(stage: &Stage) {
     for x in [f32::NAN, f32::INFINITY, f32::MAX, -1.1e6] {
         let mut guest = stage.join(ROOM, "Nowhere").await;
-        // The pointer is what an input ends with.
+        // An input ends with the pointer.
         let mut bytes = input(guest.seq + 1);
         let at = bytes.len() - 8;
         bytes[at..at + 4].copy_from_slice(&x.to_le_bytes());
@@ -157,7 +157,7 @@ pub async fn no_place(stage: &Stage) {
     }
 }
 
-/// Row 17: inputs of another time.
+/// Row 17: inputs from other times.
 pub async fn another_time(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Then").await;
     let seq = guest.seq;

@@ -1,4 +1,4 @@
-//! Many at once: rows 21 to 23 of docs/faults.md.
+//! Crowds: rows 21 to 23 of docs/faults.md.
 
 use super::stage::Stage;
 use crate::client::LONG;
@@ -13,7 +13,7 @@ use tokio::time::timeout;
 /// Sockets of the crowd.
 const CROWD: u16 = 500;
 
-/// Rows 21 and 22: five hundred connect at once, and leave at once.
+/// Rows 21 and 22: five hundred clients connect at once, and leave at once.
 pub async fn crowd(stage: &Stage) {
     let address = stage.address;
     let attempts: Vec<_> =
@@ -22,7 +22,7 @@ pub async fn crowd(stage: &Stage) {
     for attempt in attempts {
         match timeout(2 * LONG, attempt).await.expect("an answer in time").expect("no panic") {
             Ok(client) => seated.push(client),
-            // Machines that are slow take too long for so many hellos.
+            // A slow machine takes too long for so many hellos.
             Err(Refusal::ServerFull | Refusal::BadHello) => {}
             Err(other) => panic!("{other:?}"),
         }
@@ -37,7 +37,7 @@ pub async fn crowd(stage: &Stage) {
     stage.moved("jostle_leaves_total{how=\"lost\"}", before, count).await;
 }
 
-/// Row 23: the operators' port asked hard, and held open.
+/// Row 23: the operators' port is flooded, and its connections are held open.
 pub async fn operators(stage: &Stage) {
     for _ in 0..20 {
         assert_eq!(get_at_last(stage.ops, "/metrics").await.status, 200);

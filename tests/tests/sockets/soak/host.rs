@@ -14,12 +14,12 @@ pub struct Host {
 }
 
 impl Host {
-    /// Records into `dir`.
+    /// Starts it, recording into `dir`.
     pub fn start(dir: &Path) -> Host {
         Host::spawn(Command::new(env!("CARGO_BIN_EXE_shaky_host")).arg(dir))
     }
 
-    /// The same under TLS.
+    /// The same with TLS.
     pub fn start_with_tls(dir: &Path, identity: &Identity) -> Host {
         let files = ["certificate.pem", "key.pem"].map(|name| identity.path(name));
         Host::spawn(Command::new(env!("CARGO_BIN_EXE_shaky_host")).arg(dir).args(files))
@@ -37,7 +37,7 @@ impl Host {
         Host { process, orders, answers }
     }
 
-    /// Has the machine do something; returns when it has.
+    /// Sends an order to the machine; returns when it has been carried out.
     pub fn order(&mut self, order: &str) {
         writeln!(self.orders, "{order}").expect("a live host");
         assert_eq!(line(&mut self.answers), "ok", "{order}");

@@ -1,4 +1,4 @@
-//! Links that are cut, silent or slow, and the tokens that come back over them: rows 1 to 4, 7, 8, 19
+//! Links that are cut, silent or slow, and the tokens presented over them: rows 1 to 4, 7, 8, 19
 //! and 20 of docs/faults.md.
 
 use super::stage::{Stage, Ticket};
@@ -17,14 +17,14 @@ const ROOM: &str = "pile";
 const RESTLESS: &str = "restless";
 const LOST: &str = "jostle_leaves_total{how=\"lost\"}";
 
-/// Row 1: killed inside a frame.
+/// Row 1: killed in the middle of a frame.
 pub async fn killed_inside_a_frame(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Killed").await;
     let whole = frame(WHOLE, &input(guest.seq + 1));
     write(&mut guest, &whole[..whole.len() / 2]).await;
     let ticket = Ticket::of(&guest);
     let mut witness = stage.join(ROOM, "Witness").await;
-    // What it did not read makes the kernel reset the connection.
+    // Unread data makes the kernel reset the connection.
     drop(guest);
     given_up(&mut witness, ticket.seat).await;
     stage.counts(LOST, 1);
@@ -33,11 +33,11 @@ pub async fn killed_inside_a_frame(stage: &Stage) {
     stage.leave(back).await;
 }
 
-/// Row 2: vanished without a word.
+/// Row 2: vanished without closing.
 pub async fn half_open(stage: &Stage) {
     let guest = stage.join(ROOM, "Gone").await;
     let mut witness = stage.join(ROOM, "Witness").await;
-    // Nobody reads its socket, so no ping is answered, and it is never closed from this side.
+    // Its socket is not read, so no ping is answered, and it is never closed from this side.
     given_up(&mut witness, guest.seat).await;
     stage.refuses("silent");
     let back = stage.resume(ROOM, Ticket::of(&guest)).await;
@@ -45,7 +45,7 @@ pub async fn half_open(stage: &Stage) {
     stage.leave(witness).await;
 }
 
-/// Waits until another player sees that this one's socket was given up.
+/// Waits until another player sees that this one's socket was closed.
 async fn given_up(witness: &mut Client, seat: u16) {
     witness
         .until("the end of a slow socket", |snapshot| {
@@ -111,8 +111,8 @@ pub async fn far_link(stage: &Stage) {
     stage.leave(far).await;
 }
 
-/// Row 8: a tab in the background. Its socket is read and it says now and then that it is there, as
-/// pages do; when it comes back it is at the newest state and plays on.
+/// Row 8: a tab in the background. Like a page, it reads its socket and sends something now and
+/// then; when it comes back it is at the newest state and plays on.
 pub async fn background_tab(stage: &Stage) {
     let mut tab = stage.join(ROOM, "Tab").await;
     let before = tab.newest.tick;
@@ -128,7 +128,7 @@ pub async fn background_tab(stage: &Stage) {
     stage.leave(tab).await;
 }
 
-/// Row 19: tokens that were used, or made up.
+/// Row 19: used and forged tokens.
 pub async fn worthless_tokens(stage: &Stage) {
     let guest = stage.join(ROOM, "Owner").await;
     let used = guest.token;

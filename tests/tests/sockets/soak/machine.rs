@@ -1,5 +1,5 @@
-//! What the machine does to the server: rows 24 to 29 of docs/faults.md. One after another, while no
-//! other fault happens.
+//! Faults of the machine: rows 24 to 29 of docs/faults.md, one after another, while no other fault
+//! happens.
 
 use super::host::Host;
 use super::stage::Stage;
@@ -13,13 +13,14 @@ use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// Row 24: the process stands still for 250 ms.
+/// Row 24: the process stalls for 250 ms.
 pub async fn stands_still(stage: &Stage, host: &mut Host) {
     let before = stage.count("jostle_ticks_missed_total").await;
     host.process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
     host.process.signal("CONT");
-    // Of 15 ticks 5 are caught up, and some may have been due at either end; this for each room.
+    // Of 15 ticks 5 are caught up, and some may have been due just before or after; this holds for
+    // each room.
     stage.moved("jostle_ticks_missed_total", before, 8).await;
     stage.counts("jostle_ticks_missed_total", 8);
 }
@@ -40,7 +41,7 @@ pub async fn clock_steps(stage: &Stage, host: &mut Host) {
     }
 }
 
-/// Rows 26 and 27: the disk is full, then no file can be made, then it is well again.
+/// Rows 26 and 27: the disk is full, then no file can be created, then it recovers.
 pub async fn disk_fails(stage: &Stage, host: &mut Host) {
     const ERRORS: &str = "jostle_replay_errors_total";
     for fault in ["disk full", "disk closed"] {
@@ -54,10 +55,10 @@ pub async fn disk_fails(stage: &Stage, host: &mut Host) {
     stage.moved("jostle_replay_bytes_total", before, 1).await;
 }
 
-/// Row 28: no descriptor is left. Who is there plays on, others wait.
+/// Row 28: no descriptor is left. Present players play on, others wait.
 pub async fn no_descriptors(stage: &Stage, host: &mut Host) {
     host.order("descriptors none");
-    // Some find the numbers of sockets that just closed.
+    // Some get the descriptors of sockets that just closed.
     let mut waiting = Vec::new();
     while waiting.len() < 32 {
         waiting.push(TcpStream::connect(stage.address).await.expect("a place in the queue"));
@@ -71,7 +72,7 @@ pub async fn no_descriptors(stage: &Stage, host: &mut Host) {
     stage.leave(guest).await;
 }
 
-/// Row 29: a room panics. The last tick that its player saw.
+/// Row 29: a room panics. Returns the last tick that its player saw.
 pub async fn room_panics(stage: &Stage) -> u32 {
     let mut guest = Client::join(stage.address, "cracked", "Doomed").await;
     guest.goes_on().await;

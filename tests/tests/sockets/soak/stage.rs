@@ -1,5 +1,5 @@
-//! Where the faults happen: the two ports of the server, and a tally of what its counters have to say
-//! in the end.
+//! The stage of the faults: the two ports of the server, and a tally of what its counters have to
+//! show in the end.
 
 use crate::client::{Client, LONG};
 use crate::faults::refusals;
@@ -15,19 +15,18 @@ use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
-/// What every fault needs to know.
+/// State that every fault needs.
 pub struct Stage {
     pub address: SocketAddr,
     pub ops: SocketAddr,
-    /// For how long a tab stays in the background.
+    /// Time that a tab stays in the background.
     pub background: Duration,
-    /// Held to read by faults of peers, to write by those of the machine, so that each is alone with
-    /// its own.
+    /// Read-locked by faults of peers and write-locked by those of the machine, which happen alone.
     pub machine: RwLock<()>,
     tally: Mutex<BTreeMap<String, u64>>,
 }
 
-/// What gives a seat back.
+/// Everything needed to return to a seat.
 pub struct Ticket {
     pub seat: u16,
     pub token: Token,
@@ -44,18 +43,18 @@ impl Stage {
         Stage { address, ops, background, machine: RwLock::default(), tally: Mutex::default() }
     }
 
-    /// A counter will have moved by so much.
+    /// Notes that a counter will rise by this much.
     pub fn counts(&self, series: &str, by: u64) {
         let mut tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner);
         *tally.entry(series.to_owned()).or_default() += by;
     }
 
-    /// A refusal will have been counted.
+    /// Notes that a refusal will be counted.
     pub fn refuses(&self, reason: &str) {
         self.counts(&refusals(reason), 1);
     }
 
-    /// A guest whose first input was played, so that the seat is worth to be held.
+    /// Joins as a guest whose first input was played, so that the seat is held.
     pub async fn join(&self, room: &str, name: &str) -> Client {
         let mut guest = Client::join(self.address, room, name).await;
         self.counts("jostle_joins_total{how=\"new\"}", 1);
@@ -63,7 +62,7 @@ impl Stage {
         guest
     }
 
-    /// The owner of a seat comes back to it.
+    /// Returns to a seat.
     pub async fn resume(&self, room: &str, lost: Ticket) -> Client {
         let mut back = Client::connect(self.address, room).await;
         back.enter("Back", Some(lost.token)).await;
@@ -73,7 +72,7 @@ impl Stage {
         back
     }
 
-    /// A guest goes for good.
+    /// Leaves for good.
     pub async fn leave(&self, mut guest: Client) {
         let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
         guest.socket.close(Some(frame)).await.expect("a live socket");
@@ -82,7 +81,7 @@ impl Stage {
         self.counts("jostle_leaves_total{how=\"left\"}", 1);
     }
 
-    /// A guest did what ends its session. It comes back to its seat, and goes.
+    /// Expects a refusal of something that the guest did; it returns to its seat, and leaves.
     pub async fn ends(&self, room: &str, mut guest: Client, refusal: Refusal, reason: &str) {
         guest.is_refused(refusal).await;
         self.refuses(reason);
@@ -90,17 +89,18 @@ impl Stage {
         self.leave(back).await;
     }
 
-    /// What a counter says now.
+    /// Present value of a counter.
     pub async fn count(&self, series: &str) -> u64 {
         count(self.ops, series).await
     }
 
-    /// Waits until a counter has moved by so much since `before`.
+    /// Waits until a counter has risen by this much since `before`.
     pub async fn moved(&self, series: &str, before: u64, by: u64) {
         until_count(self.ops, series, before + by).await;
     }
 
-    /// Compares the counters with the tally: those of `exact` say just that, the others no less.
+    /// Compares the counters with the tally: those of `exact` must be equal, the others at least as
+    /// large.
     pub async fn check_tally(&self, exact: &[&str]) {
         let tally = self.tally.lock().unwrap_or_else(PoisonError::into_inner).clone();
         for (series, expected) in tally {
