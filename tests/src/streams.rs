@@ -97,7 +97,7 @@ every = 7
 "#;
 
 /// The messages of one client, and what they should result in.
-pub struct Heard {
+pub struct Received {
     /// Source of the scene.
     pub scene: String,
     /// Tick of joining; the digests begin there.
@@ -124,12 +124,12 @@ pub fn scenes() -> Result<Vec<Arc<Scene>>> {
 }
 
 /// Plays a scene and returns the messages of clients that joined at the ticks of [`JOIN_TICKS`].
-pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
+pub fn play(scene: &Arc<Scene>) -> Result<Vec<Received>> {
     let mut room = Room::new("streams", Arc::clone(scene), 5);
     for (color, name) in (0..PLAYERS).zip(["Ada", "Grace", "Alan"]) {
         join(&mut room, name, color)?;
     }
-    let mut listeners: Vec<(Subscriber, Heard)> = Vec::new();
+    let mut clients: Vec<(Subscriber, Received)> = Vec::new();
     let mut particles_max = 0;
     for tick in 1..=TICKS {
         for seat in (0..u16::from(PLAYERS)).map(Seat) {
@@ -139,10 +139,10 @@ pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
         let particles = room.game().world().particles();
         particles_max = particles_max.max(particles.len());
         let now = (tick, particles.digest());
-        for (reader, heard) in &mut listeners {
-            heard.digests.push(now);
+        for (reader, received) in &mut clients {
+            received.digests.push(now);
             if let Some(message) = room.message(reader) {
-                record(message, &mut heard.recording);
+                record(message, &mut received.recording);
             }
         }
         if JOIN_TICKS.contains(&tick) {
@@ -150,7 +150,7 @@ pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
             let (reader, keyframe) = room.subscribe(Rate::Full);
             let mut recording = Vec::new();
             record(&keyframe, &mut recording);
-            let heard = Heard {
+            let received = Received {
                 scene: scene.source.clone(),
                 first: tick,
                 recording,
@@ -158,12 +158,12 @@ pub fn play(scene: &Arc<Scene>) -> Result<Vec<Heard>> {
                 digests: vec![now],
                 particles: [0, flying],
             };
-            listeners.push((reader, heard));
+            clients.push((reader, received));
         }
     }
-    let heard = listeners.into_iter().map(|(_, heard)| heard);
-    Ok(heard
-        .map(|heard| Heard { particles: [particles_max, heard.particles[1]], ..heard })
+    let received = clients.into_iter().map(|(_, received)| received);
+    Ok(received
+        .map(|received| Received { particles: [particles_max, received.particles[1]], ..received })
         .collect())
 }
 
@@ -173,15 +173,15 @@ fn join(room: &mut Room, name: &str, color: u8) -> Result<()> {
     joined.map_err(|refusal| anyhow!("{refusal:?}")).context("a seat").map(drop)
 }
 
-impl Heard {
+impl Received {
     /// Compares the particles of a client with those of the game, tick by tick, and returns the
     /// number of ticks.
     pub fn compare(&self, digests: &[(u32, u64)]) -> Result<usize> {
         // The last ticks may not have been sent yet: nothing moved in them.
-        let told = &self.digests[..digests.len().min(self.digests.len())];
-        for (game, copy) in told.iter().zip(digests) {
+        let sent = &self.digests[..digests.len().min(self.digests.len())];
+        for (game, copy) in sent.iter().zip(digests) {
             anyhow::ensure!(game == copy, "joined at {}: {game:?} became {copy:?}", self.first);
         }
-        Ok(told.len())
+        Ok(sent.len())
     }
 }

@@ -486,8 +486,8 @@ async fn listen(page: &Page, errors: &Arc<Mutex<Vec<String>>>) -> Result<()> {
     tokio::spawn(async move {
         while let Some(added) = entries.next().await {
             if added.entry.level == LogEntryLevel::Error {
-                let place = added.entry.url.as_deref().unwrap_or("");
-                file(format!("{} {place}", added.entry.text));
+                let url = added.entry.url.as_deref().unwrap_or("");
+                file(format!("{} {url}", added.entry.text));
             }
         }
     });

@@ -1,6 +1,6 @@
-//! How long it takes from a key press to the frame that shows it: `cargo xtask latency` builds the
-//! page and a release server first and then runs this. A real Chromium, real key events, and for
-//! each press the first frame whose own hero is drawn elsewhere than it stood.
+//! Measures the time from a key press to the frame that shows it. `cargo xtask latency` builds the
+//! page and a release server first and then runs this: a real Chromium, real key events, and for
+//! each press the first frame in which the own hero has moved.
 
 use anyhow::{Context, Result, bail, ensure};
 use jostle_tests::browser::Browser;
@@ -11,16 +11,16 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-/// What a hero that stands still may seem to move, world units: a quarter of the arena's quantum.
+/// Largest apparent movement of a hero at rest, world units: a quarter of the arena's quantum.
 const MOVED: f64 = 0.25 / 64.0;
-/// Milliseconds for which a key is held.
+/// Time for which a key is held, milliseconds.
 const HELD_MS: u64 = 60;
-/// Milliseconds from one press to the next, at least: the hero stands still again by then.
+/// Least time from one press to the next, milliseconds; by then the hero is at rest again.
 const PAUSE_MS: u64 = 700;
-/// How much longer it may be, so that presses meet every phase of a tick.
+/// Largest addition to that time, so that presses fall into every phase of a tick.
 const PHASES_MS: u64 = 97;
 
-/// In the page: notes each press and the frames after it, until one draws the hero elsewhere.
+/// In the page: records each press and the frames after it, until one draws the hero elsewhere.
 const WATCH: &str = r#"(() => {
     const watch = window.watch = {armed: null, done: [], frames: [], costs: []};
     let last = performance.now();
@@ -49,7 +49,7 @@ const WATCH: &str = r#"(() => {
     return true;
 })()"#;
 
-/// A way to play.
+/// A configuration to measure.
 struct Case {
     name: &'static str,
     query: &'static str,
@@ -71,7 +71,7 @@ struct Press {
     frames: u32,
 }
 
-/// What a case gave.
+/// Results of a case.
 #[derive(Debug, Serialize)]
 struct Figures {
     case: &'static str,
@@ -79,17 +79,17 @@ struct Figures {
     p50_ms: f64,
     p99_ms: f64,
     max_ms: f64,
-    /// Frames from the press to the one that shows it, that one included.
+    /// Frames from the press to the one that shows it, both included.
     p50_frames: f64,
     p99_frames: f64,
-    /// From one frame to the next.
+    /// Time from one frame to the next.
     frame_p50_ms: f64,
     frame_p99_ms: f64,
-    /// As the page says at the end, world units.
+    /// The page's own figure at the end, world units.
     prediction_error: Option<f64>,
 }
 
-/// Arguments: the server's program, the presses of each case, and a file for JSON if one is wanted.
+/// Arguments: the server's program, the number of presses per case, and optionally a file for JSON.
 #[tokio::main]
 async fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
@@ -143,7 +143,7 @@ async fn measure(
         tokio::time::sleep(Duration::from_millis(PAUSE_MS + phase)).await;
         tab.eval::<bool>("(watch.armed = {at: null, place: null, seen: 0}, true)").await?;
         tab.until_true("watch.armed.place").await?;
-        // To and fro, so that the hero stays where it has room.
+        // To and fro, so that the hero always has room.
         let key = if press % 2 == 0 { "d" } else { "a" };
         tab.key_down(key).await?;
         tokio::time::sleep(Duration::from_millis(HELD_MS)).await;
@@ -179,10 +179,10 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// The value that this share of all does not exceed.
+/// The value that this share of all values does not exceed.
 fn at(sorted: &[f64], share: f64) -> f64 {
-    let place = (share * sorted.len() as f64).ceil() as usize;
-    sorted[place.clamp(1, sorted.len()) - 1]
+    let index = (share * sorted.len() as f64).ceil() as usize;
+    sorted[index.clamp(1, sorted.len()) - 1]
 }
 
 fn print_table(rows: &[Figures]) {
@@ -206,7 +206,7 @@ fn print_table(rows: &[Figures]) {
     }
 }
 
-/// A running `jostle serve`, ended with this program.
+/// A running `jostle serve`, which ends with this program.
 struct Server {
     child: Child,
     /// Its address, with a slash at the end.

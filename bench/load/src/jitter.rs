@@ -11,12 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// A machine whose idle thread is later than this once in a hundred times is too busy to judge.
+/// If an idle thread is later than this once in a hundred times, the machine is too busy to judge.
 const LATE_P99_MS_MAX: f64 = 1.0;
-/// And so is one where it waits this share of the time for a processor.
+/// The same holds if it waits for a processor during this share of the time.
 const QUEUED_SHARE_MAX: f64 = 0.005;
 
-/// Idle threads at work.
+/// Running idle threads.
 pub struct JitterProbe {
     over: Arc<AtomicBool>,
     threads: Vec<JoinHandle<Watched>>,
@@ -27,17 +27,17 @@ pub struct JitterProbe {
 pub struct Jitter {
     /// Lateness of all threads.
     pub late_ms: Percentiles,
-    /// The same less the time that they waited for a processor: a virtual machine stands still while its
-    /// host runs others, and no queue counts that.
+    /// The same without waits for a processor: a virtual machine stands still while its host runs
+    /// others, and no run queue counts that.
     pub late_own_ms: Percentiles,
-    /// Share of the time that they waited for a processor; `None` where the system does not count it.
+    /// Share of the time spent waiting for a processor; `None` if the system does not count it.
     pub queued_share: Option<f64>,
-    /// Ticks that the worst thread would have missed by its own lateness, by a room's own rule.
+    /// Ticks that the worst thread would have missed by its own lateness, by a room's rule.
     pub missed_ticks: u64,
 }
 
 impl JitterProbe {
-    /// Starts threads.
+    /// Starts the threads.
     pub fn start(threads: usize) -> JitterProbe {
         let over = Arc::new(AtomicBool::new(false));
         let start = |_| {
@@ -77,18 +77,18 @@ impl Jitter {
         }
     }
 
-    /// Whether figures of this machine say nothing of a server.
+    /// Whether figures from this machine are meaningless for a server.
     pub fn is_too_busy(&self) -> bool {
         self.late_ms.p99 > LATE_P99_MS_MAX
             || self.queued_share.is_some_and(|share| share > QUEUED_SHARE_MAX)
     }
 }
 
-/// The time and the queue of one thread; tests hold their own.
+/// The time and the run queue of one thread; tests have clocks of their own.
 trait Clock {
     fn now(&self) -> Instant;
     fn sleep_until(&self, at: Instant);
-    /// Time waited for a processor so far.
+    /// Time spent waiting for a processor so far.
     fn waited(&self) -> Option<Duration>;
 }
 
@@ -108,18 +108,18 @@ impl Clock for MachineClock {
     }
 }
 
-/// One thread's watch.
+/// Measurements of one thread.
 struct Watched {
     late: Durations,
-    /// Less the time in the queue of a processor.
+    /// Lateness without waits for a processor.
     own: Durations,
     queued: Option<Duration>,
     length: Duration,
-    /// Ticks that this alone would have cost.
+    /// Ticks missed by that alone.
     missed: u64,
 }
 
-/// Wakes at every tick until it is over.
+/// Wakes at every tick until the end.
 fn watch(clock: &impl Clock, is_over: impl Fn() -> bool) -> Watched {
     let (start, begun) = (clock.now(), clock.waited());
     let since = |before: Option<Duration>| Some(clock.waited()?.saturating_sub(before?));
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    /// Wakes late by what a script says, of which it waits a part for a processor.
+    /// Wakes as late as a script says, waiting for a processor during a part of that.
     struct ScriptedClock<'a> {
         now: Cell<Instant>,
         waited: Cell<Duration>,

@@ -25,15 +25,15 @@ use std::time::Duration;
 use tokio::time::sleep;
 use witness::{Newcomers, Witness};
 
-/// Players of each of many rooms.
+/// Players in each of many rooms.
 const ROOM_PLAYERS: u32 = 16;
-/// Newcomers for each lost socket: a third.
+/// Lost sockets per newcomer.
 const NEWCOMERS_SHARE: u32 = 3;
-/// Each bot loses its socket this often, where nothing else is said.
+/// Interval at which each bot loses its socket, unless set otherwise.
 const LOSS_EVERY_S: u32 = 60;
-/// Time for which an idle thread watches the machine before the bots come.
+/// Time during which an idle thread watches the machine before the bots connect.
 const PROBE: Duration = Duration::from_secs(2);
-/// The scene of the crowd, and the one that the many rooms play.
+/// The scene of the crowd; the many rooms play a copy of the arena.
 const CROWD: &str = include_str!("../crowd.toml");
 const ARENA: &str = include_str!("../../../assets/scenes/arena.toml");
 
@@ -52,15 +52,15 @@ struct Load {
     /// Seconds of each part
     #[arg(long, value_name = "S", default_value_t = 60)]
     seconds: u32,
-    /// Sockets that are lost while the crowd plays, one after another; 0 leaves that out
+    /// Sockets lost one after another while the crowd plays; 0 leaves that part out
     #[arg(long, value_name = "N", default_value_t = 1000)]
     reconnects: u32,
-    /// Have no socket lost in the first two parts: one that comes allocates what it keeps
+    /// Lose no socket in the first two parts, since a new one allocates
     #[arg(long)]
     steady: bool,
 }
 
-/// One part: a crowd, and what happens to it.
+/// One part: a crowd, and its losses.
 struct Part {
     rooms: Vec<String>,
     clients: u32,
@@ -121,7 +121,7 @@ impl Load {
         parts
     }
 
-    /// A client that failed is an error; figures are only printed.
+    /// Fails if a client fails; figures are only printed.
     fn measure(&self, part: &Part, scenes: &Path) -> Result<()> {
         let probe = JitterProbe::start(1);
         std::thread::sleep(PROBE);
@@ -191,7 +191,7 @@ fn target(server: &Server, room: &str) -> Target {
     Target { authority: server.address.clone(), room: room.to_owned() }
 }
 
-/// Asks the operators' port without delaying bots.
+/// Reads the operators' port without delaying the bots.
 async fn scrape(operators: &Operators) -> Result<Scrape> {
     let operators = operators.clone();
     tokio::task::spawn_blocking(move || operators.scrape()).await.context("a scrape")?

@@ -1,4 +1,4 @@
-//! The server's own figures, read from its operators' port before and after.
+//! The server's own figures, read from its operators' port before and after a part.
 
 use anyhow::{Context, Result};
 use serde::Serialize;
@@ -7,9 +7,9 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-/// Time for the port to answer.
+/// Time limit for the port's response.
 const ANSWER_WAIT: Duration = Duration::from_secs(20);
-/// Longest answer that is read, bytes.
+/// Longest response that is read, bytes.
 const ANSWER_BYTES_MAX: u64 = 1 << 20;
 
 /// The operators' port, `host:port`.
@@ -20,21 +20,21 @@ pub struct Operators(pub String);
 #[derive(Clone, Debug, Default)]
 pub struct Scrape(BTreeMap<String, f64>);
 
-/// The server's work between two scrapes.
+/// Work of the server between two scrapes.
 #[derive(Clone, Debug, Serialize)]
 pub struct ServerReport {
-    /// Ticks played, of all rooms.
+    /// Ticks played in all rooms.
     pub ticks: u64,
-    /// Ticks that were due and never played.
+    /// Ticks that were due but never played.
     pub ticks_missed: u64,
-    /// From when ticks were due to their beginning: p50, p90, p99 and most, milliseconds, each the end of
-    /// its range.
+    /// Time from when ticks were due to when they began: p50, p90, p99 and maximum, milliseconds,
+    /// each the end of its bucket.
     pub late_ms: Option<[f64; 4]>,
     /// The same without waits for a processor.
     pub late_own_ms: Option<[f64; 4]>,
-    /// Mean time of a wakeup spent on inputs, play and send, milliseconds.
+    /// Mean time per wakeup spent on inputs, play and send, milliseconds.
     pub phases_ms: [f64; 3],
-    /// Sockets that were too far behind for deltas.
+    /// Sockets that fell too far behind for deltas.
     pub sockets_late: u64,
     /// Seconds of processor time.
     pub cpu_seconds: Option<f64>,
@@ -45,7 +45,7 @@ pub struct ServerReport {
 }
 
 impl Operators {
-    /// Asks once.
+    /// Reads the metrics once.
     pub fn scrape(&self) -> Result<Scrape> {
         self.answer()
             .map(|answer| Scrape::parse(&answer))
@@ -65,7 +65,7 @@ impl Operators {
 }
 
 impl Scrape {
-    /// Lines of a name, labels included, and a number; all others are left out.
+    /// Parses lines of a name with its labels and a number; ignores all others.
     fn parse(text: &str) -> Scrape {
         let series = text.lines().filter(|line| !line.starts_with('#')).filter_map(|line| {
             let (name, value) = line.rsplit_once(' ')?;
@@ -83,7 +83,7 @@ impl Scrape {
         self.0.get(name).copied()
     }
 
-    /// Ends of the ranges of a histogram, seconds, and how many are at most that.
+    /// Upper ends of a histogram's buckets, seconds, with the cumulative counts.
     fn buckets(&self, name: &str) -> Vec<(f64, f64)> {
         let start = format!("{name}_bucket{{le=\"");
         let of_it = self.0.range(start.clone()..).take_while(|(key, _)| key.starts_with(&start));
@@ -99,7 +99,7 @@ impl Scrape {
 }
 
 impl ServerReport {
-    /// The differences.
+    /// The differences of two scrapes.
     pub fn between(before: &Scrape, after: &Scrape) -> ServerReport {
         let grown =
             |name: &str| after.value(name).unwrap_or(0.0) - before.value(name).unwrap_or(0.0);
@@ -124,7 +124,7 @@ impl ServerReport {
     }
 }
 
-/// p50, p90, p99 and all, milliseconds: the end of the range that each falls into.
+/// p50, p90, p99 and maximum, milliseconds: the end of the bucket that each falls into.
 fn percentiles(before: &Scrape, after: &Scrape, name: &str) -> Option<[f64; 4]> {
     let (old, mut buckets) = (before.buckets(name), after.buckets(name));
     for (bucket, old) in buckets.iter_mut().zip(old) {

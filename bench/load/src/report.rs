@@ -1,4 +1,4 @@
-//! The figures of one part, as people read them.
+//! The figures of one part, as text.
 
 use crate::jitter::Jitter;
 use crate::operators::ServerReport;
@@ -7,23 +7,23 @@ use jostle_cli::bots::report::Report;
 use serde::Serialize;
 use std::fmt;
 
-/// Everything that was measured of one part.
+/// All measurements of one part.
 #[derive(Debug, Serialize)]
 pub struct LoadReport {
-    /// The machine before the play.
+    /// Jitter of the machine before the part.
     pub before: Jitter,
-    /// The machine beside the play.
+    /// Jitter of the machine during the part.
     pub beside: Jitter,
     pub newcomers: Option<Newcomers>,
     pub server: ServerReport,
-    /// Physical memory of the server for each client.
+    /// Physical memory of the server per client.
     pub server_bytes_per_client: Option<f64>,
     #[serde(flatten)]
     pub play: Report,
 }
 
 impl LoadReport {
-    /// The first thing that went wrong with clients.
+    /// The first failure of a client.
     pub fn failure(&self) -> Option<String> {
         self.play.failure().or_else(|| self.newcomers.as_ref()?.failure())
     }

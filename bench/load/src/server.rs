@@ -1,4 +1,4 @@
-//! The server under test, in a process of its own, so that memory and descriptors begin afresh.
+//! The server under test, in a process of its own, so that its memory and descriptors start fresh.
 
 use anyhow::{Context, Result, bail};
 use std::io::{BufRead, BufReader};
@@ -6,26 +6,26 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread::JoinHandle;
 
-/// Lines of the program `counted` begin with this; the allocations of a second follow.
+/// Prefix of the lines in which the program `counted` prints the allocations of a second.
 const COUNTED: &str = "allocations: ";
 
 /// A running `jostle serve`.
 pub struct Server {
     process: Child,
-    /// Of the players' port, `host:port`.
+    /// Address of the players' port, `host:port`.
     pub address: String,
-    /// Of the operators' port.
+    /// Address of the operators' port.
     pub operators: String,
     /// Lines of stderr.
     log: JoinHandle<Vec<String>>,
 }
 
 impl Server {
-    /// Starts a program with the scenes of a directory, and waits until it listens.
+    /// Starts a program with the scenes in a directory, and waits until it listens.
     pub fn start(program: &Path, scenes: &Path, clients: u32) -> Result<Server> {
         let mut command = Command::new(program);
         command.args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"]);
-        // More than play: a socket that was just lost may still count.
+        // More than play, since a socket that was just lost may still count.
         command.args(["--address-sockets", &(2 * clients).to_string(), "--scenes"]).arg(scenes);
         let mut process = command
             .stdout(Stdio::piped())
@@ -50,7 +50,8 @@ impl Server {
         }
     }
 
-    /// Ends it and prints its log; returns its allocations in the median second, if they were counted.
+    /// Ends it and prints its log; returns the allocations of the median second, if they were
+    /// counted.
     pub fn stop(mut self) -> Result<Option<u64>> {
         let ended = self.process.try_wait()?;
         self.process.kill().context("cannot end the server")?;
@@ -66,7 +67,7 @@ impl Server {
     }
 }
 
-/// The addresses that a server prints: of the players' port, and of the operators'.
+/// The addresses that a server prints: the players' port and the operators' port.
 fn addresses(said: ChildStdout) -> Result<[String; 2]> {
     let mut lines = BufReader::new(said).lines();
     let mut address = || -> Result<String> {
@@ -77,7 +78,7 @@ fn addresses(said: ChildStdout) -> Result<[String; 2]> {
     Ok([address()?, address()?])
 }
 
-/// Neither a second in which players came nor an idle one.
+/// The median is neither a second in which players came nor an idle one.
 fn median(lines: &[&String]) -> Option<u64> {
     let count = |line: &&String| line[COUNTED.len()..].parse().ok();
     let mut counts: Vec<u64> = lines.iter().filter_map(count).collect();

@@ -1,4 +1,4 @@
-//! Newcomers to a room that is being played, and the bot that saw what they should be shown.
+//! Newcomers to a room in play, and a bot that knows what they should be shown.
 
 use jostle_cli::bots::histogram::{Durations, Percentiles};
 use jostle_cli::bots::socket::connect;
@@ -14,19 +14,19 @@ use tokio::time::sleep;
 use tokio_tungstenite::tungstenite::protocol::CloseFrame;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 
-/// Snapshots kept: some seconds of them.
+/// Snapshots kept, worth some seconds.
 const SEEN_MAX: usize = 240;
-/// Time for the witness to see what a newcomer saw, and how often it is asked.
+/// Time limit for the witness to see a newcomer's tick, and the interval between checks.
 const WITNESS_WAIT: Duration = Duration::from_secs(3);
-/// See there.
+/// See [`WITNESS_WAIT`].
 const WITNESS_EVERY: Duration = Duration::from_millis(50);
 
-/// The newest snapshots of a bot that was there all the time.
+/// The newest snapshots of a bot that was present all the time.
 #[derive(Default)]
 pub struct Witness(Mutex<VecDeque<Arc<Snapshot>>>);
 
 impl Witness {
-    /// A witness, and where it is sent what it sees. Inside a runtime only.
+    /// Creates a witness, and the channel on which it receives its snapshots. Requires a runtime.
     pub fn new() -> (Arc<Witness>, UnboundedSender<Arc<Snapshot>>) {
         let witness = Arc::new(Witness::default());
         let (sender, mut snapshots) = unbounded_channel();
@@ -47,7 +47,7 @@ impl Witness {
         seen.push_back(snapshot);
     }
 
-    /// Waits until it has come as far as this snapshot, and says what it saw then.
+    /// Waits until the witness has reached the tick of this snapshot, and compares the two.
     async fn judge(&self, snapshot: &Snapshot) -> Option<bool> {
         let asked_at = Instant::now();
         while asked_at.elapsed() < WITNESS_WAIT && self.newest_tick() < snapshot.tick {
@@ -61,7 +61,7 @@ impl Witness {
         seen.back().map_or(0, |seen| seen.tick)
     }
 
-    /// Whether it saw the same at that tick; `None` if it saw nothing then.
+    /// Returns whether the witness saw the same at that tick; `None` if it has no snapshot of it.
     fn agrees(&self, snapshot: &Snapshot) -> Option<bool> {
         let seen = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let same = seen.iter().find(|seen| seen.tick == snapshot.tick)?;
@@ -69,24 +69,25 @@ impl Witness {
     }
 }
 
-/// Newcomers, and the states they were shown.
+/// Newcomers, and the correctness of what they were shown.
 #[derive(Debug, Default, Serialize)]
 pub struct Newcomers {
     #[serde(skip)]
     took: Durations,
-    /// From the hello to the first keyframe, decoded.
+    /// Time from the hello to the first decoded keyframe.
     took_ms: Percentiles,
-    /// Shown the very state that the first bot saw; another; one of a tick that it did not see.
+    /// Newcomers with the same state as the witness, with another state, and with a tick that the
+    /// witness did not see.
     right: u32,
     wrong: u32,
     unseen: u32,
-    /// Those that did not get that far, and why the first of them did not.
+    /// Newcomers that failed before that, and the reason of the first one.
     failed: u32,
     error: Option<String>,
 }
 
 impl Newcomers {
-    /// Has newcomers join one after another, evenly over a time.
+    /// Lets newcomers join one after another, evenly over a period.
     pub async fn come(
         count: u32,
         over: Duration,
@@ -104,7 +105,7 @@ impl Newcomers {
         newcomers
     }
 
-    /// The first thing that went wrong.
+    /// The first failure.
     pub fn failure(&self) -> Option<String> {
         if let Some(error) = &self.error {
             return Some(format!("{} newcomers failed: {error}", self.failed));
@@ -132,7 +133,7 @@ impl Newcomers {
         }
         let mut socket = arrival.socket;
         let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
-        // A server that is gone by now told so before.
+        // If the server is gone by now, the failure was reported before.
         let _ = socket.close(Some(frame)).await;
     }
 }

@@ -1,4 +1,4 @@
-//! Box2D 3.2 by its C interface. The only unsafe code of the repository.
+//! Box2D 3.2 through its C interface. The only unsafe code of the repository.
 
 use crate::forces::{Forces, damping, is_joint};
 use boxdd_sys::ffi;
@@ -6,7 +6,7 @@ use glam::DVec2;
 use jostle_report::engine::{Engine, State};
 use jostle_report::scene::{Body, Hook, Motion, Scene, Shape, Spring};
 
-/// Speeds are capped at 400 unless told otherwise.
+/// The default caps speeds at 400.
 const SPEED_MAX: f32 = 1e5;
 
 pub struct Box2d {
@@ -56,7 +56,7 @@ impl Box2d {
 }
 
 impl Box2d {
-    /// A distance joint that gives way as the spring does; its least length is Box2D's.
+    /// A distance joint with a spring; its least length is Box2D's.
     fn tie(&mut self, scene: &Scene, spring: &Spring) {
         let mass = scene.swinging_mass(spring);
         let turn = (spring.stiffness / mass).sqrt();
@@ -92,7 +92,8 @@ impl Box2d {
     }
 }
 
-/// Box2D tells of its limits once a step, which drowns everything else; figures show them too.
+/// Box2D prints a warning about its limits in every step, which drowns everything else; the figures
+/// show them too.
 unsafe extern "C" fn hush(_: *const std::ffi::c_char) {}
 
 fn vector(v: DVec2) -> ffi::b2Vec2 {

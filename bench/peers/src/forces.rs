@@ -1,11 +1,12 @@
-//! What the peers do not have themselves: quadratic drag, wind, and springs of no length, as forces
-//! that their user applies before every step; and which springs are better as their own joints.
+//! Features that the peers lack: quadratic drag, wind, and springs of length 0, as forces that
+//! their user applies before every step; and a rule for which springs are better as their own
+//! joints.
 
 use glam::DVec2;
 use jostle_report::engine::State;
 use jostle_report::scene::{Drag, Hook, Motion, Scene, Spring};
 
-/// Forces that the user applies, and whether there are any that change within a tick.
+/// Forces applied by the user, and whether any of them change within a tick.
 pub struct Forces {
     scene: Scene,
     springs: Vec<Spring>,
@@ -13,39 +14,40 @@ pub struct Forces {
     wind: f64,
 }
 
-/// A spring that swings by more than this in a step, in radians, blows up as a user's force, which is
-/// an explicit one; as a joint it only loses energy.
+/// A spring that turns by more than this in a step, in radians, blows up as a user's force, which
+/// is explicit; as a joint it only loses energy.
 const EXPLICIT_MAX: f64 = 1.0;
 
 impl Forces {
-    /// Those of a scene that are best applied by hand, `steps` times a tick.
+    /// The forces of a scene that are best applied by hand, `steps` times per tick.
     pub fn new(scene: &Scene, steps: usize) -> Forces {
         let by_hand = |spring: &&Spring| !is_joint(scene, spring, steps);
         let springs = scene.springs.iter().filter(by_hand).copied().collect();
         Forces { scene: scene.clone(), springs, wind: 1.0 }
     }
 
-    /// For an engine that damps first and pushes then, v = v / (1 + k h) + h f: without this factor
-    /// its bodies would be blown faster than the wind, by k h times.
+    /// For an engine that damps before it pushes, v = v / (1 + k h) + h f: without this factor its
+    /// bodies would be blown faster than the wind, by the factor 1 + k h.
     pub fn damped_before(self, steps: usize) -> Forces {
         let Drag::Linear(rate) = self.scene.drag else { return self };
         let wind = 1.0 / (1.0 + rate * self.scene.tick_s / steps as f64);
         Forces { wind, ..self }
     }
 
-    /// Whether they must be found anew in every sub-step: then each is a step of its own.
+    /// Whether they must be computed again in every sub-step; then each sub-step is a step of its
+    /// own.
     pub fn change_within_a_tick(&self) -> bool {
         !self.springs.is_empty() || matches!(self.scene.drag, Drag::Quadratic(_))
     }
 
-    /// Whether there is any at all.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         let windy = self.scene.wind != DVec2::ZERO && self.scene.drag != Drag::None;
         !windy && !self.change_within_a_tick()
     }
 
-    /// On each body, from the states of all. Linear drag is the engine's own damping, so that the
-    /// wind is a constant force.
+    /// The force on each body, from the states of all. Linear drag is the engine's own damping, so
+    /// that the wind is a constant force.
     pub fn on(&self, states: &[State]) -> Vec<DVec2> {
         let air = |(state, body): (&State, &jostle_report::scene::Body)| match self.scene.drag {
             _ if body.motion != Motion::Dynamic => DVec2::ZERO,
@@ -68,8 +70,8 @@ impl Forces {
     }
 }
 
-/// Whether a spring is a joint of the engine: those with a length, which joints are made for, and
-/// those too stiff for anything else.
+/// Whether a spring is a joint of the engine: springs with a length, for which joints are made, and
+/// springs too stiff for anything else.
 pub fn is_joint(scene: &Scene, spring: &Spring, steps: usize) -> bool {
     let mass = scene.swinging_mass(spring);
     let step_s = scene.tick_s / steps as f64;

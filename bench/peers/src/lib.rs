@@ -1,6 +1,5 @@
-//! Peers of Jostle behind the report's `Engine`: rotation locked, sleep off where a
-//! scene does not ask for it, their defaults
-//! otherwise, speed caps raised out of the way.
+//! Peers of Jostle behind the report's `Engine`: rotation locked, sleep off unless a scene asks for
+//! it, otherwise their defaults, and speed caps raised out of the way.
 
 mod box2d;
 mod forces;
@@ -12,11 +11,11 @@ use jostle_report::engine::Build;
 use jostle_report::methods::{Family, Field, Method, boxed};
 use rapier::Rapier;
 
-/// Sub-steps of a tick; both peers take 4 unless told otherwise.
+/// Sub-steps per tick; both peers default to 4.
 const SUB_STEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0];
 
-/// The length unit of the second setting, as games with a gravity of 50 units/s^2 choose it: a metre
-/// of five units.
+/// The length unit of the second setting, as games with a gravity of 50 units/s^2 would choose it:
+/// five units per metre.
 const LONG: f32 = 5.0;
 
 /// Entries for the report's table of methods.

@@ -48,14 +48,14 @@ impl Rapier {
 }
 
 impl Rapier {
-    /// Slows a body down by this share of its speed a second.
+    /// Slows a body down by this share of its speed per second.
     pub fn set_damping(&mut self, body: usize, damping: f64) {
         if let Some(body) = self.world.bodies.get_mut(self.bodies[body]) {
             body.set_linear_damping(damping as f32);
         }
     }
 
-    /// A spring joint, which is a soft motor towards its length.
+    /// A spring joint, implemented as a soft motor towards its length.
     fn tie(&mut self, spring: &Spring) {
         let far = match spring.to {
             Hook::Body(other) => self.bodies[other],

@@ -1,18 +1,18 @@
-//! rapier2d behind the scenes of traffic: its defaults, with sleep.
+//! rapier2d in the scenes of `traffic`: its defaults, with sleep.
 
 use crate::rapier::Rapier;
 use glam::DVec2;
 use jostle_report::engine::{Engine, State};
 use jostle_report::traffic::{Crowd, Script};
 
-/// Sub-steps of a tick, its default.
+/// Sub-steps per tick, the default.
 const SUB_STEPS: usize = 4;
 
-/// A script's bodies in rapier2d.
+/// The bodies of a script in rapier2d.
 pub struct RapierCrowd(Rapier);
 
 impl RapierCrowd {
-    /// With the script's damping, and bodies that may sleep.
+    /// Creates the bodies with the script's damping; they may sleep.
     pub fn new(script: &Script) -> RapierCrowd {
         let mut scene = script.scene.clone();
         scene.sleeping = true;

@@ -4,21 +4,21 @@ use crate::piles::Heap;
 use crate::stability::Verdicts;
 use crate::study::Study;
 
-/// A table being written.
+/// A table under construction.
 pub struct Csv {
     text: String,
     columns: usize,
 }
 
 impl Csv {
-    /// With its first line.
+    /// A table with its header line.
     pub fn new(columns: &[&str]) -> Csv {
         let mut csv = Csv { text: String::new(), columns: columns.len() };
         csv.row(&columns.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
         csv
     }
 
-    /// One line; a field with a comma, a quote or a line break is quoted.
+    /// Adds a line; a field with a comma, a quote or a line break is quoted.
     pub fn row(&mut self, fields: &[String]) {
         debug_assert_eq!(fields.len(), self.columns, "{fields:?}");
         let quoted: Vec<String> = fields.iter().map(|field| quote(field)).collect();
@@ -26,7 +26,7 @@ impl Csv {
         self.text.push('\n');
     }
 
-    /// All lines.
+    /// The finished text.
     pub fn finish(self) -> String {
         self.text
     }
@@ -39,7 +39,7 @@ fn quote(field: &str) -> String {
     field.to_owned()
 }
 
-/// All points of a problem, one line a norm.
+/// All points of a problem, one line per norm.
 pub fn of_study(study: &Study) -> String {
     let columns = [
         "problem",
@@ -58,7 +58,7 @@ pub fn of_study(study: &Study) -> String {
     let mut csv = Csv::new(&columns);
     for curve in &study.curves {
         for point in &curve.points {
-            for (place, (norm, error)) in study.problem.norms.iter().zip(&point.errors).enumerate()
+            for (index, (norm, error)) in study.problem.norms.iter().zip(&point.errors).enumerate()
             {
                 csv.row(&[
                     study.problem.id.into(),
@@ -71,8 +71,8 @@ pub fn of_study(study: &Study) -> String {
                     format!("{:.4}", point.best_us),
                     format!("{:.4}", point.median_us),
                     point.work.map_or_else(String::new, |work| format!("{work:.2}")),
-                    (place == 0 && point.pareto).to_string(),
-                    if place == 0 { format!("{:e}", study.problem.floor()) } else { String::new() },
+                    (index == 0 && point.pareto).to_string(),
+                    if index == 0 { format!("{:e}", study.problem.floor()) } else { String::new() },
                 ]);
             }
         }
@@ -109,8 +109,8 @@ pub fn of_heaps(heaps: &[Heap], solvers: &[&str]) -> String {
     let mut csv = Csv::new(&["pile", "title", "solver", "figure", "measured", "verdict"]);
     for heap in heaps {
         for (solver, name) in solvers.iter().enumerate() {
-            for (place, (figure, _)) in heap.pile.bounds.iter().enumerate() {
-                let Some((value, accepted)) = heap.figure(solver, place) else { continue };
+            for (index, (figure, _)) in heap.pile.bounds.iter().enumerate() {
+                let Some((value, accepted)) = heap.figure(solver, index) else { continue };
                 let verdict = accepted.map_or("", |pass| if pass { "pass" } else { "fail" });
                 csv.row(&[
                     heap.pile.id.clone(),

@@ -1,10 +1,10 @@
-//! What every engine can do here: take bodies, step, be read. Peers implement it in their own
-//! workspace.
+//! The interface of all engines: adding bodies, stepping, reading states. Peers implement it in
+//! their own workspace.
 
 use crate::scene::{Body, Scene};
 use glam::DVec2;
 
-/// A body as it is read back.
+/// The state of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     /// Centre.
@@ -13,7 +13,7 @@ pub struct State {
     pub velocity: DVec2,
 }
 
-/// A simulation under test. Bodies are named by the order in which they were added.
+/// A simulation under test. Bodies are numbered in the order in which they were added.
 pub trait Engine {
     /// Adds a body.
     fn add(&mut self, body: &Body) -> usize;
@@ -21,31 +21,32 @@ pub trait Engine {
     /// Advances by one tick of the scene, in as many steps as the method takes.
     fn tick(&mut self);
 
-    /// Where a body is and how fast.
+    /// Position and velocity of a body.
     fn state(&self, body: usize) -> State;
 
     /// Sets the velocity of a kinematic or dynamic body.
     fn set_velocity(&mut self, body: usize, velocity: DVec2);
 
-    /// Takes a body away; it is not to be read any more.
+    /// Removes a body; it may not be read any more.
     fn remove(&mut self, body: usize);
 
     /// Changes the gravity of the scene.
     fn set_gravity(&mut self, _: DVec2) {}
 
-    /// Whether a body sleeps, in a scene that lets it.
+    /// Whether a body sleeps, in a scene that allows it.
     fn is_asleep(&self, _: usize) -> bool {
         false
     }
 
-    /// Pairs solved so far, once a pass: work that no machine changes. `None` if it does not tell.
+    /// Pair solves so far, counted once per pass: a measure of work independent of the machine.
+    /// `None` if the engine does not count them.
     fn pair_solves(&self) -> Option<u64>;
 
-    /// Steps of bodies so far: what is left of the work where nothing touches.
+    /// Body steps so far: the remaining work if nothing touches.
     fn body_steps(&self) -> u64;
 }
 
-/// Makes an engine with the bodies of a scene in it, or says why it cannot.
+/// Creates an engine with the bodies of a scene, or returns why it cannot.
 pub type Build = fn(&Scene, f64) -> Result<Box<dyn Engine>, String>;
 
 /// All readings of a run: `states[tick][body]`, from tick 0, the start.
@@ -73,13 +74,13 @@ impl Trace {
         self.states.last().expect("the start is always there")
     }
 
-    /// Readings of one body with their times, the start included.
+    /// Readings of one body with their times, including the start.
     pub fn of(&self, body: usize) -> impl Iterator<Item = (f64, State)> + '_ {
         let times = (0..self.states.len()).map(|tick| tick as f64 * self.tick_s);
         times.zip(self.states.iter().map(move |bodies| bodies[body]))
     }
 
-    /// Whether all numbers are numbers.
+    /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.last().iter().all(|s| s.position.is_finite() && s.velocity.is_finite())
     }

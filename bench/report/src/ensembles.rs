@@ -1,9 +1,9 @@
-//! Ensembles: what is chaos body by body has means and variances that are known. A gas from many
-//! seeds presses on its walls by the law of gases, and its speeds have Maxwell's law; what an emitter
-//! makes has the moments of what it draws from.
+//! Ensembles: systems that are chaotic body by body but have known means and variances. The
+//! pressure of a gas from many seeds follows the gas law, and its speeds follow Maxwell's law; the
+//! particles of an emitter have the moments of their distributions.
 //!
-//! Pressure: with the kinetic energy E of discs whose centres have the area A to themselves, P A = E Z
-//! in two dimensions, where Z = 1 + 2 pi r^2 n / A is what discs of radius r take from each other
+//! Pressure: with the kinetic energy E of discs whose centres have the area A to themselves, P A =
+//! E Z in two dimensions, where Z = 1 + 2 pi r^2 n / A is the correction for discs of radius r
 //! (second virial coefficient; McQuarrie 1976, "Statistical mechanics", chapter 12).
 
 use crate::engine::{Engine, State};
@@ -12,7 +12,7 @@ use crate::scene::{Body, Mulberry, Scene, Shape};
 use crate::stability::{Case, Outcome, Subject, largest, outcome};
 use jostle_sim::{EmitterDef, Particles, Recipe, Source, Vec2};
 
-/// All of them.
+/// All ensembles.
 pub const ENSEMBLES: [Case; 2] = [
     Case { id: "E1", title: "Gas from 32 seeds, e = 1, against the law of ideal gases", run: gas },
     Case {
@@ -22,10 +22,10 @@ pub const ENSEMBLES: [Case; 2] = [
     },
 ];
 
-/// Pressure may be off by this share, and the energy by this.
+/// Accepted relative error of the pressure, and of the energy.
 const PRESSURE: f64 = 0.02;
 const ENERGY: f64 = 0.001;
-/// Standard errors that a moment may be off.
+/// Accepted error of a moment, standard errors.
 const SIGMAS: f64 = 3.0;
 
 const SEEDS: u32 = 32;
@@ -34,7 +34,7 @@ const RADIUS: f64 = 0.5;
 const DISCS: u32 = 100;
 /// Ten seconds.
 const TICKS: usize = 600;
-/// Ticks between two looks at the speeds.
+/// Ticks between two readings of the speeds.
 const LOOK: usize = 60;
 
 fn gas(subject: &Subject) -> Outcome {
@@ -64,13 +64,13 @@ fn gas(subject: &Subject) -> Outcome {
     })
 }
 
-/// What is kept of a run of the gas.
+/// Results of a run of the gas.
 struct Gas {
-    /// Mean on all four walls, over that of the law at the energy of the start.
+    /// Mean on all four walls, relative to the gas law at the initial energy.
     pressure: f64,
-    /// At the end, over that at the start.
+    /// Final energy, relative to the initial one.
     energy: f64,
-    /// Of every disc at every look of the second half, over the mean at the start.
+    /// Energies of every disc at every reading of the second half, relative to the initial mean.
     energies: Vec<f64>,
 }
 
@@ -107,7 +107,7 @@ impl Gas {
     }
 }
 
-/// Speeds from all directions, places on a grid.
+/// Random directions of velocity, positions on a grid.
 fn scene(seed: u32) -> Scene {
     let mut scene = Scene { bounce_threshold: 0.0, ..Scene::new(0.0) };
     scene.contain(SIDE, SIDE, 0.0, 1.0);
@@ -121,13 +121,13 @@ fn scene(seed: u32) -> Scene {
     scene
 }
 
-/// A number with mean 0 and variance 1: the sum of twelve, which is near enough to a normal one for a
-/// gas that finds its own law.
+/// A number with mean 0 and variance 1: the sum of twelve, which is close enough to a normal one
+/// for a gas that reaches its own distribution.
 fn normal(draws: &mut Mulberry) -> f64 {
     (0..12).map(|_| draws.unit()).sum::<f64>() - 6.0
 }
 
-/// The change of speed that walls gave a disc in a tick: of a component that turned round within
+/// The change of speed that walls gave a disc in a tick: of a component that was reversed within
 /// reach of a wall ahead.
 fn from_walls(old: &State, new: &State, tick_s: f64) -> f64 {
     let along = |axis: usize| {
@@ -139,8 +139,8 @@ fn from_walls(old: &State, new: &State, tick_s: f64) -> f64 {
     along(0) + along(1)
 }
 
-/// In two dimensions energies are distributed exponentially: Kolmogorov's and Smirnov's distance of
-/// numbers from that law with a mean of 1.
+/// In two dimensions energies are exponentially distributed: the Kolmogorov-Smirnov distance of
+/// numbers from that distribution with a mean of 1.
 fn from_exponential(mut found: Vec<f64>) -> f64 {
     found.sort_by(f64::total_cmp);
     let count = found.len() as f64;
@@ -157,7 +157,8 @@ const LIFE: [u16; 2] = [600, 1199];
 const SIZE: [f32; 2] = [1.0, 3.0];
 const CORNERS: [Vec2; 2] = [Vec2::new(-20.0, 10.0), Vec2::new(40.0, 50.0)];
 
-/// What is drawn: the mean, the variance, and the fourth moment over the variance's square.
+/// A distribution: the mean, the variance, and the fourth moment relative to the square of the
+/// variance.
 #[derive(Clone, Copy)]
 struct Law {
     mean: f64,
@@ -201,12 +202,12 @@ fn emitters(subject: &Subject) -> Outcome {
     })
 }
 
-/// Particles are the same whatever solves the contacts.
+/// Particles do not depend on the solver of the contacts.
 fn has_particles(method: &Method) -> bool {
     method.family == Family::Jostle
 }
 
-/// Mean and variance against their law, in standard errors of as many draws.
+/// Compares mean and variance with their expected values, in standard errors of as many draws.
 fn check_moments(
     out: &mut Outcome,
     variant: &str,
@@ -227,8 +228,8 @@ fn uniform(low: f64, high: f64) -> Law {
     Law { mean: f64::midpoint(low, high), variance: (high - low).powi(2) / 12.0, kurtosis: 1.8 }
 }
 
-/// A square (x, y) in [-1, 1]^2 bent to a disc, x sqrt(1 - y^2 / 2): the second moment is
-/// 1/3 (1 - 1/6), the fourth 1/5 (1 - 1/3 + 1/20).
+/// A square (x, y) in [-1, 1]^2 mapped to a disc, x sqrt(1 - y^2 / 2): the second moment is 1/3 (1
+/// - 1/6), the fourth 1/5 (1 - 1/3 + 1/20).
 fn law_of_ellipse(low: f64, high: f64) -> Law {
     let half = (high - low) / 2.0;
     let (second, fourth) = (5.0 / 18.0, 43.0 / 300.0);
@@ -236,7 +237,7 @@ fn law_of_ellipse(low: f64, high: f64) -> Law {
     Law { mean: f64::midpoint(low, high), variance: half * half * second, kurtosis }
 }
 
-/// All particles, once every emitter has made its own; nothing acts on them.
+/// All particles, once every emitter has finished; nothing acts on them.
 fn emitted(round: bool) -> Particles {
     let recipe = Recipe {
         life_ticks: LIFE,

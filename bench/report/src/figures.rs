@@ -1,4 +1,4 @@
-//! From measurements to figures: which curve looks how, what stands on the axes, what is seen.
+//! From measurements to figures: the style of curves, the axes, and descriptions.
 
 use crate::methods::{Family, Method};
 use crate::number::short;
@@ -12,12 +12,12 @@ const PEERS: [&str; 2] = ["#222222", "#8c4a2f"];
 const YARDSTICKS: [&str; 2] = ["#999999", "#b8a070"];
 const MARKERS: [Marker; 4] = [Marker::Disc, Marker::Square, Marker::Triangle, Marker::Diamond];
 const HEIGHT: f64 = 320.0;
-/// A floor this many times lower than all errors is named, not drawn.
+/// A floor that is lower than all errors by this factor is named, not drawn.
 const FLOOR_NEAR: f64 = 1e3;
-/// Points that a curve over time is thinned to.
+/// Points to which a curve over time is thinned.
 const SAMPLES_MAX: usize = 300;
 
-/// The look of each method, by its place among its family: the same in every figure.
+/// The style of each method, by its index within its family: the same in every figure.
 pub fn styles(methods: &[Method]) -> Vec<Style> {
     let mut counts = [0usize; 3];
     let mut style = |method: &Method| {
@@ -26,10 +26,10 @@ pub fn styles(methods: &[Method]) -> Vec<Style> {
             Family::Yardstick => (1, &YARDSTICKS, "3 3"),
             Family::Peer => (2, &PEERS, "7 3"),
         };
-        let place = counts[family];
+        let index = counts[family];
         counts[family] += 1;
-        let marker = MARKERS[place % MARKERS.len()];
-        Style { color: colors[place % colors.len()], dash, marker }
+        let marker = MARKERS[index % MARKERS.len()];
+        Style { color: colors[index % colors.len()], dash, marker }
     };
     methods.iter().map(&mut style).collect()
 }
@@ -38,8 +38,8 @@ pub fn styles(methods: &[Method]) -> Vec<Style> {
 pub fn of_study(study: &Study, methods: &[Method]) -> Figure {
     let styles = styles(methods);
     let style_of = |curve: &Curve| {
-        let place = methods.iter().position(|method| method.name == curve.method.name);
-        styles[place.unwrap_or(0)]
+        let index = methods.iter().position(|method| method.name == curve.method.name);
+        styles[index.unwrap_or(0)]
     };
     let floor = study.problem.floor();
     let errors = study.curves.iter().flat_map(|curve| &curve.points).map(|point| point.errors[0]);
@@ -109,7 +109,7 @@ fn dot(curve: &Curve, point: &Point, x: f64) -> Dot {
     }
 }
 
-/// Overlap, energy and speed over time, one curve a solver; `None` if nothing was recorded.
+/// Overlap, energy and speed over time, one curve per solver; `None` if nothing was recorded.
 pub fn of_stability(verdicts: &Verdicts, methods: &[Method]) -> Option<Figure> {
     let looks = styles(methods);
     let solvers = methods.iter().zip(looks).filter(|(method, _)| method.in_stability);
@@ -157,7 +157,7 @@ fn bare(x: f64, y: f64) -> Dot {
 
 /// The largest value of each of at most [`SAMPLES_MAX`] spans, so that no peak is lost.
 fn thin(samples: &[Sample], of: fn(&Sample, &Sample) -> f64) -> Vec<(f64, f64)> {
-    // The start has no step behind it.
+    // The start has no step before it.
     let Some((start, later)) = samples.split_first() else { return Vec::new() };
     let span = later.len().div_ceil(SAMPLES_MAX).max(1);
     let largest = |chunk: &[Sample]| {

@@ -1,5 +1,5 @@
-//! What the numbers of a problem say, in sentences: where the default sits, what more work buys, who
-//! is better.
+//! Findings of a problem in sentences: where the default is, what more work gains, which engine is
+//! better.
 
 use crate::methods::{Family, Method, SOLVERS};
 use crate::number::short;
@@ -12,14 +12,14 @@ pub const ERROR_SHARE: f64 = 0.1;
 /// ... and this share of its time at equal error.
 pub const TIME_SHARE: f64 = 1.0 / 3.0;
 
-/// Jostle beside one peer on one problem.
+/// Jostle compared with one peer on one problem.
 pub struct Comparison {
-    /// Whose curve.
+    /// Name of the peer.
     pub peer: &'static str,
-    /// Our error over the peer's at the peer's time; the worst of its settings. Infinite if
-    /// nothing of ours is as fast.
+    /// Jostle's error relative to the peer's at the peer's time; the worst over its settings.
+    /// Infinite if no point of Jostle's is as fast.
     pub error_share: f64,
-    /// Our time over the peer's at the peer's error; likewise.
+    /// Jostle's time relative to the peer's at the peer's error; likewise.
     pub time_share: f64,
 }
 
@@ -29,12 +29,13 @@ impl Comparison {
         self.error_share <= ERROR_SHARE && self.time_share <= TIME_SHARE
     }
 
-    /// Whether it is better at all: less error in the same time, and less time for the same error.
+    /// Whether Jostle is better at all: less error in the same time, and less time for the same
+    /// error.
     pub fn is_ahead(&self) -> bool {
         self.error_share < 1.0 && self.time_share < 1.0
     }
 
-    /// In a word: better by both margins, ahead but short of them, or a loss.
+    /// The result in a word: better by both margins, ahead but short of them, or a loss.
     pub fn verdict(&self) -> &'static str {
         match (self.is_won(), self.is_ahead()) {
             (true, _) => "better",
@@ -44,17 +45,17 @@ impl Comparison {
     }
 }
 
-/// The engine that a method sets up: what stands before a comma names no setting.
+/// The engine of a method: the part of the name before a comma.
 fn engine_of(method: &Method) -> &'static str {
     method.name.split(", ").next().unwrap_or(method.name)
 }
 
-/// One comparison a peer that took part, all its settings in one.
+/// One comparison per peer that took part, over all its settings.
 pub fn comparisons(study: &Study) -> Vec<Comparison> {
     let of = |family| move |curve: &&Curve| curve.method.family == family;
     let ours: Vec<&Point> =
         study.curves.iter().filter(of(Family::Jostle)).flat_map(|curve| &curve.points).collect();
-    // Below the floor all errors are alike.
+    // Errors below the floor count as equal.
     let error = |point: &Point| point.errors[0].max(study.problem.floor());
     let mut found: Vec<Comparison> = Vec::new();
     for curve in study.curves.iter().filter(of(Family::Peer)) {
@@ -75,20 +76,20 @@ pub fn comparisons(study: &Study) -> Vec<Comparison> {
     found
 }
 
-/// How Jostle stands beside the peers, by the numbers of the list of problems.
+/// Jostle's results against the peers, by the numbers of the problems.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Numbers of which every part is better than every peer.
+    /// Problems of which every part is better than every peer.
     pub won: Vec<u32>,
-    /// Numbers of which every part is ahead of every peer, or better.
+    /// Problems of which every part is ahead of every peer, or better.
     pub ahead: Vec<u32>,
-    /// Numbers with a part that is not.
+    /// Problems with a part that is not.
     pub lost: Vec<u32>,
     /// A sentence on each part that is not better.
     pub short: Vec<String>,
 }
 
-/// Problems are counted by number: one with parts only if all its parts are.
+/// Counts problems by number: a problem with parts counts only if all its parts do.
 pub fn tally(studies: &[Study]) -> Tally {
     let mut tally = Tally::default();
     let compared = studies.iter().filter(|study| !comparisons(study).is_empty());
@@ -117,13 +118,13 @@ pub fn number_of(id: &str) -> u32 {
     id.trim_end_matches(|c: char| c.is_ascii_alphabetic()).parse().unwrap_or(u32::MAX)
 }
 
-/// Numbers as words.
+/// Numbers as text.
 pub fn listed(numbers: &[u32]) -> String {
     let words: Vec<String> = numbers.iter().map(u32::to_string).collect();
     if words.is_empty() { "none".into() } else { words.join(", ") }
 }
 
-/// What the drawn runs of a case show, a sentence a solver.
+/// Descriptions of the drawn runs of a case, one sentence per solver.
 pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
     let of = |(solver, outcome): (&&str, &Outcome)| {
         let (_, samples) = outcome.series.as_ref()?;
@@ -131,7 +132,7 @@ pub fn seen_over_time(verdicts: &Verdicts, solvers: &[&str]) -> Vec<String> {
         let deepest = samples[1..].iter().max_by(|a, b| a.overlap.total_cmp(&b.overlap))?;
         let gain = samples.iter().map(|sample| sample.energy - start.energy).fold(0.0, f64::max);
         let share = gain / start.energy.abs().max(f64::MIN_POSITIVE);
-        // Where everything starts at rest and without height, a share of it says nothing.
+        // If everything starts at rest and without height, a share of the energy is meaningless.
         let gained = match start.energy == 0.0 {
             true => String::new(),
             false => format!("largest energy gain {} of the start; ", short(share)),
@@ -173,7 +174,7 @@ fn named(study: &Study, curve: &Curve, point: &Point) -> String {
     )
 }
 
-/// Where the solvers of a scene are with nothing else said.
+/// The results of the scenes' solvers with default settings.
 fn on_defaults(study: &Study) -> Vec<String> {
     let of = |method: &&str| {
         let (curve, point) = study.default_of(method)?;
@@ -196,7 +197,7 @@ fn on_slopes(study: &Study) -> Option<String> {
     (!slopes.is_empty()).then(|| format!("Order in the step: {}.", slopes.join("; ")))
 }
 
-/// Jostle's curves on which more work buys nothing.
+/// Jostle's curves on which more work gains nothing.
 fn on_stalled(study: &Study) -> Option<String> {
     let stalls = |curve: &&Curve| {
         let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) else {
@@ -216,7 +217,7 @@ fn on_stalled(study: &Study) -> Option<String> {
         .then(|| format!("Turning the knob up does not halve the error: {}.", names.join("; ")))
 }
 
-/// Where contact forces are known: the least setting of each knob from which on they are right to a
+/// If contact forces are known: the least setting of each knob from which on they are correct to a
 /// thousandth and to a millionth.
 fn on_sweeps(study: &Study) -> Option<String> {
     let norm = study.problem.norms.iter().position(|norm| norm.name == FORCE_ERROR)?;

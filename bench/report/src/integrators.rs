@@ -1,5 +1,5 @@
-//! Small reference integrators for bodies without contacts: what the textbooks' schemes do where
-//! the World cannot be switched. They are yardsticks, no part of Jostle.
+//! Small reference integrators for bodies without contacts: textbook schemes that the World does
+//! not offer. They are yardsticks and no part of Jostle.
 
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Drag, Hook, Scene};
@@ -10,18 +10,18 @@ use glam::DVec2;
 pub enum Scheme {
     /// x += h v, then v += h a: order 1, gains energy.
     ExplicitEuler,
-    /// v += h a, then x += h v: order 1, keeps energy bounded; what the World does.
+    /// v += h a, then x += h v: order 1, keeps energy bounded; the scheme of the World.
     SymplecticEuler,
     /// Half a kick, a drift, half a kick (velocity Verlet), each kick by the midpoint rule: order 2.
     KickDriftKick,
 }
 
-/// The bits in which the state is kept between steps.
+/// Precision of the state between steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// f32, as engines do: shows their rounding floor.
+    /// f32, as in engines: shows their rounding floor.
     Single,
-    /// f64: shows the scheme alone.
+    /// f64: shows only the scheme.
     Double,
 }
 
@@ -37,7 +37,7 @@ pub struct FreeFlight {
 }
 
 impl FreeFlight {
-    /// The scene's bodies; refuses scenes in which they can touch.
+    /// Creates the scene's bodies; refuses scenes in which they can touch.
     pub fn new(
         scene: &Scene,
         scheme: Scheme,
@@ -63,7 +63,7 @@ impl FreeFlight {
         Ok(flight)
     }
 
-    /// Of all bodies.
+    /// Accelerations of all bodies.
     fn accelerations(&self, states: &[State]) -> Vec<DVec2> {
         let falls = |state: &State| {
             let through_air = state.velocity - self.scene.wind;
@@ -85,7 +85,7 @@ impl FreeFlight {
         found
     }
 
-    /// v' = a(x, v) at fixed places, by the midpoint rule.
+    /// v' = a(x, v) at fixed positions, by the midpoint rule.
     fn kick(&self, states: &[State], time_s: f64) -> Vec<State> {
         let half = pushed(states, &self.accelerations(states), time_s / 2.0);
         pushed(states, &self.accelerations(&half), time_s)
@@ -118,7 +118,7 @@ impl FreeFlight {
     }
 }
 
-/// With speeds changed by accelerations that last so long.
+/// States after constant accelerations during this time.
 fn pushed(states: &[State], accelerations: &[DVec2], time_s: f64) -> Vec<State> {
     let push = |(state, acceleration): (&State, &DVec2)| State {
         velocity: state.velocity + *acceleration * time_s,
@@ -127,7 +127,7 @@ fn pushed(states: &[State], accelerations: &[DVec2], time_s: f64) -> Vec<State> 
     states.iter().zip(accelerations).map(push).collect()
 }
 
-/// Moved by their speeds for so long.
+/// States after drifting during this time.
 fn drifted(states: &[State], time_s: f64) -> Vec<State> {
     let drift =
         |state: &State| State { position: state.position + state.velocity * time_s, ..*state };

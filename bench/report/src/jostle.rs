@@ -1,4 +1,4 @@
-//! Jostle as an [`Engine`]: its World, and its particles as bodies that meet nobody.
+//! Jostle as an [`Engine`]: its World, and its particles as bodies that never collide.
 
 use crate::engine::{Engine, State};
 use crate::scene::{Body, Drag, Hook, Motion, Scene, Shape, Spring};
@@ -10,7 +10,7 @@ use jostle_sim::{
     SpringEnd, Vec2, World,
 };
 
-/// A World of the scene, stepped `steps` times a tick.
+/// A World of the scene, stepped `steps` times per tick.
 pub struct Jostle {
     world: World,
     ids: Vec<Option<BodyId>>,
@@ -20,11 +20,11 @@ pub struct Jostle {
     body_steps: u64,
 }
 
-/// Bodies that a case may add beyond those of its scene.
+/// Bodies that a case may add to those of its scene.
 const BODIES_SPARE: usize = 8192;
 
 impl Jostle {
-    /// All bodies of the scene in a World with this solver.
+    /// Creates a World with all bodies of the scene and this solver.
     pub fn new(scene: &Scene, steps: u32, solver: Solver) -> Result<Jostle, String> {
         if scene.sleeping && !matches!(solver, Solver::Conjugate(_)) {
             return Err("only the conjugate solver knows who may sleep".into());
@@ -76,7 +76,7 @@ impl Jostle {
     }
 }
 
-/// f32 seconds of one step; one step a tick of 1/60 s has the bits of the simulation's own.
+/// Seconds of one step in f32; one step per tick of 1/60 s has the same bits as in the simulation.
 fn step_of(scene: &Scene, steps: u32) -> f32 {
     (scene.tick_s / f64::from(steps)) as f32
 }
@@ -159,12 +159,13 @@ impl Engine for Jostle {
 
 /// Particles in place of bodies: free flight with linear drag.
 ///
-/// They always move by [`DT`]. `steps` a tick are had by slower time: with velocities divided by
-/// n, accelerations by n^2 and the drag factor's n-th root, n of their steps are one of the scene.
+/// They always move by [`DT`]. `steps` per tick are simulated by slower time: with velocities
+/// divided by n, accelerations by n^2 and the n-th root of the drag factor, n particle steps make
+/// one step of the scene.
 pub struct ParticleFlight {
     particles: Particles,
     recipes: Vec<Recipe>,
-    /// Places at the start: emitters make particles where they stand.
+    /// Initial positions: emitters create particles at their own position.
     starts: Vec<Vec2>,
     acceleration: Vec2,
     factor: f32,
@@ -174,7 +175,7 @@ pub struct ParticleFlight {
 }
 
 impl ParticleFlight {
-    /// One particle a body, in the order of the bodies; at most 256.
+    /// One particle per body, in the order of the bodies; at most 256.
     pub fn new(scene: &Scene, steps: u32) -> Result<ParticleFlight, String> {
         let rate = match scene.drag {
             Drag::None => return Err("particles take part where there is drag".into()),

@@ -1,5 +1,5 @@
-//! Error against time and work on problems with known answers, and stiff and extreme cases, for
-//! every solver: measured, drawn, and written as one page with the numbers behind it.
+//! Measures error against time and work on problems with known answers, and stiff and extreme
+//! cases, for every solver, and writes the results as one page with the numbers behind it.
 //!
 //! Peers are added by the program that calls [`run`] with them, in a workspace of its own.
 
@@ -107,7 +107,7 @@ pub fn run(arguments: &Arguments, peers: &[Method]) -> Result<()> {
     write(&Results { origin, methods, studies, heaps, cases, ensembles, costs }, &arguments.out)
 }
 
-/// The stability cases need no clock, so they take turns on all cores.
+/// Runs the stability cases on all cores, since they need no clock.
 fn judge_all(
     cases: &[Case],
     methods: &[Method],
@@ -152,10 +152,10 @@ fn write(results: &Results, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// The processor's name where the system tells, and how many cores there are.
+/// Name of the processor, if the system reports it, and the number of cores.
 fn machine() -> String {
-    let told = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = told.lines().find(|line| line.starts_with("model name"));
+    let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = cpuinfo.lines().find(|line| line.starts_with("model name"));
     let name = name.and_then(|line| line.split(": ").nth(1)).unwrap_or(std::env::consts::ARCH);
     let cores = std::thread::available_parallelism().map_or(1, |count| count.get());
     format!("{name}, {cores} cores, {}", std::env::consts::OS)

@@ -1,4 +1,4 @@
-//! The one table of methods: everything that is measured, each with its knob. A new solver, knob or
+//! The table of methods: everything that is measured, each with its knob. A new solver, knob or
 //! peer is one more entry.
 
 use crate::engine::{Build, Engine};
@@ -9,7 +9,7 @@ use jostle_sim::Conjugate;
 use jostle_sim::Relaxation;
 use jostle_sim::Solver;
 
-/// Who a method belongs to.
+/// Origin of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Jostle itself.
@@ -20,53 +20,54 @@ pub enum Family {
     Peer,
 }
 
-/// The scenes in which a method says anything.
+/// The scenes in which a method is meaningful.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
-    /// All that the engine can play.
+    /// All scenes that the engine can play.
     All,
-    /// With contacts: without them the knob does nothing.
+    /// Scenes with contacts, without which the knob has no effect.
     Contacts,
-    /// With contacts and gravity as strong as in Jostle's scenes: a setting made for it.
+    /// Scenes with contacts and gravity as strong as in Jostle's scenes, for a setting made for
+    /// them.
     StrongGravity,
-    /// Without: it knows none, and nobody expects it to.
+    /// Scenes without contacts, which the method cannot handle.
     FreeFlight,
 }
 
 /// One curve: an engine and the knob that makes its points.
 #[derive(Clone, Copy)]
 pub struct Method {
-    /// Short, unique.
+    /// Short and unique.
     pub name: &'static str,
-    /// Whose it is.
+    /// Origin of the method.
     pub family: Family,
-    /// What the settings are.
+    /// Meaning of the settings.
     pub knob: &'static str,
-    /// Points of the curve, from cheap to dear.
+    /// Settings of the curve's points, from cheap to expensive.
     pub settings: &'static [f64],
-    /// The setting that its users get, and with which the stability cases run.
+    /// The default setting of its users, with which the stability cases run.
     pub default: Option<f64>,
     /// Whether the knob divides the step, so that the error has an order in it.
     pub divides_step: bool,
-    /// Where it takes part; elsewhere it is left out without a word.
+    /// Scenes in which it takes part; it is silently omitted elsewhere.
     pub field: Field,
-    /// Whether the stability cases run it: one entry a solver.
+    /// Whether the stability cases run it: one entry per solver.
     pub in_stability: bool,
-    /// Makes the engine at a setting.
+    /// Creates the engine with a setting.
     pub build: Build,
 }
 
-/// The solvers of a scene: "relaxation", which is the default, and "conjugate".
+/// The solvers of scenes: "relaxation", which is the default, and "conjugate".
 pub const SOLVERS: [&str; 2] = ["Jostle relaxation, 15 passes", "Jostle conjugate"];
 
-/// Steps, or sub-steps, a tick.
+/// Steps, or sub-steps, per tick.
 pub const STEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
 const PASSES: &[f64] = &[1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0];
 const TOLERANCES: &[f64] = &[0.5, 0.1, 0.02, 0.005, 1e-3, 1e-4];
 const SWEEPS: &[f64] = &[1.0, 2.0, 4.0, 8.0, 16.0, 60.0, 240.0];
 const SHARES: &[f64] = &[0.1, 0.2, 0.4, 0.6, 0.8, 1.0];
 
-/// Everything but the peers, in the order of the legends.
+/// All methods except the peers, in the order of the legends.
 pub const METHODS: [Method; 12] = [
     Method {
         name: "Jostle relaxation, 15 passes",
@@ -195,7 +196,7 @@ const fn yardstick(name: &'static str, build: Build) -> Method {
     }
 }
 
-/// The relaxation with its defaults but the scene's threshold, then tuned.
+/// The relaxation solver with its defaults and the scene's threshold, adjusted by `tune`.
 fn relaxation(scene: &Scene, tune: impl Fn(&mut Relaxation)) -> Solver {
     let bounce_threshold = scene.bounce_threshold as f32;
     let mut settings = Relaxation { bounce_threshold, ..Relaxation::default() };
@@ -220,7 +221,7 @@ fn flight(
     boxed(FreeFlight::new(scene, scheme, precision, steps as u32))
 }
 
-/// For the entries of the table.
+/// Boxes an engine for the table.
 pub fn boxed<E: Engine + 'static>(made: Result<E, String>) -> Result<Box<dyn Engine>, String> {
     made.map(|engine| Box::new(engine) as Box<dyn Engine>)
 }

@@ -1,8 +1,8 @@
-//! Numbers as a reader wants them: three digits, powers of ten where there are many zeros.
+//! Numbers in readable form: three digits, with powers of ten if there are many zeros.
 
 use crate::plot::superscript;
 
-/// Three digits: 0, 0.0123, 12.3, 4.56·10⁻⁷.
+/// Formats with three digits: 0, 0.0123, 12.3, 4.56·10⁻⁷.
 pub fn short(value: f64) -> String {
     if value == 0.0 {
         return "0".into();

@@ -1,5 +1,5 @@
-//! The head of the page: all problems in one table, how Jostle stands beside its peers, and which
-//! point of the curves each shipped scene uses.
+//! The head of the page: all problems in one table, Jostle's results against its peers, and the
+//! point of the curves that each shipped scene uses.
 
 use crate::findings::{Tally, comparisons, listed, tally};
 use crate::methods::{Family, SOLVERS};
@@ -9,14 +9,14 @@ use crate::plot::escape;
 use crate::study::{Curve, Point, Study};
 use std::fmt::Write;
 
-/// What "better" means, for the page and the summary.
+/// The meaning of "better", for the page and the summary.
 pub const RULE: &str = "Any of Jostle's points may answer a peer's. Better means: against each of \
     the peer's settings, at most a tenth of its error in its time and at most a third of its time for \
     its error, with errors below the floor of f32 counted as the floor. Ahead means: less error in its \
     time and less time for its error, but short of these margins. Anything else is a loss. A problem \
     with parts (4a, 4b, 4c) counts as what the worst of its parts is.";
 
-/// How the peers got what they do not have themselves.
+/// How the peers simulate features that they lack.
 pub const PEERS: &str = "The peers run with rotation locked, sleeping off and speed caps raised, at 1 to \
     16 sub-steps; where gravity is 50 and bodies touch, also with a length unit of 5, and whatever \
     setting is better counts. Linear drag is their own linear damping, wind a constant force beside it (for \
@@ -106,7 +106,7 @@ fn against(results: &Results, page: &mut String) {
     page.push_str("</ul>\n");
 }
 
-/// Which solver and setting each shipped scene has, and where that sits on the curves.
+/// Solver and setting of each shipped scene, and where they are on the curves.
 fn scenes(results: &Results, page: &mut String) {
     page.push_str("<h3 id=\"scenes\">What the shipped scenes use</h3>\n<ul>\n");
     for sentence in scene_sentences(&results.studies) {
@@ -115,7 +115,7 @@ fn scenes(results: &Results, page: &mut String) {
     page.push_str("</ul>\n");
 }
 
-/// The same as sentences: one for each setting in use.
+/// The same as sentences: one per setting in use.
 pub fn scene_sentences(studies: &[Study]) -> Vec<String> {
     let scenes = jostle_game::Scene::built_in();
     let mut sentences = Vec::new();
@@ -169,7 +169,7 @@ fn on_pareto(studies: &[Study], method: &str) -> (usize, usize) {
     (all.iter().filter(|(_, point)| point.pareto).count(), all.len())
 }
 
-/// Medians of error and time of the default over those of Jostle's most precise point.
+/// Medians of the default's error and time relative to those of Jostle's most precise point.
 fn beside_best(studies: &[Study], method: &str) -> (f64, f64) {
     let mut errors = Vec::new();
     let mut times = Vec::new();

@@ -1,4 +1,4 @@
-//! The page: one HTML file with all plots in it, nothing loaded from elsewhere.
+//! The page: one self-contained HTML file with all plots.
 
 use crate::figures;
 use crate::findings::{seen, seen_over_time};
@@ -12,26 +12,26 @@ use crate::study::Study;
 use crate::unneeded::{self, Costs};
 use std::fmt::Write;
 
-/// Where and when it was measured.
+/// Origin of the measurements.
 #[derive(Clone, Debug)]
 pub struct Origin {
     /// Processor, cores, system.
     pub machine: String,
-    /// Of the source.
+    /// Commit of the source.
     pub commit: String,
     /// Year-month-day.
     pub date: String,
-    /// Of the program that measured.
+    /// Compiler of the program that measured.
     pub compiler: String,
-    /// Whether the quick effort was made.
+    /// Whether it was a quick run.
     pub quick: bool,
 }
 
-/// All that was measured.
+/// All measurements.
 pub struct Results {
-    /// Where and when.
+    /// Place and time.
     pub origin: Origin,
-    /// What took part.
+    /// The methods that took part.
     pub methods: Vec<Method>,
     /// By problem.
     pub studies: Vec<Study>,
@@ -39,9 +39,9 @@ pub struct Results {
     pub heaps: Vec<Heap>,
     /// By case.
     pub cases: Vec<Verdicts>,
-    /// Means and variances of what is chaotic in each body.
+    /// Means and variances of systems that are chaotic body by body.
     pub ensembles: Vec<Verdicts>,
-    /// What features cost that are not used, where that was measured.
+    /// Cost of unused features, if it was measured.
     pub costs: Option<Costs>,
 }
 
@@ -158,7 +158,7 @@ fn problem(study: &Study, methods: &[Method], page: &mut String) {
     page.push_str("</section>\n");
 }
 
-/// The tables leave out end tags and quotes that HTML can do without: there are thousands of cells.
+/// The tables omit end tags and quotes that HTML does not need: there are thousands of cells.
 fn numbers(study: &Study, page: &mut String) {
     let _ = write!(
         page,
@@ -211,10 +211,10 @@ fn heap_rows(heap: &Heap, page: &mut String) {
         "<tbody>\n<tr class=case><th colspan={columns}>{}",
         escape(&heap.pile.title)
     );
-    for (place, (figure, bound)) in heap.pile.bounds.iter().enumerate() {
+    for (index, (figure, bound)) in heap.pile.bounds.iter().enumerate() {
         let _ = write!(page, "<tr><td>{}<td>{}", figure.name(), within(*bound));
         for solver in 0..heap.measured.len() {
-            match heap.figure(solver, place) {
+            match heap.figure(solver, index) {
                 Some((value, Some(passes))) => judged(passes, value, page),
                 Some((value, None)) => {
                     let _ = write!(page, "<td>{}", short(value));
@@ -232,7 +232,7 @@ fn judged(passes: bool, value: f64, page: &mut String) {
     let _ = write!(page, "<td class={class}>{}", short(value));
 }
 
-/// What is accepted of a pile's figure.
+/// The accepted range of a pile's figure.
 pub fn within(bound: Bound) -> String {
     match bound {
         Bound::None => String::new(),
@@ -250,8 +250,8 @@ fn stability(results: &Results, page: &mut String) {
          is beyond what is accepted; nothing was tuned to pass. Each solver runs at its defaults.</p>\n",
     );
     page.push_str("<p>");
-    for (place, solver) in solvers.iter().enumerate() {
-        let verdicts = results.cases.iter().filter_map(|case| case.outcomes[place].verdict());
+    for (index, solver) in solvers.iter().enumerate() {
+        let verdicts = results.cases.iter().filter_map(|case| case.outcomes[index].verdict());
         let green = verdicts.clone().filter(|verdict| *verdict).count();
         let _ = write!(
             page,
@@ -286,7 +286,7 @@ fn ensembles(results: &Results, page: &mut String) {
     case_table(&results.ensembles, &results.solvers(), page);
 }
 
-/// What stands above the ensembles.
+/// The text above the ensembles.
 pub const ENSEMBLES: &str = "What is chaos body by body has means and variances that are known. The gas: 100 \
     discs of radius 0.5 in a box of 120 by 120, speeds to about 75, without friction and gravity; the \
     pressure on the walls against that of the law of gases at the energy of the start, with the second \
@@ -326,11 +326,11 @@ fn case_rows(case: &Verdicts, page: &mut String) {
     else {
         return;
     };
-    for (place, row) in rows.iter().enumerate() {
+    for (index, row) in rows.iter().enumerate() {
         let variant = escape(&row.variant);
         let _ = write!(page, "<tr><td>{variant}<td>{}<td>{}", row.metric, accepted(row));
         for outcome in &case.outcomes {
-            match outcome.checks.get(place) {
+            match outcome.checks.get(index) {
                 Some(check) => judged(check.passes(), check.measured, page),
                 None => page.push_str("<td>"),
             }

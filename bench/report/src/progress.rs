@@ -1,4 +1,4 @@
-//! How far the run is, on the terminal: a bar that is redrawn, or lines where nobody watches.
+//! Progress of the run on the terminal: a bar that is redrawn, or lines if stderr is no terminal.
 
 use std::io::{IsTerminal, Write};
 use std::sync::Mutex;
@@ -6,7 +6,7 @@ use std::time::Instant;
 
 const BAR: usize = 30;
 
-/// Counts tasks; may be told from several threads.
+/// Counts tasks; may be shared by several threads.
 pub struct Progress {
     total: usize,
     began: Instant,
@@ -14,7 +14,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Nothing done yet.
+    /// Progress with no task done yet.
     pub fn new(total: usize) -> Progress {
         Progress { total, began: Instant::now(), done: Mutex::new(0) }
     }

@@ -1,5 +1,5 @@
-//! What is simulated, in f64 and known to no engine: bodies, gravity, drag, springs, and the shared
-//! scenes' source of random numbers.
+//! A simulated scene, in f64 and independent of any engine: bodies, gravity, drag, springs, and the
+//! random numbers of the shared scenes.
 
 use crate::engine::State;
 use glam::DVec2;
@@ -7,7 +7,7 @@ use glam::DVec2;
 /// Seconds in a tick, unless a scene says otherwise.
 pub const TICK_S: f64 = 1.0 / 60.0;
 
-/// The outline of a body, centred on it.
+/// The shape of a body, centred on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A disc.
@@ -45,21 +45,21 @@ impl Shape {
     }
 }
 
-/// How a body answers to forces.
+/// How a body moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
     /// Never moves.
     Static,
-    /// Moves by its own velocity only.
+    /// Moves only by its own velocity.
     Kinematic,
     /// Moved by gravity and contacts.
     Dynamic,
 }
 
-/// A body at the start.
+/// Initial state of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
-    /// Outline.
+    /// Shape.
     pub shape: Shape,
     /// Centre.
     pub position: DVec2,
@@ -67,11 +67,11 @@ pub struct Body {
     pub velocity: DVec2,
     /// How it moves.
     pub motion: Motion,
-    /// Only meant for dynamic bodies.
+    /// Only used for dynamic bodies.
     pub mass: f64,
-    /// Coulomb coefficient, equal for all that meet.
+    /// Coulomb coefficient, equal for both bodies of a contact.
     pub friction: f64,
-    /// Bounce, equal for all that meet.
+    /// Restitution, equal for both bodies of a contact.
     pub restitution: f64,
 }
 
@@ -94,28 +94,28 @@ impl Body {
         Body { motion: Motion::Static, ..Body::new(shape, x, y) }
     }
 
-    /// With this velocity.
+    /// The body with this velocity.
     pub fn moving(self, x: f64, y: f64) -> Body {
         Body { velocity: DVec2::new(x, y), ..self }
     }
 
-    /// With this mass.
+    /// The body with this mass.
     pub fn of_mass(self, mass: f64) -> Body {
         Body { mass, ..self }
     }
 
-    /// With this friction and restitution.
+    /// The body with this friction and restitution.
     pub fn of_stuff(self, friction: f64, restitution: f64) -> Body {
         Body { friction, restitution, ..self }
     }
 
-    /// Moved by its own velocity only.
+    /// The body as a kinematic one.
     pub fn kinematic(self) -> Body {
         Body { motion: Motion::Kinematic, ..self }
     }
 }
 
-/// What slows bodies down on their way.
+/// Drag on bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drag {
     /// Nothing.
@@ -126,32 +126,32 @@ pub enum Drag {
     Quadratic(f64),
 }
 
-/// What a spring holds its body to.
+/// The other end of a spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hook {
-    /// A fixed place.
+    /// A fixed point.
     Point(DVec2),
     /// Another body, by index.
     Body(usize),
 }
 
-/// A spring between centres, through everything.
+/// A spring between centres, which passes through everything.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
-    /// The body that it holds, by index.
+    /// The body at its own end, by index.
     pub body: usize,
-    /// What it is held to.
+    /// The other end.
     pub to: Hook,
-    /// Length at rest, units.
+    /// Rest length, units.
     pub length: f64,
-    /// Force a unit of length.
+    /// Force per unit of length.
     pub stiffness: f64,
-    /// Force against a unit of speed along it; along any direction if it has no length.
+    /// Force per unit of speed along the spring; in any direction if it has no length.
     pub damping: f64,
 }
 
 impl Spring {
-    /// Force on its body, from where the two ends are and how fast.
+    /// Force on its body, from the states of both ends.
     pub fn force(&self, own: State, far: State) -> DVec2 {
         let (offset, speed) = (own.position - far.position, own.velocity - far.velocity);
         if self.length == 0.0 {
@@ -162,7 +162,7 @@ impl Spring {
         -direction * (self.stiffness * stretch + self.damping * speed.dot(direction))
     }
 
-    /// The state of the far end.
+    /// The state of the other end.
     pub fn far(&self, states: &[State]) -> State {
         match self.to {
             Hook::Point(position) => State { position, velocity: DVec2::ZERO },
@@ -171,7 +171,7 @@ impl Spring {
     }
 }
 
-/// Bodies and the world around them.
+/// Bodies and their surroundings.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Units/s^2.
@@ -180,22 +180,22 @@ pub struct Scene {
     pub tick_s: f64,
     /// Closing speed below which nothing bounces, units/s.
     pub bounce_threshold: f64,
-    /// On every dynamic body.
+    /// Drag on every dynamic body.
     pub drag: Drag,
-    /// Velocity of the air, units/s; without drag nobody feels it.
+    /// Velocity of the air, units/s; without drag it has no effect.
     pub wind: DVec2,
     /// Springs between bodies, or to a point.
     pub springs: Vec<Spring>,
-    /// Whether bodies at rest fall asleep, in engines that can let them.
+    /// Whether bodies at rest fall asleep, in engines that support it.
     pub sleeping: bool,
-    /// Whether bodies meet; otherwise they fly through each other.
+    /// Whether bodies collide; otherwise they pass through each other.
     pub collides: bool,
-    /// In the order in which an engine gets them.
+    /// Bodies, in the order in which an engine gets them.
     pub bodies: Vec<Body>,
 }
 
 impl Scene {
-    /// No bodies yet, gravity downwards.
+    /// A scene without bodies, with gravity downwards.
     pub fn new(gravity: f64) -> Scene {
         Scene {
             gravity: DVec2::new(0.0, -gravity),
@@ -210,7 +210,7 @@ impl Scene {
         }
     }
 
-    /// Adds a body and says its index.
+    /// Adds a body and returns its index.
     pub fn add(&mut self, body: Body) -> usize {
         self.bodies.push(body);
         self.bodies.len() - 1
@@ -222,20 +222,20 @@ impl Scene {
         bodies.filter(|(_, body)| body.motion == Motion::Dynamic).map(|(index, _)| index)
     }
 
-    /// The mass that swings on a spring: m1 m2 / (m1 + m2).
+    /// The reduced mass of a spring's bodies: m1 m2 / (m1 + m2).
     pub fn swinging_mass(&self, spring: &Spring) -> f64 {
-        let weight = |index: usize| match self.bodies[index].motion {
+        let inverse_mass = |index: usize| match self.bodies[index].motion {
             Motion::Dynamic => 1.0 / self.bodies[index].mass,
             Motion::Static | Motion::Kinematic => 0.0,
         };
         let other = match spring.to {
             Hook::Point(_) => 0.0,
-            Hook::Body(other) => weight(other),
+            Hook::Body(other) => inverse_mass(other),
         };
-        1.0 / (weight(spring.body) + other)
+        1.0 / (inverse_mass(spring.body) + other)
     }
 
-    /// Whether bodies can meet at all.
+    /// Whether bodies can collide at all.
     pub fn has_contacts(&self) -> bool {
         self.collides && self.bodies.len() > 1
     }
@@ -255,18 +255,18 @@ impl Scene {
         }
     }
 
-    /// A static floor whose upper face is y = 0.
+    /// Adds a static floor whose upper face is y = 0.
     pub fn floor(&mut self, half_width: f64, friction: f64, restitution: f64) {
         let floor = Body::fixed(Shape::rect(half_width, 10.0), 0.0, -10.0);
         self.add(floor.of_stuff(friction, restitution));
     }
 }
 
-/// mulberry32, the generator that the shared scenes are defined with.
+/// mulberry32, the generator for which the shared scenes are defined.
 pub struct Mulberry(pub u32);
 
 impl Mulberry {
-    /// In [0, 1).
+    /// A number in [0, 1).
     pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x6D2B_79F5);
         let mut t = self.0;
@@ -275,7 +275,7 @@ impl Mulberry {
         f64::from(t ^ (t >> 14)) / 4_294_967_296.0
     }
 
-    /// In [low, high).
+    /// A number in [low, high).
     pub fn range(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }

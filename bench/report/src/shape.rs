@@ -1,10 +1,11 @@
-//! Overlaps of shapes in f64, for whoever judges a result: no engine's own contacts are trusted.
+//! Overlaps of shapes in f64, to judge results without trusting the contacts of any engine.
 
 use crate::engine::State;
 use crate::scene::{Body, Motion, Shape};
 use glam::DVec2;
 
-/// How deep two placed shapes overlap along the shortest way out; 0 or less if they do not.
+/// Depth of the overlap of two placed shapes along the shortest way out; 0 or less if they do not
+/// overlap.
 pub fn overlap(a: Shape, at_a: DVec2, b: Shape, at_b: DVec2) -> f64 {
     let offset = at_b - at_a;
     match (a, b) {
@@ -18,7 +19,7 @@ pub fn overlap(a: Shape, at_a: DVec2, b: Shape, at_b: DVec2) -> f64 {
         | (Shape::Circle { radius }, Shape::Box { half }) => {
             let outside = offset.abs() - half;
             let beyond = outside.max(DVec2::ZERO);
-            // Inside the box the nearest side counts, outside the nearest point.
+            // Inside the box the nearest side counts, outside it the nearest point.
             if beyond == DVec2::ZERO {
                 radius - outside.max_element()
             } else {
@@ -57,7 +58,7 @@ pub fn deepest_overlap(bodies: &[Body], states: &[State]) -> f64 {
     overlaps(bodies, states).into_iter().fold(0.0, f64::max)
 }
 
-/// Along which the dynamic bodies are spread out further.
+/// The axis along which the dynamic bodies are spread out further.
 fn longer_axis(bodies: &[Body], states: &[State]) -> usize {
     let mut low = DVec2::INFINITY;
     let mut high = DVec2::NEG_INFINITY;
@@ -87,19 +88,19 @@ mod tests {
                 if draws.unit() < 0.5 { Shape::Circle { radius: a } } else { Shape::rect(a, b) }
             };
             let (a, b) = (shape(), shape());
-            let place = DVec2::new(draws.range(-3.0, 3.0), draws.range(-3.0, 3.0));
+            let position = DVec2::new(draws.range(-3.0, 3.0), draws.range(-3.0, 3.0));
             let ours = |shape| match shape {
                 Shape::Circle { radius } => jostle_sim::Shape::circle(radius as f32),
                 Shape::Box { half } => jostle_sim::Shape::Box { half: half.as_vec2() },
             };
             let zero = jostle_sim::Vec2::ZERO;
-            let contact = jostle_sim::collide(ours(a), zero, ours(b), place.as_vec2(), (0, 1));
-            let depth = overlap(a, DVec2::ZERO, b, place);
+            let contact = jostle_sim::collide(ours(a), zero, ours(b), position.as_vec2(), (0, 1));
+            let depth = overlap(a, DVec2::ZERO, b, position);
             let expected = contact.map_or(0.0, |contact| f64::from(-contact.separation));
             met += i32::from(contact.is_some());
             assert!(
                 (depth.max(0.0) - expected).abs() < 1e-5,
-                "{a:?} {b:?} {place}: {depth} {expected}"
+                "{a:?} {b:?} {position}: {depth} {expected}"
             );
         }
         assert!(met > 400, "{met} met");

@@ -1,5 +1,6 @@
-//! Work and precision of one problem: every method at every setting, errors from one run, times from
-//! many interleaved ones; the Pareto set, the slope against the step and the floor of f32.
+//! Work and precision on one problem: every method at every setting, with errors from one run and
+//! times from many interleaved ones; the Pareto set, the slope against the step and the floor of
+//! f32.
 
 use crate::engine::{Engine, Trace};
 use crate::methods::{Family, Field, Method};
@@ -8,35 +9,35 @@ use crate::scene::Scene;
 use rustix::time::{ClockId, clock_gettime};
 use std::time::Instant;
 
-/// A way to measure an error.
+/// A measure of the error.
 #[derive(Clone, Copy)]
 pub struct Norm {
-    /// What it is, as on an axis.
+    /// Name, as on an axis.
     pub name: &'static str,
-    /// Empty if it is a pure number.
+    /// Unit; empty for a pure number.
     pub unit: &'static str,
-    /// From the run; not negative.
+    /// Computes the error of a run; not negative.
     pub of: fn(&Scene, &Trace) -> f64,
 }
 
 /// A problem whose answer is known.
 #[derive(Clone, Copy)]
 pub struct Problem {
-    /// Number of the list, with a letter where one number has several scenes.
+    /// Number in the list, with a letter if one number has several scenes.
     pub id: &'static str,
-    /// What it is.
+    /// Title.
     pub title: &'static str,
     /// The scene in a sentence or two.
     pub about: &'static str,
-    /// Where the right answer comes from.
+    /// Source of the correct answer.
     pub reference: &'static str,
-    /// Made anew for every engine.
+    /// Creates the scene, once for every engine.
     pub scene: fn() -> Scene,
     /// Ticks of a run.
     pub ticks: u32,
-    /// The first one is drawn.
+    /// Norms; the first one is drawn.
     pub norms: &'static [Norm],
-    /// The size of the drawn quantity: f32 cannot tell it to better than 2^-24 of this.
+    /// Magnitude of the drawn quantity: f32 cannot resolve it to better than 2^-24 of this.
     pub magnitude: f64,
 }
 
@@ -52,41 +53,41 @@ impl Problem {
 pub struct Point {
     /// The knob's value.
     pub setting: f64,
-    /// By norm.
+    /// Errors by norm.
     pub errors: Vec<f64>,
-    /// Processor time a tick, microseconds: the best of the runs and their median.
+    /// Processor time per tick, microseconds: the best of the runs.
     pub best_us: f64,
-    /// See `best_us`.
+    /// Median of the runs, microseconds.
     pub median_us: f64,
-    /// Body steps and pair solves a tick; `None` where the engine does not tell.
+    /// Body steps and pair solves per tick; `None` if the engine does not count them.
     pub work: Option<f64>,
     /// Whether no other engine's point is both faster and more precise.
     pub pareto: bool,
 }
 
-/// All settings of one method that gave a number.
+/// All settings of one method that gave a result.
 pub struct Curve {
-    /// Which one.
+    /// The method.
     pub method: Method,
-    /// In the order of the settings.
+    /// Points in the order of the settings.
     pub points: Vec<Point>,
-    /// d log error / d log step over the points above the floor, where the knob divides the step.
+    /// d log error / d log step over the points above the floor, if the knob divides the step.
     pub slope: Option<f64>,
 }
 
-/// What was left out, and why.
+/// An omitted point or method, and the reason.
 pub struct Omission {
-    /// The method, with its setting if it is about one.
+    /// The method, with its setting if only that is omitted.
     pub what: String,
     /// The reason.
     pub why: String,
 }
 
-/// A problem with everything measured.
+/// A problem with all its measurements.
 pub struct Study {
-    /// Which one.
+    /// The problem.
     pub problem: Problem,
-    /// In the order of the table of methods.
+    /// Curves in the order of the table of methods.
     pub curves: Vec<Curve>,
     /// Methods that do not apply or failed.
     pub omissions: Vec<Omission>,
@@ -94,17 +95,17 @@ pub struct Study {
     pub rounds: u32,
 }
 
-/// How long to measure.
+/// Duration of the measurements.
 #[derive(Clone, Copy)]
 pub struct Effort {
-    /// Seconds of timed runs a problem.
+    /// Seconds of timed runs per problem.
     pub budget_s: f64,
     /// Fewest and most runs of a point.
     pub rounds: (u32, u32),
 }
 
 impl Effort {
-    /// A few minutes in all, or a thorough run.
+    /// A few minutes in all for a quick run, or a thorough one.
     pub fn of(quick: bool) -> Effort {
         match quick {
             true => Effort { budget_s: 6.0, rounds: (3, 9) },
@@ -113,7 +114,7 @@ impl Effort {
     }
 }
 
-/// Gravity from which on a scene counts as one of games, units/s^2.
+/// Gravity above which a scene counts as one of games, units/s^2.
 const STRONG: f64 = 25.0;
 
 /// Measures all methods on a problem.
@@ -151,11 +152,11 @@ pub fn measure(problem: Problem, methods: &[Method], effort: Effort) -> Study {
     Study { problem, curves, omissions, rounds }
 }
 
-/// Errors of so many times the largest number of a problem are no result, and would leave no room for
-/// the others in a plot.
+/// Errors larger than this multiple of a problem's largest number are no result, and would leave no
+/// room for the others in a plot.
 const BLOWN_UP: f64 = 10.0;
 
-/// One point on its way.
+/// A point under measurement.
 struct Entry {
     method: Method,
     setting: f64,
@@ -166,7 +167,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// The run that the errors are read from; not timed.
+    /// The run from which the errors are computed; it is not timed.
     fn first(
         problem: &Problem,
         scene: &Scene,
@@ -195,7 +196,7 @@ impl Entry {
         }
     }
 
-    /// Processor time a tick of one more run, microseconds.
+    /// Processor time per tick of one more run, microseconds.
     fn timed(&self, problem: &Problem, scene: &Scene) -> f64 {
         let Ok(mut engine) = (self.method.build)(scene, self.setting) else { return f64::NAN };
         let before = thread_time_us();
@@ -242,7 +243,7 @@ fn collect(problem: &Problem, entries: Vec<Entry>, omissions: &mut Vec<Omission>
     curves
 }
 
-/// A point is in the set if no point of an engine beats it; the yardsticks do not take part.
+/// A point is in the set if no point of any engine beats it; yardsticks do not take part.
 fn mark_pareto(curves: &mut [Curve]) {
     let engines = curves.iter().filter(|curve| curve.method.family != Family::Yardstick);
     let all: Vec<(f64, f64)> =
@@ -255,7 +256,7 @@ fn mark_pareto(curves: &mut [Curve]) {
     }
 }
 
-/// Times and errors that differ by less are alike: times are no better known.
+/// Times and errors that differ by less than this are equal: times are not known more precisely.
 const ALIKE: f64 = 0.05;
 
 /// Whether one is clearly better in time or error and no worse in the other.
@@ -266,14 +267,14 @@ fn beats(one: (f64, f64), other: (f64, f64)) -> bool {
     no_worse(one.0, other.0) && no_worse(one.1, other.1) && (faster || finer)
 }
 
-/// Points this close to the floor say more about rounding than about the method.
+/// Points this close to the floor reveal more about rounding than about the method.
 const FLOORS: f64 = 4.0;
 
 fn slope(curve: &Curve, problem: &Problem) -> Option<f64> {
     if !curve.method.divides_step {
         return None;
     }
-    // Past the most precise point, rounding grows with the number of steps.
+    // Beyond the most precise point, rounding errors grow with the number of steps.
     let errors = || curve.points.iter().map(|point| point.errors[0]).enumerate();
     let best = errors().min_by(|a, b| a.1.total_cmp(&b.1))?.0;
     let falling = &curve.points[..=best];
@@ -283,7 +284,7 @@ fn slope(curve: &Curve, problem: &Problem) -> Option<f64> {
     (logs.len() >= 3).then(|| least_squares(&logs))
 }
 
-/// Slope of the line through points that is nearest in y.
+/// Slope of the least-squares line through points.
 pub fn least_squares(points: &[(f64, f64)]) -> f64 {
     let count = points.len() as f64;
     let (x, y) = points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0, sum.1 + p.1));
@@ -294,14 +295,14 @@ pub fn least_squares(points: &[(f64, f64)]) -> f64 {
 }
 
 impl Study {
-    /// The point that a scene gets which says nothing but the name of this solver.
+    /// The point of a scene that names only this solver.
     pub fn default_of(&self, method: &str) -> Option<(&Curve, &Point)> {
         let ours = self.curves.iter().find(|curve| curve.method.name == method)?;
         let point = ours.points.iter().find(|p| Some(p.setting) == ours.method.default)?;
         Some((ours, point))
     }
 
-    /// The most precise point of a family; the faster one of two that tie.
+    /// The most precise point of a family; the faster one if two tie.
     pub fn best(&self, family: Family) -> Option<(&Curve, &Point)> {
         let curves = self.curves.iter().filter(|curve| curve.method.family == family);
         let points = curves.flat_map(|curve| curve.points.iter().map(move |point| (curve, point)));

@@ -18,13 +18,13 @@ use std::process::Command;
 
 /// Share by which a step of a bare world may exceed the kept table.
 pub const ACCEPTED: f64 = 0.01;
-/// Steps of the short run and of the long one: bodies fall, land and come to rest in between.
+/// Steps of the short run and of the long one, between which bodies fall, land and come to rest.
 const STEPS: [u32; 2] = [20, 140];
-/// Instructions a step of the bare worlds, as they were when they were last agreed to.
+/// Accepted instructions per step of the bare worlds.
 const BASELINE: &str = include_str!("../baseline.csv");
 
-/// A world without any feature: its solver, and boxes, circles or strangers, which are boxes that do not
-/// collide.
+/// A world without any feature: its solver, and boxes, circles or strangers, which are boxes that
+/// do not collide.
 type Bare = [&'static str; 2];
 
 const BARE: [Bare; 6] = [
@@ -36,13 +36,13 @@ const BARE: [Bare; 6] = [
     ["conjugate", "strangers"],
 ];
 
-/// A feature, and a bare world to which one body may bring it.
+/// A feature, and a bare world to which one body may add it.
 #[derive(Clone, Copy)]
 struct Row {
-    /// A name that `steps` knows.
+    /// Name of the feature for `steps`.
     feature: &'static str,
     bare: Bare,
-    /// Whether a plan can name it though no body has it.
+    /// Whether a plan can name it although no body has it.
     is_named: bool,
 }
 
@@ -50,7 +50,7 @@ const fn row(solver: &'static str, feature: &'static str, scene: &'static str) -
     Row { feature, bare: [solver, scene], is_named: true }
 }
 
-/// A feature that no plan can name: bodies have it or not.
+/// A feature that no plan can name.
 const fn unnamed(solver: &'static str, feature: &'static str, scene: &'static str) -> Row {
     Row { feature, bare: [solver, scene], is_named: false }
 }
@@ -76,7 +76,7 @@ const ROWS: [Row; 18] = [
     unnamed("conjugate", "touches", "strangers"),
 ];
 
-/// Name of a feature in the tables.
+/// Title of a feature in the tables.
 fn title(feature: &'static str) -> &'static str {
     match feature {
         "kinematic" => "kinematic bodies",
@@ -86,12 +86,12 @@ fn title(feature: &'static str) -> &'static str {
     }
 }
 
-/// Instructions a step of a bare world.
+/// Instructions per step of a bare world.
 #[derive(Clone, Debug)]
 pub struct Absent {
     bare: Bare,
     now: f64,
-    /// In the kept table.
+    /// The figure in the kept table.
     before: f64,
 }
 
@@ -102,21 +102,21 @@ impl Absent {
     }
 }
 
-/// What a feature adds to the instructions of a step of a bare world, as shares.
+/// Relative cost of a feature in instructions per step of a bare world.
 #[derive(Clone, Debug)]
 pub struct Cost {
     feature: &'static str,
     bare: Bare,
-    /// Where the plan names it and no body has it; `None` where no plan can.
+    /// Cost if the plan names it and no body has it; `None` if no plan can.
     named: Option<f64>,
-    /// Where one body has it.
+    /// Cost if one body has it.
     one: f64,
 }
 
-/// All that was measured.
+/// All measurements.
 #[derive(Clone, Debug, Default)]
 pub struct Costs {
-    /// Empty where valgrind is missing, as the next.
+    /// Empty without valgrind, like the next field.
     absent: Vec<Absent>,
     features: Vec<Cost>,
     bytes: Vec<Bytes>,
@@ -142,7 +142,7 @@ pub fn measure(steps: &Path) -> Result<Costs> {
     Ok(Costs { absent, features: features.into_iter().collect::<Result<_>>()?, bytes })
 }
 
-/// The kept table's figure.
+/// The figure in the kept table.
 fn baseline(bare: Bare) -> Result<f64> {
     let start = format!("{},", bare.join(","));
     let found = BASELINE.lines().find_map(|line| line.strip_prefix(&start));
@@ -168,9 +168,9 @@ fn cost(steps: &Path, row: &Row, absent: &Count) -> Result<Cost> {
 }
 
 struct Count {
-    /// Of one step.
+    /// Instructions of one step.
     instructions: f64,
-    /// Of the world at the end.
+    /// Hash of the final world.
     hash: String,
 }
 
@@ -202,7 +202,7 @@ fn counted(
     }
 }
 
-/// The bare worlds as they are now: a new table to keep, once a growth is wanted.
+/// The present figures of the bare worlds: a new table to keep, if a growth is intended.
 pub fn baseline_csv(costs: &Costs) -> String {
     let mut csv = Csv::new(&["solver", "bodies", "instructions a step"]);
     for Absent { bare: [solver, bodies], now, .. } in &costs.absent {
@@ -228,7 +228,7 @@ pub fn csv(costs: &Costs) -> String {
     csv.finish()
 }
 
-/// Stands above the tables.
+/// The text above the tables.
 pub const ABOUT: &str = "A scene is compiled to a plan when it loads, and what the plan leaves out \
     is skipped: loops of a step, sections of a message, pipelines of the page. Instructions a step are \
     counted by callgrind, on bare worlds of 80 bodies that rain, land and rest, without friction, bounces, particles \
@@ -241,15 +241,15 @@ pub const ABOUT: &str = "A scene is compiled to a plan when it loads, and what t
     sleeping, kinematic bodies and continuous collision cannot be named; for sleeping, the whole world \
     may sleep.";
 
-/// Where no plan could name anything.
+/// Shown where no plan can name the feature.
 const NO_PLAN: &str = "nothing to name";
 
-/// Percent with a sign.
+/// A signed percentage.
 fn percent(share: f64) -> String {
     format!("{:+.2} %", share * 100.0)
 }
 
-/// Rows of a table, each with its verdict where it has one.
+/// Rows of a table, with verdicts where there are any.
 struct Table {
     head: Vec<&'static str>,
     rows: Vec<(Vec<String>, Option<bool>)>,
@@ -360,7 +360,7 @@ pub fn markdown(results: &Results, text: &mut String) {
 const BYTES: &str =
     "Bytes are those of a snapshot, mean of 600 ticks, for one player with a hero at rest.";
 
-/// What the page makes, as the browser test `needs.rs` finds it.
+/// Resources that the page creates, as the browser test `needs.rs` finds them.
 const PAGE: &str = "The page makes 2 pipelines (ground, solids) and one texture (light, 16 KiB) for \
     every scene, and what draws particles as soon as a scene that can make some is shown, not before. A \
     browser test counts programs and textures at the WebGL context. The download is the same for all \
@@ -368,7 +368,7 @@ const PAGE: &str = "The page makes 2 pipelines (ground, solids) and one texture 
     collision are nothing that a message or the page knows of.";
 
 impl Bytes {
-    /// What the page makes for it, beside what it makes for every scene.
+    /// Resources that the page creates for the feature, beside those for every scene.
     fn on_the_page(&self) -> &'static str {
         if self.draws_particles { PARTICLES_ON_THE_PAGE } else { "nothing" }
     }

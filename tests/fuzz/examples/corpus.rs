@@ -25,7 +25,7 @@ fn main() -> io::Result<()> {
     write("keyframe", keyframes())?;
     write("delta", deltas())?;
     write("events", coded_events())?;
-    write("particles", told())?;
+    write("particles", encoded_particles())?;
     write("replay", replays())?;
     write("scene", scenes())?;
     write("room", rooms())?;
@@ -143,20 +143,20 @@ fn coded_events() -> Vec<Vec<u8>> {
 }
 
 /// No particles, an emitter that has just started, and the particles of two emitters after a while.
-fn told() -> Vec<Vec<u8>> {
+fn encoded_particles() -> Vec<Vec<u8>> {
     let mut particles = Particles::new(presets(), 500);
-    let mut told = vec![particles.encode()];
-    let place = Source::Point(Vec2::new(30.0, 20.0));
+    let mut encoded_particles = vec![particles.encode()];
+    let source_point = Source::Point(Vec2::new(30.0, 20.0));
     let body = Source::Body(BodyId { index: 3, generation: 1 });
-    for (recipe, source) in [(0, place), (1, body)] {
+    for (recipe, source) in [(0, source_point), (1, body)] {
         particles.start(EmitterDef { recipe, count: 60, seed: 5, source });
-        told.push(particles.encode());
+        encoded_particles.push(particles.encode());
     }
     for _ in 0..8 {
         particles.step(&[], |_| None);
-        told.push(particles.encode());
+        encoded_particles.push(particles.encode());
     }
-    told
+    encoded_particles
 }
 
 /// For each of the streams, messages that continue it and messages that do not.

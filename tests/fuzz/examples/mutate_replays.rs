@@ -22,7 +22,7 @@ fn main() {
             let (bases, tallies) = (&bases, &tallies);
             scope.spawn(move || {
                 let own = (first..first + count).skip(job as usize).step_by(jobs as usize);
-                run(bases, own, |tally| tell(tallies, job as usize, *tally, count));
+                run(bases, own, |tally| report(tallies, job as usize, *tally, count));
             });
         }
     });
@@ -40,7 +40,7 @@ fn main() {
     );
 }
 
-fn tell(tallies: &Mutex<Vec<Tally>>, job: usize, tally: Tally, count: u64) {
+fn report(tallies: &Mutex<Vec<Tally>>, job: usize, tally: Tally, count: u64) {
     let mut tallies = tallies.lock().expect("no job panicked");
     tallies[job] = tally;
     eprint!("\r{} of {count}", sum(&tallies).count());

@@ -60,7 +60,7 @@ pub fn particles(bytes: &[u8]) {
     assert!(count <= PARTICLES_MAX && count * 20 <= bytes.len());
     for _ in 0..4 {
         particles.step(&[], |_| None);
-        assert!(particles.positions().iter().all(|place| place.is_finite()));
+        assert!(particles.positions().iter().all(|position| position.is_finite()));
     }
 }
 
@@ -94,8 +94,8 @@ fn assert_sound(reader: &SnapshotStream, decoded: &Decoded, bytes: &[u8]) {
     assert!(decoded.events.len() <= bytes.len());
     assert!(snapshot.players.is_sorted_by(|a, b| a.seat < b.seat));
     let pointers = snapshot.players.iter().filter_map(|player| player.pointer);
-    let places = snapshot.bodies.iter().map(|body| body.quanta).chain(pointers);
-    assert!(places.flatten().all(|axis| axis.abs() <= QUANTA_MAX));
+    let positions = snapshot.bodies.iter().map(|body| body.quanta).chain(pointers);
+    assert!(positions.flatten().all(|axis| axis.abs() <= QUANTA_MAX));
     assert!(decoded.events.is_sorted_by_key(|event| event.tick));
     assert!(decoded.events.iter().all(|event| event.tick <= snapshot.tick));
     assert!(reader.ticks_until_next() > 0);

@@ -61,19 +61,19 @@ pub struct Base {
     /// Its records.
     pub records: Vec<Record>,
     /// The records as framed bytes: packing takes longer than everything else.
-    sealed: Vec<Vec<u8>>,
+    framed: Vec<Vec<u8>>,
 }
 
 impl Base {
     /// The bytes of the file.
     pub fn bytes(&self) -> Vec<u8> {
-        file(&self.sealed)
+        file(&self.framed)
     }
 }
 
-fn file(sealed: &[Vec<u8>]) -> Vec<u8> {
+fn file(framed: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = header();
-    sealed.iter().for_each(|record| bytes.extend(record));
+    framed.iter().for_each(|record| bytes.extend(record));
     bytes
 }
 
@@ -113,8 +113,8 @@ fn base(scene: &Arc<Scene>, ticks_before: u32) -> Base {
             record => records.push(record),
         }
     }
-    let sealed = records.iter().map(Record::seal).collect();
-    Base { name: format!("{} from tick {ticks_before}", scene.name), records, sealed }
+    let framed = records.iter().map(Record::seal).collect();
+    Base { name: format!("{} from tick {ticks_before}", scene.name), records, framed }
 }
 
 fn wild(rng: &mut Rng, size: Vec2) -> Input {
@@ -170,7 +170,7 @@ fn mutated(base: &Base, rng: &mut Rng) -> Vec<u8> {
             change_bytes(&mut bytes, rng);
             bytes
         }
-        2 | 3 => resealed(base, rng),
+        2 | 3 => with_correct_checksum(base, rng),
         4 => shuffled(base, rng),
         _ => rewritten(base, rng),
     }
@@ -196,27 +196,27 @@ fn change_bytes(bytes: &mut Vec<u8>, rng: &mut Rng) {
 }
 
 /// Random bytes in one payload, with a correct checksum.
-fn resealed(base: &Base, rng: &mut Rng) -> Vec<u8> {
-    let mut sealed = base.sealed.clone();
-    let chosen = &mut sealed[rng.below(base.records.len() as u32) as usize];
+fn with_correct_checksum(base: &Base, rng: &mut Rng) -> Vec<u8> {
+    let mut framed = base.framed.clone();
+    let chosen = &mut framed[rng.below(base.records.len() as u32) as usize];
     let mut payload = chosen[frame(0, &[]).len()..].to_vec();
     change_bytes(&mut payload, rng);
     let kind = if rng.below(20) == 0 { rng.below(6) as u8 } else { chosen[0] };
     *chosen = frame(kind, &payload);
-    file(&sealed)
+    file(&framed)
 }
 
 /// Whole records reordered, duplicated or removed.
 fn shuffled(base: &Base, rng: &mut Rng) -> Vec<u8> {
-    let mut sealed = base.sealed.clone();
-    let at = rng.below(sealed.len() as u32) as usize;
-    let other = rng.below(sealed.len() as u32) as usize;
+    let mut framed = base.framed.clone();
+    let at = rng.below(framed.len() as u32) as usize;
+    let other = rng.below(framed.len() as u32) as usize;
     match rng.below(3) {
-        0 => sealed.swap(at, other),
-        1 => drop(sealed.remove(at)),
-        _ => sealed.insert(at, base.sealed[other].clone()),
+        0 => framed.swap(at, other),
+        1 => drop(framed.remove(at)),
+        _ => framed.insert(at, base.framed[other].clone()),
     }
-    file(&sealed)
+    file(&framed)
 }
 
 /// Changed contents of records, which no checksum or codec can detect.
@@ -248,9 +248,9 @@ fn rewritten(base: &Base, rng: &mut Rng) -> Vec<u8> {
             _ => *hash ^= 1 << rng.below(64),
         },
     }
-    let mut sealed = base.sealed.clone();
-    sealed[at] = record.seal();
-    file(&sealed)
+    let mut framed = base.framed.clone();
+    framed[at] = record.seal();
+    file(&framed)
 }
 
 /// Changes digits and lines of a scene: most other changes are refused at once.

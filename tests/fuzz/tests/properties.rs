@@ -34,8 +34,8 @@ fn files(dir: &Path) -> Vec<PathBuf> {
 }
 
 fn mutated(mut bytes: Vec<u8>, other: &[u8], edits: &[Edit]) -> Vec<u8> {
-    for &(kind, place, byte) in edits {
-        let at = place.index(bytes.len() + 1);
+    for &(kind, position, byte) in edits {
+        let at = position.index(bytes.len() + 1);
         let end = (at + usize::from(byte % 8) + 1).min(bytes.len());
         match kind % 8 {
             _ if at == bytes.len() => bytes.push(byte),

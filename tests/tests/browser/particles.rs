@@ -11,9 +11,10 @@ pub async fn the_page_has_the_particles_of_the_game(stage: Arc<Stage>) -> Result
     tab.until("the lobby", |s| s.state == "lobby").await?;
     for scene in scenes()? {
         for client in play(&scene)? {
-            let heard = serde_json::to_string(&client.recording)?;
+            let received = serde_json::to_string(&client.recording)?;
             let source = serde_json::to_string(&client.scene)?;
-            let call = format!("window.jostle.particle_digests({source}, new Uint8Array({heard}))");
+            let call =
+                format!("window.jostle.particle_digests({source}, new Uint8Array({received}))");
             let answer = tab.eval::<String>(&call).await?;
             let digests: Vec<(u32, String)> =
                 serde_json::from_str(&answer).with_context(|| answer.clone())?;

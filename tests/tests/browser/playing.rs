@@ -97,9 +97,9 @@ pub async fn impulse_tools(stage: Arc<Stage>) -> Result<()> {
 
     grab(&tab).await.context("X")?;
 
-    let calm = settled(&tab).await?;
+    let at_rest = settled(&tab).await?;
     tab.key_down("c").await?;
-    tab.until("half of them shaken away", |s| 2 * moved(&calm, s, 3.0) >= count).await?;
+    tab.until("half of them shaken away", |s| 2 * moved(&at_rest, s, 3.0) >= count).await?;
     tab.key_up("c").await?;
 
     tab.hold_key("v", 3).await?;

@@ -286,13 +286,13 @@ pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Res
 /// The same tick in the same view, drawn natively in this process.
 fn native_picture(bytes: Vec<u8>, shown: &Shown) -> Result<Picture> {
     let mut headless = Headless::open()?;
-    let mut film = ReplayPlayer::open(bytes)?;
-    film.seek(shown.tick);
+    let mut player = ReplayPlayer::open(bytes)?;
+    player.seek(shown.tick);
     let [x, y] = shown.view.center;
     let pixels = shown.view.pixels;
     let view = View { center: Vec2::new(x, y), height: shown.view.height, pixels };
     let mut list = DrawList::new();
-    list.fill(&film.frame(view));
+    list.fill(&player.frame(view));
     let drawn = headless.picture(pixels, &list)?;
     let rgb = drawn.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     Ok(Picture { width: pixels[0], height: pixels[1], rgb })

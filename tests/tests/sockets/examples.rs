@@ -15,13 +15,13 @@ use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
 /// Centres in world units, by index and generation.
-type Places = BTreeMap<String, [f64; 2]>;
+type Positions = BTreeMap<String, [f64; 2]>;
 
 /// A line of `stream.py`.
 #[derive(Deserialize)]
 struct Line {
     tick: u32,
-    bodies: Places,
+    bodies: Positions,
 }
 
 /// Starts an example; returns its output. It ends at the latest when the server does.
@@ -37,7 +37,7 @@ fn start(program: &str, address: SocketAddr, more: &[&str]) -> JoinHandle<String
     })
 }
 
-fn places(snapshot: &Snapshot, room: &str) -> Places {
+fn positions(snapshot: &Snapshot, room: &str) -> Positions {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == room);
     let quantum = f64::from(scene.expect("a built-in scene").quantum);
     let bodies = snapshot.bodies.iter().map(|body| {
@@ -53,9 +53,9 @@ async fn play_beside(
     mut ann: Client,
     room: &str,
     example: JoinHandle<String>,
-) -> (String, BTreeMap<u32, Places>) {
+) -> (String, BTreeMap<u32, Positions>) {
     let all = [Buttons::RIGHT, Buttons::FIRE, Buttons::MAKE, Buttons::LEFT, Buttons::UP];
-    let mut seen = BTreeMap::from([(ann.newest.tick, places(&ann.newest, room))]);
+    let mut seen = BTreeMap::from([(ann.newest.tick, positions(&ann.newest, room))]);
     while !example.is_finished() {
         let seq = ann.seq as usize;
         let pointer = Vec2::new(20.0 + (seq % 90) as f32, 30.0);
@@ -63,7 +63,7 @@ async fn play_beside(
         let pointer = (seq / 100).is_multiple_of(2).then_some(pointer);
         ann.input(all[seq / 7 % all.len()], pointer).await;
         let snapshot = ann.snapshot().await;
-        seen.insert(snapshot.tick, places(snapshot, room));
+        seen.insert(snapshot.tick, positions(snapshot, room));
     }
     (timeout(LONG, example).await.expect("an end in time").expect("no panic"), seen)
 }
@@ -79,7 +79,7 @@ async fn a_short_python_client_prints_positions() {
         let (printed, seen) = play_beside(ann, "arena", example).await;
         let mut lines = printed.lines();
         let tick = lines.next().and_then(|line| line.strip_prefix("tick ")).expect("a tick first");
-        let found: Places = lines.map(place_of).collect();
+        let found: Positions = lines.map(position_of).collect();
         assert!(found.len() > 4, "a hero besides the walls in {printed}");
         if let Some(expected) = seen.get(&tick.parse().expect("a number")) {
             assert_eq!(&found, expected);
@@ -90,7 +90,7 @@ async fn a_short_python_client_prints_positions() {
 }
 
 /// A line such as `3.0 12.5 7`.
-fn place_of(line: &str) -> (String, [f64; 2]) {
+fn position_of(line: &str) -> (String, [f64; 2]) {
     let words: Vec<&str> = line.split(' ').collect();
     let number = |word: &str| word.parse().unwrap_or_else(|_| panic!("no number in {line}"));
     (words[0].to_owned(), [number(words[1]), number(words[2])])

@@ -113,6 +113,6 @@ async fn refusals_are_logged_once_a_second_with_a_count_and_little_of_their_text
         let (_, text) = line.rsplit_once("left_out=").expect("a tally");
         text.trim().parse::<u64>().expect("a number")
     };
-    let told: u64 = lines.iter().map(left_out).sum::<u64>() + lines.len() as u64;
-    assert!(told > 1 && told <= refused + 20, "{told} of {refused}: {log}");
+    let counted: u64 = lines.iter().map(left_out).sum::<u64>() + lines.len() as u64;
+    assert!(counted > 1 && counted <= refused + 20, "{counted} of {refused}: {log}");
 }

@@ -149,7 +149,7 @@ async fn an_empty_room_is_removed_and_can_be_opened_again() {
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     ann.until("some play", |snapshot| snapshot.tick >= 60).await;
     drop(ann);
-    let anew = async {
+    let reopened = async {
         loop {
             let bob = Client::join(server.address, "arena", "Bob").await;
             // If the room had continued it would be at tick 60 at least, and Ann's seat would be
@@ -161,7 +161,7 @@ async fn an_empty_room_is_removed_and_can_be_opened_again() {
             tokio::time::sleep(grace * 2).await;
         }
     };
-    timeout(LONG, anew).await.expect("a new room").goes_on().await;
+    timeout(LONG, reopened).await.expect("a new room").goes_on().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

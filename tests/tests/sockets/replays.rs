@@ -89,7 +89,7 @@ pub async fn verify(replay: &Arc<Replay>) {
 
 /// Waits until the server counts more errors than this.
 async fn until_errors(server: &Server, more_than: u64) -> u64 {
-    let told = async {
+    let counted = async {
         loop {
             let list = get(server.address, "/api/replays").await.json();
             let errors = list["errors"].as_u64().expect("a number");
@@ -98,7 +98,7 @@ async fn until_errors(server: &Server, more_than: u64) -> u64 {
             }
         }
     };
-    timeout(LONG, told).await.expect("an error")
+    timeout(LONG, counted).await.expect("an error")
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -274,7 +274,7 @@ async fn a_disk_that_fills_up_costs_no_tick_and_keeps_what_was_written() {
 
 static DISK_STANDS_STILL: AtomicBool = AtomicBool::new(true);
 
-/// A disk that responds only when told to.
+/// A disk that responds only on command.
 struct DeadDisk;
 
 impl Write for DeadDisk {
@@ -344,9 +344,9 @@ async fn an_error_is_logged_once_and_the_server_stops_cleanly() {
     }
     process.signal("TERM");
     assert_eq!(process.exit_status().await, Some(0));
-    let told = fs::read_to_string(&log).expect("a log");
-    let errors: Vec<_> = told.lines().filter(|line| line.contains("ERROR")).collect();
-    assert_eq!(errors.len(), 1, "{told}");
+    let log_text = fs::read_to_string(&log).expect("a log");
+    let errors: Vec<_> = log_text.lines().filter(|line| line.contains("ERROR")).collect();
+    assert_eq!(errors.len(), 1, "{log_text}");
     let path = file.to_str().expect("plain characters");
-    assert!(errors[0].contains("CANNOT RECORD") && errors[0].contains(path), "{told}");
+    assert!(errors[0].contains("CANNOT RECORD") && errors[0].contains(path), "{log_text}");
 }

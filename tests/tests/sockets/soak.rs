@@ -60,7 +60,7 @@ async fn fault(row: u32, stage: &Stage) {
         13 => bytes::flood(stage).await,
         14 => bytes::another_version(stage).await,
         15 => bytes::foreign_page(stage).await,
-        16 => bytes::no_place(stage).await,
+        16 => bytes::invalid_pointers(stage).await,
         17 => bytes::another_time(stage).await,
         18 => bytes::jumping_clock(stage).await,
         19 => links::worthless_tokens(stage).await,
@@ -133,8 +133,8 @@ fn changes(replay: &Replay) -> usize {
 }
 
 fn soak_seconds() -> u64 {
-    let told = std::env::var("JOSTLE_SOAK_SECONDS").ok();
-    told.map_or(SECONDS, |text| text.parse().expect("JOSTLE_SOAK_SECONDS is a whole number"))
+    let seconds = std::env::var("JOSTLE_SOAK_SECONDS").ok();
+    seconds.map_or(SECONDS, |text| text.parse().expect("JOSTLE_SOAK_SECONDS is a whole number"))
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -150,8 +150,8 @@ fn unusable_files_are_named() {
         (&certificate, &foreign, "--tls-key", &foreign, ""),
     ] {
         let error = Tls::read(certificate, key).expect_err("files that cannot serve").to_string();
-        let place = format!("{option} {}: found {found}", file.display());
-        assert!(error.contains(&place) && error.contains("; allowed: "), "{error}");
+        let location = format!("{option} {}: found {found}", file.display());
+        assert!(error.contains(&location) && error.contains("; allowed: "), "{error}");
     }
     Tls::read(&certificate, &key).unwrap_or_else(|error| panic!("{error}"));
 }

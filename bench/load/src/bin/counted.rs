@@ -1,5 +1,5 @@
-//! `jostle`, with its allocations of each second on stderr: all threads, sessions and sockets included.
-//! `cargo xtask load --allocations` runs it.
+//! `jostle`, which prints the allocations of each second on stderr: of all threads, sessions and
+//! sockets. `cargo xtask load --allocations` runs it.
 
 use stats_alloc::{INSTRUMENTED_SYSTEM, StatsAlloc};
 use std::alloc::System;

@@ -16,7 +16,7 @@ const USAGE: &str =
 const COLUMNS: u32 = 10;
 const ROWS: u32 = 8;
 const CELL: f32 = 8.0;
-/// Enough to be continuous: many times the size of a body in a step.
+/// Fast enough for continuous collision: many times the size of a body per step.
 const FAST: f32 = 2000.0;
 
 fn main() -> ExitCode {
@@ -41,15 +41,15 @@ fn main() -> ExitCode {
     }
 }
 
-/// A bare world that is not made yet.
+/// A bare world before it is built.
 struct Bare {
     settings: WorldSettings,
     shape: fn(Vec2) -> Shape,
-    /// The first falling body, without its place.
+    /// The first falling body, without its position.
     first: BodyDef,
-    /// The outline of that body, if it is not that of the others.
+    /// Its shape, if it differs from that of the others.
     first_shape: Option<fn(Vec2) -> Shape>,
-    /// How the first body of the surroundings moves.
+    /// Motion of the first body of the surroundings.
     peg: Motion,
 }
 
@@ -85,7 +85,7 @@ impl Bare {
         Some(Bare { settings, shape, first: bare(), first_shape: None, peg: Motion::Static })
     }
 
-    /// Has the plan name a feature that no body has.
+    /// Makes the plan name a feature that no body has.
     fn named(mut self, feature: &str) -> Option<Bare> {
         let features = &mut self.settings.features;
         *match feature {
@@ -99,7 +99,7 @@ impl Bare {
         Some(self)
     }
 
-    /// Gives a feature to one body, or to the world where it is not a body's.
+    /// Gives a feature to one body, or to the world if it is not a feature of bodies.
     fn one(mut self, feature: &str) -> Option<Bare> {
         match feature {
             "friction" => self.first.friction = 0.5,
@@ -126,7 +126,7 @@ impl Bare {
         Some(self)
     }
 
-    /// Makes the world and steps it; its hash.
+    /// Builds the world, steps it, and returns its hash.
     fn step(self, steps: &str) -> Option<String> {
         let mut world = World::new(self.settings.clone());
         self.fill(&mut world);
@@ -141,15 +141,15 @@ impl Bare {
         Some(format!("{:016x}", world.hash()))
     }
 
-    /// A floor and two walls of slabs or pegs, and a rain of bodies over it.
+    /// Adds a floor and two walls of slabs or pegs, and a rain of bodies above.
     fn fill(&self, world: &mut World) {
         let (outside, far) = (-0.5 * CELL, (COLUMNS as f32 + 0.5) * CELL);
         let mut motion = self.peg;
         for peg in 0..COLUMNS + 2 {
             let along = (peg as f32 - 0.5) * CELL;
-            for place in [(along, outside), (outside, along), (far, along)] {
+            for position in [(along, outside), (outside, along), (far, along)] {
                 let shape = (self.shape)(Vec2::splat(0.5 * CELL));
-                world.add(&BodyDef { shape, position: place.into(), motion, ..bare() });
+                world.add(&BodyDef { shape, position: position.into(), motion, ..bare() });
                 motion = Motion::Static;
             }
         }

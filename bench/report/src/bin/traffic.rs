@@ -1,4 +1,4 @@
-//! What a client costs in each scene of `traffic`, played by Jostle's conjugate solver.
+//! The cost of a client in each scene of `traffic`, played by Jostle's conjugate solver.
 //!
 //! Usage, in `bench`: `cargo run --release --bin traffic -- help`
 

@@ -1,6 +1,6 @@
-//! Piles: large heaps, high stacks and heavy loads, every solver stepped in turns in one process, so
-//! that a busy machine slows all alike. Measured is both: what a step costs while things land and
-//! when they lie, and what the result is worth.
+//! Piles: large heaps, high stacks and heavy loads, with all solvers stepped in turns in one
+//! process, so that a busy machine slows all equally. Both are measured: the time of a step while
+//! bodies fall and when they rest, and the quality of the result.
 
 mod scenes;
 
@@ -13,11 +13,11 @@ use glam::DVec2;
 
 pub use scenes::all;
 
-/// A scene with what is asked of it.
+/// A scene and its requirements.
 pub struct Pile {
-    /// For the command line.
+    /// Id for the command line.
     pub id: String,
-    /// What it is.
+    /// Title.
     pub title: String,
     /// The bodies.
     pub scene: Scene,
@@ -25,11 +25,11 @@ pub struct Pile {
     pub ticks: usize,
     /// Left out of a quick run.
     pub full_only: bool,
-    /// Figures, and what is accepted of Jostle's.
+    /// Figures, and their accepted ranges for Jostle.
     pub bounds: Vec<(Figure, Bound)>,
 }
 
-/// What is measured.
+/// A figure to measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
     /// Mean time of the first 120 steps.
@@ -40,21 +40,21 @@ pub enum Figure {
     Settled,
     /// Deepest overlap after any step.
     DeepestEver,
-    /// After the last step.
+    /// Deepest overlap after the last step.
     DeepestAtEnd,
     /// Root mean square of the speeds after the last step.
     RmsAtEnd,
-    /// Last time at which that was above [`CALM`].
+    /// Last time at which the rms speed was above [`CALM`].
     CalmAfter,
-    /// Last time at which somebody was faster than [`STILL`].
+    /// Last time at which a body was faster than [`STILL`].
     SettledAfter,
-    /// Fastest speed upwards.
+    /// Largest upward speed.
     Rising,
-    /// How far the highest body sank.
+    /// Height lost by the highest body.
     HeightLost,
     /// Height of the centre of mass after the last step.
     MeanHeight,
-    /// Root mean square of the speeds at [`LATER_S`], over the largest until then.
+    /// Root mean square of the speeds at [`LATER_S`], relative to the largest until then.
     SpeedLeft,
     /// Bodies that are awake after the last step.
     Awake,
@@ -64,18 +64,18 @@ pub enum Figure {
 
 /// Root mean square of the speeds at which a pile counts as calm, units/s.
 const CALM: f64 = 0.05;
-/// When a poured heap is asked how much of its motion is left, seconds.
+/// Time at which the remaining motion of a poured heap is measured, seconds.
 const LATER_S: f64 = 4.0;
 /// Speed at which a body counts as still, units/s.
 const STILL: f64 = 0.01;
-/// Steps that count as falling, and those of the slowest stretch.
+/// Steps that count as falling, and length of the slowest stretch.
 const FALLING: usize = 120;
 const STRETCH: usize = 60;
-/// Steps that one engine takes before it is the next one's turn.
+/// Steps that one engine takes before the next one has its turn.
 const TURN: usize = 10;
 
 impl Figure {
-    /// With the unit.
+    /// Name of the figure, with its unit.
     pub fn name(self) -> &'static str {
         match self {
             Figure::Falling => "time a step, first 120 steps, µs",
@@ -135,49 +135,49 @@ impl Figure {
     }
 }
 
-/// What is accepted.
+/// Accepted range of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
-    /// Anything: the figure is shown.
+    /// Everything: the figure is only shown.
     None,
     /// At most this.
     Value(f64),
-    /// At most so many times the first peer's figure.
+    /// At most this multiple of the first peer's figure.
     OfPeer(f64),
 }
 
-/// One solver's run, or why there is none.
+/// One solver's run, or the reason why there is none.
 type Measured = Result<Vec<f64>, String>;
 
 /// A pile with the figures of all solvers.
 pub struct Heap {
-    /// Which one.
+    /// The pile.
     pub pile: Pile,
-    /// By solver, in the order of the methods, then by figure.
+    /// Figures by solver, in the order of the methods.
     pub measured: Vec<Measured>,
-    /// Place of the first peer among the solvers.
+    /// Index of the first peer among the solvers.
     pub peer: Option<usize>,
 }
 
 impl Heap {
-    /// The figure of a solver, and whether it is accepted; nothing is asked of some.
-    pub fn figure(&self, solver: usize, place: usize) -> Option<(f64, Option<bool>)> {
-        let value = self.measured[solver].as_ref().ok()?[place];
-        let most = match self.pile.bounds[place].1 {
+    /// A solver's figure, and whether it is accepted, if anything is required.
+    pub fn figure(&self, solver: usize, index: usize) -> Option<(f64, Option<bool>)> {
+        let value = self.measured[solver].as_ref().ok()?[index];
+        let most = match self.pile.bounds[index].1 {
             Bound::None => None,
             Bound::Value(most) => Some(most),
-            Bound::OfPeer(factor) => self.peer_figure(place).map(|peer| factor * peer),
+            Bound::OfPeer(factor) => self.peer_figure(index).map(|peer| factor * peer),
         };
         Some((value, most.map(|most| value <= most)))
     }
 
     /// The figure of the first peer.
-    fn peer_figure(&self, place: usize) -> Option<f64> {
-        self.measured[self.peer?].as_ref().ok().map(|figures| figures[place])
+    fn peer_figure(&self, index: usize) -> Option<f64> {
+        self.measured[self.peer?].as_ref().ok().map(|figures| figures[index])
     }
 }
 
-/// What is kept of a run.
+/// Recorded history of a run.
 struct History {
     samples: Vec<Sample>,
     times_us: Vec<f64>,
@@ -186,7 +186,7 @@ struct History {
     awake: usize,
 }
 
-/// An engine with its run so far, or why it cannot play.
+/// An engine with its run so far, or the reason why it cannot play.
 type Player = Result<(Box<dyn Engine>, History), String>;
 
 /// Runs all solvers on a pile.
@@ -283,9 +283,9 @@ mod tests {
         for id in ["stack-20", "thrown-50"] {
             let pile = scenes::all().into_iter().find(|pile| pile.id == id).expect("in the list");
             let heap = measure(pile, &METHODS[4..5]);
-            for place in 0..heap.pile.bounds.len() {
-                let (value, accepted) = heap.figure(0, place).expect("it can play");
-                let figure = heap.pile.bounds[place].0;
+            for index in 0..heap.pile.bounds.len() {
+                let (value, accepted) = heap.figure(0, index).expect("it can play");
+                let figure = heap.pile.bounds[index].0;
                 assert_ne!(accepted, Some(false), "{id}: {figure:?} is {value}");
             }
         }

@@ -1,26 +1,26 @@
-//! The piles: rain of thousands, stacks, pyramids and what falls on them. Gravity is 50, boxes are 2
-//! high, friction is 0.3.
+//! The piles: rain of thousands of bodies, stacks, pyramids and loads that fall on them. Gravity is
+//! 50, boxes are 2 high, friction is 0.3.
 
 use super::{Bound, Figure, Pile};
 use crate::scene::{Body, Mulberry, Scene, Shape};
 
 const GRAVITY: f64 = 50.0;
-/// Gap under every box of the dropped stack, and its boxes.
+/// Gap under every box of the dropped stack, and the number of its boxes.
 const GAP: f64 = 0.05;
 const TALL: usize = 1000;
 
 const SLOP: f64 = crate::stability::SLOP;
-/// What single precision makes of an overlap of exactly the slop, high up.
+/// An overlap of exactly the slop, as it appears high up in single precision.
 const SLOP_SEEN: f64 = 1.1 * SLOP;
 
-/// What every pile is measured by: time beside Box2D's, unless it is another one that asks.
+/// Figures of every pile: times relative to Box2D's.
 const TIMES: [(Figure, Bound); 3] = [
     (Figure::Falling, Bound::OfPeer(2.0)),
     (Figure::Slowest, Bound::OfPeer(2.0)),
     (Figure::Settled, Bound::OfPeer(1.0)),
 ];
 
-/// All of them.
+/// All piles.
 pub fn all() -> Vec<Pile> {
     let mut piles: Vec<Pile> = [1000, 4000].map(small_rain).into();
     piles.extend([1000, 4000].map(sleeping_rain));
@@ -45,7 +45,7 @@ fn small_rain(count: u32) -> Pile {
     pile(&format!("rain-{count}"), &title, rain(count), 600, &bounds)
 }
 
-/// Bodies may sleep; how many do is shown.
+/// A rain whose bodies may sleep; the number asleep is shown.
 fn sleeping_rain(count: u32) -> Pile {
     let awake = small_rain(count);
     let title = format!("Rain of {count} that may sleep, for 20 s");
@@ -114,7 +114,7 @@ fn capped() -> Pile {
     )
 }
 
-/// Two stacks of 1:1000 in turns meet in the air: nothing can take their momentum.
+/// Two stacks of alternating masses 1 and 1000 collide in the air: nothing can take their momentum.
 fn thrown() -> Pile {
     let mut scene = Scene::new(0.0);
     for row in 0..50 {
@@ -129,7 +129,7 @@ fn thrown() -> Pile {
     pile("thrown-50", title, scene, 600, &bounds)
 }
 
-/// A ball on a bed of circles that it could each push aside.
+/// A ball on a bed of circles, each of which it could push aside.
 fn ball() -> Pile {
     let mut scene = Scene::new(GRAVITY);
     scene.contain(60.5, 100.0, 0.3, 0.0);
@@ -151,8 +151,8 @@ fn ball() -> Pile {
     pile("ball-360", "Ball 1000 times as heavy dropped on 360 circles", scene, 600, &bounds)
 }
 
-/// 2000 discs of three sizes fall in a column 44 wide onto an open floor, each between two below it, so
-/// that friction 0.5 does not hold it there.
+/// 2000 discs of three sizes fall onto an open floor in a column 44 wide, each between two below
+/// it, so that friction 0.5 does not hold it there.
 fn poured() -> Pile {
     let mut scene = Scene::new(GRAVITY);
     scene.floor(400.0, 0.5, 0.0);
@@ -200,7 +200,7 @@ fn add_pyramid(scene: &mut Scene, base: usize, cap: f64) {
     }
 }
 
-/// `count` bodies in a container four times as many columns wide as rows high.
+/// `count` bodies in a container, four times as many columns wide as rows high.
 fn rain(count: u32) -> Scene {
     let columns = f64::from(4 * count).sqrt().ceil() as u32;
     let rows = count.div_ceil(columns);

@@ -1,5 +1,5 @@
-//! Plots as SVG: panels side by side, one legend below them all. Everything has its own place, so
-//! no text can meet another.
+//! Plots as SVG: panels side by side, with one legend below all of them. Everything has its own
+//! area, so texts never overlap.
 
 mod path;
 mod scale;
@@ -8,14 +8,14 @@ use path::{Path, Spot, pixels, thinned};
 pub use scale::{Scale, Tick, superscript};
 use std::fmt::Write;
 
-/// How a curve looks.
+/// Style of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Style {
-    /// As in CSS.
+    /// CSS colour.
     pub color: &'static str,
-    /// Pattern of the line, empty for solid.
+    /// Dash pattern of the line, empty for solid.
     pub dash: &'static str,
-    /// Shape of the points.
+    /// Marker of the points.
     pub marker: Marker,
 }
 
@@ -24,59 +24,60 @@ pub struct Style {
 pub enum Marker {
     /// A line alone.
     None,
-    /// A disc.
+    /// A filled circle.
     Disc,
     /// A square.
     Square,
     /// Pointing upwards.
     Triangle,
-    /// On its corner.
+    /// A square on its corner.
     Diamond,
 }
 
 /// A point of a curve.
 #[derive(Clone, Debug)]
 pub struct Dot {
-    /// In the data's unit.
+    /// Value in the data's unit.
     pub x: f64,
-    /// In the data's unit.
+    /// Value in the data's unit.
     pub y: f64,
-    /// Filled, otherwise hollow.
+    /// Filled or hollow.
     pub filled: bool,
     /// With a ring around it.
     pub ringed: bool,
-    /// Shown while the pointer is over it. Dots of one title in several panels are one point.
+    /// Shown while the pointer is over the dot. Dots with the same title in several panels are one
+    /// point.
     pub title: String,
 }
 
 /// A curve.
 #[derive(Clone, Debug)]
 pub struct Line {
-    /// Its look.
+    /// Its style.
     pub style: Style,
-    /// In the order in which they are joined.
+    /// Points in the order in which they are joined.
     pub dots: Vec<Dot>,
 }
 
-/// A direction of a panel.
+/// An axis of a panel.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// With its unit.
+    /// Label with its unit.
     pub label: String,
-    /// Over all values.
+    /// Scale for all values.
     pub scale: Scale,
 }
 
 /// One pair of axes.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// Above it.
+    /// Text above it.
     pub title: String,
-    /// To the right.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Upwards.
+    /// Vertical axis.
     pub y: Axis,
-    /// The later ones lie on top.
+    /// Curves; later ones are drawn on top.
     pub lines: Vec<Line>,
     /// A dashed horizontal line, if any.
     pub floor: Option<f64>,
@@ -85,11 +86,11 @@ pub struct Panel {
 /// Panels with a common legend.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// Read to those who cannot see it.
+    /// Text for screen readers.
     pub description: String,
     /// From left to right.
     pub panels: Vec<Panel>,
-    /// In columns below.
+    /// Entries in columns below.
     pub legend: Vec<(Style, String)>,
     /// Height of a panel, pixels.
     pub height: f64,
@@ -101,11 +102,11 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 28.0;
 const BOTTOM: f64 = 48.0;
 const LEGEND_ROW: f64 = 19.0;
-/// Legend columns have room for long names: about 85 letters.
+/// Width of a legend column, enough for about 85 letters.
 const LEGEND_COLUMN: f64 = 585.0;
 
 impl Figure {
-    /// The whole picture, to stand in a page or in a file of its own.
+    /// The whole picture, for a page or for a file of its own.
     pub fn svg(&self) -> String {
         let width = PANEL_WIDTH * self.panels.len().max(1) as f64;
         let columns = ((width / LEGEND_COLUMN) as usize).max(1);
@@ -119,8 +120,8 @@ impl Figure {
             escape(&self.description)
         );
         let mut marks = Marks::default();
-        for (place, panel) in self.panels.iter().enumerate() {
-            let frame = Frame::new(place as f64 * PANEL_WIDTH, self.height);
+        for (index, panel) in self.panels.iter().enumerate() {
+            let frame = Frame::new(index as f64 * PANEL_WIDTH, self.height);
             frame.draw(panel, &mut marks, &mut svg);
         }
         marks.draw(&mut svg);
@@ -144,7 +145,7 @@ fn legend_entry(style: &Style, text: &str, x: f64, y: f64, svg: &mut String) {
     let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\">{}</text>", escape(text));
 }
 
-/// Where a panel's axes lie, in pixels.
+/// Position of a panel's axes, in pixels.
 struct Frame {
     left: f64,
     right: f64,
@@ -158,11 +159,11 @@ impl Frame {
     }
 
     fn x(&self, panel: &Panel, value: f64) -> f64 {
-        self.left + panel.x.scale.place(value) * (self.right - self.left)
+        self.left + panel.x.scale.fraction(value) * (self.right - self.left)
     }
 
     fn y(&self, panel: &Panel, value: f64) -> f64 {
-        self.bottom - panel.y.scale.place(value) * (self.bottom - self.top)
+        self.bottom - panel.y.scale.fraction(value) * (self.bottom - self.top)
     }
 
     fn draw<'a>(&self, panel: &'a Panel, marks: &mut Marks<'a>, svg: &mut String) {
@@ -254,8 +255,8 @@ fn stroke(style: &Style, points: &[Spot], svg: &mut String) {
     let _ = writeln!(svg, "<path d=\"{}\" stroke=\"{}\"{dash}/>", path.data(), style.color);
 }
 
-/// The points of all panels, to lie on top of all lines. What is one point in several panels is one
-/// element with one title.
+/// The points of all panels, drawn on top of all lines. Dots of several panels that are one point
+/// are one element with one title.
 #[derive(Default)]
 struct Marks<'a> {
     points: Vec<Mark<'a>>,
@@ -264,19 +265,19 @@ struct Marks<'a> {
 struct Mark<'a> {
     style: Style,
     dot: &'a Dot,
-    places: Vec<Spot>,
+    positions: Vec<Spot>,
 }
 
 impl<'a> Marks<'a> {
-    fn add(&mut self, style: Style, dot: &'a Dot, place: Spot) {
+    fn add(&mut self, style: Style, dot: &'a Dot, position: Spot) {
         let same = |mark: &&mut Mark| mark.style == style && mark.dot.title == dot.title;
         match self.points.iter_mut().find(same) {
-            Some(mark) => mark.places.push(place),
-            None => self.points.push(Mark { style, dot, places: vec![place] }),
+            Some(mark) => mark.positions.push(position),
+            None => self.points.push(Mark { style, dot, positions: vec![position] }),
         }
     }
 
-    /// Hollow ones are as the group says, filled ones have a colour of their own.
+    /// Hollow points inherit their fill from the group, filled ones have a colour of their own.
     fn draw(&self, svg: &mut String) {
         for curve in self.points.chunk_by(|one, next| one.style == next.style) {
             let color = curve[0].style.color;
@@ -289,7 +290,7 @@ impl<'a> Marks<'a> {
 
 impl Mark<'_> {
     fn draw(&self, svg: &mut String) {
-        let all = |of: &dyn Fn(Spot) -> String| self.places.iter().map(|&at| of(at)).collect();
+        let all = |of: &dyn Fn(Spot) -> String| self.positions.iter().map(|&at| of(at)).collect();
         if self.dot.ringed {
             let rings: String = all(&|at| circle(at, 9.0));
             let look = "fill=\"none\" stroke=\"#222\" stroke-width=\"1.3\"";
@@ -303,7 +304,7 @@ impl Mark<'_> {
     }
 }
 
-/// A marker around a point, as path data: its outline from a corner on, relative to that.
+/// A marker around a point, as path data: its outline relative to its first corner.
 fn outline(marker: Marker, (x, y): Spot) -> String {
     let (corner, rest) = match marker {
         Marker::None => return String::new(),
@@ -315,12 +316,12 @@ fn outline(marker: Marker, (x, y): Spot) -> String {
     format!("{}{rest}", Path::from(corner).data())
 }
 
-/// An arc that all but comes back to where it begins: a whole one would be nothing.
+/// An arc that almost returns to its start: a full one would be empty.
 fn circle((x, y): Spot, radius: f64) -> String {
     format!("{}a{radius} {radius} 0 1 1 0 .1z", Path::from((x - radius, y)).data())
 }
 
-/// For text between tags and in attributes.
+/// Escapes text for elements and attributes.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -352,8 +353,8 @@ mod tests {
         let description = "a figure".to_owned();
         let panels = vec![panel.clone(), panel];
         let svg = Figure { description, panels, legend, height: 300.0 }.svg();
-        // Three points in both panels, one of them ringed, and one mark in the legend; a point has
-        // one title.
+        // Three points in both panels, one of them ringed, and one marker in the legend; a point
+        // has one title.
         assert_eq!(svg.matches("a4 4").count(), 2 * 3 + 1);
         assert_eq!((svg.matches("a9 9").count(), svg.matches("<title>").count()), (2, 3));
         assert!(svg.contains("time, us") && svg.contains("one method") && svg.contains("a&lt;b"));

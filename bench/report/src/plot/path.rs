@@ -1,19 +1,19 @@
-//! Lines as SVG path data in few bytes: points that do not matter are left out, and the others are
+//! Lines as short SVG path data: points that make no difference are left out, and the others are
 //! written relative to the one before, in tenths of a pixel.
 //!
-//! Which points matter: Douglas and Peucker 1973, "Algorithms for the reduction of the number of
-//! points required to represent a digitized line or its caricature".
+//! The points are selected as in Douglas and Peucker 1973, "Algorithms for the reduction of the
+//! number of points required to represent a digitized line or its caricature".
 
 use std::fmt::Write;
 
-/// No point that is left out is further than this from the line that is drawn, pixels. With the
-/// rounding to tenths the line stays within half a pixel.
+/// Largest distance of an omitted point from the drawn line, pixels. With the rounding to tenths
+/// the line stays within half a pixel.
 pub const TOLERANCE: f64 = 0.4;
 
 /// A point in pixels.
 pub type Spot = (f64, f64);
 
-/// The points that a line needs to stay within [`TOLERANCE`] of all of them; both ends among them.
+/// The points that a line needs to stay within [`TOLERANCE`] of all of them, including both ends.
 pub fn thinned(points: &[Spot]) -> Vec<Spot> {
     let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
     let mut kept = vec![false; points.len()];
@@ -31,7 +31,7 @@ pub fn thinned(points: &[Spot]) -> Vec<Spot> {
     points.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
 }
 
-/// From a point to the nearest of a segment.
+/// Distance of a point from a segment.
 fn from_segment(point: Spot, start: Spot, end: Spot) -> f64 {
     let (along, to) = ((end.0 - start.0, end.1 - start.1), (point.0 - start.0, point.1 - start.1));
     let square = along.0 * along.0 + along.1 * along.1;
@@ -40,16 +40,16 @@ fn from_segment(point: Spot, start: Spot, end: Spot) -> f64 {
     (to.0 - share * along.0).hypot(to.1 - share * along.1)
 }
 
-/// Path data on its way.
+/// Path data under construction.
 #[derive(Debug, Default)]
 pub struct Path {
     data: String,
-    /// Where the pen is, in tenths: rounded, so that no error adds up along the line.
+    /// Position of the pen, in tenths: rounded, so that errors do not add up along the line.
     pen: (i64, i64),
 }
 
 impl Path {
-    /// Only its beginning.
+    /// A path that begins at a point.
     pub fn from(point: Spot) -> Path {
         let mut path = Path::default();
         path.move_to(point);
@@ -60,11 +60,11 @@ impl Path {
     pub fn through(points: &[Spot]) -> Path {
         let Some((first, later)) = points.split_first() else { return Path::default() };
         let mut path = Path::from(*first);
-        for (place, point) in later.iter().enumerate() {
+        for (index, point) in later.iter().enumerate() {
             let (to, pen) = ((tenths(point.0), tenths(point.1)), path.pen);
-            // One letter stands for all that follow.
-            path.data.push_str(if place == 0 { "l" } else { "" });
-            path.number(to.0 - pen.0, place == 0);
+            // One letter is enough for all that follow.
+            path.data.push_str(if index == 0 { "l" } else { "" });
+            path.number(to.0 - pen.0, index == 0);
             path.number(to.1 - pen.1, false);
             path.pen = to;
         }
@@ -79,19 +79,19 @@ impl Path {
         self.number(self.pen.1, false);
     }
 
-    /// A level line to the right.
+    /// A horizontal line to the right.
     pub fn across(&mut self, length: f64) {
         self.data.push('h');
         self.number(tenths(length), true);
     }
 
-    /// An upright line downwards.
+    /// A vertical line downwards.
     pub fn down(&mut self, length: f64) {
         self.data.push('v');
         self.number(tenths(length), true);
     }
 
-    /// With a space before it where it could be taken for a part of the number before.
+    /// Writes a number, with a space before it if it could be taken for a part of the one before.
     fn number(&mut self, tenths: i64, first: bool) {
         if !first && tenths >= 0 {
             self.data.push(' ');
@@ -99,7 +99,7 @@ impl Path {
         self.data.push_str(&decimal(tenths));
     }
 
-    /// As in the attribute `d`.
+    /// The value of the attribute `d`.
     pub fn data(&self) -> &str {
         &self.data
     }
@@ -114,7 +114,7 @@ fn tenths(length: f64) -> i64 {
     (length * 10.0).round() as i64
 }
 
-/// No more digits than are needed: `-.5`, `12`, `7.3`.
+/// A number with as few digits as possible: `-.5`, `12`, `7.3`.
 fn decimal(tenths: i64) -> String {
     let mut text = if tenths < 0 { "-".to_owned() } else { String::new() };
     let (whole, rest) = (tenths.abs() / 10, tenths.abs() % 10);
@@ -132,7 +132,7 @@ mod tests {
     use super::{Path, Spot, decimal, from_segment, thinned};
     use jostle_sim::Rng;
 
-    /// Noise on a wave, with a peak one point wide and a level part.
+    /// A wave with noise, a peak one point wide and a level part.
     fn curve() -> Vec<Spot> {
         let mut rng = Rng::new(11, 3);
         let height = |i: usize| match i {
@@ -143,7 +143,7 @@ mod tests {
         (0..400).map(|i| (i as f64, height(i) + 0.5 * f64::from(rng.unit()))).collect()
     }
 
-    /// The points of path data made of one `M` and one `l`.
+    /// Parses path data made of one `M` and one `l`.
     fn read(data: &str) -> Vec<Spot> {
         let spaced = data.replace(['M', 'l'], " ").replace('-', " -");
         let numbers: Vec<f64> =

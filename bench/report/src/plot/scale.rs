@@ -1,43 +1,43 @@
-//! From values to pixels: linear and logarithmic scales, and where their ticks stand.
+//! Scales from values to pixels, linear and logarithmic, and the positions of their ticks.
 
 /// A mark on an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tick {
-    /// In the data's unit.
+    /// Value in the data's unit.
     pub value: f64,
     /// Empty for a minor tick.
     pub label: String,
 }
 
-/// How values lie on an axis.
+/// A scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
-    /// From low to high.
+    /// A linear scale.
     Linear {
-        /// At the origin.
+        /// Value at the origin.
         low: f64,
-        /// At the end.
+        /// Value at the end.
         high: f64,
-        /// Between two ticks.
+        /// Distance between two ticks.
         step: f64,
     },
-    /// Whole decades, by the exponents at both ends. With `zero`, the lowest decade stands for
-    /// values of 0, which have no logarithm.
+    /// Whole decades, by the exponents at both ends. With `zero`, the lowest decade represents 0,
+    /// which has no logarithm.
     Log {
         /// Exponent at the origin.
         low: i32,
         /// Exponent at the end.
         high: i32,
-        /// Whether the origin means 0.
+        /// Whether the origin represents 0.
         zero: bool,
     },
 }
 
-/// Labels an axis has room for.
+/// Most labels that fit on an axis.
 const LABELS_MAX: i32 = 8;
 
 impl Scale {
-    /// Whole decades around all values; values of 0 get a place of their own at the origin.
+    /// Whole decades around all values; 0 is shown at the origin, in a decade of its own.
     pub fn log(values: impl Iterator<Item = f64>) -> Scale {
         let (mut low, mut high, mut zero) = (f64::INFINITY, 0f64, false);
         for value in values.filter(|value| value.is_finite()) {
@@ -57,7 +57,7 @@ impl Scale {
         Scale::Log { low: first - i32::from(zero), high: last, zero }
     }
 
-    /// Round ends around all values.
+    /// Rounded ends around all values.
     pub fn linear(values: impl Iterator<Item = f64>) -> Scale {
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for value in values.filter(|value| value.is_finite()) {
@@ -75,8 +75,8 @@ impl Scale {
         Scale::Linear { low: (low / step).floor() * step, high: (high / step).ceil() * step, step }
     }
 
-    /// 0 at the origin, 1 at the end; what lies outside is moved to the nearer end.
-    pub fn place(self, value: f64) -> f64 {
+    /// Position on the axis: 0 at the origin, 1 at the end; values outside are clamped.
+    pub fn fraction(self, value: f64) -> f64 {
         let share = match self {
             Scale::Linear { low, high, .. } => (value - low) / (high - low),
             Scale::Log { low, high, .. } if value > 0.0 => {
@@ -131,7 +131,7 @@ fn nice_step(length: f64) -> f64 {
     power * factor.unwrap_or(10.0)
 }
 
-/// As many decimals as the step needs.
+/// A number with as many decimals as the step needs.
 fn plain(value: f64, step: f64) -> String {
     let value = if value.abs() < step * 1e-6 { 0.0 } else { value };
     if value != 0.0 && (value.abs() >= 1e5 || step < 1e-4) {
@@ -141,7 +141,7 @@ fn plain(value: f64, step: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A whole number in raised digits.
+/// A whole number in superscript digits.
 pub fn superscript(number: i32) -> String {
     let raised = |c: char| match c {
         '-' => '⁻',
@@ -162,8 +162,8 @@ mod tests {
     fn decades_enclose_the_values_and_place_them() {
         let scale = Scale::log([3e-3, 0.5, 70.0].into_iter());
         assert_eq!(scale, Scale::Log { low: -3, high: 2, zero: false });
-        assert!((scale.place(1e-3) - 0.0).abs() < 1e-12);
-        assert!((scale.place(10.0) - 0.8).abs() < 1e-12);
+        assert!((scale.fraction(1e-3) - 0.0).abs() < 1e-12);
+        assert!((scale.fraction(10.0) - 0.8).abs() < 1e-12);
         let labels: Vec<String> = scale.ticks().into_iter().map(|tick| tick.label).collect();
         assert_eq!(labels.iter().filter(|label| !label.is_empty()).count(), 6);
         assert_eq!(labels[0], "10⁻³");
@@ -174,8 +174,8 @@ mod tests {
         let scale = Scale::log([0.0, 1e-2, 1.0].into_iter());
         assert_eq!(scale, Scale::Log { low: -3, high: 0, zero: true });
         assert_eq!(scale.ticks()[0].label, "0");
-        assert_eq!(scale.place(0.0), 0.0);
-        assert!(scale.place(1e-2) > 0.3);
+        assert_eq!(scale.fraction(0.0), 0.0);
+        assert!(scale.fraction(1e-2) > 0.3);
     }
 
     #[test]
@@ -191,12 +191,12 @@ mod tests {
         assert_eq!(scale, Scale::Linear { low: 0.0, high: 10.0, step: 2.0 });
         let labels: Vec<String> = scale.ticks().into_iter().map(|tick| tick.label).collect();
         assert_eq!(labels, ["0", "2", "4", "6", "8", "10"]);
-        assert_eq!(Scale::linear([5.0].into_iter()).place(5.0), 0.5);
+        assert_eq!(Scale::linear([5.0].into_iter()).fraction(5.0), 0.5);
         let labels = |values: [f64; 2]| -> Vec<String> {
             Scale::linear(values.into_iter()).ticks().into_iter().map(|tick| tick.label).collect()
         };
         assert_eq!(labels([-0.41, 0.08]), ["-0.5", "-0.4", "-0.3", "-0.2", "-0.1", "0.0", "0.1"]);
-        assert_eq!(Scale::linear(std::iter::empty()).place(1.0), 1.0);
+        assert_eq!(Scale::linear(std::iter::empty()).fraction(1.0), 1.0);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Problems 4, 5 and 6: one body against what never moves.
+//! Problems 4, 5 and 6: one body against immovable ones.
 
 use super::worst;
 use crate::engine::Trace;
@@ -15,10 +15,10 @@ const FRICTION: f64 = 0.3;
 const TILT: f64 = 0.45;
 const SLIPPERY: f64 = 0.3;
 const ROUGH: f64 = 0.6;
-/// Bodies of problem 6 that look for the angle of onset: friction off by 10 %, 5 %, 2.5 % and so on
-/// from the slope's tangent, to both sides, which is a bisection in one run.
+/// Bodies of problem 6 that find the angle of onset: their friction is off from the slope's tangent
+/// by 10 %, 5 %, 2.5 % and so on in both directions, which is a bisection in one run.
 const PROBES: usize = 22;
-/// What slides further than this slips, units.
+/// A body that slides further than this slips, units.
 const SLIPS: f64 = 0.01;
 
 pub const PROBLEMS: [Problem; 5] = [
@@ -156,7 +156,7 @@ fn height_error(trace: &Trace, restitution: f64) -> f64 {
     worst(trace.of(1).map(|(t, state)| (state.position.y - exact(t)).abs()))
 }
 
-/// What is left of the height of drop after the bounces of five seconds.
+/// Share of the drop height that is left after the bounces of five seconds.
 fn kept(restitution: f64) -> f64 {
     let (mut next, mut height) = ((2.0 * DROP / GRAVITY).sqrt(), DROP);
     while next < 5.0 {
@@ -166,7 +166,7 @@ fn kept(restitution: f64) -> f64 {
     height
 }
 
-/// Of the ball, per mass.
+/// Energy of the ball per mass.
 fn energy(trace: &Trace, tick: usize) -> f64 {
     let state = trace.states[tick][1];
     state.velocity.length_squared() / 2.0 + GRAVITY * (state.position.y - 1.0)
@@ -198,8 +198,8 @@ fn way(scene: &Scene, trace: &Trace, row: usize) -> f64 {
     trace.last()[index].position.x - scene.bodies[index].position.x
 }
 
-/// Midway between the roughest box that slipped and the next; 0 where they close in on the truth as
-/// far as probes do.
+/// Midway between the roughest box that slipped and the next one; 0 if they enclose the true value
+/// as closely as the probes allow.
 fn onset_error(scene: &Scene, trace: &Trace) -> f64 {
     let slid = (0..PROBES).filter(|&i| way(scene, trace, i + 2).abs() > SLIPS).count();
     let degrees = |friction: f64| friction.atan().to_degrees();

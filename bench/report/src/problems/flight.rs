@@ -1,4 +1,4 @@
-//! Problems 1, 2, 3 and 12: nothing touches, so the integrator is all there is.
+//! Problems 1, 2, 3 and 12: nothing touches, so that only the integrator is measured.
 
 use super::worst;
 use crate::engine::{State, Trace};
@@ -43,7 +43,7 @@ pub const PROBLEMS: [Problem; 5] = [
             Norm {
                 name: "largest position error",
                 unit: "units",
-                of: |s, t| drag_error(s, t, place),
+                of: |s, t| drag_error(s, t, position),
             },
             Norm {
                 name: "largest velocity error",
@@ -97,7 +97,7 @@ pub const PROBLEMS: [Problem; 5] = [
             Norm {
                 name: "largest position error",
                 unit: "units",
-                of: |scene, trace| throw_error(scene, trace, place),
+                of: |scene, trace| throw_error(scene, trace, position),
             },
             Norm {
                 name: "largest velocity error",
@@ -120,7 +120,7 @@ pub const PROBLEMS: [Problem; 5] = [
             Norm {
                 name: "largest position error",
                 unit: "units",
-                of: |s, t| drag_error(s, t, place),
+                of: |s, t| drag_error(s, t, position),
             },
             Norm {
                 name: "largest velocity error",
@@ -158,7 +158,7 @@ fn throw_error(scene: &Scene, trace: &Trace, part: fn(State) -> DVec2) -> f64 {
     worst(readings.map(|(found, exact)| part(found[0]).distance(part(exact[0]))))
 }
 
-fn place(state: State) -> DVec2 {
+fn position(state: State) -> DVec2 {
     state.position
 }
 

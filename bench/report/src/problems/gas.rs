@@ -8,7 +8,7 @@ use glam::DVec2;
 use std::sync::OnceLock;
 
 const SIDE: f64 = 120.0;
-/// Ticks for which trajectories are compared: later the gas is chaos.
+/// Ticks for which trajectories are compared; later the gas is chaotic.
 const EARLY_TICKS: usize = 30;
 
 pub const PROBLEMS: [Problem; 1] = [Problem {
@@ -46,7 +46,7 @@ fn scene() -> Scene {
     scene
 }
 
-/// Places at the end of the early part; computed once.
+/// Positions at the end of the early part; computed once.
 fn reference(scene: &Scene) -> &'static [DVec2] {
     static PLACES: OnceLock<Vec<DVec2>> = OnceLock::new();
     PLACES.get_or_init(|| {
@@ -75,9 +75,9 @@ fn energy_error(scene: &Scene, trace: &Trace) -> f64 {
     (energy(trace.last()) / energy(&trace.states[0]) - 1.0).abs()
 }
 
-/// In two dimensions Maxwell's law of speeds says that the energies of the discs, large or small, are
-/// distributed exponentially: Kolmogorov's and Smirnov's distance from it, over all discs and every
-/// half second. The mean is the one at the start: a gas that cools is off.
+/// In two dimensions Maxwell's distribution of speeds means that the energies of the discs, large
+/// or small, are exponentially distributed: the Kolmogorov-Smirnov distance from that, over all
+/// discs and every half second. The mean is the initial one: a gas that cools is off.
 fn maxwell_error(scene: &Scene, trace: &Trace) -> f64 {
     let energies = |states: &[State]| -> Vec<f64> {
         let energy = |i: usize| scene.bodies[i].mass * states[i].velocity.length_squared();

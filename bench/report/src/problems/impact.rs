@@ -8,10 +8,10 @@ use crate::study::{Norm, Problem};
 use glam::DVec2;
 
 const SPEED: f64 = 10.0;
-/// Between the rows of a scene, so that they never meet.
+/// Distance between the rows of a scene, so that they never meet.
 const APART: f64 = 30.0;
 const CRADLE_SPEED: f64 = 20.0;
-/// Balls of each row of problem 8; every row stands once touching and once with gaps.
+/// Numbers of balls in the rows of problem 8; each row occurs once touching and once with gaps.
 const ROWS: [usize; 5] = [2, 3, 5, 10, 20];
 const GAPS: [f64; 2] = [0.0, 0.01];
 /// Rows of problem 8b: balls and restitution.
@@ -127,7 +127,7 @@ fn pairs() -> impl Iterator<Item = Pair> {
 }
 
 impl Pair {
-    /// Index of its first body; the second one follows.
+    /// Index of its first body, which the second one follows.
     fn first(self) -> usize {
         2 * self.index
     }
@@ -180,7 +180,7 @@ fn cradles() -> Scene {
     scene
 }
 
-/// Over all rows with one of the gaps.
+/// The error over all rows with one of the gaps.
 fn row_error(trace: &Trace, gap: usize) -> f64 {
     let mut first = gap * ROWS.iter().sum::<usize>();
     let mut largest = 0.0;
@@ -208,22 +208,22 @@ fn cascades() -> Scene {
     scene
 }
 
-/// Velocities at the end and the number of collisions of a row.
+/// Final velocities and the number of collisions of a row.
 fn cascade(count: usize, restitution: f64) -> (Vec<f64>, usize) {
-    // Balls as points: their sizes take nothing from the gaps.
-    let mut places: Vec<f64> = (0..count).map(|ball| ball as f64 * CASCADE_GAP).collect();
+    // Balls as points: their sizes take up none of the gaps.
+    let mut positions: Vec<f64> = (0..count).map(|ball| ball as f64 * CASCADE_GAP).collect();
     let mut speeds = vec![0.0; count];
     speeds[0] = CRADLE_SPEED;
     let (mut left, mut collisions) = (f64::from(CASCADE_TICKS) / 60.0, 0);
     loop {
         let meeting = |i: usize| {
             let closing = speeds[i] - speeds[i + 1];
-            let gap = (places[i + 1] - places[i]).max(0.0);
+            let gap = (positions[i + 1] - positions[i]).max(0.0);
             (if closing > 1e-12 { gap / closing } else { f64::INFINITY }, i)
         };
         let next = (0..count - 1).map(meeting).min_by(|a, b| a.0.total_cmp(&b.0));
         let (time, i) = next.filter(|next| next.0 < left).unwrap_or((left, usize::MAX));
-        places.iter_mut().zip(&speeds).for_each(|(place, speed)| *place += speed * time);
+        positions.iter_mut().zip(&speeds).for_each(|(position, speed)| *position += speed * time);
         left -= time;
         if i == usize::MAX {
             return (speeds, collisions);
@@ -250,8 +250,8 @@ fn cascade_error(_: &Scene, trace: &Trace) -> f64 {
     largest
 }
 
-/// Two balls change their speeds in a collision. Two collisions of a ball in one tick would count
-/// once; the reference has none.
+/// A collision changes the speeds of two balls. Two collisions of a ball in one tick would count as
+/// one; the reference has none.
 fn count_error(_: &Scene, trace: &Trace) -> f64 {
     let changes = trace.states.windows(2).map(|pair| {
         let changed = |(a, b): (&State, &State)| a.velocity.distance(b.velocity) > 1e-6;

@@ -1,4 +1,4 @@
-//! The work-precision problems: scenes with known answers, and how far a run is from them.
+//! The work-precision problems: scenes with known answers, and the errors of a run.
 
 mod contact;
 mod flight;
@@ -12,7 +12,7 @@ mod stack;
 use crate::study::Problem;
 pub use stack::FORCE_ERROR;
 
-/// All of them, in the order of the report.
+/// All problems, in the order of the report.
 pub fn all() -> Vec<Problem> {
     let mut problems = Vec::new();
     problems.extend(flight::PROBLEMS);
@@ -33,7 +33,7 @@ fn order(id: &str) -> (u32, &str) {
     (digits.parse().unwrap_or(u32::MAX), &id[digits.len()..])
 }
 
-/// The largest of some errors; not a number if one of them is none.
+/// The largest of some errors; NaN if one of them is NaN.
 fn worst(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |worst, error| if error > worst || error.is_nan() { error } else { worst })
 }

@@ -1,4 +1,4 @@
-//! Problems 10 and 14: many contacts at once, against quadratic programs solved in f64.
+//! Problems 10 and 14: many contacts at once, compared with quadratic programs solved in f64.
 
 use super::worst;
 use crate::engine::{State, Trace};
@@ -9,12 +9,12 @@ use crate::study::{Norm, Problem};
 use glam::DVec2;
 use std::sync::OnceLock;
 
-/// Discs of problem 10 overlap by this: less than any engine's slop, more than they move.
+/// Overlap of the discs of problem 10: less than any engine's slop, more than they move.
 const PRESSED: f64 = 0.002;
 /// A short step, so that the contacts do not turn while they are solved.
 const SHORT_S: f64 = TICK_S / 100.0;
 const SIDE: usize = 10;
-/// Sixteen times finer than the finest setting of any method.
+/// Sixteen times as many as the finest setting of any method.
 const REFERENCE_STEPS: u32 = 512;
 const COLUMNS: usize = 6;
 const STOREYS: usize = 36;
@@ -79,23 +79,23 @@ pub const PROBLEMS: [Problem; 3] = [
                 name: "error of the centre's height",
                 unit: "units",
                 of: |scene, trace| {
-                    let mean = |places: &[DVec2]| {
-                        places.iter().map(|p| p.y).sum::<f64>() / places.len() as f64
+                    let mean = |positions: &[DVec2]| {
+                        positions.iter().map(|p| p.y).sum::<f64>() / positions.len() as f64
                     };
-                    (mean(&places(scene, trace.last())) - mean(fallen(scene))).abs()
+                    (mean(&positions(scene, trace.last())) - mean(fallen(scene))).abs()
                 },
             },
             Norm {
                 name: "Wasserstein distance of the heights",
                 unit: "units",
                 of: |scene, trace| {
-                    let sorted = |places: &[DVec2]| {
-                        let mut heights: Vec<f64> = places.iter().map(|p| p.y).collect();
+                    let sorted = |positions: &[DVec2]| {
+                        let mut heights: Vec<f64> = positions.iter().map(|p| p.y).collect();
                         heights.sort_by(f64::total_cmp);
                         heights
                     };
                     let (found, exact) =
-                        (sorted(&places(scene, trace.last())), sorted(fallen(scene)));
+                        (sorted(&positions(scene, trace.last())), sorted(fallen(scene)));
                     let distances = found.iter().zip(&exact).map(|(a, b)| (a - b).abs());
                     distances.sum::<f64>() / exact.len() as f64
                 },
@@ -134,20 +134,25 @@ pub fn program(scene: &Scene) -> Program {
         for (b, other) in scene.bodies.iter().enumerate().skip(a + 1) {
             let offset = other.position - one.position;
             if offset.length() < one.shape.half_extent().x + other.shape.half_extent().x {
-                program.contacts.push(Contact { a, b, normal: offset.normalize(), least: 0.0 });
+                program.contacts.push(Contact {
+                    a,
+                    b,
+                    normal: offset.normalize(),
+                    min_normal_velocity: 0.0,
+                });
             }
         }
     }
     program
 }
 
-/// Computed once for each of the two scenes.
+/// The solution, computed once for each of the two scenes.
 fn solution(scene: &Scene) -> &'static Solution {
     static EQUAL: OnceLock<Solution> = OnceLock::new();
     static UNEQUAL: OnceLock<Solution> = OnceLock::new();
     let equal = scene.bodies[0].mass == scene.bodies[1].mass;
-    let place = if equal { &EQUAL } else { &UNEQUAL };
-    place.get_or_init(|| program(scene).gauss_seidel(1e-13, 1_000_000))
+    let cell = if equal { &EQUAL } else { &UNEQUAL };
+    cell.get_or_init(|| program(scene).gauss_seidel(1e-13, 1_000_000))
 }
 
 fn tower() -> Scene {
@@ -164,7 +169,7 @@ fn tower() -> Scene {
     scene
 }
 
-/// Places of the discs when half a second is over; computed once.
+/// Positions of the discs after half a second; computed once.
 fn fallen(scene: &Scene) -> &'static [DVec2] {
     static PLACES: OnceLock<Vec<DVec2>> = OnceLock::new();
     PLACES.get_or_init(|| {
@@ -174,13 +179,13 @@ fn fallen(scene: &Scene) -> &'static [DVec2] {
     })
 }
 
-fn places(scene: &Scene, states: &[State]) -> Vec<DVec2> {
+fn positions(scene: &Scene, states: &[State]) -> Vec<DVec2> {
     scene.dynamic().map(|body| states[body].position).collect()
 }
 
 fn tower_error(scene: &Scene, trace: &Trace) -> f64 {
     let exact = fallen(scene);
-    let found = places(scene, trace.last());
+    let found = positions(scene, trace.last());
     let squares: f64 = found.iter().zip(exact).map(|(a, b)| a.distance_squared(*b)).sum();
     (squares / exact.len() as f64).sqrt()
 }

@@ -1,7 +1,9 @@
-//! Problem 10 with friction: contacts that form a tree, so that the velocities tell every impulse.
+//! Problem 10 with friction: contacts that form a tree, so that the velocities determine every
+//! impulse.
 //!
-//! With as many contacts as bodies at most, the impulses and with them Coulomb's law have one answer.
-//! What passes through a contact is what the bodies beyond it gained: p = sum of m (v - v*).
+//! With at most as many contacts as bodies, the impulses, and with them Coulomb's law, have a
+//! unique solution. The impulse through a contact is the momentum that the bodies beyond it gained:
+//! p = sum of m (v - v*).
 
 use super::pile::program;
 use super::worst;
@@ -17,7 +19,7 @@ const FRICTION: f64 = 0.5;
 /// As in the rest of problem 10.
 const PRESSED: f64 = 0.002;
 const SHORT_S: f64 = TICK_S / 100.0;
-/// Discs that do not touch are at least this far from it.
+/// Least distance of discs that do not touch.
 const CLEAR: f64 = 0.1;
 
 pub const PROBLEMS: [Problem; 1] = [Problem {
@@ -66,7 +68,7 @@ pub const PROBLEMS: [Problem; 1] = [Problem {
     magnitude: 1.0,
 }];
 
-/// Each disc but the first hangs on one before it.
+/// Each disc but the first touches one before it.
 fn cluster() -> Scene {
     let mut scene = Scene { tick_s: SHORT_S, ..Scene::new(0.0) };
     let mut draws = Mulberry(0x10C);
@@ -74,22 +76,22 @@ fn cluster() -> Scene {
     while scene.bodies.len() < DISCS {
         let turn = draws.range(0.0, std::f64::consts::TAU);
         let carrier = (draws.unit() * scene.bodies.len() as f64) as usize;
-        let place = match scene.bodies.get(carrier) {
+        let position = match scene.bodies.get(carrier) {
             Some(body) => body.position + DVec2::from_angle(turn) * (2.0 - PRESSED),
             None => DVec2::ZERO,
         };
         let mut others = scene.bodies.iter().enumerate().filter(|(other, _)| *other != carrier);
-        let clear = |(_, body): (usize, &Body)| body.position.distance(place) > 2.0 + CLEAR;
+        let clear = |(_, body): (usize, &Body)| body.position.distance(position) > 2.0 + CLEAR;
         let velocity = (draws.range(-1.0, 1.0), draws.range(-1.0, 1.0));
         if others.all(clear) {
-            let disc = Body::new(shape, place.x, place.y).moving(velocity.0, velocity.1);
+            let disc = Body::new(shape, position.x, position.y).moving(velocity.0, velocity.1);
             scene.add(disc.of_stuff(FRICTION, 0.0));
         }
     }
     scene
 }
 
-/// Computed once.
+/// The solution, computed once.
 fn solution(scene: &Scene) -> &'static [DVec2] {
     static VELOCITIES: OnceLock<Vec<DVec2>> = OnceLock::new();
     VELOCITIES.get_or_init(|| {
@@ -98,15 +100,17 @@ fn solution(scene: &Scene) -> &'static [DVec2] {
     })
 }
 
-/// What went through a contact, and what its bodies do after it: along the normal and across it.
+/// The impulse through a contact, and the relative velocity after it: along the normal and across
+/// it.
 #[derive(Clone, Copy)]
 struct Passed {
     impulse: DVec2,
     relative: DVec2,
 }
 
-/// All contacts of a run's last reading. The later disc of each hangs on the earlier one, so from the
-/// last disc on all that hangs on a disc is known before the disc is.
+/// All contacts of a run's last reading. The later disc of each touches the earlier one, so going
+/// backwards from the last disc the impulse of everything beyond a disc is known before the disc's
+/// own.
 fn contacts(scene: &Scene, trace: &Trace) -> impl Iterator<Item = Passed> {
     let last = trace.last();
     let gain =

@@ -1,4 +1,4 @@
-//! Problem 11: springs, nothing touches.
+//! Problem 11: springs, without contacts.
 
 use super::worst;
 use crate::engine::{State, Trace};
@@ -11,11 +11,11 @@ use std::sync::OnceLock;
 /// One period a second.
 const TURN: f64 = std::f64::consts::TAU;
 const GRAVITY: f64 = 50.0;
-/// Share of critical damping of 11b.
+/// Damping of 11b, as a share of critical damping.
 const RATIO: f64 = 0.1;
 const START: DVec2 = DVec2::new(1.0, 0.0);
 const THROWN: DVec2 = DVec2::new(0.0, 5.0);
-/// The rope: bodies, distance between them, and swings a second of a link.
+/// The rope: bodies, distance between them, and oscillations per second of a link.
 const LINKS: usize = 10;
 const LINK: f64 = 1.0;
 const LINK_HZ: f64 = 30.0;
@@ -116,8 +116,8 @@ fn rope() -> Scene {
     let turn = TURN * LINK_HZ;
     let along = DVec2::new(1.0, -1.0).normalize() * LINK;
     for link in 0..LINKS {
-        let place = along * (link + 1) as f64;
-        let ball = Body::new(Shape::Circle { radius: 0.1 }, place.x, place.y).of_mass(1.0);
+        let position = along * (link + 1) as f64;
+        let ball = Body::new(Shape::Circle { radius: 0.1 }, position.x, position.y).of_mass(1.0);
         let body = scene.add(ball);
         let to = if link == 0 { Hook::Point(DVec2::ZERO) } else { Hook::Body(link - 1) };
         let stiffness = turn * turn * 0.5;
@@ -127,7 +127,7 @@ fn rope() -> Scene {
     scene
 }
 
-/// Computed once.
+/// The solution, computed once.
 fn exact(scene: &Scene) -> &'static [Vec<State>] {
     static STATES: OnceLock<Vec<Vec<State>>> = OnceLock::new();
     STATES.get_or_init(|| fine::flight(scene, ROPE_TICKS as usize, 256))

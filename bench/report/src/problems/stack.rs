@@ -1,4 +1,4 @@
-//! Problem 9: what rests must go on resting, whatever lies on what.
+//! Problem 9: bodies at rest must stay at rest, whatever lies on them.
 
 use super::worst;
 use crate::engine::{State, Trace};
@@ -7,7 +7,7 @@ use crate::shape::deepest_overlap;
 use crate::study::{Norm, Problem};
 
 const GRAVITY: f64 = 50.0;
-/// The norm that tells how many sweeps a stack needs.
+/// The norm that shows how many sweeps a stack needs.
 pub const FORCE_ERROR: &str = "largest relative error of a contact force, last second";
 
 const NORMS: &[Norm] = &[
@@ -79,8 +79,8 @@ fn rms_speed(scene: &Scene, trace: &Trace) -> f64 {
     (sum / count).sqrt()
 }
 
-/// The force below a box carries the weights above and changes their speeds, so it is known from
-/// the speeds alone: sum of m_j (g + dv_j/dt) over the boxes above.
+/// The force below a box carries the weights above and changes their speeds, so the speeds alone
+/// determine it: sum of m_j (g + dv_j/dt) over the boxes above.
 fn force_error(scene: &Scene, trace: &Trace) -> f64 {
     let late = &trace.states[trace.states.len().saturating_sub(61)..];
     let of_tick = |pair: &[Vec<State>]| {

@@ -7,7 +7,7 @@ pub fn flight(start: DVec2, velocity: DVec2, gravity: DVec2, t: f64) -> DVec2 {
     start + velocity * t + gravity * (t * t / 2.0)
 }
 
-/// Flight with drag -k v: place and velocity.
+/// Flight with drag -k v: position and velocity.
 pub fn linear_drag(
     start: DVec2,
     velocity: DVec2,
@@ -21,14 +21,15 @@ pub fn linear_drag(
     (start + way, terminal + (velocity - terminal) * left)
 }
 
-/// Fall from rest with drag -k |v| v: way fallen and speed.
+/// Fall from rest with drag -k |v| v: distance and speed.
 pub fn quadratic_fall(gravity: f64, rate: f64, t: f64) -> (f64, f64) {
     let terminal = (gravity / rate).sqrt();
     let reach = gravity * t / terminal;
     (terminal * terminal / gravity * reach.cosh().ln(), terminal * reach.tanh())
 }
 
-/// Damped swing x'' = g - c x' - w² x, with less than critical damping: place and velocity.
+/// Damped oscillation x'' = g - c x' - w² x, with less than critical damping: position and
+/// velocity.
 pub fn damped(
     start: DVec2,
     velocity: DVec2,
@@ -42,13 +43,13 @@ pub fn damped(
     let (sin, cos) = (turn * t).sin_cos();
     let decay = (-rate * t / 2.0).exp();
     let (even, odd) = (start - rest, (velocity + (start - rest) * (rate / 2.0)) / turn);
-    let place = (even * cos + odd * sin) * decay;
-    let speed = (odd * cos - even * sin) * (turn * decay) - place * (rate / 2.0);
-    (rest + place, speed)
+    let position = (even * cos + odd * sin) * decay;
+    let speed = (odd * cos - even * sin) * (turn * decay) - position * (rate / 2.0);
+    (rest + position, speed)
 }
 
-/// Height over the floor of a ball dropped from `height` that keeps `restitution` of its speed at
-/// each bounce. After infinitely many bounces it lies still.
+/// Height above the floor of a ball dropped from `height` that keeps `restitution` of its speed at
+/// each bounce. After infinitely many bounces it is at rest.
 pub fn bounce(height: f64, gravity: f64, restitution: f64, t: f64) -> f64 {
     let mut since = t - (2.0 * height / gravity).sqrt();
     if since < 0.0 {
@@ -66,14 +67,14 @@ pub fn bounce(height: f64, gravity: f64, restitution: f64, t: f64) -> f64 {
     0.0
 }
 
-/// Way of a body that slides with this deceleration until it stops.
+/// Distance of a body that slides with this deceleration until it stops.
 pub fn slide(speed: f64, deceleration: f64, t: f64) -> f64 {
     let stop = speed / deceleration;
     let t = if t < stop { t } else { stop };
     speed * t - deceleration * t * t / 2.0
 }
 
-/// Velocities of two bodies after they collide along `normal`, from a to b, with restitution and
+/// Velocities of two bodies after a collision along `normal`, from a to b, with restitution and
 /// Coulomb friction; nothing rotates.
 pub fn collision(
     masses: [f64; 2],

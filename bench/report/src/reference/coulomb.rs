@@ -9,27 +9,27 @@
 use super::program::{Contact, Program};
 use glam::DVec2;
 
-/// Normal and friction impulse of a contact, the latter along the normal turned left.
+/// Normal and friction impulse of a contact; the latter is along the normal turned left.
 pub type Impulse = DVec2;
 
 /// A step's contacts with one coefficient of friction.
 pub struct Coulomb<'a> {
     /// Bodies and contacts.
     pub program: &'a Program,
-    /// Of every contact.
+    /// Coefficient of every contact.
     pub friction: f64,
 }
 
 impl Coulomb<'_> {
-    fn weight(&self, contact: &Contact) -> f64 {
+    fn inverse_mass(&self, contact: &Contact) -> f64 {
         self.program.inverse_masses[contact.a] + self.program.inverse_masses[contact.b]
     }
 
-    /// What is asked of the impulses: the closing speed that is too much, and the slip.
-    fn lack(&self, velocities: &[DVec2], contact: &Contact) -> DVec2 {
+    /// Violation of the conditions: the excess closing speed, and the slip.
+    fn violation(&self, velocities: &[DVec2], contact: &Contact) -> DVec2 {
         let relative = velocities[contact.b] - velocities[contact.a];
         let normal = contact.normal;
-        DVec2::new(normal.dot(relative) - contact.least, normal.perp().dot(relative))
+        DVec2::new(normal.dot(relative) - contact.min_normal_velocity, normal.perp().dot(relative))
     }
 
     fn push(&self, velocities: &mut [DVec2], contact: &Contact, change: Impulse) {
@@ -38,7 +38,7 @@ impl Coulomb<'_> {
         velocities[contact.b] += impulse * self.program.inverse_masses[contact.b];
     }
 
-    /// v* and what the impulses add.
+    /// v* plus the effect of the impulses.
     fn velocities(&self, impulses: &[Impulse]) -> Vec<DVec2> {
         let mut velocities = self.program.free.clone();
         for (contact, &impulse) in self.program.contacts.iter().zip(impulses) {
@@ -55,13 +55,13 @@ impl Coulomb<'_> {
         for _ in 0..sweeps_max {
             let mut largest = 0f64;
             for (contact, impulse) in contacts.iter().zip(&mut impulses) {
-                let weight = self.weight(contact);
-                let wanted = *impulse - self.lack(&velocities, contact) / weight;
+                let inverse_mass = self.inverse_mass(contact);
+                let wanted = *impulse - self.violation(&velocities, contact) / inverse_mass;
                 let press = wanted.x.max(0.0);
                 let limit = self.friction * press;
                 let next = Impulse::new(press, wanted.y.clamp(-limit, limit));
                 self.push(&mut velocities, contact, next - *impulse);
-                largest = largest.max((next - *impulse).length() * weight);
+                largest = largest.max((next - *impulse).length() * inverse_mass);
                 *impulse = next;
             }
             if largest <= tolerance {
@@ -71,7 +71,7 @@ impl Coulomb<'_> {
         velocities
     }
 
-    /// Velocities by the fixed point, until no bound changes by more than `tolerance`.
+    /// Velocities by fixed-point iteration, until no bound changes by more than `tolerance`.
     pub fn fixed_point(&self, tolerance: f64, rounds_max: u32) -> Vec<DVec2> {
         let mut impulses = vec![Impulse::ZERO; self.program.contacts.len()];
         for _ in 0..rounds_max {
@@ -86,7 +86,7 @@ impl Coulomb<'_> {
         self.velocities(&impulses)
     }
 
-    /// The program with friction bounded by known numbers, from a start.
+    /// The program with friction bounded by known numbers, from a given start.
     fn bounded(&self, bounds: &[f64], start: Vec<Impulse>, tolerance: f64) -> Vec<Impulse> {
         const ITERATIONS_MAX: u32 = 100_000;
         let mut loads = vec![0.0; self.program.free.len()];
@@ -98,10 +98,10 @@ impl Coulomb<'_> {
         let (mut impulses, mut ahead, mut theta) = (start.clone(), start, 1.0f64);
         for _ in 0..ITERATIONS_MAX {
             let velocities = self.velocities(&ahead);
-            let descend = |place: usize| {
-                let lack = self.lack(&velocities, &self.program.contacts[place]);
-                let free = ahead[place] - lack / steepest;
-                let bound = bounds[place];
+            let descend = |index: usize| {
+                let violation = self.violation(&velocities, &self.program.contacts[index]);
+                let free = ahead[index] - violation / steepest;
+                let bound = bounds[index];
                 Impulse::new(free.x.max(0.0), free.y.clamp(-bound, bound))
             };
             let next: Vec<Impulse> = (0..ahead.len()).map(descend).collect();
@@ -125,9 +125,9 @@ impl Coulomb<'_> {
 mod tests {
     use super::*;
 
-    /// A disc that is thrown at a wall below, 45 degrees off.
+    /// A disc thrown at a wall below at 45 degrees.
     fn thrown(friction: f64) -> DVec2 {
-        let contact = Contact { a: 0, b: 1, normal: DVec2::Y, least: 0.0 };
+        let contact = Contact { a: 0, b: 1, normal: DVec2::Y, min_normal_velocity: 0.0 };
         let program = Program {
             inverse_masses: vec![0.0, 1.0],
             free: vec![DVec2::ZERO, DVec2::new(3.0, -3.0)],

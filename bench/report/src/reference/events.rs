@@ -1,5 +1,5 @@
-//! Elastic discs between hard walls, moved from collision to collision in f64: exact up to rounding,
-//! no time step. Every event looks at all pairs; that is slow and plain.
+//! Elastic discs between hard walls, moved from collision to collision in f64: exact up to
+//! rounding, without time steps. Every event examines all pairs, which is slow and simple.
 
 use crate::engine::State;
 use glam::DVec2;
@@ -11,29 +11,29 @@ pub struct Disc {
     pub radius: f64,
     /// Any unit.
     pub mass: f64,
-    /// Place and velocity.
+    /// Position and velocity.
     pub state: State,
 }
 
-/// Discs in the box (0, 0)-(size), all collisions elastic and without friction.
+/// Discs in the box (0, 0)-(size); all collisions are elastic and without friction.
 #[derive(Clone, Debug)]
 pub struct Gas {
     /// Inner width and height.
     pub size: DVec2,
-    /// The discs, apart from each other.
+    /// The discs, which do not overlap.
     pub discs: Vec<Disc>,
 }
 
-/// What happens next.
+/// The next event.
 #[derive(Clone, Copy)]
 enum Event {
     Pair(usize, usize),
-    /// A disc turns at a wall across x (0) or y (1).
+    /// A disc bounces off a wall across x (0) or y (1).
     Wall(usize, usize),
 }
 
 impl Gas {
-    /// Moves everything on; says how many collisions there were.
+    /// Advances everything; returns the number of collisions.
     pub fn advance(&mut self, time_s: f64) -> u32 {
         let (mut left, mut collisions) = (time_s, 0);
         loop {
@@ -77,9 +77,12 @@ impl Gas {
     }
 
     fn wall_after(&self, disc: &Disc, axis: usize) -> Option<f64> {
-        let (place, speed) = (disc.state.position[axis], disc.state.velocity[axis]);
-        let room =
-            if speed > 0.0 { self.size[axis] - disc.radius - place } else { disc.radius - place };
+        let (position, speed) = (disc.state.position[axis], disc.state.velocity[axis]);
+        let room = if speed > 0.0 {
+            self.size[axis] - disc.radius - position
+        } else {
+            disc.radius - position
+        };
         (speed != 0.0).then(|| (room / speed).max(0.0))
     }
 
@@ -105,7 +108,7 @@ impl Gas {
     }
 }
 
-/// Seconds until two discs touch, if they come closer and ever do.
+/// Seconds until two discs touch, if they ever do.
 fn meeting_after(one: &Disc, other: &Disc) -> Option<f64> {
     let offset = other.state.position - one.state.position;
     let relative = other.state.velocity - one.state.velocity;
@@ -116,7 +119,7 @@ fn meeting_after(one: &Disc, other: &Disc) -> Option<f64> {
     let reach = one.radius + other.radius;
     let (a, c) = (relative.length_squared(), offset.length_squared() - reach * reach);
     let inside = approach * approach - a * c;
-    // The stable root: c / (-b + sqrt(b^2 - a c)) loses no digits where c is small.
+    // The stable root: c / (-b + sqrt(b^2 - a c)) loses no digits if c is small.
     (inside >= 0.0).then(|| (c / (-approach + inside.sqrt())).max(0.0))
 }
 

@@ -1,11 +1,11 @@
 //! Bodies under gravity, drag and springs, without contacts, by the classical Runge-Kutta method of
-//! fourth order in f64 with steps so fine that halving them changes nothing that is asked for.
+//! fourth order in f64, with steps so fine that halving them changes no result.
 
 use crate::engine::State;
 use crate::scene::{Drag, Hook, Scene};
 use glam::DVec2;
 
-/// Readings after each of so many ticks, the start first; `steps` steps a tick.
+/// Readings after each of this many ticks, beginning with the start; `steps` steps per tick.
 pub fn flight(scene: &Scene, ticks: usize, steps: u32) -> Vec<Vec<State>> {
     let start = scene.bodies.iter();
     let start = start.map(|body| State { position: body.position, velocity: body.velocity });
@@ -42,7 +42,7 @@ fn along(at: &[State], slopes: &[State], h: f64) -> Vec<State> {
     at.iter().zip(slopes).map(moved).collect()
 }
 
-/// Speeds and accelerations.
+/// Velocities and accelerations.
 fn slopes(scene: &Scene, states: &[State]) -> Vec<State> {
     let free = |state: &State| {
         let air = state.velocity - scene.wind;

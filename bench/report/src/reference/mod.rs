@@ -1,4 +1,4 @@
-//! Where the right answers come from: closed forms, events in order of time, and quadratic programs
+//! Sources of the correct answers: closed forms, events in order of time, and quadratic programs
 //! solved in f64 by two methods that share no code.
 
 pub mod closed;

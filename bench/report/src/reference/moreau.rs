@@ -6,13 +6,13 @@ use crate::scene::Scene;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// Largest change of a velocity with which a step's sweeps end, units/s.
+/// Largest change of a velocity at which a step's sweeps end, units/s.
 const TOLERANCE: f64 = 1e-9;
 const SWEEPS_MAX: u32 = 100_000;
-/// Pairs further apart than this are no contacts of a step, units.
+/// Distance beyond which pairs are no contacts of a step, units.
 const NEAR: f64 = 0.5;
 
-/// Discs over the floor y = 0, equal gravity on all.
+/// Discs above the floor y = 0, with the same gravity for all.
 pub struct Pile {
     /// Centres.
     pub positions: Vec<DVec2>,
@@ -21,7 +21,7 @@ pub struct Pile {
     radii: Vec<f64>,
     inverse_masses: Vec<f64>,
     gravity: DVec2,
-    /// The last step's impulses: where the next one's sweeps start.
+    /// The last step's impulses, from which the next one's sweeps start.
     impulses: BTreeMap<(usize, usize), f64>,
 }
 
@@ -39,7 +39,7 @@ impl Pile {
         }
     }
 
-    /// Moves on in equal steps.
+    /// Advances in equal steps.
     pub fn advance(&mut self, time_s: f64, steps: u32) {
         let step_s = time_s / f64::from(steps);
         for _ in 0..steps {
@@ -72,15 +72,15 @@ impl Pile {
             self.velocities.iter().map(|velocity| *velocity + self.gravity * step_s).collect();
         free.push(DVec2::ZERO);
         let mut contacts = Vec::new();
-        let mut offer = |a: usize, b: usize, normal: DVec2, gap: f64| {
-            if gap < NEAR {
-                contacts.push(Contact { a, b, normal, least: -gap / step_s });
+        let mut offer = |a: usize, b: usize, normal: DVec2, separation: f64| {
+            if separation < NEAR {
+                contacts.push(Contact { a, b, normal, min_normal_velocity: -separation / step_s });
             }
         };
-        for (a, &place) in self.positions.iter().enumerate() {
-            offer(a, floor, DVec2::NEG_Y, place.y - self.radii[a]);
+        for (a, &position) in self.positions.iter().enumerate() {
+            offer(a, floor, DVec2::NEG_Y, position.y - self.radii[a]);
             for (b, &other) in self.positions.iter().enumerate().skip(a + 1) {
-                let (offset, reach) = (other - place, self.radii[a] + self.radii[b]);
+                let (offset, reach) = (other - position, self.radii[a] + self.radii[b]);
                 if offset.y.abs() < reach + NEAR && offset.length() < reach + NEAR {
                     offer(a, b, offset.normalize(), offset.length() - reach);
                 }

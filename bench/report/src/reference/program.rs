@@ -15,34 +15,34 @@ pub struct Contact {
     pub b: usize,
     /// Unit vector from a to b.
     pub normal: DVec2,
-    /// Smallest n.(vb - va), -gap / h for a contact that is still open.
-    pub least: f64,
+    /// Smallest n.(vb - va): -separation / h for a contact that is still open.
+    pub min_normal_velocity: f64,
 }
 
 /// A step's contacts.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// 0 for what never moves.
+    /// 0 for immovable bodies.
     pub inverse_masses: Vec<f64>,
-    /// v*, what the velocities would be without contacts.
+    /// v*, the velocities without contacts.
     pub free: Vec<DVec2>,
-    /// All contacts, each with at least one body that moves.
+    /// All contacts, each with at least one movable body.
     pub contacts: Vec<Contact>,
 }
 
-/// Impulses and what they make of the velocities.
+/// Impulses and the resulting velocities.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// By contact, not negative.
+    /// Impulses by contact, not negative.
     pub impulses: Vec<f64>,
-    /// By body.
+    /// Velocities by body.
     pub velocities: Vec<DVec2>,
     /// Sweeps or iterations taken.
     pub sweeps: u32,
 }
 
 impl Program {
-    fn weight(&self, contact: &Contact) -> f64 {
+    fn inverse_mass(&self, contact: &Contact) -> f64 {
         self.inverse_masses[contact.a] + self.inverse_masses[contact.b]
     }
 
@@ -52,7 +52,8 @@ impl Program {
     }
 
     fn excess(&self, velocities: &[DVec2], contact: &Contact) -> f64 {
-        contact.normal.dot(velocities[contact.b] - velocities[contact.a]) - contact.least
+        contact.normal.dot(velocities[contact.b] - velocities[contact.a])
+            - contact.min_normal_velocity
     }
 
     /// Gauss-Seidel from zero until nothing changes by more than `tolerance`, units/s.
@@ -60,19 +61,19 @@ impl Program {
         self.gauss_seidel_from(&vec![0.0; self.contacts.len()], tolerance, sweeps_max)
     }
 
-    /// The same from impulses that may be near the answer.
+    /// The same from given impulses, which may be close to the answer.
     pub fn gauss_seidel_from(&self, start: &[f64], tolerance: f64, sweeps_max: u32) -> Solution {
         let mut velocities = self.velocities(start);
         let mut impulses = start.to_vec();
         for sweep in 1..=sweeps_max {
             let mut largest = 0f64;
             for (contact, impulse) in self.contacts.iter().zip(&mut impulses) {
-                let weight = self.weight(contact);
-                let wanted = *impulse - self.excess(&velocities, contact) / weight;
+                let inverse_mass = self.inverse_mass(contact);
+                let wanted = *impulse - self.excess(&velocities, contact) / inverse_mass;
                 let change = wanted.max(0.0) - *impulse;
                 *impulse += change;
                 self.push(&mut velocities, contact, change);
-                largest = largest.max(change.abs() * weight);
+                largest = largest.max(change.abs() * inverse_mass);
             }
             if largest <= tolerance {
                 return Solution { impulses, velocities, sweeps: sweep };
@@ -114,7 +115,7 @@ impl Program {
         Solution { impulses, velocities, sweeps: iterations_max }
     }
 
-    /// v* and what the impulses add.
+    /// v* plus the effect of the impulses.
     pub fn velocities(&self, impulses: &[f64]) -> Vec<DVec2> {
         let mut velocities = self.free.clone();
         for (contact, &impulse) in self.contacts.iter().zip(impulses) {
@@ -123,11 +124,11 @@ impl Program {
         velocities
     }
 
-    /// Natural map: the largest |l - max(0, l - w)|, scaled to units/s; 0 at the optimum alone.
+    /// Natural map: the largest |l - max(0, l - w)|, scaled to units/s; 0 only at the optimum.
     pub fn residual(&self, impulses: &[f64]) -> f64 {
         let velocities = self.velocities(impulses);
         let one = |(contact, &impulse): (&Contact, &f64)| {
-            let load = impulse * self.weight(contact);
+            let load = impulse * self.inverse_mass(contact);
             (load - (load - self.excess(&velocities, contact)).max(0.0)).abs()
         };
         self.contacts.iter().zip(impulses).map(one).fold(0.0, f64::max)
@@ -135,7 +136,7 @@ impl Program {
 }
 
 /// Pool-adjacent-violators: the non-decreasing sequence nearest to `values` in the norm of
-/// `weights`. Infinite weights hold their value. Barlow and Brunk 1972; O(n).
+/// `weights`. Values with infinite weight stay fixed. Barlow and Brunk 1972; O(n).
 pub fn pava(values: &[f64], weights: &[f64]) -> Vec<f64> {
     struct Block {
         value: f64,

@@ -1,5 +1,5 @@
-//! Cases that no scene should contain and some player will make: bodies in each other, absurd sizes,
-//! places and speeds, walls that close.
+//! Cases that no scene should contain and some player will create: bodies inside each other, absurd
+//! sizes, positions and speeds, closing walls.
 
 use super::watch::{Run, largest};
 use super::{Case, Outcome, SLOP, Subject, outcome};
@@ -63,7 +63,7 @@ fn heaps(subject: &Subject) -> Outcome {
     })
 }
 
-/// When the overlap was last beyond the slop; half a slop more is let pass as rounding.
+/// Last time at which the overlap was beyond the slop; half a slop more counts as rounding.
 fn parted(out: &mut Outcome, variant: &str, run: &Run) {
     let deep = run.samples.iter().rev().find(|s| s.overlap > 1.5 * SLOP || s.overlap.is_nan());
     out.check(
@@ -74,7 +74,7 @@ fn parted(out: &mut Outcome, variant: &str, run: &Run) {
     );
 }
 
-/// Engines in other languages may do anything when misused; only Jostle's answer is defined.
+/// Engines in other languages may do anything when misused; only Jostle's behaviour is defined.
 fn impossible(subject: &Subject) -> Outcome {
     outcome(|out| {
         if subject.method.family != Family::Jostle {
@@ -99,7 +99,7 @@ fn impossible(subject: &Subject) -> Outcome {
             scene.add(Body { position: DVec2::new(0.0, 0.55 + 1.1 * f64::from(row)), ..good });
         });
         let (mut pestered, mut left_alone) = (subject.build(&scene)?, subject.build(&scene)?);
-        // Refusals are panics, and wanted: they need not be shouted.
+        // Refusals are panics, which are expected here and not printed.
         let hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(|_| {}));
         let refused = bad.iter().filter(|body| refuses(pestered.as_mut(), body)).count();
@@ -127,7 +127,7 @@ fn refuses(engine: &mut dyn Engine, body: &Body) -> bool {
     catch_unwind(AssertUnwindSafe(|| engine.add(body))).is_err()
 }
 
-/// Lanes of one volley; the walls of all lanes make one gapless wall.
+/// Lanes of a volley; the walls of all lanes form one wall without gaps.
 const LANES: u32 = 100;
 const LANE: f64 = 4.0;
 
@@ -157,7 +157,8 @@ enum Target {
     Bullet,
 }
 
-/// One shot a lane, at speeds of 10 to 10^4 and walls of 0.01 to 0.1; how many end beyond.
+/// One shot per lane, at speeds of 10 to 10^4 and walls of 0.01 to 0.1; returns how many end beyond
+/// the wall.
 fn shoot(subject: &Subject, target: Target, seed: u32) -> Result<u32, String> {
     let mut scene = Scene::new(0.0);
     let mut draws = Mulberry(seed);
@@ -201,7 +202,7 @@ fn crusher(subject: &Subject) -> Outcome {
             scene.add(Body::new(Shape::Circle { radius: 0.39 }, x, y));
         }
         let mut engine = subject.build(&scene)?;
-        // Four seconds in, one of rest, four back, one and a half to recover.
+        // Four seconds in, one at rest, four back, one and a half to recover.
         let run = Run::record(engine.as_mut(), &scene, 10.5, |engine, time_s| {
             let speed = match time_s {
                 t if t < 4.0 => 2.5,
@@ -212,8 +213,8 @@ fn crusher(subject: &Subject) -> Outcome {
             engine.set_velocity(press, DVec2::new(speed, 0.0));
         });
         let outside = scene.dynamic().filter(|&body| {
-            let place = run.last[body].position;
-            !(place.x > -0.5 && place.x < 20.5 && place.y > -0.5 && place.y < 20.5)
+            let position = run.last[body].position;
+            !(position.x > -0.5 && position.x < 20.5 && position.y > -0.5 && position.y < 20.5)
         });
         out.check("", "bodies outside, of 500", 0.0, outside.count() as f64);
         out.check("", "overlap one second after release, units", SLOP, run.deepest_after(10.0));

@@ -1,5 +1,5 @@
-//! The stability cases: stiff and extreme scenes, each with what is accepted and what was measured.
-//! Nothing is tuned to pass; a red case stays red, with its figure.
+//! The stability cases: stiff and extreme scenes, each with accepted and measured figures. Nothing
+//! is tuned to pass; a red case stays red, with its figure.
 
 mod extreme;
 mod moving;
@@ -14,7 +14,7 @@ use crate::methods::Method;
 use crate::scene::Scene;
 pub use watch::{Run, Sample, largest};
 
-/// Overlap that engines leave alone, units.
+/// Overlap that engines allow, units.
 pub const SLOP: f64 = 0.005;
 
 /// A case of the list.
@@ -22,7 +22,7 @@ pub const SLOP: f64 = 0.005;
 pub struct Case {
     /// S1 to S24.
     pub id: &'static str,
-    /// What it is.
+    /// Title.
     pub title: &'static str,
     /// Runs it with one solver.
     pub run: fn(&Subject) -> Outcome,
@@ -31,19 +31,19 @@ pub struct Case {
 /// A solver in a case.
 #[derive(Clone, Copy)]
 pub struct Subject {
-    /// At its default setting.
+    /// The method at its default setting.
     pub method: Method,
-    /// Leaves out the largest variants.
+    /// Whether to omit the largest variants.
     pub quick: bool,
 }
 
 impl Subject {
-    /// An engine with the scene in it.
+    /// Creates an engine with the scene in it.
     pub fn build(&self, scene: &Scene) -> Result<Box<dyn Engine>, String> {
         (self.method.build)(scene, self.method.default.unwrap_or(self.method.settings[0]))
     }
 
-    /// Runs a scene and looks at it after every tick; nobody interferes.
+    /// Runs a scene without interference and records it after every tick.
     pub fn watch(&self, scene: &Scene, seconds: f64) -> Result<Run, String> {
         Ok(Run::record(self.build(scene)?.as_mut(), scene, seconds, |_, _| {}))
     }
@@ -52,13 +52,13 @@ impl Subject {
 /// One figure against its bound.
 #[derive(Clone, Debug)]
 pub struct Check {
-    /// Which variant of the case; may be empty.
+    /// Variant of the case; may be empty.
     pub variant: String,
-    /// What was measured, with its unit.
+    /// The measured quantity, with its unit.
     pub metric: &'static str,
     /// The largest value that passes.
     pub accepted: f64,
-    /// NaN fails.
+    /// The measured value; NaN fails.
     pub measured: f64,
 }
 
@@ -69,14 +69,14 @@ impl Check {
     }
 }
 
-/// What a case gave.
+/// Results of a case.
 #[derive(Default)]
 pub struct Outcome {
     /// All figures, in the same order for every solver.
     pub checks: Vec<Check>,
-    /// A run worth drawing, with its name.
+    /// A run to draw, with its name.
     pub series: Option<(String, Vec<Sample>)>,
-    /// Why it could not be run, if so.
+    /// The reason if it could not be run.
     pub not_applicable: Option<String>,
 }
 
@@ -86,7 +86,7 @@ impl Outcome {
         self.checks.push(Check { variant: variant.into(), metric, accepted, measured });
     }
 
-    /// Keeps a run for the small plots; the first one stays.
+    /// Keeps a run for the small plots; only the first one is kept.
     pub fn draw(&mut self, variant: &str, run: &Run) {
         if self.series.is_none() {
             self.series = Some((variant.into(), run.samples.clone()));
@@ -99,7 +99,7 @@ impl Outcome {
     }
 }
 
-/// Turns "this engine cannot do that" into an outcome.
+/// Turns the error of an engine that cannot run a case into an outcome.
 pub(crate) fn outcome(run: impl FnOnce(&mut Outcome) -> Result<(), String>) -> Outcome {
     let mut outcome = Outcome::default();
     if let Err(why) = run(&mut outcome) {
@@ -121,11 +121,11 @@ pub fn all() -> Vec<Case> {
     cases
 }
 
-/// A case with one outcome a solver.
+/// A case with one outcome per solver.
 pub struct Verdicts {
-    /// Which case.
+    /// The case.
     pub case: Case,
-    /// By solver, in the order of the methods.
+    /// Outcomes by solver, in the order of the methods.
     pub outcomes: Vec<Outcome>,
 }
 

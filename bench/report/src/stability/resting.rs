@@ -1,4 +1,4 @@
-//! Cases in which everything is to come to rest and stay there.
+//! Cases in which all bodies should come to rest and stay at rest.
 
 use super::{Case, Outcome, SLOP, Subject, outcome};
 use crate::scene::{Body, Scene, Shape};

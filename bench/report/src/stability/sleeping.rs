@@ -1,4 +1,4 @@
-//! Sleeping and waking: who is at rest costs nothing, and nobody can tell otherwise.
+//! Sleeping and waking: bodies at rest cost nothing, and the result is the same.
 
 use super::watch::{Sample, largest};
 use super::{Case, Outcome, SLOP, Subject, outcome};
@@ -9,7 +9,7 @@ use glam::DVec2;
 const GRAVITY: f64 = 10.0;
 /// Boxes of the stack that is woken.
 const FEW: usize = 10;
-/// Ticks until it is to sleep.
+/// Ticks until it should be asleep.
 const REST: usize = 120;
 
 pub const CASES: [Case; 1] = [Case { id: "S20", title: "Sleeping and waking", run: sleeping }];
@@ -111,7 +111,8 @@ fn wakes_by_gravity(subject: &Subject, out: &mut Outcome) -> Result<(), String> 
     let fall = GRAVITY / 2.0;
     let hangs =
         (1..=FEW).map(|body| (engine.state(body).position.y - (body as f64 - 0.5 + fall)).abs());
-    // A step late, or a step's worth of the integrator, is no hanging.
+    // One step late, or the error of the integrator in a step, does not count as hanging in the
+    // air.
     out.check("gravity turns up", "furthest from free fall after 1 s, units", 0.2, largest(hangs));
     Ok(())
 }
@@ -127,7 +128,7 @@ fn wakes_by_a_newcomer(subject: &Subject, out: &mut Outcome) -> Result<(), Strin
     out.check("a box appears 0.1 deep", "bodies that sleep on", 0.0, on);
     ticks(engine.as_mut(), 120);
     let (sample, _) = Sample::read(engine.as_ref(), &scene, 2.0);
-    // Where correction ends it may have left a rounding more.
+    // Where correction ends, rounding may leave slightly more.
     out.check("a box appears 0.1 deep", "overlap after 2 s, units", 1.1 * SLOP, sample.overlap);
     Ok(())
 }

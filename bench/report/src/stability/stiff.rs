@@ -1,4 +1,5 @@
-//! Forces far stiffer than a step: what they hold must stay bounded and end where it should.
+//! Forces far stiffer than a step can resolve: bodies under them must stay bounded and end at the
+//! right position.
 
 use super::{Case, Outcome, Subject, largest, outcome};
 use crate::scene::{Body, Drag, Hook, Scene, Shape, Spring};
@@ -27,7 +28,7 @@ fn forces(subject: &Subject) -> Outcome {
     })
 }
 
-/// A body thrown against the wind must end at w + g / k, and never pass it.
+/// A body thrown against the wind must reach w + g / k, and never exceed it.
 fn drag(subject: &Subject, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let mut scene = Scene { collides: false, wind: WIND, ..Scene::new(10.0) };
     let rate = stiff / scene.tick_s;
@@ -64,7 +65,7 @@ fn sprung(length: f64, stiff: f64, ratio: f64, gravity: f64) -> Scene {
     scene
 }
 
-/// Undamped: no swing may be wider than the first.
+/// Undamped: no oscillation may be wider than the first.
 fn swing(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let scene = sprung(length, stiff, 0.0, 0.0);
     let mut engine = subject.build(&scene)?;
@@ -79,13 +80,13 @@ fn swing(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Resul
     Ok(())
 }
 
-/// Critically damped, under gravity: straight to the rest point.
+/// Critically damped, under gravity: directly to the rest point.
 fn settle(subject: &Subject, length: f64, stiff: f64, out: &mut Outcome) -> Result<(), String> {
     let scene = sprung(length, stiff, 1.0, 10.0);
     let rest = -length - 10.0 / scene.springs[0].stiffness;
     let mut engine = subject.build(&scene)?;
     let (mut last, mut passed) = (engine.state(0).position.y - rest, 0.0);
-    // Where gravity stretches the spring further than it was drawn, all signs are turned.
+    // If gravity stretches the spring further than it was drawn, all signs are reversed.
     let side = if last > 0.0 { -1.0 } else { 1.0 };
     for _ in 0..TICKS {
         engine.tick();

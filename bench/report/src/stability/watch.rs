@@ -1,10 +1,10 @@
-//! A run under observation: overlap, energy and speeds after every tick.
+//! A recorded run: overlap, energy and speeds after every tick.
 
 use crate::engine::{Engine, State};
 use crate::scene::Scene;
 use crate::shape::overlaps;
 
-/// What was seen after a tick.
+/// Readings after a tick.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// Seconds since the start.
@@ -15,15 +15,15 @@ pub struct Sample {
     pub energy: f64,
     /// Root mean square over the dynamic bodies, units/s.
     pub rms: f64,
-    /// Of the fastest body.
+    /// Speed of the fastest body, units/s.
     pub fastest: f64,
-    /// Largest speed against gravity; 0 if nobody rises.
+    /// Largest speed against gravity; 0 if no body rises.
     pub rising: f64,
 }
 
 /// A recorded run.
 pub struct Run {
-    /// One a tick, the start included.
+    /// One sample per tick, including the start.
     pub samples: Vec<Sample>,
     /// States at the end.
     pub last: Vec<State>,
@@ -70,19 +70,19 @@ impl Run {
         f64::sqrt(sum / count)
     }
 
-    /// The last time at which somebody was faster than 1 cm/s.
+    /// The last time at which a body was faster than 1 cm/s.
     pub fn settled_s(&self) -> f64 {
         let moves = |sample: &&Sample| sample.fastest > 0.01 || sample.fastest.is_nan();
         self.samples.iter().rev().find(moves).map_or(0.0, |sample| sample.time_s)
     }
 
-    /// Largest energy gained over the start, as a share of `scale`.
+    /// Largest energy gain since the start, as a share of `scale`.
     pub fn gain(&self, scale: f64) -> f64 {
         let start = self.samples[0].energy;
         largest(self.samples.iter().map(|sample| (sample.energy - start) / scale))
     }
 
-    /// How far a body is from its start.
+    /// Displacement of a body since the start.
     pub fn shift(&self, body: usize) -> glam::DVec2 {
         self.last[body].position - self.scene.bodies[body].position
     }
@@ -92,19 +92,19 @@ impl Run {
         largest(self.scene.dynamic().map(|body| self.shift(body).length()))
     }
 
-    /// How far the last body of the scene sank.
+    /// Distance by which the last body of the scene sank.
     pub fn loss(&self) -> f64 {
         -self.shift(self.last.len() - 1).y
     }
 }
 
-/// The largest; NaN wins, nothing is 0.
+/// The largest value; NaN if there is any, 0 if there is none.
 pub fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |worst, value| if value > worst || value.is_nan() { value } else { worst })
 }
 
 impl Sample {
-    /// Reads the engine; also the states of all bodies.
+    /// Reads the engine; returns the sample and the states of all bodies.
     pub fn read(engine: &dyn Engine, scene: &Scene, time_s: f64) -> (Sample, Vec<State>) {
         let states: Vec<State> = (0..scene.bodies.len()).map(|body| engine.state(body)).collect();
         let up = -scene.gravity.normalize_or_zero();

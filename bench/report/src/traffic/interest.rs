@@ -1,5 +1,5 @@
-//! What a client costs who sees a part of a large world: A10k through views of about 900 bodies, one
-//! around each player, beside K901, which has no more bodies than that, over as many ticks.
+//! The cost of a client that sees a part of a large world: A10k through views of about 900 bodies,
+//! one around each player, next to K901, which has no more bodies than that, over as many ticks.
 
 use super::measure::{FIRST_TICKS, QUANTA, Scale, Traffic, watch};
 use super::program::Make;
@@ -26,9 +26,9 @@ const PLAIN: &str = "title = \"Plain\"\nsize = [220, 220]\nquantum = 0.00390625\
 pub struct Seen {
     /// Bodies that a client holds.
     pub bodies: f64,
-    /// Processor time of what the room does for one client in a tick, microseconds.
+    /// Processor time of the room per client and tick, microseconds.
     pub encode_us: f64,
-    /// Of all messages of all players.
+    /// Traffic of all messages to all players.
     traffic: Traffic,
 }
 
@@ -38,13 +38,13 @@ impl Seen {
         self.traffic.bytes_per_s()
     }
 
-    /// Mean bits of payload for each body that moved inside of the view itself.
+    /// Mean bits of payload for each body that moved inside the view itself.
     pub fn bits_per_moved(&self) -> f64 {
         self.traffic.bits_per_moved()
     }
 }
 
-/// What the clients of all rates get in K901.
+/// Traffic of the clients of all rates in K901.
 pub fn small_world(make: Make) -> Vec<Traffic> {
     let mut script = flock();
     let mut engine = make(&script);
@@ -53,7 +53,7 @@ pub fn small_world(make: Make) -> Vec<Traffic> {
     scale.finish()
 }
 
-/// What the players of A10k get at every rate, each through a view of its own.
+/// Traffic of the players of A10k at every rate, each through a view of its own.
 pub fn large_world(make: Make) -> Result<Vec<Seen>> {
     let scene = Scene::parse("plain.toml", PLAIN).map_err(|error| anyhow::anyhow!("{error}"))?;
     let mut script = crowd();
@@ -146,24 +146,24 @@ impl Client {
     }
 }
 
-/// Bodies that moved and are on the screen of who follows the hero.
+/// Number of moving bodies on the screen of a client that follows the hero.
 fn moved_in_view(hero: BodyId, before: &Snapshot, now: &Snapshot) -> u64 {
-    let place = |snapshot: &Snapshot, id: BodyId| {
-        let place = snapshot.bodies.binary_search_by_key(&id.index, |body| body.id.index);
-        place.ok().map(|place| snapshot.bodies[place].quanta.map(|axis| f64::from(axis) / QUANTA))
+    let position = |snapshot: &Snapshot, id: BodyId| {
+        let index = snapshot.bodies.binary_search_by_key(&id.index, |body| body.id.index);
+        index.ok().map(|index| snapshot.bodies[index].quanta.map(|axis| f64::from(axis) / QUANTA))
     };
     let half = f64::from(VIEW) / 2.0;
-    let hero = place(now, hero).expect("the own hero is always sent");
+    let hero = position(now, hero).expect("the own hero is always sent");
     let middle = hero.map(|axis| axis.clamp(half, SIDE - half));
     let shows = |at: &[f64; 2]| (0..2).all(|axis| (at[axis] - middle[axis]).abs() < half);
     let moved = now.bodies.iter().filter_map(|body| {
-        let at = place(now, body.id)?;
-        (place(before, body.id)? != at).then_some(at)
+        let at = position(now, body.id)?;
+        (position(before, body.id)? != at).then_some(at)
     });
     moved.filter(shows).count() as u64
 }
 
-/// One player's share of all.
+/// One player's mean share.
 fn mean<'a>(clients: impl Iterator<Item = &'a Client>) -> Seen {
     let (mut traffic, mut bodies, mut ticks) = (Traffic::new(0), 0, 0);
     for client in clients {

@@ -1,4 +1,4 @@
-//! Sends a scene through a stream, tick by tick, and weighs the messages.
+//! Sends a scene through a stream, tick by tick, and measures the messages.
 
 use super::{Crowd, Script};
 use crate::engine::State;
@@ -13,47 +13,47 @@ use jostle_sim::WorldSettings;
 use jostle_sim::{Aabb, BodyDef, BodyId, Shape, Solver, Vec2, World};
 use std::sync::Arc;
 
-/// Quanta a unit.
+/// Quanta per unit.
 pub const QUANTA: f64 = 256.0;
 /// TCP and IP headers with timestamps, bytes.
 const PACKET_BYTES: usize = 52;
-/// A keyframe, and three messages of the lowest rate.
+/// Ticks of a keyframe and three messages of the lowest rate.
 pub const FIRST_TICKS: u32 = 37;
 
-/// Where a body is, in quanta.
-pub type Place = [i32; 2];
+/// Position of a body, in quanta.
+pub type Position = [i32; 2];
 
-/// What a client of one rate gets.
+/// Traffic of a client of one rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traffic {
-    /// Messages a second that it asked for.
+    /// Messages per second that it asked for.
     pub rate: u32,
-    /// Bytes of each message that was sent, sorted.
+    /// Sizes of all sent messages in bytes, sorted.
     pub sizes: Vec<usize>,
-    /// Seconds that were played.
+    /// Duration in seconds.
     pub seconds: f64,
-    /// Bodies that were elsewhere than in the message before, over all messages.
+    /// Bodies that moved since the message before, over all messages.
     pub moved: u64,
-    /// Processor time of all encodings and of all decodings, microseconds.
+    /// Processor time of all encodings, microseconds.
     pub encode_us: f64,
-    /// See there.
+    /// Processor time of all decodings, microseconds.
     pub decode_us: f64,
 }
 
 impl Traffic {
-    /// Nothing yet.
+    /// No traffic yet.
     pub fn new(rate: u32) -> Traffic {
         Traffic { rate, sizes: Vec::new(), seconds: 0.0, moved: 0, encode_us: 0.0, decode_us: 0.0 }
     }
 
-    /// All that came in so many ticks.
+    /// The traffic of this many ticks.
     pub fn finish(mut self, ticks: u32) -> Traffic {
         self.sizes.sort_unstable();
         self.seconds = f64::from(ticks) / 60.0;
         self
     }
 
-    /// Bytes a second, without and with frames and packets of their own.
+    /// Bytes per second, without and with frames and packet headers.
     pub fn bytes_per_s(&self) -> [f64; 2] {
         let payload: usize = self.sizes.iter().sum();
         let frame = |&size: &usize| if size < 126 { 2 } else { 4 };
@@ -61,7 +61,7 @@ impl Traffic {
         [payload, payload + around].map(|bytes| bytes as f64 / self.seconds)
     }
 
-    /// Bytes that this share of the messages does not exceed.
+    /// Size in bytes that this share of the messages does not exceed.
     pub fn percentile(&self, share: f64) -> usize {
         let last = self.sizes.len().saturating_sub(1);
         self.sizes.get((share * last as f64).round() as usize).copied().unwrap_or(0)
@@ -116,34 +116,34 @@ fn count_moved(old: &Snapshot, new: &Snapshot) -> u64 {
     old.bodies.iter().zip(&new.bodies).filter(|(old, new)| old.quanta != new.quanta).count() as u64
 }
 
-/// Clients of several rates who are sent the same snapshots.
+/// Clients of several rates that are sent the same snapshots.
 pub struct Scale {
     clients: Vec<Client>,
     ticks: u32,
 }
 
 impl Scale {
-    /// Clients who get 60, 20 or 5 messages a second.
+    /// Clients that get 60, 20 or 5 messages per second.
     pub fn new(rates: &[u32]) -> Scale {
         Scale { clients: rates.iter().map(|&rate| Client::new(rate)).collect(), ticks: 0 }
     }
 
-    /// The next tick. The keyframe and what follows until every rate is at its usual size count as
-    /// nothing: that is a client's first moment.
+    /// Sends the next tick. The keyframe and the messages until every rate has reached its usual
+    /// size are not counted: they are a client's first moments.
     pub fn weigh(&mut self, snapshot: &Arc<Snapshot>) {
         self.ticks += 1;
         let counts = self.ticks > FIRST_TICKS;
         self.clients.iter_mut().for_each(|client| client.see(snapshot, counts));
     }
 
-    /// What each client got.
+    /// Traffic of each client.
     pub fn finish(self) -> Vec<Traffic> {
         let ticks = self.ticks.saturating_sub(FIRST_TICKS);
         self.clients.into_iter().map(|client| client.traffic.finish(ticks)).collect()
     }
 }
 
-/// Plays a script and shows what players may see of each tick that counts; `ticks_max` at most.
+/// Plays a script and passes on a snapshot of each tick that counts, `ticks_max` at most.
 pub fn watch(
     script: &mut Script,
     crowd: &mut dyn Crowd,
@@ -154,19 +154,19 @@ pub fn watch(
     for tick in 0..before + counted.min(ticks_max) {
         script.play(crowd);
         if tick >= before {
-            let places = script.moving().map(|body| quanta(crowd.state(body).position));
-            each(snapshot(tick + 1, places));
+            let positions = script.moving().map(|body| quanta(crowd.state(body).position));
+            each(snapshot(tick + 1, positions));
         }
     }
 }
 
-fn quanta(place: DVec2) -> Place {
-    [place.x, place.y].map(|axis| (axis * QUANTA).round() as i32)
+fn quanta(position: DVec2) -> Position {
+    [position.x, position.y].map(|axis| (axis * QUANTA).round() as i32)
 }
 
-/// Bodies that are told apart by their number alone.
-pub fn snapshot(tick: u32, places: impl Iterator<Item = Place>) -> Snapshot {
-    let body = |(index, quanta): (u32, Place)| SnapshotBody {
+/// A snapshot of bodies that differ only in their index.
+pub fn snapshot(tick: u32, positions: impl Iterator<Item = Position>) -> Snapshot {
+    let body = |(index, quanta): (u32, Position)| SnapshotBody {
         id: BodyId { index, generation: 0 },
         kind: Kind::Block,
         owner: None,
@@ -174,7 +174,7 @@ pub fn snapshot(tick: u32, places: impl Iterator<Item = Place>) -> Snapshot {
         shape: Shape::circle(1.0),
         quanta,
     };
-    Snapshot { tick, bodies: (0..).zip(places).map(body).collect(), players: Vec::new() }
+    Snapshot { tick, bodies: (0..).zip(positions).map(body).collect(), players: Vec::new() }
 }
 
 /// The scene in Jostle's World.
@@ -185,7 +185,7 @@ pub struct JostleCrowd {
 }
 
 impl JostleCrowd {
-    /// With the conjugate solver's defaults.
+    /// Creates it with the conjugate solver's defaults.
     pub fn new(script: &Script) -> JostleCrowd {
         let Scene { gravity, bodies, .. } = &script.scene;
         let mut world = World::new(WorldSettings {

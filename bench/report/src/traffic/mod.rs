@@ -1,6 +1,6 @@
-//! What a stream of snapshots costs: four scenes that anyone can make again, played by an engine and
-//! sent through both ends of a [`jostle_protocol::SnapshotStream`]. Some seconds of each are kept as
-//! recordings, and what they cost as a golden table.
+//! Cost of a stream of snapshots: four reproducible scenes, played by an engine and sent through
+//! both ends of a [`jostle_protocol::SnapshotStream`]. Some seconds of each are kept as recordings,
+//! and their sizes as a golden table.
 
 pub mod interest;
 pub mod measure;

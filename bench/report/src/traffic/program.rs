@@ -1,4 +1,5 @@
-//! The command line of the programs that measure traffic, one with Jostle's engine and one with a peer.
+//! The command line of the programs that measure traffic, one with Jostle's engine and one with a
+//! peer.
 
 use super::interest::{large_world, small_world};
 use super::measure::{Scale, Traffic, watch};
@@ -10,7 +11,7 @@ use clap::{Parser, Subcommand};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What a client costs in each scene of `traffic`.
+/// Measures the cost of a client in each scene of `traffic`.
 #[derive(Debug, Parser)]
 pub struct Arguments {
     #[command(subcommand)]
@@ -19,15 +20,16 @@ pub struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Task {
-    /// Play the scenes and print bytes a second, sizes of messages, bits a moved body and times; the default
+    /// Play the scenes and print bytes per second, message sizes, bits per moved body and times;
+    /// the default
     Play,
-    /// Play A10k and print what a client costs who sees 900 bodies of it, beside one in K901
+    /// Play A10k and print the cost of a client that sees 900 bodies of it, next to one in K901
     Interest,
-    /// Play the scenes and keep some seconds of each
+    /// Play the scenes and record some seconds of each
     Record,
-    /// Print what the recordings cost
+    /// Print the sizes of the recordings
     Sizes {
-        /// Write that into the golden table
+        /// Update the golden table with them
         #[arg(long)]
         renew: bool,
     },
@@ -36,7 +38,7 @@ enum Task {
 /// An engine with the bodies of a script in it.
 pub type Make = fn(&Script) -> Box<dyn Crowd>;
 
-/// Does what was asked for; `engine` is a word for file names.
+/// Executes the command; `engine` is a word for file names.
 pub fn run(arguments: &Arguments, engine: &str, make: Make) -> Result<()> {
     match arguments.task {
         None | Some(Task::Play) => play(make),
@@ -110,16 +112,16 @@ fn record(engine: &str, make: Make) -> Result<()> {
     for scene in SCENES {
         let mut script = scene();
         let mut crowd = make(&script);
-        let mut recording = Recording { first_tick: script.ticks[0] + 1, places: Vec::new() };
+        let mut recording = Recording { first_tick: script.ticks[0] + 1, positions: Vec::new() };
         let ticks = script.ticks_recorded;
         watch(&mut script, &mut *crowd, ticks, |snapshot| {
-            recording.places.push(snapshot.bodies.iter().map(|body| body.quanta).collect());
+            recording.positions.push(snapshot.bodies.iter().map(|body| body.quanta).collect());
         });
         let path = goldens().join(format!("{}-{engine}.{ENDING}", script.name));
         fs::create_dir_all(goldens()).context("a directory for the recordings")?;
         let bytes = recording.pack();
         fs::write(&path, &bytes).with_context(|| format!("cannot write {}", path.display()))?;
-        println!("{}: {} ticks, {} bytes", path.display(), recording.places.len(), bytes.len());
+        println!("{}: {} ticks, {} bytes", path.display(), recording.positions.len(), bytes.len());
     }
     println!("{RENEW}");
     Ok(())
@@ -134,7 +136,7 @@ fn sizes(renew: bool) -> Result<()> {
     Ok(())
 }
 
-/// From the root of the workspace, wherever the program was started.
+/// Path from the root of the workspace, wherever the program was started.
 fn goldens() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(GOLDENS)
 }

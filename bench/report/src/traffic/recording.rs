@@ -4,51 +4,51 @@
 //! A file is deflated: the first tick, the number of bodies and of ticks as u32, then tick by tick and
 //! body by body, x and y: the place, less where it were had it gone on as before, as a signed LEB128.
 
-use super::measure::{Place, snapshot};
+use super::measure::{Position, snapshot};
 use anyhow::{Context, Result, ensure};
 use jostle_protocol::Snapshot;
 use std::sync::Arc;
 
-/// Unpacked bytes of a recording at most.
+/// Largest unpacked size of a recording, bytes.
 const BYTES_MAX: usize = 1 << 26;
 const PACK_LEVEL: u8 = 9;
 
 /// A scene as it was played.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Tick of the first of `places`.
+    /// Tick of the first of `positions`.
     pub first_tick: u32,
-    /// By tick and body; as many bodies in each tick.
-    pub places: Vec<Vec<Place>>,
+    /// Positions by tick and body; every tick has as many bodies.
+    pub positions: Vec<Vec<Position>>,
 }
 
 impl Recording {
     /// The snapshots of its ticks.
     pub fn snapshots(&self) -> impl Iterator<Item = Arc<Snapshot>> {
-        let ticks = (self.first_tick..).zip(&self.places);
-        ticks.map(|(tick, places)| Arc::new(snapshot(tick, places.iter().copied())))
+        let ticks = (self.first_tick..).zip(&self.positions);
+        ticks.map(|(tick, positions)| Arc::new(snapshot(tick, positions.iter().copied())))
     }
 
-    /// The file.
+    /// The bytes of the file.
     pub fn pack(&self) -> Vec<u8> {
-        let bodies = self.places.first().map_or(0, Vec::len);
+        let bodies = self.positions.first().map_or(0, Vec::len);
         let mut bytes = Vec::new();
-        for number in [self.first_tick, bodies as u32, self.places.len() as u32] {
+        for number in [self.first_tick, bodies as u32, self.positions.len() as u32] {
             bytes.extend(number.to_le_bytes());
         }
-        let mut trails = vec![[[0; 2]; 2]; bodies];
-        for places in &self.places {
-            for (trail, place) in trails.iter_mut().zip(places) {
-                let expected = expected(trail);
-                push_signed(place[0] - expected[0], &mut bytes);
-                push_signed(place[1] - expected[1], &mut bytes);
-                *trail = [*place, trail[0]];
+        let mut histories = vec![[[0; 2]; 2]; bodies];
+        for positions in &self.positions {
+            for (history, position) in histories.iter_mut().zip(positions) {
+                let expected = expected(history);
+                push_signed(position[0] - expected[0], &mut bytes);
+                push_signed(position[1] - expected[1], &mut bytes);
+                *history = [*position, history[0]];
             }
         }
         miniz_oxide::deflate::compress_to_vec(&bytes, PACK_LEVEL)
     }
 
-    /// Reads a file.
+    /// Parses a file.
     pub fn unpack(packed: &[u8]) -> Result<Recording> {
         let unpacked = miniz_oxide::inflate::decompress_to_vec_with_limit(packed, BYTES_MAX);
         let bytes = unpacked.ok().context("the recording is not a deflated one")?;
@@ -56,26 +56,26 @@ impl Recording {
         let mut number = || take_u32(&mut rest);
         let (first_tick, bodies, ticks) = (number()?, number()? as usize, number()? as usize);
         ensure!(bodies.saturating_mul(ticks) <= BYTES_MAX, "{bodies} bodies in {ticks} ticks");
-        let mut trails = vec![[[0; 2]; 2]; bodies];
-        let mut places = Vec::new();
+        let mut histories = vec![[[0; 2]; 2]; bodies];
+        let mut positions = Vec::new();
         for _ in 0..ticks {
-            for trail in &mut trails {
-                let mut place = expected(trail);
-                for axis in &mut place {
+            for history in &mut histories {
+                let mut position = expected(history);
+                for axis in &mut position {
                     *axis += take_signed(&mut rest)?;
                 }
-                *trail = [place, trail[0]];
+                *history = [position, history[0]];
             }
-            places.push(trails.iter().map(|trail| trail[0]).collect());
+            positions.push(histories.iter().map(|history| history[0]).collect());
         }
         ensure!(rest.is_empty(), "{} bytes are left over", rest.len());
-        Ok(Recording { first_tick, places })
+        Ok(Recording { first_tick, positions })
     }
 }
 
-/// The newest place and the one before: where the next is if it goes on so.
-fn expected(trail: &[Place; 2]) -> Place {
-    [0, 1].map(|axis| 2 * trail[0][axis] - trail[1][axis])
+/// The next position if the body moves on as between the newest two.
+fn expected(history: &[Position; 2]) -> Position {
+    [0, 1].map(|axis| 2 * history[0][axis] - history[1][axis])
 }
 
 fn push_signed(value: i32, bytes: &mut Vec<u8>) {
@@ -112,7 +112,7 @@ mod tests {
 
     fn sample() -> Recording {
         let tick = |t: i32| vec![[7 * t, -3], [1 << 24, -(1 << 24) + t * t]];
-        Recording { first_tick: 9, places: (0..5).map(tick).collect() }
+        Recording { first_tick: 9, positions: (0..5).map(tick).collect() }
     }
 
     #[test]

@@ -1,29 +1,28 @@
-//! The scenes: players who steer by a script, and hundreds of bodies that they push about.
-//!
-//! K901: a flock of boxes seen from above. P901: a pile seen from the side. S901: K901 left alone.
-//! A10k: ten thousand boxes and eight players.
+//! The scenes: players who steer by a script, and hundreds of bodies that they push around. K901: a
+//! flock of boxes seen from above. P901: a pile seen from the side. S901: K901 left alone. A10k:
+//! ten thousand boxes and eight players.
 
 use crate::engine::State;
 use crate::scene::{Body, Mulberry, Scene, Shape, TICK_S};
 use glam::DVec2;
 
-/// Distance within which a player's pull is felt, units; its size, units/s^2; ticks that it is on
-/// and off in turns.
+/// Reach of a player's pull, units; its strength, units/s^2; ticks for which it is on and off in
+/// turns.
 const PULL_REACH: f64 = 8.0;
 const PULL: f64 = 40.0;
 const PULL_TICKS: u32 = 120;
-/// The same of an explosion: reach and the speed it gives at its centre; ticks from one to the next.
+/// Reach of an explosion, and the speed that it gives at its centre; ticks from one to the next.
 const BLAST_REACH: f64 = 10.0;
 const BLAST: f64 = 40.0;
 const BLAST_TICKS: u32 = 180;
 
-/// Many bodies in an engine, named by the order in which they were added.
+/// Many bodies in an engine, numbered in the order in which they were added.
 pub trait Crowd {
     /// Adds to a velocity, units/s.
     fn kick(&mut self, body: usize, change: DVec2);
     /// Plays one tick of 1/60 s.
     fn step(&mut self);
-    /// Where a body is and how fast.
+    /// Position and velocity of a body.
     fn state(&self, body: usize) -> State;
 }
 
@@ -33,29 +32,29 @@ pub struct Script {
     pub name: &'static str,
     /// Bodies, the four walls first, then the players.
     pub scene: Scene,
-    /// Of each body: share of the speed lost a second, as v / (1 + damping dt) a tick.
+    /// For each body the share of the speed lost per second, as v / (1 + damping dt) per tick.
     pub damping: Vec<f64>,
     /// Ticks before the first that counts, and ticks that count.
     pub ticks: [u32; 2],
-    /// Ticks of these in its recording.
+    /// Ticks in its recording.
     pub ticks_recorded: u32,
-    /// How many of those that move are players; they come first.
+    /// Number of players; they are the first movable bodies.
     pub players: usize,
     size: DVec2,
     acceleration: f64,
     pulls: bool,
     blasts: bool,
-    /// Ticks in which players do nothing, from this one of those played on.
+    /// Tick, of those that count, from which players do nothing.
     rest_from: u32,
     draws: Mulberry,
-    hands: Vec<(u32, DVec2)>,
+    steering: Vec<(u32, DVec2)>,
     tick: u32,
 }
 
-/// All scenes, made anew.
+/// Constructors of all scenes.
 pub const SCENES: [fn() -> Script; 4] = [flock, pile, still, crowd];
 
-/// Statics of a container.
+/// Static bodies of a container.
 const WALLS: usize = 4;
 
 impl Script {
@@ -75,7 +74,7 @@ impl Script {
             blasts: false,
             rest_from: u32::MAX,
             draws: Mulberry(seed),
-            hands: Vec::new(),
+            steering: Vec::new(),
             tick: 0,
         }
     }
@@ -83,7 +82,7 @@ impl Script {
     fn player(&mut self, x: f64, y: f64, density: f64, damping: f64) {
         let shape = Shape::Circle { radius: 2.0 };
         self.add(Body::new(shape, x, y).of_mass(density * shape.area()), damping);
-        self.hands.push((0, DVec2::ZERO));
+        self.steering.push((0, DVec2::ZERO));
         self.players += 1;
     }
 
@@ -95,49 +94,50 @@ impl Script {
     /// Rows of boxes of half-size 0.5, two units apart.
     fn boxes(&mut self, count: u32, columns: u32, corner: DVec2) {
         for i in 0..count {
-            let place = corner + 2.0 * DVec2::new(f64::from(i % columns), f64::from(i / columns));
-            self.add(Body::new(Shape::rect(0.5, 0.5), place.x, place.y), 2.0);
+            let position =
+                corner + 2.0 * DVec2::new(f64::from(i % columns), f64::from(i / columns));
+            self.add(Body::new(Shape::rect(0.5, 0.5), position.x, position.y), 2.0);
         }
     }
 
-    /// Bodies that move, in order.
+    /// Indices of the movable bodies.
     pub fn moving(&self) -> std::ops::Range<usize> {
         WALLS..self.scene.bodies.len()
     }
 
-    /// Does what the players do, then plays a tick.
+    /// Acts for the players, then plays a tick.
     pub fn play(&mut self, crowd: &mut dyn Crowd) {
-        let places: Vec<DVec2> = self.moving().map(|body| crowd.state(body).position).collect();
+        let positions: Vec<DVec2> = self.moving().map(|body| crowd.state(body).position).collect();
         if self.tick < self.rest_from {
             for player in 0..self.players {
-                self.steer(player, &places, crowd);
+                self.steer(player, &positions, crowd);
             }
         }
         let counted = self.tick.checked_sub(self.ticks[0]).map(|tick| tick + 1);
         if self.blasts && counted.is_some_and(|tick| tick % BLAST_TICKS == BLAST_TICKS / 2) {
             let x = self.size.x * self.draws.range(0.1, 0.9);
             let center = DVec2::new(x, self.draws.range(1.0, 15.0));
-            push(&places, center, BLAST_REACH, crowd, |share| BLAST * (1.0 - share));
+            push(&positions, center, BLAST_REACH, crowd, |share| BLAST * (1.0 - share));
         }
         crowd.step();
         self.tick += 1;
     }
 
-    fn steer(&mut self, player: usize, places: &[DVec2], crowd: &mut dyn Crowd) {
-        let (timer, _) = self.hands[player];
+    fn steer(&mut self, player: usize, positions: &[DVec2], crowd: &mut dyn Crowd) {
+        let (timer, _) = self.steering[player];
         if timer == 0 {
             let wait = 12 + (36.0 * self.draws.unit()) as u32;
             let mut turn = || f64::from((3.0 * self.draws.unit()) as u32) - 1.0;
             let turned = DVec2::new(turn(), turn());
-            self.hands[player] = (wait, turned);
+            self.steering[player] = (wait, turned);
         }
-        self.hands[player].0 -= 1;
-        let way = self.inward(places[player], self.hands[player].1);
-        crowd.kick(WALLS + player, way * self.acceleration * TICK_S);
+        self.steering[player].0 -= 1;
+        let direction = self.inward(positions[player], self.steering[player].1);
+        crowd.kick(WALLS + player, direction * self.acceleration * TICK_S);
         if self.pulls && self.tick / PULL_TICKS % 2 == 1 {
-            let others = &places[self.players..];
-            for (index, place) in others.iter().enumerate() {
-                let away = places[player] - *place;
+            let others = &positions[self.players..];
+            for (index, position) in others.iter().enumerate() {
+                let away = positions[player] - *position;
                 if away.length() <= PULL_REACH && away != DVec2::ZERO {
                     let pull = away.normalize() * PULL * TICK_S;
                     crowd.kick(WALLS + self.players + index, pull);
@@ -146,35 +146,35 @@ impl Script {
         }
     }
 
-    /// Near a wall a player turns back; in a side view one may stay low.
-    fn inward(&self, place: DVec2, way: DVec2) -> DVec2 {
-        let share = place / self.size;
-        let along = |share: f64, low: f64, way: f64| match share {
+    /// Turns a player back near a wall; in a side view players may stay low.
+    fn inward(&self, position: DVec2, direction: DVec2) -> DVec2 {
+        let share = position / self.size;
+        let along = |share: f64, low: f64, direction: f64| match share {
             share if share < low => 1.0,
             share if share > 0.85 => -1.0,
-            _ => way,
+            _ => direction,
         };
         let side_view = self.scene.gravity.y != 0.0;
         let low = if side_view { 0.3 } else { 0.15 };
-        let y = if side_view && share.y < low && way.y <= 0.0 {
-            way.y
+        let y = if side_view && share.y < low && direction.y <= 0.0 {
+            direction.y
         } else {
-            along(share.y, low, way.y)
+            along(share.y, low, direction.y)
         };
-        DVec2::new(along(share.x, 0.15, way.x), y)
+        DVec2::new(along(share.x, 0.15, direction.x), y)
     }
 }
 
-/// Gives bodies within `reach` of a centre a speed away from it.
+/// Gives bodies within `reach` of a centre a velocity away from it.
 fn push(
-    places: &[DVec2],
+    positions: &[DVec2],
     center: DVec2,
     reach: f64,
     crowd: &mut dyn Crowd,
     speed: impl Fn(f64) -> f64,
 ) {
-    for (index, place) in places.iter().enumerate() {
-        let away = *place - center;
+    for (index, position) in positions.iter().enumerate() {
+        let away = *position - center;
         if away.length() < reach && away != DVec2::ZERO {
             crowd.kick(WALLS + index, away.normalize() * speed(away.length() / reach));
         }

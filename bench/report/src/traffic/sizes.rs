@@ -1,5 +1,5 @@
-//! What recorded scenes cost as they are coded now, as a table of text; the one in `tests/goldens` is
-//! how it was, and no number may grow by more than [`GROWTH_MAX`] beyond it.
+//! Sizes of recorded scenes with the present codec, as a table of text. The one in `tests/goldens`
+//! holds the accepted sizes; no size may differ from it by more than [`GROWTH_MAX`].
 
 use super::measure::{Scale, Traffic};
 use super::recording::Recording;
@@ -7,16 +7,16 @@ use anyhow::{Context, Result, ensure};
 use std::fs;
 use std::path::Path;
 
-/// Share by which a size may differ from the golden one, either way.
+/// Share by which a size may differ from the golden one, in either direction.
 pub const GROWTH_MAX: f64 = 0.02;
-/// How the golden table is written anew.
+/// The command that updates the golden table.
 pub const RENEW: &str = "in bench: cargo run --release --bin traffic -- sizes --renew";
 
 /// Directory of the recordings and the golden table, from the root of the workspace.
 pub const GOLDENS: &str = "tests/goldens/traffic";
-/// The table's file there.
+/// Name of the table's file.
 pub const TABLE: &str = "sizes.txt";
-/// Ending of the recordings there.
+/// Extension of the recordings.
 pub const ENDING: &str = "recording";
 
 const HEAD: &str = "\
@@ -26,7 +26,7 @@ const HEAD: &str = "\
 # scene-engine Hz | payload B/s | bits a moved body | message B: p50 | p99 | max
 ";
 
-/// The recordings' rows in the order of their names, three rates each.
+/// Rows of the recordings in the order of their names, with three rates each.
 pub fn measure(dir: &Path) -> Result<String> {
     let entries = fs::read_dir(dir).with_context(|| format!("no {}", dir.display()))?;
     let mut paths = entries
@@ -46,7 +46,7 @@ pub fn measure(dir: &Path) -> Result<String> {
     Ok(table)
 }
 
-/// What clients of 60, 20 and 5 Hz get.
+/// Traffic of clients at 60, 20 and 5 Hz.
 pub fn weigh(recording: &Recording) -> Vec<Traffic> {
     let mut scale = Scale::new(&[60, 20, 5]);
     recording.snapshots().for_each(|snapshot| scale.weigh(&snapshot));
@@ -64,14 +64,14 @@ fn row(name: &str, traffic: &Traffic) -> String {
 struct Row {
     /// Scene, engine and rate.
     name: String,
-    /// In the order of [`COLUMNS`].
+    /// Sizes in the order of [`COLUMNS`].
     sizes: Vec<f64>,
 }
 
 const COLUMNS: [&str; 5] = ["payload", "bits a moved body", "p50", "p99", "longest message"];
 
-/// Every number that is further from the golden table's than it may be, in words; an error if the
-/// tables have other rows. Sizes that shrank are told too, so that the gain is kept.
+/// A sentence for every number that differs from the golden table by more than allowed; an error if
+/// the tables have different rows. Sizes that shrank are reported too, so that the gain is kept.
 pub fn differences(golden: &str, now: &str) -> Result<Vec<String>> {
     let (golden, now) = (rows(golden)?, rows(now)?);
     let names = |rows: &[Row]| rows.iter().map(|row| row.name.clone()).collect::<Vec<_>>();

@@ -1,5 +1,5 @@
 //! Random trials by the million, each a function of (seed, number) alone: any of them can be played
-//! again by itself, and a long run goes on where it was stopped.
+//! again by itself, and a stopped run can be continued.
 
 pub mod scenes;
 pub mod shots;
@@ -9,63 +9,64 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-/// Trials whose failures are printed; the others are only counted.
+/// Number of failed trials that are printed; others are only counted.
 const PRINTED_MAX: u64 = 50;
-/// Between two lines of progress.
+/// Interval between two lines of progress.
 const PROGRESS: Duration = Duration::from_secs(5);
 
 /// Which trials to run.
 #[derive(Clone, Debug, Parser)]
 pub struct Arguments {
-    /// Which sequence of trials
+    /// Seed of the sequence of trials
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Number of the first trial; to go on after an interruption, the last number shown
+    /// Number of the first trial; to continue after an interruption, the last number shown
     #[arg(long, default_value_t = 0)]
     pub from: u64,
-    /// How many
+    /// Number of trials
     #[arg(long, default_value_t = 10_000)]
     pub count: u64,
 }
 
-/// What a trial gave.
+/// Result of a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// What kind of trial it was.
+    /// Kind of the trial.
     pub kind: &'static str,
-    /// What went wrong, with figures; `None` if nothing did.
+    /// The failure with figures, if any.
     pub failure: Option<Failure>,
-    /// How deep a body was pressed into a wall beyond what counts, in its half-sizes; 0 if none was.
+    /// How deep a body was pressed into a wall beyond what is allowed, in its half-sizes; 0 if none
+    /// was.
     pub pressed: f64,
 }
 
-/// Something that must not happen.
+/// A failure.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
-    /// The sort, for the table.
+    /// Its sort, for the table.
     pub sort: &'static str,
-    /// Where and how much.
+    /// Details.
     pub detail: String,
 }
 
 /// Trials and failures of a kind.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// How many were tried.
+    /// Number of trials.
     pub trials: u64,
-    /// How many failed, by sort.
+    /// Number of failures, by sort.
     pub failures: BTreeMap<&'static str, u64>,
-    /// In how many a body was pressed into a wall, which is no failure.
+    /// Number of trials in which a body was pressed into a wall, which is no failure.
     pub pressed: u64,
-    /// The deepest, in half-sizes.
+    /// The deepest of these, in half-sizes.
     pub deepest: f64,
 }
 
-/// By kind.
+/// Tallies by kind.
 pub type Tallies = BTreeMap<&'static str, Tally>;
 
-/// Runs trials one after the other, shows how far it is and every failure with the way to play it
-/// again, and returns the count by kind.
+/// Runs trials one after another, prints progress and every failure with the command that plays it
+/// again, and returns the tallies by kind.
 pub fn run(name: &str, arguments: &Arguments, trial: fn(u64, u64) -> Verdict) -> Tallies {
     let Arguments { seed, from, count } = *arguments;
     let mut tallies = Tallies::new();
@@ -105,7 +106,7 @@ fn show(line: &str) {
     let _ = out.flush();
 }
 
-/// Prints the table; whether nothing failed.
+/// Prints the table; returns whether there was no failure.
 pub fn conclude(tallies: &Tallies) -> bool {
     let mut good = true;
     for (kind, tally) in tallies {

@@ -20,11 +20,11 @@ use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Shape, Solver, Vec2, World};
 
 const STEPS: u32 = 60;
 const BODIES_MAX: u32 = 30;
-/// Share of a coordinate that some dozens of operations in f32 may lose.
+/// Share of a coordinate that some dozens of f32 operations may lose.
 const ROUNDING: f64 = 4e-6;
 const GAIN_MAX: f64 = 1e-3;
 const SLOP: f64 = 0.005;
-/// Side of a cell, one for each body, over the size of the largest: 1.3^-2 is 59 %.
+/// Side of a cell, one for each body, relative to the size of the largest: 1.3^-2 is 59 %.
 const CELL_MIN: f32 = 1.3;
 
 const KINDS: [&str; 4] = ["apart", "apart, no gravity", "at one point, no gravity", "relaxation"];
@@ -43,7 +43,7 @@ pub fn trial(seed: u64, number: u64) -> Verdict {
     Verdict { kind: KINDS[kind], failure, pressed: container.pressed }
 }
 
-/// A uniform exponent.
+/// A number with a uniformly distributed exponent.
 fn spread(rng: &mut Rng, low: f32, high: f32) -> f32 {
     10f32.powf(rng.range(low.log10(), high.log10()))
 }
@@ -51,10 +51,10 @@ fn spread(rng: &mut Rng, low: f32, high: f32) -> f32 {
 struct Container {
     world: World,
     bodies: Vec<BodyId>,
-    /// From (0, 0) to this.
+    /// The container spans (0, 0) to this.
     side: f32,
     gravity: f32,
-    /// The deepest that a body was in a wall, in its half-sizes, beyond what counts.
+    /// How deep any body was in a wall, in its half-sizes, beyond what is allowed.
     pressed: f64,
 }
 
@@ -99,7 +99,7 @@ impl Container {
         it
     }
 
-    /// Four walls as thick as the room.
+    /// Adds four walls as thick as the room.
     fn close(&mut self, rng: &mut Rng) {
         let (side, def) = (self.side, body(rng, 1.0, 1.0, 0.0));
         for (x, y) in [(-0.5, 0.5), (1.5, 0.5), (0.5, -0.5), (0.5, 1.5)] {
@@ -146,7 +146,7 @@ impl Container {
         self.world.contains(id) && self.beyond(id, Vec2::ZERO).max_element() <= self.counts()
     }
 
-    /// Looks at how deep bodies are in the walls.
+    /// Measures how deep bodies are in the walls.
     fn measure(&mut self) {
         for &id in &self.bodies {
             let half = self.world.shape(id).half_extent();
@@ -159,7 +159,7 @@ impl Container {
         }
     }
 
-    /// What of a wall's depth is neither slop nor rounding begins here, world units.
+    /// Depth in a wall, in world units, above which it is neither slop nor rounding.
     fn counts(&self) -> f32 {
         (2.0 * SLOP + f64::from(self.side) * ROUNDING) as f32
     }
@@ -182,7 +182,7 @@ impl Container {
             .sum()
     }
 
-    /// What is rounding.
+    /// The effect of rounding.
     fn floor(&self) -> f64 {
         let masses = self.bodies.iter().map(|&id| 1.0 / f64::from(self.world.inverse_mass(id)));
         let height = 2.0 * SLOP + f64::from(self.side) * ROUNDING;
@@ -209,8 +209,8 @@ mod tests {
     use super::super::{Arguments, run};
     use super::*;
 
-    /// Not evidence of the rate, which is a few failures in 100,000 at most (docs/development.md), but a
-    /// guard: of the first 300 none fails.
+    /// A guard: none of the first 300 scenes fails. It is no evidence of the rate, which is a few
+    /// failures in 100,000 at most (docs/development.md).
     #[test]
     fn of_the_first_300_none_escapes_or_gains_or_stops_being_a_number() {
         let tallies = run("scenes", &Arguments { seed: 1, from: 0, count: 300 }, trial);
@@ -220,8 +220,8 @@ mod tests {
         }
     }
 
-    /// Numbers of scenes that failed once, for seeds 1 and 2: rooms smaller than what gravity does in a
-    /// step, but for a few.
+    /// Numbers of scenes that failed once, for seeds 1 and 2: nearly all of them are rooms smaller
+    /// than the speed that gravity adds in a step.
     const FAILED_ONCE: [(u64, &[u64]); 2] = [
         (
             1,

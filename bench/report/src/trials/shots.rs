@@ -14,15 +14,15 @@ use jostle_sim::Rng;
 use jostle_sim::WorldSettings;
 use jostle_sim::{BodyDef, BodyId, Motion, Shape, Solver, Vec2, World};
 
-/// Steps that a shot lasts: it starts at most one and a half away.
+/// Steps of a shot: it starts at a distance of at most one and a half.
 const STEPS: u32 = 4;
 /// How deep a line may enter: the slop and half of it, and for boxes, which pass corner to corner,
-/// a quarter more than what they may overlap there.
+/// a quarter more than they may overlap there.
 const ENTER_MAX: f64 = 0.0075;
 const ENTER_CORNER_MAX: f64 = 0.0125;
-/// How deep two bodies may be in each other that are pressed against a wall in the same step.
+/// How deep two bodies may overlap if they are pressed against a wall in the same step.
 const OVERLAP_MAX: f64 = 0.05;
-/// A line that keeps clear by this much, and by this share of the coordinates, is a miss.
+/// A line that keeps this distance, and this share of the coordinates, is a miss.
 const CLEAR_MIN: f64 = 1e-3;
 /// Change of a velocity that counts as none, as a share of the speed.
 const STEADY: f32 = 1e-6;
@@ -45,7 +45,7 @@ pub fn trial(seed: u64, number: u64) -> Verdict {
     Verdict { kind: KINDS[which], failure: shot.fire(), pressed: 0.0 }
 }
 
-/// A uniform exponent.
+/// A number with a uniformly distributed exponent.
 fn spread(rng: &mut Rng, low: f32, high: f32) -> f32 {
     let exponent = rng.range(low.log10(), high.log10());
     10f32.powf(exponent)
@@ -71,8 +71,8 @@ impl Shot {
         let mut shot = Shot { world: World::new(settings), bodies: Vec::new() };
         let bullet = bullet(rng);
         let speed = spread(rng, 10.0, 1e4);
-        let place = Vec2::new(rng.range(-100.0, 100.0), rng.range(-100.0, 100.0));
-        let targets = targets(rng, which, place, speed);
+        let position = Vec2::new(rng.range(-100.0, 100.0), rng.range(-100.0, 100.0));
+        let targets = targets(rng, which, position, speed);
         let aimed = targets[0];
         let aim = aim(rng, which, &aimed);
         let heading = turned(rng);
@@ -94,11 +94,11 @@ impl Shot {
     }
 
     fn add(&mut self, def: BodyDef) {
-        // The order of the ids must not matter: half of the shots have the bullet last.
+        // The order of the ids must not matter: in half of the shots the bullet is last.
         self.bodies.push(self.world.add(&def).expect("a shot has few bodies"));
     }
 
-    /// Steps the world and looks at all pairs after each.
+    /// Steps the world and checks all pairs after each step.
     fn fire(&mut self) -> Option<Failure> {
         let pairs = self.pairs();
         let before: Vec<Vec2> = self.bodies.iter().map(|&id| self.world.velocity(id)).collect();
@@ -110,7 +110,8 @@ impl Shot {
                 return Some(Failure { sort: "lost", detail: format!("in step {step}") });
             }
             for (&(a, b), &start) in pairs.iter().zip(&starts) {
-                // Bodies between others may turn around each other: only their end tells.
+                // Bodies between others may be deflected repeatedly: only their final position
+                // counts.
                 let end = self.offset(a, b);
                 let free = pairs.len() > 2 && (a, b) == (0, 1);
                 let start = if free { end } else { start };
@@ -132,7 +133,7 @@ impl Shot {
         None
     }
 
-    /// Pairs of which one can be pushed.
+    /// Pairs of which at least one body is movable.
     fn pairs(&self) -> Vec<(usize, usize)> {
         let movable = |i: usize| self.world.inverse_mass(self.bodies[i]) > 0.0;
         let all = (0..self.bodies.len()).flat_map(|a| (0..a).map(move |b| (b, a)));
@@ -144,11 +145,11 @@ impl Shot {
     }
 
     fn offset(&self, a: usize, b: usize) -> DVec2 {
-        let place = |body: usize| self.world.position(self.bodies[body]).as_dvec2();
-        place(b) - place(a)
+        let position = |body: usize| self.world.position(self.bodies[body]).as_dvec2();
+        position(b) - position(a)
     }
 
-    /// Whether two keep clear of each other if nothing stops them.
+    /// Whether two bodies miss each other if nothing stops them.
     fn misses(&self, a: usize, b: usize) -> bool {
         let velocity = |body: usize| self.world.velocity(self.bodies[body]).as_dvec2();
         let start = self.offset(a, b);
@@ -175,8 +176,8 @@ fn allowed(a: crate::scene::Shape, b: crate::scene::Shape) -> f64 {
     if matches!((a, b), (Box { .. }, Box { .. })) { ENTER_CORNER_MAX } else { ENTER_MAX }
 }
 
-/// How deep b enters a on a straight line: the overlap of convex shapes is concave along it, so
-/// halving the interval by thirds finds the largest.
+/// How deep b enters a on a straight line: the overlap of convex shapes is concave along it, so a
+/// ternary search finds the largest.
 fn deepest(a: crate::scene::Shape, b: crate::scene::Shape, from: DVec2, to: DVec2) -> f64 {
     let at = |share: f64| overlap(a, DVec2::ZERO, b, from.lerp(to, share));
     let (mut low, mut high) = (0.0, 1.0);
@@ -211,41 +212,41 @@ fn wall(rng: &mut Rng, position: Vec2) -> BodyDef {
     BodyDef { shape, position, motion: Motion::Static, ..material }
 }
 
-/// What stands in the way; the first one is aimed at.
-fn targets(rng: &mut Rng, which: usize, place: Vec2, speed: f32) -> Vec<BodyDef> {
-    let wall = wall(rng, place);
-    // Together at most the fastest that a body may be.
+/// The targets; the first one is aimed at.
+fn targets(rng: &mut Rng, which: usize, position: Vec2, speed: f32) -> Vec<BodyDef> {
+    let wall = wall(rng, position);
+    // Both speeds together are at most the largest allowed speed.
     let velocity = turned(rng) * rng.range(0.0, speed.min(1e4 - speed));
     match which {
         0 => vec![wall],
         1 => vec![BodyDef { motion: Motion::Kinematic, velocity, ..wall }],
         2 => vec![BodyDef { motion: Motion::Dynamic, velocity, ..wall }],
-        3 => vec![BodyDef { position: place, velocity, ..bullet(rng) }],
+        3 => vec![BodyDef { position, velocity, ..bullet(rng) }],
         4 => {
             let (width, height) = (spread(rng, 0.01, 5.0), spread(rng, 0.01, 5.0));
             vec![BodyDef { shape: Shape::rect(width, height), ..wall }]
         }
         5 => {
-            // The second wall ends on the first one, off its middle.
+            // The second wall ends on the first one, away from its middle.
             let Shape::Box { half } = wall.shape else { unreachable!("walls are boxes") };
             let along = if half.x > half.y { Vec2::X } else { Vec2::Y };
             let (across, length) = (along.perp(), spread(rng, 1.0, 20.0));
             let thick = spread(rng, 0.01, 0.1);
             let size = (along.abs() * thick + across.abs() * length).abs();
-            let at = place
+            let at = position
                 + along * half.dot(along) * rng.range(-0.8, 0.8)
                 + across * (half.dot(across.abs()) + length / 2.0);
             let second = BodyDef { shape: Shape::rect(size.x, size.y), position: at, ..wall };
             vec![second, wall]
         }
         _ => {
-            // So long that nothing gets around it.
+            // Long enough that nothing gets around it.
             let Shape::Box { half } = wall.shape else { unreachable!("walls are boxes") };
             let size = if half.x > half.y { (1e3, 2.0 * half.y) } else { (2.0 * half.x, 1e3) };
             let wall = BodyDef { shape: Shape::rect(size.0, size.1), ..wall };
             let body = bullet(rng);
             let away = turned(rng) * rng.range(0.0, 0.3);
-            let mut position = place + away;
+            let mut position = position + away;
             while entered(&BodyDef { position, ..body }, &wall) > -1e-3 {
                 position += away * 0.1 + Vec2::new(0.01, 0.01);
             }
@@ -254,7 +255,7 @@ fn targets(rng: &mut Rng, which: usize, place: Vec2, speed: f32) -> Vec<BodyDef>
     }
 }
 
-/// A point of the target, of a block near its corner.
+/// A point of the target, or of a block near its corner.
 fn aim(rng: &mut Rng, which: usize, target: &BodyDef) -> Vec2 {
     let half = target.shape.half_extent();
     let unit = Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
@@ -278,7 +279,7 @@ mod tests {
         let arguments = super::super::Arguments { seed: 1, from: 0, count: 5000 };
         let tallies: Tallies = run("shots", &arguments, trial);
         assert_eq!(tallies.len(), KINDS.len());
-        // A body that is squeezed between a bullet and a wall gives way once in a thousand.
+        // A body squeezed between a bullet and a wall gives way once in a thousand shots.
         for (kind, tally) in tallies.iter().filter(|(kind, _)| **kind != KINDS[6]) {
             assert!(tally.failures.is_empty(), "{kind}: {tally:?}");
         }

@@ -1,4 +1,4 @@
-//! Bytes that games send a tick: without a feature, with it unused, and with it used.
+//! Bytes that games send per tick: without a feature, with the feature unused, and with it used.
 
 use anyhow::{Result, anyhow};
 use jostle_game::scene::Plan;
@@ -8,23 +8,23 @@ use jostle_room::{Rate, Room};
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
-/// Bytes a tick for one player.
+/// Bytes per tick for one player.
 #[derive(Clone, Debug)]
 pub struct Bytes {
-    /// What the scene has or lacks.
+    /// Name of the feature.
     pub feature: &'static str,
-    /// Where the scene lacks it.
+    /// In a scene without it.
     pub lacking: f64,
-    /// Where it has it and nobody uses it; `None` where it works by itself.
+    /// In a scene with it, while it is unused; `None` if it works by itself.
     pub unused: Option<f64>,
-    /// Where it is used.
+    /// While it is used.
     pub used: f64,
-    /// Whether the page needs what draws particles.
+    /// Whether the page needs the pipeline of particles.
     pub draws_particles: bool,
 }
 
 const TICKS: u32 = 600;
-/// A hero on a floor; what is compared comes after it.
+/// A hero on a floor; the compared features come after it.
 const FLOOR: &str = r#"
 title = "Floor"
 size = [200, 112.5]
@@ -34,14 +34,14 @@ hero = { spawns = [[40, 20]] }
 "#;
 const GROUND: &str = "[[bodies]]\nkind = \"wall\"\nposition = [100, -5]\nsize = [400, 20]\n";
 
-/// A feature on the wire: what a scene says to have it, and what is pressed to use it.
+/// A feature on the wire: its text in a scene file, and the buttons that use it.
 struct Sent {
     name: &'static str,
     top: &'static str,
     bodies: &'static str,
-    /// The tick's buttons of the one player.
+    /// The player's buttons.
     pressed: Buttons,
-    /// Whether it works by itself: then it can not be there and unused.
+    /// Whether it works by itself, so that it cannot be present and unused.
     by_itself: bool,
 }
 
@@ -96,7 +96,7 @@ pub fn measure() -> Result<Vec<Bytes>> {
     SENT.iter().map(of).collect()
 }
 
-/// The floor with more in it.
+/// The floor with additions.
 fn scene(top: &str, bodies: &str) -> Result<Scene> {
     let text = format!("{top}\n{FLOOR}\n{GROUND}{bodies}");
     Ok(Scene::parse("costs.toml", &text)?)
@@ -110,7 +110,7 @@ fn played(top: &str, bodies: &str, pressed: Buttons) -> Result<f64> {
     let (subscriber, _) = room.subscribe(Rate::Full);
     let mut sum = 0;
     for tick in 1..=TICKS {
-        // Up and down again: a tool that acts on a press acts every second time.
+        // Pressed and released in turns: a tool that acts on a press acts every second tick.
         let buttons = if tick % 2 == 0 { pressed } else { Buttons(0) };
         room.input(Seat(0), tick, Input { buttons, pointer: Some(Vec2::new(150.0, 60.0)) });
         room.tick();

@@ -44,12 +44,12 @@ async fn without_descriptors_players_play_on_and_others_wait() {
     for _ in 0..2 * DESCRIPTORS {
         idle.push(TcpStream::connect(process.address).await.expect("a place in the queue"));
     }
-    let told = || {
+    let logged = || {
         let text = std::fs::read_to_string(&log).expect("a log");
         text.lines().filter(|line| line.contains("cannot accept")).count()
     };
     let exhausted = async {
-        while told() == 0 {
+        while logged() == 0 {
             sleep(Duration::from_millis(20)).await;
         }
     };
@@ -57,7 +57,7 @@ async fn without_descriptors_players_play_on_and_others_wait() {
     ann.goes_on().await;
     // Time for some more attempts.
     sleep(5 * ACCEPT_RETRY).await;
-    assert_eq!(told(), 1, "it is told once and not with every attempt");
+    assert_eq!(logged(), 1, "it is logged once and not with every attempt");
 
     drop(idle);
     let mut bob = Client::join(process.address, "arena", "Bob").await;

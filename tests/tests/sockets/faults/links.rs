@@ -147,8 +147,8 @@ pub async fn far_away(server: SocketAddr) -> SocketAddr {
 }
 
 /// A port that forwards one connection to `server` through a buffering proxy, which accepts
-/// everything that the server sends and, while told to, holds it back.
-async fn hoarder(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
+/// everything that the server sends and holds it back on command.
+async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
     let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = listener.local_addr().expect("a bound port");
     let (hold, mut held) = watch::channel(false);
@@ -179,12 +179,12 @@ async fn hoarder(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>) {
 }
 
 /// A client behind a buffering proxy, after it has played for a while.
-async fn behind_a_hoarder(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
+async fn behind_a_buffering_proxy(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
     let waits = Waits { hearing, ..Waits::default() };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;
-    let (address, hold) = hoarder(server.address).await;
+    let (address, hold) = buffering_proxy(server.address).await;
     let mut far = Client::join(address, "restless", "Far").await;
     while far.seq < 30 {
         far.is_heard().await;
@@ -194,7 +194,7 @@ async fn behind_a_hoarder(hearing: Duration) -> (Server, Client, watch::Sender<b
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn bytes_buffered_on_the_way_lower_the_rate() {
-    let (server, mut far, hold) = behind_a_hoarder(LONG).await;
+    let (server, mut far, hold) = behind_a_buffering_proxy(LONG).await;
     hold.send_replace(true);
     let lowered = async {
         // It receives nothing new, and its inputs say so.
@@ -212,7 +212,7 @@ async fn bytes_buffered_on_the_way_lower_the_rate() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_whose_bytes_are_buffered_for_too_long_is_closed() {
-    let (server, mut far, hold) = behind_a_hoarder(Duration::from_secs(3)).await;
+    let (server, mut far, hold) = behind_a_buffering_proxy(Duration::from_secs(3)).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     hold.send_replace(true);
     let silenced = async {

@@ -145,7 +145,7 @@ pub async fn foreign_page(stage: &Stage) {
 }
 
 /// Row 16: pointers that are no position.
-pub async fn no_place(stage: &Stage) {
+pub async fn invalid_pointers(stage: &Stage) {
     for x in [f32::NAN, f32::INFINITY, f32::MAX, -1.1e6] {
         let mut guest = stage.join(ROOM, "Nowhere").await;
         // An input ends with the pointer.

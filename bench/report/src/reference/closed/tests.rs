@@ -1,6 +1,6 @@
 use super::*;
 
-/// Runge-Kutta of order 4 for one number pair (x, v): shares nothing with the closed forms.
+/// Runge-Kutta of order 4 for a number pair (x, v): shares nothing with the closed forms.
 fn integrate(acceleration: impl Fn(f64) -> f64, mut x: f64, mut v: f64, t: f64) -> (f64, f64) {
     let steps = 4000;
     let h = t / f64::from(steps);
@@ -24,9 +24,9 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 fn drags_agree_with_runge_kutta_and_with_each_other_where_drag_vanishes() {
     let (x, v) = integrate(|v| -50.0 - 2.0 * v, 0.0, 40.0, 3.0);
     let start = DVec2::ZERO;
-    let (place, velocity) =
+    let (position, velocity) =
         linear_drag(start, DVec2::new(0.0, 40.0), DVec2::new(0.0, -50.0), 2.0, 3.0);
-    close(place.y, x, 1e-9);
+    close(position.y, x, 1e-9);
     close(velocity.y, v, 1e-9);
     let (x, v) = integrate(|v| 50.0 - 0.05 * v * v, 0.0, 0.0, 3.0);
     let (way, speed) = quadratic_fall(50.0, 0.05, 3.0);
@@ -42,7 +42,7 @@ fn drags_agree_with_runge_kutta_and_with_each_other_where_drag_vanishes() {
 fn a_ball_bounces_at_the_right_times_and_heights() {
     let first = (2.0 * 20.0 / 50.0f64).sqrt();
     close(bounce(20.0, 50.0, 0.5, first), 0.0, 1e-9);
-    // The next top is reached e t1 later and is e^2 h high.
+    // The next peak is e t1 later and e^2 h high.
     close(bounce(20.0, 50.0, 0.5, first * 1.5), 5.0, 1e-9);
     close(bounce(20.0, 50.0, 1.0, first * 6.0), 20.0, 1e-9);
     // Zeno: t1 + 2 t1 e / (1 - e) = 3 t1 for e = 1/2.
@@ -64,8 +64,8 @@ fn collisions_keep_momentum_and_the_law_of_restitution() {
         let after = collision(masses, before, normal, restitution, friction);
         let momentum = |v: [DVec2; 2]| v[0] * masses[0] + v[1] * masses[1];
         close(momentum(after).distance(momentum(before)), 0.0, 1e-12);
-        let gap = |v: [DVec2; 2]| (v[1] - v[0]).dot(normal);
-        close(gap(after), -restitution * gap(before), 1e-12);
+        let normal_velocity = |v: [DVec2; 2]| (v[1] - v[0]).dot(normal);
+        close(normal_velocity(after), -restitution * normal_velocity(before), 1e-12);
     }
     let apart = [DVec2::NEG_X, DVec2::X];
     assert_eq!(collision(masses, apart, DVec2::X, 1.0, 1.0), apart);

@@ -15,8 +15,13 @@ fn random(seed: u32, count: usize, contacts: usize) -> Program {
             ((draws.unit() * count as f64) as usize, (draws.unit() * count as f64) as usize);
         let turn = draws.range(0.0, 6.3);
         if a != b {
-            let least = draws.range(-0.2, 0.0);
-            program.contacts.push(Contact { a, b, normal: DVec2::from_angle(turn), least });
+            let min_normal_velocity = draws.range(-0.2, 0.0);
+            program.contacts.push(Contact {
+                a,
+                b,
+                normal: DVec2::from_angle(turn),
+                min_normal_velocity,
+            });
         }
     }
     program
@@ -35,7 +40,7 @@ fn two_methods_agree_and_meet_the_optimality_conditions() {
     }
 }
 
-/// All ways to cut the sequence into blocks of one mean; the best feasible one is the answer.
+/// All ways to divide the sequence into blocks with one mean; the best feasible one is the answer.
 fn brute_force(values: &[f64], weights: &[f64]) -> Vec<f64> {
     let count = values.len();
     let mut best: Option<(f64, Vec<f64>)> = None;
@@ -79,7 +84,8 @@ fn pava_agrees_with_brute_force() {
 fn pava_and_the_program_agree_on_a_chain() {
     let masses = [f64::INFINITY, 1.0, 30.0, 0.2, 5.0, 1.0];
     let speeds = [0.0, -1.0, -3.0, 2.0, -0.5, -0.4];
-    let contacts = (0..5).map(|a| Contact { a, b: a + 1, normal: DVec2::Y, least: 0.0 });
+    let contacts =
+        (0..5).map(|a| Contact { a, b: a + 1, normal: DVec2::Y, min_normal_velocity: 0.0 });
     let program = Program {
         inverse_masses: masses.iter().map(|mass| 1.0 / mass).collect(),
         free: speeds.iter().map(|&speed| DVec2::new(0.0, speed)).collect(),
