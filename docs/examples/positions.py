@@ -1,7 +1,7 @@
-"""Joins a room and prints where its bodies are: python3 positions.py HOST:PORT ROOM
+"""Joins a room and prints the positions of its bodies: python3 positions.py HOST:PORT ROOM
 
-Needs Python 3.11 and nothing else. One look: the keyframe that follows the welcome. For what
-happens then, see stream.py.
+Needs Python 3.11 and nothing else. It reads only the keyframe that follows the welcome; stream.py
+reads on.
 """
 import io, socket, struct, sys, tomllib
 
@@ -13,7 +13,7 @@ wire.write(f"GET /{room} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgr
 hello = struct.pack("<BHB", 0, 3, 6) + b"Python" + bytes(3)  # version 3, a name, colour 0, no tokens
 wire.write(bytes([0x82, 0x80 | len(hello)]) + bytes(4) + hello)  # a frame, masked with zeros
 wire.flush()
-while len(wire.readline()) > 2: pass  # the answer's headers
+while len(wire.readline()) > 2: pass  # the response headers
 
 def message():
     _opcode, size = wire.read(2)

@@ -1,7 +1,7 @@
-"""Follows a room, a line of JSON a snapshot: python3 stream.py HOST:PORT ROOM [SNAPSHOTS]
+"""Follows a room, one line of JSON per snapshot: python3 stream.py HOST:PORT ROOM [SNAPSHOTS]
 
-Needs Python 3.11 and nothing else. It reads what positions need: deaths, moves, births, and of the
-players who has a pointer, for pointers move too. What comes after the players is left unread.
+Needs Python 3.11 and nothing else. It reads what positions depend on: deaths, moves, births, and which
+players have a pointer, since pointers move too. The sections after the players are not read.
 """
 import base64, itertools, json, os, socket, struct, sys, tomllib
 
@@ -10,7 +10,7 @@ LIMIT = 2 ** 24  # quanta
 # The socket.
 
 def connect(host, room):
-    """The upgrade of RFC 6455; the answer's headers are skipped."""
+    """Upgrades as in RFC 6455; the response headers are skipped."""
     name, port = host.rsplit(":", 1)
     wire = socket.create_connection((name, int(port))).makefile("rwb")
     key = base64.b64encode(os.urandom(16)).decode()
@@ -23,12 +23,12 @@ def connect(host, room):
     return wire
 
 def send(wire, payload, opcode=2):
-    """One frame of less than 126 bytes; it must be masked, and a mask of zeros is one."""
+    """Sends one frame of less than 126 bytes, masked with zeros: a mask is mandatory."""
     wire.write(bytes([0x80 | opcode, 0x80 | len(payload)]) + bytes(4) + payload)
     wire.flush()
 
 def receive(wire):
-    """The next message; pings are answered on the way."""
+    """Returns the next message, and answers pings before it."""
     while head := wire.read(2):
         opcode, size = head[0] & 15, head[1]
         if size > 125: size = int.from_bytes(wire.read(2 if size == 126 else 8), "big")
@@ -39,7 +39,7 @@ def receive(wire):
     sys.exit("the server closed the socket")
 
 def join(host, room, name="Python"):
-    """The socket, and the size of a quantum in world units."""
+    """Joins; returns the socket, and the size of a quantum in world units."""
     wire = connect(host, room)
     send(wire, struct.pack("<BHB", 0, 3, len(name)) + name.encode() + bytes([0, 0, 0]))
     welcome = Reader(receive(wire))
@@ -51,7 +51,7 @@ def join(host, room, name="Python"):
 # Bytes and bits.
 
 class Reader:
-    """Takes numbers off the front of a message."""
+    """Reads numbers from the front of a message."""
     def __init__(self, data): self.data, self.at = data, 0
     def raw(self, count): self.at += count; return self.data[self.at - count:self.at]
     def u8(self): return self.raw(1)[0]
@@ -69,7 +69,7 @@ def lebs(number):
 def unfold(number): return number >> 1 ^ -(number & 1)
 
 class Bits:
-    """Takes numbers off a run of bits, the lowest of each byte first."""
+    """Reads numbers from a sequence of bits, the lowest of each byte first."""
     def __init__(self, data): self.value, self.at = int.from_bytes(data, "little"), 0
     def take(self, count):
         self.at += count
@@ -84,36 +84,36 @@ class Bits:
         if high == 4: high += self.golomb()
         return high << width | self.take(width)
 
-# Moves. A trail is the four newest places of a point, the newest first.
+# Moves. A history holds the four newest positions of a point, the newest first.
 
-def ways(trail, axis): return [trail[age][axis] - trail[age + 1][axis] for age in range(3)]
+def displacements(history, axis): return [history[age][axis] - history[age + 1][axis] for age in range(3)]
 
-def expected(trail):
-    a = [ways(trail, axis)[0] for axis in (0, 1)]
-    steady = [p if abs(a) <= 1 else p + a for p, a in zip(trail[0], a)]
+def expected(history):
+    a = [displacements(history, axis)[0] for axis in (0, 1)]
+    steady = [p if abs(a) <= 1 else p + a for p, a in zip(history[0], a)]
     return [max(-LIMIT, min(LIMIT, p)) for p in steady]
 
-def width(trail, axis):
-    a, b, c = ways(trail, axis)
+def width(history, axis):
+    a, b, c = displacements(history, axis)
     return (3 * (abs(a - b) + abs(b - c)) // 8).bit_length()
 
-def read_moves(reader, trails):
-    """Where the points are now."""
-    bits, places, asleep = Bits(reader.data[reader.at:]), [], []
-    for trail in trails:
-        place = expected(trail)
-        if trail[1:] == [trail[0]] * 3:
-            asleep.append(len(places))
+def read_moves(reader, histories):
+    """Reads the new positions of the points."""
+    bits, positions, resting = Bits(reader.data[reader.at:]), [], []
+    for history in histories:
+        position = expected(history)
+        if history[1:] == [history[0]] * 3:
+            resting.append(len(positions))
         elif bits.take(1):
-            place = [place[axis] + unfold(bits.wide(width(trail, axis))) for axis in (0, 1)]
-        places.append(place)
-    woken, at = bits.golomb(), -1
-    gap = max(1, len(asleep) // (woken + 1)).bit_length() - 1
-    for _ in range(woken):
+            position = [position[axis] + unfold(bits.wide(width(history, axis))) for axis in (0, 1)]
+        positions.append(position)
+    waking, at = bits.golomb(), -1
+    gap = max(1, len(resting) // (waking + 1)).bit_length() - 1
+    for _ in range(waking):
         at += 1 + bits.wide(gap)
-        places[asleep[at]] = [p + unfold(bits.wide(2)) for p in places[asleep[at]]]
+        positions[resting[at]] = [p + unfold(bits.wide(2)) for p in positions[resting[at]]]
     reader.raw((bits.at + 7) // 8)
-    return places
+    return positions
 
 # Bodies and players.
 
@@ -137,7 +137,7 @@ def read_bits(reader, count):
     return [bits.take(1) for _ in range(count)]
 
 class Stream:
-    """What is held between two messages: bodies and pointers with their trails."""
+    """State between two messages: bodies and pointers with their histories."""
     def __init__(self): self.tick, self.bodies, self.pointers = 0, [], {}
 
     def read(self, message):
@@ -149,27 +149,27 @@ class Stream:
         else:
             self.tick += (reader.u8() - self.tick) % 256
         if sections & 1:
-            place, dead = -1, set()
+            index, dead = -1, set()
             for _ in range(reader.leb()):
-                place += 1 + reader.leb()
-                dead.add(place)
-            self.bodies = [body for place, body in enumerate(self.bodies) if place not in dead]
+                index += 1 + reader.leb()
+                dead.add(index)
+            self.bodies = [body for index, body in enumerate(self.bodies) if index not in dead]
         self.move(reader, sections)
         if sections & 4:
-            born = [(index, generation, [place] * 4) for index, generation, place in births(reader)]
+            born = [(index, generation, [position] * 4) for index, generation, position in births(reader)]
             self.bodies = sorted(self.bodies + born, key=lambda body: body[0])
         if sections & 8:
             self.read_players(reader)
 
     def move(self, reader, sections):
-        trails = [trail for _, _, trail in self.bodies]
-        trails += [self.pointers[seat] for seat in sorted(self.pointers) if self.pointers[seat]]
-        places = read_moves(reader, trails) if sections & 2 else map(expected, trails)
-        for trail, place in zip(trails, places):
-            trail[:] = [place] + trail[:3]
+        histories = [history for _, _, history in self.bodies]
+        histories += [self.pointers[seat] for seat in sorted(self.pointers) if self.pointers[seat]]
+        positions = read_moves(reader, histories) if sections & 2 else map(expected, histories)
+        for history, position in zip(histories, positions):
+            history[:] = [position] + history[:3]
 
     def read_players(self, reader):
-        """Keeps the pointers, which may be none, by seat."""
+        """Keeps the pointers by seat; a player may have none."""
         parts = reader.u8()
         if parts & 1:
             gone = read_bits(reader, len(self.pointers))
@@ -203,9 +203,9 @@ if __name__ == "__main__":
         if (message := receive(wire))[0] < 128: continue  # not a snapshot
         stream.read(message)
         left -= 1
-        if left % 10 == 0:  # an input with nothing down says which tick was heard
+        if left % 10 == 0:  # an input without buttons acknowledges the tick
             seq += 1
             send(wire, bytes([1]) + lebs(seq) + struct.pack("<H", stream.tick & 0xffff) + bytes(2))
-        places = {f"{index}.{generation}": [axis * quantum for axis in trail[0]]
-                  for index, generation, trail in stream.bodies}
-        print(json.dumps({"tick": stream.tick, "bodies": places}), flush=True)
+        positions = {f"{index}.{generation}": [axis * quantum for axis in history[0]]
+                     for index, generation, history in stream.bodies}
+        print(json.dumps({"tick": stream.tick, "bodies": positions}), flush=True)
