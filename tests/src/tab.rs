@@ -435,7 +435,7 @@ impl Tab {
     }
 
     /// Removes errors that a test caused on purpose.
-    pub fn forgive(&self, expected: impl Fn(&str) -> bool) {
+    pub fn ignore_errors(&self, expected: impl Fn(&str) -> bool) {
         let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
         errors.retain(|error| !expected(error));
     }

@@ -78,7 +78,7 @@ fn the_game_and_all_its_clients_have_the_same_particles() {
                 client.first, client.keyframe_bytes, client.particles[1]
             );
             let all = (TICKS - client.first + 1) as usize;
-            assert!(compared + 13 >= all, "{name}: {compared} of {all} ticks were heard of");
+            assert!(compared + 13 >= all, "{name}: {compared} of {all} ticks were received");
         }
     }
 }

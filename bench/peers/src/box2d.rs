@@ -25,7 +25,7 @@ impl Box2d {
     pub fn new(scene: &Scene, sub_steps: i32, length_unit: f32) -> Result<Box2d, String> {
         // SAFETY: the definition comes from Box2D's own defaults and lives across the call.
         let world = unsafe {
-            ffi::b2SetLogFcn(Some(hush));
+            ffi::b2SetLogFcn(Some(ignore_warning));
             ffi::b2SetLengthUnitsPerMeter(length_unit);
             let mut def = ffi::b2DefaultWorldDef();
             def.gravity = vector(scene.gravity);
@@ -94,7 +94,7 @@ impl Box2d {
 
 /// Box2D prints a warning about its limits in every step, which drowns everything else; the figures
 /// show them too.
-unsafe extern "C" fn hush(_: *const std::ffi::c_char) {}
+unsafe extern "C" fn ignore_warning(_: *const std::ffi::c_char) {}
 
 fn vector(v: DVec2) -> ffi::b2Vec2 {
     ffi::b2Vec2 { x: v.x as f32, y: v.y as f32 }

@@ -38,9 +38,9 @@ pub async fn a_host_opens_a_private_room_and_removes_a_player(stage: Arc<Stage>)
     bob.fill("#name", "Bob").await?;
     bob.go(&link).await?;
     bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
-    guests_have_no_power(&bob).await?;
+    guests_are_denied(&bob).await?;
 
-    have_leave(&ada, "Bob").await?;
+    remove_player(&ada, "Bob").await?;
     bob.until("a refusal", |s| s.state == "refused").await?;
     assert_notice(&bob, Refusal::Kicked.message()).await?;
     bob.keep("host-kicked").await?;
@@ -92,7 +92,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
     bob.go(&link).await?;
     bob.until("a refusal", |s| s.state == "refused").await?;
     assert_notice(&bob, Refusal::NoSuchRoom.message()).await?;
-    bob.forgive(network_noise);
+    bob.ignore_errors(network_noise);
     Ok(())
 }
 
@@ -114,7 +114,7 @@ async fn open_private_room(stage: &Stage) -> Result<Tab> {
 }
 
 /// Buttons and messages are useless to guests: what their page asks for is denied, in one line.
-async fn guests_have_no_power(guest: &Tab) -> Result<()> {
+async fn guests_are_denied(guest: &Tab) -> Result<()> {
     guest.until_true("document.querySelectorAll('#players li').length === 2").await?;
     guest.until_true("document.querySelector('#close-room').hidden").await?;
     guest.until_true("!document.querySelector('#players button')").await?;
@@ -126,7 +126,7 @@ async fn guests_have_no_power(guest: &Tab) -> Result<()> {
 }
 
 /// Presses the button beside a player, cancels, and then confirms.
-async fn have_leave(host: &Tab, name: &str) -> Result<()> {
+async fn remove_player(host: &Tab, name: &str) -> Result<()> {
     let button = format!("#players [aria-label='Remove {name}']");
     host.until_true(&format!("document.querySelector(\"{button}\")")).await?;
     host.keep("host-list").await?;

@@ -125,7 +125,7 @@ fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
     let mut replica = None;
     for tick in 0..=ticks {
         for bytes in demo.take() {
-            hear(&scene, &mut replica, &bytes)?;
+            receive(&scene, &mut replica, &bytes)?;
         }
         if let Some(replica) = &mut replica {
             replica.advance(f64::from(tick), Eye { pointer: None, bounds: false });
@@ -137,7 +137,7 @@ fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
     Ok((demo, replica.context("the demo gave no seat")?))
 }
 
-fn hear(scene: &Arc<Scene>, replica: &mut Option<Replica>, bytes: &[u8]) -> Result<()> {
+fn receive(scene: &Arc<Scene>, replica: &mut Option<Replica>, bytes: &[u8]) -> Result<()> {
     match (ServerMessage::decode(bytes)?, replica) {
         (ServerMessage::Welcome { seat, room, .. }, replica) => {
             *replica = Some(Replica::new(Arc::clone(scene), Seat(seat), room));

@@ -250,7 +250,7 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     until(&other, "playing", |shown| shown.playing && shown.tick > 5).await?;
     other.go(&server.link("/replay/arena-gone-20260102-030405")).await?;
     until_card(&other, &["Replay not found", "arena-gone"]).await?;
-    other.forgive(|error| error.contains("Failed to load resource"));
+    other.ignore_errors(|error| error.contains("Failed to load resource"));
     other.click_on("#notice-button").await?;
     other.until("the lobby", |s| s.state == "lobby").await?;
     stage.clear().await?;

@@ -34,7 +34,7 @@ pub async fn a_lost_socket_gives_the_same_seat_back(stage: Arc<Stage>) -> Result
     ada.key_down("d").await?;
     bob.until("Ada steering again", |s| s.hero(seat).is_some_and(|h| h.pos[0] > x + 4.0)).await?;
     ada.key_up("d").await?;
-    ada.forgive(network_noise);
+    ada.ignore_errors(network_noise);
     Ok(())
 }
 
@@ -52,7 +52,7 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     tab.until("playing on the new server", State::plays).await?;
     let seen = tab.recorded().await?;
     assert!(!seen.states.iter().any(|s| s == "refused"), "the page never gave up: {seen:?}");
-    tab.forgive(network_noise);
+    tab.ignore_errors(network_noise);
     stage.clear().await?;
     server.stop().await
 }
@@ -120,7 +120,7 @@ pub async fn a_wrong_room_is_explained(stage: Arc<Stage>) -> Result<()> {
     tab.go(&stage.server.link("/Impulse/")).await?;
     tab.until("a hero of one's own", State::plays).await?;
     assert_eq!(tab.link().await?, stage.server.link("/impulse"));
-    tab.forgive(network_noise);
+    tab.ignore_errors(network_noise);
     Ok(())
 }
 

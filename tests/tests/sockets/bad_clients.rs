@@ -51,7 +51,7 @@ async fn garbage_instead_of_http_is_closed() {
         let text = String::from_utf8_lossy(&answer);
         assert!(text.is_empty() || text.starts_with("HTTP/1.1 4"), "{text}");
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -74,7 +74,7 @@ async fn a_broken_upgrade_is_refused_in_http() {
         let text = String::from_utf8_lossy(&answer[..read.expect("an answer")]).into_owned();
         assert!(text.starts_with("HTTP/1.1 400 "), "{headers}: {text}");
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -85,7 +85,7 @@ async fn another_version_is_refused() {
     old.hello(VERSION + 1, "Old", None).await;
     old.is_refused(Refusal::Version).await;
     server.counts("jostle_refusals_total{reason=\"version\"}", 1).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -98,7 +98,7 @@ async fn a_first_message_other_than_a_hello_is_refused() {
         client.send_raw(Message::Binary(bytes.into())).await;
         client.is_refused(Refusal::BadHello).await;
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -131,7 +131,7 @@ async fn text_garbage_and_oversize_are_refused_before_and_after_the_hello() {
         send_unless_closed(&mut client, message.clone()).await;
         client.is_refused(Refusal::BadMessage).await;
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -146,7 +146,7 @@ async fn a_flood_is_cut_off() {
     }
     eve.is_refused(Refusal::Flood).await;
     server.counts("jostle_refusals_total{reason=\"flood\"}", 1).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -163,8 +163,8 @@ async fn an_honest_client_is_no_flood() {
         bob.send(&ClientMessage::Ping { stamp: 1 }).await;
         bob.snapshot().await;
     }
-    bob.goes_on().await;
-    ann.goes_on().await;
+    bob.keeps_playing().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -175,7 +175,7 @@ async fn an_unknown_room_is_refused_on_the_socket() {
         let mut lost = Client::connect(server.address, code).await;
         lost.is_refused(Refusal::NoSuchRoom).await;
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -186,8 +186,8 @@ async fn a_full_room_is_refused_and_has_a_seat_again_later() {
     let mut eve = Client::connect(server.address, "pair").await;
     eve.hello(VERSION, "Eve", None).await;
     eve.is_refused(Refusal::RoomFull).await;
-    ann.goes_on().await;
-    bob.goes_on().await;
+    ann.keeps_playing().await;
+    bob.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -199,7 +199,7 @@ async fn a_socket_that_never_says_hello_is_closed() {
     let mut mute = Client::connect(server.address, "arena").await;
     mute.is_refused(Refusal::BadHello).await;
     assert!(started.elapsed() >= waits.hello);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -210,7 +210,7 @@ async fn a_client_that_answers_no_pings_is_closed() {
     mute.is_refused(Refusal::Silent).await;
     server.counts("jostle_refusals_total{reason=\"silent\"}", 1).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -226,7 +226,7 @@ async fn a_half_sent_request_is_closed() {
         closed.expect("the server gives up").expect("a clean end");
     }
     server.counts("jostle_refusals_total{reason=\"slow_request\"}", 2).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -241,7 +241,7 @@ async fn a_slow_body_is_closed() {
     let read = timeout(LONG, stream.read(&mut answer)).await.expect("an answer in time");
     let text = String::from_utf8_lossy(&answer[..read.expect("an answer")]).into_owned();
     assert!(text.starts_with("HTTP/1.1 408 "), "{text}");
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -254,7 +254,7 @@ async fn sockets_of_one_address_are_counted() {
     let refused = async {
         loop {
             let sockets: Vec<_> = (0..limits::ADDRESS_SESSIONS_MAX + 4)
-                .map(|_| tokio::spawn(refusal_of_the_silent(server.address)))
+                .map(|_| tokio::spawn(refusal_without_hello(server.address)))
                 .collect();
             let mut refusals = Vec::new();
             for socket in sockets {
@@ -268,11 +268,11 @@ async fn sockets_of_one_address_are_counted() {
         }
     };
     timeout(LONG * 2, refused).await.expect("too many at once");
-    Client::join(server.address, "arena", "Bob").await.goes_on().await;
-    ann.goes_on().await;
+    Client::join(server.address, "arena", "Bob").await.keeps_playing().await;
+    ann.keeps_playing().await;
 }
 
-async fn refusal_of_the_silent(address: SocketAddr) -> Refusal {
+async fn refusal_without_hello(address: SocketAddr) -> Refusal {
     Client::connect(address, "arena").await.refusal().await.0
 }
 

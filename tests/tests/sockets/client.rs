@@ -183,7 +183,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
     }
 
     /// Sends an input and waits until it was played; from then on the seat is held.
-    pub async fn is_heard(&mut self) {
+    pub async fn play_one_input(&mut self) {
         self.input(Buttons::default(), None).await;
         let (seat, seq) = (self.seat, self.seq);
         self.until("an input that is played", |snapshot| {
@@ -194,7 +194,7 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
     }
 
     /// Checks that this player's game goes on: a second of ticks arrives, and an input is played.
-    pub async fn goes_on(&mut self) {
+    pub async fn keeps_playing(&mut self) {
         self.input(Buttons::RIGHT, None).await;
         let (seat, seq) = (self.seat, self.seq);
         let tick = self.newest.tick + 60;

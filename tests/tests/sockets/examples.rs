@@ -74,7 +74,7 @@ async fn a_short_python_client_prints_positions() {
     // On a busy machine the client that compares may be sent fewer ticks, and not the printed one.
     for _ in 0..10 {
         let mut ann = Client::join(server.address, "arena", "Ann").await;
-        ann.goes_on().await;
+        ann.keeps_playing().await;
         let example = start("positions.py", server.address, &["arena"]);
         let (printed, seen) = play_beside(ann, "arena", example).await;
         let mut lines = printed.lines();

@@ -36,8 +36,8 @@ async fn a_private_room_is_unlisted_and_open_to_everyone_with_the_link() {
     let (open_code, _) = open(server.address, r#"{"scene":"arena"}"#).await;
     let list = get(server.address, "/api/rooms").await;
     assert!(String::from_utf8(list.body).expect("text").contains(&open_code));
-    host.goes_on().await;
-    guest.goes_on().await;
+    host.keeps_playing().await;
+    guest.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -46,7 +46,7 @@ async fn a_kicked_player_cannot_return_at_once() {
     let (code, key) = open(server.address, r#"{"scene":"arena","private":true}"#).await;
     let mut host = Client::host(server.address, &code, "Host", key).await;
     let mut guest = Client::join(server.address, &code, "Guest").await;
-    guest.is_heard().await;
+    guest.play_one_input().await;
     // An empty seat and the host cannot be kicked; the latter is answered.
     host.send(&ClientMessage::Kick { seat: Seat(60) }).await;
     host.send(&ClientMessage::Kick { seat: Seat(host.seat) }).await;
@@ -66,9 +66,9 @@ async fn a_kicked_player_cannot_return_at_once() {
     // Other rooms still admit this address, and this room admits its host from it.
     let mut elsewhere = Client::join(server.address, "arena", "Guest").await;
     let mut second = Client::host(server.address, &code, "Host", key).await;
-    elsewhere.goes_on().await;
-    second.goes_on().await;
-    host.goes_on().await;
+    elsewhere.keeps_playing().await;
+    second.keeps_playing().await;
+    host.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -83,7 +83,7 @@ async fn a_host_closes_the_room_for_everyone() {
     guest.is_refused(Refusal::RoomClosed).await;
     let mut late = Client::connect(server.address, &code).await;
     late.is_refused(Refusal::NoSuchRoom).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -106,7 +106,7 @@ async fn only_the_host_may_kick_or_close() {
             is_denied(eve).await;
         }
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     assert_eq!(ann.newest.players.len(), 4);
     assert_eq!(get(server.address, &format!("/{other_code}")).await.status, 200);
 }

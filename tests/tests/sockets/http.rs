@@ -209,7 +209,7 @@ async fn a_created_room_is_listed_and_can_be_joined() {
     assert_eq!(created.status, 201);
     let code = created.json()["code"].as_str().expect("a code").to_owned();
     let mut ann = Client::join(server.address, &code, "Ann").await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     let list = get(server.address, "/api/rooms").await.json();
     let room = &list["rooms"][0];
     assert_eq!(room["code"], code.as_str());
@@ -246,7 +246,7 @@ async fn bad_requests_are_answered_with_a_sentence() {
         assert_eq!(answer.status, 405, "{method} {path}");
         assert!(answer.header("allow").is_some_and(|allow| allow.contains("GET")));
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -259,7 +259,7 @@ async fn one_address_cannot_take_all_rooms() {
     assert_eq!(answer.status, 429);
     assert!(answer.json()["error"].as_str().is_some_and(|error| error.contains("maximum")));
     // Standing rooms are still open to everyone.
-    Client::join(server.address, "bounds", "Ann").await.goes_on().await;
+    Client::join(server.address, "bounds", "Ann").await.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -292,5 +292,5 @@ async fn no_path_leads_out_of_the_embedded_files() {
     }
     let mut lost = Client::connect(server.address, "api").await;
     lost.is_refused(Refusal::NoSuchRoom).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }

@@ -68,7 +68,7 @@ async fn operators_with_the_token_list_kick_close_and_drain() {
     let mut bob = Client::join(server.address, "arena", "Bob").await;
     let mut cid = Client::join(server.address, "pile", "Cid").await;
     let bearer = format!("Authorization: Bearer {TOKEN}\r\n");
-    bob.is_heard().await;
+    bob.play_one_input().await;
 
     let rooms = ask(&server, "GET", "/admin/rooms", &bearer).await.json();
     let arena = &rooms["rooms"][0];
@@ -89,7 +89,7 @@ async fn operators_with_the_token_list_kick_close_and_drain() {
     }
     assert_eq!(ask(&server, "POST", "/admin/rooms/pile/close", &bearer).await.status, 200);
     cid.is_refused(Refusal::RoomClosed).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 
     assert_eq!(ask(&server, "POST", "/admin/drain", &bearer).await.status, 200);
     while !matches!(ann.message().await, ServerMessage::Draining { .. }) {}
@@ -112,7 +112,7 @@ async fn without_the_token_nothing_is_answered_and_nothing_happens() {
         }
     }
     server.counts("jostle_refusals_total{reason=\"ops_unauthorized\"}", 8).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     // If no token was set, none is accepted.
     let open = Server::start().await;
     let bearer = format!("Authorization: Bearer {TOKEN}\r\n");

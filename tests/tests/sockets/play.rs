@@ -39,7 +39,7 @@ async fn a_key_of_one_player_moves_the_hero_that_the_other_sees() {
         }
     };
     timeout(LONG, moved).await.expect("the hero moves");
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -56,7 +56,7 @@ async fn a_lost_socket_gets_its_seat_back_and_a_goodbye_frees_it() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    bob.is_heard().await;
+    bob.play_one_input().await;
     let (seat, token) = (bob.seat, bob.token);
     drop(bob);
     ann.until("Bob's lost socket", |snapshot| {
@@ -72,7 +72,7 @@ async fn a_lost_socket_gets_its_seat_back_and_a_goodbye_frees_it() {
         snapshot.players.iter().all(|player| player.seat.0 != seat)
     })
     .await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -88,9 +88,9 @@ async fn a_second_socket_with_the_same_token_replaces_the_first() {
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
     drop(first);
     // The end of the first socket must not be taken for the end of the second.
-    second.goes_on().await;
+    second.keeps_playing().await;
     assert!(second.player().connected);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -114,7 +114,7 @@ async fn fifty_clients_share_a_room() {
         .map(|mut client| {
             tokio::spawn(async move {
                 client.until("all fifty", |snapshot| snapshot.players.len() == 50).await;
-                client.goes_on().await;
+                client.keeps_playing().await;
                 client
             })
         })
@@ -161,7 +161,7 @@ async fn an_empty_room_is_removed_and_can_be_opened_again() {
             tokio::time::sleep(grace * 2).await;
         }
     };
-    timeout(LONG, reopened).await.expect("a new room").goes_on().await;
+    timeout(LONG, reopened).await.expect("a new room").keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -208,5 +208,5 @@ async fn a_silent_spectator_stays_by_answering_pings() {
         ann.snapshot().await;
     }
     assert!(ann.player().connected);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }

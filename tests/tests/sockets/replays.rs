@@ -185,7 +185,7 @@ async fn a_replay_is_listed_and_read_while_it_is_recorded() {
     ] {
         assert_eq!(get(server.address, &path).await.status, 404, "{path}");
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -197,7 +197,7 @@ async fn without_a_directory_nothing_is_recorded_and_the_list_is_empty() {
     assert_eq!(list.json(), serde_json::json!({ "replays": [], "errors": 0, "dropped": 0 }));
     assert_eq!(get(server.address, "/replays/a.jostle").await.status, 404);
     assert_eq!(get(server.address, "/replay/a").await.status, 404);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 /// Plays for a second, and compares the ticks with the clock.
@@ -299,7 +299,7 @@ async fn a_disk_that_stalls_costs_no_tick() {
     let mut bob = Client::join(server.address, "arena", "Bob").await;
     keeps_its_rate(&mut ann, &mut bob).await;
     DISK_STANDS_STILL.store(false, Ordering::Relaxed);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[cfg(unix)]
@@ -340,7 +340,7 @@ async fn an_error_is_logged_once_and_the_server_stops_cleanly() {
     let serve = move || Process::serve(&arguments.each_ref().map(String::as_str), out);
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
     for room in ["arena", "pile", "impulse"] {
-        Client::join(process.address, room, "Ann").await.goes_on().await;
+        Client::join(process.address, room, "Ann").await.keeps_playing().await;
     }
     process.signal("TERM");
     assert_eq!(process.exit_status().await, Some(0));

@@ -47,8 +47,8 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     assert!(server.count("jostle_sockets_late_total").await > 0);
     let equal = same_tick(&mut ann, &mut slow, &mut seen).await;
     assert!(equal, "both see the same world at the same tick");
-    ann.goes_on().await;
-    slow.goes_on().await;
+    ann.keeps_playing().await;
+    slow.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -60,7 +60,7 @@ async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     let mut stuck = connect_small(server.address).await;
     stuck.enter("Stuck", None).await;
-    stuck.is_heard().await;
+    stuck.play_one_input().await;
     let seat = stuck.seat;
     ann.until("the end of the stuck socket", |snapshot| {
         snapshot.players.iter().any(|player| player.seat.0 == seat && !player.connected)
@@ -73,8 +73,8 @@ async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     back.enter("Stuck", Some(stuck.token)).await;
     assert_eq!(back.seat, seat);
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
-    ann.goes_on().await;
-    back.goes_on().await;
+    ann.keeps_playing().await;
+    back.keeps_playing().await;
 }
 
 /// A client with the smallest possible kernel buffer.

@@ -61,9 +61,9 @@ async fn fault(row: u32, stage: &Stage) {
         14 => bytes::another_version(stage).await,
         15 => bytes::foreign_page(stage).await,
         16 => bytes::invalid_pointers(stage).await,
-        17 => bytes::another_time(stage).await,
+        17 => bytes::inputs_from_other_times(stage).await,
         18 => bytes::jumping_clock(stage).await,
-        19 => links::worthless_tokens(stage).await,
+        19 => links::invalid_tokens(stage).await,
         20 => links::two_sockets_with_one_token(stage).await,
         23 => crowds::operators(stage).await,
         _ => unreachable!("row {row} is none of peers"),
@@ -71,7 +71,7 @@ async fn fault(row: u32, stage: &Stage) {
 }
 
 /// Causes one fault again and again until it is stopped; returns how often.
-async fn again_and_again(row: u32, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
+async fn repeat(row: u32, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     let mut rounds = 0;
     while !stop.load(Ordering::Relaxed) {
         // A background tab is away for longer than the machine's faults can wait.
@@ -148,9 +148,8 @@ async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
     let players = [ann, bob].map(|player| tokio::spawn(play_to_the_end(player)));
 
     let stop = Arc::new(AtomicBool::new(false));
-    let peers = PEERS.map(|row| {
-        (row, tokio::spawn(again_and_again(row, Arc::clone(&stage), Arc::clone(&stop))))
-    });
+    let peers =
+        PEERS.map(|row| (row, tokio::spawn(repeat(row, Arc::clone(&stage), Arc::clone(&stop)))));
     let started = Instant::now();
     crowds::crowd(&stage).await;
     sleep(seconds.saturating_sub(started.elapsed())).await;

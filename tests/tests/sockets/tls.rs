@@ -93,7 +93,7 @@ async fn pages_load_and_players_play_to_the_end() {
     let mut server = identity.serve(Waits::default()).await;
     assert_eq!(identity.get(server.address).await.status, 200);
     let mut ann = identity.join(server.address).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     server.stop();
     while !matches!(ann.message().await, ServerMessage::Draining { .. }) {}
     ann.is_refused(Refusal::Closing).await;
@@ -102,7 +102,7 @@ async fn pages_load_and_players_play_to_the_end() {
 }
 
 /// Reads until the server closes the connection.
-async fn hung_up(mut stream: TcpStream) {
+async fn until_closed(mut stream: TcpStream) {
     let mut bytes = Vec::new();
     // A reset ends it as well.
     let _ = timeout(LONG, stream.read_to_end(&mut bytes)).await.expect("an end in time");
@@ -118,15 +118,15 @@ async fn failed_handshakes_are_closed_and_counted() {
     // Sends plain text.
     let mut plain = TcpStream::connect(server.address).await.expect("a connection");
     plain.write_all(GET.as_bytes()).await.expect("a live socket");
-    hung_up(plain).await;
+    until_closed(plain).await;
     // Rejects the certificate.
     let stranger = Identity::new("stranger");
     assert!(stranger.connect(server.address).await.is_err(), "another certificate");
     server.counts("jostle_refusals_total{reason=\"bad_tls\"}", 2).await;
     // Sends nothing.
-    hung_up(TcpStream::connect(server.address).await.expect("a connection")).await;
+    until_closed(TcpStream::connect(server.address).await.expect("a connection")).await;
     server.counts("jostle_refusals_total{reason=\"slow_tls\"}", 1).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[test]

@@ -63,7 +63,7 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
     server.counts("jostle_joins_total{how=\"new\"}", SEATS as u64).await;
     let full = server.count(&refusals("room_full")).await;
     assert_eq!(full + server.count(&refusals("server_full")).await, refused as u64);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 
     let left = seated.len() as u64;
     drop(seated);
@@ -72,20 +72,20 @@ async fn five_hundred_connect_at_once_and_leave_at_once() {
         snapshot.players.iter().filter(|player| player.connected).count() == 1
     })
     .await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 /// Four seats, and nothing to do.
 const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limits]\nplayers = 4\n";
 
 /// Joins from a local address, may play, and vanishes; `false` if there is no seat.
-async fn comes_and_vanishes(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
+async fn join_and_vanish(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
     let mut client = Client::connect_over(socket_of(own), server, "small").await;
     client.hello(VERSION, "Gone", None).await;
     let ServerMessage::Welcome { seat, .. } = client.message().await else { return false };
     client.seat = seat;
     if plays {
-        client.is_heard().await;
+        client.play_one_input().await;
     }
     true
 }
@@ -99,19 +99,19 @@ async fn clients_that_join_and_vanish_fill_no_room() {
     // a full room.
     for plays in [false, true] {
         for _ in 0..9 {
-            assert!(comes_and_vanishes(server.address, EVE, plays).await);
-            ann.is_heard().await;
+            assert!(join_and_vanish(server.address, EVE, plays).await);
+            ann.play_one_input().await;
         }
     }
     assert!(server.count("jostle_leaves_total{how=\"displaced\"}").await > 0);
     // A client from another address still finds a seat.
-    assert!(comes_and_vanishes(server.address, MALLORY, true).await);
+    assert!(join_and_vanish(server.address, MALLORY, true).await);
     assert_eq!(server.count(&refusals("room_full")).await, 0);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 /// Connects without saying anything; returns the server's answer.
-async fn said_to_the_silent(mut stream: TcpStream) -> String {
+async fn response_to_silence(mut stream: TcpStream) -> String {
     let mut said = String::new();
     // It may be closed already; then the answer is empty.
     let _ = stream.shutdown().await;
@@ -133,7 +133,7 @@ async fn an_address_that_connects_without_end_is_limited_and_no_other() {
                 streams.push(stream.expect("a connection"));
             }
             for stream in streams {
-                let said = said_to_the_silent(stream).await;
+                let said = response_to_silence(stream).await;
                 if said.starts_with("HTTP/1.1 429 ") {
                     return said;
                 }
@@ -146,7 +146,7 @@ async fn an_address_that_connects_without_end_is_limited_and_no_other() {
     let mallory = socket_of(MALLORY).connect(server.address).await.expect("a connection");
     let request = "GET / HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n";
     assert_eq!(raw_over(mallory, request).await.status, 200);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -163,7 +163,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
             })
         })
         .collect();
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     for asked in asking {
         timeout(LONG, asked).await.expect("answers in time").expect("only good answers");
     }
@@ -176,7 +176,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
     let mut last = held.pop().expect("the last connection");
     let closed = timeout(LONG, last.read(&mut [0])).await.expect("an end in time");
     assert!(!matches!(closed, Ok(1..)), "closed without an answer");
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     drop(held);
     timeout(LONG, until_answered(ops)).await.expect("a free connection");
     assert!(server.count(&refusals("ops_busy")).await >= 4);

@@ -73,7 +73,7 @@ async fn broken_frames_are_refused_before_and_after_the_hello() {
     }
     server.counts(&refusals("bad_message"), 2 * broken.len() as u64).await;
     server.counts("jostle_leaves_total{how=\"lost\"}", broken.len() as u64).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -99,9 +99,9 @@ async fn messages_in_fragments_are_whole_messages() {
         bob.snapshot().await;
     }
     bob.seq = 30;
-    bob.goes_on().await;
+    bob.keeps_playing().await;
     assert_eq!(server.count("jostle_inputs_ignored_total").await, 0);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -136,7 +136,7 @@ async fn fragments_that_never_become_a_message_are_a_flood() {
         client.is_refused(Refusal::Flood).await;
     }
     server.counts(&refusals("flood"), 2).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -144,7 +144,7 @@ async fn a_client_that_dies_inside_a_frame_keeps_its_seat_for_a_while() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    bob.is_heard().await;
+    bob.play_one_input().await;
     let whole = frame(WHOLE, &input(2));
     write(&mut bob, &whole[..whole.len() / 2]).await;
     let (seat, token) = (bob.seat, bob.token);
@@ -156,8 +156,8 @@ async fn a_client_that_dies_inside_a_frame_keeps_its_seat_for_a_while() {
     bob.enter("Bob", Some(token)).await;
     assert_eq!(bob.seat, seat);
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
-    bob.goes_on().await;
-    ann.goes_on().await;
+    bob.keeps_playing().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -177,7 +177,7 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
     // Kernels buffer some megabytes; the server itself never holds more than its buffer.
     assert!(taken < 20 << 20, "all {taken} bytes were taken, {HTTP_BUFFER_BYTES_MAX} are allowed");
     server.counts(&refusals("bad_request"), 1).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -196,7 +196,7 @@ async fn a_head_sent_byte_by_byte_is_closed() {
     };
     timeout(LONG, drip).await.expect("the server gives up");
     server.counts(&refusals("slow_request"), 1).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -218,7 +218,7 @@ async fn pointers_that_are_no_position_are_refused() {
     for x in [1_048_576.0, -1_048_576.0, f32::MIN_POSITIVE / 2.0, -0.0] {
         ann.input(Buttons::ALL, Some(Vec2::splat(x))).await;
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -226,7 +226,7 @@ async fn inputs_from_far_future_and_past_are_ignored() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    bob.goes_on().await;
+    bob.keeps_playing().await;
     let seq = bob.seq;
     let wrong = [0, seq, u32::MAX, 1 << 31, seq + 1000];
     for seq in wrong {
@@ -236,8 +236,8 @@ async fn inputs_from_far_future_and_past_are_ignored() {
     server.counts("jostle_inputs_ignored_total", wrong.len() as u64).await;
     bob.snapshot().await;
     assert!(bob.player().input_seq <= seq);
-    bob.goes_on().await;
-    ann.goes_on().await;
+    bob.keeps_playing().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -255,6 +255,6 @@ async fn a_jumping_client_clock_changes_nothing() {
         };
         assert!(tick >= first, "the server's ticks go on");
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     assert_eq!(server.count("jostle_inputs_ignored_total").await, 0);
 }

@@ -17,14 +17,14 @@ async fn a_stalled_server_skips_the_time_and_plays_on() {
     let serve = || Process::serve(&[], Stdio::null());
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
     let mut ann = Client::join(process.address, "arena", "Ann").await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     let before = count(process.ops, "jostle_ticks_missed_total").await;
     process.signal("STOP");
     sleep(Duration::from_millis(250)).await;
     process.signal("CONT");
     // 15 ticks were due; 5 are caught up, and some may have been due just before or after.
     until_count(process.ops, "jostle_ticks_missed_total", before + 8).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     assert_eq!(count(process.ops, "jostle_leaves_total{how=\"lost\"}").await, 0);
     process.signal("TERM");
     assert_eq!(process.exit_status().await, Some(0));
@@ -54,16 +54,16 @@ async fn without_descriptors_players_play_on_and_others_wait() {
         }
     };
     timeout(LONG, exhausted).await.expect("no descriptor left");
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     // Time for some more attempts.
     sleep(5 * ACCEPT_RETRY).await;
     assert_eq!(logged(), 1, "it is logged once and not with every attempt");
 
     drop(idle);
     let mut bob = Client::join(process.address, "arena", "Bob").await;
-    bob.goes_on().await;
+    bob.keeps_playing().await;
     assert!(count(process.ops, &refusals("cannot_accept")).await > 1);
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     process.signal("TERM");
     assert_eq!(process.exit_status().await, Some(0));
     std::fs::remove_file(&log).expect("the log");

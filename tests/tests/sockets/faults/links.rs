@@ -27,7 +27,7 @@ async fn a_peer_that_vanished_is_closed_and_may_come_back() {
     };
     let server = Server::start_with_waits(waits).await;
     let mut gone = Client::join(server.address, "arena", "Gone").await;
-    gone.is_heard().await;
+    gone.play_one_input().await;
     // This socket is not read, so no ping is answered, and it is never closed from this side.
     server.counts(&refusals("silent"), 1).await;
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
@@ -35,7 +35,7 @@ async fn a_peer_that_vanished_is_closed_and_may_come_back() {
     back.enter("Gone", Some(gone.token)).await;
     assert_eq!(back.seat, gone.seat);
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
-    back.goes_on().await;
+    back.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -47,7 +47,7 @@ async fn a_client_that_reads_byte_by_byte_is_closed() {
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     let mut slow = connect_small(server.address).await;
     slow.enter("Slow", None).await;
-    slow.is_heard().await;
+    slow.play_one_input().await;
     let reading = tokio::spawn(async move {
         let mut byte = [0];
         while slow.socket.get_mut().read_exact(&mut byte).await.is_ok() {
@@ -59,7 +59,7 @@ async fn a_client_that_reads_byte_by_byte_is_closed() {
     })
     .await;
     server.counts(&refusals("silent"), 1).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
     reading.abort();
 }
 
@@ -68,14 +68,14 @@ async fn a_used_or_forged_token_gives_no_seat_back() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    bob.is_heard().await;
+    bob.play_one_input().await;
     let (seat, used) = (bob.seat, bob.token);
     drop(bob);
     let mut bob = Client::connect(server.address, "arena").await;
     bob.enter("Bob", Some(used)).await;
     assert_ne!(bob.token, used, "every session gets a token of its own");
     // The first input shows that the new token arrived; from then on the old one is invalid.
-    bob.goes_on().await;
+    bob.keeps_playing().await;
     let mut forged = ann.token;
     forged.0[0] ^= 1;
     for token in [used, Token([0; TOKEN_BYTES]), Token([255; TOKEN_BYTES]), forged] {
@@ -86,8 +86,8 @@ async fn a_used_or_forged_token_gives_no_seat_back() {
     server.counts(&refusals("bad_token"), 4).await;
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
     assert_eq!(bob.seat, seat);
-    bob.goes_on().await;
-    ann.goes_on().await;
+    bob.keeps_playing().await;
+    ann.keeps_playing().await;
     assert_eq!(ann.newest.players.len(), 2);
 }
 
@@ -103,8 +103,8 @@ async fn a_token_of_another_room_or_process_gives_no_seat_back() {
     }
     server.counts(&refusals("bad_token"), 1).await;
     restarted.counts(&refusals("bad_token"), 1).await;
-    ann.goes_on().await;
-    bob.goes_on().await;
+    ann.keeps_playing().await;
+    bob.keeps_playing().await;
 }
 
 /// One direction of a link: bytes arrive in order, each part 100 to 200 ms after it was sent, and
@@ -187,7 +187,7 @@ async fn behind_a_buffering_proxy(hearing: Duration) -> (Server, Client, watch::
     let (address, hold) = buffering_proxy(server.address).await;
     let mut far = Client::join(address, "restless", "Far").await;
     while far.seq < 30 {
-        far.is_heard().await;
+        far.play_one_input().await;
     }
     (server, far, hold)
 }
@@ -206,7 +206,7 @@ async fn bytes_buffered_on_the_way_lower_the_rate() {
     timeout(LONG, lowered).await.expect("a lower rate");
     until_count(server.ops, "jostle_snapshots_skipped_total{reason=\"rate\"}", 1).await;
     hold.send_replace(false);
-    far.goes_on().await;
+    far.keeps_playing().await;
     assert_eq!(server.count(&refusals("silent")).await, 0);
 }
 
@@ -219,14 +219,14 @@ async fn a_client_whose_bytes_are_buffered_for_too_long_is_closed() {
         while server.count(&refusals("silent")).await == 0 {
             far.input(Buttons::RIGHT, None).await;
             // An input acknowledges what was received.
-            ann.is_heard().await;
+            ann.play_one_input().await;
         }
     };
     timeout(LONG, silenced).await.expect("an end");
     server.counts("jostle_leaves_total{how=\"lost\"}", 1).await;
     hold.send_replace(false);
     far.is_refused(Refusal::Silent).await;
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -241,12 +241,12 @@ async fn a_distant_player_on_a_bad_link_plays_on() {
         }
     };
     timeout(LONG, play).await.expect("a game that goes on");
-    far.goes_on().await;
+    far.keeps_playing().await;
     assert!(far.player().connected);
     // Its inputs arrived in bursts, and all were valid.
     assert_eq!(server.count("jostle_inputs_ignored_total").await, 0);
     for reason in ["flood", "silent", "bad_message"] {
         assert_eq!(server.count(&refusals(reason)).await, 0, "{reason}");
     }
-    ann.goes_on().await;
+    ann.keeps_playing().await;
 }

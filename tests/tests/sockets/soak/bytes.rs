@@ -67,7 +67,7 @@ pub async fn segments_of_a_byte(stage: &Stage) {
         }
     }
     guest.seq = 20;
-    guest.goes_on().await;
+    guest.keeps_playing().await;
     stage.leave(guest).await;
 }
 
@@ -108,7 +108,7 @@ pub async fn fragments(stage: &Stage) {
     let (first, rest) = whole.split_at(1);
     guest.seq += 1;
     write(&mut guest, &[frame(FIRST, first), frame(NEXT | 0x80, rest)].concat()).await;
-    guest.goes_on().await;
+    guest.keeps_playing().await;
     write(&mut guest, &frame(FIRST, &[])).await;
     let piece = frame(NEXT, &[]);
     write(&mut guest, &piece.repeat(2 * BYTES_BURST_MAX as usize / piece.len())).await;
@@ -158,7 +158,7 @@ pub async fn invalid_pointers(stage: &Stage) {
 }
 
 /// Row 17: inputs from other times.
-pub async fn another_time(stage: &Stage) {
+pub async fn inputs_from_other_times(stage: &Stage) {
     let mut guest = stage.join(ROOM, "Then").await;
     let seq = guest.seq;
     for wrong in [0, seq, u32::MAX, 1 << 31, seq + 1000] {
@@ -166,7 +166,7 @@ pub async fn another_time(stage: &Stage) {
         guest.send(&ClientMessage::Input { seq: wrong, ack_tick: 0, input }).await;
         stage.counts("jostle_inputs_ignored_total", 1);
     }
-    guest.goes_on().await;
+    guest.keeps_playing().await;
     assert!(guest.player().input_seq <= guest.seq);
     stage.leave(guest).await;
 }
@@ -186,6 +186,6 @@ pub async fn jumping_clock(stage: &Stage) {
         assert!(tick >= newest, "the server's ticks go on");
         newest = tick;
     }
-    guest.goes_on().await;
+    guest.keeps_playing().await;
     stage.leave(guest).await;
 }

@@ -26,7 +26,7 @@ pub async fn killed_inside_a_frame(stage: &Stage) {
     let mut witness = stage.join(ROOM, "Witness").await;
     // Unread data makes the kernel reset the connection.
     drop(guest);
-    given_up(&mut witness, ticket.seat).await;
+    until_lost(&mut witness, ticket.seat).await;
     stage.counts(LOST, 1);
     let back = stage.resume(ROOM, ticket).await;
     stage.leave(witness).await;
@@ -38,7 +38,7 @@ pub async fn half_open(stage: &Stage) {
     let guest = stage.join(ROOM, "Gone").await;
     let mut witness = stage.join(ROOM, "Witness").await;
     // Its socket is not read, so no ping is answered, and it is never closed from this side.
-    given_up(&mut witness, guest.seat).await;
+    until_lost(&mut witness, guest.seat).await;
     stage.refuses("silent");
     let back = stage.resume(ROOM, Ticket::of(&guest)).await;
     stage.leave(back).await;
@@ -46,7 +46,7 @@ pub async fn half_open(stage: &Stage) {
 }
 
 /// Waits until another player sees that this one's socket was closed.
-async fn given_up(witness: &mut Client, seat: u16) {
+async fn until_lost(witness: &mut Client, seat: u16) {
     witness
         .until("the end of a slow socket", |snapshot| {
             snapshot.players.iter().any(|player| player.seat.0 == seat && !player.connected)
@@ -59,14 +59,14 @@ pub async fn stops_reading(stage: &Stage) {
     let mut witness = stage.join(RESTLESS, "Witness").await;
     let mut stuck = connect_small(stage.address).await;
     stuck.enter("Stuck", None).await;
-    stuck.is_heard().await;
-    given_up(&mut witness, stuck.seat).await;
+    stuck.play_one_input().await;
+    until_lost(&mut witness, stuck.seat).await;
     stage.refuses("silent");
     stage.counts(LOST, 1);
     stage.counts("jostle_sockets_late_total", 1);
     let mut back = stage.resume(RESTLESS, Ticket::of(&stuck)).await;
     assert!(back.newest.tick >= witness.newest.tick, "the newest state");
-    back.goes_on().await;
+    back.keeps_playing().await;
     stage.leave(back).await;
     stage.leave(witness).await;
 }
@@ -76,7 +76,7 @@ pub async fn reads_byte_by_byte(stage: &Stage) {
     let mut witness = stage.join(RESTLESS, "Witness").await;
     let mut slow = connect_small(stage.address).await;
     slow.enter("Slow", None).await;
-    slow.is_heard().await;
+    slow.play_one_input().await;
     let ticket = Ticket::of(&slow);
     let mut byte = [0];
     let seat = slow.seat;
@@ -88,7 +88,7 @@ pub async fn reads_byte_by_byte(stage: &Stage) {
     };
     tokio::select! {
         () = drip => {}
-        () = given_up(&mut witness, seat) => {}
+        () = until_lost(&mut witness, seat) => {}
     }
     stage.refuses("silent");
     let back = stage.resume(RESTLESS, ticket).await;
@@ -106,7 +106,7 @@ pub async fn far_link(stage: &Stage) {
         far.input(Buttons::RIGHT, None).await;
         let _ = timeout(Duration::from_millis(16), far.snapshot()).await;
     }
-    far.goes_on().await;
+    far.keeps_playing().await;
     assert!(far.player().connected);
     stage.leave(far).await;
 }
@@ -124,12 +124,12 @@ pub async fn background_tab(stage: &Stage) {
     }
     // A busy machine misses some.
     assert!(tab.newest.tick >= before + stage.background.as_secs() as u32 * 20);
-    tab.goes_on().await;
+    tab.keeps_playing().await;
     stage.leave(tab).await;
 }
 
 /// Row 19: used and forged tokens.
-pub async fn worthless_tokens(stage: &Stage) {
+pub async fn invalid_tokens(stage: &Stage) {
     let guest = stage.join(ROOM, "Owner").await;
     let used = guest.token;
     let back = stage.resume(ROOM, Ticket::of(&guest)).await;

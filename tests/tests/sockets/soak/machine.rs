@@ -75,7 +75,7 @@ pub async fn no_descriptors(stage: &Stage, host: &mut Host) {
 /// Row 29: a room panics. Returns the last tick that its player saw.
 pub async fn room_panics(stage: &Stage) -> u32 {
     let mut guest = Client::join(stage.address, "cracked", "Doomed").await;
-    guest.goes_on().await;
+    guest.keeps_playing().await;
     guest.input(Buttons::MAKE, Some(Vec2::new(50.0, 50.0))).await;
     timeout(LONG, guest.is_refused(Refusal::RoomFailed)).await.expect("an answer in time");
     stage.refuses("room_failed");

@@ -58,7 +58,7 @@ impl Stage {
     pub async fn join(&self, room: &str, name: &str) -> Client {
         let mut guest = Client::join(self.address, room, name).await;
         self.counts("jostle_joins_total{how=\"new\"}", 1);
-        guest.is_heard().await;
+        guest.play_one_input().await;
         guest
     }
 
@@ -68,7 +68,7 @@ impl Stage {
         back.enter("Back", Some(lost.token)).await;
         assert_eq!(back.seat, lost.seat, "the seat was held");
         self.counts("jostle_joins_total{how=\"resumed\"}", 1);
-        back.is_heard().await;
+        back.play_one_input().await;
         back
     }
 
