@@ -121,7 +121,7 @@ fn take(headless: &mut Headless, shot: &Shot) -> Result<(), Box<dyn Error>> {
         bytes.len(),
         frame.bodies.len(),
         frame.particles.len(),
-        headless.adapter()
+        headless.adapter
     );
     Ok(())
 }

@@ -25,7 +25,8 @@ const RATE_DEVIATION_MAX: f64 = 0.15;
 #[derive(Debug, Default)]
 pub struct Clock {
     arrivals: VecDeque<Transit>,
-    lateness_ticks: f64,
+    /// Ticks by which snapshots are late at worst: the jitter.
+    pub lateness_ticks: f64,
     measured_ms: f64,
     /// The newest tick that is known.
     known: Option<u32>,
@@ -90,11 +91,6 @@ impl Clock {
     /// The newest tick that the server can have sent by now.
     pub fn server_tick(&self, now_ms: f64) -> Option<f64> {
         self.origin_ms().map(|origin| (now_ms - origin) / TICK_MS)
-    }
-
-    /// Ticks by which snapshots are late at worst: the jitter.
-    pub fn jitter_ticks(&self) -> f64 {
-        self.lateness_ticks
     }
 
     /// Ticks by which the display trails the server.

@@ -38,9 +38,12 @@ impl Traffic {
 pub struct Meter {
     carried: VecDeque<(f64, Traffic, usize)>,
     frames: VecDeque<f64>,
-    ping_ms: Option<f64>,
-    sections: BTreeMap<&'static str, u64>,
-    emitters: u64,
+    /// Smoothed round trip, milliseconds.
+    pub ping_ms: Option<f64>,
+    /// Sections received so far, with the number of snapshots that had each.
+    pub sections: BTreeMap<&'static str, u64>,
+    /// Events that started emitters.
+    pub emitters: u64,
 }
 
 impl Meter {
@@ -60,16 +63,6 @@ impl Meter {
         self.emitters += emitters as u64;
     }
 
-    /// Sections received so far, with the number of snapshots that had each.
-    pub fn sections(&self) -> &BTreeMap<&'static str, u64> {
-        &self.sections
-    }
-
-    /// Events that started emitters.
-    pub fn emitters(&self) -> u64 {
-        self.emitters
-    }
-
     /// Counts a frame.
     pub fn drawn(&mut self, now_ms: f64) {
         self.frames.push_back(now_ms);
@@ -82,11 +75,6 @@ impl Meter {
     pub fn ponged(&mut self, sent_ms: f64, now_ms: f64) {
         let trip = (now_ms - sent_ms).max(0.0);
         self.ping_ms = Some(self.ping_ms.map_or(trip, |old| old + (trip - old) * PING_SHARE));
-    }
-
-    /// Smoothed round trip, milliseconds.
-    pub fn ping_ms(&self) -> Option<f64> {
-        self.ping_ms
     }
 
     /// Bytes received in the last second.

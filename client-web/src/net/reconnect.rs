@@ -9,7 +9,8 @@ const LONGEST_MS: f64 = 8000.0;
 /// Counts attempts and says when the next one is due.
 #[derive(Debug, Default)]
 pub struct Backoff {
-    attempts: u32,
+    /// Attempts since the last good connection.
+    pub attempts: u32,
     due_ms: Option<f64>,
 }
 
@@ -36,11 +37,6 @@ impl Backoff {
     /// The connection is good again.
     pub fn reset(&mut self) {
         *self = Backoff::default();
-    }
-
-    /// Attempts since the last good connection.
-    pub fn attempts(&self) -> u32 {
-        self.attempts
     }
 }
 

@@ -21,31 +21,6 @@ pub struct NetworkConditions {
     pub stalls: bool,
 }
 
-/// A choice of the panel.
-pub struct Preset {
-    /// For people.
-    pub name: &'static str,
-    /// Its conditions.
-    pub conditions: NetworkConditions,
-}
-
-/// The choices; the first is the real network.
-pub const PRESETS: [Preset; 4] = [
-    Preset { name: "Off", conditions: NetworkConditions::OFF },
-    Preset {
-        name: "60 \u{b1} 10 ms",
-        conditions: NetworkConditions { trip_ms: 60.0, jitter_ms: 10.0, stalls: false },
-    },
-    Preset {
-        name: "150 \u{b1} 30 ms",
-        conditions: NetworkConditions { trip_ms: 150.0, jitter_ms: 30.0, stalls: false },
-    },
-    Preset {
-        name: "300 \u{b1} 100 ms, stalls",
-        conditions: NetworkConditions { trip_ms: 300.0, jitter_ms: 100.0, stalls: true },
-    },
-];
-
 impl NetworkConditions {
     /// The network as it is.
     pub const OFF: NetworkConditions =
@@ -74,6 +49,12 @@ impl NetworkConditions {
     pub fn words(&self) -> String {
         let stalls = if self.stalls { ", stalls" } else { "" };
         format!("{:.0} \u{b1} {:.0} ms{stalls}", self.trip_ms, self.jitter_ms)
+    }
+
+    /// The conditions as [`NetworkConditions::parse`] reads them.
+    pub fn code(&self) -> String {
+        let stalls = if self.stalls { ",stalls" } else { "" };
+        format!("{},{}{stalls}", self.trip_ms, self.jitter_ms)
     }
 
     /// Whether it does anything.
@@ -126,6 +107,19 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_choices_of_the_panel_are_conditions_by_their_codes() {
+        let page = include_str!("../../web/index.html");
+        let choices: Vec<_> = page.split("name=\"lag\" value=\"").skip(1).collect();
+        assert_eq!(choices.len(), 4);
+        for choice in choices {
+            let code = choice.split('"').next().expect("a value");
+            let conditions = NetworkConditions::parse(code).expect("good conditions");
+            assert_eq!(conditions.code(), code);
+            assert!(!conditions.is_on() || choice.contains(&format!("{}<", conditions.words())));
+        }
+    }
+
+    #[test]
     fn addresses_name_a_network_or_are_refused() {
         let conditions =
             |trip_ms, jitter_ms, stalls| Some(NetworkConditions { trip_ms, jitter_ms, stalls });
@@ -140,7 +134,7 @@ mod tests {
 
     #[test]
     fn messages_take_their_time_and_stay_in_order() {
-        let conditions = PRESETS[2].conditions;
+        let conditions = NetworkConditions::parse("150,30").expect("good conditions");
         let mut link = SimulatedLink::new(1);
         let mut last = 0.0;
         for tick in 0..600 {

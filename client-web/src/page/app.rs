@@ -6,14 +6,14 @@ use crate::net::api::{self, query_value};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::context::{Context, Remembered};
 use crate::page::dialogs::{Dialogs, Question};
-use crate::page::event::{Address, Canvas, Control, Effect, Event, Form, ReplayCommand};
+use crate::page::event::{Address, Canvas, Effect, Event, Form, ReplayCommand};
 use crate::page::game::GameScreen;
 use crate::page::game::status::State;
 use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
-use crate::page::replay_screen::{Budget, ReplayScreen};
-use crate::page::strings::{self, NoticeAction};
+use crate::page::replay_screen::{Budget, OpenReplay};
+use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use jostle_game::{Scene, Seat};
@@ -29,8 +29,12 @@ pub enum Activity {
     Lobby,
     /// Playing.
     Game(Box<GameScreen>),
+    /// Waiting for a replay of the server, by its name.
+    Fetching(String),
+    /// It did not come, or cannot be watched; a card says why.
+    NoReplay,
     /// Watching a replay.
-    Replay(ReplayScreen),
+    Replay(Box<OpenReplay>),
 }
 
 /// Panels that the player opens and closes.
@@ -49,13 +53,6 @@ pub struct GraphicsStatus {
     pub missing: bool,
     /// When the browser took it, until it gives it back.
     pub lost_ms: Option<f64>,
-}
-
-/// How a frozen demo is shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FrozenDemo {
-    /// With the controls over it.
-    pub hud: bool,
 }
 
 /// Facts about the browser when the page is opened.
@@ -103,8 +100,8 @@ pub struct App {
     pub world_shown: bool,
     /// Whether the link was copied, for a moment after it was asked for.
     pub copied: Option<bool>,
-    /// A frozen demo is shown for a picture.
-    pub frozen_demo: Option<FrozenDemo>,
+    /// Whether the controls are shown over a frozen demo, if one is on.
+    pub frozen_hud: Option<bool>,
     pub(super) address: Address,
     pub(super) calm: bool,
     /// Source of the scene that the fingers know.
@@ -138,7 +135,7 @@ impl App {
             drawn_frames: 0,
             world_shown: false,
             copied: None,
-            frozen_demo: None,
+            frozen_hud: None,
             address: Address::default(),
             calm: *calm,
             touch_scene: None,
@@ -170,13 +167,12 @@ impl App {
             Event::Pointer(pointer) => self.pointer(&pointer),
             Event::ToolArmed(buttons) => self.fingers.armed = buttons,
             Event::ToolPressed(buttons, down) => self.press(buttons, down),
-            Event::Clicked(control) => self.click(control),
-            Event::StageClicked => self.command_replay(ReplayCommand::Toggle),
-            Event::KickClicked(seat) => self.ask_to_kick(seat),
+            Event::Clicked(action, value) => self.click(&action, &value),
             Event::FormChanged(form) => _ = self.read_form(&form),
             Event::PlayClicked(form) => self.play(&form),
-            Event::SceneClicked(scene, form) => self.open_scene(&scene, &form),
-            Event::LinkFollowed(word) => self.go(&format!("/{word}")),
+            Event::SceneClicked(scene, form) => {
+                self.lobby.open(&mut self.ctx, &scene, form.private);
+            }
             Event::Socket(session, event) => {
                 self.with_game(|game, ctx| game.on_socket(ctx, session, event));
             }
@@ -224,7 +220,7 @@ impl App {
         if let Some(request) = DemoRequest::parse(&address.query) {
             self.start_demo(&request);
         } else if let Some(name) = api::replay_name(&address.path) {
-            self.activity = Activity::Replay(ReplayScreen::Fetching(name.to_owned()));
+            self.activity = Activity::Fetching(name.to_owned());
             self.ctx.request(Effect::FetchReplay(name.to_owned()));
         } else if let Some(code) = room_code(&address.path) {
             let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone());
@@ -269,7 +265,7 @@ impl App {
     fn start_demo(&mut self, request: &DemoRequest) {
         let found = Scene::built_in().into_iter().find(|scene| scene.name == request.scene);
         let Some(scene) = found.map(Arc::new) else {
-            self.dialogs.card = Some(strings::NO_SUCH_SCENE.into());
+            self.dialogs.card = Some(strings::NO_SUCH_SCENE);
             return;
         };
         let frozen = request.ticks.is_some();
@@ -281,7 +277,7 @@ impl App {
         if let Some(ticks) = request.ticks {
             game.freeze_at(&mut self.ctx, ticks);
             self.own_color = 0;
-            self.frozen_demo = Some(FrozenDemo { hud: request.hud });
+            self.frozen_hud = Some(request.hud);
             self.drawn_frames = 0;
         }
         self.activity = Activity::Game(Box::new(game));
@@ -295,7 +291,7 @@ impl App {
             Activity::Lobby if self.dialogs.card.is_none() && !hidden => {
                 self.lobby.refresh(&mut self.ctx);
             }
-            Activity::Lobby | Activity::Replay(_) => {}
+            _ => {}
         }
     }
 
@@ -305,7 +301,7 @@ impl App {
             Activity::Game(game) => {
                 game.advance(&mut self.ctx, canvas);
                 let Some(membership) = &mut game.membership else { return };
-                while let Some(news) = membership.replica.next_news() {
+                while let Some(news) = membership.replica.news.pop_front() {
                     self.news.push(news);
                 }
                 self.dialogs.withdraw_moot(membership.replica.players());
@@ -315,18 +311,18 @@ impl App {
                     self.fingers = tools::fingers(scene);
                 }
             }
-            Activity::Replay(ReplayScreen::On(replay)) => {
+            Activity::Replay(replay) => {
                 let budget = Budget { clock: self.ctx.clock, plays };
                 replay.advance(self.ctx.now_ms, canvas, &budget);
                 // Events that were skipped are no news.
                 let jumped = replay.has_jumped();
-                while let Some(news) = replay.player.replica_mut().next_news() {
+                while let Some(news) = replay.player.next_news() {
                     if !jumped {
                         self.news.push(news);
                     }
                 }
             }
-            Activity::Lobby | Activity::Replay(_) => {}
+            _ => {}
         }
     }
 
@@ -334,11 +330,7 @@ impl App {
         let now_ms = self.ctx.now_ms;
         match &mut self.activity {
             Activity::Game(game) if drawn => game.meter.drawn(now_ms),
-            Activity::Replay(ReplayScreen::On(replay)) if drawn => {
-                replay.meter.drawn(now_ms);
-                replay.note_drawn();
-            }
-            Activity::Replay(ReplayScreen::On(replay)) => replay.forget_drawn(),
+            Activity::Replay(replay) => replay.note_drawn(drawn, now_ms),
             _ => {}
         }
         if drawn {
@@ -350,8 +342,8 @@ impl App {
     fn lose_context(&mut self) {
         self.graphics.lost_ms.get_or_insert(self.ctx.now_ms);
         self.ctx.request(Effect::DropGraphics);
-        if let Activity::Replay(ReplayScreen::On(replay)) = &mut self.activity {
-            replay.forget_drawn();
+        if let Activity::Replay(replay) = &mut self.activity {
+            replay.drawn = None;
         }
     }
 
@@ -373,47 +365,53 @@ impl App {
         }
     }
 
-    fn open_scene(&mut self, scene: &str, form: &Form) {
-        self.lobby.open(&mut self.ctx, scene, form.private);
-    }
-
     // Buttons and cards.
 
-    fn click(&mut self, control: Control) {
-        match control {
-            Control::Leave => self.go("/"),
-            Control::Copy => self.ctx.request(Effect::CopyAddress),
-            Control::Help => self.toggle_help(),
-            Control::CloseRoom => {
+    /// Does what was clicked says (`data-action` in `index.html`).
+    fn click(&mut self, action: &str, value: &str) {
+        match action {
+            "leave" => self.go("/"),
+            "go" => self.go(&format!("/{value}")),
+            "copy" => self.ctx.request(Effect::CopyAddress),
+            "help" => self.toggle_help(),
+            "network" => self.panels.network = !self.panels.network,
+            "open-file" => self.ctx.request(Effect::ChooseFile),
+            "close-room" => {
                 self.release_input();
                 self.dialogs.question = Some(Question::CloseRoom);
             }
-            Control::Confirm => match self.dialogs.question.take() {
+            "kick" => self.ask_to_kick(value),
+            "confirm" => match self.dialogs.question.take() {
                 Some(Question::Kick(seat, _)) => self.with_game(|game, ctx| game.kick(ctx, seat)),
                 Some(Question::CloseRoom) => self.with_game(|game, ctx| game.close_room(ctx)),
                 None => {}
             },
-            Control::Cancel => self.dialogs.question = None,
-            Control::Notice => self.act(self.notice().map(|card| card.notice.action)),
-            Control::NoticeOther => {
-                let other = self.notice().and_then(|card| card.notice.other);
+            "cancel" => self.dialogs.question = None,
+            "notice" => self.act(self.notice().map(|card| card.action)),
+            "notice-other" => {
+                let other = self.notice().and_then(|card| card.other);
                 self.act(other.map(|(_, action)| action));
             }
-            Control::Network => self.panels.network = !self.panels.network,
-            Control::OpenFile => self.ctx.request(Effect::ChooseFile),
+            "play-pause" => self.command_replay(ReplayCommand::Toggle),
+            "step" => self.command_replay(ReplayCommand::Step(value.parse().unwrap_or(0))),
+            "follow" => {
+                let seat = value.parse().ok().map(Seat);
+                seat.into_iter().for_each(|seat| self.command_replay(ReplayCommand::Follow(seat)));
+            }
+            _ => {}
         }
     }
 
-    /// Does what the button of a notice says.
-    fn act(&mut self, action: Option<NoticeAction>) {
+    /// Does what the button of a card says.
+    fn act(&mut self, action: Option<CardAction>) {
         match action {
-            Some(NoticeAction::Lobby) => self.go("/"),
-            Some(NoticeAction::Arena) => self.go(&format!("/{}", api::FIRST_SCENE)),
-            Some(NoticeAction::Reload) => self.ctx.request(Effect::Reload),
-            Some(NoticeAction::File) => self.ctx.request(Effect::ChooseFile),
-            Some(NoticeAction::Stay) => self.dialogs.card = None,
-            Some(NoticeAction::Refetch) => self.route(self.address.clone()),
-            Some(NoticeAction::Again) => self.with_game(|game, ctx| {
+            Some(CardAction::Lobby) => self.go("/"),
+            Some(CardAction::Arena) => self.go(&format!("/{}", api::FIRST_SCENE)),
+            Some(CardAction::Reload) => self.ctx.request(Effect::Reload),
+            Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),
+            Some(CardAction::Stay) => self.dialogs.card = None,
+            Some(CardAction::Refetch) => self.route(self.address.clone()),
+            Some(CardAction::Again) => self.with_game(|game, ctx| {
                 if game.status.state == State::Refused { game.connect(ctx) } else { game.hurry() }
             }),
             None => {}
@@ -425,12 +423,12 @@ impl App {
         self.dialogs.toggle_help(self.top());
     }
 
-    fn ask_to_kick(&mut self, seat: Seat) {
+    fn ask_to_kick(&mut self, seat: &str) {
         self.release_input();
         let Some(replica) = self.replica() else { return };
-        let player = replica.players().iter().find(|player| player.seat == seat);
-        let who = player.map(|player| player.appearance.clone());
-        self.dialogs.question = who.map(|who| Question::Kick(seat, who));
+        let player = replica.players().iter().find(|player| player.seat.0.to_string() == seat);
+        let question = player.map(|p| Question::Kick(p.seat, p.appearance.clone()));
+        self.dialogs.question = question;
     }
 
     fn note_copied(&mut self, copied: bool) {

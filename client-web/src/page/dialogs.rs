@@ -1,7 +1,7 @@
 //! The cards over the page: help, a question, a notice.
 
 use crate::page::layers::{Layer, Layers};
-use crate::page::strings::Notice;
+pub use crate::page::strings::Card;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, PlayerState};
 
@@ -12,23 +12,6 @@ pub enum Question {
     Kick(Seat, Appearance),
     /// Close the room?
     CloseRoom,
-}
-
-/// A notice as it is shown.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Card {
-    /// Title, buttons, and the usual text.
-    pub notice: Notice,
-    /// The text, if it is not the usual one.
-    pub text: Option<String>,
-    /// A line about exactly what was found, or empty.
-    pub detail: String,
-}
-
-impl From<Notice> for Card {
-    fn from(notice: Notice) -> Card {
-        Card { notice, text: None, detail: String::new() }
-    }
 }
 
 /// The cards that are open because someone opened them. Notices about the state of the page are not
@@ -49,7 +32,7 @@ impl Dialogs {
         Layers {
             help: self.help,
             ask: self.question.is_some(),
-            notice: notice.is_some_and(|card| !card.notice.passing),
+            notice: notice.is_some_and(|card| !card.passing),
         }
     }
 

@@ -86,31 +86,6 @@ pub enum PointerChange {
     Left,
 }
 
-/// Buttons of the page that need no further data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Control {
-    /// Leaves the game or replay.
-    Leave,
-    /// Copies the link.
-    Copy,
-    /// Opens or closes the help.
-    Help,
-    /// Closes the room, after a question.
-    CloseRoom,
-    /// Confirms the question.
-    Confirm,
-    /// Cancels the question.
-    Cancel,
-    /// First button of the notice.
-    Notice,
-    /// Second button of the notice.
-    NoticeOther,
-    /// Opens or closes the network panel.
-    Network,
-    /// Chooses a replay file.
-    OpenFile,
-}
-
 /// Commands to a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReplayCommand {
@@ -122,8 +97,6 @@ pub enum ReplayCommand {
     Skip(i64),
     /// Goes to a tick.
     Seek(u32),
-    /// Pauses and goes to a tick.
-    PauseAt(u32),
     /// Goes to the first tick.
     Start,
     /// Goes to the last tick.
@@ -183,20 +156,14 @@ pub enum Event {
     ToolArmed(Buttons),
     /// A tool button of the touch screen went down or up.
     ToolPressed(Buttons, bool),
-    /// A button of the page was pressed.
-    Clicked(Control),
-    /// The canvas was clicked.
-    StageClicked,
-    /// The button that removes a player was pressed.
-    KickClicked(Seat),
+    /// Something with an action (`data-action`) was clicked, and its value (`data-value`).
+    Clicked(String, String),
     /// Name or colour changed.
     FormChanged(Form),
     /// Play was pressed.
     PlayClicked(Form),
     /// A scene's card was pressed.
     SceneClicked(String, Form),
-    /// A link to a word of this server was followed.
-    LinkFollowed(String),
     /// The socket of a session changed.
     Socket(u32, SocketEvent),
     /// The connection is to be closed as a broken network would.

@@ -4,7 +4,7 @@ use crate::net::meter::Meter;
 use crate::net::timeline::Sample;
 use crate::page::app::App;
 use crate::page::dom::{stage, views};
-use crate::page::event::{Event, ReplayCommand};
+use crate::page::event::Event;
 use crate::page::game::GameScreen;
 use crate::page::replay_screen::OpenReplay;
 use crate::page::shell::{self, Page};
@@ -35,19 +35,19 @@ fn describe(page: &Page) -> JsValue {
     object([
         ("state", app.state().into()),
         ("seat", played.map(|replica| replica.seat.0).into()),
-        ("room", replica.map(|replica| replica.room.as_str()).into()),
-        ("tick", replica.map(|replica| replica.display()).into()),
-        ("newest_tick", replica.and_then(|r| r.newest()).map(|snapshot| snapshot.tick).into()),
-        ("bodies", array(replica.map_or(&[][..], Replica::samples).iter().map(body))),
+        ("tick", replica.map(|replica| replica.display).into()),
+        ("bodies", array(replica.map_or(&[][..], |replica| &replica.samples).iter().map(body))),
         ("particles", particles.map_or(0, |particles| particles.len()).into()),
         ("particle_digest", particles.map(|particles| hex(particles.digest())).into()),
         ("emitters", particles.map_or(0, |particles| particles.emitter_count()).into()),
         ("players", array(players.iter().map(player))),
-        ("fps", meter.map_or(0, |meter| meter.frames_a_second(app.now_ms())).into()),
         ("drawn_frames", count(app.drawn_frames)),
-        ("gpu", page.views.made().map(gpu).into()),
+        (
+            "gpu",
+            page.views.stage.graphics.as_ref().map(|graphics| gpu(graphics.renderer.made())).into(),
+        ),
         ("sections", meter.map(sections).into()),
-        ("emitter_events", count(meter.map_or(0, |meter| meter.emitters()))),
+        ("emitter_events", count(meter.map_or(0, |meter| meter.emitters))),
         ("hash", game.and_then(|game| game.state_hash()).map(hex).into()),
         ("told_place", played.and_then(Replica::told_place).map(point).into()),
         ("prediction", game.and_then(prediction).into()),
@@ -98,7 +98,7 @@ fn body(body: &Sample) -> JsValue {
 /// Sections received so far, with the number of snapshots that had each.
 fn sections(meter: &Meter) -> JsValue {
     let sections = js_sys::Object::new();
-    for (name, &snapshots) in meter.sections() {
+    for (name, &snapshots) in &meter.sections {
         set(&sections, name, &count(snapshots));
     }
     sections.into()
@@ -108,8 +108,7 @@ fn sections(meter: &Meter) -> JsValue {
 fn prediction(game: &GameScreen) -> Option<JsValue> {
     let predictor = game.membership.as_ref()?.predictor.as_ref()?;
     Some(object([
-        ("error", predictor.error().into()),
-        ("lead_ticks", predictor.lead_ticks().into()),
+        ("error", predictor.error.into()),
         ("unacknowledged", predictor.unacknowledged().into()),
     ]))
 }
@@ -124,21 +123,19 @@ fn gpu(made: Made) -> JsValue {
 }
 
 fn shown_replay(replay: &OpenReplay) -> JsValue {
-    let (player, view) = (&replay.player, replay.view());
+    let (player, view) = (&replay.player, replay.view);
     let pixels = array(view.pixels.into_iter().map(JsValue::from));
     object([
         ("tick", player.tick().into()),
-        ("playhead", player.playhead().into()),
-        ("first", player.first_tick().into()),
         ("last", player.last_tick().into()),
-        ("playing", player.is_playing().into()),
-        ("speed", player.speed().into()),
+        ("playing", player.playing.into()),
+        ("speed", player.speed.into()),
         ("seeking", player.is_seeking().into()),
         ("hash", player.hash().map(hex).into()),
-        ("agrees_until", player.checks().agrees_until().into()),
-        ("differs_at", player.checks().differs_at().into()),
-        ("compared", player.checks().count().into()),
-        ("followed", player.followed().map(|seat| seat.0).into()),
+        ("agrees_until", player.checks.agrees_until().into()),
+        ("differs_at", player.checks.differs_at.into()),
+        ("compared", player.checks.count().into()),
+        ("followed", player.followed.map(|seat| seat.0).into()),
         (
             "view",
             object([
@@ -156,12 +153,6 @@ pub fn own_place() -> Option<js_sys::Array> {
     let center = |app: &App| Some(app.game()?.replica()?.own_hero()?.center);
     let at = shell::with(|page| center(&page.app)).flatten()?;
     Some(js_sys::Array::of2(&at.x.into(), &at.y.into()))
-}
-
-/// Pauses the replay and seeks a tick; `state().replay.seeking` says when it is there.
-#[wasm_bindgen]
-pub fn seek(tick: u32) {
-    shell::push(Event::Replay(ReplayCommand::PauseAt(tick)));
 }
 
 /// Plays a recording, see [`witness`]: `[[tick, digits], ...]` as JSON, or what is wrong with it.
@@ -187,10 +178,7 @@ fn player(player: &PlayerState) -> JsValue {
     object([
         ("seat", player.seat.0.into()),
         ("name", (&*player.appearance.name).into()),
-        ("color", player.appearance.color.into()),
-        ("score", player.score.into()),
         ("connected", player.connected.into()),
-        ("hero", player.hero.map(|id| id.index).into()),
         ("selected", player.selected.map(|id| id.index).into()),
         ("held", player.held.map(|id| id.index).into()),
     ])

@@ -4,28 +4,17 @@ use crate::input::keys::meaning;
 use crate::page::app::{Activity, App};
 use crate::page::event::{Effect, Focus, Key, ReplayCommand};
 use crate::page::layers::Layer;
-use crate::page::replay_screen::ReplayScreen;
 use jostle_sim::TICKS_PER_SECOND;
 
 /// An arrow key skips this many ticks.
 const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
-/// Something that a key does to the page.
-#[derive(Clone, Copy)]
-enum Command {
-    Bounds,
-    Figures,
-    Network,
-    Help,
-    Cancel,
-}
-
 impl App {
     pub(super) fn key_down(&mut self, key: &Key) {
         match &self.activity {
             Activity::Game(_) => self.game_key_down(key),
-            Activity::Replay(ReplayScreen::On(_)) => self.replay_key_down(key),
-            Activity::Lobby | Activity::Replay(_) => {}
+            Activity::Replay(_) => self.replay_key_down(key),
+            _ => {}
         }
     }
 
@@ -49,7 +38,7 @@ impl App {
         if let Some(command) = self.command_of(key) {
             self.ctx.request(Effect::PreventDefault);
             if !key.repeat {
-                self.command(command);
+                command(self);
             }
             return;
         }
@@ -72,24 +61,15 @@ impl App {
         known
     }
 
-    fn command_of(&self, key: &Key) -> Option<Command> {
+    /// What a key does to the page itself.
+    fn command_of(&self, key: &Key) -> Option<fn(&mut App)> {
         match (key.code.as_str(), key.letter.as_str(), self.top()) {
-            ("F2", ..) => Some(Command::Bounds),
-            ("F3", ..) => Some(Command::Figures),
-            ("F4", ..) => Some(Command::Network),
-            (_, "?", _) | ("Escape", _, Layer::Help) => Some(Command::Help),
-            ("Escape", _, Layer::Ask) => Some(Command::Cancel),
+            ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
+            ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),
+            ("F4", ..) => Some(|app| app.panels.network = !app.panels.network),
+            (_, "?", _) | ("Escape", _, Layer::Help) => Some(App::toggle_help),
+            ("Escape", _, Layer::Ask) => Some(|app| app.dialogs.question = None),
             _ => None,
-        }
-    }
-
-    fn command(&mut self, command: Command) {
-        match command {
-            Command::Bounds => self.with_game(|game, _| game.toggle_bounds()),
-            Command::Figures => self.panels.figures = !self.panels.figures,
-            Command::Network => self.panels.network = !self.panels.network,
-            Command::Help => self.toggle_help(),
-            Command::Cancel => self.dialogs.question = None,
         }
     }
 

@@ -22,7 +22,7 @@ pub struct Note {
 }
 
 /// The lobby.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lobby {
     /// Open rooms.
     pub rooms: Vec<Room>,
@@ -102,7 +102,7 @@ impl Lobby {
             return;
         }
         self.busy = true;
-        self.say(strings::OPENING, false);
+        self.say("Starting a room\u{2026}", false);
         ctx.request(Effect::Request(Request::Open { scene: scene.to_owned(), private }));
     }
 
@@ -146,7 +146,8 @@ impl Lobby {
             ctx.set_secret(Secret::Host, &code, Token::parse(&host_key));
             return Some(code);
         }
-        self.say(opened.error.as_deref().unwrap_or(strings::NO_CONNECTION), true);
+        let silence = "Can't reach the server. Check your connection.";
+        self.say(opened.error.as_deref().unwrap_or(silence), true);
         None
     }
 

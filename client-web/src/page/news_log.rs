@@ -9,28 +9,17 @@ const LINES_MAX: usize = 6;
 /// The newest news, the oldest first.
 #[derive(Debug, Default)]
 pub struct NewsLog {
-    lines: VecDeque<News>,
-    /// Lines ever added.
-    added: usize,
+    /// The lines, numbered from 1.
+    pub lines: VecDeque<(usize, News)>,
 }
 
 impl NewsLog {
     /// Adds a line.
     pub fn push(&mut self, news: News) {
+        let number = self.lines.back().map_or(1, |newest| newest.0 + 1);
         if self.lines.len() == LINES_MAX {
             self.lines.pop_front();
         }
-        self.lines.push_back(news);
-        self.added += 1;
-    }
-
-    /// Lines ever added.
-    pub fn added(&self) -> usize {
-        self.added
-    }
-
-    /// The lines.
-    pub fn lines(&self) -> impl Iterator<Item = &News> {
-        self.lines.iter()
+        self.lines.push_back((number, news));
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::net::meter::Meter;
 use crate::page::event::{Canvas, ReplayCommand};
-use crate::page::strings::{self, Notice};
+use crate::page::strings::{self, Card};
 use crate::replay::player::{ReplayPlayer, SPEEDS};
 use crate::view::camera::Camera;
 use crate::view::frame::{Frame, View};
@@ -22,16 +22,6 @@ const AHEAD_STILL_MS: f64 = 8.0;
 /// A frame that came later than this ended a pause in which the page was hidden, seconds.
 const FRAME_S_MAX: f64 = 0.25;
 
-/// The stages of a replay that the page was asked for.
-pub enum ReplayScreen {
-    /// It is on its way.
-    Fetching(String),
-    /// It did not come; a card says why.
-    Failed,
-    /// It is being watched.
-    On(Box<OpenReplay>),
-}
-
 /// A replay that is being watched.
 pub struct OpenReplay {
     /// The replay.
@@ -45,16 +35,18 @@ pub struct OpenReplay {
     camera: Camera,
     /// The subject of the camera, and the last jump that it saw.
     aimed: (Option<Seat>, bool, u32),
-    view: View,
+    /// The view of the last frame.
+    pub view: View,
     framed_ms: f64,
-    drawn: Option<Drawn>,
+    /// The frame on the canvas.
+    pub drawn: Option<Drawn>,
     /// Jumps after which the news was read.
     news_jumps: u32,
 }
 
 /// Everything that a drawn frame depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Drawn {
+pub struct Drawn {
     playhead: f64,
     jumps: u32,
     view: View,
@@ -96,11 +88,6 @@ impl OpenReplay {
         }
     }
 
-    /// The view of the last frame.
-    pub fn view(&self) -> &View {
-        &self.view
-    }
-
     /// Brings replay and camera to `now_ms`.
     pub fn advance(&mut self, now_ms: f64, canvas: Option<Canvas>, budget: &Budget) {
         let elapsed_s = ((now_ms - self.framed_ms) / 1000.0).clamp(0.0, FRAME_S_MAX);
@@ -111,7 +98,7 @@ impl OpenReplay {
             if budget.plays {
                 self.player.advance(elapsed_s, budget.within(PLAY_MS));
             }
-            let ahead_ms = if self.player.is_playing() { AHEAD_MS } else { AHEAD_STILL_MS };
+            let ahead_ms = if self.player.playing { AHEAD_MS } else { AHEAD_STILL_MS };
             self.player.look_ahead(budget.within(ahead_ms));
         }
         if let Some(canvas) = canvas {
@@ -121,14 +108,14 @@ impl OpenReplay {
 
     fn aim(&mut self, canvas: Canvas, elapsed_s: f32) {
         let there = self.player.followed_hero().is_some();
-        let aimed = (self.player.followed(), there, self.player.jumps());
+        let aimed = (self.player.followed, there, self.player.jumps);
         if self.aimed != aimed {
             self.aimed = aimed;
             self.camera = self.player.camera();
         }
         let Canvas { pixels, bottom } = canvas;
         // The camera keeps up with the replay's speed.
-        let elapsed_s = elapsed_s * self.player.speed().max(1.0) as f32;
+        let elapsed_s = elapsed_s * self.player.speed.max(1.0) as f32;
         self.view = self.player.view(&mut self.camera, pixels, bottom, elapsed_s);
     }
 
@@ -140,34 +127,32 @@ impl OpenReplay {
 
     fn shown(&self) -> Drawn {
         Drawn {
-            playhead: self.player.playhead(),
-            jumps: self.player.jumps(),
+            playhead: self.player.playhead,
+            jumps: self.player.jumps,
             view: self.view,
             bounds: self.player.bounds(),
-            followed: self.player.followed(),
+            followed: self.player.followed,
         }
     }
 
-    /// The frame was drawn.
-    pub fn note_drawn(&mut self) {
-        self.drawn = Some(self.shown());
-    }
-
-    /// The drawn frame is gone.
-    pub fn forget_drawn(&mut self) {
-        self.drawn = None;
+    /// The frame was drawn, or could not be.
+    pub fn note_drawn(&mut self, drawn: bool, now_ms: f64) {
+        self.drawn = drawn.then(|| self.shown());
+        if drawn {
+            self.meter.drawn(now_ms);
+        }
     }
 
     /// Whether the playhead jumped since the last call: news from before is of no interest then.
     pub fn has_jumped(&mut self) -> bool {
-        std::mem::replace(&mut self.news_jumps, self.player.jumps()) != self.player.jumps()
+        std::mem::replace(&mut self.news_jumps, self.player.jumps) != self.player.jumps
     }
 
     /// Carries out a command.
     pub fn command(&mut self, command: ReplayCommand) {
         let player = &mut self.player;
         match command {
-            ReplayCommand::Toggle if player.is_playing() => player.pause(),
+            ReplayCommand::Toggle if player.playing => player.pause(),
             ReplayCommand::Toggle => player.play(),
             ReplayCommand::Step(ticks) => {
                 player.pause();
@@ -175,10 +160,6 @@ impl OpenReplay {
             }
             ReplayCommand::Skip(ticks) => skip(player, ticks),
             ReplayCommand::Seek(tick) => player.aim(tick),
-            ReplayCommand::PauseAt(tick) => {
-                player.pause();
-                player.aim(tick);
-            }
             ReplayCommand::Start => player.aim(player.first_tick()),
             ReplayCommand::End => player.aim(player.last_tick()),
             ReplayCommand::Speed(speed) => player.set_speed(speed),
@@ -195,13 +176,12 @@ impl OpenReplay {
         }
     }
 
-    /// The notice for a replay whose end is missing, with its text and details. One that was merely
-    /// not ended may still be recorded: a hint says so instead.
-    pub fn cut(&self) -> Option<(Notice, String, String)> {
+    /// The card for a replay whose end is missing. One that was merely not ended may still be recorded:
+    /// a hint says so instead.
+    pub fn cut(&self) -> Option<Card> {
         let Ending::Cut(error) = self.player.ending() else { return None };
         let ticks = self.player.last_tick() - self.player.first_tick();
-        let loses = error.problem != Problem::NoEnd;
-        loses.then(|| (strings::REPLAY_CUT, strings::cut_at(ticks), error.to_string()))
+        (error.problem != Problem::NoEnd).then(|| strings::cut_replay(ticks, &error))
     }
 }
 
@@ -212,13 +192,13 @@ fn skip(player: &mut ReplayPlayer, ticks: i64) {
 }
 
 fn shift_speed(player: &mut ReplayPlayer, faster: bool) {
-    let now = SPEEDS.iter().position(|&speed| speed == player.speed()).unwrap_or(2);
+    let now = SPEEDS.iter().position(|&speed| speed == player.speed).unwrap_or(2);
     let next = if faster { now + 1 } else { now.saturating_sub(1) };
     player.set_speed(SPEEDS[next.min(SPEEDS.len() - 1)]);
 }
 
 /// Follows a player; the same one again shows the whole world.
 fn follow(player: &mut ReplayPlayer, seat: Seat) {
-    let other = player.followed() != Some(seat);
+    let other = player.followed != Some(seat);
     player.follow(other.then_some(seat));
 }

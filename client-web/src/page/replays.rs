@@ -4,7 +4,7 @@ use crate::net::report::Fetched;
 use crate::page::app::{Activity, App};
 use crate::page::dialogs::Card;
 use crate::page::event::{Address, Effect, ReplayCommand};
-use crate::page::replay_screen::{OpenReplay, ReplayScreen};
+use crate::page::replay_screen::OpenReplay;
 use crate::page::strings;
 use crate::replay::error::ReplayLoadError;
 use crate::replay::player::ReplayPlayer;
@@ -16,17 +16,17 @@ const FILE_HASH: &str = "#file";
 impl App {
     /// Carries out a command to the replay that is on.
     pub(super) fn command_replay(&mut self, command: ReplayCommand) {
-        if let Activity::Replay(ReplayScreen::On(replay)) = &mut self.activity {
+        if let Activity::Replay(replay) = &mut self.activity {
             replay.command(command);
         }
     }
 
     pub(super) fn take_fetched(&mut self, name: &str, fetched: Fetched) {
-        let Activity::Replay(ReplayScreen::Fetching(awaited)) = &self.activity else { return };
+        let Activity::Fetching(awaited) = &self.activity else { return };
         if awaited != name {
             return;
         }
-        let (notice, detail) = match fetched {
+        let (card, detail) = match fetched {
             Fetched::Bytes(bytes) => {
                 self.open_replay(Some(name.to_owned()), String::new(), bytes);
                 return;
@@ -35,8 +35,8 @@ impl App {
             Fetched::Refused(status) => (strings::REPLAY_REFUSED, format!("HTTP status {status}")),
             Fetched::Nothing => (strings::REPLAY_REFUSED, String::new()),
         };
-        self.activity = Activity::Replay(ReplayScreen::Failed);
-        self.dialogs.card = Some(Card { detail, ..notice.into() });
+        self.activity = Activity::NoReplay;
+        self.dialogs.card = Some(Card { detail, ..card });
     }
 
     /// Watches a file of this machine. A game that is on is not left for it.
@@ -68,9 +68,8 @@ impl App {
         };
         self.end_screen();
         let replay = OpenReplay::new(player, name, file, self.ctx.now_ms);
-        self.dialogs.card =
-            replay.cut().map(|(notice, text, detail)| Card { notice, text: Some(text), detail });
-        self.activity = Activity::Replay(ReplayScreen::On(Box::new(replay)));
+        self.dialogs.card = replay.cut();
+        self.activity = Activity::Replay(Box::new(replay));
         self.drawn_frames = 0;
         self.ctx.request(Effect::FocusStage);
         true
@@ -79,12 +78,9 @@ impl App {
     /// Says why a file cannot be watched. What is being watched stays.
     fn refuse_replay(&mut self, error: &ReplayLoadError) {
         let watching = self.replay().is_some();
-        if let Activity::Replay(screen) = &mut self.activity
-            && !watching
-        {
-            *screen = ReplayScreen::Failed;
+        if let Activity::Fetching(_) = self.activity {
+            self.activity = Activity::NoReplay;
         }
-        let notice = strings::bad_replay(error.title(), error.advice(), watching);
-        self.dialogs.card = Some(Card { detail: error.to_string(), ..notice.into() });
+        self.dialogs.card = Some(strings::bad_replay(error, watching));
     }
 }

@@ -174,7 +174,7 @@ impl Page {
             Effect::CopyAddress => {
                 dom::copy_address(move |copied| events.push(Event::Copied(copied)));
             }
-            Effect::FocusStage => self.views.focus_stage(),
+            Effect::FocusStage => self.views.focus_stage = true,
             Effect::Connect { path, session } => self.connect(&path, session),
             Effect::Send(bytes) => {
                 if let Some(socket) = &self.socket {
@@ -196,7 +196,7 @@ impl Page {
             Effect::StoreSession(key, value) => {
                 store(browser::session_storage(), &key, value.as_deref());
             }
-            Effect::DropGraphics => self.views.drop_graphics(),
+            Effect::DropGraphics => self.views.stage.graphics = None,
             Effect::After(delay_ms, event) => {
                 browser::after(delay_ms, move || events.push(event));
             }

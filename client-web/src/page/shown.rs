@@ -5,8 +5,8 @@ use crate::page::dialogs::Card;
 use crate::page::game::GameScreen;
 use crate::page::game::status::State;
 use crate::page::layers::Layer;
-use crate::page::replay_screen::{OpenReplay, ReplayScreen};
-use crate::page::strings::{self, Notice};
+use crate::page::replay_screen::OpenReplay;
+use crate::page::strings;
 use crate::view::frame::Frame;
 use crate::world::replica::Replica;
 
@@ -43,7 +43,7 @@ impl App {
     /// The replay that is on.
     pub fn replay(&self) -> Option<&OpenReplay> {
         match &self.activity {
-            Activity::Replay(ReplayScreen::On(replay)) => Some(replay),
+            Activity::Replay(replay) => Some(replay),
             _ => None,
         }
     }
@@ -52,7 +52,7 @@ impl App {
     pub fn replica(&self) -> Option<&Replica> {
         match &self.activity {
             Activity::Game(game) => game.replica(),
-            Activity::Replay(ReplayScreen::On(replay)) => Some(replay.player.replica()),
+            Activity::Replay(replay) => Some(replay.player.replica()),
             _ => None,
         }
     }
@@ -61,7 +61,7 @@ impl App {
     pub fn picture(&self) -> Option<Picture<'_>> {
         let frame = match &self.activity {
             Activity::Game(game) => game.frame((self.ctx.now_ms / 1000.0) as f32, self.calm),
-            Activity::Replay(ReplayScreen::On(replay)) => replay.frame(self.calm),
+            Activity::Replay(replay) => replay.frame(self.calm),
             _ => None,
         };
         Some(Picture { frame: frame?, replica: self.replica()? })
@@ -70,12 +70,10 @@ impl App {
     /// The value of `data-state`. A frozen picture counts once it is drawn.
     pub fn state(&self) -> &'static str {
         match &self.activity {
-            Activity::Game(_) | Activity::Replay(ReplayScreen::On(_)) if self.graphics.missing => {
-                "unsupported"
-            }
-            Activity::Replay(ReplayScreen::On(_)) => "replay",
-            Activity::Replay(ReplayScreen::Fetching(_)) => "connecting",
-            Activity::Replay(ReplayScreen::Failed) => "refused",
+            Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => "unsupported",
+            Activity::Replay(_) => "replay",
+            Activity::Fetching(_) => "connecting",
+            Activity::NoReplay => "refused",
             Activity::Game(game) if game.is_frozen() && self.drawn_frames == 0 => "connecting",
             Activity::Game(game) => game.status.state.name(),
             Activity::Lobby if self.dialogs.card.is_some() => "refused",
@@ -88,13 +86,13 @@ impl App {
         let lost = self.graphics.lost_ms;
         let lost = lost.is_some_and(|since| self.ctx.now_ms - since >= CONTEXT_WAIT_MS);
         match &self.activity {
-            Activity::Replay(ReplayScreen::Fetching(_)) => Some(strings::FETCHING.into()),
-            Activity::Game(_) | Activity::Replay(ReplayScreen::On(_)) if self.graphics.missing => {
-                Some(strings::NO_WEBGL2.into())
+            Activity::Fetching(_) => Some(strings::FETCHING),
+            Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => {
+                Some(strings::NO_WEBGL2)
             }
-            Activity::Game(game) => game_notice(game, lost).map(Card::from),
-            Activity::Replay(ReplayScreen::On(_)) if lost => Some(strings::GRAPHICS_LOST.into()),
-            Activity::Replay(_) | Activity::Lobby => self.dialogs.card.clone(),
+            Activity::Game(game) => game_notice(game, lost),
+            Activity::Replay(_) if lost => Some(strings::GRAPHICS_LOST),
+            _ => self.dialogs.card.clone(),
         }
     }
 
@@ -104,9 +102,9 @@ impl App {
     }
 }
 
-fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Notice> {
-    match (game.status.state, game.status.notice) {
-        (State::Refused, Some(notice)) => Some(notice),
+fn game_notice(game: &GameScreen, context_lost: bool) -> Option<Card> {
+    match (game.status.state, &game.status.notice) {
+        (State::Refused, Some(notice)) => Some(notice.clone()),
         _ if context_lost => Some(strings::GRAPHICS_LOST),
         (State::Connecting, _) => Some(strings::connecting(game.attempts())),
         (State::Reconnecting, _) => Some(game.loss()),

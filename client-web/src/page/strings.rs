@@ -1,8 +1,11 @@
 //! The texts of the page: names for strangers, and one sentence and one button for every way in which
 //! a session can end.
 
+use crate::replay::error::ReplayLoadError;
 use jostle_protocol::Refusal;
+use jostle_protocol::replay::ReplayError;
 use jostle_sim::TICKS_PER_SECOND;
+use std::borrow::Cow;
 
 const ADJECTIVES: [&str; 16] = [
     "Brave", "Bouncy", "Calm", "Clever", "Dizzy", "Fuzzy", "Gentle", "Happy", "Jolly", "Lucky",
@@ -20,9 +23,9 @@ pub fn friendly_name(random: u32) -> String {
     format!("{adjective} {animal}")
 }
 
-/// Actions of a notice's buttons.
+/// Actions of a card's buttons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoticeAction {
+pub enum CardAction {
     /// Back to the lobby.
     Lobby,
     /// Connects again.
@@ -40,176 +43,144 @@ pub enum NoticeAction {
 }
 
 /// A card in the middle of the page that says what happened and what to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Notice {
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Card {
     /// Two or three words.
     pub title: &'static str,
     /// One sentence or two.
-    pub text: &'static str,
+    pub text: Cow<'static, str>,
+    /// A line about exactly what was found, or empty.
+    pub detail: String,
     /// Label of the button.
     pub button: &'static str,
     /// The button's action.
-    pub action: NoticeAction,
+    pub action: CardAction,
     /// A second, less inviting button and its action.
-    pub other: Option<(&'static str, NoticeAction)>,
+    pub other: Option<(&'static str, CardAction)>,
     /// Goes away by itself; the button need not have the focus.
     pub passing: bool,
 }
 
-const fn notice(
+const fn card(
     title: &'static str,
     text: &'static str,
-    button: &'static str,
-    action: NoticeAction,
-) -> Notice {
-    Notice { title, text, button, action, other: None, passing: false }
+    button: (&'static str, CardAction),
+    other: Option<(&'static str, CardAction)>,
+) -> Card {
+    let (button, action) = button;
+    let text = Cow::Borrowed(text);
+    Card { title, text, detail: String::new(), button, action, other, passing: false }
 }
 
-const fn notice_elsewhere(title: &'static str, text: &'static str) -> Notice {
-    let other = Some(("All rooms", NoticeAction::Lobby));
-    Notice { other, ..notice(title, text, "Play in the arena", NoticeAction::Arena) }
+const fn passing(
+    title: &'static str,
+    text: &'static str,
+    button: (&'static str, CardAction),
+) -> Card {
+    let (button, action) = button;
+    let text = Cow::Borrowed(text);
+    Card { title, text, detail: String::new(), button, action, other: None, passing: true }
 }
 
-/// Shown while a room is being opened.
-pub const OPENING: &str = "Starting a room\u{2026}";
+const fn elsewhere(title: &'static str, text: &'static str) -> Card {
+    card(title, text, ("Play in the arena", CardAction::Arena), ALL_ROOMS)
+}
+
+const ALL_ROOMS: Option<(&str, CardAction)> = Some(("All rooms", CardAction::Lobby));
+
 /// Shown while the lists of the lobby cannot be refreshed.
 pub const UNANSWERED: &str = "Can't reach the server; this list may be out of date.";
-/// Shown when a room could not be opened for lack of an answer.
-pub const NO_CONNECTION: &str = "Can't reach the server. Check your connection.";
 
 /// The browser cannot draw the game.
-pub const NO_WEBGL2: Notice = notice(
+pub const NO_WEBGL2: Card = card(
     "No WebGL 2",
     "This browser can't draw the game. Turn on hardware acceleration, or try another browser.",
-    "Try again",
-    NoticeAction::Reload,
+    ("Try again", CardAction::Reload),
+    None,
 );
 /// The scene named in the address of a demo does not exist.
-pub const NO_SUCH_SCENE: Notice = notice(
+pub const NO_SUCH_SCENE: Card = card(
     "Scene not found",
     "This demo link names a scene that doesn't exist.",
-    "Browse scenes",
-    NoticeAction::Lobby,
+    ("Browse scenes", CardAction::Lobby),
+    None,
 );
 /// A bug ended the page's program.
-pub const CRASHED: Notice = notice(
+pub const CRASHED: Card = card(
     "Something broke",
     "The game hit a bug and stopped. Reload the page to continue.",
-    "Reload",
-    NoticeAction::Reload,
+    ("Reload", CardAction::Reload),
+    None,
 );
 /// The browser took the drawing context and did not give it back.
-pub const GRAPHICS_LOST: Notice = notice(
+pub const GRAPHICS_LOST: Card = card(
     "Graphics lost",
     "Your browser stopped drawing the game. Reload if it doesn't come back.",
-    "Reload",
-    NoticeAction::Reload,
+    ("Reload", CardAction::Reload),
+    None,
 );
 /// The player's room is gone: the server was restarted, or the player was away for too long.
-pub const ROOM_GONE: Notice =
-    notice_elsewhere("Room closed", "The room closed while you were away.");
+pub const ROOM_GONE: Card = elsewhere("Room closed", "The room closed while you were away.");
 /// The socket was lost.
-pub const RECONNECTING: Notice = Notice {
-    passing: true,
-    ..notice(
-        "Connection lost",
-        "Reconnecting. We'll hold your spot for 45 seconds.",
-        "Try now",
-        NoticeAction::Again,
-    )
-};
+pub const RECONNECTING: Card = passing(
+    "Connection lost",
+    "Reconnecting. We'll hold your spot for 45 seconds.",
+    ("Try now", CardAction::Again),
+);
 /// The server closed, most likely to be restarted.
-pub const RESTARTING: Notice = Notice {
-    passing: true,
-    ..notice(
-        "Server restarting",
-        "It should be back soon; we'll reconnect automatically.",
-        "Try now",
-        NoticeAction::Again,
-    )
-};
-
+pub const RESTARTING: Card = passing(
+    "Server restarting",
+    "It should be back soon; we'll reconnect automatically.",
+    ("Try now", CardAction::Again),
+);
 /// The host closed the room.
-pub const CLOSED_BY_YOU: Notice = notice(
+pub const CLOSED_BY_YOU: Card = card(
     "Room closed",
     "Everyone has been sent out, and the link no longer works.",
-    "See the rooms",
-    NoticeAction::Lobby,
+    ("See the rooms", CardAction::Lobby),
+    None,
+);
+/// A replay is on its way.
+pub const FETCHING: Card = passing(
+    "Loading the replay",
+    "Fetching it from the server.",
+    ("Back to the lobby", CardAction::Lobby),
+);
+/// The replay named in the address does not exist.
+pub const NO_SUCH_REPLAY: Card = card(
+    "Replay not found",
+    "This replay isn't on the server. It may have been deleted to save space, or the link is incomplete.",
+    ("See all replays", CardAction::Lobby),
+    Some(("Open a file", CardAction::File)),
+);
+/// The server gave no replay, for now.
+pub const REPLAY_REFUSED: Card = card(
+    "Couldn't load the replay",
+    "Check your connection, or try again in a moment.",
+    ("Try again", CardAction::Refetch),
+    ALL_ROOMS,
 );
 
-/// Label of the button that removes a player, around the name.
-pub const KICK: [&str; 2] = ["Remove ", ""];
-/// Asks whether to remove a player, around the name.
-pub const ASK_KICK: [&str; 2] = ["Remove ", "?"];
-/// Explains the consequences.
-pub const ABOUT_KICK: &str =
-    "They'll be removed, and no one new can join from their network for five minutes.";
-/// The button that does it.
-pub const DO_KICK: &str = "Remove";
-/// Asks whether to close the room.
-pub const ASK_CLOSE: &str = "Close this room?";
-/// Explains the consequences.
-pub const ABOUT_CLOSE: &str =
-    "Everyone, including you, will be sent out, and the link will stop working.";
-/// The button that does it.
-pub const DO_CLOSE: &str = "Close room";
-/// The server denied something that only a host may ask for.
-pub const DENIED: &str = "Only the host can do that, and a host can't be removed.";
-
-/// A replay is on its way.
-pub const FETCHING: Notice = Notice {
-    passing: true,
-    ..notice(
-        "Loading the replay",
-        "Fetching it from the server.",
-        "Back to the lobby",
-        NoticeAction::Lobby,
-    )
-};
-/// The replay named in the address does not exist.
-pub const NO_SUCH_REPLAY: Notice = Notice {
-    other: Some(("Open a file", NoticeAction::File)),
-    ..notice(
-        "Replay not found",
-        "This replay isn't on the server. It may have been deleted to save space, or the link is incomplete.",
-        "See all replays",
-        NoticeAction::Lobby,
-    )
-};
-/// The server gave no replay, for now.
-pub const REPLAY_REFUSED: Notice = Notice {
-    other: Some(("All rooms", NoticeAction::Lobby)),
-    ..notice(
-        "Couldn't load the replay",
-        "Check your connection, or try again in a moment.",
-        "Try again",
-        NoticeAction::Refetch,
-    )
-};
-/// A replay is shorter than it was.
-pub const REPLAY_CUT: Notice =
-    notice("Incomplete replay", "", "Watch what's left", NoticeAction::Stay);
-
 /// The card for a file that cannot be watched, while nothing or another one is being watched.
-pub fn bad_replay(title: &'static str, text: &'static str, watching: bool) -> Notice {
-    let other = if watching {
-        ("Keep watching", NoticeAction::Stay)
-    } else {
-        ("All rooms", NoticeAction::Lobby)
-    };
-    Notice { other: Some(other), ..notice(title, text, "Open another file", NoticeAction::File) }
+pub fn bad_replay(error: &ReplayLoadError, watching: bool) -> Card {
+    let other = if watching { Some(("Keep watching", CardAction::Stay)) } else { ALL_ROOMS };
+    let (title, text) = error.title_and_advice();
+    let card = card(title, text, ("Open another file", CardAction::File), other);
+    Card { detail: error.to_string(), ..card }
 }
 
-/// The text about a cut replay, by how many ticks it still has.
-pub fn cut_at(ticks: u32) -> String {
-    match ticks {
+/// The card for a replay that is shorter than it was, by how many ticks it still has.
+pub fn cut_replay(ticks: u32, error: &ReplayError) -> Card {
+    let text = match ticks {
         0 => "Only the first frame of this replay can be read. Try downloading the file again."
             .into(),
         _ => format!(
             "The end of this replay is missing or damaged. The first {} intact.",
             span(ticks)
         ),
-    }
+    };
+    let card = card("Incomplete replay", "", ("Watch what's left", CardAction::Stay), None);
+    Card { text: text.into(), detail: error.to_string(), ..card }
 }
 
 /// A number of ticks as minutes and seconds, with tenths if wanted.
@@ -255,24 +226,22 @@ pub fn size(bytes: u64) -> String {
 }
 
 /// The card while joining, by the number of attempts so far.
-pub fn connecting(attempts: u32) -> Notice {
+pub fn connecting(attempts: u32) -> Card {
     let text = match attempts {
         0..=1 => "Joining the room\u{2026}",
         _ => "No answer from the server yet. Still trying.",
     };
-    Notice { passing: true, ..notice("Joining", text, "Back to the lobby", NoticeAction::Lobby) }
+    passing("Joining", text, ("Back to the lobby", CardAction::Lobby))
 }
 
 /// The card for a session that was refused or ended; `None` if that passes by itself, and the page
 /// is to try again until it does.
-pub fn refused(refusal: Refusal) -> Option<Notice> {
-    use NoticeAction::{Again, Lobby, Reload};
+pub fn refused(refusal: Refusal) -> Option<Card> {
+    use CardAction::{Again, Lobby, Reload};
     let (title, button, action) = match refusal {
         Refusal::Version => ("Update needed", "Reload", Reload),
         Refusal::RoomFull => ("Room full", "Find another room", Lobby),
-        Refusal::NoSuchRoom => {
-            return Some(notice_elsewhere("No such room", refusal.message()));
-        }
+        Refusal::NoSuchRoom => return Some(elsewhere("No such room", refusal.message())),
         Refusal::ServerFull => ("Server full", "See the rooms", Lobby),
         Refusal::TooManySockets => ("Too many connections", "Try again", Again),
         Refusal::Flood => ("Slow down", "Rejoin", Again),
@@ -284,62 +253,7 @@ pub fn refused(refusal: Refusal) -> Option<Notice> {
         Refusal::RoomFailed => ("Room crashed", "Go to the lobby", Lobby),
         Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),
     };
-    Some(notice(title, refusal.message(), button, action))
-}
-
-/// Label and title of the copy button, by whether the link was copied just now.
-pub fn copied(copied: Option<bool>) -> (&'static str, &'static str) {
-    match copied {
-        None => ("Copy link", ""),
-        Some(true) => ("Copied", ""),
-        Some(false) => ("Couldn't copy", "Copy the link from the address bar."),
-    }
-}
-
-/// The banner while the server is about to close.
-pub fn closing_in(seconds: f64) -> String {
-    format!("Server restarting in {seconds:.0} s")
-}
-
-/// The hint under the title of a replay whose file has no end, by how far it plays.
-pub fn incomplete(end: &str) -> String {
-    format!("Incomplete: plays to {end}")
-}
-
-/// The result of comparing the state hashes of a replay.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
-    /// A hash differs from the recorded one, this many ticks after the start.
-    Differs(u32),
-    /// All ticks are equal.
-    Whole,
-    /// The tick on display is equal.
-    Equal,
-    /// The playhead is at the start, where nothing was compared.
-    Start,
-    /// The playhead is on its way.
-    Seeking,
-}
-
-impl Verdict {
-    /// The value of `data-verdict`, and the text beside the mark.
-    pub fn texts(self) -> (&'static str, String) {
-        match self {
-            Verdict::Differs(ticks) => {
-                let at = clock(f64::from(ticks), false);
-                ("differs", format!("Doesn't match the recording after {at}"))
-            }
-            Verdict::Whole => ("whole", "Fully verified".into()),
-            Verdict::Equal => ("equal", "Verified".into()),
-            Verdict::Start => ("none", "Start".into()),
-            Verdict::Seeking => ("none", "Seeking\u{2026}".into()),
-        }
-    }
-}
-
-/// The badge of a simulated network.
-pub fn simulated(conditions: &str) -> String {
-    format!("Simulated bad connection: {conditions}")
+    Some(card(title, refusal.message(), (button, action), None))
 }
 
 /// The refusal that a close code stands for, if its message was lost.
@@ -352,6 +266,7 @@ pub fn refusal_of_close(code: u16) -> Option<Refusal> {
 mod tests {
     use super::*;
     use jostle_protocol::Appearance;
+    use jostle_protocol::replay::Problem;
 
     #[test]
     fn friendly_names_are_valid_names() {
@@ -373,8 +288,8 @@ mod tests {
     #[test]
     fn a_player_without_a_room_is_offered_others() {
         for notice in [refused(Refusal::NoSuchRoom).expect("an end"), ROOM_GONE] {
-            assert_eq!(notice.action, NoticeAction::Arena);
-            assert_eq!(notice.other.map(|(_, action)| action), Some(NoticeAction::Lobby));
+            assert_eq!(notice.action, CardAction::Arena);
+            assert_eq!(notice.other.map(|(_, action)| action), Some(CardAction::Lobby));
         }
     }
 
@@ -390,8 +305,10 @@ mod tests {
             ["just now", "1 minute ago", "2 hours ago", "10 days ago"]
         );
         assert_eq!([size(12), size(12_345), size(1_234_567)], ["12 B", "12 kB", "1.2 MB"]);
-        assert!(cut_at(600).ends_with("The first 10 seconds are intact."));
-        assert!(cut_at(60).ends_with("The first second is intact."));
+        let error = ReplayError { offset: 9, problem: Problem::CutOff };
+        let cut = |ticks| cut_replay(ticks, &error).text;
+        assert!(cut(600).ends_with("The first 10 seconds are intact."));
+        assert!(cut(60).ends_with("The first second is intact."));
     }
 
     #[test]

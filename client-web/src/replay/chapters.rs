@@ -9,8 +9,8 @@ const CHAPTERS_MAX: usize = 4096;
 /// Something that happens at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chapter {
-    /// A player with this colour comes.
-    Join(u8),
+    /// A player comes.
+    Join,
     /// A player goes.
     Leave,
     /// A pack bursts.
@@ -20,7 +20,8 @@ pub enum Chapter {
 /// Chapters found so far, in the order in which they were found.
 #[derive(Clone, Debug, Default)]
 pub struct Chapters {
-    known: Vec<(u32, Chapter)>,
+    /// With their ticks.
+    pub known: Vec<(u32, Chapter)>,
 }
 
 impl Chapters {
@@ -29,7 +30,7 @@ impl Chapters {
         for (tick, given) in (block.first..).zip(&block.ticks) {
             for change in &given.changes {
                 match change {
-                    Change::Join(_, appearance) => self.add(tick, Chapter::Join(appearance.color)),
+                    Change::Join(..) => self.add(tick, Chapter::Join),
                     Change::Leave(_) => self.add(tick, Chapter::Leave),
                     Change::Look(..) => {}
                 }
@@ -48,10 +49,5 @@ impl Chapters {
         if self.known.len() < CHAPTERS_MAX {
             self.known.push((tick, chapter));
         }
-    }
-
-    /// Chapters found so far, with their ticks.
-    pub fn known(&self) -> &[(u32, Chapter)] {
-        &self.known
     }
 }

@@ -12,8 +12,9 @@ pub struct Checks {
     first: u32,
     last: u32,
     /// Ticks compared so far, as ascending ranges that do not touch, both ends included.
-    ranges: Vec<[u32; 2]>,
-    differs_at: Option<u32>,
+    pub ranges: Vec<[u32; 2]>,
+    /// The first tick known whose hash is not the recorded one.
+    pub differs_at: Option<u32>,
     /// The second game, until it is through.
     ahead: Option<Box<Ahead>>,
 }
@@ -79,21 +80,11 @@ impl Checks {
         }
     }
 
-    /// The first tick known whose hash is not the recorded one.
-    pub fn differs_at(&self) -> Option<u32> {
-        self.differs_at
-    }
-
     /// All ticks up to this one were compared, and equal.
     pub fn agrees_until(&self) -> u32 {
         let compared = self.ranges.first().filter(|range| range[0] <= self.first + 1);
         let until = compared.map_or(self.first, |range| range[1]);
         self.differs_at.map_or(until, |tick| until.min(tick - 1))
-    }
-
-    /// Ticks compared so far, as ascending ranges, both ends included.
-    pub fn ranges(&self) -> &[[u32; 2]] {
-        &self.ranges
     }
 
     /// Ticks compared so far.
@@ -154,7 +145,7 @@ mod tests {
         for tick in [7, 8, 1, 2, 3, 4, 5, 6, 7, 8, 9] {
             checks.note(Played { tick, agrees: tick != 8 && tick != 4 });
         }
-        assert_eq!(checks.differs_at(), Some(4));
+        assert_eq!(checks.differs_at, Some(4));
         assert_eq!(checks.agrees_until(), 3);
         assert!(!checks.all_equal());
     }

@@ -19,10 +19,12 @@ const NO_PLAYER: Seat = Seat(u16::MAX);
 
 /// Ticks played in a row, as they are drawn.
 pub struct ReplayDisplay {
-    replica: Replica,
+    /// The room.
+    pub replica: Replica,
     /// By slot.
     springs: Vec<Option<Sprung>>,
-    bodies: Vec<FrameBody>,
+    /// Bodies as they are drawn.
+    pub bodies: Vec<FrameBody>,
     /// The newest tick.
     tick: u32,
 }
@@ -39,8 +41,7 @@ impl ReplayDisplay {
     /// Begins with the tick at which a playback is.
     pub fn begin(playback: &Playback) -> ReplayDisplay {
         let scene = Arc::clone(playback.game().scene());
-        let room = playback.replay().start().room.clone();
-        let replica = Replica::without_particles(scene, NO_PLAYER, room);
+        let replica = Replica::without_particles(scene, NO_PLAYER);
         let (springs, bodies) = (Vec::new(), Vec::new());
         let mut display = ReplayDisplay { replica, springs, bodies, tick: playback.tick() };
         display.replica.file(playback.snapshot(), Vec::new());
@@ -52,7 +53,7 @@ impl ReplayDisplay {
     /// Takes in the tick that a playback has just played.
     pub fn step(&mut self, playback: &Playback) {
         // Events concern the bodies that were last on display: those of a whole tick.
-        if self.replica.display() != f64::from(self.tick) {
+        if self.replica.display != f64::from(self.tick) {
             self.replica.show(f64::from(self.tick), Eye::default());
         }
         self.replica.seat = NO_PLAYER;
@@ -73,7 +74,7 @@ impl ReplayDisplay {
             }
             let known = self.springs[slot].filter(|sprung| sprung.id == body.id);
             let mut spring = known.map_or(Spring::at_rest(body.velocity), |sprung| sprung.spring);
-            let before = spring.squash();
+            let before = spring.squash;
             spring.advance(body.velocity, DT);
             self.springs[slot] = Some(Sprung { id: body.id, spring, before });
         }
@@ -88,27 +89,12 @@ impl ReplayDisplay {
         for &body in self.replica.bodies() {
             let sprung = self.springs.get(body.id.index as usize).copied().flatten();
             let squash = sprung.filter(|sprung| sprung.id == body.id).map_or(0.0, |sprung| {
-                let now = sprung.spring.squash();
+                let now = sprung.spring.squash;
                 let squash = sprung.before + (now - sprung.before) * share;
                 (squash * SQUASH_STEPS).round() / SQUASH_STEPS
             });
             let age = body.age.min(AGE_MAX_S);
             self.bodies.push(FrameBody { age, squash: Some(squash), ..body });
         }
-    }
-
-    /// Bodies as they are drawn.
-    pub fn bodies(&self) -> &[FrameBody] {
-        &self.bodies
-    }
-
-    /// The room.
-    pub fn replica(&self) -> &Replica {
-        &self.replica
-    }
-
-    /// The room, to take its news.
-    pub fn replica_mut(&mut self) -> &mut Replica {
-        &mut self.replica
     }
 }

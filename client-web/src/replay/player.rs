@@ -21,7 +21,7 @@ use super::checks::Checks;
 use super::display::ReplayDisplay;
 use super::error::ReplayLoadError;
 use crate::view::frame::FrameBody;
-use crate::world::replica::Replica;
+use crate::world::replica::{News, Replica};
 use jostle_game::{Scene, Seat, Tools};
 use jostle_protocol::PlayerState;
 use jostle_protocol::replay::{Ending, Replay};
@@ -39,18 +39,23 @@ pub const SPEEDS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 pub struct ReplayPlayer {
     pub(super) playback: Playback,
     pub(super) display: ReplayDisplay,
-    pub(super) checks: Checks,
-    pub(super) chapters: Chapters,
+    /// Results of comparing the recorded hashes.
+    pub checks: Checks,
+    /// Joins, leaves and bursts, as far as they are known.
+    pub chapters: Chapters,
     /// The tick on display; between two ticks while it plays. The game is at the next whole one.
-    pub(super) playhead: f64,
-    pub(super) playing: bool,
-    pub(super) speed: f64,
+    pub playhead: f64,
+    /// It plays.
+    pub playing: bool,
+    /// Multiple of real time, one of [`SPEEDS`].
+    pub speed: f64,
     pub(super) seek: Option<Seek>,
     /// Where to go when the present seek is done.
     pub(super) wish: Option<u32>,
-    /// How often something else than the next moment came on display.
-    pub(super) jumps: u32,
-    pub(super) followed: Option<Seat>,
+    /// How often something else than the next moment came on display: a camera is to cut then.
+    pub jumps: u32,
+    /// The player whom the view follows.
+    pub followed: Option<Seat>,
     pub(super) bounds_toggled: bool,
     /// Why it ends before the last recorded tick, and at which.
     pub(super) trouble: Option<(u32, PlaybackError)>,
@@ -123,12 +128,12 @@ impl ReplayPlayer {
 
     /// The room on display.
     pub fn replica(&self) -> &Replica {
-        self.display.replica()
+        &self.display.replica
     }
 
-    /// The room on display, to take its news.
-    pub fn replica_mut(&mut self) -> &mut Replica {
-        self.display.replica_mut()
+    /// The next unread news.
+    pub fn next_news(&mut self) -> Option<News> {
+        self.display.replica.news.pop_front()
     }
 
     /// How the file ends.
@@ -151,11 +156,6 @@ impl ReplayPlayer {
         self.trouble.as_ref().map_or(self.replay().last_tick(), |&(tick, _)| tick)
     }
 
-    /// The tick on display, between two ticks while it plays.
-    pub fn playhead(&self) -> f64 {
-        self.playhead
-    }
-
     /// The whole tick on display, to which [`ReplayPlayer::hash`] belongs.
     pub fn tick(&self) -> u32 {
         self.playhead.ceil() as u32
@@ -164,21 +164,6 @@ impl ReplayPlayer {
     /// The state hash of [`ReplayPlayer::tick`]; `None` while a seek is on its way.
     pub fn hash(&self) -> Option<u64> {
         (!self.is_seeking()).then(|| self.playback.game().hash())
-    }
-
-    /// Results of comparing the recorded hashes.
-    pub fn checks(&self) -> &Checks {
-        &self.checks
-    }
-
-    /// Joins, leaves and bursts, as far as they are known.
-    pub fn chapters(&self) -> &Chapters {
-        &self.chapters
-    }
-
-    /// Whether it plays.
-    pub fn is_playing(&self) -> bool {
-        self.playing
     }
 
     /// Whether it stands at its last tick.
@@ -203,21 +188,11 @@ impl ReplayPlayer {
         }
     }
 
-    /// Multiple of real time, one of [`SPEEDS`].
-    pub fn speed(&self) -> f64 {
-        self.speed
-    }
-
     /// Chooses the nearest of [`SPEEDS`].
     pub fn set_speed(&mut self, speed: f64) {
         let apart = |offered: &f64| (offered - speed).abs();
         let nearest = SPEEDS.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
         self.speed = nearest.unwrap_or(1.0);
-    }
-
-    /// The player whom the view follows.
-    pub fn followed(&self) -> Option<Seat> {
-        self.followed
     }
 
     /// Follows a player, or shows the whole world.
@@ -316,14 +291,9 @@ impl ReplayPlayer {
         Some((hero.center, hero.velocity))
     }
 
-    /// How often something else than the next moment came on display: a camera is to cut then.
-    pub fn jumps(&self) -> u32 {
-        self.jumps
-    }
-
     /// Bodies on display.
     pub fn bodies(&self) -> &[FrameBody] {
-        self.display.bodies()
+        &self.display.bodies
     }
 
     /// Particles on display: those of the game itself.

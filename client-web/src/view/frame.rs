@@ -1,7 +1,7 @@
 //! The contents of one drawn frame: plain data, filled by the app from snapshots, read by the renderer.
 
-use jostle_game::{Kind, Seat};
-use jostle_sim::{BodyId, Particles, Recipe, Shape, Vec2};
+use jostle_game::Kind;
+use jostle_sim::{BodyId, Particles, Shape, Vec2};
 
 /// A body at the sampled moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,8 +103,6 @@ pub struct Frame<'a> {
     pub bodies: &'a [FrameBody],
     /// Particles as of the last applied tick.
     pub particles: &'a Particles,
-    /// Their recipes.
-    pub recipes: &'a [Recipe],
     /// Seconds since that tick, at most 1/60 either way, to draw particles where they are by now.
     pub particle_lead: f32,
     /// Flashes of the last second.
@@ -115,10 +113,6 @@ pub struct Frame<'a> {
     pub bounds: bool,
     /// No camera nudges, no bobbing (prefers-reduced-motion).
     pub calm: bool,
-    /// Own seat, if seated.
-    pub own_seat: Option<Seat>,
-    /// Own pointer in world units.
-    pub pointer: Option<Vec2>,
     /// Number of the copy of the room; each connection gets a new one, and nothing that moved in
     /// the last moves on.
     pub copy: u32,

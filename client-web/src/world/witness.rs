@@ -16,7 +16,7 @@ pub fn record(message: &[u8], recording: &mut Vec<u8>) {
 /// particles, or the flaw of the recording.
 pub fn particle_digests(scene: &str, mut recording: &[u8]) -> Result<Vec<(u32, u64)>, String> {
     let scene = Scene::parse("witness.toml", scene).map_err(|error| error.to_string())?;
-    let mut replica = Replica::new(Arc::new(scene), Seat(0), "witness".to_owned());
+    let mut replica = Replica::new(Arc::new(scene), Seat(0));
     let mut digests = Vec::new();
     while let Some((length, rest)) = recording.split_first_chunk() {
         let length = u32::from_le_bytes(*length) as usize;

@@ -139,8 +139,8 @@ fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
 
 fn receive(scene: &Arc<Scene>, replica: &mut Option<Replica>, bytes: &[u8]) -> Result<()> {
     match (ServerMessage::decode(bytes)?, replica) {
-        (ServerMessage::Welcome { seat, room, .. }, replica) => {
-            *replica = Some(Replica::new(Arc::clone(scene), Seat(seat), room));
+        (ServerMessage::Welcome { seat, .. }, replica) => {
+            *replica = Some(Replica::new(Arc::clone(scene), Seat(seat)));
         }
         (ServerMessage::Snapshot(coded), Some(replica)) => {
             replica.hear(&coded)?;

@@ -125,15 +125,15 @@ impl Browser {
     }
 
     fn title(&self) -> &'static str {
-        self.app.notice().map_or("", |card| card.notice.title)
+        self.app.notice().map_or("", |card| card.title)
     }
 
     fn held(&self) -> Buttons {
         self.app.game().expect("a game").controls.buttons()
     }
 
-    fn click(&mut self, control: Control) -> Vec<String> {
-        self.say(Event::Clicked(control))
+    fn click(&mut self, action: &str) -> Vec<String> {
+        self.say(Event::Clicked(action.to_owned(), String::new()))
     }
 
     /// The buttons of the last input sent.

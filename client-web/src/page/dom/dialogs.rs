@@ -27,22 +27,18 @@ impl DialogsView {
         let card = app.notice();
         let layers = app.dialogs.layers(card.as_ref());
         if self.card != card {
-            match &card {
-                Some(card) => fill_card(card),
-                None => dom::show(&dom::by_id("notice"), false),
-            }
+            dom::show("notice", card.is_some());
+            card.iter().for_each(fill_card);
             self.card = card;
         }
         if self.question != app.dialogs.question {
             self.question.clone_from(&app.dialogs.question);
-            if let Some(question) = &self.question {
-                fill_question(question);
-            }
+            self.question.iter().for_each(fill_question);
         }
         if self.layers != layers {
             let before = std::mem::replace(&mut self.layers, layers).top();
-            dom::show(&dom::by_id("help"), layers.help);
-            dom::show(&dom::by_id("ask"), layers.ask);
+            dom::show("help", layers.help);
+            dom::show("ask", layers.ask);
             self.settle(before);
         }
     }
@@ -53,22 +49,20 @@ impl DialogsView {
             let focused = dom::document().active_element();
             self.before = focused.and_then(|element| element.dyn_into().ok());
         }
-        let parts = [
+        for (id, layer) in [
             ("lobby", Layer::Page),
             ("game", Layer::Page),
             ("help", Layer::Help),
             ("ask", Layer::Ask),
             ("notice", Layer::Notice),
-        ];
-        for (id, layer) in parts {
-            let element: HtmlElement = dom::by_id(id);
-            let _ = element.toggle_attribute_with_force("inert", self.layers.is_inert(layer));
+        ] {
+            dom::set(&dom::html(id), "inert", self.layers.is_inert(layer).then_some(""));
         }
         let focused = match top {
             Layer::Page => self.before.take(),
-            Layer::Help => Some(dom::by_id("help-close")),
-            Layer::Ask => Some(dom::by_id("ask-no")),
-            Layer::Notice => Some(dom::by_id("notice-button")),
+            Layer::Help => Some(dom::html("help-close")),
+            Layer::Ask => Some(dom::html("ask-no")),
+            Layer::Notice => Some(dom::html("notice-button")),
         };
         if let Some(element) = focused {
             let _ = element.focus();
@@ -84,55 +78,49 @@ pub fn rescue_focus() {
         gone.is_some() || element.tag_name() == "BODY"
     });
     if lost {
-        let _ = dom::by_id::<HtmlElement>("stage").focus();
+        dom::focus_stage();
     }
 }
 
 fn fill_card(card: &Card) {
-    let Card { notice, text, detail } = card;
-    dom::set_text(&dom::by_id("notice-title"), notice.title);
-    dom::set_text(&dom::by_id("notice-text"), text.as_deref().unwrap_or(notice.text));
-    let line: HtmlElement = dom::by_id("notice-detail");
-    dom::set_text(&line, detail);
-    dom::show(&line, !detail.is_empty());
-    dom::set_text(&dom::by_id("notice-button"), notice.button);
-    let other: HtmlElement = dom::by_id("notice-other");
-    dom::set_text(&other, notice.other.map_or("", |(label, _)| label));
-    dom::show(&other, notice.other.is_some());
-    let element: HtmlElement = dom::by_id("notice");
-    dom::set(&element, "aria-modal", if notice.passing { "false" } else { "true" });
-    dom::show(&element, true);
+    dom::text("notice-title", card.title);
+    dom::text("notice-text", &card.text);
+    dom::text_or_hide("notice-detail", Some(&*card.detail).filter(|detail| !detail.is_empty()));
+    dom::text("notice-button", card.button);
+    dom::text_or_hide("notice-other", card.other.map(|(label, _)| label));
+    let modal = if card.passing { "false" } else { "true" };
+    dom::set(&dom::html("notice"), "aria-modal", Some(modal));
 }
 
 fn fill_question(question: &Question) {
-    let title: HtmlElement = dom::by_id("ask-title");
-    title.set_text_content(None);
-    let (text, yes) = match question {
-        Question::Kick(_, who) => {
-            let [before, after] = strings::ASK_KICK;
-            dom::append(&title, &dom::labelled("span", "", before));
-            dom::append(&title, &dom::labelled("bdi", "", &who.name));
-            dom::append(&title, &dom::labelled("span", "", after));
-            (strings::ABOUT_KICK, strings::DO_KICK)
-        }
-        Question::CloseRoom => {
-            dom::set_text(&title, strings::ASK_CLOSE);
-            (strings::ABOUT_CLOSE, strings::DO_CLOSE)
-        }
+    let (title, text, yes) = match question {
+        Question::Kick(_, who) => (
+            ["Remove ", &*who.name, "?"],
+            "They'll be removed, and no one new can join from their network for five minutes.",
+            "Remove",
+        ),
+        Question::CloseRoom => (
+            ["Close this room?", "", ""],
+            "Everyone, including you, will be sent out, and the link will stop working.",
+            "Close room",
+        ),
     };
-    dom::set_text(&dom::by_id("ask-text"), text);
-    dom::set_text(&dom::by_id("ask-yes"), yes);
+    for (id, part) in ["ask-before", "ask-name", "ask-after"].into_iter().zip(title) {
+        dom::text(id, part);
+    }
+    dom::text("ask-text", text);
+    dom::text("ask-yes", yes);
 }
 
 /// The last card there is: the program ended by a mistake of its own. Needs nothing but the document.
 pub fn show_crash() {
-    let card = Card::from(strings::CRASHED);
-    fill_card(&card);
-    let _ = dom::root().dataset().set("state", "refused");
+    fill_card(&strings::CRASHED);
+    dom::show("notice", true);
+    dom::set(&dom::root(), "data-state", Some("refused"));
     let reload = Closure::once_into_js(|| {
         let _ = browser::window().location().reload();
     });
-    let button: HtmlElement = dom::by_id("notice-button");
+    let button = dom::html("notice-button");
     button.set_onclick(Some(reload.unchecked_ref()));
     let _ = button.focus();
 }

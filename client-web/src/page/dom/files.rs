@@ -13,7 +13,7 @@ use web_sys::{DragEvent, File, HtmlInputElement};
 /// Starts listening.
 pub fn listen(events: Events) {
     // Without this the browser would leave the page to show the file.
-    dom::listen_active(&browser::window(), "dragover", move |event: DragEvent| {
+    dom::listen(&browser::window(), "dragover", move |event: DragEvent| {
         event.prevent_default();
         events.push_from(Event::FileDragged, &event);
     });
@@ -23,7 +23,7 @@ pub fn listen(events: Events) {
             dom::mark("dropping", false);
         }
     });
-    dom::listen_active(&browser::window(), "drop", move |event: DragEvent| {
+    dom::listen(&browser::window(), "drop", move |event: DragEvent| {
         event.prevent_default();
         dom::mark("dropping", false);
         let files = event.data_transfer().and_then(|data| data.files());
@@ -31,7 +31,7 @@ pub fn listen(events: Events) {
             read(events, &file);
         }
     });
-    dom::listen(&dom::by_id::<HtmlInputElement>("file"), "change", move |_: web_sys::Event| {
+    dom::listen(&dom::html("file"), "change", move |_: web_sys::Event| {
         let input: HtmlInputElement = dom::by_id("file");
         if let Some(file) = input.files().and_then(|files| files.get(0)) {
             read(events, &file);

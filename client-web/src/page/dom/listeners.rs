@@ -2,37 +2,21 @@
 
 use crate::browser;
 use crate::page::dom;
-use crate::page::dom::{files, lobby, network_panel, players, replay_controls};
-use crate::page::event::{Control, Event, Focus, Key, Pointer, PointerChange};
+use crate::page::dom::{files, lobby, network_panel, replay_controls, touchpad};
+use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::queue::Events;
 use jostle_sim::Vec2;
 use wasm_bindgen::JsCast;
-use web_sys::{Element, HtmlElement, HtmlInputElement, KeyboardEvent, MouseEvent, PointerEvent};
-
-/// Buttons of the page; the flag says whether keys belong to the game again after a click.
-const BUTTONS: [(&str, Control, bool); 12] = [
-    ("leave", Control::Leave, false),
-    ("copy", Control::Copy, true),
-    ("help-button", Control::Help, true),
-    ("help-close", Control::Help, false),
-    ("close-room", Control::CloseRoom, true),
-    ("ask-yes", Control::Confirm, false),
-    ("ask-no", Control::Cancel, false),
-    ("notice-button", Control::Notice, false),
-    ("notice-other", Control::NoticeOther, false),
-    ("signal", Control::Network, true),
-    ("net-close", Control::Network, false),
-    ("open-file", Control::OpenFile, false),
-];
+use web_sys::{HtmlInputElement, KeyboardEvent, MouseEvent, PointerEvent};
 
 /// Starts all listeners.
 pub fn all(events: Events) {
     keys(events);
     pointer(events);
-    buttons(events);
     window(events);
+    dom::listen(&dom::document(), "click", move |event: MouseEvent| click(events, &event));
     lobby::listen(events);
-    players::listen(events);
+    touchpad::listen(events);
     network_panel::listen(events);
     replay_controls::listen(events);
     files::listen(events);
@@ -47,8 +31,8 @@ fn window(events: Events) {
     dom::listen(&browser::window(), "pagehide", lost);
     dom::listen(&dom::document(), "visibilitychange", lost);
     dom::listen(&browser::window(), "online", move |_: web_sys::Event| events.push(Event::Online));
-    let stage: HtmlElement = dom::by_id("stage");
-    dom::listen_active(&stage, "webglcontextlost", move |event: web_sys::Event| {
+    let stage = dom::html("stage");
+    dom::listen(&stage, "webglcontextlost", move |event: web_sys::Event| {
         // Without this the browser would not give it back.
         event.prevent_default();
         events.push(Event::ContextLost);
@@ -59,7 +43,7 @@ fn window(events: Events) {
 }
 
 fn keys(events: Events) {
-    dom::listen_active(&browser::window(), "keydown", move |event: KeyboardEvent| {
+    dom::listen(&browser::window(), "keydown", move |event: KeyboardEvent| {
         dom::mark("tabbing", event.code() == "Tab");
         events.push_from(Event::KeyDown(key(&event)), &event);
     });
@@ -69,40 +53,52 @@ fn keys(events: Events) {
 }
 
 fn key(event: &KeyboardEvent) -> Key {
+    let is_input = event.target().is_some_and(|target| target.is_instance_of::<HtmlInputElement>());
+    let focus = match () {
+        () if is_input || dom::target_within(event, "[contenteditable]").is_some() => Focus::Field,
+        () if dom::target_within(event, "button, a").is_some() => Focus::Button,
+        () => Focus::Elsewhere,
+    };
     Key {
         code: event.code(),
         letter: event.key(),
         repeat: event.repeat(),
         modified: event.ctrl_key() || event.meta_key() || event.alt_key(),
-        focus: focus(event),
+        focus,
     }
 }
 
-fn focus(event: &web_sys::Event) -> Focus {
-    let Some(target) = event.target() else { return Focus::Elsewhere };
-    if target.dyn_ref::<HtmlInputElement>().is_some() {
-        return Focus::Field;
+/// A click on anything that has an action (`data-action`), which may have a value. Where the element has
+/// `data-stage`, keys belong to the game again.
+fn click(events: Events, event: &MouseEvent) {
+    let Some(element) = dom::target_within(event, "[data-action]") else { return };
+    if element.has_attribute("href") {
+        // The browser opens links elsewhere with these.
+        if event.ctrl_key() || event.meta_key() || event.shift_key() {
+            return;
+        }
+        event.prevent_default();
     }
-    let within = |selector| {
-        target.dyn_ref::<Element>().is_some_and(|e| e.closest(selector).ok().flatten().is_some())
-    };
-    match () {
-        () if within("[contenteditable]") => Focus::Field,
-        () if within("button, a") => Focus::Button,
-        () => Focus::Elsewhere,
+    if element.has_attribute("data-stage") {
+        dom::back_to_stage(event);
     }
+    let attribute = |name| element.get_attribute(name).unwrap_or_default();
+    let (action, value) = (attribute("data-action"), attribute("data-value"));
+    events.push(match action.as_str() {
+        "open-scene" => Event::SceneClicked(value, lobby::form()),
+        _ => Event::Clicked(action, value),
+    });
 }
 
 fn pointer(events: Events) {
-    let stage: HtmlElement = dom::by_id("stage");
-    dom::listen_active(&stage, "contextmenu", |event: MouseEvent| event.prevent_default());
-    dom::listen_active(&stage, "pointerdown", move |event: PointerEvent| {
+    let stage = dom::html("stage");
+    dom::listen(&stage, "contextmenu", |event: MouseEvent| event.prevent_default());
+    dom::listen(&stage, "pointerdown", move |event: PointerEvent| {
         event.prevent_default();
         dom::mark("tabbing", false);
-        let stage: HtmlElement = dom::by_id("stage");
-        let _ = stage.focus();
+        dom::focus_stage();
         // Fails for a pointer that is gone again already.
-        let _ = stage.set_pointer_capture(event.pointer_id());
+        let _ = dom::html("stage").set_pointer_capture(event.pointer_id());
         if is_touch(&event) {
             // The first touch brings the stick and the tool buttons, also where a mouse is present.
             dom::mark("touch", true);
@@ -113,17 +109,12 @@ fn pointer(events: Events) {
         ("pointermove", PointerChange::Moved),
         ("pointerup", PointerChange::Up),
         ("pointercancel", PointerChange::Up),
+        ("pointerleave", PointerChange::Left),
     ] {
         dom::listen(&stage, kind, move |event: PointerEvent| {
             events.push(Event::Pointer(change(&event, means)));
         });
     }
-    dom::listen(&stage, "pointerleave", move |event: PointerEvent| {
-        if !is_touch(&event) {
-            events.push(Event::Pointer(change(&event, PointerChange::Left)));
-        }
-    });
-    dom::listen(&stage, "click", move |_: web_sys::Event| events.push(Event::StageClicked));
 }
 
 fn is_touch(event: &PointerEvent) -> bool {
@@ -131,7 +122,7 @@ fn is_touch(event: &PointerEvent) -> bool {
 }
 
 fn change(event: &PointerEvent, change: PointerChange) -> Pointer {
-    let stage: HtmlElement = dom::by_id("stage");
+    let stage = dom::html("stage");
     Pointer {
         change,
         id: event.pointer_id(),
@@ -140,16 +131,5 @@ fn change(event: &PointerEvent, change: PointerChange) -> Pointer {
         canvas: Vec2::new(stage.client_width() as f32, stage.client_height() as f32),
         button: event.button(),
         pressed: event.buttons() & 0b11 != 0,
-    }
-}
-
-fn buttons(events: Events) {
-    for (id, control, gives_keys_back) in BUTTONS {
-        dom::listen(&dom::by_id::<HtmlElement>(id), "click", move |event: MouseEvent| {
-            if gives_keys_back {
-                dom::back_to_stage(&event);
-            }
-            events.push(Event::Clicked(control));
-        });
     }
 }

@@ -5,6 +5,7 @@ pub mod dialogs;
 mod files;
 mod help;
 mod hud;
+mod list;
 pub mod listeners;
 mod lobby;
 mod network_panel;
@@ -18,7 +19,7 @@ pub mod views;
 use crate::browser;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
-use web_sys::{Document, Element, Event, EventTarget, HtmlElement, MouseEvent};
+use web_sys::{Document, Element, Event, EventTarget, HtmlElement, HtmlInputElement, MouseEvent};
 
 /// The document.
 pub fn document() -> Document {
@@ -26,11 +27,8 @@ pub fn document() -> Document {
 }
 
 /// The root element, whose data attributes say what state the page is in.
-pub fn root() -> HtmlElement {
-    document()
-        .document_element()
-        .and_then(|element| element.dyn_into().ok())
-        .expect("a document has a root")
+pub fn root() -> Element {
+    document().document_element().expect("a document has a root")
 }
 
 /// The element with an id.
@@ -40,82 +38,93 @@ pub fn by_id<T: JsCast>(id: &str) -> T {
     element.dyn_into().unwrap_or_else(|_| panic!("#{id} is of another kind"))
 }
 
-/// A new element with classes.
-pub fn element(tag: &str, class: &str) -> HtmlElement {
-    let element = document().create_element(tag).expect("tags are valid names");
-    element.set_class_name(class);
-    element.dyn_into().expect("only HTML elements are made here")
+/// The HTML element with an id.
+pub fn html(id: &str) -> HtmlElement {
+    by_id(id)
 }
 
-/// A new element with classes and text.
-pub fn labelled(tag: &str, class: &str, text: &str) -> HtmlElement {
-    let element = element(tag, class);
-    element.set_text_content(Some(text));
-    element
+/// The first element that matches a selector.
+pub fn query<T: JsCast>(selector: &str) -> Option<T> {
+    document().query_selector(selector).ok().flatten()?.dyn_into().ok()
 }
 
-/// Puts an element at the end of another.
-pub fn append(parent: &Element, child: &Element) {
-    parent.append_child(child).expect("a fresh element fits anywhere");
+/// Sets an attribute where it differs, or removes it.
+pub fn set(element: &Element, name: &str, value: Option<&str>) {
+    if element.get_attribute(name).as_deref() != value {
+        let done = match value {
+            Some(value) => element.set_attribute(name, value),
+            None => element.remove_attribute(name),
+        };
+        done.expect("attribute names are valid");
+    }
 }
 
-/// Sets an attribute.
-pub fn set(element: &Element, name: &str, value: &str) {
-    element.set_attribute(name, value).expect("attribute names are valid");
+/// Sets a style property where it differs.
+pub fn style(element: &Element, name: &str, value: &str) {
+    let style = element.unchecked_ref::<HtmlElement>().style();
+    if style.get_property_value(name).as_deref() != Ok(value) {
+        style.set_property(name, value).expect("a live element takes styles");
+    }
 }
 
-/// Sets a style property.
-pub fn style(element: &HtmlElement, name: &str, value: &str) {
-    element.style().set_property(name, value).expect("a live element takes styles");
-}
-
-/// Sets text if it differs: text that stays is not laid out again.
+/// Sets text where it differs: text that stays is not laid out again.
 pub fn set_text(element: &Element, text: &str) {
     if element.text_content().as_deref() != Some(text) {
         element.set_text_content(Some(text));
     }
 }
 
-/// Adds or removes a mark on the root element, for the styles.
-pub fn mark(name: &str, on: bool) {
-    let data = root().dataset();
-    if on {
-        let _ = data.set(name, "yes");
-    } else if data.get(name).is_some() {
-        data.delete(name);
-    }
+/// Sets the text of the element with an id.
+pub fn text(id: &str, text: &str) {
+    set_text(&html(id), text);
+}
+
+/// Sets text, and hides the element without any.
+pub fn text_or_hide(id: &str, shown: Option<&str>) {
+    text(id, shown.unwrap_or_default());
+    show(id, shown.is_some());
+}
+
+/// Shows or hides the element with an id.
+pub fn show(id: &str, shown: bool) {
+    set(&html(id), "hidden", (!shown).then_some(""));
+}
+
+/// Adds or removes a mark on the root element, for the styles. Whether that changed anything.
+pub fn mark(name: &str, on: bool) -> bool {
+    let name = format!("data-{name}");
+    let changes = root().has_attribute(&name) != on;
+    set(&root(), &name, on.then_some("yes"));
+    changes
 }
 
 /// Whether the page is played with fingers.
 pub fn is_touched() -> bool {
-    root().dataset().get("touch").is_some()
+    root().has_attribute("data-touch")
+}
+
+/// Chooses the radio button of a group that has a value.
+pub fn check(group: &str, value: &str) {
+    let selector = format!("#{group} input[value='{value}']");
+    if let Some(radio) = query::<HtmlInputElement>(&selector) {
+        radio.set_checked(true);
+    }
+}
+
+/// Gives the keyboard focus to the canvas: keys belong to the game.
+pub fn focus_stage() {
+    let _ = html("stage").focus();
 }
 
 /// After a click (not after a key on a focused button) keys belong to the game again.
 pub fn back_to_stage(event: &MouseEvent) {
     if event.detail() > 0 {
-        let _ = by_id::<HtmlElement>("stage").focus();
+        focus_stage();
     }
 }
 
-/// Shows or hides an element.
-pub fn show(element: &HtmlElement, shown: bool) {
-    if element.hidden() == shown {
-        element.set_hidden(!shown);
-    }
-}
-
-/// Calls `react` for every event of a kind, for as long as the page lives.
+/// Calls `react` for every event of a kind, for as long as the page lives. Its default may be prevented.
 pub fn listen<E: JsCast>(target: &EventTarget, kind: &str, react: impl Fn(E) + 'static) {
-    let closure = Closure::<dyn Fn(Event)>::new(move |event: Event| react(event.unchecked_into()));
-    target
-        .add_event_listener_with_callback(kind, closure.as_ref().unchecked_ref())
-        .expect("event targets take listeners");
-    closure.forget();
-}
-
-/// Like [`listen`], for events whose default is to be prevented.
-pub fn listen_active<E: JsCast>(target: &EventTarget, kind: &str, react: impl Fn(E) + 'static) {
     let closure = Closure::<dyn Fn(Event)>::new(move |event: Event| react(event.unchecked_into()));
     let options = web_sys::AddEventListenerOptions::new();
     options.set_passive(false);
@@ -130,9 +139,14 @@ pub fn listen_active<E: JsCast>(target: &EventTarget, kind: &str, react: impl Fn
 }
 
 /// The first element at or above an event's target that matches a selector.
-pub fn target_within(event: &Event, selector: &str) -> Option<HtmlElement> {
+pub fn target_within(event: &Event, selector: &str) -> Option<Element> {
     let target: Element = event.target()?.dyn_into().ok()?;
-    target.closest(selector).ok().flatten()?.dyn_into().ok()
+    target.closest(selector).ok().flatten()
+}
+
+/// What was chosen or typed in the field that an event came from.
+pub fn value_of<T: std::str::FromStr>(event: &Event) -> Option<T> {
+    event.target()?.dyn_into::<HtmlInputElement>().ok()?.value().parse().ok()
 }
 
 /// A time in milliseconds since 1970 as people here write it.
@@ -151,7 +165,7 @@ pub fn copy_address(done: impl Fn(bool) + Clone + 'static) {
     // Outside of a secure context (a plain http address in a LAN) there is no clipboard object.
     let navigator = browser::window().navigator();
     if !js_sys::Reflect::get(&navigator, &"clipboard".into()).is_ok_and(|c| c.is_object()) {
-        return done(copy_by_selection(&address));
+        return done(copy_by_selection(&address).unwrap_or(false));
     }
     let denied = done.clone();
     let copied = Closure::<dyn FnMut(JsValue)>::new(move |_| done(true));
@@ -163,14 +177,14 @@ pub fn copy_address(done: impl Fn(bool) + Clone + 'static) {
 }
 
 /// The old way: a field whose text is selected, and the command of the edit menu.
-fn copy_by_selection(address: &str) -> bool {
-    let field = element("textarea", "");
-    let Some(area) = field.dyn_ref::<web_sys::HtmlTextAreaElement>() else { return false };
+fn copy_by_selection(address: &str) -> Option<bool> {
+    let area: web_sys::HtmlTextAreaElement =
+        document().create_element("textarea").ok()?.dyn_into().ok()?;
     area.set_value(address);
-    append(&root(), &field);
+    root().append_child(&area).ok()?;
     area.select();
     let page = document().dyn_into::<web_sys::HtmlDocument>();
     let copied = page.is_ok_and(|page| page.exec_command("copy").unwrap_or(false));
-    field.remove();
-    copied
+    area.remove();
+    Some(copied)
 }

@@ -9,13 +9,12 @@ use crate::page::queue::Events;
 use crate::view::draw::DrawList;
 use crate::view::frame::Frame;
 use crate::view::quality::Quality;
-use crate::view::render::{Made, Renderer};
-use jostle_game::scene::Plan;
+use crate::view::render::Renderer;
 use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 use wasm_bindgen::JsValue;
-use web_sys::{HtmlCanvasElement, HtmlElement};
+use web_sys::HtmlCanvasElement;
 
 /// Blending is specified on encoded values, so the format must not convert.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -25,7 +24,8 @@ const PIXEL_RATIO_MAX: f64 = 3.0;
 /// The canvas of the page.
 pub struct Stage {
     events: Events,
-    graphics: Option<Graphics>,
+    /// Dropped with a lost context; the next frame makes them again.
+    pub graphics: Option<Graphics>,
     quality: Quality,
     /// All pixels are drawn, however long they take (`?sharp=1`).
     sharp: bool,
@@ -44,16 +44,6 @@ impl Stage {
         self.quality = Quality::default();
     }
 
-    /// Drops everything that was made with a lost context. The next frame makes it again.
-    pub fn drop_graphics(&mut self) {
-        self.graphics = None;
-    }
-
-    /// Everything that the graphics have made.
-    pub fn made(&self) -> Option<Made> {
-        self.graphics.as_ref().map(Graphics::made)
-    }
-
     /// The canvas of the next frame, of which controls cover `bottom_css` pixels; `None` while nothing
     /// can be drawn.
     pub fn canvas(&mut self, app: &App, bottom_css: f32) -> Option<Canvas> {
@@ -65,7 +55,7 @@ impl Stage {
         }
         let still = match (app.game(), app.replay()) {
             (Some(game), _) => game.is_frozen(),
-            (_, Some(replay)) => !replay.player.is_playing(),
+            (_, Some(replay)) => !replay.player.playing,
             _ => true,
         };
         // A still picture has the time to be sharp.
@@ -91,25 +81,27 @@ impl Stage {
     pub fn draw(&mut self, app: &App) -> Option<bool> {
         let picture = app.picture()?;
         let graphics = self.graphics.as_mut()?;
-        graphics.prepare(&picture.replica.plan);
+        let Graphics { renderer, device, queue, .. } = graphics;
+        // What an earlier scene needed stays.
+        renderer.prepare(device, queue, picture.replica.plan.features.particles);
         Some(graphics.draw(&picture.frame))
     }
 }
 
 /// CSS pixels a device pixel.
 pub fn css_per_pixel(pixels: [u32; 2]) -> f32 {
-    let stage: HtmlElement = dom::by_id("stage");
-    stage.client_width() as f32 / pixels[0].max(1) as f32
+    dom::html("stage").client_width() as f32 / pixels[0].max(1) as f32
 }
 
 /// Everything that draws.
-struct Graphics {
+pub struct Graphics {
     canvas: HtmlCanvasElement,
     surface: wgpu::Surface<'static>,
     device: wgpu::Device,
     queue: wgpu::Queue,
     configuration: wgpu::SurfaceConfiguration,
-    renderer: Renderer,
+    /// The pipelines.
+    pub renderer: Renderer,
     list: DrawList,
 }
 
@@ -164,16 +156,6 @@ impl Graphics {
             self.surface.configure(&self.device, &self.configuration);
         }
         Some(size)
-    }
-
-    /// Makes what a scene needs and is not there yet; what an earlier scene needed stays.
-    fn prepare(&mut self, plan: &Plan) {
-        self.renderer.prepare(&self.device, &self.queue, plan.into());
-    }
-
-    /// Everything made so far.
-    fn made(&self) -> Made {
-        self.renderer.made()
     }
 
     /// Draws one frame of the size that `fit` gave; `false` if there was nothing to draw on.

@@ -6,6 +6,7 @@ use crate::view::frame::View;
 use crate::world::replica::Replica;
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::Vec2;
+use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
 /// Name tags over heroes.
@@ -65,9 +66,11 @@ impl Tags {
 
     fn take(&mut self, index: usize, appearance: &Appearance, own: bool) -> &mut Tag {
         if index == self.tags.len() {
-            let element = dom::element("div", "tag");
-            dom::set(&element, "dir", "auto");
-            dom::append(&dom::by_id::<HtmlElement>("tags"), &element);
+            let element = dom::document().create_element("div").expect("div is a tag");
+            let element: HtmlElement = element.unchecked_into();
+            dom::set(&element, "class", Some("tag"));
+            dom::set(&element, "dir", Some("auto"));
+            let _ = dom::html("tags").append_child(&element);
             self.tags.push(Tag { element, appearance: None, own: false, size: [0.0; 2] });
         }
         let tag = &mut self.tags[index];

@@ -5,12 +5,13 @@ use crate::browser;
 use crate::input::stick;
 use crate::page::app::App;
 use crate::page::dom;
+use crate::page::dom::list::{Item, List};
 use crate::page::event::Event;
 use crate::page::queue::Events;
-use crate::page::tools::{self, Cap};
+use crate::page::tools;
 use jostle_game::{Buttons, Scene};
 use jostle_sim::Vec2;
-use web_sys::{HtmlElement, MouseEvent, PointerEvent};
+use web_sys::{Element, MouseEvent, PointerEvent};
 
 /// A button that is clicked without a pointer (by a key, by a screen reader) is down for this long,
 /// milliseconds: some ticks.
@@ -18,99 +19,88 @@ const CLICK_MS: i32 = 120;
 
 /// Stick and tool buttons as they were shown last.
 pub struct Touchpad {
-    events: Events,
     scene: Option<String>,
     armed: Buttons,
+    tools: List,
     stick: Option<(Vec2, Vec2)>,
 }
 
 impl Touchpad {
     /// No buttons yet.
-    pub fn new(events: Events) -> Touchpad {
-        Touchpad { events, scene: None, armed: Buttons::default(), stick: None }
+    pub fn new() -> Touchpad {
+        let armed = Buttons::default();
+        Touchpad { scene: None, armed, tools: List::new("tools"), stick: None }
     }
 
     /// Shows stick and buttons.
     pub fn show(&mut self, app: &App) {
+        let armed = app.fingers.armed;
         if let Some(replica) = app.game().and_then(|game| game.replica())
-            && self.scene.as_ref() != Some(&replica.scene.source)
+            && (self.scene.as_ref(), self.armed) != (Some(&replica.scene.source), armed)
         {
             self.scene = Some(replica.scene.source.clone());
-            self.make_buttons(&replica.scene, app.fingers.armed);
-        }
-        if self.armed != app.fingers.armed {
-            show_armed(app.fingers.armed);
-            self.armed = app.fingers.armed;
+            self.armed = armed;
+            dom::show("stick", tools::fingers(&replica.scene).steers);
+            self.tools.show(tool_buttons(&replica.scene, armed));
         }
         let stick = app.fingers.stick();
         if self.stick != stick {
-            if self.stick.map(|(from, _)| from) != stick.map(|(from, _)| from) {
-                place_stick(stick.map(|(from, _)| from));
-            }
-            place_knob(stick.map_or(Vec2::ZERO, |(_, offset)| stick::knob(offset)));
             self.stick = stick;
-        }
-    }
-
-    /// Makes the buttons of a scene.
-    fn make_buttons(&self, scene: &Scene, armed: Buttons) {
-        dom::show(&dom::by_id("stick"), tools::fingers(scene).steers);
-        let tools = tools::touch_tools(scene);
-        let parent: HtmlElement = dom::by_id("tools");
-        parent.set_text_content(None);
-        // A lone aimed tool needs no button: touching the world is it.
-        let lone = tools.iter().filter(|cap| cap.aimed).count() == 1;
-        for cap in tools.iter().filter(|cap| !(lone && cap.aimed)) {
-            dom::append(&parent, &tool_button(self.events, cap));
-        }
-        show_armed(armed);
-    }
-}
-
-fn show_armed(armed: Buttons) {
-    let buttons = dom::by_id::<HtmlElement>("tools").children();
-    for index in 0..buttons.length() {
-        let Some(button) = buttons.item(index) else { continue };
-        if let Some(bits) = button.get_attribute("data-arm") {
-            dom::set(&button, "aria-pressed", &(bits == armed.0.to_string()).to_string());
+            place_stick(stick.map(|(from, _)| from));
+            let offset = stick.map_or(Vec2::ZERO, |(_, offset)| stick::knob(offset));
+            let moved = format!("translate({}px, {}px)", offset.x, offset.y);
+            dom::style(&dom::html("knob"), "transform", &moved);
         }
     }
 }
 
-fn tool_button(events: Events, cap: &Cap) -> HtmlElement {
-    let button = dom::labelled("button", "", cap.does);
-    let buttons = cap.buttons;
-    if cap.aimed {
-        dom::set(&button, "data-arm", &buttons.0.to_string());
-        let arm = move || events.push(Event::ToolArmed(buttons));
-        dom::listen(&button, "pointerdown", move |_: PointerEvent| arm());
-        dom::listen(&button, "click", move |_: MouseEvent| arm());
-        return button;
-    }
-    for (kind, down) in [
-        ("pointerdown", true),
-        ("pointerup", false),
-        ("pointercancel", false),
-        ("pointerleave", false),
-    ] {
-        let own = button.clone();
-        dom::listen(&button, kind, move |_: PointerEvent| {
-            let _ = own.class_list().toggle_with_force("down", down);
-            events.push(Event::ToolPressed(buttons, down));
+/// The buttons of a scene. A lone aimed tool needs none: touching the world is it.
+fn tool_buttons(scene: &Scene, armed: Buttons) -> impl Iterator<Item = Item> {
+    let tools = tools::touch_tools(scene);
+    let lone = tools.iter().filter(|cap| cap.aimed).count() == 1;
+    tools.into_iter().filter(move |cap| !(lone && cap.aimed)).map(move |cap| {
+        let pressed = cap.aimed.then(|| (cap.buttons == armed).to_string());
+        Item::new("tool-item", cap.buttons.0)
+            .with("", "data-buttons", cap.buttons.0.to_string())
+            .with("", "aria-pressed", pressed)
+            .text("", cap.does)
+    })
+}
+
+/// Listens to the tool buttons. Those that are armed can be pressed, in the words of `aria-pressed`.
+pub fn listen(events: Events) {
+    let tool = |event: &web_sys::Event| -> Option<(Element, Buttons)> {
+        let button = dom::target_within(event, "[data-buttons]")?;
+        let buttons = button.get_attribute("data-buttons")?.parse().ok()?;
+        Some((button, Buttons(buttons)))
+    };
+    let tools = dom::html("tools");
+    for kind in ["pointerdown", "pointerup", "pointercancel", "pointerout"] {
+        dom::listen(&tools, kind, move |event: PointerEvent| {
+            let Some((button, buttons)) = tool(&event) else { return };
+            let down = kind == "pointerdown";
+            if !button.has_attribute("aria-pressed") {
+                let _ = button.class_list().toggle_with_force("down", down);
+                events.push(Event::ToolPressed(buttons, down));
+            } else if down {
+                events.push(Event::ToolArmed(buttons));
+            }
         });
     }
-    dom::listen(&button, "click", move |event: MouseEvent| {
-        if event.detail() == 0 {
+    dom::listen(&tools, "click", move |event: MouseEvent| {
+        let Some((button, buttons)) = tool(&event) else { return };
+        if button.has_attribute("aria-pressed") {
+            events.push(Event::ToolArmed(buttons));
+        } else if event.detail() == 0 {
             events.push(Event::ToolPressed(buttons, true));
             browser::after(CLICK_MS, move || events.push(Event::ToolPressed(buttons, false)));
         }
     });
-    button
 }
 
 /// Moves the stick under the thumb, or back to its place.
 fn place_stick(at: Option<Vec2>) {
-    let stick: HtmlElement = dom::by_id("stick");
+    let stick = dom::html("stick");
     let _ = stick.class_list().toggle_with_force("held", at.is_some());
     let (left, top, bottom) = match at {
         Some(at) => (format!("{}px", at.x), format!("{}px", at.y - stick::RADIUS_PX), "auto"),
@@ -119,9 +109,4 @@ fn place_stick(at: Option<Vec2>) {
     dom::style(&stick, "left", &left);
     dom::style(&stick, "top", &top);
     dom::style(&stick, "bottom", bottom);
-}
-
-fn place_knob(offset: Vec2) {
-    let knob: HtmlElement = dom::by_id("knob");
-    dom::style(&knob, "transform", &format!("translate({}px, {}px)", offset.x, offset.y));
 }

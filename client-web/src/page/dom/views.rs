@@ -2,10 +2,10 @@
 
 use crate::browser;
 use crate::net::api::query_value;
-use crate::net::simulated_link::NetworkConditions;
-use crate::page::app::App;
+use crate::page::app::{Activity, App};
 use crate::page::dom;
 use crate::page::dom::dialogs::{self, DialogsView};
+use crate::page::dom::help;
 use crate::page::dom::hud::Hud;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
@@ -15,18 +15,15 @@ use crate::page::dom::tags::Tags;
 use crate::page::dom::touchpad::Touchpad;
 use crate::page::event::Canvas;
 use crate::page::queue::Events;
-use crate::page::strings;
-use crate::page::{app::Activity, app::Panels};
 use crate::view::frame::View;
-use crate::view::render::Made;
-use web_sys::HtmlElement;
 
 /// Time between two updates of the texts, milliseconds.
 const TEXT_MS: f64 = 200.0;
 
 /// The page as it was shown last.
 pub struct Views {
-    stage: Stage,
+    /// The canvas.
+    pub stage: Stage,
     dialogs: DialogsView,
     lobby: LobbyView,
     hud: Hud,
@@ -34,36 +31,11 @@ pub struct Views {
     replay: ReplayControls,
     tags: Tags,
     touchpad: Touchpad,
-    root: Root,
+    /// Number of the screen.
+    screen: u32,
     text_ms: f64,
     /// The canvas is to get the focus as soon as it is visible.
-    focus_stage: bool,
-}
-
-/// The root element and single elements as they were shown last.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Root {
-    state: &'static str,
-    screen: u32,
-    own_color: u8,
-    world_shown: bool,
-    copied: Option<bool>,
-    panels: Panels,
-    conditions: NetworkConditions,
-}
-
-impl Root {
-    fn of(app: &App) -> Root {
-        Root {
-            state: app.state(),
-            screen: app.screen,
-            own_color: app.own_color,
-            world_shown: app.world_shown,
-            copied: app.copied,
-            panels: app.panels,
-            conditions: app.conditions,
-        }
-    }
+    pub focus_stage: bool,
 }
 
 impl Views {
@@ -71,17 +43,16 @@ impl Views {
     pub fn new(events: Events, app: &App) -> Views {
         let query = browser::window().location().search().unwrap_or_default();
         network_panel::fill(app);
-        wear(app.own_color);
         Views {
             stage: Stage::new(events, query_value(&query, "sharp") == Some("1")),
             dialogs: DialogsView::default(),
-            lobby: LobbyView::default(),
-            hud: Hud::default(),
+            lobby: LobbyView::new(),
+            hud: Hud::new(),
             network: NetworkPanel::new(),
-            replay: ReplayControls::default(),
+            replay: ReplayControls::new(),
             tags: Tags::default(),
-            touchpad: Touchpad::new(events),
-            root: Root { state: "loading", ..Root::of(app) },
+            touchpad: Touchpad::new(),
+            screen: app.screen,
             text_ms: 0.0,
             focus_stage: false,
         }
@@ -89,61 +60,50 @@ impl Views {
 
     /// Shows everything that an event may have changed.
     pub fn show(&mut self, app: &App) {
-        let root = Root::of(app);
-        if self.root != root {
-            self.show_root(app, root);
+        if self.screen != app.screen {
+            self.screen = app.screen;
+            self.begin_screen(app);
+        }
+        let root = dom::root();
+        dom::set(&root, "data-state", Some(app.state()));
+        // The page takes the player's colour.
+        let own = format!("var(--player-{})", app.own_color);
+        dom::style(&root, "--own", &own);
+        if dom::mark("world", app.world_shown) && app.world_shown {
+            dialogs::rescue_focus();
+        }
+        show_copied(app.copied);
+        let figures_shown = !dom::html("figures").hidden();
+        if figures_shown != app.panels.figures {
+            dom::show("figures", app.panels.figures);
+            // Its texts follow with the next frame.
+            self.text_ms = 0.0;
+        }
+        if self.network.show(app.panels.network) {
+            self.text_ms = 0.0;
         }
         if let Activity::Lobby = app.activity {
             self.lobby.show(app);
         }
         self.touchpad.show(app);
         if std::mem::take(&mut self.focus_stage) {
-            let _ = dom::by_id::<HtmlElement>("stage").focus();
+            dom::focus_stage();
         }
         self.dialogs.show(app);
     }
 
-    /// Gives the keyboard focus to the canvas, which may become visible only when shown next.
-    pub fn focus_stage(&mut self) {
-        self.focus_stage = true;
-    }
-
-    fn show_root(&mut self, app: &App, root: Root) {
-        let before = std::mem::replace(&mut self.root, root);
-        if before.screen != root.screen {
-            self.begin_screen(app);
-        }
-        if before.state != root.state {
-            let _ = dom::root().dataset().set("state", root.state);
-        }
-        if before.own_color != root.own_color {
-            wear(root.own_color);
-        }
-        if before.world_shown != root.world_shown {
-            dom::mark("world", root.world_shown);
-            if root.world_shown {
-                dialogs::rescue_focus();
-            }
-        }
-        if before.copied != root.copied {
-            show_copied(root.copied);
-        }
-        dom::show(&dom::by_id("figures"), root.panels.figures);
-        self.network.show(root.panels.network);
-        // The texts follow with the next frame.
-        self.text_ms = 0.0;
-    }
-
     fn begin_screen(&mut self, app: &App) {
+        self.text_ms = 0.0;
         self.hud.clear();
         self.network.clear();
         self.tags.clear();
         self.stage.reset();
         if let Some(replay) = app.replay() {
             self.replay.adopt(replay);
+            help::fill_for_replay(&mut self.hud.help, replay.player.scene());
         }
-        if let Some(frozen) = app.frozen_demo {
-            dom::set(&dom::root(), "data-hud", if frozen.hud { "yes" } else { "no" });
+        if let Some(hud) = app.frozen_hud {
+            dom::set(&dom::root(), "data-hud", Some(if hud { "yes" } else { "no" }));
         }
     }
 
@@ -151,11 +111,11 @@ impl Views {
     pub fn canvas(&mut self, app: &App) -> Option<Canvas> {
         let bottom_css = match app.replay() {
             Some(_) => {
-                let covered = dom::by_id::<HtmlElement>("deck").get_bounding_client_rect();
-                let stage_css = f64::from(dom::by_id::<HtmlElement>("stage").client_height());
+                let covered = dom::html("deck").get_bounding_client_rect();
+                let stage_css = f64::from(dom::html("stage").client_height());
                 (stage_css - covered.top()).max(0.0) as f32
             }
-            None => self.hud.bottom_css(),
+            None => self.hud.bottom_css,
         };
         self.stage.canvas(app, bottom_css)
     }
@@ -172,33 +132,24 @@ impl Views {
     /// Shows everything that may change with every frame.
     pub fn show_frame(&mut self, app: &App) {
         let now_ms = app.now_ms();
-        if let Some(game) = app.game() {
-            self.hud.show_news(&app.news);
+        let tick = if let Some(game) = app.game() {
             self.hud.show_frame(app, game);
-            if let Some(replica) = game.replica() {
-                let _ =
-                    dom::root().dataset().set("tick", &format!("{:.0}", replica.display().floor()));
-            }
             if now_ms - self.text_ms >= TEXT_MS {
                 self.text_ms = now_ms;
                 self.hud.show_texts(app, game);
                 self.network.show_texts(game, now_ms);
             }
+            game.replica().map(|replica| format!("{:.0}", replica.display.floor()))
         } else if let Some(replay) = app.replay() {
-            self.hud.show_news(&app.news);
-            let _ = dom::root().dataset().set("tick", &replay.player.tick().to_string());
             self.replay.show(&replay.player, now_ms);
+            Some(replay.player.tick().to_string())
+        } else {
+            return;
+        };
+        self.hud.show_news(&app.news);
+        if tick.is_some() {
+            dom::set(&dom::root(), "data-tick", tick.as_deref());
         }
-    }
-
-    /// Drops everything that was made with a lost drawing context.
-    pub fn drop_graphics(&mut self) {
-        self.stage.drop_graphics();
-    }
-
-    /// Everything that the graphics have made.
-    pub fn made(&self) -> Option<Made> {
-        self.stage.made()
     }
 }
 
@@ -206,21 +157,19 @@ impl Views {
 pub fn view(app: &App) -> Option<&View> {
     match (app.game(), app.replay()) {
         (Some(game), _) => Some(game.view()),
-        (_, Some(replay)) => Some(replay.view()),
+        (_, Some(replay)) => Some(&replay.view),
         _ => None,
     }
-}
-
-/// The page takes the player's colour.
-fn wear(color: u8) {
-    dom::style(&dom::root(), "--own", &format!("var(--player-{color})"));
 }
 
 /// Says on the button whether the link was copied; `style.css` keeps it as wide as the longest of these
 /// texts.
 fn show_copied(copied: Option<bool>) {
-    let button: HtmlElement = dom::by_id("copy");
-    let (text, title) = strings::copied(copied);
-    dom::set_text(&button, text);
-    dom::set(&button, "title", title);
+    let (text, title) = match copied {
+        None => ("Copy link", ""),
+        Some(true) => ("Copied", ""),
+        Some(false) => ("Couldn't copy", "Copy the link from the address bar."),
+    };
+    dom::text("copy", text);
+    dom::set(&dom::html("copy"), "title", Some(title));
 }

@@ -7,7 +7,7 @@ use super::status::State;
 use crate::net::report::SocketEvent;
 use crate::page::context::{Context, Secret};
 use crate::page::event::Effect;
-use crate::page::strings::{self, Notice};
+use crate::page::strings::{self, Card};
 use jostle_protocol::Refusal;
 
 /// Silence after which a socket is given up, milliseconds.
@@ -130,14 +130,14 @@ impl GameScreen {
     }
 
     /// The notice to show while the page reconnects.
-    pub fn loss(&self) -> Notice {
+    pub fn loss(&self) -> Card {
         if self.status.restarting { strings::RESTARTING } else { strings::RECONNECTING }
     }
 
     /// Attempts since the last good connection.
     pub fn attempts(&self) -> u32 {
         match &self.link {
-            Link::Server(connection) => connection.backoff.attempts(),
+            Link::Server(connection) => connection.backoff.attempts,
             Link::InPage(_) => 0,
         }
     }

@@ -192,20 +192,17 @@ impl GameScreen {
         let replica = &membership.replica;
         replica.newest()?;
         let frozen = self.is_frozen();
-        let tick_s = (replica.display() / f64::from(TICKS_PER_SECOND)) as f32;
+        let tick_s = (replica.display / f64::from(TICKS_PER_SECOND)) as f32;
         Some(Frame {
             view: self.view.view,
             world_size: replica.scene.size,
             bodies: replica.bodies(),
             particles: replica.particles(),
-            recipes: &replica.scene.recipes,
             particle_lead: if frozen { 0.0 } else { replica.particle_lead() },
-            effects: replica.effects(),
+            effects: &replica.effects,
             time: if frozen { tick_s } else { time },
             bounds: self.view.bounds(Some(replica)),
             calm,
-            own_seat: Some(replica.seat),
-            pointer: if frozen { None } else { self.controls.pointer(&self.view.view) },
             copy: membership.copy,
             dimmed: !matches!(self.status.state, State::Playing | State::Frozen),
         })

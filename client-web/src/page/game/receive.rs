@@ -27,14 +27,14 @@ impl GameScreen {
         self.meter.carried(now_ms, traffic_of(&message), bytes.len());
         match message {
             Ok(ServerMessage::Snapshot(coded)) => self.file(ctx, &coded),
-            Ok(ServerMessage::Welcome { seat, host, token, tick, room, scene_name, scene }) => {
+            Ok(ServerMessage::Welcome { seat, host, token, tick, scene_name, scene, .. }) => {
                 match Scene::parse(&format!("{scene_name}.toml"), &scene) {
                     Ok(scene) => {
                         if !self.is_in_page() {
                             ctx.set_secret(Secret::Seat, &self.code, Some(token));
                         }
                         self.status.host = host;
-                        let replica = Replica::new(Arc::new(scene), Seat(seat), room);
+                        let replica = Replica::new(Arc::new(scene), Seat(seat));
                         self.welcome(ctx, replica, tick);
                     }
                     Err(error) => {

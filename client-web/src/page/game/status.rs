@@ -1,6 +1,6 @@
 //! The stage that a game is at, and everything the page says about it besides the world itself.
 
-use crate::page::strings::Notice;
+use crate::page::strings::Card;
 
 /// The stage that a game is at, as `data-state` names it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub struct Status {
     /// The stage.
     pub state: State,
     /// Why the session ended, if it did.
-    pub notice: Option<Notice>,
+    pub notice: Option<Card>,
     /// When the first seat was taken.
     pub joined_ms: Option<f64>,
     /// When the server will close.

@@ -16,7 +16,7 @@ const SHOCK_S: f32 = 0.9;
 /// Adds the face of a body, if it has one and is large enough to show it.
 pub fn fill(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     let least = pose.half.x.min(pose.half.y);
-    if least < PIXELS_MIN * stage.quads.unit_per_pixel() {
+    if least < PIXELS_MIN * stage.quads.unit_per_pixel {
         return;
     }
     match body.kind {

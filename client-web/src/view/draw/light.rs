@@ -15,11 +15,14 @@ const MARGIN_CELLS: f32 = 4.0;
 /// Light on a grid of [`LIGHT_CELLS`] squared cells, row 0 at the bottom.
 #[derive(Clone, Debug)]
 pub struct LightField {
-    low: Vec2,
+    /// Lower left corner, world units.
+    pub low: Vec2,
     cell: f32,
     cells: Vec<[f32; 3]>,
-    texels: Vec<u8>,
-    lit: bool,
+    /// RGBA texels, square roots of the light, row 0 at the bottom of the world.
+    pub texels: Vec<u8>,
+    /// There is any light.
+    pub lit: bool,
 }
 
 impl Default for LightField {
@@ -92,24 +95,9 @@ impl LightField {
         }
     }
 
-    /// Whether there is any light.
-    pub fn is_lit(&self) -> bool {
-        self.lit
-    }
-
-    /// Lower left corner, world units.
-    pub fn low(&self) -> Vec2 {
-        self.low
-    }
-
     /// Width and height, world units.
     pub fn size(&self) -> f32 {
         self.cell * LIGHT_CELLS as f32
-    }
-
-    /// RGBA texels, square roots of the light, row 0 at the bottom of the world.
-    pub fn texels(&self) -> &[u8] {
-        &self.texels
     }
 
     /// The light in the cell of a world point, 0..=1, for tests.

@@ -34,11 +34,15 @@ pub const PARTICLES_MAX: usize = 65_536;
 /// remembers how bodies moved, for squash and stretch.
 #[derive(Default)]
 pub struct DrawList {
-    globals: Globals,
+    /// The uniform block.
+    pub globals: Globals,
     quads: Quads,
-    overlay_start: usize,
-    particles: Vec<ParticleVertex>,
-    light: LightField,
+    /// The first of [`DrawList::solids`] that lies over the particles.
+    pub overlay_start: usize,
+    /// Particles, four vertices each.
+    pub particles: Vec<ParticleVertex>,
+    /// The light that glowing things throw.
+    pub light: LightField,
     motion: Motion,
     /// The copy of the room that moved.
     copy: u32,
@@ -67,7 +71,7 @@ impl DrawList {
         effects::fill(&mut stage);
         self.fill_particles(frame.particles, frame.particle_lead);
 
-        self.overlay_start = self.quads.vertices().len();
+        self.overlay_start = self.quads.vertices.len();
         if frame.bounds {
             outline::fill(&mut Stage { quads: &mut self.quads, light: &mut self.light, frame });
         }
@@ -106,29 +110,9 @@ impl DrawList {
         self.particles.extend_from_slice(&[vertex; 4]);
     }
 
-    /// The uniform block.
-    pub fn globals(&self) -> &Globals {
-        &self.globals
-    }
-
     /// Solid quads, four vertices each.
     pub fn solids(&self) -> &[SolidVertex] {
-        self.quads.vertices()
-    }
-
-    /// The first of [`DrawList::solids`] that lies over the particles.
-    pub fn overlay_start(&self) -> usize {
-        self.overlay_start
-    }
-
-    /// Particles, four vertices each.
-    pub fn particles(&self) -> &[ParticleVertex] {
-        &self.particles
-    }
-
-    /// The light that glowing things throw.
-    pub fn light(&self) -> &LightField {
-        &self.light
+        &self.quads.vertices
     }
 }
 
@@ -144,10 +128,10 @@ fn globals(frame: &Frame, half: Vec2, light: &LightField) -> Globals {
         half: half.into(),
         world: frame.world_size.into(),
         pixels: frame.view.pixels.map(|p| p as f32),
-        light_low: light.low().into(),
+        light_low: light.low.into(),
         light_size: [light.size(); 2],
         unit_per_pixel: frame.view.unit_per_pixel(),
-        light_on: f32::from(u8::from(light.is_lit())),
+        light_on: f32::from(u8::from(light.lit)),
         grid: 1.0,
         unused: 0.0,
         ink: INK.map(|ink| rgba(ink, 1.0).map(|part| f32::from(part) / 255.0)),

@@ -28,7 +28,8 @@ struct Sprung {
 #[derive(Clone, Copy, Debug)]
 pub struct Spring {
     velocity: Vec2,
-    squash: f32,
+    /// By what share the body is flatter.
+    pub squash: f32,
     rate: f32,
 }
 
@@ -112,11 +113,6 @@ impl Spring {
     /// Of a body that has moved like this for long.
     pub fn at_rest(velocity: Vec2) -> Spring {
         Spring { velocity, squash: 0.0, rate: 0.0 }
-    }
-
-    /// By what share the body is flatter.
-    pub fn squash(&self) -> f32 {
-        self.squash
     }
 
     /// Advances by this many seconds with a velocity.

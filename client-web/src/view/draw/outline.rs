@@ -76,7 +76,7 @@ fn closed(stage: &mut Stage, corners: &[Vec2], color: [u8; 4]) {
 /// A straight line with round ends.
 fn line(stage: &mut Stage, from: Vec2, to: Vec2, color: [u8; 4]) {
     let tall = stage.frame.view.pixels[1] as f32 / 720.0;
-    let width = 0.5 * LINE_PIXELS * tall.max(1.0) * stage.quads.unit_per_pixel();
+    let width = 0.5 * LINE_PIXELS * tall.max(1.0) * stage.quads.unit_per_pixel;
     let span = to - from;
     let length = span.length();
     let half = Vec2::new(0.5 * length + width, width);

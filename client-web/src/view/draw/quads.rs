@@ -9,10 +9,12 @@ const QUADS_MAX: usize = 262_144;
 /// Quads of a frame, in drawing order.
 #[derive(Default)]
 pub struct Quads {
-    vertices: Vec<SolidVertex>,
+    /// Four vertices a quad.
+    pub vertices: Vec<SolidVertex>,
     center: Vec2,
     half: Vec2,
-    unit_per_pixel: f32,
+    /// World units a pixel.
+    pub unit_per_pixel: f32,
 }
 
 impl Quads {
@@ -39,15 +41,5 @@ impl Quads {
         if self.sees(center, reach) && self.vertices.len() < QUADS_MAX * 4 {
             self.vertices.extend_from_slice(&[quad; 4]);
         }
-    }
-
-    /// World units a pixel.
-    pub fn unit_per_pixel(&self) -> f32 {
-        self.unit_per_pixel
-    }
-
-    /// Four vertices a quad.
-    pub fn vertices(&self) -> &[SolidVertex] {
-        &self.vertices
     }
 }

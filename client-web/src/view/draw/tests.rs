@@ -30,14 +30,11 @@ fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
         world_size: Vec2::new(200.0, 112.5),
         bodies,
         particles,
-        recipes: &[],
         particle_lead: 0.0,
         effects: &[],
         time: 1.0,
         bounds: false,
         calm: true,
-        own_seat: None,
-        pointer: None,
         copy: 0,
         dimmed: false,
     }
@@ -56,7 +53,7 @@ fn bounds_of(bodies: &[FrameBody]) -> Vec<SolidVertex> {
     let particles = Particles::default();
     let mut list = DrawList::new();
     list.fill(&Frame { bounds: true, ..frame(bodies, &particles) });
-    quads(&list.solids()[list.overlay_start()..])
+    quads(&list.solids()[list.overlay_start..])
 }
 
 /// The two ends of a drawn line; its ends are round, half of its width past them.
@@ -133,7 +130,7 @@ fn a_hidden_body_keeps_only_its_bounds() {
     shown.hidden = true;
     let mut list = DrawList::new();
     list.fill(&Frame { bounds: true, ..frame(&[shown], &particles) });
-    assert_eq!(list.overlay_start(), 0, "nothing under the bounds");
+    assert_eq!(list.overlay_start, 0, "nothing under the bounds");
     assert!(!list.solids().is_empty());
 }
 
@@ -155,8 +152,8 @@ fn bodies_out_of_view_cost_nothing() {
     };
     list.fill(&Frame { bounds: true, effects: &[effect], ..frame(&bodies, &particles) });
     assert!(list.solids().is_empty());
-    assert!(list.particles().is_empty());
-    assert!(!list.light().is_lit());
+    assert!(list.particles.is_empty());
+    assert!(!list.light.lit);
 }
 
 #[test]
@@ -182,10 +179,10 @@ fn a_crowd_is_drawn_in_full_and_without_allocations() {
     let bodies_drawn =
         quads(list.solids()).iter().filter(|q| q.kind == SolidKind::MatteOval as u32).count();
     assert_eq!(bodies_drawn, 5000);
-    assert_eq!(list.particles().len(), particles.len() * 4);
-    let before = (list.solids().as_ptr(), list.particles().as_ptr());
+    assert_eq!(list.particles.len(), particles.len() * 4);
+    let before = (list.solids().as_ptr(), list.particles.as_ptr());
     list.fill(&frame(&bodies, &particles));
-    assert_eq!((list.solids().as_ptr(), list.particles().as_ptr()), before);
+    assert_eq!((list.solids().as_ptr(), list.particles.as_ptr()), before);
 }
 
 #[test]
@@ -194,7 +191,7 @@ fn particles_are_drawn_at_their_present_position_with_their_own_look() {
     let mut list = DrawList::new();
     let lead = 0.01;
     list.fill(&Frame { particle_lead: lead, ..frame(&[], &particles) });
-    for (i, vertex) in list.particles().iter().step_by(4).enumerate() {
+    for (i, vertex) in list.particles.iter().step_by(4).enumerate() {
         let place = particles.positions()[i] + particles.velocities()[i] * lead;
         let look = particles.appearance(i);
         assert_eq!(Vec2::from(vertex.center), place);
@@ -211,8 +208,8 @@ fn a_lost_connection_dims_everything_last() {
     list.fill(&Frame { bounds: true, dimmed: true, ..frame(&bodies, &particles) });
     let all = quads(list.solids());
     let veil = all.last().expect("a veil");
-    assert_eq!(veil.half, list.globals().half, "it covers the view");
-    assert!(list.overlay_start() < list.solids().len() - 4);
+    assert_eq!(veil.half, list.globals.half, "it covers the view");
+    assert!(list.overlay_start < list.solids().len() - 4);
 }
 
 #[test]
@@ -221,13 +218,13 @@ fn explosions_light_only_nearby_bodies() {
     let particles = burst(200, at, 20);
     let mut list = DrawList::new();
     list.fill(&frame(&[], &particles));
-    assert_eq!(list.globals().light_on, 1.0);
-    let near = list.light().at(at + Vec2::new(6.0, 0.0))[0];
-    let far = list.light().at(at + Vec2::new(100.0, 0.0))[0];
+    assert_eq!(list.globals.light_on, 1.0);
+    let near = list.light.at(at + Vec2::new(6.0, 0.0))[0];
+    let far = list.light.at(at + Vec2::new(100.0, 0.0))[0];
     assert!(near > 0.5, "near: {near}");
     assert!(far < 0.02, "far: {far}");
     list.fill(&frame(&[], &Particles::default()));
-    assert_eq!(list.globals().light_on, 0.0, "the light goes out with the fire");
+    assert_eq!(list.globals.light_on, 0.0, "the light goes out with the fire");
 }
 
 /// Height over width of the first matte box drawn.

@@ -79,8 +79,10 @@ impl Picture {
 pub struct Headless {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    renderer: Renderer,
-    adapter: String,
+    /// The pipelines, to see what was made.
+    pub renderer: Renderer,
+    /// Name of the adapter and its backend.
+    pub adapter: String,
 }
 
 impl Headless {
@@ -102,16 +104,6 @@ impl Headless {
         let info = adapter.get_info();
         let adapter = format!("{} ({})", info.name, info.backend);
         Ok(Headless { device, queue, renderer, adapter })
-    }
-
-    /// Name of the adapter and its backend.
-    pub fn adapter(&self) -> &str {
-        &self.adapter
-    }
-
-    /// The renderer, to prepare it or to see what it has made.
-    pub fn renderer(&mut self) -> &mut Renderer {
-        &mut self.renderer
     }
 
     /// Draws a list into a new target and reads it back.

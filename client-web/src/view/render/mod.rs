@@ -13,23 +13,9 @@ mod solids;
 
 use crate::view::draw::DrawList;
 use buffers::QuadIndices;
-use jostle_game::scene::Plan;
 use particles::ParticlePass;
 use shared::Shared;
 use solids::SolidPass;
-
-/// Needs of a scene beyond the stage and solid bodies, from its plan.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Features {
-    /// Something in it can make particles.
-    pub particles: bool,
-}
-
-impl From<&Plan> for Features {
-    fn from(plan: &Plan) -> Features {
-        Features { particles: plan.features.particles }
-    }
-}
 
 /// Everything that a renderer has made on its device: the cost of a scene there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,16 +54,11 @@ impl Renderer {
         }
     }
 
-    /// Makes what a scene needs ahead of time, so that the first explosion does not stutter.
-    pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, features: Features) {
-        if features.particles && self.particles.is_none() {
+    /// Makes what a scene with particles needs ahead of time, so that the first explosion does not stutter.
+    pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, particles: bool) {
+        if particles && self.particles.is_none() {
             self.particles = Some(ParticlePass::new(device, queue, &self.shared, self.format));
         }
-    }
-
-    /// Everything made so far.
-    pub fn features(&self) -> Features {
-        Features { particles: self.particles.is_some() }
     }
 
     /// All pipelines and textures so far.
@@ -102,7 +83,7 @@ impl Renderer {
         size: [u32; 2],
         list: &DrawList,
     ) {
-        self.prepare(device, queue, Features { particles: !list.particles().is_empty() });
+        self.prepare(device, queue, !list.particles.is_empty());
         self.upload(device, queue, size, list);
         let mut encoder =
             device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
@@ -134,9 +115,9 @@ impl Renderer {
         self.shared.upload(queue, size, list);
         self.solids.upload(device, queue, list.solids());
         if let Some(particles) = &mut self.particles {
-            particles.upload(device, queue, list.particles());
+            particles.upload(device, queue, &list.particles);
         }
-        let vertices = list.solids().len().max(list.particles().len());
+        let vertices = list.solids().len().max(list.particles.len());
         self.indices.cover(device, vertices / 4);
     }
 
@@ -146,10 +127,10 @@ impl Renderer {
         pass.draw(0..3, 0..1);
 
         pass.set_index_buffer(self.indices.buffer.slice(..), wgpu::IndexFormat::Uint32);
-        let (overlay, end) = (list.overlay_start() / 4, list.solids().len() / 4);
+        let (overlay, end) = (list.overlay_start / 4, list.solids().len() / 4);
         self.solids.record(pass, 0..overlay);
         if let Some(particles) = &self.particles {
-            particles.record(pass, list.particles().len() / 4);
+            particles.record(pass, list.particles.len() / 4);
         }
         self.solids.record(pass, overlay..end);
     }

@@ -64,10 +64,10 @@ impl Shared {
 
     /// Sends camera and light of a frame for a target of `size` pixels.
     pub fn upload(&self, queue: &wgpu::Queue, size: [u32; 2], list: &DrawList) {
-        let globals = Globals { pixels: size.map(|p| p as f32), ..*list.globals() };
+        let globals = Globals { pixels: size.map(|p| p as f32), ..list.globals };
         queue.write_buffer(&self.globals, 0, bytemuck::bytes_of(&globals));
-        if list.light().is_lit() {
-            write_texture(queue, &self.light, list.light().texels());
+        if list.light.lit {
+            write_texture(queue, &self.light, &list.light.texels);
         }
     }
 }

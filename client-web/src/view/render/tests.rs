@@ -1,6 +1,5 @@
 //! Drawing without a window on whatever adapter there is; a machine without one skips, and says so.
 
-use super::Features;
 use super::headless::{Headless, HeadlessError, Picture};
 use crate::view::draw::DrawList;
 use crate::view::frame::{Frame, FrameBody, View};
@@ -36,14 +35,11 @@ fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) ->
         world_size: Vec2::new(200.0, 112.5),
         bodies,
         particles,
-        recipes: &[],
         particle_lead: 0.0,
         effects: &[],
         time: 1.0,
         bounds: false,
         calm: true,
-        own_seat: None,
-        pointer: None,
         copy: 0,
         dimmed: false,
     }
@@ -86,7 +82,7 @@ fn particles_add_up_until_they_saturate() {
         let under = ground.pixel(32, 32);
         let sum = [100, 40, 10, 0].map(|c| c * u32::from(count));
         let expected = [0, 1, 2, 3].map(|i| (u32::from(under[i]) + sum[i]).min(255) as u8);
-        assert_eq!(picture.pixel(32, 32), expected, "{count} on {}", headless.adapter());
+        assert_eq!(picture.pixel(32, 32), expected, "{count} on {}", headless.adapter);
         assert_eq!(picture.pixel(1, 1), ground.pixel(1, 1), "nothing beside them");
     }
     let bright = heap(1, [4.0, 0.5, 0.25], DARK);
@@ -118,11 +114,9 @@ fn a_scene_without_particles_makes_no_particle_pipeline() {
     let Some(mut headless) = open() else { return };
     let hero = body(Kind::Hero, Shape::rect(16.0, 22.0));
     draw(&mut headless, &frame(DARK, &[hero], &Particles::default()));
-    assert_eq!(headless.renderer().features(), Features { particles: false });
-    assert_eq!(headless.renderer().made().pipelines, ["ground", "solids"]);
+    assert_eq!(headless.renderer.made().pipelines, ["ground", "solids"]);
     draw(&mut headless, &frame(DARK, &[hero], &heap(1, [1.0; 3], DARK)));
-    assert_eq!(headless.renderer().features(), Features { particles: true });
-    let made = headless.renderer().made();
+    let made = headless.renderer.made();
     assert_eq!(made.pipelines, ["ground", "solids", "particles"]);
     assert_eq!(made.textures[1], ("particle sprite", 64 * 64 * 4));
 }
@@ -130,7 +124,7 @@ fn a_scene_without_particles_makes_no_particle_pipeline() {
 #[test]
 fn the_plan_of_a_scene_decides_which_resources_are_created() {
     for scene in Scene::built_in() {
-        let needed = Features::from(&Plan::of(&scene)).particles;
+        let needed = Plan::of(&scene).features.particles;
         let makes = ["arena", "particles", "emitters"].contains(&scene.name.as_str());
         assert_eq!(needed, makes, "{}", scene.name);
     }

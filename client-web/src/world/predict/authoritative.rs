@@ -20,8 +20,10 @@ const MEMORY: u32 = 24;
 #[derive(Clone)]
 pub(super) struct AuthoritativeSim {
     world: World,
-    tick: u32,
-    hero: BodyId,
+    /// The tick at whose end it is.
+    pub tick: u32,
+    /// The hero's name in the room.
+    pub hero: BodyId,
     /// The hero's name in the small world.
     local: BodyId,
     /// In index order of the room.
@@ -168,16 +170,6 @@ impl AuthoritativeSim {
             self.world.set_velocity(self.local, velocity);
         }
         self.world.step();
-    }
-
-    /// The tick at whose end it is.
-    pub fn tick(&self) -> u32 {
-        self.tick
-    }
-
-    /// The hero's name in the room.
-    pub fn hero(&self) -> BodyId {
-        self.hero
     }
 
     /// The hero's centre, world units.

@@ -61,7 +61,8 @@ pub struct Predictor {
     riding: Vec2,
     /// Places as they were predicted when they were drawn, by tick.
     drawn: VecDeque<(u32, Vec2)>,
-    error: f32,
+    /// Smoothed distance of the server's position from the one drawn for its tick, world units.
+    pub error: f32,
 }
 
 impl Predictor {
@@ -147,10 +148,10 @@ impl Predictor {
             return;
         };
         // Nothing is known from before the newest snapshot.
-        let moment = moment.max(f64::from(authoritative.tick()));
+        let moment = moment.max(f64::from(authoritative.tick));
         let predicted = self.predict_to(authoritative, moment);
         if let Some(mut old) = self.predicted.take() {
-            old.go_on(&self.scene, &self.schedule, predicted.world.tick());
+            old.go_on(&self.scene, &self.schedule, predicted.world.tick);
             self.fading += old.center(moment) - predicted.center(moment);
             let side = self.scene.hero.as_ref().map_or(1.0, |spec| longer_side(&spec.body));
             if self.fading.length() > side * JUMP_SIDES {
@@ -176,25 +177,25 @@ impl Predictor {
     ) -> Option<Predicted> {
         let elapsed_ms = (now_ms - self.updated_ms).max(0.0);
         self.updated_ms = now_ms;
-        let moment = self.pace(server_tick + self.schedule.lead_ticks(), elapsed_ms);
+        let moment = self.pace(server_tick + self.schedule.lead, elapsed_ms);
         let authoritative = self.authoritative.as_ref()?;
         let last = last_tick(authoritative, moment);
         if self.predicted.is_none() {
             self.predicted = Some(self.predict_to(authoritative, moment));
         }
         let predicted = self.predicted.as_mut()?;
-        while predicted.world.tick() < last {
-            let drawn = (predicted.world.tick(), predicted.world.center());
+        while predicted.world.tick < last {
+            let drawn = (predicted.world.tick, predicted.world.center());
             if self.drawn.back().is_none_or(|newest| newest.0 < drawn.0) {
                 self.drawn.push_back(drawn);
             }
-            predicted.go_on(&self.scene, &self.schedule, predicted.world.tick() + 1);
+            predicted.go_on(&self.scene, &self.schedule, predicted.world.tick + 1);
         }
         let aside = predicted.aside(moment, shown);
         self.fading *= (-elapsed_ms / FADE_MS).exp() as f32;
         self.riding += (aside - self.riding) * (1.0 - (-elapsed_ms / RIDE_MS).exp()) as f32;
         Some(Predicted {
-            id: predicted.world.hero(),
+            id: predicted.world.hero,
             center: predicted.center(moment) + self.fading + self.riding,
             velocity: predicted.world.velocity(),
         })
@@ -213,11 +214,6 @@ impl Predictor {
         next
     }
 
-    /// Smoothed distance of the server's position from the one drawn for its tick, world units.
-    pub fn error(&self) -> f32 {
-        self.error
-    }
-
     /// Inputs that the server has not played yet, as far as is known.
     pub fn unacknowledged(&self) -> usize {
         self.schedule.waiting()
@@ -225,7 +221,7 @@ impl Predictor {
 
     /// Ticks from an input's leaving to the news of its being played.
     pub fn lead_ticks(&self) -> f64 {
-        self.schedule.lead_ticks()
+        self.schedule.lead
     }
 
     /// When an input would be played that leaves at `now_ms`, when the server's tick is this one: in the
@@ -233,7 +229,7 @@ impl Predictor {
     pub fn moment_at(&self, server_tick: f64, now_ms: f64) -> f64 {
         match self.moment {
             Some(moment) => moment + ((now_ms - self.updated_ms) / TICK_MS).max(0.0),
-            None => server_tick + self.schedule.lead_ticks(),
+            None => server_tick + self.schedule.lead,
         }
     }
 
@@ -249,7 +245,7 @@ fn longer_side(body: &BodyDef) -> f32 {
 
 /// The tick at whose end the hero is drawn next.
 fn last_tick(authoritative: &AuthoritativeSim, moment: f64) -> u32 {
-    next_tick(moment).clamp(authoritative.tick(), authoritative.tick() + LEAD_TICKS_MAX)
+    next_tick(moment).clamp(authoritative.tick, authoritative.tick + LEAD_TICKS_MAX)
 }
 
 #[cfg(test)]

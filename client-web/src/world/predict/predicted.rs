@@ -23,7 +23,7 @@ impl PredictedSim {
 
     /// Steps to the end of a tick.
     pub fn go_on(&mut self, scene: &Scene, schedule: &Schedule, last: u32) {
-        while self.world.tick() < last {
+        while self.world.tick < last {
             self.before = self.world.center();
             self.world.step(scene, schedule);
             self.carrier = self.world.carrier();
@@ -32,7 +32,7 @@ impl PredictedSim {
 
     /// Share of the way through the last tick at a moment.
     fn share(&self, moment: f64) -> f32 {
-        (moment - f64::from(self.world.tick()) + 1.0).clamp(0.0, 1.0) as f32
+        (moment - f64::from(self.world.tick) + 1.0).clamp(0.0, 1.0) as f32
     }
 
     /// The hero's centre at a moment within the last tick, world units.

@@ -21,7 +21,9 @@ const SENT_MAX: usize = 256;
 pub(super) struct Schedule {
     sent: VecDeque<Sent>,
     acknowledged: u32,
-    lead: f64,
+    /// How far the tick in which an input is played is ahead of the server's tick at its leaving,
+    /// less what it waits for the tick to begin.
+    pub lead: f64,
     measured: u32,
 }
 
@@ -102,12 +104,6 @@ impl Schedule {
     pub fn waiting(&self) -> usize {
         self.sent.iter().filter(|sent| sent.seq > self.acknowledged).count()
     }
-
-    /// How far the tick in which an input is played is ahead of the server's tick at its leaving,
-    /// less what it waits for the tick to begin.
-    pub fn lead_ticks(&self) -> f64 {
-        self.lead
-    }
 }
 
 /// The first tick that a moment has not seen.
@@ -182,10 +178,10 @@ mod tests {
         for seq in 1..=60 {
             // Sent at any phase, each arrives 7.3 ticks later and is played in the tick after.
             let at = f64::from(seq) * 4.83;
-            schedule.send(seq, RIGHT, at, at + schedule.lead_ticks());
+            schedule.send(seq, RIGHT, at, at + schedule.lead);
             let played = (at + 7.3) as u32 + 1;
             schedule.acknowledge(seq, played - 1, played);
         }
-        assert!((schedule.lead_ticks() - 7.3).abs() < 0.3, "lead {}", schedule.lead_ticks());
+        assert!((schedule.lead - 7.3).abs() < 0.3, "lead {}", schedule.lead);
     }
 }

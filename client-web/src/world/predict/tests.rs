@@ -1,7 +1,7 @@
 use super::*;
 use crate::input::sender::InputSender;
 use crate::net::clock::Clock;
-use crate::net::simulated_link::{NetworkConditions, PRESETS, SimulatedLink};
+use crate::net::simulated_link::{NetworkConditions, SimulatedLink};
 use crate::world::replica::{Eye, Replica};
 use jostle_game::{Buttons, Kind};
 use jostle_protocol::{Appearance, ServerMessage};
@@ -9,6 +9,13 @@ use jostle_room::{Rate, Room, Subscriber};
 
 /// Between two frames, milliseconds: no multiple of a tick, so that frames see every phase.
 const FRAME_MS: f64 = 15.0;
+/// The choices of the panel.
+const PRESETS: [&str; 4] = ["0", "60,10", "150,30", "300,100,stalls"];
+
+fn conditions(preset: &str) -> NetworkConditions {
+    NetworkConditions::parse(preset).expect("good conditions")
+}
+
 /// Time goes in steps of this, milliseconds.
 const STEP_MS: f64 = 1.0;
 
@@ -70,7 +77,7 @@ impl Net {
             to_room: VecDeque::new(),
             clock: Clock::default(),
             sender: InputSender::default(),
-            replica: Replica::new(Arc::clone(&scene), seat, "room".into()),
+            replica: Replica::new(Arc::clone(&scene), seat),
             predictor: Predictor::new(&scene, seat).expect("a hero to steer"),
             down: Buttons::default(),
             points: false,
@@ -273,8 +280,8 @@ fn on_a_near_link_the_hero_is_where_the_server_will_have_it() {
 #[test]
 fn on_a_far_link_the_hero_is_close_to_where_the_server_will_have_it() {
     for (preset, mean_max, largest_max) in [(1, 0.05, 0.5), (2, 0.15, 1.0), (3, 1.5, 6.0)] {
-        let errors = flight(built_in("arena"), Rate::Full, PRESETS[preset].conditions);
-        let name = PRESETS[preset].name;
+        let errors = flight(built_in("arena"), Rate::Full, conditions(PRESETS[preset]));
+        let name = PRESETS[preset];
         assert!(largest(&errors) < largest_max, "{name}: {} units off", largest(&errors));
         assert!(mean(&errors) < mean_max, "{name}: {} units off on average", mean(&errors));
     }
@@ -283,7 +290,7 @@ fn on_a_far_link_the_hero_is_close_to_where_the_server_will_have_it() {
 #[test]
 fn few_snapshots_are_enough() {
     for (rate, mean_max) in [(Rate::Third, 0.2), (Rate::Twelfth, 0.5)] {
-        let errors = flight(built_in("arena"), rate, PRESETS[2].conditions);
+        let errors = flight(built_in("arena"), rate, conditions(PRESETS[2]));
         assert!(mean(&errors) < mean_max, "{rate:?}: {} units off on average", mean(&errors));
     }
 }
@@ -291,20 +298,20 @@ fn few_snapshots_are_enough() {
 #[test]
 fn bodies_at_rest_do_not_drift() {
     for preset in PRESETS {
-        let mut net = Net::new(built_in("arena"), Rate::Full, preset.conditions);
+        let mut net = Net::new(built_in("arena"), Rate::Full, conditions(preset));
         net.run(4000);
         let begin_ms = net.now_ms;
         net.run(3000);
         let mut drawn = net.trail.iter().filter(|drawn| drawn.at_ms > begin_ms);
         let first = drawn.next().expect("a frame").center;
-        assert!(drawn.all(|drawn| (drawn.center - first).length() < 1e-3), "{}", preset.name);
-        assert!(largest(&net.errors(begin_ms)) < QUANTUM, "{}", preset.name);
+        assert!(drawn.all(|drawn| (drawn.center - first).length() < 1e-3), "{}", preset);
+        assert!(largest(&net.errors(begin_ms)) < QUANTUM, "{}", preset);
     }
 }
 
 #[test]
 fn prediction_recovers_soon_after_any_error() {
-    let mut net = Net::new(built_in("arena"), Rate::Full, PRESETS[3].conditions);
+    let mut net = Net::new(built_in("arena"), Rate::Full, conditions(PRESETS[3]));
     net.run(3000);
     fly(&mut net);
     net.hold(Buttons::default(), 4000);
@@ -317,7 +324,7 @@ fn prediction_recovers_soon_after_any_error() {
 
 #[test]
 fn walls_stop_the_hero_where_the_server_says() {
-    let mut net = Net::new(hall(), Rate::Full, PRESETS[2].conditions);
+    let mut net = Net::new(hall(), Rate::Full, conditions(PRESETS[2]));
     net.run(2000);
     let begin_ms = net.now_ms;
     net.hold(Buttons::RIGHT, 4000);
@@ -333,19 +340,19 @@ fn walls_stop_the_hero_where_the_server_says() {
 #[test]
 fn a_key_is_answered_by_the_next_frame_however_far_the_server_is() {
     for preset in PRESETS {
-        let mut net = Net::new(hall(), Rate::Full, preset.conditions);
+        let mut net = Net::new(hall(), Rate::Full, conditions(preset));
         net.run(4000);
         let before = net.shown.expect("a hero").center;
         net.hold(Buttons::RIGHT, 2 * FRAME_MS as u32);
         let after = net.shown.expect("a hero").center;
-        assert!(after.x > before.x + 0.25 * QUANTUM, "{}: {before} to {after}", preset.name);
+        assert!(after.x > before.x + 0.25 * QUANTUM, "{}: {before} to {after}", preset);
     }
 }
 
 #[test]
 fn a_moving_mouse_keeps_no_key_waiting_at_the_server() {
     for (preset, waiting_max) in [(0, 0.1), (1, 0.2), (2, 0.9)] {
-        let mut net = Net::new(hall(), Rate::Full, PRESETS[preset].conditions);
+        let mut net = Net::new(hall(), Rate::Full, conditions(PRESETS[preset]));
         net.points = true;
         net.run(3000);
         let begin = net.queued.len();
@@ -355,15 +362,14 @@ fn a_moving_mouse_keeps_no_key_waiting_at_the_server() {
         }
         let queued = &net.queued[begin..];
         let mean = queued.iter().sum::<u32>() as f32 / queued.len() as f32;
-        let name = PRESETS[preset].name;
+        let name = PRESETS[preset];
         assert!(mean < waiting_max, "{name}: {mean} inputs wait on average");
     }
 }
 
 #[test]
 fn corrections_are_smooth() {
-    let conditions = PRESETS[3].conditions;
-    let mut net = Net::new(built_in("arena"), Rate::Full, conditions);
+    let mut net = Net::new(built_in("arena"), Rate::Full, conditions(PRESETS[3]));
     net.run(3000);
     let begin_ms = net.now_ms;
     fly(&mut net);
@@ -390,7 +396,7 @@ fn keys_that_the_room_releases_in_silence_are_released_here() {
 
 #[test]
 fn the_authoritative_position_is_kept_while_the_hero_is_drawn_ahead() {
-    let mut net = Net::new(hall(), Rate::Full, PRESETS[2].conditions);
+    let mut net = Net::new(hall(), Rate::Full, conditions(PRESETS[2]));
     net.run(3000);
     net.hold(Buttons::RIGHT, 600);
     while net.now_ms % FRAME_MS != 0.0 {
@@ -399,7 +405,7 @@ fn the_authoritative_position_is_kept_while_the_hero_is_drawn_ahead() {
     let (told, _) = net.replica.own_hero_as_told().expect("a hero");
     let drawn = net.replica.own_hero().expect("a hero").center;
     assert!(drawn.x > told.x + 2.0, "{told} was told, {drawn} is drawn");
-    let truth = net.truth_at(net.replica.display()).expect("a hero");
+    let truth = net.truth_at(net.replica.display).expect("a hero");
     assert!((told - truth).length() < 2.0 * QUANTUM, "{told} was told, {truth} is true");
 }
 
@@ -408,7 +414,7 @@ fn on_the_lift() -> Net {
     let source = format!("{HALL}{LIFT}");
     let source = source.replace("spawns = [[60, 16]]", "spawns = [[60, 30]]");
     let scene = Scene::parse("hall.toml", &source).expect("a good scene");
-    let mut net = Net::new(scene, Rate::Full, PRESETS[2].conditions);
+    let mut net = Net::new(scene, Rate::Full, conditions(PRESETS[2]));
     net.run(3000);
     net
 }
@@ -430,7 +436,7 @@ fn the_hero_stands_on_the_lift_that_is_drawn() {
     let mut gaps = Vec::new();
     for _ in 0..300 {
         net.run(FRAME_MS as u32);
-        let lift = net.replica.samples().iter().find(|sample| sample.kind == Kind::Platform);
+        let lift = net.replica.samples.iter().find(|sample| sample.kind == Kind::Platform);
         let lift = lift.expect("a lift").center.y + 2.0;
         gaps.push((net.shown.expect("a hero").center.y - 6.0 - lift).abs());
     }
@@ -447,7 +453,7 @@ fn pushed_bodies_yield_as_on_the_server() {
         .replace(r#"groups = ["hero", "platform"]"#, groups)
         .replace(r#"["hero", "platform"],"#, pairs);
     let scene = Scene::parse("hall.toml", &format!("{source}{CRATE}")).expect("a good scene");
-    let mut net = Net::new(scene, Rate::Full, PRESETS[2].conditions);
+    let mut net = Net::new(scene, Rate::Full, conditions(PRESETS[2]));
     net.run(3000);
     let (begin_ms, before) = (net.now_ms, net.shown.expect("a hero").center.x);
     net.hold(Buttons::RIGHT, 1200);

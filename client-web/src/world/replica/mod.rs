@@ -64,8 +64,6 @@ pub struct Replica {
     pub plan: Plan,
     /// Own seat.
     pub seat: Seat,
-    /// The word in the room's link.
-    pub room: String,
     stream: SnapshotStream,
     timeline: Timeline,
     particles: Particles,
@@ -75,21 +73,25 @@ pub struct Replica {
     applied: Option<u32>,
     waiting: VecDeque<TimedEvent>,
     flashes: VecDeque<Flash>,
-    news: VecDeque<News>,
+    /// Unread news, the oldest first.
+    pub news: VecDeque<News>,
     names: Vec<Option<Appearance>>,
     /// For each slot the generation in it and the tick at which it was born, as far as is known.
     births: Vec<(u32, f64)>,
-    samples: Vec<Sample>,
+    /// Bodies of the displayed moment with their owners, in index order.
+    pub samples: Vec<Sample>,
     bodies: Vec<FrameBody>,
-    effects: Vec<Effect>,
-    display: f64,
+    /// Flashes of the last second.
+    pub effects: Vec<Effect>,
+    /// The fractional tick on display.
+    pub display: f64,
     /// Centre and velocity of the own hero in the samples before it was shown elsewhere.
     led_from: Option<(Vec2, Vec2)>,
 }
 
 impl Replica {
     /// An empty copy of a room that plays `scene`.
-    pub fn new(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
+    pub fn new(scene: Arc<Scene>, seat: Seat) -> Replica {
         Replica {
             plan: Plan::of(&scene),
             stream: SnapshotStream::default(),
@@ -98,7 +100,6 @@ impl Replica {
             told: None,
             scene,
             seat,
-            room,
             applied: None,
             waiting: VecDeque::new(),
             flashes: VecDeque::new(),
@@ -114,9 +115,9 @@ impl Replica {
     }
 
     /// A copy that grows no particles of its own: they are drawn from the game itself.
-    pub fn without_particles(scene: Arc<Scene>, seat: Seat, room: String) -> Replica {
+    pub fn without_particles(scene: Arc<Scene>, seat: Seat) -> Replica {
         let none = Particles::new(scene.recipes.clone(), 0);
-        Replica { particles: none, ..Replica::new(scene, seat, room) }
+        Replica { particles: none, ..Replica::new(scene, seat) }
     }
 
     /// The newest snapshot.
@@ -347,24 +348,9 @@ impl Replica {
         &self.bodies
     }
 
-    /// Bodies of the displayed moment with their owners, in the same order.
-    pub fn samples(&self) -> &[Sample] {
-        &self.samples
-    }
-
-    /// Flashes of the last second.
-    pub fn effects(&self) -> &[Effect] {
-        &self.effects
-    }
-
     /// Particles as of the last whole tick.
     pub fn particles(&self) -> &Particles {
         &self.particles
-    }
-
-    /// The fractional tick on display.
-    pub fn display(&self) -> f64 {
-        self.display
     }
 
     /// Seconds since the tick that the particles are at, at most one tick.
@@ -394,11 +380,6 @@ impl Replica {
         let selecting = self.scene.tools.contains(Tools::SELECT);
         let id = self.own()?.selected.filter(|_| selecting)?;
         self.sampled(id).map(|sample| sample.kind)
-    }
-
-    /// The next unread news.
-    pub fn next_news(&mut self) -> Option<News> {
-        self.news.pop_front()
     }
 }
 

@@ -9,7 +9,7 @@ fn scene(name: &str) -> Arc<Scene> {
 }
 
 fn replica(name: &str) -> Replica {
-    Replica::new(scene(name), Seat(0), "room".into())
+    Replica::new(scene(name), Seat(0))
 }
 
 fn body(index: u32, kind: Kind, x: f32, owner: Option<u16>) -> SnapshotBody {
@@ -113,12 +113,12 @@ fn flashes_age_and_go() {
     replica.file(snapshot(10, bodies(), vec![]), vec![at(10, impact)]);
     replica.file(snapshot(100, bodies(), vec![]), vec![]);
     replica.advance(16.0, Eye::default());
-    let [spark] = replica.effects() else { panic!("one spark") };
+    let [spark] = &replica.effects[..] else { panic!("one spark") };
     assert_eq!(spark.body, Some(BodyId { index: 1, generation: 0 }), "the hero feels it");
     assert_eq!((spark.kind, spark.strength), (EffectKind::Spark, 12.0));
     assert!((spark.age - 0.1).abs() < 1e-6, "age {}", spark.age);
     replica.advance(80.0, Eye::default());
-    assert!(replica.effects().is_empty());
+    assert!(&replica.effects.is_empty());
 }
 
 #[test]
@@ -129,8 +129,8 @@ fn news_names_players_who_have_left() {
     let left = at(2, Event::Left(Seat(1)));
     replica.file(snapshot(2, vec![], vec![player(0, None)]), vec![left]);
     replica.advance(2.0, Eye::default());
-    assert_eq!(replica.next_news(), Some(News::Left(player(1, None).appearance)));
-    assert_eq!(replica.next_news(), None);
+    assert_eq!(replica.news.pop_front(), Some(News::Left(player(1, None).appearance)));
+    assert_eq!(replica.news.pop_front(), None);
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn only_the_body_that_x_would_grab_is_highlighted() {
         motion = \"static\"\n[[bodies]]\nkind = \"block\"\nposition = [30, 10]\nradius = 2\n\
         group = \"all\"\n";
     let scene = Arc::new(Scene::parse("grab.toml", source).expect("a valid scene"));
-    let mut replica = Replica::new(scene, Seat(0), "room".into());
+    let mut replica = Replica::new(scene, Seat(0));
     let bodies = vec![body(0, Kind::Block, 10.0, None), body(1, Kind::Block, 30.0, None)];
     let loose = bodies[1].id;
     let mut lit = |tick, x, held: [bool; 2]| {

@@ -35,8 +35,8 @@ fn play(scene: &Arc<Scene>, ticks: u32) -> (RoomInPage, Replica) {
     for _ in 0..=ticks {
         for bytes in demo.take() {
             match ServerMessage::decode(&bytes).expect("the room speaks the protocol") {
-                ServerMessage::Welcome { seat, room, .. } => {
-                    replica = Some(Replica::new(scene.clone(), Seat(seat), room));
+                ServerMessage::Welcome { seat, .. } => {
+                    replica = Some(Replica::new(scene.clone(), Seat(seat)));
                 }
                 ServerMessage::Snapshot(coded) => {
                     let replica = replica.as_mut().expect("a welcome comes first");
@@ -59,7 +59,7 @@ fn the_page_grows_the_particles_of_the_room() {
         // `play` ends one tick past what it showed.
         let mut again = RoomInPage::new(scene.clone(), 1, 2, true);
         again.receive(&hello());
-        while again.tick < replica.display() as u32 {
+        while again.tick < replica.display as u32 {
             again.tick();
         }
         assert!(demo.tick == again.tick + 1);
@@ -74,7 +74,7 @@ fn the_page_shows_the_bodies_of_the_room() {
     let scene = Arc::new(Scene::built_in().swap_remove(0));
     let (_, replica) = play(&scene, 200);
     let newest = replica.newest().expect("snapshots came");
-    assert_eq!(f64::from(newest.tick), replica.display());
+    assert_eq!(f64::from(newest.tick), replica.display);
     assert_eq!(replica.bodies().len(), newest.bodies.len());
     assert!(replica.own_hero().is_some(), "the own hero is on display");
     assert_eq!(replica.players().len(), 3);

@@ -114,7 +114,7 @@ fn a_refusal_is_explained_and_its_button_tries_again() {
     assert!(!has(&browser.socket(SocketEvent::Closed { code: 4006 }), "Connect"));
     browser.wait(20_000);
     assert_eq!(browser.app.state(), "refused", "it does not come back by itself");
-    let again = browser.click(Control::Notice);
+    let again = browser.click("notice");
     assert!(has(&again, "Connect"), "{again:?}");
     assert_eq!(browser.app.state(), "connecting");
 }
@@ -181,7 +181,7 @@ fn a_kicked_player_is_notified_and_forgets_the_seat() {
     assert!(has(&done, "StoreSession(\"jostle.seat.arena\", None)"), "{done:?}");
     browser.wait(1000);
     assert_eq!(browser.app.state(), "refused");
-    browser.click(Control::Notice);
+    browser.click("notice");
     assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", "/"));
 }
 
@@ -205,7 +205,7 @@ fn an_unreadable_message_only_closes_the_socket() {
 #[test]
 fn leaving_gives_the_seat_up() {
     let mut browser = Browser::playing();
-    let done = browser.click(Control::Leave);
+    let done = browser.click("leave");
     assert!(has(&done, "Disconnect { leaving: true }"), "{done:?}");
     assert!(has(&done, "StoreSession(\"jostle.seat.arena\", None)"), "{done:?}");
     assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", "/"));
@@ -241,7 +241,7 @@ fn a_frozen_demo_counts_once_it_is_drawn() {
     assert_eq!(browser.app.state(), "frozen");
     browser.wait(200);
     assert_eq!(browser.app.game().and_then(|game| game.state_hash()), hash, "it stands still");
-    assert_eq!(browser.app.frozen_demo, Some(FrozenDemo { hud: false }));
+    assert_eq!(browser.app.frozen_hud, Some(false));
 }
 
 #[test]
@@ -259,14 +259,14 @@ fn the_help_opens_over_the_game_and_takes_its_keys() {
 fn a_host_confirms_before_a_player_is_removed() {
     let mut browser = Browser::playing();
     let seat = browser.app.replica().expect("a room").seat;
-    browser.say(Event::KickClicked(seat));
+    browser.say(Event::Clicked("kick".into(), seat.0.to_string()));
     assert_eq!(browser.app.top(), Layer::Ask);
-    browser.click(Control::Cancel);
+    browser.click("cancel");
     assert!(browser.app.top() == Layer::Page && !kicked(&browser));
-    browser.say(Event::KickClicked(seat));
-    browser.click(Control::Confirm);
+    browser.say(Event::Clicked("kick".into(), seat.0.to_string()));
+    browser.click("confirm");
     assert!(browser.app.top() == Layer::Page && kicked(&browser));
-    browser.say(Event::KickClicked(Seat(99)));
+    browser.say(Event::Clicked("kick".into(), "99".into()));
     assert_eq!(browser.app.top(), Layer::Page, "no such player");
 }
 
@@ -277,15 +277,15 @@ fn kicked(browser: &Browser) -> bool {
 #[test]
 fn a_host_who_closes_the_room_sees_a_notice_of_their_own() {
     let mut browser = Browser::playing();
-    browser.click(Control::CloseRoom);
+    browser.click("close-room");
     browser.press("Escape", "Escape");
     assert_eq!(browser.app.top(), Layer::Page);
-    browser.click(Control::CloseRoom);
-    browser.click(Control::Confirm);
+    browser.click("close-room");
+    browser.click("confirm");
     assert!(browser.sent.iter().any(|message| matches!(message, ClientMessage::CloseRoom)));
     let done = browser.server_says(&ServerMessage::Refused { refusal: Refusal::RoomClosed });
     assert!(has(&done, "jostle.host.arena"), "{done:?}");
-    let text = browser.app.notice().map(|card| card.notice.text);
+    let text = browser.app.notice().map(|card| card.text);
     assert_eq!(text, Some(strings::CLOSED_BY_YOU.text));
 }
 
@@ -305,7 +305,7 @@ fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
 #[test]
 fn the_copy_button_shows_its_result_for_a_moment() {
     let mut browser = Browser::playing();
-    assert!(has(&browser.click(Control::Copy), "CopyAddress"));
+    assert!(has(&browser.click("copy"), "CopyAddress"));
     assert!(has(&browser.say(Event::Copied(true)), "After(1500, CopyShown)"));
     assert_eq!(browser.app.copied, Some(true));
     browser.say(Event::CopyShown);
@@ -327,7 +327,7 @@ fn prediction_and_simulated_networks_are_chosen_in_the_panel() {
     assert!(browser.effects.contains(&Effect::SetConditions(bad)));
     browser.press("F4", "F4");
     assert!(browser.app.panels.network);
-    browser.click(Control::Leave);
+    browser.click("leave");
     assert!(!browser.app.panels.network, "the panel belongs to the game");
     assert_eq!(browser.app.conditions, bad, "the network does not");
 

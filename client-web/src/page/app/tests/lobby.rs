@@ -65,7 +65,7 @@ fn a_server_that_refuses_a_room_says_why_in_the_lobby() {
     browser.say(Event::Answered(request.clone(), Some(r#"{"error":"full"}"#.into())));
     assert_eq!((browser.app.lobby.note.text.as_str(), browser.app.lobby.busy), ("full", false));
     browser.say(Event::Answered(request, None));
-    assert_eq!(browser.app.lobby.note.text, strings::NO_CONNECTION);
+    assert_eq!(browser.app.lobby.note.text, "Can't reach the server. Check your connection.");
     assert_eq!(browser.app.state(), "lobby");
 }
 

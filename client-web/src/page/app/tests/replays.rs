@@ -35,9 +35,9 @@ fn player(browser: &Browser) -> &ReplayPlayer {
 fn a_replay_plays_pauses_and_seeks() {
     let mut browser = watching();
     browser.wait(400);
-    assert!(player(&browser).is_playing() && player(&browser).tick() > 10);
+    assert!(player(&browser).playing && player(&browser).tick() > 10);
     assert!(has(&browser.press("Space", " "), "PreventDefault"));
-    assert!(!player(&browser).is_playing());
+    assert!(!player(&browser).playing);
     for (letter, tick) in [("Home", 0), (".", 1), (",", 0), ("ArrowRight", 60), ("End", 300)] {
         browser.press(letter, letter);
         // The clock of the tests stands still: one frame has all the time it needs.
@@ -48,11 +48,11 @@ fn a_replay_plays_pauses_and_seeks() {
     browser.wait(40);
     assert_eq!(player(&browser).tick(), 30);
     browser.press("ArrowUp", "ArrowUp");
-    assert_eq!(player(&browser).speed(), 2.0);
+    assert_eq!(player(&browser).speed, 2.0);
     browser.press("Digit1", "1");
-    assert!(player(&browser).followed().is_some());
+    assert!(player(&browser).followed.is_some());
     browser.press("Digit1", "1");
-    assert_eq!(player(&browser).followed(), None);
+    assert_eq!(player(&browser).followed, None);
     let focused = Key { focus: Focus::Field, ..key("Home", "Home") };
     assert!(!has(&browser.say(Event::KeyDown(focused)), "PreventDefault"), "the slider's key");
 }
@@ -76,13 +76,13 @@ fn a_bad_file_is_explained_and_the_current_replay_stays() {
     browser.say(Event::ReplayRead("cat.gif".into(), Ok(b"GIF89a".to_vec())));
     assert_eq!(browser.app.state(), "refused");
     assert!(browser.app.notice().is_some_and(|card| card.detail.contains("byte 0")));
-    browser.click(Control::NoticeOther);
+    browser.click("notice-other");
     assert_eq!(browser.app.state(), "lobby");
 
     let mut browser = watching();
     browser.say(Event::ReplayRead("cat.gif".into(), Ok(b"GIF89a".to_vec())));
     assert_eq!((browser.app.state(), browser.app.top()), ("replay", Layer::Notice));
-    browser.click(Control::NoticeOther);
+    browser.click("notice-other");
     assert_eq!((browser.app.state(), browser.title()), ("replay", ""));
 }
 
@@ -99,7 +99,7 @@ fn a_fetched_replay_is_shown_unless_the_player_has_left() {
 
     let mut browser = Browser::open("/replay/arena-1", "");
     browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Nothing));
-    assert!(has(&browser.click(Control::Notice), "FetchReplay"), "asks again");
+    assert!(has(&browser.click("notice"), "FetchReplay"), "asks again");
     browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Bytes(replay())));
     assert_eq!(browser.app.state(), "replay");
     assert_eq!(browser.app.replay().and_then(|replay| replay.name.as_deref()), Some("arena-1"));
@@ -117,10 +117,11 @@ fn a_file_does_not_end_a_game() {
 fn replay_news_is_shown_unless_it_was_skipped() {
     let mut browser = watching();
     browser.wait(200);
-    assert_eq!(browser.app.news.added(), 1, "Ada joined");
-    browser.say(Event::Replay(ReplayCommand::PauseAt(0)));
+    assert_eq!(browser.app.news.lines.len(), 1, "Ada joined");
+    browser.press("Space", " ");
+    browser.say(Event::Replay(ReplayCommand::Seek(0)));
     browser.wait(40);
-    browser.say(Event::Replay(ReplayCommand::PauseAt(299)));
+    browser.say(Event::Replay(ReplayCommand::Seek(299)));
     browser.wait(40);
-    assert_eq!(browser.app.news.added(), 1);
+    assert_eq!(browser.app.news.lines.len(), 1);
 }
