@@ -5,7 +5,6 @@ use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Storage, Window};
 
-/// The window.
 pub fn window() -> Window {
     web_sys::window().expect("the client runs in a page")
 }
@@ -50,7 +49,6 @@ pub fn session_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()
 }
 
-/// Everything in a storage.
 pub fn stored(storage: Option<&Storage>) -> BTreeMap<String, String> {
     let Some(storage) = storage else { return BTreeMap::new() };
     let count = storage.length().unwrap_or(0);

@@ -2,12 +2,15 @@
 //!
 //! Everything that needs no browser (time, snapshots, camera, input, texts, and every change of the
 //! page's state) is plain Rust with tests; only the modules that touch the browser are for wasm alone.
+//! Other programs use what draws, replays and rooms in the page.
 
 #[cfg(target_arch = "wasm32")]
 mod browser;
-pub mod input;
+#[cfg(any(target_arch = "wasm32", test))]
+mod input;
 pub mod net;
-pub mod page;
+#[cfg(any(target_arch = "wasm32", test))]
+mod page;
 pub mod replay;
 pub mod view;
 pub mod world;

@@ -16,7 +16,6 @@ enum Finger {
     Aims { pointer: i32, buttons: Buttons },
 }
 
-/// The meaning of a touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Touched {
     /// The stick is taken at this place, CSS pixels.
@@ -29,7 +28,6 @@ pub enum Touched {
     Aim(Buttons, bool),
     /// The finger that aims moved.
     Move,
-    /// Nothing.
     Nothing,
 }
 
@@ -65,7 +63,6 @@ impl Fingers {
         Touched::Aim(buttons, true)
     }
 
-    /// A finger moved to a place.
     pub fn moved(&mut self, pointer: i32, to: Vec2) -> Touched {
         for finger in &mut self.down {
             match finger {
@@ -99,7 +96,6 @@ impl Fingers {
         }
     }
 
-    /// Forgets all fingers.
     pub fn release(&mut self) {
         self.down.clear();
     }

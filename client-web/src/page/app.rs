@@ -23,17 +23,14 @@ use std::sync::Arc;
 /// The copy button says for this long what came of it, milliseconds.
 const COPIED_MS: i32 = 1500;
 
-/// The player's activity.
 pub enum Activity {
     /// Choosing a room.
     Lobby,
-    /// Playing.
     Game(Box<GameScreen>),
     /// Waiting for a replay of the server, by its name.
     Fetching(String),
     /// It did not come, or cannot be watched; a card says why.
     NoReplay,
-    /// Watching a replay.
     Replay(Box<OpenReplay>),
 }
 
@@ -68,29 +65,21 @@ pub struct Startup {
     pub calm: bool,
 }
 
-/// The page.
 pub struct App {
     /// The context of every handler.
     pub(super) ctx: Context,
-    /// The player's activity.
     pub activity: Activity,
     /// Number of the screen: games and replays that were begun or ended.
     pub screen: u32,
-    /// The lobby.
     pub lobby: Lobby,
-    /// The player.
     pub appearance: Appearance,
     /// The colour that the page wears.
     pub own_color: u8,
     /// Open cards.
     pub dialogs: Dialogs,
-    /// News.
     pub news: NewsLog,
-    /// Fingers on the canvas.
     pub fingers: Fingers,
-    /// Open panels.
     pub panels: Panels,
-    /// The simulated network.
     pub conditions: NetworkConditions,
     /// The drawing context.
     pub graphics: GraphicsStatus,
@@ -448,7 +437,6 @@ fn recall(ctx: &mut Context, remembered: &Remembered) -> Appearance {
     })
 }
 
-/// The room that a path names.
 fn room_code(path: &str) -> Option<&str> {
     let code = path.trim_matches('/');
     (!code.is_empty() && code != "index.html").then_some(code)

@@ -20,12 +20,10 @@ pub struct Remembered {
 }
 
 impl Remembered {
-    /// The remembered name.
     pub fn name(&self) -> &str {
         self.local.get(NAME_KEY).map_or("", String::as_str)
     }
 
-    /// The remembered colour.
     pub fn color(&self) -> Option<u8> {
         self.local.get(COLOR_KEY)?.parse().ok()
     }
@@ -75,7 +73,6 @@ impl Context {
         }
     }
 
-    /// Requests an effect.
     pub fn request(&mut self, effect: Effect) {
         self.effects.push(effect);
     }
@@ -91,18 +88,15 @@ impl Context {
         f64::from(self.rng.range(0.0, 1.0))
     }
 
-    /// 32 random bits.
     pub fn random_bits(&mut self) -> u32 {
         self.rng.next_u32()
     }
 
-    /// Remembers the player.
     pub fn remember_player(&mut self, name: &str, color: u8) {
         self.request(Effect::StoreLocal(NAME_KEY, name.to_owned()));
         self.request(Effect::StoreLocal(COLOR_KEY, color.to_string()));
     }
 
-    /// Remembers whether prediction is on.
     pub fn remember_prediction(&mut self, on: bool) {
         self.predicts = on;
         self.request(Effect::StoreLocal(PREDICT_KEY, u8::from(on).to_string()));

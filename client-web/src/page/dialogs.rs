@@ -18,9 +18,7 @@ pub enum Question {
 /// kept here: they follow from that state.
 #[derive(Debug, Default)]
 pub struct Dialogs {
-    /// The help is open.
     pub help: bool,
-    /// A question is open.
     pub question: Option<Question>,
     /// A notice about a replay or a demo.
     pub card: Option<Card>,

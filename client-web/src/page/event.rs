@@ -35,7 +35,6 @@ pub struct Key {
     pub code: String,
     /// Its letter (`KeyboardEvent.key`).
     pub letter: String,
-    /// The keyboard repeats it.
     pub repeat: bool,
     /// Ctrl, Meta or Alt is held: the system may take the release.
     pub modified: bool,
@@ -48,7 +47,6 @@ pub struct Key {
 pub enum Focus {
     /// A field, slider, checkbox or radio button.
     Field,
-    /// A button or link.
     Button,
     /// Anything else, usually the canvas.
     Elsewhere,
@@ -73,7 +71,6 @@ pub struct Pointer {
     pub pressed: bool,
 }
 
-/// Kinds of pointer changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PointerChange {
     /// A finger or the first button went down.
@@ -86,7 +83,6 @@ pub enum PointerChange {
     Left,
 }
 
-/// Commands to a replay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ReplayCommand {
     /// Plays or pauses.
@@ -117,14 +113,12 @@ pub enum ReplayCommand {
     ToggleBounds,
 }
 
-/// The lobby's form.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Form {
     /// The name as typed.
     pub name: String,
     /// The chosen colour.
     pub color: u8,
-    /// New rooms are to be private.
     pub private: bool,
 }
 
@@ -135,7 +129,6 @@ pub enum Event {
     Navigated(Address),
     /// A fifth of a second passed.
     Pulse {
-        /// The page is hidden.
         hidden: bool,
     },
     /// The browser wants a frame; no canvas while nothing can be drawn.
@@ -146,9 +139,7 @@ pub enum Event {
     Online,
     /// The page lost the focus: releases of keys and buttons may not arrive.
     FocusLost,
-    /// A key went down.
     KeyDown(Key),
-    /// A key went up.
     KeyUp(Key),
     /// A pointer over the canvas changed.
     Pointer(Pointer),
@@ -160,7 +151,6 @@ pub enum Event {
     Clicked(String, String),
     /// Name or colour changed.
     FormChanged(Form),
-    /// Play was pressed.
     PlayClicked(Form),
     /// A scene's card was pressed.
     SceneClicked(String, Form),
@@ -190,7 +180,6 @@ pub enum Event {
     Replay(ReplayCommand),
     /// Prediction was switched on or off.
     PredictionChosen(bool),
-    /// A simulated network was chosen.
     ConditionsChosen(NetworkConditions),
 }
 
@@ -207,15 +196,12 @@ pub enum Effect {
     Reload,
     /// Lets the player choose a replay file.
     ChooseFile,
-    /// Copies the page's address.
     CopyAddress,
     /// Gives the keyboard focus to the canvas.
     FocusStage,
     /// Opens the socket of a session in place of any other.
     Connect {
-        /// Path of the room.
         path: String,
-        /// Number of the session.
         session: u32,
     },
     /// Sends a message if the socket is open.
@@ -225,11 +211,9 @@ pub enum Effect {
         /// The player leaves on purpose, which the server can tell from a broken connection.
         leaving: bool,
     },
-    /// Sets the simulated network.
     SetConditions(NetworkConditions),
     /// Calls the server.
     Request(Request),
-    /// Fetches a replay by its name.
     FetchReplay(String),
     /// Remembers a value for later visits.
     StoreLocal(&'static str, String),

@@ -104,7 +104,6 @@ fn sections(meter: &Meter) -> JsValue {
     sections.into()
 }
 
-/// State of the prediction.
 fn prediction(game: &GameScreen) -> Option<JsValue> {
     let predictor = game.membership.as_ref()?.predictor.as_ref()?;
     Some(object([

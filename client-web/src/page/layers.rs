@@ -10,14 +10,11 @@ pub enum Layer {
     Help,
     /// A question before something is done.
     Ask,
-    /// A notice.
     Notice,
 }
 
-/// The open layers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
-    /// The help is open.
     pub help: bool,
     /// A question is open.
     pub ask: bool,

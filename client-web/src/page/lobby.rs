@@ -21,12 +21,9 @@ pub struct Note {
     pub bad: bool,
 }
 
-/// The lobby.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lobby {
-    /// Open rooms.
     pub rooms: Vec<Room>,
-    /// Scenes.
     pub scenes: Vec<SceneCard>,
     /// Replays, the newest first.
     pub replays: Vec<ReplayCard>,

@@ -7,13 +7,11 @@ use std::collections::VecDeque;
 
 /// An event, and the DOM event that caused it.
 pub struct Arrival {
-    /// The event.
     pub event: Event,
     /// The DOM event, whose default may be prevented.
     pub source: Option<web_sys::Event>,
 }
 
-/// The queue.
 struct Queue {
     waiting: RefCell<VecDeque<Arrival>>,
     /// Empties the queue, unless that is going on already.
@@ -29,12 +27,10 @@ thread_local! {
     static CRASHED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Refuses all events from now on.
 pub fn crash() {
     CRASHED.set(true);
 }
 
-/// Whether the program has crashed.
 pub fn has_crashed() -> bool {
     CRASHED.get()
 }

@@ -24,7 +24,6 @@ const FRAME_S_MAX: f64 = 0.25;
 
 /// A replay that is being watched.
 pub struct OpenReplay {
-    /// The replay.
     pub player: ReplayPlayer,
     /// Its name on the server, if it came from there.
     pub name: Option<String>,
@@ -56,7 +55,6 @@ pub struct Drawn {
 
 /// The time that a frame may take.
 pub struct Budget {
-    /// The clock.
     pub clock: fn() -> f64,
     /// The replay may play on: no card is open that must be read first.
     pub plays: bool,

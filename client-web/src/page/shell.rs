@@ -24,11 +24,8 @@ const PULSE_MS: i32 = 200;
 /// Close code for a socket that the browser refused to open (RFC 6455: no close frame).
 const NOT_OPENED: u16 = 1006;
 
-/// The page.
 pub struct Page {
-    /// Its state.
     pub app: App,
-    /// The views that show it.
     pub views: Views,
     events: Events,
     socket: Option<Socket>,

@@ -17,7 +17,6 @@ const CONTEXT_WAIT_MS: f64 = 5000.0;
 pub struct Picture<'a> {
     /// The copy of the room.
     pub replica: &'a Replica,
-    /// The frame.
     pub frame: Frame<'a>,
 }
 
@@ -32,7 +31,6 @@ impl App {
         self.ctx.predicts
     }
 
-    /// The game that is on.
     pub fn game(&self) -> Option<&GameScreen> {
         match &self.activity {
             Activity::Game(game) => Some(game),
@@ -40,7 +38,6 @@ impl App {
         }
     }
 
-    /// The replay that is on.
     pub fn replay(&self) -> Option<&OpenReplay> {
         match &self.activity {
             Activity::Replay(replay) => Some(replay),

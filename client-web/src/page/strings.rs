@@ -23,7 +23,6 @@ pub fn friendly_name(random: u32) -> String {
     format!("{adjective} {animal}")
 }
 
-/// Actions of a card's buttons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CardAction {
     /// Back to the lobby.
@@ -51,9 +50,7 @@ pub struct Card {
     pub text: Cow<'static, str>,
     /// A line about exactly what was found, or empty.
     pub detail: String,
-    /// Label of the button.
     pub button: &'static str,
-    /// The button's action.
     pub action: CardAction,
     /// A second, less inviting button and its action.
     pub other: Option<(&'static str, CardAction)>,
@@ -216,7 +213,6 @@ pub fn ago(seconds: f64) -> String {
     format!("{count} {unit}{plural} ago")
 }
 
-/// A length in bytes.
 pub fn size(bytes: u64) -> String {
     match bytes {
         0..1000 => format!("{bytes} B"),

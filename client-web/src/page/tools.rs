@@ -10,7 +10,6 @@ pub struct Cap {
     pub key: &'static str,
     /// Its action here; empty where the next cap names it for both.
     pub does: &'static str,
-    /// The buttons that light it.
     pub buttons: Buttons,
     /// On a touch screen it is armed first and then used where the world is touched.
     pub aimed: bool,
@@ -26,7 +25,6 @@ pub const TOUCH_HELP: [(&str, &str); 2] =
 /// Help for the keys of the page itself.
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
-/// Help of a replay.
 pub const REPLAY_HELP: [(&str, &str); 10] = [
     ("Space", "play, pause"),
     (", .", "step back / forward one tick"),

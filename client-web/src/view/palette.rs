@@ -34,9 +34,6 @@ pub const PLAYERS: [Rgb; 8] = [
 ];
 /// A hero or a pack without an owner.
 pub const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
-/// Names of the player colours, for people who choose one.
-pub const PLAYER_NAMES: [&str; 8] =
-    ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];
 /// A fire that cools: white, yellow, orange, red, as a black body does.
 pub const EMBER: [Rgb; 4] =
     [[0xff, 0xf3, 0xd6], [0xff, 0xc2, 0x5c], [0xff, 0x7a, 0x1f], [0xc4, 0x2a, 0x0e]];

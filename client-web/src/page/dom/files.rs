@@ -10,7 +10,6 @@ use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{DragEvent, File, HtmlInputElement};
 
-/// Starts listening.
 pub fn listen(events: Events) {
     // Without this the browser would leave the page to show the file.
     dom::listen(&browser::window(), "dragover", move |event: DragEvent| {

@@ -16,7 +16,6 @@ pub fn fill_for_game(keys: &mut List, scene: &Scene) {
     fill(keys, ["How to play", &scene.about, "Back to the game"], help);
 }
 
-/// Fills the help of a replay.
 pub fn fill_for_replay(keys: &mut List, scene: &Scene) {
     let texts = ["Watching a replay", &scene.about, "Back to the replay"];
     fill(keys, texts, tools::REPLAY_HELP);

@@ -63,7 +63,6 @@ impl Hud {
         dom::document().set_title("Jostle");
     }
 
-    /// Shows the newest news.
     pub fn show_news(&mut self, news: &NewsLog) {
         self.feed.show(news.lines.iter().map(|(number, news)| line(*number, news)));
     }
@@ -148,7 +147,6 @@ fn caps(scene: &Scene, (pressed, selected): (Buttons, Option<Kind>)) -> impl Ite
     })
 }
 
-/// A line of the feed.
 fn line(number: usize, news: &News) -> Item {
     let (who, text, whom) = match news {
         News::Joined(who) => (who, " joined", None),

@@ -74,7 +74,6 @@ pub struct List {
 }
 
 impl List {
-    /// An empty list.
     pub fn new(id: &'static str) -> List {
         List { id, shown: Vec::new() }
     }

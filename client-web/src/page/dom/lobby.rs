@@ -28,7 +28,6 @@ impl LobbyView {
         LobbyView { shown: None, rooms, scenes, replays }
     }
 
-    /// Shows the lobby.
     pub fn show(&mut self, app: &App) {
         let lobby = &app.lobby;
         let screen = self.shown.as_ref().map(|shown| shown.0);
@@ -51,7 +50,6 @@ impl LobbyView {
     }
 }
 
-/// Reads the form.
 pub fn form() -> Form {
     let checked = dom::query::<HtmlInputElement>("#colors input:checked");
     Form {
@@ -61,7 +59,6 @@ pub fn form() -> Form {
     }
 }
 
-/// Listens to the lobby's forms.
 pub fn listen(events: Events) {
     let join = dom::html("join");
     dom::listen(&join, "submit", move |event: web_sys::Event| {

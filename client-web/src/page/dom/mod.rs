@@ -21,7 +21,6 @@ use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Document, Element, Event, EventTarget, HtmlElement, HtmlInputElement, MouseEvent};
 
-/// The document.
 pub fn document() -> Document {
     browser::window().document().expect("a page has a document")
 }
@@ -31,14 +30,12 @@ pub fn root() -> Element {
     document().document_element().expect("a document has a root")
 }
 
-/// The element with an id.
 pub fn by_id<T: JsCast>(id: &str) -> T {
     let element = document().get_element_by_id(id);
     let element = element.unwrap_or_else(|| panic!("index.html lacks #{id}"));
     element.dyn_into().unwrap_or_else(|_| panic!("#{id} is of another kind"))
 }
 
-/// The HTML element with an id.
 pub fn html(id: &str) -> HtmlElement {
     by_id(id)
 }

@@ -33,7 +33,6 @@ pub fn fill(app: &App) {
     dom::check("net-presets", &app.conditions.code());
 }
 
-/// Listens to the panel.
 pub fn listen(events: Events) {
     dom::listen(&dom::html("net-predict"), "change", move |_: web_sys::Event| {
         let on = dom::by_id::<HtmlInputElement>("net-predict").checked();
@@ -65,7 +64,6 @@ fn give_keys_back(event: MouseEvent) {
 }
 
 impl NetworkPanel {
-    /// A closed panel.
     pub fn new() -> NetworkPanel {
         NetworkPanel { shown: false, trips: Plot::new(MOMENTS), delays: Plot::new(MOMENTS) }
     }

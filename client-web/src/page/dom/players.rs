@@ -9,7 +9,6 @@ use jostle_protocol::{Appearance, PlayerState};
 /// Players in the list; the rest is counted. A host has to reach all of them.
 const LISTED_MAX: usize = 10;
 
-/// The entries of the list.
 pub fn entries(replica: &Replica, host: bool) -> Vec<Item> {
     let mut order: Vec<&PlayerState> = replica.players().iter().collect();
     order.sort_by_key(|player| (std::cmp::Reverse(player.score), player.seat));

@@ -58,7 +58,6 @@ impl ReplayControls {
         self.draw_marks(player);
     }
 
-    /// Shows the state of a replay.
     pub fn show(&mut self, player: &ReplayPlayer, now_ms: f64) {
         show_timeline(player);
         let deck = dom::html("deck");

@@ -100,7 +100,6 @@ pub struct Graphics {
     device: wgpu::Device,
     queue: wgpu::Queue,
     configuration: wgpu::SurfaceConfiguration,
-    /// The pipelines.
     pub renderer: Renderer,
     list: DrawList,
 }

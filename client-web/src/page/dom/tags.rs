@@ -57,7 +57,6 @@ impl Tags {
         }
     }
 
-    /// Removes all tags.
     pub fn clear(&mut self) {
         for tag in self.tags.drain(..) {
             tag.element.remove();

@@ -22,7 +22,6 @@ const TEXT_MS: f64 = 200.0;
 
 /// The page as it was shown last.
 pub struct Views {
-    /// The canvas.
     pub stage: Stage,
     dialogs: DialogsView,
     lobby: LobbyView,

@@ -5,9 +5,7 @@ use crate::world::room_in_page::RoomInPage;
 
 /// The other end.
 pub enum Link {
-    /// A room on the server.
     Server(Connection),
-    /// A room in the page.
     InPage(Box<RoomInPage>),
 }
 
@@ -16,9 +14,7 @@ pub enum Link {
 pub struct Connection {
     /// Number of the newest session.
     pub session: u32,
-    /// Its socket is open or opening.
     pub open: bool,
-    /// When it was opened.
     pub opened_ms: f64,
     /// When the server was last heard.
     pub heard_ms: f64,

@@ -25,12 +25,10 @@ pub struct Membership {
     pub predictor: Option<Predictor>,
     /// Width and height of the view that the room knows.
     pub sent_view: Option<Vec2>,
-    /// Tick of the welcome.
     pub welcomed_tick: u32,
 }
 
 impl Membership {
-    /// A new seat at a tick.
     pub fn new(replica: Replica, copy: u32, welcomed_tick: u32) -> Membership {
         Membership {
             replica,

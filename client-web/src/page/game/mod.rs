@@ -25,7 +25,6 @@ use status::{State, Status};
 /// Without a frame for this long the page is hidden: messages move the display then.
 const UNSEEN_MS: f64 = 500.0;
 
-/// One game.
 pub struct GameScreen {
     /// The word in the room's link.
     pub code: String,
@@ -53,7 +52,6 @@ impl GameScreen {
         game
     }
 
-    /// A game in a room of the page.
     pub fn in_page(ctx: &mut Context, room: RoomInPage, appearance: Appearance) -> GameScreen {
         let mut game = GameScreen::new(ctx, "demo", appearance, Link::InPage(Box::new(room)));
         game.hello(ctx);
@@ -84,7 +82,6 @@ impl GameScreen {
         &self.view.view
     }
 
-    /// Whether the room is in the page.
     pub fn is_in_page(&self) -> bool {
         matches!(self.link, Link::InPage(_))
     }

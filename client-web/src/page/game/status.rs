@@ -31,10 +31,8 @@ impl State {
     }
 }
 
-/// The status of a game.
 #[derive(Clone, Debug, Default)]
 pub struct Status {
-    /// The stage.
     pub state: State,
     /// Why the session ended, if it did.
     pub notice: Option<Card>,

@@ -6,8 +6,6 @@
 mod bodies;
 mod effects;
 mod faces;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod icon;
 mod light;
 pub(crate) mod motion;
 mod outline;

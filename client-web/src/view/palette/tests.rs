@@ -3,6 +3,10 @@
 
 use super::*;
 
+/// Names of the player colours in `index.html`.
+const PLAYER_NAMES: [&str; 8] =
+    ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];
+
 type Matrix = [[f32; 3]; 3];
 
 const VISIONS: [(&str, Matrix); 4] = [

@@ -7,15 +7,13 @@
 mod buffers;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod headless;
-mod particles;
+mod quads;
 mod shared;
-mod solids;
 
 use crate::view::draw::DrawList;
 use buffers::QuadIndices;
-use particles::ParticlePass;
+use quads::QuadPass;
 use shared::Shared;
-use solids::SolidPass;
 
 /// Everything that a renderer has made on its device: the cost of a scene there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,8 +30,8 @@ pub struct Renderer {
     shared: Shared,
     indices: QuadIndices,
     ground: wgpu::RenderPipeline,
-    solids: SolidPass,
-    particles: Option<ParticlePass>,
+    solids: QuadPass,
+    particles: Option<QuadPass>,
 }
 
 impl Renderer {
@@ -47,7 +45,7 @@ impl Renderer {
         Renderer {
             format,
             ground: ground_pipeline(device, &shared, format),
-            solids: SolidPass::new(device, &shared, format),
+            solids: QuadPass::solids(device, &shared, format),
             indices: QuadIndices::new(device),
             particles: None,
             shared,
@@ -57,7 +55,7 @@ impl Renderer {
     /// Makes what a scene with particles needs ahead of time, so that the first explosion does not stutter.
     pub fn prepare(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, particles: bool) {
         if particles && self.particles.is_none() {
-            self.particles = Some(ParticlePass::new(device, queue, &self.shared, self.format));
+            self.particles = Some(QuadPass::particles(device, queue, &self.shared, self.format));
         }
     }
 
@@ -67,9 +65,9 @@ impl Renderer {
             pipelines: vec!["ground", "solids"],
             textures: vec![("light", texel_bytes(&self.shared.light))],
         };
-        if let Some(particles) = &self.particles {
+        if let Some((sprite, _)) = self.particles.as_ref().and_then(|pass| pass.sprite.as_ref()) {
             made.pipelines.push("particles");
-            made.textures.push(("particle sprite", texel_bytes(&particles.sprite)));
+            made.textures.push(("particle sprite", texel_bytes(sprite)));
         }
         made
     }
@@ -130,7 +128,7 @@ impl Renderer {
         let (overlay, end) = (list.overlay_start / 4, list.solids().len() / 4);
         self.solids.record(pass, 0..overlay);
         if let Some(particles) = &self.particles {
-            particles.record(pass, list.particles.len() / 4);
+            particles.record(pass, 0..list.particles.len() / 4);
         }
         self.solids.record(pass, overlay..end);
     }

@@ -44,21 +44,16 @@ impl Shared {
         });
         let view = light.create_view(&wgpu::TextureViewDescriptor::default());
         let sampler = sampler(device);
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("globals"),
-            layout: &layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: globals.as_entire_binding() },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: wgpu::BindingResource::TextureView(&view),
-                },
-                wgpu::BindGroupEntry {
-                    binding: 2,
-                    resource: wgpu::BindingResource::Sampler(&sampler),
-                },
+        let group = bind_group(
+            device,
+            &layout,
+            "globals",
+            &[
+                globals.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&view),
+                wgpu::BindingResource::Sampler(&sampler),
             ],
-        });
+        );
         Shared { globals, light, layout, group }
     }
 
@@ -70,6 +65,20 @@ impl Shared {
             write_texture(queue, &self.light, &list.light.texels);
         }
     }
+}
+
+/// A bind group of these resources, numbered from 0.
+pub fn bind_group(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    label: &str,
+    resources: &[wgpu::BindingResource],
+) -> wgpu::BindGroup {
+    let numbered = (0..).zip(resources.iter().cloned());
+    let entries: Vec<_> =
+        numbered.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
+    let label = Some(label);
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label, layout, entries: &entries })
 }
 
 /// A square RGBA texture to be sampled.

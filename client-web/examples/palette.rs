@@ -1,0 +1,7 @@
+//! Writes `web/palette.css` from the palette: `cargo run -p jostle-client-web --example palette`. A test
+//! fails while the two differ.
+
+fn main() -> std::io::Result<()> {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/web/palette.css");
+    std::fs::write(file, jostle_client_web::view::palette::css())
+}

@@ -1,0 +1,110 @@
+//! The pipelines of quads: solid ones with premultiplied alpha, where alpha 0 adds light, and particles,
+//! one sprite blended additively (A3.4, A3.5, A3.6).
+
+use super::buffers::VertexStore;
+use super::shared::{self, PipelineParts, Shared};
+use crate::view::draw::{ParticleVertex, SolidVertex, sprite};
+use bytemuck::Pod;
+use std::ops::Range;
+
+/// ONE, ONE on colour; the target's alpha is left alone.
+const ADDITIVE: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    },
+    alpha: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::Zero,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    },
+};
+
+/// Pipeline and vertices of one kind of quads.
+pub struct QuadPass {
+    pipeline: wgpu::RenderPipeline,
+    vertices: VertexStore,
+    /// The texture of all quads and its bind group, if they have one.
+    pub sprite: Option<(wgpu::Texture, wgpu::BindGroup)>,
+}
+
+impl QuadPass {
+    /// Compiles the pipeline of everything but ground and particles.
+    pub fn solids(device: &wgpu::Device, shared: &Shared, format: wgpu::TextureFormat) -> QuadPass {
+        let attributes = wgpu::vertex_attr_array![
+            0 => Float32x2, 1 => Float32x2, 2 => Float32x2, 3 => Float32x2,
+            4 => Unorm8x4, 5 => Unorm8x4, 6 => Uint32,
+        ];
+        let parts = PipelineParts {
+            label: "solids",
+            shader: include_bytes!(concat!(env!("OUT_DIR"), "/solid.naga")),
+            groups: &[Some(&shared.layout)],
+            vertices: &[Some(vertex_layout::<SolidVertex>(&attributes))],
+            format,
+            blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+        };
+        let vertices = VertexStore::new("solids");
+        QuadPass { pipeline: shared::pipeline(device, parts), vertices, sprite: None }
+    }
+
+    /// Compiles the pipeline of particles, and loads their sprite.
+    pub fn particles(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        shared: &Shared,
+        format: wgpu::TextureFormat,
+    ) -> QuadPass {
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("particles"),
+            entries: &[shared::texture_entry(0), shared::sampler_entry(1)],
+        });
+        let texture = shared::texture(device, "particle sprite", sprite::SIDE as u32);
+        shared::write_texture(queue, &texture, &sprite::particle_texels());
+        let attributes = wgpu::vertex_attr_array![0 => Float32x2, 1 => Float32, 2 => Float32x3];
+        let parts = PipelineParts {
+            label: "particles",
+            shader: include_bytes!(concat!(env!("OUT_DIR"), "/particle.naga")),
+            groups: &[Some(&shared.layout), Some(&layout)],
+            vertices: &[Some(vertex_layout::<ParticleVertex>(&attributes))],
+            format,
+            blend: Some(ADDITIVE),
+        };
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let sampler = shared::sampler(device);
+        let group = shared::bind_group(
+            device,
+            &layout,
+            "particles",
+            &[wgpu::BindingResource::TextureView(&view), wgpu::BindingResource::Sampler(&sampler)],
+        );
+        let vertices = VertexStore::new("particles");
+        let sprite = Some((texture, group));
+        QuadPass { pipeline: shared::pipeline(device, parts), vertices, sprite }
+    }
+
+    /// Sends a frame's vertices.
+    pub fn upload<V: Pod>(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, vertices: &[V]) {
+        self.vertices.write(device, queue, bytemuck::cast_slice(vertices));
+    }
+
+    /// Draws some of the quads.
+    pub fn record(&self, pass: &mut wgpu::RenderPass, quads: Range<usize>) {
+        if quads.is_empty() {
+            return;
+        }
+        pass.set_pipeline(&self.pipeline);
+        if let Some((_, group)) = &self.sprite {
+            pass.set_bind_group(1, group, &[]);
+        }
+        self.vertices.draw(pass, quads);
+    }
+}
+
+fn vertex_layout<V>(attributes: &[wgpu::VertexAttribute]) -> wgpu::VertexBufferLayout<'_> {
+    wgpu::VertexBufferLayout {
+        array_stride: size_of::<V>() as u64,
+        step_mode: wgpu::VertexStepMode::Vertex,
+        attributes,
+    }
+}
