@@ -10,6 +10,7 @@ mod browser;
 mod input;
 pub mod net;
 #[cfg(any(target_arch = "wasm32", test))]
+#[cfg_attr(not(target_arch = "wasm32"), expect(dead_code, reason = "the browser uses the rest"))]
 mod page;
 pub mod replay;
 pub mod view;

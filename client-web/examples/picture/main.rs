@@ -1,12 +1,7 @@
-//! Draws the lobby's pictures, and any other still, without a window:
+//! Draws the lobby's pictures, of every scene, into `assets/pictures`, without a window:
+//! `cargo run -p jostle-client-web --example picture`.
 //!
-//! ```text
-//! cargo run -p jostle-client-web --example picture                 every scene, into assets/pictures
-//! cargo run -p jostle-client-web --example picture -- SCENE OUT.png [--ticks N] [--size W H]
-//!     [--view X Y HEIGHT] [--bounds]
-//! ```
-//!
-//! Players are bots that fly about and shoot; the same arguments give the same picture.
+//! Players are bots that fly about and shoot; the pictures are the same each time.
 
 mod cast;
 
@@ -26,16 +21,7 @@ use std::sync::Arc;
 
 const SEED: u64 = 7;
 
-/// One picture.
-struct Shot {
-    scene: String,
-    out: String,
-    ticks: u32,
-    size: [u32; 2],
-    /// Middle and height of the view; `None` shows the whole world.
-    view: Option<(Vec2, f32)>,
-    bounds: bool,
-}
+const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
 const LOBBY: [(&str, u32, Option<[f32; 3]>); 6] = [
@@ -48,81 +34,27 @@ const LOBBY: [(&str, u32, Option<[f32; 3]>); 6] = [
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
     let mut headless = Headless::open()?;
-    if arguments.is_empty() {
-        for (scene, ticks, view) in LOBBY {
-            let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/pictures");
-            std::fs::create_dir_all(&folder)?;
-            let shot = Shot {
-                scene: scene.to_owned(),
-                out: folder.join(format!("{scene}.png")).to_string_lossy().into_owned(),
-                ticks,
-                size: [640, 360],
-                view: view.map(|[x, y, height]| (Vec2::new(x, y), height)),
-                bounds: false,
-            };
-            take(&mut headless, &shot)?;
-        }
-        return Ok(());
-    }
-    take(&mut headless, &parse(&arguments)?)
-}
-
-fn parse(arguments: &[String]) -> Result<Shot, Box<dyn Error>> {
-    let [scene, out, options @ ..] = arguments else {
-        return Err(
-            "usage: picture SCENE OUT.png [--ticks N] [--size W H] [--view X Y HEIGHT]".into()
-        );
-    };
-    let mut shot = Shot {
-        scene: scene.clone(),
-        out: out.clone(),
-        ticks: 300,
-        size: [1280, 720],
-        view: None,
-        bounds: false,
-    };
-    let mut words = options.iter();
-    while let Some(option) = words.next() {
-        let mut number = || -> Result<f32, Box<dyn Error>> {
-            let word = words.next().ok_or_else(|| format!("{option} needs more numbers"))?;
-            word.parse().map_err(|_| format!("{option}: {word} is no number").into())
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/pictures");
+    for (name, ticks, close) in LOBBY {
+        let found = Scene::built_in().into_iter().find(|scene| scene.name == name);
+        let scene = found.ok_or_else(|| format!("there is no scene {name}"))?;
+        let aspect = SIZE[0] as f32 / SIZE[1] as f32;
+        let view = match close {
+            Some([x, y, height]) => View { center: Vec2::new(x, y), height, pixels: SIZE },
+            None => {
+                let height = scene.size.y.max(scene.size.x / aspect);
+                View { center: scene.size * 0.5, height, pixels: SIZE }
+            }
         };
-        match option.as_str() {
-            "--ticks" => shot.ticks = number()? as u32,
-            "--size" => shot.size = [number()? as u32, number()? as u32],
-            "--view" => shot.view = Some((Vec2::new(number()?, number()?), number()?)),
-            "--bounds" => shot.bounds = true,
-            _ => return Err(format!("unknown option {option}").into()),
-        }
+        let mut film = ReplayPlayer::open(played(scene, ticks)?)?;
+        film.seek(ticks);
+        let mut list = DrawList::new();
+        list.fill(&film.frame(view));
+        let bytes = headless.picture(SIZE, &list)?.png()?;
+        std::fs::write(folder.join(format!("{name}.png")), &bytes)?;
+        println!("{name}: {} bytes, by {}", bytes.len(), headless.adapter);
     }
-    Ok(shot)
-}
-
-fn take(headless: &mut Headless, shot: &Shot) -> Result<(), Box<dyn Error>> {
-    let scene = Scene::built_in()
-        .into_iter()
-        .find(|scene| scene.name == shot.scene)
-        .ok_or_else(|| format!("there is no scene {}", shot.scene))?;
-    let view = view(&scene, shot);
-    let mut film = ReplayPlayer::open(played(scene, shot.ticks)?)?;
-    film.seek(shot.ticks);
-    let mut frame = film.frame(view);
-    frame.bounds |= shot.bounds;
-    let mut list = DrawList::new();
-    list.fill(&frame);
-    let picture = headless.picture(shot.size, &list)?;
-    let bytes = picture.png()?;
-    std::fs::write(&shot.out, &bytes)?;
-    println!(
-        "{}: {} bytes, {} bodies, {} particles, by {}",
-        shot.out,
-        bytes.len(),
-        frame.bodies.len(),
-        frame.particles.len(),
-        headless.adapter
-    );
     Ok(())
 }
 
@@ -148,11 +80,4 @@ fn played(scene: Scene, ticks: u32) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut bytes = header();
     recorder.finish(&game).iter().for_each(|record| bytes.extend(record.seal()));
     Ok(bytes)
-}
-
-fn view(scene: &Scene, shot: &Shot) -> View {
-    let aspect = shot.size[0] as f32 / shot.size[1] as f32;
-    let whole = (scene.size * 0.5, scene.size.y.max(scene.size.x / aspect));
-    let (center, height) = shot.view.unwrap_or(whole);
-    View { center, height, pixels: shot.size }
 }

@@ -6,15 +6,16 @@ use crate::net::api::{self, query_value};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::context::{Context, Remembered};
 use crate::page::dialogs::{Dialogs, Question};
-use crate::page::event::{Address, Canvas, Effect, Event, Form, ReplayCommand};
+use crate::page::event::{Address, Canvas, Effect, Event, Form};
 use crate::page::game::GameScreen;
 use crate::page::game::status::State;
 use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
-use crate::page::replay_screen::{Budget, OpenReplay};
+use crate::page::replay_screen::OpenReplay;
 use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
+use crate::replay::player::ReplayPlayer;
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use jostle_game::{Scene, Seat};
 use jostle_protocol::{Appearance, limits};
@@ -181,7 +182,8 @@ impl App {
             Event::GraphicsMissing => self.graphics.missing = true,
             Event::ContextLost => self.lose_context(),
             Event::ContextRestored => self.graphics.lost_ms = None,
-            Event::Replay(command) => self.command_replay(command),
+            Event::SeekChosen(tick) => self.with_replay(|player| player.aim(tick)),
+            Event::SpeedChosen(speed) => self.with_replay(|player| player.set_speed(speed)),
             Event::PredictionChosen(on) => {
                 self.ctx.remember_prediction(on);
                 self.with_game(|game, _| game.set_prediction(on));
@@ -301,8 +303,7 @@ impl App {
                 }
             }
             Activity::Replay(replay) => {
-                let budget = Budget { clock: self.ctx.clock, plays };
-                replay.advance(self.ctx.now_ms, canvas, &budget);
+                replay.advance(self.ctx.now_ms, canvas, plays, self.ctx.clock);
                 // Events that were skipped are no news.
                 let jumped = replay.has_jumped();
                 while let Some(news) = replay.player.next_news() {
@@ -381,11 +382,11 @@ impl App {
                 let other = self.notice().and_then(|card| card.other);
                 self.act(other.map(|(_, action)| action));
             }
-            "play-pause" => self.command_replay(ReplayCommand::Toggle),
-            "step" => self.command_replay(ReplayCommand::Step(value.parse().unwrap_or(0))),
+            "play-pause" => self.with_replay(ReplayPlayer::toggle),
+            "step" => self.with_replay(|player| player.step_by(value.parse().unwrap_or(0))),
             "follow" => {
                 let seat = value.parse().ok().map(Seat);
-                seat.into_iter().for_each(|seat| self.command_replay(ReplayCommand::Follow(seat)));
+                self.with_replay(|player| seat.into_iter().for_each(|s| player.toggle_follow(s)));
             }
             _ => {}
         }
@@ -428,9 +429,11 @@ impl App {
 
 /// The remembered player, or a friendly stranger who is remembered from now on.
 fn recall(ctx: &mut Context, remembered: &Remembered) -> Appearance {
-    let color = remembered.color().filter(|color| *color < limits::COLORS);
-    let color = color.unwrap_or_else(|| (ctx.random_bits() % u32::from(limits::COLORS)) as u8);
-    Appearance::new(name::finished(remembered.name()), color).unwrap_or_else(|_| {
+    let (name, color) = remembered.player();
+    let color = color
+        .filter(|color| *color < limits::COLORS)
+        .unwrap_or_else(|| (ctx.random_bits() % u32::from(limits::COLORS)) as u8);
+    Appearance::new(name::finished(name), color).unwrap_or_else(|_| {
         let name = strings::friendly_name(ctx.random_bits());
         ctx.remember_player(&name, color);
         Appearance { name: name.into(), color }

@@ -20,12 +20,10 @@ pub struct Remembered {
 }
 
 impl Remembered {
-    pub fn name(&self) -> &str {
-        self.local.get(NAME_KEY).map_or("", String::as_str)
-    }
-
-    pub fn color(&self) -> Option<u8> {
-        self.local.get(COLOR_KEY)?.parse().ok()
+    /// The remembered name and colour.
+    pub fn player(&self) -> (&str, Option<u8>) {
+        let name = self.local.get(NAME_KEY).map_or("", String::as_str);
+        (name, self.local.get(COLOR_KEY).and_then(|color| color.parse().ok()))
     }
 
     /// Whether prediction is on, by the address or by an earlier choice; on by default.

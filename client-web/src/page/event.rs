@@ -4,7 +4,7 @@
 use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
-use jostle_game::{Buttons, Seat};
+use jostle_game::Buttons;
 use jostle_protocol::replay::ReplayError;
 use jostle_sim::Vec2;
 
@@ -83,36 +83,6 @@ pub enum PointerChange {
     Left,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ReplayCommand {
-    /// Plays or pauses.
-    Toggle,
-    /// Pauses this many ticks from here.
-    Step(i64),
-    /// Skips this many ticks.
-    Skip(i64),
-    /// Goes to a tick.
-    Seek(u32),
-    /// Goes to the first tick.
-    Start,
-    /// Goes to the last tick.
-    End,
-    /// Chooses the nearest speed.
-    Speed(f64),
-    /// Chooses the next higher speed.
-    Faster,
-    /// Chooses the next lower speed.
-    Slower,
-    /// Follows a player, or stops following this one.
-    Follow(Seat),
-    /// The same for the player at this place in the list.
-    FollowNth(usize),
-    /// Shows the whole world.
-    FollowNone,
-    /// Shows or hides the outlines of bodies.
-    ToggleBounds,
-}
-
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Form {
     /// The name as typed.
@@ -176,8 +146,10 @@ pub enum Event {
     ContextLost,
     /// The browser gave the drawing context back.
     ContextRestored,
-    /// The replay's controls were used.
-    Replay(ReplayCommand),
+    /// A tick was chosen on the timeline of the replay.
+    SeekChosen(u32),
+    /// A speed was chosen for the replay.
+    SpeedChosen(f64),
     /// Prediction was switched on or off.
     PredictionChosen(bool),
     ConditionsChosen(NetworkConditions),

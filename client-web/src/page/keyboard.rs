@@ -2,8 +2,9 @@
 
 use crate::input::keys::meaning;
 use crate::page::app::{Activity, App};
-use crate::page::event::{Effect, Focus, Key, ReplayCommand};
+use crate::page::event::{Effect, Focus, Key};
 use crate::page::layers::Layer;
+use crate::replay::player::ReplayPlayer;
 use jostle_sim::TICKS_PER_SECOND;
 
 /// An arrow key skips this many ticks.
@@ -76,17 +77,43 @@ impl App {
     fn replay_key_down(&mut self, key: &Key) {
         let top = self.top();
         match (key.code.as_str(), key.letter.as_str()) {
-            ("F2", _) if !key.repeat => self.command_replay(ReplayCommand::ToggleBounds),
+            ("F2", _) if !key.repeat => self.with_replay(ReplayPlayer::toggle_bounds),
             (_, "?") if !key.repeat => self.toggle_help(),
             ("Escape", _) if top == Layer::Help => self.toggle_help(),
             _ if key.modified || top != Layer::Page || is_used_by_focus(key) => return,
             (_, " ") if key.repeat => {}
-            (_, letter) => match replay_command(letter) {
-                Some(command) => self.command_replay(command),
-                None => return,
-            },
+            (_, letter) => {
+                if !self.control_replay(letter) {
+                    return;
+                }
+            }
         }
         self.ctx.request(Effect::PreventDefault);
+    }
+
+    /// Does what a letter means to the replay; `false` if that is nothing.
+    fn control_replay(&mut self, letter: &str) -> bool {
+        let mut known = true;
+        self.with_replay(|player| match letter {
+            " " => player.toggle(),
+            "," => player.step_by(-1),
+            "." => player.step_by(1),
+            "ArrowLeft" => player.skip(-SKIP_TICKS),
+            "ArrowRight" => player.skip(SKIP_TICKS),
+            "ArrowUp" => player.shift_speed(true),
+            "ArrowDown" => player.shift_speed(false),
+            "Home" => player.aim(player.first_tick()),
+            "End" => player.aim(player.last_tick()),
+            "0" => player.follow(None),
+            digit => match digit.parse::<usize>() {
+                Ok(number @ 1..) => {
+                    let seat = player.players().get(number - 1).map(|player| player.seat);
+                    seat.into_iter().for_each(|seat| player.toggle_follow(seat));
+                }
+                _ => known = false,
+            },
+        });
+        known
     }
 }
 
@@ -101,20 +128,4 @@ fn is_used_by_focus(key: &Key) -> bool {
         }
         Focus::Elsewhere => false,
     }
-}
-
-fn replay_command(letter: &str) -> Option<ReplayCommand> {
-    Some(match letter {
-        " " => ReplayCommand::Toggle,
-        "," => ReplayCommand::Step(-1),
-        "." => ReplayCommand::Step(1),
-        "ArrowLeft" => ReplayCommand::Skip(-SKIP_TICKS),
-        "ArrowRight" => ReplayCommand::Skip(SKIP_TICKS),
-        "ArrowUp" => ReplayCommand::Faster,
-        "ArrowDown" => ReplayCommand::Slower,
-        "Home" => ReplayCommand::Start,
-        "End" => ReplayCommand::End,
-        "0" => ReplayCommand::FollowNone,
-        digit => ReplayCommand::FollowNth(digit.parse::<usize>().ok()?.checked_sub(1)?),
-    })
 }

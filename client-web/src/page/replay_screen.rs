@@ -2,9 +2,9 @@
 //! once its bytes are here.
 
 use crate::net::meter::Meter;
-use crate::page::event::{Canvas, ReplayCommand};
+use crate::page::event::Canvas;
 use crate::page::strings::{self, Card};
-use crate::replay::player::{ReplayPlayer, SPEEDS};
+use crate::replay::player::ReplayPlayer;
 use crate::view::camera::Camera;
 use crate::view::frame::{Frame, View};
 use jostle_game::Seat;
@@ -53,19 +53,10 @@ pub struct Drawn {
     followed: Option<Seat>,
 }
 
-/// The time that a frame may take.
-pub struct Budget {
-    pub clock: fn() -> f64,
-    /// The replay may play on: no card is open that must be read first.
-    pub plays: bool,
-}
-
-impl Budget {
-    /// A function that is `true` for this many milliseconds.
-    fn within(&self, milliseconds: f64) -> impl FnMut() -> bool + use<> {
-        let (clock, end) = (self.clock, (self.clock)() + milliseconds);
-        move || clock() < end
-    }
+/// A function that is `true` for this many milliseconds.
+fn within(clock: fn() -> f64, milliseconds: f64) -> impl FnMut() -> bool {
+    let end = clock() + milliseconds;
+    move || clock() < end
 }
 
 impl OpenReplay {
@@ -86,18 +77,25 @@ impl OpenReplay {
         }
     }
 
-    /// Brings replay and camera to `now_ms`.
-    pub fn advance(&mut self, now_ms: f64, canvas: Option<Canvas>, budget: &Budget) {
+    /// Brings replay and camera to `now_ms`. The replay plays on if it may: no card is open that must be
+    /// read first.
+    pub fn advance(
+        &mut self,
+        now_ms: f64,
+        canvas: Option<Canvas>,
+        plays: bool,
+        clock: fn() -> f64,
+    ) {
         let elapsed_s = ((now_ms - self.framed_ms) / 1000.0).clamp(0.0, FRAME_S_MAX);
         self.framed_ms = now_ms;
         if self.player.is_seeking() {
-            self.player.work(budget.within(SEEK_MS));
+            self.player.work(within(clock, SEEK_MS));
         } else {
-            if budget.plays {
-                self.player.advance(elapsed_s, budget.within(PLAY_MS));
+            if plays {
+                self.player.advance(elapsed_s, within(clock, PLAY_MS));
             }
             let ahead_ms = if self.player.playing { AHEAD_MS } else { AHEAD_STILL_MS };
-            self.player.look_ahead(budget.within(ahead_ms));
+            self.player.look_ahead(within(clock, ahead_ms));
         }
         if let Some(canvas) = canvas {
             self.aim(canvas, elapsed_s as f32);
@@ -146,34 +144,6 @@ impl OpenReplay {
         std::mem::replace(&mut self.news_jumps, self.player.jumps) != self.player.jumps
     }
 
-    /// Carries out a command.
-    pub fn command(&mut self, command: ReplayCommand) {
-        let player = &mut self.player;
-        match command {
-            ReplayCommand::Toggle if player.playing => player.pause(),
-            ReplayCommand::Toggle => player.play(),
-            ReplayCommand::Step(ticks) => {
-                player.pause();
-                skip(player, ticks);
-            }
-            ReplayCommand::Skip(ticks) => skip(player, ticks),
-            ReplayCommand::Seek(tick) => player.aim(tick),
-            ReplayCommand::Start => player.aim(player.first_tick()),
-            ReplayCommand::End => player.aim(player.last_tick()),
-            ReplayCommand::Speed(speed) => player.set_speed(speed),
-            ReplayCommand::Faster => shift_speed(player, true),
-            ReplayCommand::Slower => shift_speed(player, false),
-            ReplayCommand::Follow(seat) => follow(player, seat),
-            ReplayCommand::FollowNth(index) => {
-                if let Some(seat) = player.players().get(index).map(|player| player.seat) {
-                    follow(player, seat);
-                }
-            }
-            ReplayCommand::FollowNone => player.follow(None),
-            ReplayCommand::ToggleBounds => player.toggle_bounds(),
-        }
-    }
-
     /// The card for a replay whose end is missing. One that was merely not ended may still be recorded:
     /// a hint says so instead.
     pub fn cut(&self) -> Option<Card> {
@@ -181,22 +151,4 @@ impl OpenReplay {
         let ticks = self.player.last_tick() - self.player.first_tick();
         (error.problem != Problem::NoEnd).then(|| strings::cut_replay(ticks, &error))
     }
-}
-
-fn skip(player: &mut ReplayPlayer, ticks: i64) {
-    let goal = i64::from(player.goal()) + ticks;
-    let (first, last) = (i64::from(player.first_tick()), i64::from(player.last_tick()));
-    player.aim(goal.clamp(first, last) as u32);
-}
-
-fn shift_speed(player: &mut ReplayPlayer, faster: bool) {
-    let now = SPEEDS.iter().position(|&speed| speed == player.speed).unwrap_or(2);
-    let next = if faster { now + 1 } else { now.saturating_sub(1) };
-    player.set_speed(SPEEDS[next.min(SPEEDS.len() - 1)]);
-}
-
-/// Follows a player; the same one again shows the whole world.
-fn follow(player: &mut ReplayPlayer, seat: Seat) {
-    let other = player.followed != Some(seat);
-    player.follow(other.then_some(seat));
 }

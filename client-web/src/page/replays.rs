@@ -3,7 +3,7 @@
 use crate::net::report::Fetched;
 use crate::page::app::{Activity, App};
 use crate::page::dialogs::Card;
-use crate::page::event::{Address, Effect, ReplayCommand};
+use crate::page::event::{Address, Effect};
 use crate::page::replay_screen::OpenReplay;
 use crate::page::strings;
 use crate::replay::error::ReplayLoadError;
@@ -14,10 +14,10 @@ use jostle_protocol::replay::ReplayError;
 const FILE_HASH: &str = "#file";
 
 impl App {
-    /// Carries out a command to the replay that is on.
-    pub(super) fn command_replay(&mut self, command: ReplayCommand) {
+    /// Calls `work` with the player of the replay that is on, if one is.
+    pub(super) fn with_replay(&mut self, work: impl FnOnce(&mut ReplayPlayer)) {
         if let Activity::Replay(replay) = &mut self.activity {
-            replay.command(command);
+            work(&mut replay.player);
         }
     }
 

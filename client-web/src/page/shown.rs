@@ -13,13 +13,6 @@ use crate::world::replica::Replica;
 /// A lost drawing context that is away for longer than this is spoken of, milliseconds.
 const CONTEXT_WAIT_MS: f64 = 5000.0;
 
-/// A frame, and the copy of the room that it shows.
-pub struct Picture<'a> {
-    /// The copy of the room.
-    pub replica: &'a Replica,
-    pub frame: Frame<'a>,
-}
-
 impl App {
     /// Time of the last event, milliseconds since the page was opened.
     pub fn now_ms(&self) -> f64 {
@@ -54,14 +47,13 @@ impl App {
         }
     }
 
-    /// The picture to draw now, or `None` if the one on the canvas is still right.
-    pub fn picture(&self) -> Option<Picture<'_>> {
-        let frame = match &self.activity {
+    /// The frame to draw now, or `None` if the one on the canvas is still right.
+    pub fn frame(&self) -> Option<Frame<'_>> {
+        match &self.activity {
             Activity::Game(game) => game.frame((self.ctx.now_ms / 1000.0) as f32, self.calm),
             Activity::Replay(replay) => replay.frame(self.calm),
             _ => None,
-        };
-        Some(Picture { frame: frame?, replica: self.replica()? })
+        }
     }
 
     /// The value of `data-state`. A frozen picture counts once it is drawn.

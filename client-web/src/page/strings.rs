@@ -61,29 +61,30 @@ pub struct Card {
 const fn card(
     title: &'static str,
     text: &'static str,
-    button: (&'static str, CardAction),
-    other: Option<(&'static str, CardAction)>,
+    button: &'static str,
+    action: CardAction,
 ) -> Card {
-    let (button, action) = button;
     let text = Cow::Borrowed(text);
-    Card { title, text, detail: String::new(), button, action, other, passing: false }
+    Card { title, text, detail: String::new(), button, action, other: None, passing: false }
 }
 
-const fn passing(
-    title: &'static str,
-    text: &'static str,
-    button: (&'static str, CardAction),
-) -> Card {
-    let (button, action) = button;
-    let text = Cow::Borrowed(text);
-    Card { title, text, detail: String::new(), button, action, other: None, passing: true }
+const fn passing(mut card: Card) -> Card {
+    card.passing = true;
+    card
+}
+
+const fn card_or(mut card: Card, label: &'static str, action: CardAction) -> Card {
+    card.other = Some((label, action));
+    card
 }
 
 const fn elsewhere(title: &'static str, text: &'static str) -> Card {
-    card(title, text, ("Play in the arena", CardAction::Arena), ALL_ROOMS)
+    card_or(
+        card(title, text, "Play in the arena", CardAction::Arena),
+        "All rooms",
+        CardAction::Lobby,
+    )
 }
-
-const ALL_ROOMS: Option<(&str, CardAction)> = Some(("All rooms", CardAction::Lobby));
 
 /// Shown while the lists of the lobby cannot be refreshed.
 pub const UNANSWERED: &str = "Can't reach the server; this list may be out of date.";
@@ -92,78 +93,92 @@ pub const UNANSWERED: &str = "Can't reach the server; this list may be out of da
 pub const NO_WEBGL2: Card = card(
     "No WebGL 2",
     "This browser can't draw the game. Turn on hardware acceleration, or try another browser.",
-    ("Try again", CardAction::Reload),
-    None,
+    "Try again",
+    CardAction::Reload,
 );
 /// The scene named in the address of a demo does not exist.
 pub const NO_SUCH_SCENE: Card = card(
     "Scene not found",
     "This demo link names a scene that doesn't exist.",
-    ("Browse scenes", CardAction::Lobby),
-    None,
+    "Browse scenes",
+    CardAction::Lobby,
 );
 /// A bug ended the page's program.
 pub const CRASHED: Card = card(
     "Something broke",
     "The game hit a bug and stopped. Reload the page to continue.",
-    ("Reload", CardAction::Reload),
-    None,
+    "Reload",
+    CardAction::Reload,
 );
 /// The browser took the drawing context and did not give it back.
 pub const GRAPHICS_LOST: Card = card(
     "Graphics lost",
     "Your browser stopped drawing the game. Reload if it doesn't come back.",
-    ("Reload", CardAction::Reload),
-    None,
+    "Reload",
+    CardAction::Reload,
 );
 /// The player's room is gone: the server was restarted, or the player was away for too long.
 pub const ROOM_GONE: Card = elsewhere("Room closed", "The room closed while you were away.");
 /// The socket was lost.
-pub const RECONNECTING: Card = passing(
+pub const RECONNECTING: Card = passing(card(
     "Connection lost",
     "Reconnecting. We'll hold your spot for 45 seconds.",
-    ("Try now", CardAction::Again),
-);
+    "Try now",
+    CardAction::Again,
+));
 /// The server closed, most likely to be restarted.
-pub const RESTARTING: Card = passing(
+pub const RESTARTING: Card = passing(card(
     "Server restarting",
     "It should be back soon; we'll reconnect automatically.",
-    ("Try now", CardAction::Again),
-);
+    "Try now",
+    CardAction::Again,
+));
 /// The host closed the room.
 pub const CLOSED_BY_YOU: Card = card(
     "Room closed",
     "Everyone has been sent out, and the link no longer works.",
-    ("See the rooms", CardAction::Lobby),
-    None,
+    "See the rooms",
+    CardAction::Lobby,
 );
 /// A replay is on its way.
-pub const FETCHING: Card = passing(
+pub const FETCHING: Card = passing(card(
     "Loading the replay",
     "Fetching it from the server.",
-    ("Back to the lobby", CardAction::Lobby),
-);
+    "Back to the lobby",
+    CardAction::Lobby,
+));
 /// The replay named in the address does not exist.
-pub const NO_SUCH_REPLAY: Card = card(
-    "Replay not found",
-    "This replay isn't on the server. It may have been deleted to save space, or the link is incomplete.",
-    ("See all replays", CardAction::Lobby),
-    Some(("Open a file", CardAction::File)),
+pub const NO_SUCH_REPLAY: Card = card_or(
+    card(
+        "Replay not found",
+        "This replay isn't on the server. It may have been deleted to save space, or the link is incomplete.",
+        "See all replays",
+        CardAction::Lobby,
+    ),
+    "Open a file",
+    CardAction::File,
 );
 /// The server gave no replay, for now.
-pub const REPLAY_REFUSED: Card = card(
-    "Couldn't load the replay",
-    "Check your connection, or try again in a moment.",
-    ("Try again", CardAction::Refetch),
-    ALL_ROOMS,
+pub const REPLAY_REFUSED: Card = card_or(
+    card(
+        "Couldn't load the replay",
+        "Check your connection, or try again in a moment.",
+        "Try again",
+        CardAction::Refetch,
+    ),
+    "All rooms",
+    CardAction::Lobby,
 );
 
 /// The card for a file that cannot be watched, while nothing or another one is being watched.
 pub fn bad_replay(error: &ReplayLoadError, watching: bool) -> Card {
-    let other = if watching { Some(("Keep watching", CardAction::Stay)) } else { ALL_ROOMS };
+    let (label, action) = match watching {
+        true => ("Keep watching", CardAction::Stay),
+        false => ("All rooms", CardAction::Lobby),
+    };
     let (title, text) = error.title_and_advice();
-    let card = card(title, text, ("Open another file", CardAction::File), other);
-    Card { detail: error.to_string(), ..card }
+    let card = card(title, text, "Open another file", CardAction::File);
+    Card { detail: error.to_string(), ..card_or(card, label, action) }
 }
 
 /// The card for a replay that is shorter than it was, by how many ticks it still has.
@@ -176,7 +191,7 @@ pub fn cut_replay(ticks: u32, error: &ReplayError) -> Card {
             span(ticks)
         ),
     };
-    let card = card("Incomplete replay", "", ("Watch what's left", CardAction::Stay), None);
+    let card = card("Incomplete replay", "", "Watch what's left", CardAction::Stay);
     Card { text: text.into(), detail: error.to_string(), ..card }
 }
 
@@ -227,7 +242,7 @@ pub fn connecting(attempts: u32) -> Card {
         0..=1 => "Joining the room\u{2026}",
         _ => "No answer from the server yet. Still trying.",
     };
-    passing("Joining", text, ("Back to the lobby", CardAction::Lobby))
+    passing(card("Joining", text, "Back to the lobby", CardAction::Lobby))
 }
 
 /// The card for a session that was refused or ended; `None` if that passes by itself, and the page
@@ -249,7 +264,7 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
         Refusal::RoomFailed => ("Room crashed", "Go to the lobby", Lobby),
         Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),
     };
-    Some(card(title, refusal.message(), (button, action), None))
+    Some(card(title, refusal.message(), button, action))
 }
 
 /// The refusal that a close code stands for, if its message was lost.

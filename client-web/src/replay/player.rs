@@ -179,6 +179,11 @@ impl ReplayPlayer {
         self.playing = self.last_tick() > self.first_tick();
     }
 
+    /// Plays or pauses.
+    pub fn toggle(&mut self) {
+        if self.playing { self.pause() } else { self.play() }
+    }
+
     /// Stands still at the next whole tick.
     pub fn pause(&mut self) {
         self.playing = false;
@@ -193,6 +198,18 @@ impl ReplayPlayer {
         let apart = |offered: &f64| (offered - speed).abs();
         let nearest = SPEEDS.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
         self.speed = nearest.unwrap_or(1.0);
+    }
+
+    /// Chooses the next higher or lower of [`SPEEDS`].
+    pub fn shift_speed(&mut self, faster: bool) {
+        let now = SPEEDS.iter().position(|&speed| speed == self.speed).unwrap_or(2);
+        let next = if faster { now + 1 } else { now.saturating_sub(1) };
+        self.speed = SPEEDS[next.min(SPEEDS.len() - 1)];
+    }
+
+    /// Follows a player; the same one again shows the whole world.
+    pub fn toggle_follow(&mut self, seat: Seat) {
+        self.follow(Some(seat).filter(|_| self.followed != Some(seat)));
     }
 
     /// Follows a player, or shows the whole world.

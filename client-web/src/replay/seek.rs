@@ -28,6 +28,19 @@ impl ReplayPlayer {
         }
     }
 
+    /// Pauses this many ticks from here.
+    pub fn step_by(&mut self, ticks: i64) {
+        self.pause();
+        self.skip(ticks);
+    }
+
+    /// Sets out for the tick this many from here.
+    pub fn skip(&mut self, ticks: i64) {
+        let goal = i64::from(self.goal()) + ticks;
+        let (first, last) = (i64::from(self.first_tick()), i64::from(self.last_tick()));
+        self.aim(goal.clamp(first, last) as u32);
+    }
+
     /// Whether it is on its way to a tick.
     pub fn is_seeking(&self) -> bool {
         self.seek.is_some()

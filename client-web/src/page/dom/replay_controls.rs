@@ -4,7 +4,7 @@
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::dom::players::color_of;
-use crate::page::event::{Event, ReplayCommand};
+use crate::page::event::Event;
 use crate::page::queue::Events;
 use crate::page::replay_screen::OpenReplay;
 use crate::page::strings;
@@ -183,13 +183,13 @@ fn chip(place: usize, player: &PlayerState, followed: bool) -> Item {
 pub fn listen(events: Events) {
     dom::listen(&dom::html("speeds"), "change", move |event: web_sys::Event| {
         if let Some(speed) = dom::value_of(&event) {
-            events.push(Event::Replay(ReplayCommand::Speed(speed)));
+            events.push(Event::SpeedChosen(speed));
         }
     });
     let slider = dom::html("seek");
     dom::listen(&slider, "input", move |event: web_sys::Event| {
         if let Some(tick) = dom::value_of(&event) {
-            events.push(Event::Replay(ReplayCommand::Seek(tick)));
+            events.push(Event::SeekChosen(tick));
             show_bubble(Some(tick));
         }
     });

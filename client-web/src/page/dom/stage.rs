@@ -79,12 +79,12 @@ impl Stage {
 
     /// Draws what has changed: `None` if nothing has, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
-        let picture = app.picture()?;
+        let (frame, replica) = (app.frame()?, app.replica()?);
         let graphics = self.graphics.as_mut()?;
         let Graphics { renderer, device, queue, .. } = graphics;
         // What an earlier scene needed stays.
-        renderer.prepare(device, queue, picture.replica.plan.features.particles);
-        Some(graphics.draw(&picture.frame))
+        renderer.prepare(device, queue, replica.plan.features.particles);
+        Some(graphics.draw(&frame))
     }
 }
 

@@ -99,13 +99,6 @@ impl LightField {
     pub fn size(&self) -> f32 {
         self.cell * LIGHT_CELLS as f32
     }
-
-    /// The light in the cell of a world point, 0..=1, for tests.
-    pub fn at(&self, point: Vec2) -> [f32; 3] {
-        let at = (point - self.low) / self.cell;
-        let index = (at.y as usize * LIGHT_CELLS + at.x as usize) * 4;
-        [0, 1, 2].map(|i| (f32::from(self.texels[index + i]) / 255.0).powi(2))
-    }
 }
 
 /// A two-sided exponential blur along a row: what a cell holds flows on to both sides, less by the

@@ -10,40 +10,24 @@ use std::task::{Context, Poll, Waker};
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Why a picture could not be drawn.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 pub enum HeadlessError {
     /// Neither Vulkan nor GL offers an adapter.
+    #[error("found no Vulkan or GL adapter (Mesa's software drivers will do): {0}")]
     NoAdapter(wgpu::RequestAdapterError),
     /// The adapter gives no device with WebGL2's limits.
+    #[error("the adapter gives no device: {0}")]
     NoDevice(wgpu::RequestDeviceError),
     /// The adapter has no targets as large as the picture.
+    #[error("the adapter draws pictures of at most {side_max} x {side_max} pixels")]
     TooLarge {
         /// Largest width and height, pixels.
         side_max: u32,
     },
     /// The pixels could not be read back.
+    #[error("reading the picture back failed: {0}")]
     ReadBack(String),
 }
-
-impl std::fmt::Display for HeadlessError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            HeadlessError::NoAdapter(error) => {
-                write!(
-                    f,
-                    "found no Vulkan or GL adapter (Mesa's software drivers will do): {error}"
-                )
-            }
-            HeadlessError::NoDevice(error) => write!(f, "the adapter gives no device: {error}"),
-            HeadlessError::TooLarge { side_max } => {
-                write!(f, "the adapter draws pictures of at most {side_max} x {side_max} pixels")
-            }
-            HeadlessError::ReadBack(error) => write!(f, "reading the picture back failed: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for HeadlessError {}
 
 /// A picture: RGBA, four bytes a pixel, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -8,8 +8,7 @@ use jostle_sim::particles::dequantise;
 impl Replica {
     /// Shows a body elsewhere than the snapshots do: the own hero, as predicted.
     pub fn lead(&mut self, own: Predicted) {
-        let place = self.samples.binary_search_by_key(&own.id.index, |s| s.id.index);
-        let Some(place) = place.ok().filter(|&place| self.samples[place].id == own.id) else {
+        let Some(place) = self.samples.iter().position(|sample| sample.id == own.id) else {
             return;
         };
         let Predicted { center, velocity, .. } = own;

@@ -19,7 +19,7 @@ fn joining_says_hello_and_remembers_the_seat() {
     let seat = |effect: &Effect| matches!(effect, Effect::StoreSession(key, Some(_)) if key == "jostle.seat.arena");
     assert!(browser.effects.iter().any(seat));
     browser.wait(100);
-    assert!(browser.app.picture().is_some() && browser.app.world_shown);
+    assert!(browser.app.frame().is_some() && browser.app.world_shown);
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn a_lost_connection_is_retried_until_it_is_back() {
         ("reconnecting", strings::RECONNECTING.title)
     );
     assert_eq!(browser.held(), Buttons(0));
-    assert!(browser.app.picture().is_some_and(|picture| picture.frame.dimmed), "still on view");
+    assert!(browser.app.frame().is_some_and(|frame| frame.dimmed), "still on view");
     browser.wait(600);
     assert!(browser.session > session, "a new socket");
     browser.accept("arena");

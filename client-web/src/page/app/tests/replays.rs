@@ -44,7 +44,7 @@ fn a_replay_plays_pauses_and_seeks() {
         browser.wait(40);
         assert_eq!(player(&browser).tick(), tick, "{letter}");
     }
-    browser.say(Event::Replay(ReplayCommand::Seek(30)));
+    browser.say(Event::SeekChosen(30));
     browser.wait(40);
     assert_eq!(player(&browser).tick(), 30);
     browser.press("ArrowUp", "ArrowUp");
@@ -62,12 +62,12 @@ fn a_still_replay_is_not_drawn_again() {
     let mut browser = watching();
     browser.press("Space", " ");
     browser.wait(100);
-    assert!(browser.app.picture().is_none());
+    assert!(browser.app.frame().is_none());
     browser.press("F2", "F2");
-    assert!(browser.app.picture().is_some());
+    assert!(browser.app.frame().is_some());
     browser.say(Event::Drawn(true));
     browser.say(Event::ContextLost);
-    assert!(browser.app.picture().is_some(), "what was drawn is gone");
+    assert!(browser.app.frame().is_some(), "what was drawn is gone");
 }
 
 #[test]
@@ -119,9 +119,9 @@ fn replay_news_is_shown_unless_it_was_skipped() {
     browser.wait(200);
     assert_eq!(browser.app.news.lines.len(), 1, "Ada joined");
     browser.press("Space", " ");
-    browser.say(Event::Replay(ReplayCommand::Seek(0)));
+    browser.say(Event::SeekChosen(0));
     browser.wait(40);
-    browser.say(Event::Replay(ReplayCommand::Seek(299)));
+    browser.say(Event::SeekChosen(299));
     browser.wait(40);
     assert_eq!(browser.app.news.lines.len(), 1);
 }
