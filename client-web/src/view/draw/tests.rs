@@ -305,7 +305,7 @@ fn a_hit_widens_the_eyes_of_that_hero_only() {
 }
 
 #[test]
-fn the_sprite_file_matches_its_generator() {
+fn a_particle_is_full_in_the_middle_and_nothing_at_the_rim() {
     let texels = sprite::particle_texels();
     let alpha = |x: usize, y: usize| texels[(y * sprite::SIDE + x) * 4 + 3];
     assert_eq!(alpha(32, 32), 255, "full in the middle");
@@ -313,7 +313,7 @@ fn the_sprite_file_matches_its_generator() {
 }
 
 #[test]
-fn the_icon_files_match_their_generator() {
+fn icons_are_small_squares() {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sprites"));
     for (name, side) in [("favicon.png", 64), ("icon-180.png", 180), ("icon-512.png", 512)] {
         let file = std::fs::File::open(folder.join(name)).expect(name);
