@@ -129,14 +129,14 @@ impl Told {
     pub fn of(scene: Scene) -> Told {
         let plan = Plan::of(&scene);
         let name = |index: u8| scene.groups[usize::from(index)].clone();
-        let mut groups: Vec<u8> = plan.bodies.iter().map(|bodies| bodies.group).collect();
+        let mut groups: Vec<u8> = plan.bodies.iter().map(|bodies| bodies.def.group).collect();
         groups.sort_unstable();
         groups.dedup();
         let tools = Tools::NAMES.iter().filter(|(_, tool)| scene.tools.contains(*tool));
         Told {
             size: scene.size.to_array(),
-            gravity: scene.gravity.to_array(),
-            solver: scene.solver.map(Solver::of),
+            gravity: scene.world.gravity.to_array(),
+            solver: scene.world.solver.map(Solver::of),
             groups: groups.into_iter().map(name).collect(),
             pairs: plan.pairs.iter().map(|pair| pair.map(name)).collect(),
             bodies: plan.bodies.iter().map(|bodies| told_bodies(bodies, &scene)).collect(),
@@ -144,8 +144,8 @@ impl Told {
             tools: tools.map(|(name, _)| *name).collect(),
             limits: Limits {
                 players: scene.players_max,
-                bodies: scene.bodies_max,
-                particles: scene.particles_max,
+                bodies: scene.world.bodies_max,
+                particles: scene.world.particles_max,
             },
             scene: scene.name,
             title: scene.title,
@@ -156,13 +156,13 @@ impl Told {
 fn told_bodies(bodies: &Bodies, scene: &Scene) -> ToldBodies {
     ToldBodies {
         kind: bodies.kind.name(),
-        group: scene.groups[usize::from(bodies.group)].clone(),
-        motion: match bodies.motion {
+        group: scene.groups[usize::from(bodies.def.group)].clone(),
+        motion: match bodies.def.motion {
             Motion::Static => "static",
             Motion::Kinematic => "kinematic",
             Motion::Dynamic => "dynamic",
         },
-        shape: match (bodies.circles, bodies.boxes) {
+        shape: match (bodies.circles(), bodies.boxes()) {
             (true, true) => "circle or box",
             (true, false) => "circle",
             _ => "box",

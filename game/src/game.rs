@@ -207,7 +207,7 @@ impl Game {
             selected: player.selected,
             held: player.held.map(|held| held.body),
             score: player.score,
-            pointer: player.pointer.map(|pointer| quantise(pointer, self.scene.quantum)),
+            pointer: player.pointer.map(|pointer| quantise(pointer, self.scene.world.quantum)),
         })
     }
 }

@@ -12,7 +12,7 @@ pub(crate) const IMPACTS_PER_TICK_MAX: usize = 32;
 /// Reports contacts that began harder than the scene's report speed, hardest first. `hard` is
 /// scratch memory.
 pub(crate) fn report(world: &World, scene: &Scene, hard: &mut Vec<u32>, events: &mut Vec<Event>) {
-    if scene.solver.is_none() {
+    if scene.world.solver.is_none() {
         return;
     }
     let touches = world.touches();

@@ -140,7 +140,9 @@ pub(crate) fn launch(
 ) {
     let Some(spec) = &scene.pack else { return };
     let own = |actor: &&Actor| actor.kind == Kind::Pack && actor.owner == Some(seat);
-    if roster.actors().filter(own).count() >= scene.packs_max || !roster.has_room(world, scene) {
+    if roster.actors().filter(own).count() >= spec.count_max as usize
+        || !roster.has_room(world, scene)
+    {
         return;
     }
     let velocity = FRONT_AT_START * spec.speed;

@@ -83,6 +83,6 @@ impl Roster {
             Some(_) => usize::from(scene.players_max).saturating_sub(heroes),
             None => 0,
         };
-        world.body_count() + reserved < scene.bodies_max
+        world.body_count() + reserved < scene.world.bodies_max
     }
 }

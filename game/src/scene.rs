@@ -15,7 +15,6 @@ mod name;
 mod parse;
 mod path;
 mod plan;
-mod presets;
 mod recipes;
 mod solver;
 mod spec;
@@ -32,8 +31,9 @@ pub use kind::Kind;
 pub use limits::*;
 pub use path::Path;
 pub use plan::{Bodies, Part, Per, Plan};
-pub use presets::presets;
+pub use recipes::presets;
 pub use spec::{
-    Camera, HeroSpec, Layout, Location, PackSpec, Placed, PlacedSpring, Scene, ScheduledEmitter,
+    Camera, HeroSpec, Layout, Location, MarbleSpec, PackSpec, Placed, PlacedSpring, Scene,
+    ScheduledEmitter,
 };
 pub use tools::Tools;

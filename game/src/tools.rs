@@ -36,7 +36,7 @@ pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scen
             drag(world, &roster.players[slot]);
         }
         if allows(Tools::HOLD) {
-            hold(world, roster, slot, min(HOLD_SPEED_MAX, scene.speed_max));
+            hold(world, roster, slot, min(HOLD_SPEED_MAX, scene.world.speed_max));
         }
     }
 }
@@ -80,21 +80,21 @@ fn agitate_marbles(world: &mut World, roster: &Roster, rng: &mut Rng) {
 }
 
 fn drop_marble(world: &mut World, roster: &mut Roster, scene: &Scene, aim: Vec2, rng: &mut Rng) {
-    let Some(body) = &scene.marble else { return };
+    let Some(marble) = &scene.marble else { return };
     let marbles = roster.actors().filter(|actor| actor.kind == Kind::Marble).count();
-    if marbles >= scene.marbles_max || !roster.has_room(world, scene) {
+    if marbles >= marble.count_max as usize || !roster.has_room(world, scene) {
         return;
     }
-    let spread = body.shape.half_extent() * DROP_SPREAD;
+    let spread = marble.body.shape.half_extent() * DROP_SPREAD;
     let offset = Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * spread;
-    let velocity = either_side(scene.marble_speed, rng);
+    let velocity = either_side(marble.speed, rng);
     let position = aim + offset;
     // Inside a wall it would be pushed out on the far side, out of the world.
     let walled = world.body_at(position, |id| {
-        world.motion(id) == Motion::Static && scene.groups_meet(body.group, world.group(id))
+        world.motion(id) == Motion::Static && scene.groups_meet(marble.body.group, world.group(id))
     });
     if walled.is_none() {
-        let def = BodyDef { position, velocity, ..*body };
+        let def = BodyDef { position, velocity, ..marble.body };
         roster.add(world, &def, Kind::Marble, None, Rule::Still);
     }
 }

@@ -120,7 +120,7 @@ pub fn scene_sentences(studies: &[Study]) -> Vec<String> {
     let scenes = jostle_game::Scene::built_in();
     let mut sentences = Vec::new();
     for (solver, method) in SOLVERS.iter().enumerate() {
-        let uses = |scene: &&jostle_game::Scene| match scene.solver {
+        let uses = |scene: &&jostle_game::Scene| match scene.world.solver {
             Some(jostle_sim::Solver::Relaxation(settings)) => {
                 solver == 0 && settings == Default::default()
             }
@@ -152,7 +152,7 @@ pub fn scene_sentences(studies: &[Study]) -> Vec<String> {
 
 /// A scene whose solver has other settings than the measured ones.
 fn unusual(scene: &jostle_game::Scene) -> Option<String> {
-    match scene.solver {
+    match scene.world.solver {
         None => Some("contacts are detected only, nothing is solved".into()),
         Some(jostle_sim::Solver::Relaxation(settings)) => {
             (settings != Default::default()).then(|| format!("{settings:?}"))

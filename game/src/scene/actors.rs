@@ -5,7 +5,7 @@ use super::groups::Groups;
 use super::kind::Kind;
 use super::limits::SPEED_MAX;
 use super::recipes::Recipes;
-use super::spec::{HeroSpec, Location, PackSpec, Placed, ScheduledEmitter};
+use super::spec::{HeroSpec, Location, MarbleSpec, PackSpec, Placed, ScheduledEmitter};
 use super::springs;
 use super::table::{Range, Table};
 use super::tools::Tools;
@@ -17,12 +17,12 @@ const SPEED: Range = Range::from(0.0, SPEED_MAX);
 const SPAWNS_MAX: usize = 256;
 const TICKS_MAX: u32 = 1_000_000;
 
-/// The actors of a scene, as far as the file has them.
+/// The actors of a scene, as far as the file has them, without their caps.
 pub(super) struct Actors {
     pub kinds: Kinds,
     pub hero: Option<HeroSpec>,
     pub minion_recovery: f32,
-    pub marble: Option<BodyDef>,
+    pub marble: Option<MarbleSpec>,
     pub pack: Option<PackSpec>,
 }
 
@@ -43,10 +43,12 @@ pub(super) fn actors(root: &Table, tools: Tools, groups: &Groups, recipes: &mut 
         traits.speed = table.get("speed").number(traits.speed, SPEED);
         (traits, table.get("recovery").number(30.0, Range::from(0.0, 1.0e5)))
     });
-    let (marble, marble_body) = root.get("dumb").table(|table| {
+    let (marble_traits, marble) = root.get("dumb").table(|table| {
         let mut traits = traits(Kind::Marble, table);
         traits.speed = table.get("speed").number(traits.speed, SPEED);
-        (traits, tools.contains(Tools::MARBLE).then(|| traits.def(table, groups)))
+        let spec =
+            || MarbleSpec { body: traits.def(table, groups), speed: traits.speed, count_max: 0 };
+        (traits, tools.contains(Tools::MARBLE).then(spec))
     });
     let field = root.get("pack");
     let has_packs = field.is_given() || tools.contains(Tools::LAUNCH);
@@ -54,8 +56,8 @@ pub(super) fn actors(root: &Table, tools: Tools, groups: &Groups, recipes: &mut 
         field.table(|table| read_pack(table, traits(Kind::Pack, table).def(table, groups), recipes))
     });
     let hero = hero_traits.unwrap_or(Traits::of(Kind::Hero, drag));
-    let kinds = Kinds { drag, hero, minion, marble };
-    Actors { kinds, hero: hero_spec, minion_recovery, marble: marble_body, pack }
+    let kinds = Kinds { drag, hero, minion, marble: marble_traits };
+    Actors { kinds, hero: hero_spec, minion_recovery, marble, pack }
 }
 
 fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
@@ -81,6 +83,7 @@ fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
         drift: table.get("drift").number(0.9, share),
         burst: table.get("burst").whole(200, 0..=u32::from(u16::MAX)) as u16,
         recipe: recipes.index(&table.get("recipe"), "explosion"),
+        count_max: 0,
     }
 }
 

@@ -24,9 +24,9 @@ pub(super) fn check(root: &Table, scene: &Scene) {
 
 /// Bodies stay inside the kill zone, and messages carry whole quanta up to [`QUANTA_MAX`].
 fn check_quanta(root: &Table, scene: &Scene) {
-    let Aabb { low, high } = scene.kill_zone;
+    let Aabb { low, high } = scene.world.kill_zone;
     let furthest = max(max(low.x.abs(), low.y.abs()), max(high.x.abs(), high.y.abs()));
-    let quantum = scene.quantum;
+    let quantum = scene.world.quantum;
     let reach = QUANTA_MAX as f32 * quantum;
     if furthest > reach {
         let zone = root.get("kill_zone");
@@ -56,7 +56,7 @@ fn check_tools(field: &Field, scene: &Scene) {
 
 /// Everything starts inside the kill zone, nothing moves faster than a body may, names are unique.
 fn check_positions(scene: &Scene, bodies: &[Field], spawns: &[Field], layouts: &[Field]) {
-    let zone = scene.kill_zone;
+    let zone = scene.world.kill_zone;
     let inside = "a place inside the kill zone";
     for (field, body) in bodies.iter().zip(&scene.bodies) {
         let (name, is_inside, fastest) = match &body.path {
@@ -69,13 +69,14 @@ fn check_positions(scene: &Scene, bodies: &[Field], spawns: &[Field], layouts: &
         if !is_inside {
             field.inner(name).refuse(inside);
         }
-        if body.def.velocity.length() > scene.speed_max {
-            let allowed = format!("a speed of at most speed_max = {}", scene.speed_max);
+        if body.def.velocity.length() > scene.world.speed_max {
+            let allowed = format!("a speed of at most speed_max = {}", scene.world.speed_max);
             field.inner("velocity").refuse(allowed);
         }
-        if fastest > scene.speed_max {
+        if fastest > scene.world.speed_max {
             let found = format!("a speed of {fastest} on the fastest leg");
-            let allowed = format!("a period that needs at most speed_max = {}", scene.speed_max);
+            let allowed =
+                format!("a period that needs at most speed_max = {}", scene.world.speed_max);
             field.inner("period").refuse_as(found, allowed);
         }
         let alike = |other: &&Placed| other.name.is_some() && other.name == body.name;
@@ -97,10 +98,10 @@ fn check_positions(scene: &Scene, bodies: &[Field], spawns: &[Field], layouts: &
 /// Packs move no faster than a body may.
 fn check_pack_speed(root: &Table, scene: &Scene) {
     let speed = scene.pack.as_ref().map_or(0.0, |pack| pack.speed);
-    if speed <= scene.speed_max {
+    if speed <= scene.world.speed_max {
         return;
     }
-    let (pack, speed_max) = (root.get("pack"), scene.speed_max);
+    let (pack, speed_max) = (root.get("pack"), scene.world.speed_max);
     if pack.is_given() {
         let allowed = format!("at most speed_max = {speed_max}");
         pack.inner("speed").refuse_as(format!("a speed of {speed}"), allowed);
@@ -111,7 +112,7 @@ fn check_pack_speed(root: &Table, scene: &Scene) {
 
 /// Dynamic bodies and heroes start clear of the immovable ones that they collide with.
 fn check_starts(scene: &Scene, bodies: &[Field], spawns: &[Field]) {
-    if scene.solver.is_none() {
+    if scene.world.solver.is_none() {
         return;
     }
     let clear = "a place clear of it";

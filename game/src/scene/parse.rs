@@ -1,6 +1,6 @@
 //! From the text of a scene file to a [`Scene`].
 
-use super::actors::{self, Actors};
+use super::actors;
 use super::error::SceneError;
 use super::groups::Groups;
 use super::limits::{
@@ -9,13 +9,13 @@ use super::limits::{
 };
 use super::name::{NAME_ALLOWED, is_name};
 use super::recipes::Recipes;
-use super::spec::{Camera, Layout, Placed, PlacedSpring, Scene, ScheduledEmitter};
+use super::spec::{Camera, Scene};
 use super::table::{Document, Range, Table};
 use super::tools::Tools;
-use super::traits::{Kinds, POSITION};
+use super::traits::POSITION;
 use super::{bodies, checks, drag, solver, springs};
 use glam::Vec2;
-use jostle_sim::Aabb;
+use jostle_sim::{Aabb, ForceSettings, WorldSettings};
 
 /// A component of gravity.
 const GRAVITY: Range = Range::from(-GRAVITY_MAX, GRAVITY_MAX);
@@ -82,71 +82,55 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let tools = tools(root);
     let mut recipes = Recipes::read(root);
     let actors = actors::actors(root, tools, &groups, &mut recipes);
-    let content = Content::read(root, &actors.kinds, &groups, &mut recipes);
+    let placed = |table: &Table| bodies::placed(table, &actors.kinds, &groups);
+    let bodies = read_list(root, "bodies", BODIES_MAX as usize, placed);
+    let layout = |table: &Table| bodies::layout(table, &actors.kinds, &groups);
+    let layouts = read_list(root, "layouts", BODIES_MAX as usize, layout);
+    let spring = |table: &Table| springs::spring(table, &bodies);
+    let springs = read_list(root, "springs", SPRINGS_MAX, spring);
+    let emitter = |table: &Table| actors::emitter(table, &bodies, &mut recipes);
+    let emitters = read_list(root, "emitters", EMITTERS_MAX, emitter);
     let camera = camera(root);
-    let limits = Limits::read(root, camera, &content, &actors);
-    Scene {
+    let wind = drag::wind(&root.get("wind"));
+    let world = WorldSettings {
+        gravity,
+        solver,
+        sleeping,
+        meets: groups.meets,
+        meets_particles: groups.meets_particles,
+        kill_zone: kill_zone(root, size),
+        quantum: quantum(root),
+        speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
+        ..WorldSettings::default()
+    };
+    let mut scene = Scene {
         name,
         title,
         about,
         source: source.to_owned(),
         size,
-        gravity,
-        wind: drag::wind(&root.get("wind")),
-        solver,
-        sleeping,
+        world,
         groups: groups.names,
-        meets: groups.meets,
-        meets_particles: groups.meets_particles,
         tools,
         camera,
-        kill_zone: kill_zone(root, size),
-        quantum: quantum(root),
-        speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
         impact_speed: root.get("impact_speed").number(12.0, Range::from(0.0, 1.0e6)),
-        players_max: limits.players as u16,
-        bodies_max: limits.bodies as usize,
-        particles_max: limits.particles as usize,
-        marbles_max: limits.marbles as usize,
-        packs_max: limits.packs as usize,
+        players_max: 0,
         spray: spray(root, tools, &mut recipes),
-        recipes: recipes.list,
-        bodies: content.bodies,
-        layouts: content.layouts,
-        springs: content.springs,
-        emitters: content.emitters,
+        bodies,
+        layouts,
+        springs: springs.into_iter().flatten().collect(),
+        emitters,
         hero: actors.hero,
         minion_recovery: actors.minion_recovery,
         marble: actors.marble,
-        marble_speed: actors.kinds.marble.speed,
         pack: actors.pack,
-    }
-}
-
-/// The lists of a scene file.
-struct Content {
-    bodies: Vec<Placed>,
-    layouts: Vec<Layout>,
-    springs: Vec<PlacedSpring>,
-    emitters: Vec<ScheduledEmitter>,
-}
-
-impl Content {
-    fn read(root: &Table, kinds: &Kinds, groups: &Groups, recipes: &mut Recipes) -> Content {
-        let bodies = read_list(root, "bodies", BODIES_MAX as usize, |table| {
-            bodies::placed(table, kinds, groups)
-        });
-        let layouts = read_list(root, "layouts", BODIES_MAX as usize, |table| {
-            bodies::layout(table, kinds, groups)
-        });
-        let springs =
-            read_list(root, "springs", SPRINGS_MAX, |table| springs::spring(table, &bodies));
-        let emitters = read_list(root, "emitters", EMITTERS_MAX, |table| {
-            actors::emitter(table, &bodies, recipes)
-        });
-        let springs = springs.into_iter().flatten().collect();
-        Content { bodies, layouts, springs, emitters }
-    }
+    };
+    scene.world.recipes = recipes.list;
+    let settings = ForceSettings { wind, springs_max: scene.springs.len() };
+    let has_forces = !scene.springs.is_empty() || scene.has_drag();
+    scene.world.forces = has_forces.then_some(settings);
+    root.get("limits").table(|table| limits(table, &mut scene));
+    scene
 }
 
 /// Reads the tables of a list that has at most `max` of them.
@@ -209,40 +193,27 @@ fn quantum(root: &Table) -> f32 {
     quantum
 }
 
-/// Caps of a scene.
-struct Limits {
-    players: u32,
-    bodies: u32,
-    particles: u32,
-    marbles: u32,
-    packs: u32,
-}
-
-impl Limits {
-    fn read(root: &Table, camera: Camera, content: &Content, actors: &Actors) -> Limits {
-        let seats_max = if camera == Camera::Fit { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
-        let laid_out: u64 = content.layouts.iter().map(|layout| u64::from(layout.count)).sum();
-        let fixed = content.bodies.len() as u64 + laid_out;
-        root.get("limits").table(|table| Limits::of_table(table, seats_max, fixed, actors))
+/// Reads the caps of a scene into it.
+fn limits(table: &Table, scene: &mut Scene) {
+    let seats_max = if scene.camera == Camera::Fit { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
+    let players = table.get("players").whole(16, 1..=seats_max);
+    let packs = table.get("packs").whole(8, 0..=PACKS_MAX);
+    let marbles = table.get("dumb").whole(200, 0..=BODIES_MAX);
+    let laid_out: u64 = scene.layouts.iter().map(|layout| u64::from(layout.count)).sum();
+    let if_any = |any, count: u32| if any { u64::from(count) } else { 0 };
+    let least = scene.bodies.len() as u64 + laid_out + if_any(scene.hero.is_some(), players);
+    let launched = if_any(scene.pack.is_some(), players * packs);
+    let dropped = if_any(scene.marble.is_some(), marbles);
+    let roomy = (least + launched + dropped).clamp(1, u64::from(BODIES_MAX)) as u32;
+    let field = table.get("bodies");
+    let bodies = field.whole(roomy, 1..=BODIES_MAX);
+    if least > u64::from(bodies) {
+        let found = format!("{bodies} for {least} bodies with layouts and heroes of all players");
+        field.refuse_as(found, format!("{least} or more, up to {BODIES_MAX}"));
     }
-
-    fn of_table(table: &Table, seats_max: u32, fixed: u64, actors: &Actors) -> Limits {
-        let players = table.get("players").whole(16, 1..=seats_max);
-        let packs = table.get("packs").whole(8, 0..=PACKS_MAX);
-        let marbles = table.get("dumb").whole(200, 0..=BODIES_MAX);
-        let if_any = |any, count: u32| if any { u64::from(count) } else { 0 };
-        let least = fixed + if_any(actors.hero.is_some(), players);
-        let launched = if_any(actors.pack.is_some(), players * packs);
-        let dropped = if_any(actors.marble.is_some(), marbles);
-        let roomy = (least + launched + dropped).clamp(1, u64::from(BODIES_MAX)) as u32;
-        let field = table.get("bodies");
-        let bodies = field.whole(roomy, 1..=BODIES_MAX);
-        if least > u64::from(bodies) {
-            let found =
-                format!("{bodies} for {least} bodies with layouts and heroes of all players");
-            field.refuse_as(found, format!("{least} or more, up to {BODIES_MAX}"));
-        }
-        let particles = table.get("particles").whole(4096, 0..=PARTICLES_MAX);
-        Limits { players, bodies, particles, marbles, packs }
-    }
+    scene.players_max = players as u16;
+    scene.world.bodies_max = bodies as usize;
+    scene.world.particles_max = table.get("particles").whole(4096, 0..=PARTICLES_MAX) as usize;
+    scene.marble.iter_mut().for_each(|marble| marble.count_max = marbles);
+    scene.pack.iter_mut().for_each(|pack| pack.count_max = packs);
 }

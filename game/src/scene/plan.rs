@@ -30,14 +30,10 @@ pub struct Plan {
 pub struct Bodies {
     /// Their kind.
     pub kind: Kind,
-    /// Collision group.
-    pub group: u8,
-    /// Their motion.
-    pub motion: Motion,
-    /// True if they are circles, or the seed may make them so.
-    pub circles: bool,
-    /// True if they are boxes, or the seed may make them so.
-    pub boxes: bool,
+    /// The body.
+    pub def: BodyDef,
+    /// Shapes that the seed chooses from; else the shape of `def` alone.
+    pub shapes: Vec<Shape>,
     /// Number of bodies, as counted by [`Bodies::per`].
     pub count: u32,
     /// Their origin, which `count` refers to.
@@ -73,22 +69,7 @@ pub struct Part {
 impl Scene {
     /// The settings of a World for this scene.
     pub fn world_settings(&self) -> WorldSettings {
-        WorldSettings {
-            dt: jostle_sim::DT,
-            gravity: self.gravity,
-            forces: self.forces(),
-            solver: self.solver,
-            sleeping: self.sleeping,
-            meets: self.meets,
-            meets_particles: self.meets_particles,
-            kill_zone: self.kill_zone,
-            quantum: self.quantum,
-            speed_max: self.speed_max,
-            bodies_max: self.bodies_max,
-            particles_max: self.particles_max,
-            recipes: self.recipes.clone(),
-            features: Plan::of(self).features,
-        }
+        WorldSettings { features: Plan::of(self).features, ..self.world.clone() }
     }
 }
 
@@ -96,32 +77,21 @@ impl Plan {
     /// Compiles a scene.
     pub fn of(scene: &Scene) -> Plan {
         let sources = sources(scene);
-        let brought = sources.iter().flat_map(Source::defs).map(|def| Features::of(&def));
+        let brought = sources.iter().flat_map(Bodies::defs).map(|def| Features::of(&def));
         let features = brought.fold(Features::NONE, Features::with);
         let emits = emits(scene);
         Plan {
-            bodies: alike(&sources),
             pairs: pairs(scene, &sources),
             features: Features { particles: emits.is_ok(), ..features },
             parts: Reasons { scene, sources: &sources }.parts(emits),
+            bodies: alike(sources),
         }
     }
 }
 
-/// An entry of the file that brings bodies.
-struct Source {
-    field: String,
-    kind: Kind,
-    def: BodyDef,
-    /// Shapes that the seed chooses from; else the shape of `def` alone.
-    shapes: Vec<Shape>,
-    count: u32,
-    per: Per,
-}
-
-impl Source {
-    fn one(field: String, kind: Kind, def: BodyDef) -> Source {
-        Source { field, kind, def, shapes: vec![def.shape], count: 1, per: Per::Scene }
+impl Bodies {
+    fn one(field: String, kind: Kind, def: BodyDef) -> Bodies {
+        Bodies { field, kind, def, shapes: vec![def.shape], count: 1, per: Per::Scene }
     }
 
     /// Its bodies, one a shape.
@@ -129,11 +99,13 @@ impl Source {
         self.shapes.iter().map(|&shape| BodyDef { shape, ..self.def })
     }
 
-    fn circles(&self) -> bool {
+    /// True if they are circles, or the seed may make them so.
+    pub fn circles(&self) -> bool {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Circle { .. }))
     }
 
-    fn boxes(&self) -> bool {
+    /// True if they are boxes, or the seed may make them so.
+    pub fn boxes(&self) -> bool {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Box { .. }))
     }
 
@@ -143,49 +115,39 @@ impl Source {
 }
 
 /// Everything that can bring bodies: entries of the file, and tools.
-fn sources(scene: &Scene) -> Vec<Source> {
+fn sources(scene: &Scene) -> Vec<Bodies> {
     let mut sources = Vec::new();
     for (index, body) in scene.bodies.iter().enumerate() {
-        sources.push(Source::one(format!("bodies[{index}]"), body.kind, body.def));
+        sources.push(Bodies::one(format!("bodies[{index}]"), body.kind, body.def));
     }
     for (index, layout) in scene.layouts.iter().enumerate() {
-        let one = Source::one(format!("layouts[{index}]"), layout.kind, layout.def);
-        sources.push(Source { shapes: layout.shapes.clone(), count: layout.count, ..one });
+        let one = Bodies::one(format!("layouts[{index}]"), layout.kind, layout.def);
+        sources.push(Bodies { shapes: layout.shapes.clone(), count: layout.count, ..one });
     }
     if let Some(hero) = &scene.hero {
-        let one = Source::one("hero".to_owned(), Kind::Hero, hero.body);
-        sources.push(Source { per: Per::Player, ..one });
+        let one = Bodies::one("hero".to_owned(), Kind::Hero, hero.body);
+        sources.push(Bodies { per: Per::Player, ..one });
     }
     if let Some(pack) = scene.pack.as_ref().filter(|_| scene.tools.contains(Tools::LAUNCH)) {
-        let one = Source::one("pack".to_owned(), Kind::Pack, pack.body);
-        sources.push(Source { count: scene.packs_max as u32, per: Per::Player, ..one });
+        let one = Bodies::one("pack".to_owned(), Kind::Pack, pack.body);
+        sources.push(Bodies { count: pack.count_max, per: Per::Player, ..one });
     }
-    if let Some(marble) = scene.marble {
-        let one = Source::one("dumb".to_owned(), Kind::Marble, marble);
-        sources.push(Source { count: scene.marbles_max as u32, per: Per::Tool, ..one });
+    if let Some(marble) = &scene.marble {
+        let one = Bodies::one("dumb".to_owned(), Kind::Marble, marble.body);
+        sources.push(Bodies { count: marble.count_max, per: Per::Tool, ..one });
     }
     sources
 }
 
-fn alike(sources: &[Source]) -> Vec<Bodies> {
+/// Joins those of the same kind, group, motion and shapes.
+fn alike(sources: Vec<Bodies>) -> Vec<Bodies> {
+    let key =
+        |of: &Bodies| (of.kind, of.def.group, of.def.motion, of.circles(), of.boxes(), of.per);
     let mut bodies: Vec<Bodies> = Vec::new();
     for source in sources {
-        let new = Bodies {
-            kind: source.kind,
-            group: source.def.group,
-            motion: source.def.motion,
-            circles: source.circles(),
-            boxes: source.boxes(),
-            count: source.count,
-            per: source.per,
-            field: source.field.clone(),
-        };
-        let same = |old: &&mut Bodies| {
-            **old == Bodies { count: old.count, field: old.field.clone(), ..new.clone() }
-        };
-        match bodies.iter_mut().find(same) {
-            Some(old) => old.count += new.count,
-            None => bodies.push(new),
+        match bodies.iter_mut().find(|known| key(known) == key(&source)) {
+            Some(known) => known.count += source.count,
+            None => bodies.push(source),
         }
     }
     bodies
@@ -195,20 +157,20 @@ fn alike(sources: &[Source]) -> Vec<Bodies> {
 /// are only detected.
 fn meeting<'a>(
     scene: &'a Scene,
-    sources: &'a [Source],
-) -> impl Iterator<Item = (&'a Source, &'a Source)> {
+    sources: &'a [Bodies],
+) -> impl Iterator<Item = (&'a Bodies, &'a Bodies)> {
     let all = sources.iter().enumerate();
     let pairs = all.flat_map(move |(at, a)| sources[at..].iter().map(move |b| (a, b)));
     pairs.filter(move |(a, b)| {
         let alone = std::ptr::eq(*a, *b) && a.count == 1 && a.per == Per::Scene;
         !alone
             && scene.groups_meet(a.def.group, b.def.group)
-            && (a.is_dynamic() || b.is_dynamic() || scene.solver.is_none())
+            && (a.is_dynamic() || b.is_dynamic() || scene.world.solver.is_none())
     })
 }
 
-fn pairs(scene: &Scene, sources: &[Source]) -> Vec<[u8; 2]> {
-    let groups = |(a, b): (&Source, &Source)| {
+fn pairs(scene: &Scene, sources: &[Bodies]) -> Vec<[u8; 2]> {
+    let groups = |(a, b): (&Bodies, &Bodies)| {
         let (a, b) = (a.def.group, b.def.group);
         [a.min(b), a.max(b)]
     };
@@ -240,7 +202,7 @@ type Reason = Result<String, String>;
 /// Finds the reasons.
 struct Reasons<'a> {
     scene: &'a Scene,
-    sources: &'a [Source],
+    sources: &'a [Bodies],
 }
 
 impl Reasons<'_> {
@@ -251,12 +213,12 @@ impl Reasons<'_> {
             let (Ok(why) | Err(why)) = reason;
             Part { name, costs, used, why }
         };
-        let is_moved = |source: &Source| source.def.motion == Motion::Kinematic;
+        let is_moved = |source: &Bodies| source.def.motion == Motion::Kinematic;
         let (by_path, no_path) =
             ("has a path or motion \"kinematic\"", "no path and no motion \"kinematic\" in bodies");
-        let moves = |source: &Source| source.def.motion != Motion::Static;
+        let moves = |source: &Bodies| source.def.motion != Motion::Static;
         let circles = self.contact("two circles", |a, b| a.circles() && b.circles());
-        let mixed = |a: &Source, b: &Source| a.circles() && b.boxes() || a.boxes() && b.circles();
+        let mixed = |a: &Bodies, b: &Bodies| a.circles() && b.boxes() || a.boxes() && b.circles();
         let mixed = self.contact("circle and box", mixed);
         let boxes = self.contact("two boxes", |a, b| a.boxes() && b.boxes());
         let friction = self.material("friction", |def| def.friction, |by| by.friction);
@@ -286,14 +248,14 @@ impl Reasons<'_> {
     }
 
     /// The first source that matches, with `has`, else `lacks`.
-    fn source(&self, matches: impl Fn(&Source) -> bool, has: &str, lacks: &str) -> Reason {
+    fn source(&self, matches: impl Fn(&Bodies) -> bool, has: &str, lacks: &str) -> Reason {
         match self.sources.iter().find(|source| matches(source)) {
             Some(source) => Ok(format!("{} {has}", source.field)),
             None => Err(lacks.to_owned()),
         }
     }
 
-    fn contact(&self, shapes: &str, matches: impl Fn(&Source, &Source) -> bool) -> Reason {
+    fn contact(&self, shapes: &str, matches: impl Fn(&Bodies, &Bodies) -> bool) -> Reason {
         match meeting(self.scene, self.sources).find(|(a, b)| matches(a, b)) {
             Some((a, b)) => Ok(format!("{} meets {} by pairs", a.field, b.field)),
             None => Err(format!("no {shapes} meet by pairs")),
@@ -316,17 +278,17 @@ impl Reasons<'_> {
 
     fn solved(&self) -> Result<(), String> {
         let none = || "response is \"none\": contacts are only found".to_owned();
-        self.scene.solver.map(|_| ()).ok_or_else(none)
+        self.scene.world.solver.map(|_| ()).ok_or_else(none)
     }
 
     /// Two bodies at the speed cap must not be able to move by more than the smaller's half-size.
     fn continuous(&self) -> Reason {
-        if !matches!(self.scene.solver, Some(Solver::Conjugate(_))) {
+        if !matches!(self.scene.world.solver, Some(Solver::Conjugate(_))) {
             return Err("solver is not \"conjugate\": contacts are overlaps".to_owned());
         }
-        let speed_max = self.scene.speed_max;
+        let speed_max = self.scene.world.speed_max;
         let path = 2.0 * speed_max * jostle_sim::DT;
-        let size = |source: &Source| {
+        let size = |source: &Bodies| {
             let halves = source.shapes.iter().map(Shape::half_extent);
             halves.fold(f32::INFINITY, |least, half| min(least, min(half.x, half.y)))
         };
@@ -350,7 +312,7 @@ impl Reasons<'_> {
     }
 
     fn sleeping(&self) -> Reason {
-        match self.scene.sleeping {
+        match self.scene.world.sleeping {
             true => Ok("sleeping = true, the default of the conjugate solver".to_owned()),
             false => Err("sleeping = false, the default of other solvers".to_owned()),
         }
@@ -360,7 +322,8 @@ impl Reasons<'_> {
         if !emits {
             return Err("no particles".to_owned());
         }
-        let pushes = |source: &&Source| self.scene.meets_particles >> source.def.group & 1 == 1;
+        let pushes =
+            |source: &&Bodies| self.scene.world.meets_particles >> source.def.group & 1 == 1;
         match self.sources.iter().find(pushes) {
             Some(source) => {
                 let group = &self.scene.groups[usize::from(source.def.group)];

@@ -1,16 +1,32 @@
 //! Particle recipes of a scene: its own, and the presets that it uses.
 
-use super::limits::RECIPES_MAX;
+use super::limits::{RECIPES_MAX, SCENE_NAME_BYTES_MAX};
 use super::name::{NAME_ALLOWED, is_name};
-use super::presets::{fire, presets};
-use super::table::{Field, Range, Table, one_of};
+use super::table::{Document, Field, Range, Table, one_of};
 use jostle_sim::Recipe;
+use toml::de::DeTable;
 
 /// Longest life of a particle, ticks.
 const LIFE_TICKS_MAX: u32 = 3600;
 const COLOR: Range = Range::from(0.0, 16.0);
 const SIZE: Range = Range::above(0.0, 64.0);
 const SPEED: Range = Range::from(-1000.0, 1000.0);
+
+/// The presets beside fire.
+const PRESETS: &str = include_str!("../../../assets/recipes.toml");
+
+/// Recipes that every scene may use by name, fire first.
+pub fn presets() -> Vec<Recipe> {
+    let document = Document::new("recipes.toml", PRESETS);
+    let entries = DeTable::parse(PRESETS).expect("a test parses it");
+    let tables = document.root(entries.get_ref()).get("recipes").items();
+    let others = tables.iter().map(|field| {
+        let name = |table: &Table| table.get("name").text(SCENE_NAME_BYTES_MAX);
+        field.table(|table| recipe(&name(table), table, Recipe::default()))
+    });
+    let presets = [Recipe::default()].into_iter().chain(others).collect();
+    document.checked(presets).expect("a test reads it")
+}
 
 /// The recipes that a scene names; presets join when they are used.
 pub(super) struct Recipes {
@@ -26,7 +42,12 @@ impl Recipes {
             let found = format!("{} recipes", entries.len());
             field.refuse_as(found, format!("at most {RECIPES_MAX}"));
         }
-        let list = entries.iter().map(|(name, field)| recipe(name, field));
+        let list = entries.iter().map(|(name, field)| {
+            if !is_name(name) {
+                field.refuse_as(format!("a recipe named {name:?}"), NAME_ALLOWED);
+            }
+            field.table(|table| recipe(name, table, base(name, &table.get("like"))))
+        });
         Recipes { list: list.collect() }
     }
 
@@ -60,29 +81,24 @@ impl Recipes {
     }
 }
 
-fn recipe(name: &str, field: &Field) -> Recipe {
-    if !is_name(name) {
-        field.refuse_as(format!("a recipe named {name:?}"), NAME_ALLOWED);
+/// Reads a recipe whose defaults are those of `base`.
+fn recipe(name: &str, table: &Table, base: Recipe) -> Recipe {
+    Recipe {
+        name: name.to_owned(),
+        life_ticks: life_ticks(&table.get("life_ticks"), base.life_ticks),
+        color_start: color(&table.get("color_start"), base.color_start),
+        color_end: table.get("color_end").array(
+            base.color_end,
+            || "[low, high], each [red, green, blue, alpha]".to_owned(),
+            color,
+        ),
+        size: size(&table.get("size"), base.size),
+        size_factor: table.get("size_factor").number(base.size_factor, Range::above(0.0, 1.1)),
+        velocity: table.get("velocity").corners(base.velocity, SPEED),
+        round: table.get("round").truth(base.round),
+        acceleration: table.get("acceleration").vector(base.acceleration, SPEED),
+        drag: table.get("drag").number(base.drag, Range::from(0.0, 1.0)),
     }
-    field.table(|table| {
-        let base = base(name, &table.get("like"));
-        Recipe {
-            name: name.to_owned(),
-            life_ticks: life_ticks(&table.get("life_ticks"), base.life_ticks),
-            color_start: color(&table.get("color_start"), base.color_start),
-            color_end: table.get("color_end").array(
-                base.color_end,
-                || "[low, high], each [red, green, blue, alpha]".to_owned(),
-                color,
-            ),
-            size: size(&table.get("size"), base.size),
-            size_factor: table.get("size_factor").number(base.size_factor, Range::above(0.0, 1.1)),
-            velocity: table.get("velocity").corners(base.velocity, SPEED),
-            round: table.get("round").truth(base.round),
-            acceleration: table.get("acceleration").vector(base.acceleration, SPEED),
-            drag: table.get("drag").number(base.drag, Range::from(0.0, 1.0)),
-        }
-    })
 }
 
 /// The recipe that the defaults come from: `like`, else the preset of this name, else fire.
@@ -90,7 +106,7 @@ fn base(name: &str, like: &Field) -> Recipe {
     let mut all = presets();
     let names: Vec<String> = all.iter().map(|preset| preset.name.clone()).collect();
     let index = like.index_in(&names).or_else(|| names.iter().position(|known| known == name));
-    index.map_or_else(fire, |index| all.swap_remove(index))
+    index.map_or_else(Recipe::default, |index| all.swap_remove(index))
 }
 
 fn life_ticks(field: &Field, base: [u16; 2]) -> [u16; 2] {

@@ -4,9 +4,7 @@ use super::kind::Kind;
 use super::path::Path;
 use super::tools::Tools;
 use glam::Vec2;
-use jostle_sim::GROUPS_MAX;
-use jostle_sim::{Aabb, BodyDef, EmitterDef, Recipe, Shape, Solver, Source};
-use jostle_sim::{Drag, ForceSettings};
+use jostle_sim::{Aabb, BodyDef, Drag, EmitterDef, Shape, Source, WorldSettings};
 
 /// Framing of the world by the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,44 +31,18 @@ pub struct Scene {
     pub source: String,
     /// The world spans (0, 0) to this, world units.
     pub size: Vec2,
-    /// Gravity, units/s^2.
-    pub gravity: Vec2,
-    /// Velocity of the air, units/s; only bodies with drag feel it.
-    pub wind: Vec2,
-    /// The contact solver; `None` where contacts are only detected.
-    pub solver: Option<Solver>,
-    /// True if bodies at rest fall asleep.
-    pub sleeping: bool,
-    /// Names of the collision groups, at most [`GROUPS_MAX`].
+    /// The settings of its World, but for the features: see [`Scene::world_settings`].
+    pub world: WorldSettings,
+    /// Names of the collision groups.
     pub groups: Vec<String>,
-    /// For each group the set of groups that it meets.
-    pub meets: [u32; GROUPS_MAX],
-    /// Groups that particles are pushed out of.
-    pub meets_particles: u32,
     /// Tools that players have.
     pub tools: Tools,
     /// Framing of the world by the camera.
     pub camera: Camera,
-    /// Bodies outside are removed.
-    pub kill_zone: Aabb,
-    /// Resolution of the positions that clients see, world units; a power of two.
-    pub quantum: f32,
-    /// Speed cap of every body, units/s.
-    pub speed_max: f32,
     /// Closing speed above which a contact is reported, units/s.
     pub impact_speed: f32,
     /// Players at a time.
     pub players_max: u16,
-    /// Bodies at a time.
-    pub bodies_max: usize,
-    /// Particles at a time.
-    pub particles_max: usize,
-    /// Marbles at a time, beyond which Z makes no more.
-    pub marbles_max: usize,
-    /// Dye packs of one player at a time.
-    pub packs_max: usize,
-    /// Particle recipes.
-    pub recipes: Vec<Recipe>,
     /// Recipe of the particles that Z sprays, with the spray tool.
     pub spray: Option<u8>,
     /// Bodies at fixed positions.
@@ -85,10 +57,8 @@ pub struct Scene {
     pub hero: Option<HeroSpec>,
     /// Acceleration of a minion back to its wander speed, units/s^2.
     pub minion_recovery: f32,
-    /// The body of a marble that Z makes, with that tool.
-    pub marble: Option<BodyDef>,
-    /// Speed at which marbles set off to either side, units/s.
-    pub marble_speed: f32,
+    /// Marbles that Z makes, with that tool.
+    pub marble: Option<MarbleSpec>,
     /// Dye packs, with the launch tool.
     pub pack: Option<PackSpec>,
 }
@@ -104,26 +74,20 @@ impl Scene {
         }
     }
 
-    /// Drag, wind and springs, where a body of the scene feels any.
-    pub fn forces(&self) -> Option<ForceSettings> {
-        let settings = ForceSettings { wind: self.wind, springs_max: self.springs.len() };
-        let any = !self.springs.is_empty() || self.has_drag();
-        any.then_some(settings)
-    }
-
     /// Returns whether any body of the scene has drag.
     pub(super) fn has_drag(&self) -> bool {
         let placed = self.bodies.iter().map(|body| &body.def);
         let layouts = self.layouts.iter().map(|layout| &layout.def);
         let hero = self.hero.iter().map(|hero| &hero.body);
         let pack = self.pack.iter().map(|pack| &pack.body);
-        let mut all = placed.chain(layouts).chain(hero).chain(pack).chain(&self.marble);
+        let marble = self.marble.iter().map(|marble| &marble.body);
+        let mut all = placed.chain(layouts).chain(hero).chain(pack).chain(marble);
         all.any(|def| def.drag != Drag::NONE)
     }
 
     /// Returns whether bodies of the two groups collide.
     pub fn groups_meet(&self, a: u8, b: u8) -> bool {
-        self.meets[usize::from(a)] >> b & 1 == 1
+        self.world.meets[usize::from(a)] >> b & 1 == 1
     }
 }
 
@@ -191,6 +155,17 @@ pub struct HeroSpec {
     pub spawns: Vec<Vec2>,
 }
 
+/// Marbles that players make.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MarbleSpec {
+    /// The body, at the origin.
+    pub body: BodyDef,
+    /// Speed at which they set off to either side, units/s.
+    pub speed: f32,
+    /// Most at a time, beyond which Z makes no more.
+    pub count_max: u32,
+}
+
 /// Dye packs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackSpec {
@@ -208,6 +183,8 @@ pub struct PackSpec {
     pub burst: u16,
     /// Recipe of the burst.
     pub recipe: u8,
+    /// Most of one player at a time.
+    pub count_max: u32,
 }
 
 /// A position in a scene file: the end of a spring, or where an emitter is.

@@ -85,7 +85,7 @@ fn a_small_scene_is_compiled_as_written() {
     let scene = Scene::parse("dir/small.toml", SMALL).expect("a good scene");
     assert_eq!((scene.name.as_str(), scene.title.as_str()), ("small", "Small"));
     assert_eq!(scene.source, SMALL);
-    assert_eq!(scene.gravity, Vec2::new(0.0, -10.0));
+    assert_eq!(scene.world.gravity, Vec2::new(0.0, -10.0));
     assert!(scene.groups_meet(0, 1) && scene.groups_meet(1, 0) && !scene.groups_meet(1, 1));
     assert_eq!(scene.bodies[0].def.motion, Motion::Static);
     assert_eq!(scene.bodies[0].def.group, 0, "a wall is in the platforms' group");
@@ -93,10 +93,10 @@ fn a_small_scene_is_compiled_as_written() {
     assert_eq!(scene.bodies[2].def.motion, Motion::Kinematic);
     assert_eq!(scene.emitters[0].location, Location::Body(1));
     assert_eq!(scene.pack.as_ref().map(|pack| (pack.burst, pack.life_ticks)), Some((200, 300)));
-    let names: Vec<&str> = scene.recipes.iter().map(|recipe| recipe.name.as_str()).collect();
+    let names: Vec<&str> = scene.world.recipes.iter().map(|recipe| recipe.name.as_str()).collect();
     assert_eq!(names, ["explosion", "fire"], "presets join when they are used");
-    assert_eq!(scene.kill_zone.low, Vec2::new(-50.0, -25.0));
-    assert_eq!(scene.bodies_max, 3 + 2 + 16 + 16 * 8);
+    assert_eq!(scene.world.kill_zone.low, Vec2::new(-50.0, -25.0));
+    assert_eq!(scene.world.bodies_max, 3 + 2 + 16 + 16 * 8);
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn a_scene_names_its_solver() {
     let start = text.find("[relaxation]").expect("the table");
     let end = start + text[start..].find("\n\n").expect("its end");
     let text = |table: &str| text[..start].to_owned() + table + &text[end..];
-    let solver = |table: &str| Scene::parse("a.toml", &text(table)).expect(table).solver;
+    let solver = |table: &str| Scene::parse("a.toml", &text(table)).expect(table).world.solver;
     assert_eq!(solver(""), Some(Solver::Conjugate(Conjugate::default())));
     let given = Conjugate {
         tolerance: 0.25,
@@ -242,7 +242,7 @@ fn solver_settings_out_of_range_are_refused() {
     let scene = Scene::parse("a.toml", &SMALL.replace("correction = 0.8", "correction = 1"))
         .expect("1 is full");
     let expected = Relaxation { correction: 1.0, ..Relaxation::default() };
-    assert_eq!(scene.solver, Some(Solver::Relaxation(expected)));
+    assert_eq!(scene.world.solver, Some(Solver::Relaxation(expected)));
     refused(
         "gravity = [0, -10]",
         "response = \"none\"",

@@ -25,9 +25,12 @@ fn inputs(rng: &mut Rng, game: &Game) -> Vec<(Seat, Input)> {
 
 /// A game of each shipped scene with two players, by its own solver and by the conjugate one.
 fn games() -> Vec<Game> {
-    let solved = Scene::built_in().into_iter().filter(|scene| scene.solver.is_some());
+    let solved = Scene::built_in().into_iter().filter(|scene| scene.world.solver.is_some());
     let conjugate = Some(Solver::Conjugate(Conjugate::default()));
-    let again = solved.map(|scene| Scene { solver: conjugate, ..scene });
+    let again = solved.map(|mut scene| {
+        scene.world.solver = conjugate;
+        scene
+    });
     let scenes = Scene::built_in().into_iter().chain(again);
     scenes
         .map(Arc::new)

@@ -18,8 +18,8 @@ fn every_shipped_scene_runs_600_ticks_of_wild_play() {
         for tick in 0..600 {
             busy_tick(&mut game, &mut rng);
             assert!(game.world().is_finite(), "{name}: tick {tick}");
-            assert!(game.world().body_count() <= scene.bodies_max);
-            assert!(game.world().particles().len() <= scene.particles_max);
+            assert!(game.world().body_count() <= scene.world.bodies_max);
+            assert!(game.world().particles().len() <= scene.world.particles_max);
         }
         for body in game.bodies() {
             assert!(game.world().contains(body.id), "{name}: {:?}", body);

@@ -45,13 +45,13 @@ pub fn view_of(scene: &Scene, size: Option<Vec2>) -> Option<Extent> {
 /// A view of this size, limited to the world and to the largest view.
 fn extent(scene: &Scene, size: Vec2, height: f32) -> Extent {
     let world = world_of(scene);
-    let most = quanta(VIEW_HEIGHTS_MAX * height, scene.quantum);
-    let size = [size.x, size.y].map(|length| quanta(length, scene.quantum).clamp(1, most));
+    let most = quanta(VIEW_HEIGHTS_MAX * height, scene.world.quantum);
+    let size = [size.x, size.y].map(|length| quanta(length, scene.world.quantum).clamp(1, most));
     [size[0].min(world[0]), size[1].min(world[1])]
 }
 
 fn world_of(scene: &Scene) -> Extent {
-    [scene.size.x, scene.size.y].map(|length| quanta(length, scene.quantum))
+    [scene.size.x, scene.size.y].map(|length| quanta(length, scene.world.quantum))
 }
 
 /// A length in quanta, at most the largest coordinate.
@@ -138,7 +138,7 @@ struct CameraArea {
 
 impl CameraArea {
     fn new(scene: &Scene, view: Extent) -> CameraArea {
-        let (quantum, world) = (scene.quantum, world_of(scene));
+        let (quantum, world) = (scene.world.quantum, world_of(scene));
         let (low, high) = ([0; 2], world);
         CameraArea { quantum, world, view, hero: None, center: None, margin: 0, low, high }
     }

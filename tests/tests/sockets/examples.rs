@@ -39,7 +39,7 @@ fn start(program: &str, address: SocketAddr, more: &[&str]) -> JoinHandle<String
 
 fn positions(snapshot: &Snapshot, room: &str) -> Positions {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == room);
-    let quantum = f64::from(scene.expect("a built-in scene").quantum);
+    let quantum = f64::from(scene.expect("a built-in scene").world.quantum);
     let bodies = snapshot.bodies.iter().map(|body| {
         let name = format!("{}.{}", body.id.index, body.id.generation);
         (name, body.quanta.map(|axis| f64::from(axis) * quantum))

@@ -61,9 +61,9 @@ impl AuthoritativeSim {
         before: Option<&Snapshot>,
     ) -> Option<AuthoritativeSim> {
         let shown = body_of(newest, hero)?;
-        let velocity = step_between(before, newest, hero, scene.quantum);
+        let velocity = step_between(before, newest, hero, scene.world.quantum);
         let mut world = World::new(settings(scene));
-        let position = dequantise(shown.quanta, scene.quantum);
+        let position = dequantise(shown.quanta, scene.world.quantum);
         let local = world.add(&BodyDef { position, velocity, ..near::traits(scene, shown) })?;
         let (others, known) = (Vec::new(), [1, 1]);
         let mut authoritative =
@@ -91,7 +91,7 @@ impl AuthoritativeSim {
             self.step(scene, schedule);
         }
         let Some(shown) = body_of(newest, self.hero) else { return };
-        self.reconcile(scene.quantum, shown, ticks);
+        self.reconcile(scene.world.quantum, shown, ticks);
         self.surround(scene, shown, newest, before);
     }
 
@@ -142,7 +142,7 @@ impl AuthoritativeSim {
         });
         for near in found {
             match others.binary_search_by_key(&near.id, |other| other.id) {
-                Ok(place) => update(world, &others[place], &near, scene.quantum),
+                Ok(place) => update(world, &others[place], &near, scene.world.quantum),
                 Err(place) => {
                     let Some(local) = world.add(&near.def) else { continue };
                     let Near { id, path, def } = near;
@@ -161,7 +161,7 @@ impl AuthoritativeSim {
                 && self.world.contains(other.local)
             {
                 let place = self.world.position(other.local);
-                let velocity = path.velocity_to(self.tick, place, scene.speed_max);
+                let velocity = path.velocity_to(self.tick, place, scene.world.speed_max);
                 self.world.set_velocity(other.local, velocity);
             }
         }

@@ -68,7 +68,7 @@ pub struct Predictor {
 impl Predictor {
     /// A predictor for a player of a scene, or none where there is no hero to steer.
     pub fn new(scene: &Arc<Scene>, seat: Seat) -> Option<Predictor> {
-        let steers = scene.tools.contains(Tools::STEER) && scene.solver.is_some();
+        let steers = scene.tools.contains(Tools::STEER) && scene.world.solver.is_some();
         (steers && scene.hero.is_some()).then(|| Predictor {
             scene: Arc::clone(scene),
             seat,
@@ -136,7 +136,8 @@ impl Predictor {
             self.drawn.pop_front();
         }
         let drawn = self.drawn.front().filter(|(tick, _)| *tick == newest.tick);
-        let place = own.hero.and_then(|hero| near::place_of(newest, hero, self.scene.quantum));
+        let place =
+            own.hero.and_then(|hero| near::place_of(newest, hero, self.scene.world.quantum));
         if let (Some((_, drawn)), Some(place)) = (drawn, place) {
             self.error += ((place - *drawn).length() - self.error) * ERROR_SHARE;
         }

@@ -34,7 +34,7 @@ pub(super) fn find(
     newest: &Snapshot,
     before: Option<&Snapshot>,
 ) -> Vec<Near> {
-    let quantum = scene.quantum;
+    let quantum = scene.world.quantum;
     let center = dequantise(hero.quanta, quantum);
     let half = hero.shape.half_extent();
     let side = 2.0 * half.max_element();
@@ -83,7 +83,7 @@ pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
     });
     let of_kind = match body.kind {
         Kind::Hero => scene.hero.as_ref().map(|hero| hero.body),
-        Kind::Marble => scene.marble,
+        Kind::Marble => scene.marble.as_ref().map(|marble| marble.body),
         Kind::Pack => scene.pack.as_ref().map(|pack| pack.body),
         _ => None,
     };

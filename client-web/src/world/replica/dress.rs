@@ -22,7 +22,7 @@ impl Replica {
         self.bodies.clear();
         for sample in &self.samples {
             let player = sample.owner.and_then(|seat| players.iter().find(|p| p.seat == seat));
-            let gaze = gaze(sample, player, self.seat, eye.pointer, self.scene.quantum);
+            let gaze = gaze(sample, player, self.seat, eye.pointer, self.scene.world.quantum);
             let held = players.iter().any(|p| p.held == Some(sample.id));
             self.bodies.push(FrameBody {
                 id: sample.id,
@@ -112,5 +112,5 @@ fn is_loose(scene: &Scene, sample: &Sample) -> bool {
 
 /// Whether the rules of the scene let two bodies collide.
 fn meet(scene: &Scene, a: &Sample, b: &Sample) -> bool {
-    scene.meets[usize::from(a.group)] >> b.group & 1 == 1
+    scene.world.meets[usize::from(a.group)] >> b.group & 1 == 1
 }

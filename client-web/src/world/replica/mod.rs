@@ -95,8 +95,8 @@ impl Replica {
         Replica {
             plan: Plan::of(&scene),
             stream: SnapshotStream::default(),
-            timeline: Timeline::new(scene.quantum, scene.speed_max),
-            particles: Particles::new(scene.recipes.clone(), scene.particles_max),
+            timeline: Timeline::new(scene.world.quantum, scene.world.speed_max),
+            particles: Particles::new(scene.world.recipes.clone(), scene.world.particles_max),
             told: None,
             scene,
             seat,
@@ -116,7 +116,7 @@ impl Replica {
 
     /// A copy that grows no particles of its own: they are drawn from the game itself.
     pub fn without_particles(scene: Arc<Scene>, seat: Seat) -> Replica {
-        let none = Particles::new(scene.recipes.clone(), 0);
+        let none = Particles::new(scene.world.recipes.clone(), 0);
         Replica { particles: none, ..Replica::new(scene, seat) }
     }
 
@@ -158,7 +158,11 @@ impl Replica {
     }
 
     fn read_particles(&self, told: &[u8]) -> Result<Particles, DecodeError> {
-        let told = Particles::decode(self.scene.recipes.clone(), self.scene.particles_max, told);
+        let told = Particles::decode(
+            self.scene.world.recipes.clone(),
+            self.scene.world.particles_max,
+            told,
+        );
         told.map_err(|error| DecodeError::OutOfRange { field: error.field })
     }
 
@@ -231,7 +235,7 @@ impl Replica {
             true => Vec::new(),
             false => obstacles(&self.scene, samples),
         };
-        let quantum = self.scene.quantum;
+        let quantum = self.scene.world.quantum;
         self.particles.step(&obstacles, |id| {
             let place = samples.binary_search_by_key(&id.index, |s| s.id.index).ok()?;
             let body = &samples[place];
@@ -282,7 +286,7 @@ impl Replica {
 
     /// The room reports only those that found a place, and this copy has as many.
     fn start(&mut self, emitter: EmitterDef) {
-        if usize::from(emitter.recipe) < self.scene.recipes.len() {
+        if usize::from(emitter.recipe) < self.scene.world.recipes.len() {
             self.particles.start(emitter);
         }
     }
@@ -405,8 +409,10 @@ fn age(births: &[(u32, f64)], id: BodyId, display: f64) -> f32 {
 fn obstacles(scene: &Scene, samples: &[Sample]) -> Vec<Obstacle> {
     samples
         .iter()
-        .filter(|s| scene.meets_particles >> s.group & 1 == 1)
-        .map(|s| Obstacle::new(s.shape, quantise(s.center, scene.quantum), scene.quantum))
+        .filter(|s| scene.world.meets_particles >> s.group & 1 == 1)
+        .map(|s| {
+            Obstacle::new(s.shape, quantise(s.center, scene.world.quantum), scene.world.quantum)
+        })
         .collect()
 }
 

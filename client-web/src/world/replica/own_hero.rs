@@ -29,6 +29,6 @@ impl Replica {
         let newest = self.newest()?;
         let hero = newest.players.iter().find(|p| p.seat == self.seat)?.hero?;
         let body = newest.bodies.iter().find(|body| body.id == hero)?;
-        Some(dequantise(body.quanta, self.scene.quantum))
+        Some(dequantise(body.quanta, self.scene.world.quantum))
     }
 }

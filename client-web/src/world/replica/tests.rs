@@ -56,7 +56,7 @@ fn heroes_wear_their_players_colour_and_look_where_they_point() {
     let [me, other] = replica.bodies() else { panic!("two bodies") };
     assert_eq!((me.color, other.color), (Some(3), Some(4)));
     assert_eq!(me.gaze, Some(own), "the own eyes do not wait for the server");
-    let quantum = replica.scene.quantum;
+    let quantum = replica.scene.world.quantum;
     assert_eq!(other.gaze, Some(Vec2::new(256.0, 512.0) * quantum));
     assert_eq!(replica.own_hero().map(|b| b.id), Some(me.id));
 }
@@ -137,8 +137,8 @@ fn news_names_players_who_have_left() {
 fn bodies_that_touch_the_selected_one_are_marked() {
     let mut replica = replica("bounds");
     let kinds = [(0, Kind::Hero, 10.0), (1, Kind::Minion, 13.0), (2, Kind::Minion, 30.0)];
-    let all = replica.scene.meets.iter().position(|&groups| groups != 0).expect("a pair");
-    let partner = replica.scene.meets[all].trailing_zeros() as u8;
+    let all = replica.scene.world.meets.iter().position(|&groups| groups != 0).expect("a pair");
+    let partner = replica.scene.world.meets[all].trailing_zeros() as u8;
     let mut bodies: Vec<_> = kinds.map(|(i, kind, x)| body(i, kind, x, None)).into();
     bodies[0].group = all as u8;
     bodies[1].group = partner;

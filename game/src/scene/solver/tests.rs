@@ -35,6 +35,6 @@ fn the_guide_prints_the_defaults_of_both_solvers() {
         let fields = unknown.expect_err("an unknown field").allowed;
         assert_eq!(count, fields.split(", ").count(), "fields of {solver} in the guide");
         let scene = Scene::parse("guide.toml", &text).expect("what the guide prints is allowed");
-        assert_eq!(scene.solver, Some(wanted), "{text}");
+        assert_eq!(scene.world.solver, Some(wanted), "{text}");
     }
 }

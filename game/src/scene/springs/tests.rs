@@ -79,7 +79,7 @@ fn springs_and_drag_become_those_of_the_world() {
 #[test]
 fn a_scene_without_them_has_no_forces() {
     for scene in Scene::built_in() {
-        assert_eq!(scene.forces(), None, "{}", scene.name);
+        assert_eq!(scene.world.forces, None, "{}", scene.name);
     }
 }
 
