@@ -52,11 +52,17 @@ pub(crate) fn circle_circle(
     if squared >= reach * reach {
         return None;
     }
+    Some(circles_at_rest(offset, squared, reach, ids))
+}
+
+/// The manifold of two circles, overlapping or not, from the squared distance of their centres.
+#[inline]
+pub(crate) fn circles_at_rest(offset: Vec2, squared: f32, reach: f32, ids: (u32, u32)) -> Manifold {
     let distance = squared.sqrt();
     if distance <= SAME_CENTER * reach {
-        return Some(Manifold { normal: parting_normal(ids), separation: -reach });
+        return Manifold { normal: parting_normal(ids), separation: -reach };
     }
-    Some(Manifold { normal: offset / distance, separation: distance - reach })
+    Manifold { normal: offset / distance, separation: distance - reach }
 }
 
 /// The direction in which two concentric circles separate: +y for the first pair, then turned by
@@ -93,26 +99,30 @@ fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
     if outside.x >= radius || outside.y >= radius {
         return None;
     }
-    if outside.x <= 0.0 && outside.y <= 0.0 {
-        let exit = nearest_exit(offset, half);
-        return Some(Manifold { separation: exit.separation - radius, ..exit });
-    }
-    let nearest =
-        Vec2::new(math::clamp(offset.x, -half.x, half.x), math::clamp(offset.y, -half.y, half.y));
-    let difference = offset - nearest;
-    let squared = difference.length_squared();
-    if squared >= radius * radius {
+    let away = Vec2::new(math::max(outside.x, 0.0), math::max(outside.y, 0.0));
+    if away.length_squared() >= radius * radius {
         return None;
     }
-    // Along one axis the distance is exact; the square root of its square may not be.
-    let (normal, distance) = if outside.x <= 0.0 {
-        (Vec2::new(0.0, side(difference.y)), difference.y.abs())
-    } else if outside.y <= 0.0 {
-        (Vec2::new(side(difference.x), 0.0), difference.x.abs())
-    } else {
-        corner_normal(difference, squared)
-    };
-    Some(Manifold { normal, separation: distance - radius })
+    Some(box_circle_at_rest(offset, outside, half, radius))
+}
+
+/// The manifold of a box and a circle, overlapping or not: from the nearest point of the box or, for
+/// a centre inside it, through the nearest side.
+#[inline]
+pub(crate) fn box_circle_at_rest(offset: Vec2, outside: Vec2, half: Vec2, radius: f32) -> Manifold {
+    if outside.x <= 0.0 && outside.y <= 0.0 {
+        let exit = nearest_exit(offset, half);
+        return Manifold { separation: exit.separation - radius, ..exit };
+    }
+    if outside.x <= 0.0 {
+        return Manifold { normal: Vec2::new(0.0, side(offset.y)), separation: outside.y - radius };
+    }
+    if outside.y <= 0.0 {
+        return Manifold { normal: Vec2::new(side(offset.x), 0.0), separation: outside.x - radius };
+    }
+    let difference = Vec2::new(outside.x * side(offset.x), outside.y * side(offset.y));
+    let (normal, distance) = corner_normal(difference, difference.length_squared());
+    Manifold { normal, separation: distance - radius }
 }
 
 /// Unit normal and distance from a box corner; where the square of the distance underflows the

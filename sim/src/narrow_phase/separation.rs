@@ -13,10 +13,10 @@ use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Axis;
 use crate::math::{clamp, max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::overlap::{corner_normal, nearest_exit, parting_normal, side};
+use crate::narrow_phase::overlap::{box_circle_at_rest, circles_at_rest, corner_normal, side};
 use crate::shape::Shape;
 use crate::shape::shapes;
-use crate::solver::tolerances::{CORNER, CORNER_SHARE, ROUNDING, SAME_CENTER, STRAIGHT};
+use crate::solver::tolerances::{CORNER, CORNER_SHARE, ROUNDING, STRAIGHT};
 use glam::Vec2;
 
 /// The separation of a fast pair that passes: its constraint never pushes.
@@ -100,15 +100,6 @@ fn circles(offset: Vec2, path: Vec2, radii: (f32, f32), ids: (u32, u32)) -> Mani
     let touching = offset + path * share;
     let distance = touching.length();
     tangent(touching / distance, distance - reach, path * share)
-}
-
-#[inline]
-fn circles_at_rest(offset: Vec2, squared: f32, reach: f32, ids: (u32, u32)) -> Manifold {
-    let distance = squared.sqrt();
-    if distance <= SAME_CENTER * reach {
-        return Manifold { normal: parting_normal(ids), separation: -reach };
-    }
-    Manifold { normal: offset / distance, separation: distance - reach }
 }
 
 /// The half-plane that touches the shape `ahead` of the start, seen from the start. Rounding must
@@ -255,25 +246,6 @@ fn closest_approach(
     } else {
         tangent(by_end.normal, by_end.separation, whole)
     }
-}
-
-/// The manifold at the present position: from the nearest point of the box or, for a centre inside
-/// it, through the nearest side.
-#[inline]
-fn box_circle_at_rest(offset: Vec2, outside: Vec2, half: Vec2, radius: f32) -> Manifold {
-    if outside.x <= 0.0 && outside.y <= 0.0 {
-        let exit = nearest_exit(offset, half);
-        return Manifold { separation: exit.separation - radius, ..exit };
-    }
-    if outside.x <= 0.0 {
-        return Manifold { normal: Vec2::new(0.0, side(offset.y)), separation: outside.y - radius };
-    }
-    if outside.y <= 0.0 {
-        return Manifold { normal: Vec2::new(side(offset.x), 0.0), separation: outside.x - radius };
-    }
-    let difference = Vec2::new(outside.x * side(offset.x), outside.y * side(offset.y));
-    let (normal, distance) = corner_normal(difference, difference.length_squared());
-    Manifold { normal, separation: distance - radius }
 }
 
 /// Whether the nearest point of the box lies on one face for the whole path.
