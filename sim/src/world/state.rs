@@ -133,8 +133,8 @@ impl World {
             .slots()
             .map(|slot| palette.index(BodyPrototype::of(bodies, slot as usize)))
             .collect();
-        out.word(palette.prototypes.len() as u32);
-        palette.prototypes.iter().for_each(|prototype| prototype.save(out));
+        out.word(palette.indices.len() as u32);
+        out.0.extend(palette.bytes.0);
         out.word(bodies.alive.len() as u32);
         let mut prototypes = prototypes.into_iter();
         for slot in 0..bodies.alive.len() {
@@ -300,21 +300,22 @@ fn visit_body(bodies: &Bodies, slot: u32, visitor: &mut impl StateVisitor) {
     visitor.number(subject, "friction", bodies.material[index].friction);
 }
 
-/// Prototypes in the order of their first body.
+/// The saved prototypes, in the order of their first body.
 #[derive(Default)]
 struct Palette {
-    prototypes: Vec<BodyPrototype>,
-    indices: BTreeMap<[u32; 7], u16>,
+    bytes: StateWriter,
+    indices: BTreeMap<Vec<u8>, u16>,
 }
 
 impl Palette {
     fn index(&mut self, prototype: BodyPrototype) -> u16 {
-        let next = self.prototypes.len() as u16;
-        let index = *self.indices.entry(prototype.key()).or_insert(next);
-        if index == next {
-            self.prototypes.push(prototype);
-        }
-        index
+        let mut saved = StateWriter::default();
+        prototype.save(&mut saved);
+        let next = self.indices.len() as u16;
+        *self.indices.entry(saved.0).or_insert_with_key(|saved| {
+            self.bytes.0.extend(saved);
+            next
+        })
     }
 }
 
@@ -330,25 +331,8 @@ impl BodyPrototype {
         }
     }
 
-    fn is_round(&self) -> bool {
-        matches!(self.shape, Shape::Circle { .. })
-    }
-
-    fn key(&self) -> [u32; 7] {
-        let half = self.shape.half_extent();
-        let tags = [u8::from(self.is_round()), self.motion as u8, self.group, 0];
-        let Material { restitution, friction } = self.material;
-        let numbers =
-            [half.x, half.y, self.inverse_mass, self.gravity_scale, restitution, friction];
-        let mut key = [u32::from_le_bytes(tags); 7];
-        for (index, number) in key.iter_mut().zip(numbers) {
-            *index = number.to_bits();
-        }
-        key
-    }
-
     fn save(&self, out: &mut StateWriter) {
-        out.byte(u8::from(self.is_round()));
+        out.byte(u8::from(matches!(self.shape, Shape::Circle { .. })));
         out.byte(self.motion as u8);
         out.byte(self.group);
         out.vector(self.shape.half_extent());
