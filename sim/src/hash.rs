@@ -1,6 +1,5 @@
 //! The state hash: xxh3 over raw bits, fed in id order.
 
-use glam::Vec2;
 use xxhash_rust::xxh3::Xxh3;
 
 /// Collects 32-bit words and digests them; the same words give the same digest on every target.
@@ -36,19 +35,6 @@ impl StateHasher {
     pub fn push_u64(&mut self, word: u64) {
         self.push(word as u32);
         self.push((word >> 32) as u32);
-    }
-
-    /// Adds the bits of a number; both zeros count as one.
-    #[inline]
-    pub fn push_f32(&mut self, value: f32) {
-        self.push((value + 0.0).to_bits());
-    }
-
-    /// Adds both components.
-    #[inline]
-    pub fn push_vec2(&mut self, value: Vec2) {
-        self.push_f32(value.x);
-        self.push_f32(value.y);
     }
 
     /// The digest of all words so far.

@@ -20,6 +20,7 @@ use crate::broad_phase::pairs::{Pair, PairList};
 use crate::forces::springs::{Spring, SpringEnd};
 use crate::math::min;
 use crate::solver::contact_constraint::ContactConstraint;
+use crate::solver::islands::root;
 use crate::touches::Touch;
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
@@ -120,30 +121,14 @@ impl Sleep {
         })
     }
 
-    /// Finds the root of a slot, with path halving.
-    fn root(&mut self, mut slot: u32) -> u32 {
-        let parent = &mut self.parent;
-        while parent[slot as usize] != slot {
-            let grand = parent[parent[slot as usize] as usize];
-            parent[slot as usize] = grand;
-            slot = grand;
-        }
-        slot
-    }
-
     /// Merges two islands.
     fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
+        let (a, b) = (root(&mut self.parent, a), root(&mut self.parent, b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
 }
 
 impl Sleep {
-    /// Number of bodies that sleep.
-    pub fn count(&self) -> usize {
-        self.islands.iter().map(|island| island.bodies.len()).sum()
-    }
-
     // --- Falling asleep -------------------------------------------------------------------------
 
     /// Puts islands that have been at rest for long enough to sleep, at the end of a step.
@@ -221,7 +206,7 @@ impl Sleep {
             }
         }
         for &slot in &bodies.moving {
-            let root = self.root(slot) as usize;
+            let root = root(&mut self.parent, slot) as usize;
             let kinematic = bodies.motion[slot as usize] == Motion::Kinematic;
             let wanted = if kinematic { 1 } else { enough };
             self.states[root].still &= self.still_steps[slot as usize] >= wanted;
@@ -230,12 +215,8 @@ impl Sleep {
         }
         for constraint in constraints {
             if constraint.normal_impulse > 0.0 && !constraint.is_free() {
-                let root = self.root(if constraint.inv_mass_a > 0.0 {
-                    constraint.a
-                } else {
-                    constraint.b
-                });
-                self.states[root as usize].held = true;
+                let movable = if constraint.inv_mass_a > 0.0 { constraint.a } else { constraint.b };
+                self.states[root(&mut self.parent, movable) as usize].held = true;
             }
         }
     }
@@ -245,7 +226,7 @@ impl Sleep {
         let mut any = false;
         for index in 0..awake.bodies.moving.len() {
             let slot = awake.bodies.moving[index];
-            let root = self.root(slot) as usize;
+            let root = root(&mut self.parent, slot) as usize;
             let IslandState { still, held, sleeping } = self.states[root];
             if !(still && held) {
                 continue;

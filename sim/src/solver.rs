@@ -5,7 +5,7 @@ pub(crate) mod conjugate;
 pub(crate) mod contact_constraint;
 mod energy_guard;
 mod gauss_seidel;
-mod islands;
+pub(crate) mod islands;
 mod pava;
 mod position_correction;
 pub(crate) mod relaxation;

@@ -467,11 +467,6 @@ impl World {
         self.sleep.has(self.bodies.index(id) as u32)
     }
 
-    /// Number of sleeping bodies.
-    pub fn asleep_count(&self) -> usize {
-        self.sleep.count()
-    }
-
     /// Starts an emitter; returns `false` if too many are running. Panics if its recipe does not
     /// exist.
     pub fn start_emitter(&mut self, emitter: EmitterDef) -> bool {
@@ -521,6 +516,10 @@ fn moves(forces: &Option<Forces>) -> &[Move] {
 impl World {
     pub(crate) fn body_arrays(&self) -> &Bodies {
         &self.bodies
+    }
+
+    pub(crate) fn asleep_count(&self) -> usize {
+        self.sleep.islands.iter().map(|island| island.bodies.len()).sum()
     }
 
     pub(crate) fn pair_list(&self) -> &PairList {

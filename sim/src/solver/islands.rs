@@ -100,7 +100,7 @@ impl Islands {
 
 /// Finds the root of a slot, with path halving.
 #[inline]
-fn root(parent: &mut [u32], mut slot: u32) -> u32 {
+pub(crate) fn root(parent: &mut [u32], mut slot: u32) -> u32 {
     while parent[slot as usize] != slot {
         let grand = parent[parent[slot as usize] as usize];
         parent[slot as usize] = grand;
