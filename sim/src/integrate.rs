@@ -26,16 +26,24 @@ pub(crate) struct Displacements {
     path: Vec<Vec2>,
 }
 
-/// Adds gravity to the velocities; returns whether all positions and velocities are finite.
+/// Saves the velocities in `start_velocity`, by slot, and adds gravity to them; returns whether all
+/// positions and velocities are finite.
 // Inlined into its caller the loop compiles to slower code; the same holds for the other `never` in
 // this crate.
 #[inline(never)]
-pub(crate) fn accelerate(bodies: &mut Bodies, gain: Vec2, speed_max: f32) -> bool {
+pub(crate) fn accelerate(
+    bodies: &mut Bodies,
+    gain: Vec2,
+    speed_max: f32,
+    start_velocity: &mut Vec<Vec2>,
+) -> bool {
     let Bodies { moving, center, velocity, gravity_scale, motion, .. } = bodies;
+    start_velocity.resize(velocity.len(), Vec2::ZERO);
     let mut is_finite = true;
     for &slot in moving.iter() {
         let slot = slot as usize;
         let (position, speed) = (center[slot], velocity[slot]);
+        start_velocity[slot] = speed;
         is_finite &= (position.x + speed.x + position.y + speed.y).is_finite();
         if Bodies::is_pushed(motion[slot]) {
             velocity[slot] = clamp_length(speed + gain * gravity_scale[slot], speed_max);
@@ -74,16 +82,6 @@ pub(crate) fn apply_moves(
         let slot = found.slot as usize;
         bodies.velocity[slot] = found.velocity;
         displacements.start_velocity[slot] = found.path * (2.0 / dt) - found.velocity;
-    }
-}
-
-impl Displacements {
-    /// Saves the velocities before gravity.
-    pub fn remember(&mut self, bodies: &Bodies) {
-        self.start_velocity.resize(bodies.alive.len(), Vec2::ZERO);
-        for &slot in &bodies.moving {
-            self.start_velocity[slot as usize] = bodies.velocity[slot as usize];
-        }
     }
 }
 

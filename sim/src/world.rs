@@ -299,11 +299,8 @@ impl World {
     ) {
         self.find_moves();
         let moves = moves(&self.forces);
-        let solver = &mut self.relaxation;
-        solver.start(&mut self.bodies, moves, &self.settings);
-        if let Some(settings) = settings {
-            solver.warm_start(&mut self.bodies, &mut self.pairs.pairs, settings);
-        }
+        let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
+        self.relaxation.start(bodies, pairs, moves, settings, &self.settings);
         integrate::advance(&mut self.bodies, moves, self.settings.dt);
         watch(StepPhase::Integrate, self);
         self.pairs.refresh(&self.bodies, self.settings.filter());

@@ -180,8 +180,8 @@ impl ConjugateSolver {
     ) {
         impact_queue::mark_bounced(&mut self.impact_queue.impacts, &mut self.contacts);
         let gain = context.gravity * context.dt;
-        self.displacements.remember(bodies);
-        if !integrate::accelerate(bodies, gain, context.speed_max) {
+        let start_velocity = &mut self.displacements.start_velocity;
+        if !integrate::accelerate(bodies, gain, context.speed_max, start_velocity) {
             self.contacts.drop_non_finite(bodies);
         }
         integrate::apply_moves(bodies, moves, context.dt, &mut self.displacements);

@@ -1,7 +1,7 @@
 //! The relaxation solver (A0.13): projection and impulse, all pairs of the scene together in id
 //! order (C22f, C22h), at most N passes (C22a), ending early when nothing is left to correct.
 //!
-//! A step is `warm_start`, moving the bodies (the world does that), `gather`, `relax`, `store`.
+//! A step is `start`, moving the bodies (the world does that), `gather`, `solve`.
 //! Each pass visits every pair at the present positions: it finds the contact, applies the normal
 //! impulse, then friction, then separates the two by a share of the overlap.
 //!
@@ -63,34 +63,41 @@ pub(crate) struct RelaxationConstraint {
 pub(crate) struct RelaxationSolver {
     /// The pairs that take part in the step, in (a, b) order.
     pub constraints: Vec<RelaxationConstraint>,
-    /// Velocities of the moving bodies at the start of the step.
+    /// By slot: velocity of a moving body at the start of the step.
     start_velocity: Vec<Vec2>,
     /// Passes made in the last step.
     pub passes: u32,
 }
 
 impl RelaxationSolver {
-    /// Integrates the velocities: symplectic Euler, first half.
-    pub fn start(&mut self, bodies: &mut Bodies, moves: &[Move], settings: &WorldSettings) {
-        let start = bodies.moving.iter().map(|&slot| bodies.velocity[slot as usize]);
-        self.start_velocity.clear();
-        self.start_velocity.extend(start);
-        integrate::accelerate(bodies, settings.gravity * settings.dt, settings.speed_max);
+    /// Integrates the velocities (symplectic Euler, first half), and applies the last step's
+    /// resting impulses.
+    pub fn start(
+        &mut self,
+        bodies: &mut Bodies,
+        pairs: &mut [Pair],
+        moves: &[Move],
+        settings: Option<&Relaxation>,
+        world: &WorldSettings,
+    ) {
+        let gain = world.gravity * world.dt;
+        integrate::accelerate(bodies, gain, world.speed_max, &mut self.start_velocity);
         for found in moves {
             bodies.velocity[found.slot as usize] = found.velocity;
         }
-    }
-
-    /// Applies the last step's resting impulses.
-    pub fn warm_start(&self, bodies: &mut Bodies, pairs: &mut [Pair], settings: &Relaxation) {
-        if settings.warm_start {
+        if settings.is_some_and(|settings| settings.warm_start) {
             warm_start(bodies, pairs);
         }
     }
 
     /// Gathers the pairs that take part in this step, in (a, b) order.
     pub fn gather(&mut self, bodies: &Bodies, pairs: &[Pair], features: Features) {
-        gather(bodies, pairs, features, &mut self.constraints);
+        let gather = match (features.circles, features.boxes) {
+            (true, false) => gather::<{ shapes::CIRCLES }>,
+            (false, true) => gather::<{ shapes::BOXES }>,
+            _ => gather::<{ shapes::BOTH }>,
+        };
+        gather(bodies, pairs, &mut self.constraints);
     }
 
     /// Solves the contacts, and stores their impulses for the next step.
@@ -105,13 +112,19 @@ impl RelaxationSolver {
         self.drop_non_finite(bodies);
         self.passes = 0;
         let Some(settings) = settings else { return };
-        self.passes = relax(bodies, &mut self.constraints, settings, features);
+        let passes = match (features.circles, features.boxes) {
+            (true, false) => passes_with::<{ shapes::CIRCLES }>(features),
+            (false, true) => passes_with::<{ shapes::BOXES }>(features),
+            _ => passes_with::<{ shapes::BOTH }>(features),
+        };
+        self.passes = passes(bodies, &mut self.constraints, settings);
         store(&self.constraints, pairs);
         let free_change = world.gravity.length() * world.dt;
         let Bodies { moving, velocity, warm_start_scale, .. } = bodies;
-        for (&slot, &start) in moving.iter().zip(&self.start_velocity) {
+        for &slot in moving.iter() {
             let slot = slot as usize;
-            warm_start_scale[slot] = warm_start_scale_of(velocity[slot] - start, free_change);
+            let change = velocity[slot] - self.start_velocity[slot];
+            warm_start_scale[slot] = warm_start_scale_of(change, free_change);
         }
     }
 
@@ -164,21 +177,7 @@ fn warm_start(bodies: &mut Bodies, pairs: &mut [Pair]) {
     }
 }
 
-/// Gathers the pairs that take part in this step, in (a, b) order.
-fn gather(
-    bodies: &Bodies,
-    pairs: &[Pair],
-    features: Features,
-    constraints: &mut Vec<RelaxationConstraint>,
-) {
-    match (features.circles, features.boxes) {
-        (true, false) => gather_of::<{ shapes::CIRCLES }>(bodies, pairs, constraints),
-        (false, true) => gather_of::<{ shapes::BOXES }>(bodies, pairs, constraints),
-        _ => gather_of::<{ shapes::BOTH }>(bodies, pairs, constraints),
-    }
-}
-
-fn gather_of<const SHAPES: u8>(
+fn gather<const SHAPES: u8>(
     bodies: &Bodies,
     pairs: &[Pair],
     constraints: &mut Vec<RelaxationConstraint>,
@@ -283,20 +282,6 @@ impl RelaxationConstraint {
 }
 
 /// Makes at most N passes over all constraints; returns how many were made.
-fn relax(
-    bodies: &mut Bodies,
-    constraints: &mut [RelaxationConstraint],
-    settings: &Relaxation,
-    features: Features,
-) -> u32 {
-    let passes = match (features.circles, features.boxes) {
-        (true, false) => passes_with::<{ shapes::CIRCLES }>(features),
-        (false, true) => passes_with::<{ shapes::BOXES }>(features),
-        _ => passes_with::<{ shapes::BOTH }>(features),
-    };
-    passes(bodies, constraints, settings)
-}
-
 type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Relaxation) -> u32;
 
 /// The passes compiled for exactly these features.
