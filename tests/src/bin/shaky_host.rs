@@ -125,7 +125,7 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
     let mut scenes = Scene::built_in().into_iter();
     let mut cracked = scenes.find(|scene| scene.name == "particles").context("a built-in scene")?;
     cracked.name = "cracked".to_owned();
-    cracked.recipes.clear();
+    cracked.world.recipes.clear();
     config.scenes.push(cracked);
     Ok(config)
 }
