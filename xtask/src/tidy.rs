@@ -17,7 +17,7 @@ use crate::shell::{root, say};
 use crate::workspace::packages;
 use anyhow::{Result, bail};
 use files::File;
-use finding::{Fault, Finding};
+use finding::Finding;
 use std::path::Path;
 
 /// What belongs into a repository is smaller; pictures are the largest.
@@ -31,11 +31,11 @@ pub fn tidy() -> Result<()> {
     findings.extend(text::check(&files));
     findings.extend(links::check(&files));
     findings.extend(citations::check(&files));
-    findings.extend(vocabulary::check(&sources, vocabulary::LEFT));
+    findings.extend(vocabulary::check(&sources));
     findings.extend(arrows::check(&packages()?));
     findings.extend(one_set_of_lints(&files));
     let imports = imports::imports(&sources, &source::crates(&files));
-    findings.extend(circles::check(&imports, circles::KNOWN));
+    findings.extend(circles::check(&imports));
     for finding in &findings {
         say("tidy", &finding.to_string());
     }
@@ -62,12 +62,16 @@ fn one_set_of_lints(files: &[File]) -> Vec<Finding> {
     let others = ["game/clippy.toml", "protocol/clippy.toml", "room/clippy.toml"];
     let differs =
         others.into_iter().filter(|path| text(FIRST).is_none() || text(path) != text(FIRST));
-    differs.map(|path| Fault::OtherLints(FIRST).of(path)).collect()
+    let fault =
+        format!("differs from {FIRST}; the deterministic crates refuse the same things; copy it");
+    differs.map(|path| Finding::of(path, &*fault)).collect()
 }
 
 fn sizes(files: &[File]) -> Vec<Finding> {
     let large = files.iter().filter(|file| file.bytes > FILE_BYTES_MAX);
-    large.map(|file| Fault::Large(file.bytes, FILE_BYTES_MAX).of(&file.path)).collect()
+    let fault =
+        |bytes| format!("{bytes} bytes; at most {FILE_BYTES_MAX}; remove it or make it smaller");
+    large.map(|file| Finding::of(&file.path, fault(file.bytes))).collect()
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use crate::shell::{build_server, cargo, output_of, root, run, say, target_dir};
 use anyhow::{Context, Result, bail};
-use serde::Deserialize;
+use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -14,22 +14,6 @@ const INPUTS: &str = "tests/inputs";
 const HASHES: &str = "tests/goldens/hashes.txt";
 const HEADER: &str =
     "# scene, seed, ticks, final hash; written by `cargo xtask test --update-hashes`\n";
-
-#[derive(Deserialize)]
-struct List {
-    scenes: Vec<Listed>,
-}
-
-#[derive(Deserialize)]
-struct Listed {
-    name: String,
-}
-
-/// The end of `jostle run --json`.
-#[derive(Deserialize)]
-struct Summary {
-    hash: String,
-}
 
 /// A scene was played: every tick, and the last state hash.
 struct Played {
@@ -85,11 +69,10 @@ fn play_all() -> Result<Vec<String>> {
 
 fn scenes() -> Result<Vec<String>> {
     let text = output_of(jostle("debug").args(["scene", "list", "--json"]))?;
-    let list: List = serde_json::from_str(&text).context("`jostle scene list --json`")?;
-    if list.scenes.is_empty() {
-        bail!("`jostle scene list` lists no scene");
-    }
-    Ok(list.scenes.into_iter().map(|scene| scene.name).collect())
+    let list: Value = serde_json::from_str(&text).context("`jostle scene list --json`")?;
+    let scenes = list["scenes"].as_array().filter(|scenes| !scenes.is_empty());
+    let scenes = scenes.context("`jostle scene list` lists no scene")?;
+    scenes.iter().map(|scene| text_of(scene, "name")).collect()
 }
 
 fn play_thrice(scene: &str, dir: &Path) -> Result<String> {
@@ -112,8 +95,8 @@ fn play(build: &str, scene: &str, inputs: &Path, file: PathBuf) -> Result<Played
     command.args(["run", scene, "--json", "--ticks", &TICKS.to_string()]);
     command.args(["--seed", &SEED.to_string(), "--inputs"]).arg(inputs);
     let summary = output_of(command.arg("--trace").arg(&file))?;
-    let Summary { hash } =
-        serde_json::from_str(&summary).with_context(|| format!("summary of {scene}"))?;
+    let summary = serde_json::from_str(&summary).with_context(|| format!("summary of {scene}"))?;
+    let hash = text_of(&summary, "hash")?;
     let trace =
         fs::read_to_string(&file).with_context(|| format!("no trace {}", file.display()))?;
     let lines = trace.lines().count();
@@ -121,6 +104,11 @@ fn play(build: &str, scene: &str, inputs: &Path, file: PathBuf) -> Result<Played
         bail!("{scene}: {lines} lines for {TICKS} ticks in {}", file.display());
     }
     Ok(Played { trace, hash })
+}
+
+fn text_of(value: &Value, field: &str) -> Result<String> {
+    let text = value[field].as_str().with_context(|| format!("{value} without {field}"))?;
+    Ok(text.to_owned())
 }
 
 fn jostle(build: &str) -> Command {

@@ -1,6 +1,6 @@
 //! The direction of the arrows between crates: which may depend on which.
 
-use super::finding::{Fault, Finding};
+use super::finding::Finding;
 use crate::workspace::Package;
 
 /// The crates that are shipped. Each may depend on those of earlier layers, its tests included.
@@ -28,7 +28,8 @@ fn check_one(package: &Package, packages: &[Package]) -> Vec<Finding> {
         return Vec::new();
     }
     let Some(layer) = LAYERS.iter().position(|layer| layer.contains(&name)) else {
-        return vec![Fault::UnknownCrate.of(&manifest(name))];
+        let text = "not in the table of crates; each has a layer; add it to LAYERS in xtask/src/tidy/arrows.rs";
+        return vec![Finding::of(&manifest(name), text)];
     };
     let mut findings = Vec::new();
     for dependency in package.dependencies.iter().map(|dependency| dependency.name.as_str()) {
@@ -36,10 +37,16 @@ fn check_one(package: &Package, packages: &[Package]) -> Vec<Finding> {
         let below = LAYERS[..layer].iter().any(|layer| layer.contains(&dependency));
         if ours && !below {
             let allowed = LAYERS[..layer].concat().join(", ");
-            findings.push(Fault::Arrow(dependency.to_owned(), allowed).of(&manifest(name)));
+            let text = format!(
+                "depends on {dependency}; allowed of ours: {allowed}; move what both need below them"
+            );
+            findings.push(Finding::of(&manifest(name), text));
         }
         if layer < INNER_LAYERS && OUTSIDE.contains(&dependency) {
-            findings.push(Fault::Outside(dependency.to_owned()).of(&manifest(name)));
+            let text = format!(
+                "depends on {dependency}; inner crates know neither sockets nor pages; move that code up"
+            );
+            findings.push(Finding::of(&manifest(name), text));
         }
     }
     findings

@@ -1,13 +1,8 @@
 //! Circles of files: files of a crate that import each other, directly or through others.
 
-use super::finding::{Fault, Finding};
+use super::finding::Finding;
 use super::imports::Imports;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Circles that are still there: the files of each, one a line, with empty lines between circles.
-/// This list only shrinks.
-pub const KNOWN: &str = include_str!("circles.txt");
-const KNOWN_PATH: &str = "xtask/src/tidy/circles.txt";
 
 /// Files that import each other, with the imports that tie them.
 pub struct Circle<'a> {
@@ -57,24 +52,16 @@ fn ties(files: &BTreeSet<&str>, imports: &Imports) -> Vec<String> {
         .collect()
 }
 
-/// Reports circles that are not within a known one, and files listed there that are in none.
-pub fn check(imports: &Imports, known: &str) -> Vec<Finding> {
+/// Reports each circle at its first file.
+pub fn check(imports: &Imports) -> Vec<Finding> {
     let circles = circles(imports);
-    let is_known = |circle: &&Circle| {
-        let mut known = known.split("\n\n").map(|known| known.lines().collect::<BTreeSet<_>>());
-        known.any(|known| circle.files.is_subset(&known))
-    };
-    let mut findings = Vec::new();
-    for circle in circles.iter().filter(|circle| !is_known(circle)) {
+    let finding = |circle: &Circle| {
         let ties = circle.ties.join("\n    ");
-        findings.extend(circle.files.first().map(|file| Fault::Circle(ties).of(file)));
-    }
-    for (index, file) in known.lines().enumerate().filter(|(_, file)| !file.is_empty()) {
-        if !circles.iter().any(|circle| circle.files.contains(file)) {
-            findings.push(Fault::MendedCircle(file.to_owned()).at(KNOWN_PATH, index + 1));
-        }
-    }
-    findings
+        let allowed = "imports form no circle; move what they share into a file below them";
+        let file = circle.files.first().expect("a circle has files");
+        Finding::of(file, format!("circle of files; {allowed}:\n    {ties}"))
+    };
+    circles.iter().map(finding).collect()
 }
 
 #[cfg(test)]
@@ -86,12 +73,12 @@ mod tests {
 
     const MANIFEST: &str = "[package]\nname = \"jostle-sim\"\n";
 
-    /// What is said of a crate with these files and known circles.
-    fn messages(files: &[(&str, &str)], known: &str) -> Vec<String> {
+    /// What is said of a crate with these files.
+    fn messages(files: &[(&str, &str)]) -> Vec<String> {
         let mut tree = vec![File::text("sim/Cargo.toml", MANIFEST)];
         tree.extend(files.iter().map(|(path, text)| File::text(&format!("sim/src/{path}"), text)));
         let sources = parse(&tree).expect("parses");
-        let found = check(&imports(&sources, &crates(&tree)), known);
+        let found = check(&imports(&sources, &crates(&tree)));
         found.iter().map(ToString::to_string).collect()
     }
 
@@ -99,12 +86,12 @@ mod tests {
     fn siblings_that_import_each_other_are_a_circle() {
         let a = ("a.rs", "use crate::b::B;\npub struct A(B);\n");
         let b = ("b.rs", "pub struct B;\nfn f(_: &crate::a::A) {}\n");
-        let said = messages(&[("lib.rs", "mod a;\nmod b;\n"), a, b], "");
+        let said = messages(&[("lib.rs", "mod a;\nmod b;\n"), a, b]);
         assert_eq!(said.len(), 1, "{said:?}");
         assert!(said[0].starts_with("sim/src/a.rs: circle of files"), "{said:?}");
         assert!(said[0].contains("sim/src/a.rs imports B from sim/src/b.rs"), "{said:?}");
         assert!(said[0].contains("sim/src/b.rs imports A from sim/src/a.rs"), "{said:?}");
-        assert_eq!(messages(&[a, ("b.rs", "pub struct B;\n")], ""), [""; 0]);
+        assert_eq!(messages(&[a, ("b.rs", "pub struct B;\n")]), [""; 0]);
     }
 
     #[test]
@@ -118,42 +105,19 @@ mod tests {
                 "fn f() { print!(\"{}\", super::A) }\n",
             ];
             for child in child {
-                let said = messages(&[("a.rs", parent), ("a/b.rs", child)], "");
+                let said = messages(&[("a.rs", parent), ("a/b.rs", child)]);
                 assert_eq!(said.len(), 1, "{parent}{child}{said:?}");
             }
-            assert_eq!(
-                messages(&[("a.rs", parent), ("a/b.rs", "use crate::c::C;\n")], ""),
-                [""; 0]
-            );
+            assert_eq!(messages(&[("a.rs", parent), ("a/b.rs", "use crate::c::C;\n")]), [""; 0]);
         }
-        assert_eq!(messages(&[("a.rs", "mod b;\n"), ("a/b.rs", "use super::A;\n")], ""), [""; 0]);
+        assert_eq!(messages(&[("a.rs", "mod b;\n"), ("a/b.rs", "use super::A;\n")]), [""; 0]);
     }
 
     #[test]
     fn tests_visibilities_and_documentation_tie_nothing() {
         let a = ("a.rs", "mod b;\nuse b::B;\n");
         let free = "//! As [`super::A`].\npub(in super::super::a) struct B;\n#[cfg(test)]\nmod tests {\n    use crate::a::A;\n}\n";
-        assert_eq!(messages(&[a, ("a/b.rs", free)], ""), [""; 0]);
-        assert_eq!(
-            messages(&[a, ("a/b/tests.rs", "use crate::a::A;\n"), ("a/b.rs", "")], ""),
-            [""; 0]
-        );
-    }
-
-    #[test]
-    fn known_circles_only_shrink() {
-        let a = ("a.rs", "use crate::b::B;\n");
-        let b = ("b.rs", "use crate::a::A;\n");
-        let known = "sim/src/a.rs\nsim/src/b.rs\n";
-        assert_eq!(messages(&[a, b], known), [""; 0]);
-        let said = messages(&[a, ("b.rs", "")], known);
-        assert_eq!(said.len(), 2, "{said:?}");
-        assert!(
-            said[0].starts_with("xtask/src/tidy/circles.txt:1: `sim/src/a.rs` is in no circle"),
-            "{said:?}"
-        );
-        let c = ("c.rs", "use crate::a::A;\n");
-        let a = ("a.rs", "use crate::b::B;\nuse crate::c::C;\n");
-        assert_eq!(messages(&[a, b, c], known).len(), 1, "a known circle does not grow");
+        assert_eq!(messages(&[a, ("a/b.rs", free)]), [""; 0]);
+        assert_eq!(messages(&[a, ("a/b/tests.rs", "use crate::a::A;\n"), ("a/b.rs", "")]), [""; 0]);
     }
 }

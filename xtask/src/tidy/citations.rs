@@ -1,7 +1,8 @@
 //! Citations of `docs/physics.md`: a number such as (A2.19) in a comment or document is a row of it.
 
 use super::files::File;
-use super::finding::{Fault, Finding};
+use super::finding::Finding;
+use regex::Regex;
 use std::collections::BTreeSet;
 
 const ROWS: &str = "docs/physics.md";
@@ -10,12 +11,15 @@ const RESULTS: &str = "docs/report/";
 /// What begins a comment, by the ending of a file. Documents are read whole.
 const COMMENTS: [(&str, &str); 6] =
     [(".rs", "//"), (".wgsl", "//"), (".js", "//"), (".toml", "#"), (".html", "<!--"), (".md", "")];
+/// A letter from A to D, one or two digits, and in A a second number; rows of C may end in a letter.
+const CITATION: &str = r"\b(?:[A-D]\d{1,2}(?:\.\d{1,2})?|C\d{1,2}[a-z])\b";
 
 pub fn check(files: &[File]) -> Vec<Finding> {
     let Some(text) = files.iter().find(|file| file.path == ROWS).and_then(|f| f.text.as_ref())
     else {
-        return vec![Fault::NoRows.of(ROWS)];
+        return vec![Finding::of(ROWS, "missing; citations need its rows; restore it")];
     };
+    let citation = Regex::new(CITATION).expect("a valid pattern");
     let rows: BTreeSet<&str> =
         text.lines().filter_map(|line| line.strip_prefix("| ")?.split(' ').next()).collect();
     let mut findings = Vec::new();
@@ -25,29 +29,18 @@ pub fn check(files: &[File]) -> Vec<Finding> {
         };
         for (index, line) in file.text.iter().flat_map(|text| text.lines()).enumerate() {
             let comment = line.find(mark).map_or("", |at| &line[at..]);
-            let cited = words(comment).filter(|word| is_row(word) && !rows.contains(word));
-            findings.extend(
-                cited.map(|row| Fault::DeadRow(row.to_owned(), ROWS).at(&file.path, index + 1)),
-            );
+            let cited = citation.find_iter(comment).map(|cited| cited.as_str());
+            findings.extend(cited.filter(|row| !rows.contains(row)).map(|row| {
+                let allowed = "citations name rows; add the row or correct the number";
+                Finding::at(
+                    &file.path,
+                    index + 1,
+                    format!("`{row}` is no row of {ROWS}; {allowed}"),
+                )
+            }));
         }
     }
     findings
-}
-
-fn words(text: &str) -> impl Iterator<Item = &str> {
-    let words = text.split(|c: char| !c.is_alphanumeric() && c != '_' && c != '.');
-    words.map(|word| word.trim_matches('.'))
-}
-
-/// A letter from A to D, one or two digits, and in A a second number; rows of C may end in a letter.
-fn is_row(word: &str) -> bool {
-    let Some(number) = word.strip_prefix(['A', 'B', 'C', 'D']) else { return false };
-    let number = number.strip_suffix(|c: char| word.starts_with('C') && c.is_ascii_lowercase());
-    let number = number.unwrap_or(&word[1..]);
-    let is_short = |part: &str| {
-        (1..=2).contains(&part.len()) && part.bytes().all(|byte| byte.is_ascii_digit())
-    };
-    number.split_once('.').map_or(is_short(number), |(a, b)| is_short(a) && is_short(b))
 }
 
 #[cfg(test)]

@@ -6,10 +6,8 @@
 //! Tests, visibilities, attributes and documentation import nothing.
 
 use super::source::{Crate, Source};
-use proc_macro2::{TokenStream, TokenTree};
+use proc_macro2::{Group, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
-use syn::visit::{self, Visit};
-use syn::{Attribute, ItemMod, ItemUse, Macro, UseTree, Visibility};
 
 /// The names that one file takes from another, by the paths of both.
 pub type Imports<'a> = BTreeMap<(&'a str, &'a str), BTreeSet<String>>;
@@ -28,7 +26,7 @@ pub fn imports<'a>(sources: &'a [Source], crates: &[Crate]) -> Imports<'a> {
         let aliases = BTreeMap::new();
         let mut reader =
             Reader { modules: &modules, from, here: module_of(source), aliases, imports };
-        source.items.iter().for_each(|item| reader.visit_item(item));
+        reader.read(source.tokens.clone(), None);
         imports = reader.imports;
     }
     imports
@@ -96,92 +94,90 @@ impl Reader<'_, '_> {
         self.imports.entry((self.from, file)).or_default().insert(name);
     }
 
-    fn import_written(&mut self, written: &[String]) {
-        if let Some(absolute) = self.absolute(written).filter(|_| written.len() > 1) {
-            self.import(&absolute);
-        }
-    }
-
-    fn import_tree(&mut self, tree: &UseTree, before: &mut Vec<String>) {
-        let (name, alias) = match tree {
-            UseTree::Path(path) => {
-                before.push(path.ident.to_string());
-                self.import_tree(&path.tree, before);
-                before.pop();
-                return;
-            }
-            UseTree::Group(group) => {
-                group.items.iter().for_each(|item| self.import_tree(item, before));
-                return;
-            }
-            UseTree::Name(name) => (name.ident.to_string(), name.ident.to_string()),
-            UseTree::Rename(rename) => (rename.ident.to_string(), rename.rename.to_string()),
-            UseTree::Glob(_) => ("*".to_owned(), String::new()),
+    /// Imports a path as written. In a `use` it brings a name into the file.
+    fn import_written(&mut self, written: &[String], is_use: bool, alias: Option<String>) {
+        let Some(absolute) = self.absolute(written).filter(|_| is_use || written.len() > 1) else {
+            return;
         };
-        let name = Some(name).filter(|name| name != "self");
-        let written: Vec<String> = before.iter().cloned().chain(name).collect();
-        if let Some(absolute) = self.absolute(&written) {
-            self.import(&absolute);
-            let alias = if alias == "self" { absolute.last().cloned() } else { Some(alias) };
+        self.import(&absolute);
+        if is_use {
+            let alias = alias.or(absolute.last().cloned());
             self.aliases.extend(alias.map(|alias| (alias, absolute)));
         }
     }
 
-    /// Imports the paths among the tokens of a macro call, which are not parsed.
-    fn import_tokens(&mut self, tokens: TokenStream) {
-        let mut path: Vec<String> = Vec::new();
-        let mut colons = 0;
-        for token in tokens {
+    /// Imports the paths among tokens, those in macro calls as well. Inside the braces of a `use`, `before`
+    /// is the path in front of them.
+    fn read(&mut self, tokens: TokenStream, before: Option<&[String]>) {
+        let mut is_use = before.is_some();
+        let (mut path, mut colons): (ModulePath, u32) = (Vec::new(), 0);
+        let mut tokens = tokens.into_iter();
+        while let Some(token) = tokens.next() {
             match token {
-                TokenTree::Punct(punct) if punct.as_char() == ':' => colons += 1,
+                TokenTree::Punct(punct) if punct.as_char() == ':' => {
+                    colons += 1;
+                    continue;
+                }
+                TokenTree::Punct(punct) if punct.as_char() == '*' && is_use => {
+                    path.push("*".to_owned());
+                }
+                TokenTree::Group(group) if is_use && colons == 2 => {
+                    self.read(group.stream(), Some(&path));
+                    path.clear();
+                }
+                TokenTree::Ident(ident) if is_use && ident == "as" => {
+                    let alias = tokens.next().map(|alias| alias.to_string());
+                    self.import_written(&path, true, alias);
+                    path.clear();
+                }
                 TokenTree::Ident(ident) => {
                     if colons != 2 {
-                        self.import_written(&path);
-                        path.clear();
+                        self.import_written(&path, is_use, None);
+                        path = before.unwrap_or_default().to_vec();
                     }
-                    path.push(ident.to_string());
-                    colons = 0;
+                    match ident.to_string() {
+                        name if name == "use" => is_use = true,
+                        name if name == "mod" => self.read_module(&mut tokens),
+                        name if name == "self" && before.is_some() => {}
+                        name => path.push(name),
+                    }
                 }
                 other => {
-                    self.import_written(&path);
+                    self.import_written(&path, is_use, None);
                     path.clear();
-                    colons = 0;
-                    if let TokenTree::Group(group) = other {
-                        self.import_tokens(group.stream());
-                    }
+                    is_use &= !matches!(&other, TokenTree::Punct(punct) if punct.as_char() == ';');
+                    self.read_other(other, &mut tokens);
                 }
             }
+            colons = 0;
         }
-        self.import_written(&path);
+        self.import_written(&path, is_use, None);
+    }
+
+    /// Reads an inline module; one in a file of its own is read with that file.
+    fn read_module(&mut self, tokens: &mut impl Iterator<Item = TokenTree>) {
+        let name = tokens.next().map(|name| name.to_string());
+        if let Some(TokenTree::Group(group)) = tokens.next() {
+            self.here.extend(name);
+            self.read(group.stream(), None);
+            self.here.pop();
+        }
+    }
+
+    /// Reads inside brackets, but neither attributes nor visibilities.
+    fn read_other(&mut self, token: TokenTree, rest: &mut impl Iterator<Item = TokenTree>) {
+        match token {
+            TokenTree::Punct(punct) if punct.as_char() == '#' => drop(rest.next()),
+            TokenTree::Group(group) if !is_visibility(&group) => self.read(group.stream(), None),
+            _ => {}
+        }
     }
 }
 
-impl<'ast> Visit<'ast> for Reader<'_, '_> {
-    fn visit_item_mod(&mut self, module: &'ast ItemMod) {
-        self.here.push(module.ident.to_string());
-        visit::visit_item_mod(self, module);
-        self.here.pop();
-    }
-
-    fn visit_item_use(&mut self, item: &'ast ItemUse) {
-        self.import_tree(&item.tree, &mut Vec::new());
-    }
-
-    fn visit_path(&mut self, path: &'ast syn::Path) {
-        let written: Vec<String> =
-            path.segments.iter().map(|segment| segment.ident.to_string()).collect();
-        self.import_written(&written);
-        visit::visit_path(self, path);
-    }
-
-    fn visit_macro(&mut self, item: &'ast Macro) {
-        self.visit_path(&item.path);
-        self.import_tokens(item.tokens.clone());
-    }
-
-    fn visit_visibility(&mut self, _: &'ast Visibility) {}
-
-    fn visit_attribute(&mut self, _: &'ast Attribute) {}
+/// `(in path)`, as it follows `pub`.
+fn is_visibility(group: &Group) -> bool {
+    let first = group.stream().into_iter().next();
+    matches!(first, Some(TokenTree::Ident(ident)) if ident == "in")
 }
 
 #[cfg(test)]

@@ -1,102 +1,68 @@
 //! What documents point to exists: files, headings, and the names in the code map.
 
 use super::files::File;
-use super::finding::{Fault, Finding};
+use super::finding::Finding;
 use super::source::idents;
+use regex::Regex;
 
-/// Directories whose files documents name in backticks; such a name must exist too.
-const SOURCE_DIRS: [&str; 13] = [
-    "sim/",
-    "game/",
-    "protocol/",
-    "room/",
-    "server/",
-    "cli/",
-    "client-web/",
-    "tests/",
-    "bench/",
-    "xtask/",
-    "shaders/",
-    "assets/",
-    "docs/",
-];
+/// A link's target, or a path in backticks below a directory with tracked files, which must exist too.
+const POINTERS: &str = r"\]\((?<target>[^)]*)\)|`(?<path>(?:sim|game|protocol|room|server|cli|client-web|tests|bench|xtask|shaders|assets|docs)/[\w./-]*)`";
 /// Built, not tracked.
-const BUILT_DIRS: [&str; 2] = ["client-web/dist", "target"];
+const BUILT: &str = "client-web/dist";
+/// `World`, `World::step`, `session` or `sim`, but no command, path or option.
+const SYMBOL: &str = r"`([\w:]+)`";
 
 pub fn check(files: &[File]) -> Vec<Finding> {
-    let documents = files.iter().filter(|file| file.path.ends_with(".md"));
+    let pointers = Regex::new(POINTERS).expect("a valid pattern");
     let mut findings = unknown_symbols(files);
-    for document in documents {
-        let text = prose(document.text.as_deref().unwrap_or(""));
-        for (line, target) in links(&text) {
-            let fault = broken(document, &target, files);
-            findings.extend(fault.map(|fault| fault.at(&document.path, line)));
-        }
-        for (line, name) in named_files(&text) {
-            if !exists(files, &name) {
-                findings.push(Fault::DeadPath(name).at(&document.path, line));
+    for document in files.iter().filter(|file| file.path.ends_with(".md")) {
+        for (line, text) in prose(document) {
+            for pointer in pointers.captures_iter(text) {
+                let fault = match pointer.name("target") {
+                    Some(target) => broken(document, target.as_str(), files),
+                    None => missing(&pointer["path"], files),
+                };
+                findings.extend(fault.map(|fault| Finding::at(&document.path, line, fault)));
             }
         }
     }
     findings
 }
 
-/// The document with its code blocks blanked, so that line numbers stay.
-fn prose(text: &str) -> String {
+/// Lines outside of code blocks, with their numbers.
+fn prose(document: &File) -> impl Iterator<Item = (usize, &str)> {
     let mut inside = false;
-    let mut out = String::new();
-    for line in text.lines() {
+    let lines = document.text.iter().flat_map(|text| text.lines());
+    (1..).zip(lines).filter(move |(_, line)| {
         let fence = line.trim_start().starts_with("```");
         inside ^= fence;
-        if !inside && !fence {
-            out.push_str(line);
-        }
-        out.push('\n');
-    }
-    out
+        !inside && !fence
+    })
 }
 
-/// Targets of `[text](target)`, with their lines.
-fn links(text: &str) -> Vec<(usize, String)> {
-    let mut links = Vec::new();
-    for (index, line) in text.lines().enumerate() {
-        for part in line.split("](").skip(1) {
-            if let Some(end) = part.find(')') {
-                links.push((index + 1, part[..end].to_owned()));
-            }
-        }
-    }
-    links
+fn missing(path: &str, files: &[File]) -> Option<String> {
+    let is_missing = !path.starts_with(BUILT) && !exists(files, path);
+    is_missing
+        .then(|| format!("`{path}` does not exist; documents name tracked files; correct the path"))
 }
 
-/// Paths in backticks that begin with one of [`SOURCE_DIRS`], with their lines.
-fn named_files(text: &str) -> Vec<(usize, String)> {
-    let mut names = Vec::new();
-    for (index, line) in text.lines().enumerate() {
-        for name in line.split('`').skip(1).step_by(2) {
-            let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c));
-            let built = BUILT_DIRS.iter().any(|dir| name.starts_with(dir));
-            if plain && !built && SOURCE_DIRS.iter().any(|dir| name.starts_with(dir)) {
-                names.push((index + 1, name.to_owned()));
-            }
-        }
-    }
-    names
-}
-
-fn broken(document: &File, target: &str, files: &[File]) -> Option<Fault> {
+fn broken(document: &File, target: &str, files: &[File]) -> Option<String> {
     if target.contains("://") || target.starts_with("mailto:") {
         return None;
     }
     let (path, heading) = target.split_once('#').unwrap_or((target, ""));
     let path = if path.is_empty() { document.path.clone() } else { resolve(&document.path, path) };
     if !exists(files, &path) {
-        return Some(Fault::DeadLink(path));
+        let allowed = "links lead to tracked files";
+        return Some(format!("link to {path}, which does not exist; {allowed}; correct it"));
     }
     let linked = files.iter().find(|file| file.path == path)?;
     let text = linked.text.as_deref().unwrap_or("");
     let known = heading.is_empty() || headings(text).any(|known| known == heading);
-    (!known).then(|| Fault::DeadHeading(heading.to_owned(), path))
+    let allowed = "links lead to headings";
+    (!known).then(|| {
+        format!("link to #{heading}, which is no heading of {path}; {allowed}; correct it")
+    })
 }
 
 /// Names that ARCHITECTURE.md mentions and that neither the code nor the files have any more.
@@ -107,21 +73,18 @@ fn unknown_symbols(files: &[File]) -> Vec<Finding> {
     let mut known = idents(files);
     let names = files.iter().flat_map(|file| file.path.split('/'));
     known.extend(names.map(|name| name.split('.').next().unwrap_or(name).to_owned()));
-    let text = prose(map.text.as_deref().unwrap_or(""));
+    let symbol = Regex::new(SYMBOL).expect("a valid pattern");
     let mut findings = Vec::new();
-    for (index, line) in text.lines().enumerate() {
-        for name in line.split('`').skip(1).step_by(2).filter(|name| is_symbol(name)) {
+    for (line, text) in prose(map) {
+        for name in symbol.captures_iter(text).map(|found| found.extract::<1>().1[0]) {
             if !name.split("::").all(|part| known.contains(part)) {
-                findings.push(Fault::DeadSymbol(name.to_owned()).at(&map.path, index + 1));
+                let fault =
+                    format!("no `{name}` in the code; the code map names what exists; correct it");
+                findings.push(Finding::at(&map.path, line, fault));
             }
         }
     }
     findings
-}
-
-/// `World`, `World::step`, `session` or `sim`, but no command, path or option.
-fn is_symbol(name: &str) -> bool {
-    name.chars().all(|c| c.is_ascii_alphanumeric() || "_:".contains(c))
 }
 
 /// A tracked file, or a directory of tracked files.

@@ -3,6 +3,7 @@
 use super::files::File;
 use anyhow::{Context, Result};
 use proc_macro2::{TokenStream, TokenTree};
+use quote::ToTokens;
 use std::collections::BTreeSet;
 use syn::{Attribute, Item, Path};
 
@@ -17,6 +18,8 @@ pub struct Source {
     pub path: String,
     /// Items that are built without tests.
     pub items: Vec<Item>,
+    /// The same items as tokens.
+    pub tokens: TokenStream,
     /// Lines of the file, without those of inline test modules.
     pub lines: usize,
 }
@@ -80,7 +83,8 @@ impl Source {
             items.into_iter().partition(|item| attributes(item).iter().any(is_for_tests));
         let in_tests: usize = tests.iter().map(inline_lines).sum();
         let lines = text.lines().count() - in_tests;
-        Ok(Self { path: file.path.clone(), items, lines })
+        let tokens = items.iter().map(ToTokens::to_token_stream).collect();
+        Ok(Self { path: file.path.clone(), items, tokens, lines })
     }
 }
 
