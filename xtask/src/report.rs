@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use std::env::consts::EXE_SUFFIX;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{SystemTime, UNIX_EPOCH};
+use time::OffsetDateTime;
 
 /// Measures, with the peers if wanted, and writes the page into `out`.
 pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
@@ -20,7 +20,7 @@ pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     }
     command.arg("--costs").arg(steps()?);
     command.arg("--out").arg(&out);
-    command.args(["--commit", &commit()?, "--date", &today()?, "--compiler", &compiler()?]);
+    command.args(["--commit", &commit()?, "--date", &today(), "--compiler", &compiler()?]);
     run(&mut command)
 }
 
@@ -53,40 +53,7 @@ fn compiler() -> Result<String> {
 }
 
 /// Of the system clock, in Greenwich.
-fn today() -> Result<String> {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).context("the clock is before 1970")?;
-    let (year, month, day) = date_of(since.as_secs() / 86_400);
-    Ok(format!("{year}-{month:02}-{day:02}"))
-}
-
-/// Year, month and day of a count of days since 1970-01-01.
-fn date_of(mut days: u64) -> (u64, usize, u64) {
-    let mut year = 1970;
-    let leap = |year: u64| {
-        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
-    };
-    while days >= 365 + u64::from(leap(year)) {
-        days -= 365 + u64::from(leap(year));
-        year += 1;
-    }
-    let lengths = [31, 28 + u64::from(leap(year)), 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    let mut month = 0;
-    while days >= lengths[month] {
-        days -= lengths[month];
-        month += 1;
-    }
-    (year, month + 1, days + 1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::date_of;
-
-    #[test]
-    fn days_become_dates() {
-        assert_eq!(date_of(0), (1970, 1, 1));
-        assert_eq!(date_of(59), (1970, 3, 1));
-        assert_eq!(date_of(11_016), (2000, 2, 29));
-        assert_eq!(date_of(19_722), (2023, 12, 31));
-    }
+fn today() -> String {
+    let now = OffsetDateTime::now_utc();
+    format!("{}-{:02}-{:02}", now.year(), u8::from(now.month()), now.day())
 }

@@ -2,6 +2,7 @@
 //! and cannot lead out of their directory.
 
 use crate::limits;
+use time::OffsetDateTime;
 
 /// Extension of the files.
 pub const ENDING: &str = ".jostle";
@@ -42,35 +43,13 @@ fn utc(unix_s: u64) -> String {
 
 /// Year, month, day, hour, minute and second of a second since 1970, UTC. Later ones than the last
 /// of the year 9999 are that one, so that what is printed keeps its length.
-pub fn calendar(unix_s: u64) -> [u64; 6] {
-    let unix_s = unix_s.min(253_402_300_799);
-    let (days, second) = (unix_s / 86_400, unix_s % 86_400);
-    let (year, month, day) = date(days);
-    [year, month, day, second / 3600, second / 60 % 60, second % 60]
-}
-
-/// Year, month and day of a day since 1970, in the Gregorian calendar.
-fn date(mut days: u64) -> (u64, u64, u64) {
-    let mut year = 1970;
-    while days >= year_days(year) {
-        days -= year_days(year);
-        year += 1;
-    }
-    let february = year_days(year) - 337;
-    let mut month = 1;
-    for length in [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31] {
-        if days < length {
-            break;
-        }
-        days -= length;
-        month += 1;
-    }
-    (year, month, days + 1)
-}
-
-fn year_days(year: u64) -> u64 {
-    let is_leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
-    if is_leap { 366 } else { 365 }
+pub fn calendar(unix_s: u64) -> [i32; 6] {
+    let unix_s = unix_s.min(253_402_300_799) as i64;
+    let time = OffsetDateTime::from_unix_timestamp(unix_s).expect("a second before the year 10000");
+    let [month, day, hour, minute, second] =
+        [u8::from(time.month()), time.day(), time.hour(), time.minute(), time.second()]
+            .map(i32::from);
+    [time.year(), month, day, hour, minute, second]
 }
 
 #[cfg(test)]
