@@ -8,10 +8,10 @@ use jostle_room::Rate;
 use prometheus_client::encoding::text::{encode_eof, encode_registry};
 use prometheus_client::metrics::counter::{ConstCounter, Counter};
 use prometheus_client::metrics::family::Family;
-use prometheus_client::metrics::gauge::{ConstGauge, Gauge};
+use prometheus_client::metrics::gauge::ConstGauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::metrics::info::Info;
-use prometheus_client::registry::{Registry, Unit};
+use prometheus_client::registry::{Metric, Registry, Unit};
 use std::time::Duration;
 
 type Label = [(&'static str, &'static str); 1];
@@ -36,12 +36,6 @@ pub struct Metrics {
     joins: Family<Label, Counter>,
     leaves: Family<Label, Counter>,
     refusals: Family<Label, Counter>,
-    rooms: Gauge,
-    players: Gauge,
-    bodies: Gauge,
-    replay_bytes: Counter,
-    replay_errors: Counter,
-    log_drops: Counter,
 }
 
 /// Metrics of the rooms' threads, updated at each wakeup.
@@ -117,102 +111,119 @@ fn seconds() -> Histogram {
     Histogram::new(exponential_buckets(15.6e-6, 2.0, 16))
 }
 
+/// Registers a metric and returns it.
+fn add<M: Metric + Clone>(registry: &mut Registry, name: &str, about: &str, metric: M) -> M {
+    registry.register(name, about, metric.clone());
+    metric
+}
+
+/// The same with a unit, which the name ends with.
+fn add_in<M: Metric + Clone>(
+    unit: Unit,
+    registry: &mut Registry,
+    name: &str,
+    about: &str,
+    metric: M,
+) -> M {
+    registry.register_with_unit(name, about, unit, metric.clone());
+    metric
+}
+
 impl Default for Metrics {
     /// Metrics at zero.
     fn default() -> Metrics {
         let mut registry = Registry::with_prefix("jostle");
+        let r = &mut registry;
         let version = Info::new([("version", env!("CARGO_PKG_VERSION"))]);
-        registry.register("build", "The program that serves", version);
-        let metrics = Metrics {
-            ticks: Ticks::registered(&mut registry),
-            snapshots: snapshots(&mut registry),
-            late: Counter::default(),
-            lag: Histogram::new(exponential_buckets(1.0, 2.0, 11)),
-            skips: skips(&mut registry),
-            inputs_ignored: Counter::default(),
-            rooms_failed: Counter::default(),
-            joins: Family::default(),
-            leaves: Family::default(),
-            refusals: Family::default(),
-            rooms: Gauge::default(),
-            players: Gauge::default(),
-            bodies: Gauge::default(),
-            replay_bytes: Counter::default(),
-            replay_errors: Counter::default(),
-            log_drops: Counter::default(),
-            registry: Registry::default(),
-        };
-        let late = metrics.late.clone();
-        registry.register("sockets_late", "Sockets that were too far behind for deltas", late);
-        let about = "Ticks from the newest snapshot acknowledged to the newest sent, each client once a second";
-        registry.register("client_lag_ticks", about, metrics.lag.clone());
-        let ignored = metrics.inputs_ignored.clone();
-        let about = "Inputs with old, repeated or far-future numbers";
-        registry.register("inputs_ignored", about, ignored);
-        registry.register("joins", "Players who got a seat, resumed or new", metrics.joins.clone());
-        registry.register("leaves", "Players who left, by cause", metrics.leaves.clone());
-        registry.register(
-            "refusals",
-            "Requests and sessions refused or ended, by reason",
-            metrics.refusals.clone(),
-        );
-        registry.register("rooms", "Open rooms", metrics.rooms.clone());
-        let failed = metrics.rooms_failed.clone();
-        registry.register("rooms_failed", "Rooms ended by a panic", failed);
-        registry.register("players", "Seats taken", metrics.players.clone());
-        registry.register("bodies", "Bodies in all rooms", metrics.bodies.clone());
-        let written = metrics.replay_bytes.clone();
-        registry.register_with_unit("replay", "Replays written", Unit::Bytes, written);
-        let failed = metrics.replay_errors.clone();
-        registry.register("replay_errors", "Replay files abandoned after an error", failed);
-        let dropped = metrics.log_drops.clone();
-        registry.register(
-            "log_dropped",
-            "Log lines dropped because the log was read too slowly",
-            dropped,
-        );
-        Metrics { registry, ..metrics }
+        r.register("build", "The program that serves", version);
+        let lag = Histogram::new(exponential_buckets(1.0, 2.0, 11));
+        let (late, ignored) = (Counter::default(), Counter::default());
+        Metrics {
+            ticks: Ticks::registered(r),
+            snapshots: snapshots(r),
+            skips: skips(r),
+            late: add(r, "sockets_late", "Sockets that were too far behind for deltas", late),
+            lag: add(
+                r,
+                "client_lag_ticks",
+                "Ticks from the newest snapshot acknowledged to the newest sent, each client once a second",
+                lag,
+            ),
+            inputs_ignored: add(
+                r,
+                "inputs_ignored",
+                "Inputs with old, repeated or far-future numbers",
+                ignored,
+            ),
+            joins: add(r, "joins", "Players who got a seat, resumed or new", Family::default()),
+            leaves: add(r, "leaves", "Players who left, by cause", Family::default()),
+            refusals: add(
+                r,
+                "refusals",
+                "Requests and sessions refused or ended, by reason",
+                Family::default(),
+            ),
+            rooms_failed: add(r, "rooms_failed", "Rooms ended by a panic", Counter::default()),
+            registry,
+        }
     }
 }
 
 impl Ticks {
-    fn registered(registry: &mut Registry) -> Ticks {
-        let ticks = Ticks {
-            played: Counter::default(),
-            missed: Counter::default(),
-            lateness: lateness(),
-            lateness_own: lateness(),
-            phases: [seconds(), seconds(), seconds()],
-        };
-        registry.register("ticks", "Ticks played", ticks.played.clone());
-        registry.register("ticks_missed", "Ticks due and never played", ticks.missed.clone());
-        let lateness = ticks.lateness.clone();
-        let about = "Time from when a tick was due to its start";
-        registry.register_with_unit("tick_lateness", about, Unit::Seconds, lateness);
-        let own = ticks.lateness_own.clone();
-        let about = "Lateness without the wait for a processor";
-        registry.register_with_unit("tick_lateness_own", about, Unit::Seconds, own);
-        for (phase, histogram) in ["inputs", "play", "send"].into_iter().zip(&ticks.phases) {
-            let about = format!("Time of a wakeup spent on: {phase}");
-            let name = format!("tick_{phase}");
-            registry.register_with_unit(name, about, Unit::Seconds, histogram.clone());
+    fn registered(r: &mut Registry) -> Ticks {
+        let mut time = |name, about, histogram| add_in(Unit::Seconds, r, name, about, histogram);
+        Ticks {
+            lateness: time(
+                "tick_lateness",
+                "Time from when a tick was due to its start",
+                lateness(),
+            ),
+            lateness_own: time(
+                "tick_lateness_own",
+                "Lateness without the wait for a processor",
+                lateness(),
+            ),
+            phases: [
+                time("tick_inputs", "Time of a wakeup spent on: inputs", seconds()),
+                time("tick_play", "Time of a wakeup spent on: play", seconds()),
+                time("tick_send", "Time of a wakeup spent on: send", seconds()),
+            ],
+            played: add(r, "ticks", "Ticks played", Counter::default()),
+            missed: add(r, "ticks_missed", "Ticks due and never played", Counter::default()),
         }
-        ticks
     }
 }
 
-fn snapshots(registry: &mut Registry) -> [Snapshots; Rate::ALL.len()] {
-    let (count, bytes) = (Family::<Label, Counter>::default(), Family::<Label, Counter>::default());
-    registry.register("snapshots", "Snapshots queued for sockets, by rate", count.clone());
+fn snapshots(r: &mut Registry) -> [Snapshots; Rate::ALL.len()] {
+    let family = Family::<Label, Counter>::default;
+    let count = add(r, "snapshots", "Snapshots queued for sockets, by rate", family());
     let about = "Bytes of snapshots queued for sockets, by rate";
-    registry.register_with_unit("snapshots", about, Unit::Bytes, bytes.clone());
-    Rate::ALL.map(|rate| {
-        let label = [("hz", hz(rate))];
-        Snapshots {
-            count: count.get_or_create(&label).clone(),
-            bytes: bytes.get_or_create(&label).clone(),
-        }
+    let bytes = add_in(Unit::Bytes, r, "snapshots", about, family());
+    ["60", "20", "5"].map(|hz| Snapshots {
+        count: count.get_or_create(&[("hz", hz)]).clone(),
+        bytes: bytes.get_or_create(&[("hz", hz)]).clone(),
     })
+}
+
+fn skips(r: &mut Registry) -> [Counter; 4] {
+    let family = Family::<Label, Counter>::default();
+    let skips = add(r, "snapshots_skipped", "Snapshots not sent to a client, by reason", family);
+    ["quiet", "rate", "queue", "lag"]
+        .map(|reason| skips.get_or_create(&[("reason", reason)]).clone())
+}
+
+/// Metrics that are counted elsewhere, as they are at a scrape.
+fn counted_elsewhere(gauges: Gauges) -> Registry {
+    let mut registry = Registry::with_prefix("jostle");
+    registry.register("rooms", "Open rooms", ConstGauge::new(gauges.rooms));
+    registry.register("players", "Seats taken", ConstGauge::new(gauges.players));
+    registry.register("bodies", "Bodies in all rooms", ConstGauge::new(gauges.bodies));
+    let [bytes, errors] = gauges.replays.unwrap_or_default().map(ConstCounter::new);
+    registry.register_with_unit("replay", "Replays written", Unit::Bytes, bytes);
+    registry.register("replay_errors", "Replay files abandoned after an error", errors);
+    let about = "Log lines dropped because the log was read too slowly";
+    registry.register("log_dropped", about, ConstCounter::new(gauges.log_drops));
+    registry
 }
 
 /// Metrics of the process, under their usual names.
@@ -231,27 +242,6 @@ fn of_process() -> Registry {
         registry.register_with_unit("process_cpu", "Processor time used", Unit::Seconds, cpu);
     }
     registry
-}
-
-fn skips(registry: &mut Registry) -> [Counter; 4] {
-    let skips = Family::<Label, Counter>::default();
-    let about = "Snapshots not sent to a client, by reason";
-    registry.register("snapshots_skipped", about, skips.clone());
-    ["quiet", "rate", "queue", "lag"]
-        .map(|reason| skips.get_or_create(&[("reason", reason)]).clone())
-}
-
-fn hz(rate: Rate) -> &'static str {
-    match rate {
-        Rate::Full => "60",
-        Rate::Third => "20",
-        Rate::Twelfth => "5",
-    }
-}
-
-/// Raises a counter to a value counted elsewhere.
-fn raise(counter: &Counter, count: u64) {
-    counter.inc_by(count.saturating_sub(counter.get()));
 }
 
 /// Snake-case names of refusals, as values of a label.
@@ -307,17 +297,10 @@ impl Metrics {
 
     /// Encodes all metrics as text, with these gauges.
     pub fn text(&self, gauges: Gauges) -> String {
-        self.rooms.set(gauges.rooms);
-        self.players.set(gauges.players);
-        self.bodies.set(gauges.bodies);
-        if let Some([bytes, errors]) = gauges.replays {
-            raise(&self.replay_bytes, bytes);
-            raise(&self.replay_errors, errors);
-        }
-        raise(&self.log_drops, gauges.log_drops);
         let mut text = String::new();
-        encode_registry(&mut text, &self.registry).expect("a String takes everything");
-        encode_registry(&mut text, &of_process()).expect("a String takes everything");
+        for registry in [&self.registry, &counted_elsewhere(gauges), &of_process()] {
+            encode_registry(&mut text, registry).expect("a String takes everything");
+        }
         encode_eof(&mut text).expect("a String takes everything");
         text
     }
