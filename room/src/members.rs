@@ -5,6 +5,7 @@ use jostle_game::{PlayerInfo, Seat};
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::Vec2;
+use std::collections::BTreeMap;
 
 /// A player with a seat, with or without a socket.
 #[derive(Clone, Debug)]
@@ -59,71 +60,51 @@ impl Member {
     /// The player as the others see it.
     pub fn state(&self, player: &PlayerInfo) -> PlayerState {
         PlayerState {
-            seat: player.seat,
-            appearance: self.appearance.clone(),
             connected: self.lost_tick.is_none(),
             input_seq: self.inputs.seq_played(),
-            hero: player.hero,
-            selected: player.selected,
-            held: player.held,
-            score: player.score,
-            pointer: player.pointer,
+            ..player_state(player, self.appearance.clone())
         }
     }
 }
 
-/// The seats of a room, taken or free.
+/// A connected player of whom no input was played.
+pub fn player_state(player: &PlayerInfo, appearance: Appearance) -> PlayerState {
+    PlayerState {
+        seat: player.seat,
+        appearance,
+        connected: true,
+        input_seq: 0,
+        hero: player.hero,
+        selected: player.selected,
+        held: player.held,
+        score: player.score,
+        pointer: player.pointer,
+    }
+}
+
+/// The members of a room, by seat.
 #[derive(Clone, Debug)]
 pub struct Members {
-    seats: Vec<Option<Member>>,
+    /// Number of seats, taken or free.
+    count: u16,
+    /// Those that are taken.
+    pub seats: BTreeMap<Seat, Member>,
 }
 
 impl Members {
     /// Creates `count` free seats.
-    pub fn new(count: usize) -> Members {
-        Members { seats: vec![None; count] }
-    }
-
-    /// The member in a seat.
-    pub fn at(&self, seat: Seat) -> Option<&Member> {
-        self.seats.get(usize::from(seat.0))?.as_ref()
-    }
-
-    /// The member in a seat, mutably.
-    pub fn at_mut(&mut self, seat: Seat) -> Option<&mut Member> {
-        self.seats.get_mut(usize::from(seat.0))?.as_mut()
-    }
-
-    /// Members in seat order.
-    pub fn iter(&self) -> impl Iterator<Item = (Seat, &Member)> {
-        let numbered = self.seats.iter().enumerate();
-        numbered.filter_map(|(seat, member)| Some((Seat(seat as u16), member.as_ref()?)))
-    }
-
-    /// Members in seat order, mutably.
-    pub fn iter_mut(&mut self) -> impl Iterator<Item = (Seat, &mut Member)> {
-        let numbered = self.seats.iter_mut().enumerate();
-        numbered.filter_map(|(seat, member)| Some((Seat(seat as u16), member.as_mut()?)))
+    pub fn new(count: u16) -> Members {
+        Members { count, seats: BTreeMap::new() }
     }
 
     /// The lowest free seat.
     pub fn free_seat(&self) -> Option<Seat> {
-        self.seats.iter().position(Option::is_none).map(|seat| Seat(seat as u16))
+        (0..self.count).map(Seat).find(|seat| !self.seats.contains_key(seat))
     }
 
     /// Names and colours of all members, in seat order.
     pub fn appearances(&self) -> Vec<(Seat, Appearance)> {
-        self.iter().map(|(seat, member)| (seat, member.appearance.clone())).collect()
-    }
-
-    /// Puts a member into a seat.
-    pub fn put(&mut self, seat: Seat, member: Member) {
-        self.seats[usize::from(seat.0)] = Some(member);
-    }
-
-    /// Frees a seat; returns false if it was free.
-    pub fn remove(&mut self, seat: Seat) -> bool {
-        self.seats.get_mut(usize::from(seat.0)).is_some_and(|member| member.take().is_some())
+        self.seats.iter().map(|(&seat, member)| (seat, member.appearance.clone())).collect()
     }
 
     /// Makes an appearance distinct from those of all members but the one at `own`: a namesake gets a
@@ -131,7 +112,7 @@ impl Members {
     /// colours are taken, the wanted one is shared.
     pub fn distinct(&self, wanted: &Appearance, own: Option<Seat>) -> Appearance {
         let others =
-            || self.iter().filter(|(seat, _)| Some(*seat) != own).map(|(_, member)| member);
+            || self.seats.iter().filter(|(seat, _)| Some(**seat) != own).map(|(_, member)| member);
         let names = || others().map(|other| &*other.appearance.name);
         let colored = |color: u8| {
             others().any(|other| other.lost_tick.is_none() && other.appearance.color == color)
@@ -172,7 +153,7 @@ mod tests {
     fn members(seated: &[(u16, &str, u8)]) -> Members {
         let mut members = Members::new(12);
         for &(seat, name, color) in seated {
-            members.put(Seat(seat), Member::new(look(name, color), u64::from(seat)));
+            members.seats.insert(Seat(seat), Member::new(look(name, color), u64::from(seat)));
         }
         members
     }
@@ -181,8 +162,8 @@ mod tests {
     fn the_lowest_seat_is_given_first() {
         let mut members = members(&[(0, "Ann", 0), (1, "Bob", 1), (3, "Cid", 2)]);
         assert_eq!(members.free_seat(), Some(Seat(2)));
-        assert!(members.remove(Seat(0)));
-        assert!(!members.remove(Seat(0)) && !members.remove(Seat(200)));
+        assert!(members.seats.remove(&Seat(0)).is_some());
+        assert!(members.seats.remove(&Seat(200)).is_none());
         assert_eq!(members.free_seat(), Some(Seat(0)));
     }
 
@@ -198,7 +179,7 @@ mod tests {
             let look = members.distinct(&long, None);
             let name = if seat == 0 { long.name.clone() } else { long.numbered(seat + 1).name };
             assert_eq!(look.name, name);
-            members.put(Seat(seat as u16), Member::new(look, 0));
+            members.seats.insert(Seat(seat as u16), Member::new(look, 0));
         }
     }
 
@@ -208,7 +189,7 @@ mod tests {
         assert_eq!(seated.distinct(&look("D", 6), None).color, 1);
         assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0))).color, 6);
         // A player without a socket does not hold the colour.
-        seated.at_mut(Seat(1)).unwrap().lost_tick = Some(0);
+        seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("D", 6), None).color, 7);
     }
 

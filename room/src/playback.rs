@@ -1,8 +1,9 @@
 //! Playback of a replay: every tick is simulated again and compared with its recorded hash.
 
+use crate::members::player_state;
 use jostle_game::{Game, Phase, Scene, SceneError, Seat};
 use jostle_protocol::replay::{Block, Change, Keyframe, Replay};
-use jostle_protocol::{Appearance, PlayerState, Snapshot};
+use jostle_protocol::{Appearance, Snapshot};
 use jostle_sim::{StateError, World};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -201,17 +202,8 @@ impl Playback {
 
     /// The snapshot that players saw at this tick.
     pub fn snapshot(&self) -> Snapshot {
-        let states = self.moment.game.players().map(|player| PlayerState {
-            seat: player.seat,
-            appearance: self.appearance(player.seat),
-            connected: true,
-            input_seq: 0,
-            hero: player.hero,
-            selected: player.selected,
-            held: player.held,
-            score: player.score,
-            pointer: player.pointer,
-        });
+        let players = self.moment.game.players();
+        let states = players.map(|player| player_state(&player, self.appearance(player.seat)));
         Snapshot::capture(&self.moment.game, states.collect())
     }
 

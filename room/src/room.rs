@@ -2,7 +2,7 @@
 
 use crate::members::{Member, Members};
 use crate::recorder::Recorder;
-use crate::replication::{LiveParticles, Rate, Replication, Subscriber, view_of};
+use crate::replication::{InterestArea, LiveParticles, Rate, Replication, Subscriber, view_of};
 use bytes::Bytes;
 use jostle_game::{Game, Input, Scene, Seat};
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
@@ -67,20 +67,20 @@ impl Room {
     /// `ROOM_CODE_BYTES_MAX`.
     pub fn new(code: &str, scene: Arc<Scene>, seed: u64) -> Room {
         assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
-        let seats = usize::from(scene.players_max);
+        let members = Members::new(scene.players_max);
         let game = Game::new(scene, seed);
         let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
         Room {
             code: code.to_owned(),
             seed,
             game,
-            members: Members::new(seats),
+            members,
             serial: 0,
             changes: Vec::new(),
             inputs: Vec::new(),
             spare: Arc::clone(&newest),
             newest,
-            replication: Replication::new(seats),
+            replication: Replication::default(),
             recorder: None,
         }
     }
@@ -101,7 +101,7 @@ impl Room {
         };
         let appearance = self.members.distinct(&appearance, Some(seat));
         self.serial += 1;
-        match (claim, self.members.at_mut(seat)) {
+        match (claim, self.members.seats.get_mut(&seat)) {
             (Some(claim), Some(member)) => {
                 member.resume(appearance, claim.serial, self.serial);
                 if !self.changes.contains(&Change::Look(seat)) {
@@ -109,7 +109,7 @@ impl Room {
                 }
             }
             _ => {
-                self.members.put(seat, Member::new(appearance, self.serial));
+                self.members.seats.insert(seat, Member::new(appearance, self.serial));
                 self.changes.push(Change::Join(seat));
             }
         }
@@ -117,7 +117,7 @@ impl Room {
     }
 
     fn is_good(&self, claim: Claim) -> bool {
-        self.members.at(claim.seat).is_some_and(|member| member.answers_to(claim.serial))
+        self.members.seats.get(&claim.seat).is_some_and(|member| member.answers_to(claim.serial))
     }
 
     /// Encodes the [`ServerMessage::Welcome`] that a player who joined is sent first. `token` seals
@@ -139,21 +139,21 @@ impl Room {
     /// Detaches the socket of a seat. The seat is held for [`SEAT_HELD_TICKS`] with its hero at rest, or
     /// freed at once if its player never sent an input. Does nothing if the seat is free.
     pub fn disconnect(&mut self, seat: Seat) {
-        let Some(member) = self.members.at_mut(seat) else { return };
+        let Some(member) = self.members.seats.get_mut(&seat) else { return };
         if !member.played {
             return self.leave(seat);
         }
         member.lost_tick.get_or_insert(self.game.tick_count());
         member.inputs.rest();
-        self.replication.remove_area(seat);
+        self.replication.areas.remove(&seat);
     }
 
     /// Removes a player for good; effective with the next tick. Does nothing if the seat is free.
     pub fn leave(&mut self, seat: Seat) {
-        if !self.members.remove(seat) {
+        if self.members.seats.remove(&seat).is_none() {
             return;
         }
-        self.replication.remove_area(seat);
+        self.replication.areas.remove(&seat);
         self.changes.retain(|&change| change != Change::Look(seat));
         // A player who leaves before the tick of joining was never in the game.
         match self.changes.iter().position(|&change| change == Change::Join(seat)) {
@@ -165,7 +165,7 @@ impl Room {
     /// Queues an input, and returns whether it was accepted. Old, repeated and far-future sequence
     /// numbers are dropped, and so is every input for a seat without a socket.
     pub fn input(&mut self, seat: Seat, seq: u32, input: Input) -> bool {
-        let member = self.members.at_mut(seat).filter(|member| member.lost_tick.is_none());
+        let member = self.members.seats.get_mut(&seat).filter(|member| member.lost_tick.is_none());
         member.is_some_and(|member| {
             member.serial_before = None;
             member.played = true;
@@ -188,16 +188,17 @@ impl Room {
     fn free_abandoned_seats(&mut self) {
         let tick = self.game.tick_count();
         let is_over = |lost_tick| tick - lost_tick >= SEAT_HELD_TICKS;
-        let members = self.members.iter();
+        let members = self.members.seats.iter();
         let abandoned = members.filter(|(_, member)| member.lost_tick.is_some_and(is_over));
-        let abandoned: Vec<_> = abandoned.map(|(seat, _)| seat).collect();
+        let abandoned: Vec<Seat> = abandoned.map(|(seat, _)| *seat).collect();
         abandoned.into_iter().for_each(|seat| self.leave(seat));
     }
 
     /// Applies joins and leaves to the game, and returns them for the recorder.
     fn apply_changes(&mut self) -> Vec<replay::Change> {
         let look = |members: &Members, seat| {
-            let member = members.at(seat).expect("a player who joins or comes back has the seat");
+            let member =
+                members.seats.get(&seat).expect("a player who joins or comes back has the seat");
             member.appearance.clone()
         };
         let changes = self.changes.drain(..).map(|change| match change {
@@ -216,9 +217,9 @@ impl Room {
 
     fn take_inputs(&mut self) {
         self.inputs.clear();
-        let members = self.members.iter_mut();
+        let members = self.members.seats.iter_mut();
         self.inputs
-            .extend(members.filter_map(|(seat, member)| Some((seat, member.inputs.take()?))));
+            .extend(members.filter_map(|(&seat, member)| Some((seat, member.inputs.take()?))));
     }
 
     fn record_tick(&mut self, changes: Vec<replay::Change>) {
@@ -235,8 +236,10 @@ impl Room {
         }
         let snapshot = Arc::get_mut(&mut self.newest).expect("no channel holds it");
         let members = &self.members;
-        let shown =
-            self.game.players().filter_map(|player| Some(members.at(player.seat)?.state(&player)));
+        let shown = self
+            .game
+            .players()
+            .filter_map(|player| Some(members.seats.get(&player.seat)?.state(&player)));
         snapshot.players.clear();
         snapshot.players.extend(shown);
         snapshot.recapture(&self.game);
@@ -247,7 +250,7 @@ impl Room {
         if !self.game.tick_count().is_multiple_of(VIEW_EVERY_TICKS) {
             return;
         }
-        for (seat, member) in self.members.iter() {
+        for (&seat, member) in &self.members.seats {
             if let Some(size) = member.view {
                 self.replication.resize(seat, self.game.scene(), size);
             }
@@ -304,7 +307,7 @@ impl Room {
     /// is, and has most of them.
     pub fn subscribe_view(&mut self, seat: Seat, rate: Rate) -> (Subscriber, Bytes) {
         let scene = self.game.scene();
-        let member = self.members.at_mut(seat);
+        let member = self.members.seats.get_mut(&seat);
         let (view, is_first) = member.map_or((None, false), |member| {
             let is_first = !std::mem::replace(&mut member.subscribed, true);
             (view_of(scene, member.view), is_first)
@@ -312,11 +315,22 @@ impl Room {
         let live = is_first.then(|| live_particles(&self.game));
         match view {
             None => {
-                self.replication.remove_area(seat);
+                self.replication.areas.remove(&seat);
                 self.replication.subscribe(rate, &self.newest, live)
             }
             Some(view) => {
-                self.replication.subscribe_view(seat, rate, scene, view, &self.newest, live)
+                let areas = &mut self.replication.areas;
+                let (area, subscriber, keyframe) = InterestArea::subscribe(
+                    areas.remove(&seat),
+                    seat,
+                    rate,
+                    scene,
+                    view,
+                    &self.newest,
+                    live,
+                );
+                areas.insert(seat, area);
+                (subscriber, keyframe)
             }
         }
     }
@@ -325,7 +339,7 @@ impl Room {
     /// size holds at once, later ones from the next multiple of [`VIEW_EVERY_TICKS`], because every body
     /// that enters the area is sent in full. Does nothing if the seat is free.
     pub fn view(&mut self, seat: Seat, size: Vec2) {
-        let Some(member) = self.members.at_mut(seat) else { return };
+        let Some(member) = self.members.seats.get_mut(&seat) else { return };
         if member.view.replace(size).is_none() {
             self.replication.resize(seat, self.game.scene(), size);
         }
@@ -359,12 +373,13 @@ impl Room {
 
     /// Number of seats taken, held ones included.
     pub fn players(&self) -> usize {
-        self.members.iter().count()
+        self.members.seats.len()
     }
 
     /// Seats that are held for lost players, the longest lost first.
     pub fn held(&self) -> Vec<Seat> {
-        let lost = self.members.iter().filter_map(|(seat, member)| Some((member.lost_tick?, seat)));
+        let lost =
+            self.members.seats.iter().filter_map(|(&seat, member)| Some((member.lost_tick?, seat)));
         let mut held: Vec<_> = lost.collect();
         held.sort_unstable();
         held.into_iter().map(|(_, seat)| seat).collect()
@@ -372,7 +387,7 @@ impl Room {
 
     /// Number of seats with a socket.
     pub fn connected(&self) -> usize {
-        self.members.iter().filter(|(_, member)| member.lost_tick.is_none()).count()
+        self.members.seats.values().filter(|member| member.lost_tick.is_none()).count()
     }
 }
 
