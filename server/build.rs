@@ -1,6 +1,7 @@
 //! Embeds everything in `client-web/dist` into the server, with an ETag of each file's content. A
 //! missing `dist` gives an empty table: the server then says how to build the client.
 
+use std::collections::BTreeMap;
 use std::collections::hash_map::DefaultHasher;
 use std::fmt::Write;
 use std::hash::Hasher;
@@ -16,17 +17,15 @@ fn main() -> io::Result<()> {
     let watched = if dist.is_dir() { &dist } else { &client };
     println!("cargo::rerun-if-changed={}", watched.display());
 
-    let mut paths = Vec::new();
+    let mut files = BTreeMap::new();
     if dist.is_dir() {
-        collect(&dist, &mut paths)?;
+        collect(&dist, "", &mut files)?;
     }
-    paths.sort();
     let mut table = String::from(
         "/// Every file of `client-web/dist`, sorted by name.\npub static FILES: &[File] = &[\n",
     );
-    for path in &paths {
+    for (name, path) in &files {
         println!("cargo::rerun-if-changed={}", path.display());
-        let name = name_in(&dist, path);
         let etag = etag(&fs::read(path)?);
         let path = path.canonicalize()?;
         writeln!(
@@ -40,23 +39,19 @@ fn main() -> io::Result<()> {
     fs::write(out.join("files.rs"), table)
 }
 
-fn collect(dir: &Path, paths: &mut Vec<PathBuf>) -> io::Result<()> {
+/// Adds all files below `dir` by their names, which begin with `prefix` and have `/` on every system.
+fn collect(dir: &Path, prefix: &str, files: &mut BTreeMap<String, PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(dir)? {
-        let path = entry?.path();
+        let entry = entry?;
+        let (path, name) = (entry.path(), entry.file_name());
+        let name = format!("{prefix}{}", name.to_string_lossy());
         if path.is_dir() {
-            collect(&path, paths)?;
+            collect(&path, &format!("{name}/"), files)?;
         } else {
-            paths.push(path);
+            files.insert(name, path);
         }
     }
     Ok(())
-}
-
-/// The path below `dist`, with `/` on every system.
-fn name_in(dist: &Path, path: &Path) -> String {
-    let below = path.strip_prefix(dist).expect("it was found below dist");
-    let parts: Vec<_> = below.iter().map(|part| part.to_string_lossy()).collect();
-    parts.join("/")
 }
 
 /// Not cryptographic: it only has to differ when the file was rebuilt.

@@ -44,18 +44,12 @@ pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 
 // HTTP.
 
-/// Time to send the head of a request, to idle between two requests, and for the handshake of TLS.
-pub const HTTP_HEAD_WAIT: Duration = Duration::from_secs(10);
 /// Headers of a request.
 pub const HTTP_HEADERS_MAX: usize = 64;
 /// Bytes buffered of a request's head.
 pub const HTTP_BUFFER_BYTES_MAX: usize = 16 << 10;
 /// Bytes of a request's body.
 pub const HTTP_BODY_BYTES_MAX: usize = 1 << 10;
-/// Time to send a request's body.
-pub const HTTP_BODY_WAIT: Duration = Duration::from_secs(5);
-/// Time for which a peer may take nothing of a response. A single byte in time keeps the connection.
-pub const HTTP_STALL_MAX: Duration = Duration::from_secs(20);
 /// Bytes of one frame of a body: the most that a connection holds of it beyond shared memory.
 pub const HTTP_FRAME_BYTES_MAX: usize = 16 << 10;
 /// Encrypted bytes that wait for one socket; rustls alone would hold 64 KiB.
@@ -65,8 +59,6 @@ pub const HTTP_CONNECTION_MAX: Duration = Duration::from_secs(300);
 
 // Sessions.
 
-/// Time from the upgrade to a valid hello.
-pub const HELLO_WAIT: Duration = Duration::from_secs(5);
 /// Messages a second in the long run; a page sends 60 inputs and a few pings.
 pub const MESSAGES_PER_SECOND_MAX: u32 = 120;
 /// Burst of messages: those that an honest client has sent after a network stall of four seconds.
@@ -97,14 +89,6 @@ pub const LAG_TICKS_MAX: u32 = 2 * TICKS_PER_SECOND;
 pub const LAGGING_TICKS: u32 = TICKS_PER_SECOND;
 /// Ticks of a window; a client is compared with its best in this one and the one before.
 pub const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
-/// Time for which a client may be sent snapshots without acknowledging one.
-pub const HEARING_MAX: Duration = Duration::from_secs(20);
-/// Time between two WebSocket pings.
-pub const KEEPALIVE_EVERY: Duration = Duration::from_secs(10);
-/// Silence (not even a pong) after which a session is closed.
-pub const SILENCE_MAX: Duration = Duration::from_secs(30);
-/// Time in which a peer must take one message.
-pub const STALL_MAX: Duration = Duration::from_secs(20);
 /// Time for the last message, the close frame, and the peer's own closing.
 pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
 /// Bytes read and thrown away while a socket closes, so that a reset does not eat our last message.
@@ -129,8 +113,6 @@ pub const SCENES_MAX: usize = 64;
 pub const ROOMS_MAX: usize = 64;
 /// Rooms created from one address, at a time.
 pub const ADDRESS_ROOMS_MAX: usize = 8;
-/// Time for which a room stays open without players.
-pub const ROOM_EMPTY_GRACE: Duration = Duration::from_secs(120);
 /// Held seats of one address in a room, as a fraction of its seats: of an address that has more, the
 /// longest-lost may be given to any newcomer once the room is full.
 pub const HELD_SHARE: usize = 4;
@@ -198,45 +180,53 @@ pub const DRAIN_MAX: Duration = Duration::from_secs(3);
 /// The times after which a peer or a room is given up; tests shorten them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waits {
-    /// [`HTTP_HEAD_WAIT`].
+    /// Time to send the head of a request, to idle between two requests, and for the handshake of TLS.
     pub http_head: Duration,
-    /// [`HTTP_BODY_WAIT`].
+    /// Time to send a request's body.
     pub http_body: Duration,
-    /// [`HTTP_STALL_MAX`].
+    /// Time for which a peer may take nothing of a response. A single byte in time keeps the connection.
     pub http_stall: Duration,
-    /// [`HELLO_WAIT`].
+    /// Time from the upgrade to a valid hello.
     pub hello: Duration,
-    /// [`KEEPALIVE_EVERY`].
+    /// Time between two WebSocket pings.
     pub keepalive: Duration,
-    /// [`SILENCE_MAX`].
+    /// Silence (not even a pong) after which a session is closed.
     pub silence: Duration,
-    /// [`STALL_MAX`].
+    /// Time in which a peer must take one message.
     pub stall: Duration,
-    /// [`HEARING_MAX`].
+    /// Time for which a client may be sent snapshots without acknowledging one.
     pub hearing: Duration,
-    /// [`ROOM_EMPTY_GRACE`].
+    /// Time for which a room stays open without players.
     pub room_empty: Duration,
+}
+
+impl Waits {
+    /// Those of a server that no test hurries.
+    pub const USUAL: Waits = Waits {
+        http_head: Duration::from_secs(10),
+        http_body: Duration::from_secs(5),
+        http_stall: Duration::from_secs(20),
+        hello: Duration::from_secs(5),
+        keepalive: Duration::from_secs(10),
+        silence: Duration::from_secs(30),
+        stall: Duration::from_secs(20),
+        hearing: Duration::from_secs(20),
+        room_empty: Duration::from_secs(120),
+    };
 }
 
 impl Default for Waits {
     fn default() -> Waits {
-        Waits {
-            http_head: HTTP_HEAD_WAIT,
-            http_body: HTTP_BODY_WAIT,
-            http_stall: HTTP_STALL_MAX,
-            hello: HELLO_WAIT,
-            keepalive: KEEPALIVE_EVERY,
-            silence: SILENCE_MAX,
-            stall: STALL_MAX,
-            hearing: HEARING_MAX,
-            room_empty: ROOM_EMPTY_GRACE,
-        }
+        Waits::USUAL
     }
 }
 
 const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
 const _: () = assert!(DRAIN_MAX.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
-const _: () = assert!(SILENCE_MAX.as_secs() > 2 * KEEPALIVE_EVERY.as_secs(), "a pong may get lost");
+const _: () = assert!(
+    Waits::USUAL.silence.as_secs() > 2 * Waits::USUAL.keepalive.as_secs(),
+    "a pong may get lost"
+);
 const _: () = assert!(
     REPLAY_FILE_BYTES_MAX as usize + 2 * REPLAY_RECORD_BYTES_MAX < REPLAY_BYTES_MAX,
     "a file that has come to its end can be read"

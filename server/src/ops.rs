@@ -5,4 +5,3 @@ pub mod metrics;
 pub mod port;
 pub mod process;
 pub mod refusal_log;
-mod response;

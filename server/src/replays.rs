@@ -11,11 +11,12 @@ mod settings;
 mod store;
 mod writer;
 
+pub use index::Entry;
 pub use name::{calendar, is_name};
 pub use recording::Recording;
 pub use room_recording::RoomRecording;
 pub use settings::{Counters, Create, Settings, days};
-pub use store::{Entry, Readable, Refused, ReplayStore};
+pub use store::{Readable, Refused, ReplayStore};
 
 #[cfg(test)]
 mod tests;

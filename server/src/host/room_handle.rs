@@ -1,7 +1,11 @@
 //! The handle of a room: everything that is known of it and sent to it from outside its thread.
 
 use crate::host::outbox::Outbox;
-use crate::host::token_signer::SeatClaim;
+use crate::host::phase::Phase;
+use crate::host::token_signer::{SeatClaim, TokenSigner};
+use crate::limits::Waits;
+use crate::ops::metrics::Metrics;
+use crate::replays::Recording;
 use jostle_game::{Input, Scene, Seat};
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::Vec2;
@@ -11,7 +15,7 @@ use std::sync::atomic::{AtomicU32, AtomicUsize};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
-use tokio::sync::oneshot;
+use tokio::sync::{oneshot, watch};
 
 /// Public state of an open room.
 pub struct RoomInfo {
@@ -100,29 +104,25 @@ pub struct RoomHandle {
     pub thread: JoinHandle<()>,
 }
 
-/// The handles of all open rooms, by code.
-#[derive(Default)]
-pub struct RoomHandles(Mutex<BTreeMap<String, RoomHandle>>);
+/// What the rooms of a server share.
+pub struct Host {
+    /// How long to wait before a room or a client is given up.
+    pub waits: Waits,
+    /// Phase of the server's life.
+    pub phase: watch::Receiver<Phase>,
+    /// The writer of replays, if rooms are recorded.
+    pub recording: Option<Arc<Recording>>,
+    /// The server's metrics.
+    pub metrics: Arc<Metrics>,
+    /// Signs and verifies tokens.
+    pub signer: TokenSigner,
+    /// The handles of all open rooms, by code.
+    pub open: Mutex<BTreeMap<String, RoomHandle>>,
+}
 
-impl RoomHandles {
+impl Host {
     /// Locks the handles. No holder of the lock waits for anything else.
     pub fn lock(&self) -> MutexGuard<'_, BTreeMap<String, RoomHandle>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Removes the handle of an empty room, or returns a session that is just joining it.
-    pub fn retire(&self, info: &RoomInfo, joins: &Receiver<Join>) -> Option<Join> {
-        // Sessions join under this lock, so none can slip in between the check and the removal.
-        let mut rooms = self.lock();
-        let join = joins.try_recv().ok();
-        if join.is_none() {
-            rooms.remove(&info.code);
-        }
-        join
-    }
-
-    /// Removes the handle of a room in any case.
-    pub fn remove(&self, info: &RoomInfo) {
-        self.lock().remove(&info.code);
+        self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,16 +1,11 @@
 //! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
-use crate::config::Config;
-use crate::host::admission::Admission;
 use crate::host::phase::Phase;
-use crate::host::room_handle::{AdminCommand, Join, RoomHandle, RoomHandles, RoomInfo};
+use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
 use crate::host::ticker::Ticker;
-use crate::host::token_signer::TokenSigner;
 use crate::limits;
 use crate::limits::connection_limits::network;
-use crate::ops::metrics::Metrics;
-use crate::replays::Recording;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Refusal, Token};
@@ -18,8 +13,6 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicUsize};
 use std::sync::mpsc::{TrySendError, sync_channel};
-use std::time::Duration;
-use tokio::sync::watch;
 use tracing::error;
 
 /// Letters and digits that are not mistaken for each other.
@@ -30,13 +23,7 @@ const CODE_CHARS: usize = 6;
 /// All open rooms, and the scenes to open more of.
 pub struct Rooms {
     scenes: Vec<Arc<Scene>>,
-    empty_grace: Duration,
-    hearing: Duration,
-    phase: watch::Receiver<Phase>,
-    recording: Option<Arc<Recording>>,
-    metrics: Arc<Metrics>,
-    signer: Arc<TokenSigner>,
-    open: Arc<RoomHandles>,
+    host: Arc<Host>,
 }
 
 /// A newly created room.
@@ -65,18 +52,9 @@ pub enum CreateError {
 }
 
 impl Rooms {
-    /// Creates an empty list of rooms. Rooms are recorded if `recording` is given.
-    pub fn new(
-        config: Config,
-        phase: watch::Receiver<Phase>,
-        recording: Option<Arc<Recording>>,
-        metrics: Arc<Metrics>,
-        signer: Arc<TokenSigner>,
-    ) -> Rooms {
-        let scenes = config.scenes.into_iter().map(Arc::new).collect();
-        let (empty_grace, hearing) = (config.waits.room_empty, config.waits.hearing);
-        let open = Arc::default();
-        Rooms { scenes, empty_grace, hearing, phase, recording, metrics, signer, open }
+    /// Creates a list of rooms on which none is open.
+    pub fn new(scenes: &[Scene], host: Arc<Host>) -> Rooms {
+        Rooms { scenes: scenes.iter().cloned().map(Arc::new).collect(), host }
     }
 
     /// The scenes, in the order in which they are offered.
@@ -86,12 +64,12 @@ impl Rooms {
 
     /// Open rooms in the order of their codes.
     pub fn list(&self) -> Vec<Arc<RoomInfo>> {
-        self.open.lock().values().map(|room| Arc::clone(&room.info)).collect()
+        self.host.lock().values().map(|room| Arc::clone(&room.info)).collect()
     }
 
     /// Returns whether a session with this code would find a room.
     pub fn knows(&self, code: &str) -> bool {
-        self.scene(code).is_some() || self.open.lock().contains_key(code)
+        self.scene(code).is_some() || self.host.lock().contains_key(code)
     }
 
     /// Opens a room with a random code.
@@ -105,7 +83,7 @@ impl Rooms {
             return Err(CreateError::NoSuchScene(scene.to_owned()));
         };
         let creator = network(creator);
-        let mut rooms = self.open.lock();
+        let mut rooms = self.host.lock();
         let created = rooms.values().filter_map(|room| room.creator);
         if created.clone().filter(|address| *address == creator).count()
             >= limits::ADDRESS_ROOMS_MAX
@@ -123,7 +101,7 @@ impl Rooms {
             }
         };
         let room = self.open(&code, scene, private, Some(creator)).ok_or(CreateError::NotNow)?;
-        let host_key = self.signer.host_key(room.info.number);
+        let host_key = self.host.signer.host_key(room.info.number);
         rooms.insert(code.clone(), room);
         Ok(Created { code, host_key })
     }
@@ -131,7 +109,7 @@ impl Rooms {
     /// Hands a session to a room, and opens a standing one first if needed. The room answers through
     /// the session's outbox; an error here means that no room took the session.
     pub fn join(&self, code: &str, join: Join) -> Result<Arc<RoomInfo>, Refusal> {
-        let mut rooms = self.open.lock();
+        let mut rooms = self.host.lock();
         if !rooms.contains_key(code) {
             let scene = self.scene(code).ok_or(Refusal::NoSuchRoom)?;
             let room = self.open(code, scene, false, None).ok_or(Refusal::ServerFull)?;
@@ -147,12 +125,12 @@ impl Rooms {
 
     /// Sends a command to a room; `false` if there is no such room, or its queue is full.
     pub fn command(&self, code: &str, command: AdminCommand) -> bool {
-        self.open.lock().get(code).is_some_and(|room| room.commands.try_send(command).is_ok())
+        self.host.lock().get(code).is_some_and(|room| room.commands.try_send(command).is_ok())
     }
 
     /// Waits for the threads of all rooms; they end by themselves when the server closes.
     pub fn wait(&self) {
-        let rooms = std::mem::take(&mut *self.open.lock());
+        let rooms = std::mem::take(&mut *self.host.lock());
         for room in rooms.into_values() {
             // A room that panicked has logged it.
             let _ = room.thread.join();
@@ -170,7 +148,7 @@ impl Rooms {
         private: bool,
         creator: Option<IpAddr>,
     ) -> Option<RoomHandle> {
-        if *self.phase.borrow() != Phase::Running {
+        if *self.host.phase.borrow() != Phase::Running {
             return None;
         }
         let info = Arc::new(RoomInfo {
@@ -184,23 +162,8 @@ impl Rooms {
         });
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
         let (commands, commanded) = sync_channel(limits::COMMANDS_WAITING_MAX);
-        let recording = self.recording.clone().filter(|_| !private);
-        let ticker = Ticker {
-            info: Arc::clone(&info),
-            rooms: Arc::clone(&self.open),
-            joins: receiver,
-            commands: commanded,
-            phase: self.phase.clone(),
-            empty_grace: self.empty_grace,
-            hearing: self.hearing,
-            seed: random(),
-            members: Vec::new(),
-            admission: Admission::default(),
-            closed: false,
-            recording,
-            metrics: Arc::clone(&self.metrics),
-            signer: Arc::clone(&self.signer),
-        };
+        let ticker =
+            Ticker::new(Arc::clone(&self.host), Arc::clone(&info), receiver, commanded, random());
         let spawned = std::thread::Builder::new()
             .name(format!("room {code}"))
             .spawn(move || ticker.run())

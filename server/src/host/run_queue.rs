@@ -2,6 +2,7 @@
 //! machine's doing: the rest of the lateness is the server's own. Measured on Linux only.
 
 use std::fs::File;
+use std::io::{Read, Seek};
 use std::time::Duration;
 
 /// Scheduling statistics of one thread.
@@ -18,7 +19,9 @@ impl RunQueue {
     /// Time waited so far; `None` where the system does not count it.
     pub fn waited(&self) -> Option<Duration> {
         let mut bytes = [0; 96];
-        let length = read_from_start(self.counts.as_ref()?, &mut bytes)?;
+        let mut file = self.counts.as_ref()?;
+        file.rewind().ok()?;
+        let length = file.read(&mut bytes).ok()?;
         waited(str::from_utf8(&bytes[..length]).ok()?)
     }
 
@@ -32,16 +35,6 @@ impl RunQueue {
 fn waited(schedstat: &str) -> Option<Duration> {
     let nanos = schedstat.split_ascii_whitespace().nth(1)?;
     nanos.parse().ok().map(Duration::from_nanos)
-}
-
-#[cfg(unix)]
-fn read_from_start(file: &File, bytes: &mut [u8]) -> Option<usize> {
-    std::os::unix::fs::FileExt::read_at(file, bytes, 0).ok()
-}
-
-#[cfg(not(unix))]
-fn read_from_start(_: &File, _: &mut [u8]) -> Option<usize> {
-    None
 }
 
 #[cfg(test)]

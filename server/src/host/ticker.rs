@@ -4,14 +4,14 @@
 use crate::host::admission::{Admission, Held};
 use crate::host::member::Member;
 use crate::host::phase::Phase;
-use crate::host::room_handle::{AdminCommand, FromSession, Join, RoomHandles, RoomInfo};
+use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
 use crate::host::run_queue::RunQueue;
 use crate::host::schedule::Schedule;
-use crate::host::token_signer::{SeatClaim, TokenSigner};
+use crate::host::token_signer::SeatClaim;
 use crate::limits;
-use crate::ops::metrics::{Late, Metrics};
+use crate::ops::metrics::Late;
 use crate::ops::refusal_log::Foreign;
-use crate::replays::{Recording, RoomRecording};
+use crate::replays::RoomRecording;
 use jostle_game::Seat;
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_room::{Room, Welcome};
@@ -21,39 +21,21 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
-use tokio::sync::watch;
 use tracing::{error, info, warn};
 
 /// State of a room's thread.
 pub struct Ticker {
-    /// The room's public state.
-    pub info: Arc<RoomInfo>,
-    /// The list of open rooms, this one included.
-    pub rooms: Arc<RoomHandles>,
-    /// Sessions that ask for a seat.
-    pub joins: Receiver<Join>,
-    /// Commands of operators.
-    pub commands: Receiver<AdminCommand>,
-    /// Phase of the server's life.
-    pub phase: watch::Receiver<Phase>,
-    /// Time for which the room stays open without players.
-    pub empty_grace: Duration,
-    /// [`limits::HEARING_MAX`].
-    pub hearing: Duration,
+    host: Arc<Host>,
+    info: Arc<RoomInfo>,
+    joins: Receiver<Join>,
+    commands: Receiver<AdminCommand>,
     /// Seed of the game.
-    pub seed: u64,
+    seed: u64,
     /// Players with a socket.
-    pub members: Vec<Member>,
-    /// Decides about seats in a full room and about kicked addresses.
-    pub admission: Admission,
+    members: Vec<Member>,
+    admission: Admission,
     /// Whether the host or an operator closed the room.
-    pub closed: bool,
-    /// The writer of replays, if the room is recorded.
-    pub recording: Option<Arc<Recording>>,
-    /// The server's metrics.
-    pub metrics: Arc<Metrics>,
-    /// Signs the tokens.
-    pub signer: Arc<TokenSigner>,
+    closed: bool,
 }
 
 /// The reason why a room's thread ended.
@@ -65,6 +47,18 @@ enum End {
 }
 
 impl Ticker {
+    /// A room without players, which has not played yet.
+    pub fn new(
+        host: Arc<Host>,
+        info: Arc<RoomInfo>,
+        joins: Receiver<Join>,
+        commands: Receiver<AdminCommand>,
+        seed: u64,
+    ) -> Ticker {
+        let (members, admission) = (Vec::new(), Admission::default());
+        Ticker { host, info, joins, commands, seed, members, admission, closed: false }
+    }
+
     /// Plays until the room is empty or closed, or the server closes. A panic ends this room alone.
     pub fn run(mut self) {
         let code = self.info.code.clone();
@@ -75,31 +69,31 @@ impl Ticker {
             let (room, room_recording) = opened.insert(self.open());
             self.play(room, room_recording.as_mut())
         }));
-        let now = Instant::now();
-        match (played, opened) {
-            (Ok(end), opened) => {
-                if let Some((mut room, Some(room_recording))) = opened {
-                    room_recording.end(&mut room, now);
-                }
-                if end == End::Closed {
-                    self.end_all_sessions(Refusal::RoomClosed);
-                }
+        let refusal = match &played {
+            Ok(end) => {
                 info!(room = %code, reason = ?end, "room closed");
+                (*end == End::Closed).then_some(Refusal::RoomClosed)
             }
-            (Err(_), opened) => {
+            Err(_) => {
                 error!(room = %code, players = self.members.len(), "room failed and was closed");
-                self.metrics.rooms_failed.inc();
-                self.end_all_sessions(Refusal::RoomFailed);
-                if let Some((mut room, Some(room_recording))) = opened {
-                    room_recording.break_off(&mut room, now);
-                }
+                self.host.metrics.rooms_failed.inc();
+                Some(Refusal::RoomFailed)
             }
+        };
+        refusal.into_iter().for_each(|refusal| self.end_all_sessions(refusal));
+        if let Some((mut room, Some(room_recording))) = opened {
+            // A tick that failed halfway is left out.
+            let last = match played {
+                Ok(_) => room.stop_recording(),
+                Err(_) => room.break_off_recording(),
+            };
+            room_recording.end(&mut room, last, Instant::now());
         }
     }
 
-    fn open(&mut self) -> (Room, Option<RoomRecording>) {
+    fn open(&self) -> (Room, Option<RoomRecording>) {
         let mut room = Room::new(&self.info.code, Arc::clone(&self.info.scene), self.seed);
-        let recording = self.recording.take();
+        let recording = self.host.recording.clone().filter(|_| !self.info.private);
         let room_recording =
             recording.map(|recording| RoomRecording::start(recording, &mut room, Instant::now()));
         (room, room_recording)
@@ -118,7 +112,7 @@ impl Ticker {
             let queued = run_queue.waited_since(waited_before);
             let due = schedule.due(now);
             missed.report(&self.info.code, schedule.missed(), now);
-            if *self.phase.borrow() == Phase::Closing {
+            if *self.host.phase.borrow() == Phase::Closing {
                 return End::Closing;
             }
             if due == 0 {
@@ -137,7 +131,7 @@ impl Ticker {
                 watch.lap(2);
             }
             let skipped = schedule.missed() - missed_before;
-            self.metrics.ticks.woke(due, skipped, late, watch.laps);
+            self.host.metrics.ticks.woke(due, skipped, late, watch.laps);
             self.publish(room);
             if let Some(room_recording) = &mut room_recording {
                 room_recording.after_ticks(room, now);
@@ -147,7 +141,7 @@ impl Ticker {
             }
             if !self.members.is_empty() {
                 empty_since = now;
-            } else if now - empty_since >= self.empty_grace && self.retire(room) {
+            } else if now - empty_since >= self.host.waits.room_empty && self.retire(room) {
                 return End::Empty;
             }
         }
@@ -168,7 +162,7 @@ impl Ticker {
         match self.take_seat(room, &join, host, held) {
             Ok(Welcome { claim, resumed }) => {
                 *held = None;
-                self.metrics.joined(resumed);
+                self.host.metrics.joined(resumed);
                 let seat = claim.seat;
                 // The seat has a new socket; an older one is dropped.
                 self.end_sessions(seat, Refusal::Replaced);
@@ -177,7 +171,7 @@ impl Ticker {
                     room = %self.info.code, seat = seat.0, name = %Foreign(name.as_bytes()), %address, resumed, host,
                     "player joined"
                 );
-                let token = self.signer.seat_token(SeatClaim { room: own, claim });
+                let token = self.host.signer.seat_token(SeatClaim { room: own, claim });
                 join.outbox.control(room.welcome(seat, token, host));
                 let tick = room.game().tick_count();
                 self.members.push(Member::new(seat, host, join.inbox, join.outbox, tick));
@@ -210,7 +204,7 @@ impl Ticker {
             Err(Refusal::RoomFull) => {
                 let held = held.get_or_insert_with(|| self.admission.held(room));
                 let displaced = held.displaced(join.address).ok_or(Refusal::RoomFull)?;
-                self.metrics.left("displaced");
+                self.host.metrics.left("displaced");
                 room.leave(displaced);
                 seat(room)
             }
@@ -229,7 +223,7 @@ impl Ticker {
 
     /// Moves the sessions' messages into the room. The inboxes are bounded, so this ends.
     fn empty_inboxes(&mut self, room: &mut Room) {
-        let (code, metrics) = (&self.info.code, &self.metrics);
+        let (code, metrics) = (&self.info.code, &self.host.metrics);
         let (mut kicks, mut closes) = (Vec::new(), false);
         self.members.retain_mut(|member| {
             let seat = member.seat.0;
@@ -283,7 +277,7 @@ impl Ticker {
             return false;
         }
         info!(room = %self.info.code, seat = seat.0, "player kicked");
-        self.metrics.left("kicked");
+        self.host.metrics.left("kicked");
         self.admission.kicked(seat, room.game().tick_count());
         self.end_sessions(seat, Refusal::Kicked);
         true
@@ -302,9 +296,10 @@ impl Ticker {
     }
 
     fn feed(&mut self, room: &mut Room) {
-        let silent_ticks_max = (self.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
+        let silent_ticks_max =
+            (self.host.waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
         for member in &mut self.members {
-            member.feed(room, silent_ticks_max, &self.metrics);
+            member.feed(room, silent_ticks_max, &self.host.metrics);
         }
     }
 
@@ -317,18 +312,20 @@ impl Ticker {
 
     /// Takes the room off the list, unless a session joins at this moment.
     fn retire(&mut self, room: &mut Room) -> bool {
-        match self.rooms.retire(&self.info, &self.joins) {
-            None => true,
-            Some(join) => {
-                self.seat(room, join, &mut None);
-                false
-            }
+        // Sessions join under this lock, so none can slip in between the check and the removal.
+        let mut open = self.host.lock();
+        if let Ok(join) = self.joins.try_recv() {
+            drop(open);
+            self.seat(room, join, &mut None);
+            return false;
         }
+        open.remove(&self.info.code);
+        true
     }
 
     /// Ends all sessions in the room and those waiting to join.
     fn end_all_sessions(&mut self, refusal: Refusal) {
-        self.rooms.remove(&self.info);
+        self.host.lock().remove(&self.info.code);
         for member in &self.members {
             member.outbox.end(refusal);
         }

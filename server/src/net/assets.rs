@@ -27,26 +27,17 @@ pub fn find_brotli(files: &'static [File], name: &str) -> Option<&'static File> 
     find(files, &format!("{name}.br"))
 }
 
-/// Content type by extension. Everything that is text is UTF-8.
+/// Content type by extension, of the kinds of files that the page has. Everything that is text is UTF-8.
 pub fn content_type(name: &str) -> &'static str {
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
     match extension {
         "css" => "text/css; charset=utf-8",
         "html" => "text/html; charset=utf-8",
-        "ico" => "image/x-icon",
-        "jpg" | "jpeg" => "image/jpeg",
-        "js" | "mjs" => "text/javascript; charset=utf-8",
+        "js" => "text/javascript; charset=utf-8",
         "json" => "application/json",
-        "mp3" => "audio/mpeg",
-        "ogg" => "audio/ogg",
         "png" => "image/png",
         "svg" => "image/svg+xml",
-        "toml" | "txt" => "text/plain; charset=utf-8",
         "wasm" => "application/wasm",
-        "wav" => "audio/wav",
-        "webmanifest" => "application/manifest+json",
-        "webp" => "image/webp",
-        "woff2" => "font/woff2",
         _ => "application/octet-stream",
     }
 }

@@ -2,24 +2,26 @@
 //! that starts a session. Small on purpose; everything not listed in [`route`] is refused.
 
 mod api;
-mod file_body;
-mod memory_body;
+mod body;
 mod origin;
 mod page;
 mod replays;
-mod response;
+pub mod response;
 
 pub use page::meant_code;
 
 use crate::host::rooms::is_code;
+use crate::limits;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::header::{self, HeaderMap, HeaderValue};
+use hyper::server::conn::http1;
 use hyper::upgrade::OnUpgrade;
 use hyper::{Method, Request, StatusCode};
+use hyper_util::rt::TokioTimer;
 use page::{asset, page, room_page};
-use response::{Answer, failed, json, text, upgrading};
+use response::{Answer, TEXT, failed, json, respond, upgrading};
 use std::net::IpAddr;
 
 /// An accepted upgrade: the room's code, and the connection once hyper lets go of it.
@@ -42,13 +44,24 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wa
 const FOREIGN: &str =
     "this page belongs to another site; its host can be allowed with --allow-origin";
 
+/// HTTP/1 with the limits of both ports.
+pub fn builder(state: &ServerState) -> http1::Builder {
+    let mut builder = http1::Builder::new();
+    builder
+        .timer(TokioTimer::new())
+        .header_read_timeout(state.config.waits.http_head)
+        .max_headers(limits::HTTP_HEADERS_MAX)
+        .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX);
+    builder
+}
+
 /// Answers one request of `peer`. An upgrade is accepted here and returned, for the connection to carry on.
 pub async fn answer(
     request: Request<Incoming>,
     peer: IpAddr,
     state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
-    let address = origin::client_address(request.headers(), peer, &state.trusted_proxies);
+    let address = origin::client_address(request.headers(), peer, &state.config.trusted_proxies);
     let (mut answer, upgrade) = route(request, address, state).await;
     let headers = answer.headers_mut();
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
@@ -68,7 +81,7 @@ async fn route(
     let word = path.strip_prefix('/').unwrap_or_default();
     let upgrades = request.headers().contains_key(header::UPGRADE);
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
-    if (upgrades || !reads) && !origin::is_allowed(request.headers(), &state.origins) {
+    if (upgrades || !reads) && !origin::is_allowed(request.headers(), &state.config.origins) {
         let origin = request.headers().get(header::ORIGIN);
         state.refused("foreign_page", address, Foreign(origin.map_or(&[], HeaderValue::as_bytes)));
         return (failed(StatusCode::FORBIDDEN, FOREIGN), None);
@@ -81,7 +94,7 @@ async fn route(
             api::create_room(request, address, state).await
         }
         _ if !reads => not_allowed(&path),
-        "/" => page(state.files, request.headers(), StatusCode::OK),
+        "/" => page(state.config.files, request.headers(), StatusCode::OK),
         "/api/scenes" => json(StatusCode::OK, &api::scenes(state)),
         "/api/rooms" => json(StatusCode::OK, &api::rooms(state)),
         "/api/replays" => replays::list(state),
@@ -98,9 +111,11 @@ async fn other_path(
     state: &ServerState,
 ) -> Answer {
     match word.split_once('/') {
-        Some(("assets", name)) => asset(state.files, headers, name),
+        Some(("assets", name)) => asset(state.config.files, headers, name),
         Some(("replays", file)) => replays::file(file, address, state).await,
-        Some(("replay", name)) => page(state.files, headers, replays::page_status(name, state)),
+        Some(("replay", name)) => {
+            page(state.config.files, headers, replays::page_status(name, state))
+        }
         _ => room_page(headers, word, state),
     }
 }
@@ -127,7 +142,8 @@ fn upgrade(
 
 fn not_allowed(path: &str) -> Answer {
     let allowed = if path == "/api/rooms" { "GET, HEAD, POST" } else { "GET, HEAD" };
-    let mut answer = text(StatusCode::METHOD_NOT_ALLOWED, "This method is not allowed here.\n");
+    let mut answer =
+        respond(StatusCode::METHOD_NOT_ALLOWED, TEXT, "This method is not allowed here.\n");
     answer.headers_mut().insert(header::ALLOW, HeaderValue::from_static(allowed));
     answer
 }

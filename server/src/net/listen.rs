@@ -5,13 +5,14 @@ use crate::limits;
 use crate::limits::connect_rate_limiter::ConnectRateLimiter;
 use crate::limits::connection_limits::Permit;
 use crate::net::http::{self, Upgrade};
-use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket, with_write_timeout};
+use crate::net::maybe_tls_stream::{
+    MaybeTlsStream, Socket, lift_write_timeout, with_write_timeout,
+};
 use crate::net::session;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
-use hyper::server::conn::http1;
 use hyper::service::service_fn;
-use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::error::Error;
 use std::io;
@@ -42,7 +43,7 @@ pub async fn accept(
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
             Err(error) => {
-                state.metrics.refused("cannot_accept");
+                state.host.metrics.refused("cannot_accept");
                 // Logged once, for this may go on twenty times a second.
                 if !is_failing {
                     warn!(%error, "cannot accept connections; retrying");
@@ -53,7 +54,7 @@ pub async fn accept(
             }
         };
         is_failing = false;
-        let is_proxy = state.trusted_proxies.contains(&peer.ip().to_canonical());
+        let is_proxy = state.config.trusted_proxies.contains(&peer.ip().to_canonical());
         // A proxy speaks for many clients, and limits their rate itself.
         if !is_proxy && !connects.admit(peer.ip(), Instant::now()) {
             turn_back(&stream, peer.ip(), state);
@@ -79,7 +80,7 @@ pub async fn accept(
 /// Counts a connection that comes too fast, and sends a 429 where that is free: under TLS it would cost a handshake.
 fn turn_back(stream: &TcpStream, peer: IpAddr, state: &ServerState) {
     state.refused("connects_too_fast", peer, "a connection");
-    if state.tls.is_none() {
+    if state.config.tls.is_none() {
         // A new socket takes these few bytes at once; one that does not is closed without them.
         let _ = socket2::SockRef::from(stream).send(CONNECTS_TOO_FAST);
     }
@@ -91,7 +92,7 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, state: &Arc
         debug!(address = %peer.ip(), %error, "socket lost before it was served");
         return;
     }
-    let stream = with_write_timeout(stream, state.waits.http_stall);
+    let stream = with_write_timeout(stream, state.config.waits.http_stall);
     let Some(stream) = secured(stream, peer.ip(), state).await else {
         return;
     };
@@ -107,7 +108,7 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, state: &Arc
         .expect("every connection is served on a TokioIo<MaybeTlsStream>");
     let (mut stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
     // From here on the session itself limits how long a message may take.
-    stream.set_write_timeout(None);
+    lift_write_timeout(&mut stream);
     session::play(stream, read, &upgrade.code, upgrade.address, state).await;
 }
 
@@ -120,12 +121,12 @@ fn tune(stream: &TcpStream) -> io::Result<()> {
 /// Does the TLS handshake if configured. A peer that speaks no TLS, is too slow, or refuses the
 /// certificate is counted and disconnected; one that just closes is not counted.
 async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<MaybeTlsStream> {
-    let Some(tls) = &state.tls else {
-        return Some(MaybeTlsStream::Plain(stream));
+    let Some(tls) = &state.config.tls else {
+        return Some(MaybeTlsStream::Left(stream));
     };
-    let mut phase = state.phase.clone();
+    let mut phase = state.host.phase.clone();
     let shaken = tokio::select! {
-        shaken = timeout(state.waits.http_head, tls.accept(stream)) => shaken,
+        shaken = timeout(state.config.waits.http_head, tls.accept(stream)) => shaken,
         () = draining(&mut phase) => return None,
     };
     match shaken {
@@ -158,15 +159,9 @@ where
             Ok::<_, Infallible>(answer)
         }
     });
-    let connection = http1::Builder::new()
-        .timer(TokioTimer::new())
-        .header_read_timeout(state.waits.http_head)
-        .max_headers(limits::HTTP_HEADERS_MAX)
-        .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX)
-        .serve_connection(TokioIo::new(stream), service)
-        .with_upgrades();
-    let mut connection = pin!(connection);
-    let mut phase = state.phase.clone();
+    let connection = http::builder(state).serve_connection(TokioIo::new(stream), service);
+    let mut connection = pin!(connection.with_upgrades());
+    let mut phase = state.host.phase.clone();
     let served = tokio::select! {
         served = connection.as_mut() => served,
         () = draining(&mut phase) => {

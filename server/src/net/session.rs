@@ -51,15 +51,15 @@ async fn serve(socket: &mut Socket, code: &str, address: IpAddr, state: &ServerS
     let Some(_permit) = state.sessions.admit(address) else {
         return End::Refused(Refusal::TooManySockets);
     };
-    if *state.phase.borrow() != Phase::Running {
+    if *state.host.phase.borrow() != Phase::Running {
         return End::Refused(Refusal::Closing);
     }
     if !state.rooms.knows(code) {
         return End::Refused(Refusal::NoSuchRoom);
     }
-    let mut phase = state.phase.clone();
+    let mut phase = state.host.phase.clone();
     let hello = tokio::select! {
-        hello = timeout(state.waits.hello, receive_hello(socket)) => hello,
+        hello = timeout(state.config.waits.hello, receive_hello(socket)) => hello,
         _ = phase.wait_for(|phase| *phase != Phase::Running) => Ok(Err(End::Refused(Refusal::Closing))),
     };
     let hello = match hello {
@@ -88,10 +88,10 @@ impl Seated {
         address: IpAddr,
         state: &ServerState,
     ) -> Result<Seated, Refusal> {
-        let verified = |token: Token| state.signer.seat_claim(&token).ok_or(Refusal::BadToken);
+        let verified = |token: Token| state.host.signer.seat_claim(&token).ok_or(Refusal::BadToken);
         let claim = hello.token.map(verified).transpose()?;
         // A wrong key does not make its holder the host, and is no reason for a refusal.
-        let hosted = hello.host_key.and_then(|key| state.signer.hosted(&key));
+        let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
         let (sender, receiver) = sync_channel(limits::INBOX_MAX);
         let outbox = Arc::new(Outbox::default());
         let join = Join {
@@ -103,7 +103,7 @@ impl Seated {
             outbox: Arc::clone(&outbox),
         };
         let info = state.rooms.join(code, join)?;
-        Ok(Seated { info, inbox: sender, outbox, waits: state.waits })
+        Ok(Seated { info, inbox: sender, outbox, waits: state.config.waits })
     }
 
     /// Reads and writes concurrently until one side ends.

@@ -75,7 +75,7 @@ impl Tls {
     pub async fn accept(&self, stream: Socket) -> io::Result<MaybeTlsStream> {
         let mut stream = TlsAcceptor::from(Arc::clone(&self.0)).accept(stream).await?;
         stream.get_mut().1.set_buffer_limit(Some(limits::TLS_BUFFER_BYTES_MAX));
-        Ok(MaybeTlsStream::Tls(Box::new(stream)))
+        Ok(MaybeTlsStream::Right(Box::new(stream)))
     }
 }
 

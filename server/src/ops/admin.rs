@@ -3,50 +3,32 @@
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
 use crate::limits;
-use crate::ops::response::{TEXT, respond};
+use crate::net::http::response::{Answer, TEXT, json, uncached};
 use crate::state::ServerState;
-use http_body_util::Full;
-use hyper::body::{Bytes, Incoming};
+use hyper::body::Incoming;
 use hyper::header::{self, HeaderMap, HeaderValue};
-use hyper::{Method, Request, Response, StatusCode};
+use hyper::{Method, Request, StatusCode};
 use jostle_game::Seat;
 use jostle_protocol::PlayerState;
-use serde::Serialize;
+use serde_json::{Value, json};
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::info;
 
-type Answer = Response<Full<Bytes>>;
-
 const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
     POST /admin/rooms/CODE/kick/SEAT or POST /admin/drain\n";
 
-#[derive(Serialize)]
-struct RoomEntry {
-    code: String,
-    scene: String,
-    private: bool,
-    /// `null` if the room did not answer in time.
-    players: Option<Vec<PlayerEntry>>,
-}
-
-#[derive(Serialize)]
-struct PlayerEntry {
-    seat: u16,
-    name: String,
-    connected: bool,
-    score: u16,
-}
-
 /// Answers a request whose path begins with `/admin/`; `rest` is what follows.
 pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState) -> Answer {
-    let Some(token) = &state.ops_token else {
+    let Some(token) = &state.config.ops_token else {
         let text = "this server was started without --ops-token-file\n";
-        return respond(StatusCode::NOT_FOUND, TEXT, text.into());
+        return uncached(StatusCode::NOT_FOUND, TEXT, text);
     };
-    if !bearer(request.headers()).is_some_and(|given| state.signer.same(given, token.as_bytes())) {
+    if !bearer(request.headers())
+        .is_some_and(|given| state.host.signer.same(given, token.as_bytes()))
+    {
         // Counted and not logged: anyone who reaches the port could fill the log.
-        state.metrics.refused("ops_unauthorized");
+        state.host.metrics.refused("ops_unauthorized");
         return unauthorized();
     }
     let words: Vec<&str> = rest.split('/').collect();
@@ -55,7 +37,7 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
         (&Method::POST, ["rooms", code, "close"]) => close(code, state),
         (&Method::POST, ["rooms", code, "kick", seat]) => kick(code, seat, state).await,
         (&Method::POST, ["drain"]) => drain(state),
-        _ => respond(StatusCode::NOT_FOUND, TEXT, PATHS.into()),
+        _ => uncached(StatusCode::NOT_FOUND, TEXT, PATHS),
     }
 }
 
@@ -66,7 +48,7 @@ fn bearer(headers: &HeaderMap) -> Option<&[u8]> {
 
 fn unauthorized() -> Answer {
     let text = "the header Authorization: Bearer TOKEN is missing or wrong\n";
-    let mut answer = respond(StatusCode::UNAUTHORIZED, TEXT, text.into());
+    let mut answer = uncached(StatusCode::UNAUTHORIZED, TEXT, text);
     let scheme = HeaderValue::from_static("Bearer");
     answer.headers_mut().insert(header::WWW_AUTHENTICATE, scheme);
     answer
@@ -83,9 +65,7 @@ async fn rooms(state: &ServerState) -> Answer {
         let players = timeout_at(deadline, players).await.ok().and_then(Result::ok);
         rooms.push(entry(&info, players));
     }
-    let body = serde_json::to_string(&serde_json::json!({ "rooms": rooms }));
-    let body = body.expect("strings and numbers only");
-    respond(StatusCode::OK, "application/json", body)
+    json(StatusCode::OK, &json!({ "rooms": rooms }))
 }
 
 /// Asks a room for its players.
@@ -95,19 +75,23 @@ fn ask(info: &RoomInfo, state: &ServerState) -> oneshot::Receiver<Vec<PlayerStat
     players
 }
 
-fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> RoomEntry {
-    let shown = |player: PlayerState| PlayerEntry {
-        seat: player.seat.0,
-        name: player.appearance.name.to_string(),
-        connected: player.connected,
-        score: player.score,
+/// A room with its players, or `null` if it did not answer in time.
+fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> Value {
+    let shown = |player: PlayerState| {
+        json!({
+            "seat": player.seat.0,
+            "name": player.appearance.name.to_string(),
+            "connected": player.connected,
+            "score": player.score,
+        })
     };
-    RoomEntry {
-        code: info.code.clone(),
-        scene: info.scene.name.clone(),
-        private: info.private,
-        players: players.map(|players| players.into_iter().map(shown).collect()),
-    }
+    let players = players.map(|players| players.into_iter().map(shown).collect::<Vec<_>>());
+    json!({
+        "code": info.code,
+        "scene": info.scene.name,
+        "private": info.private,
+        "players": players,
+    })
 }
 
 fn close(code: &str, state: &ServerState) -> Answer {
@@ -115,31 +99,31 @@ fn close(code: &str, state: &ServerState) -> Answer {
         return no_room();
     }
     info!(room = %code, "an operator closed a room");
-    respond(StatusCode::OK, TEXT, "closing\n".into())
+    uncached(StatusCode::OK, TEXT, "closing\n")
 }
 
 async fn kick(code: &str, seat: &str, state: &ServerState) -> Answer {
     let Ok(seat) = seat.parse() else {
         let text = format!("the seat is a number, found {seat:?}\n");
-        return respond(StatusCode::BAD_REQUEST, TEXT, text);
+        return uncached(StatusCode::BAD_REQUEST, TEXT, text);
     };
     let (answer, kicked) = oneshot::channel();
     if !state.rooms.command(code, AdminCommand::Kick(Seat(seat), answer)) {
         return no_room();
     }
     match timeout(limits::COMMAND_WAIT, kicked).await {
-        Ok(Ok(true)) => respond(StatusCode::OK, TEXT, "kicked\n".into()),
-        Ok(Ok(false)) => respond(StatusCode::NOT_FOUND, TEXT, "no player in this seat\n".into()),
-        _ => respond(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the room did not answer\n".into()),
+        Ok(Ok(true)) => uncached(StatusCode::OK, TEXT, "kicked\n"),
+        Ok(Ok(false)) => uncached(StatusCode::NOT_FOUND, TEXT, "no player in this seat\n"),
+        _ => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the room did not answer\n"),
     }
 }
 
 fn drain(state: &ServerState) -> Answer {
     info!("an operator drains the server");
     state.drain.notify_one();
-    respond(StatusCode::OK, TEXT, "draining\n".into())
+    uncached(StatusCode::OK, TEXT, "draining\n")
 }
 
 fn no_room() -> Answer {
-    respond(StatusCode::NOT_FOUND, TEXT, "no such room, or its queue of commands is full\n".into())
+    uncached(StatusCode::NOT_FOUND, TEXT, "no such room, or its queue of commands is full\n")
 }

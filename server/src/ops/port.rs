@@ -6,16 +6,15 @@ use crate::host::phase::Phase;
 use crate::host::room_handle::RoomInfo;
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
+use crate::net::http::builder;
+use crate::net::http::response::{Answer, TEXT, uncached};
 use crate::ops::admin;
 use crate::ops::metrics::Gauges;
-use crate::ops::response::{TEXT, respond};
 use crate::state::ServerState;
-use http_body_util::Full;
-use hyper::body::{Bytes, Incoming};
-use hyper::server::conn::http1;
+use hyper::body::Incoming;
 use hyper::service::service_fn;
-use hyper::{Method, Request, Response, StatusCode};
-use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper::{Method, Request, StatusCode};
+use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -56,37 +55,33 @@ pub async fn serve(listener: TcpListener, state: Arc<ServerState>) {
 async fn speak(stream: TcpStream, state: &ServerState) -> hyper::Result<()> {
     let service =
         service_fn(|request| async move { Ok::<_, Infallible>(answer(&request, state).await) });
-    http1::Builder::new()
-        .timer(TokioTimer::new())
-        .header_read_timeout(state.waits.http_head)
-        .max_headers(limits::HTTP_HEADERS_MAX)
-        .max_buf_size(limits::HTTP_BUFFER_BYTES_MAX)
-        .serve_connection(TokioIo::new(stream), service)
-        .await
+    builder(state).serve_connection(TokioIo::new(stream), service).await
 }
 
-async fn answer(request: &Request<Incoming>, state: &ServerState) -> Response<Full<Bytes>> {
+async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
     if let Some(rest) = request.uri().path().strip_prefix("/admin/") {
         return admin::answer(request, rest, state).await;
     }
     if !matches!(*request.method(), Method::GET | Method::HEAD) {
-        return respond(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n".into());
+        return uncached(StatusCode::METHOD_NOT_ALLOWED, TEXT, "only GET and HEAD\n");
     }
     match request.uri().path() {
-        "/healthz" => respond(StatusCode::OK, TEXT, "alive\n".into()),
-        "/readyz" if *state.phase.borrow() == Phase::Running => {
-            respond(StatusCode::OK, TEXT, "ready\n".into())
+        "/healthz" => uncached(StatusCode::OK, TEXT, "alive\n"),
+        "/readyz" if *state.host.phase.borrow() == Phase::Running => {
+            uncached(StatusCode::OK, TEXT, "ready\n")
         }
-        "/readyz" => respond(StatusCode::SERVICE_UNAVAILABLE, TEXT, "closing\n".into()),
-        "/metrics" => respond(StatusCode::OK, OPEN_METRICS, state.metrics.text(gauges(state))),
-        _ => respond(StatusCode::NOT_FOUND, TEXT, "/healthz, /readyz or /metrics\n".into()),
+        "/readyz" => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, "closing\n"),
+        "/metrics" => {
+            uncached(StatusCode::OK, OPEN_METRICS, state.host.metrics.text(gauges(state)))
+        }
+        _ => uncached(StatusCode::NOT_FOUND, TEXT, "/healthz, /readyz or /metrics\n"),
     }
 }
 
 fn gauges(state: &ServerState) -> Gauges {
     let rooms = state.rooms.list();
     let sum = |count: fn(&RoomInfo) -> usize| rooms.iter().map(|info| count(info) as i64).sum();
-    let replays = state.replays.as_ref().map(|store| {
+    let replays = state.replays().map(|store| {
         let counters = store.counters();
         [&counters.bytes, &counters.errors].map(|count| count.load(Ordering::Relaxed))
     });
@@ -95,6 +90,6 @@ fn gauges(state: &ServerState) -> Gauges {
         players: sum(|info| info.players.load(Ordering::Relaxed)),
         bodies: sum(|info| info.bodies.load(Ordering::Relaxed)),
         replays,
-        log_drops: state.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
+        log_drops: state.config.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::limits::REPLAY_FILE_CHARGE_MIN;
 use jostle_protocol::replay::Start;
+use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
 use std::time::SystemTime;
@@ -25,32 +26,38 @@ pub type Stamp = (SystemTime, String);
 /// A file of the directory.
 #[derive(Clone, Debug)]
 pub struct IndexedFile {
-    /// The beginning of the file; `None` if it cannot be read.
-    pub start: Option<GameInfo>,
-    /// Its length, whole records alone.
-    pub bytes: u64,
-    /// Whether it is still being recorded.
-    pub recording: bool,
+    /// The file as lists show it.
+    pub entry: Entry,
+    /// Whether its beginning can be read; no list shows it otherwise.
+    pub is_readable: bool,
     /// Time of the last write.
     pub modified: SystemTime,
 }
 
-/// The part of a start record that lists show.
-#[derive(Clone, Debug)]
-pub struct GameInfo {
+/// A replay as lists show it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Entry {
+    /// Its name, without the ending.
+    pub name: String,
     /// Name of the scene.
     pub scene: String,
     /// Code of the room.
     pub room: String,
-    /// When the recording began, seconds since 1970.
+    /// When the recording began, seconds since 1970; 0 if unknown.
     pub unix_s: u64,
+    /// Length of the file, whole records alone.
+    pub bytes: u64,
+    /// Whether it is still being recorded.
+    pub recording: bool,
 }
 
-impl GameInfo {
-    /// The same fields of a start record.
-    pub fn of(start: &Start) -> GameInfo {
-        let Start { scene_name, room, unix_s, .. } = start;
-        GameInfo { scene: scene_name.clone(), room: room.clone(), unix_s: *unix_s }
+impl IndexedFile {
+    /// Shows the file with the fields of its start record.
+    pub fn set_start(&mut self, start: &Start) {
+        self.entry.scene.clone_from(&start.scene_name);
+        self.entry.room.clone_from(&start.room);
+        self.entry.unix_s = start.unix_s;
+        self.is_readable = true;
     }
 }
 
@@ -61,14 +68,15 @@ fn charge(bytes: u64) -> u64 {
 
 impl ReplayIndex {
     /// Adds a file, or replaces the one of this name.
-    pub fn insert(&mut self, name: String, file: IndexedFile) {
+    pub fn insert(&mut self, file: IndexedFile) {
+        let name = file.entry.name.clone();
         self.remove(&name);
-        self.charged_bytes += charge(file.bytes);
-        if !file.recording {
+        self.charged_bytes += charge(file.entry.bytes);
+        if !file.entry.recording {
             self.finished.insert((file.modified, name.clone()));
         }
-        if let Some(start) = &file.start {
-            self.begun.insert((start.unix_s, name.clone()));
+        if file.is_readable {
+            self.begun.insert((file.entry.unix_s, name.clone()));
         }
         self.files.insert(name, file);
     }
@@ -76,10 +84,8 @@ impl ReplayIndex {
     /// Removes a file.
     pub fn remove(&mut self, name: &str) -> Option<IndexedFile> {
         let (name, file) = self.files.remove_entry(name)?;
-        self.charged_bytes -= charge(file.bytes);
-        if let Some(start) = &file.start {
-            self.begun.remove(&(start.unix_s, name.clone()));
-        }
+        self.charged_bytes -= charge(file.entry.bytes);
+        self.begun.remove(&(file.entry.unix_s, name.clone()));
         self.finished.remove(&(file.modified, name));
         Some(file)
     }
@@ -88,7 +94,7 @@ impl ReplayIndex {
     pub fn update(&mut self, name: &str, change: impl FnOnce(&mut IndexedFile)) {
         if let Some(mut file) = self.remove(name) {
             change(&mut file);
-            self.insert(name.to_owned(), file);
+            self.insert(file);
         }
     }
 
@@ -115,7 +121,9 @@ impl ReplayIndex {
     /// The same once some more bytes were appended to a file, which need not exist yet.
     pub fn charged_bytes_with(&self, name: &str, bytes: u64) -> u64 {
         match self.get(name) {
-            Some(file) => self.charged_bytes - charge(file.bytes) + charge(file.bytes + bytes),
+            Some(file) => {
+                self.charged_bytes - charge(file.entry.bytes) + charge(file.entry.bytes + bytes)
+            }
             None => self.charged_bytes + charge(bytes),
         }
     }
@@ -126,12 +134,9 @@ impl ReplayIndex {
         self.finished.range((from, Bound::Unbounded)).next()
     }
 
-    /// Readable files with their beginnings, the newest first.
-    pub fn newest(&self) -> impl Iterator<Item = (&String, &IndexedFile, &GameInfo)> {
-        self.begun.iter().rev().filter_map(|(_, name)| {
-            let file = self.files.get(name)?;
-            Some((name, file, file.start.as_ref()?))
-        })
+    /// Readable files, the newest first.
+    pub fn newest(&self) -> impl Iterator<Item = &Entry> {
+        self.begun.iter().rev().filter_map(|(_, name)| Some(&self.files.get(name)?.entry))
     }
 }
 
@@ -142,16 +147,16 @@ mod tests {
     use rustix::time::{ClockId, clock_gettime};
     use std::time::{Duration, UNIX_EPOCH};
 
-    fn file(at_s: u64, bytes: u64, recording: bool) -> IndexedFile {
-        let start = GameInfo { scene: "arena".into(), room: "arena".into(), unix_s: at_s };
-        let modified = UNIX_EPOCH + Duration::from_secs(at_s);
-        IndexedFile { start: Some(start), bytes, recording, modified }
+    fn file(name: &str, at_s: u64, bytes: u64, recording: bool) -> IndexedFile {
+        let (name, modified) = (name.to_owned(), UNIX_EPOCH + Duration::from_secs(at_s));
+        let entry = Entry { name, unix_s: at_s, bytes, recording, ..Entry::default() };
+        IndexedFile { entry, is_readable: true, modified }
     }
 
     fn filled(count: usize) -> ReplayIndex {
         let mut index = ReplayIndex::default();
         for at in 0..count as u64 {
-            index.insert(format!("old-{at}"), file(at, 2000 + 5000 * (at % 2), false));
+            index.insert(file(&format!("old-{at}"), at, 2000 + 5000 * (at % 2), false));
         }
         index
     }
@@ -160,18 +165,18 @@ mod tests {
     fn the_total_and_both_orders_follow_every_change() {
         let mut index = filled(100);
         assert_eq!((index.len(), index.charged_bytes()), (100, 50 * (4096 + 7000)));
-        index.insert("new".into(), file(200, 0, true));
+        index.insert(file("new", 200, 0, true));
         assert_eq!(index.charged_bytes_with("new", 4096), index.charged_bytes());
         assert_eq!(index.charged_bytes_with("new", 5000), index.charged_bytes() + 904);
         assert_eq!(index.charged_bytes_with("other", 1), index.charged_bytes() + 4096);
-        index.update("new", |file| file.bytes += 5000);
+        index.update("new", |file| file.entry.bytes += 5000);
         index.remove("old-0");
         index.remove("old-0");
         assert_eq!(index.charged_bytes(), 50 * (4096 + 7000) - 4096 + 5000);
         let oldest = index.oldest_finished(None).expect("a finished file").clone();
         assert_eq!(oldest.1, "old-1");
         assert_eq!(index.oldest_finished(Some(&oldest)).expect("another").1, "old-2");
-        let newest: Vec<_> = index.newest().take(2).map(|(name, ..)| name.as_str()).collect();
+        let newest: Vec<_> = index.newest().take(2).map(|entry| entry.name.as_str()).collect();
         assert_eq!(newest, ["new", "old-99"]);
         for at in 1..100 {
             assert_eq!(
@@ -181,7 +186,7 @@ mod tests {
             index.remove(&format!("old-{at}"));
         }
         assert_eq!(index.oldest_finished(None), None, "the last one is still written");
-        index.update("new", |file| file.recording = false);
+        index.update("new", |file| file.entry.recording = false);
         assert_eq!(index.oldest_finished(None).map(|(_, name)| name.as_str()), Some("new"));
     }
 
@@ -196,10 +201,10 @@ mod tests {
             let began = now();
             for at in 0..100 {
                 let name = format!("new-{round}-{at}");
-                index.insert(name.clone(), file(1_000_000 + round * 100 + at, 0, true));
+                index.insert(file(&name, 1_000_000 + round * 100 + at, 0, true));
                 assert!(index.charged_bytes_with(&name, 100) > 0);
-                index.update(&name, |file| file.bytes += 100);
-                index.update(&name, |file| file.recording = false);
+                index.update(&name, |file| file.entry.bytes += 100);
+                index.update(&name, |file| file.entry.recording = false);
                 let (_, oldest) = index.oldest_finished(None).expect("a finished file").clone();
                 index.remove(&oldest);
                 if at % 10 == 0 {

@@ -27,13 +27,8 @@ pub struct Batch {
     pub memory_bytes: usize,
 }
 
-/// A job for the writer.
-pub enum Job {
-    /// Appends records.
-    Write(Batch),
-    /// Finishes all files and ends the thread.
-    Close,
-}
+/// A batch to write, or `None` to finish all files and end the thread.
+pub type Job = Option<Batch>;
 
 /// Approximate size of a record in memory.
 pub fn memory_bytes(record: &Record) -> usize {

@@ -34,14 +34,14 @@ impl Recording {
     }
 
     /// The replays.
-    pub fn store(&self) -> &Arc<ReplayStore> {
+    pub fn store(&self) -> &ReplayStore {
         &self.store
     }
 
     /// Waits until everything that was handed over is written, and ends the writer.
     pub fn close(&self) {
         // A writer that is gone has closed already.
-        let _ = self.queue.send(Job::Close);
+        let _ = self.queue.send(None);
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(thread) = thread {
             // One that panicked has logged it.
@@ -67,7 +67,7 @@ impl Recording {
         };
         let sent = match waiting + bytes > limits::REPLAY_QUEUE_BYTES_MAX {
             true => Err("too many bytes wait for the disk"),
-            false => self.queue.try_send(Job::Write(batch)).map_err(|_| "the writer is behind"),
+            false => self.queue.try_send(Some(batch)).map_err(|_| "the writer is behind"),
         };
         if sent.is_err() {
             self.waiting_bytes.fetch_sub(bytes, Ordering::Relaxed);

@@ -60,22 +60,10 @@ impl RoomRecording {
         }
     }
 
-    /// Ends the recording with the game.
-    pub fn end(mut self, room: &mut Room, now: Instant) {
-        if matches!(self.state, State::On { .. }) {
-            let last = room.stop_recording();
-            self.hand_over(room, last, true, now);
-            self.state = State::Off { retry_at: now };
-        }
-    }
-
-    /// Ends the recording of a room that failed inside a tick. It has whole ticks only.
-    pub fn break_off(mut self, room: &mut Room, now: Instant) {
-        if matches!(self.state, State::On { .. }) {
-            let last = room.break_off_recording();
-            self.hand_over(room, last, true, now);
-            self.state = State::Off { retry_at: now };
-        }
+    /// Ends the recording with the last records of its room.
+    pub fn end(mut self, room: &mut Room, last: Vec<Record>, now: Instant) {
+        self.hand_over(room, last, true, now);
+        self.state = State::Off { retry_at: now };
     }
 
     /// Returns whether it is time for a new file.

@@ -1,12 +1,11 @@
 //! The directory of replays: its list, the files that are still written, and the deletion of old ones.
 //! Files that are not named as replays are never touched.
 
-use super::index::{GameInfo, IndexedFile, ReplayIndex, Stamp};
+use super::index::{Entry, IndexedFile, ReplayIndex, Stamp};
 use super::name::{ENDING, is_name, name, numbered};
 use super::settings::{Counters, Settings};
 use crate::limits;
 use jostle_protocol::replay::{START_BYTES_MAX, Start};
-use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -16,23 +15,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tracing::{info, warn};
-
-/// A replay as lists show it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Entry {
-    /// Its name, without the ending.
-    pub name: String,
-    /// Name of the scene.
-    pub scene: String,
-    /// Code of the room.
-    pub room: String,
-    /// When it began, seconds since 1970; 0 if unknown.
-    pub unix_s: u64,
-    /// Length of the file, whole records alone.
-    pub bytes: u64,
-    /// Whether it is still being recorded.
-    pub recording: bool,
-}
 
 /// The replays of a server.
 pub struct ReplayStore {
@@ -80,12 +62,7 @@ impl ReplayStore {
 
     /// The newest replays, newest first.
     pub fn list(&self) -> Vec<Entry> {
-        let entry = |(name, file, start): (&String, &IndexedFile, &GameInfo)| {
-            let GameInfo { scene, room, unix_s } = start.clone();
-            let (bytes, recording) = (file.bytes, file.recording);
-            Entry { name: name.clone(), scene, room, unix_s, bytes, recording }
-        };
-        self.lock().newest().take(limits::REPLAYS_LISTED_MAX).map(entry).collect()
+        self.lock().newest().take(limits::REPLAYS_LISTED_MAX).cloned().collect()
     }
 
     /// Returns whether there is a replay of this name.
@@ -95,7 +72,7 @@ impl ReplayStore {
 
     /// Opens a replay for reading. Names are only looked up, so no name leads anywhere else.
     pub fn read(&self, name: &str) -> Result<Readable, Refused> {
-        let bytes = self.lock().get(name).map(|file| file.bytes).ok_or(Refused::Unknown)?;
+        let bytes = self.lock().get(name).map(|file| file.entry.bytes).ok_or(Refused::Unknown)?;
         let permit = Arc::clone(&self.readers).try_acquire_owned().map_err(|_| Refused::Busy)?;
         Ok(Readable { path: self.path(name), bytes, permit })
     }
@@ -116,9 +93,10 @@ impl ReplayStore {
                 Err(error) => return Err(error),
                 Ok(file) => {
                     let modified = (self.settings.wall)();
-                    let start = Some(GameInfo::of(start));
-                    let held = IndexedFile { start, bytes: 0, recording: true, modified };
-                    self.lock().insert(name.clone(), held);
+                    let entry = Entry { name: name.clone(), recording: true, ..Entry::default() };
+                    let mut new = IndexedFile { entry, is_readable: false, modified };
+                    new.set_start(start);
+                    self.lock().insert(new);
                     return Ok((name, file));
                 }
             }
@@ -130,14 +108,14 @@ impl ReplayStore {
     pub(super) fn grow(&self, name: &str, bytes: u64) {
         let modified = (self.settings.wall)();
         self.lock().update(name, |file| {
-            file.bytes += bytes;
+            file.entry.bytes += bytes;
             file.modified = modified;
         });
     }
 
     /// Marks a file as finished.
     pub(super) fn finish(&self, name: &str) {
-        self.lock().update(name, |file| file.recording = false);
+        self.lock().update(name, |file| file.entry.recording = false);
     }
 
     /// Deletes a file without inputs.
@@ -184,8 +162,9 @@ impl ReplayStore {
         self.delete_while("too many files", |index, _| index.len() > limits::REPLAY_FILES_MAX);
         // Only now, so that files which go at once are not read.
         for name in new.iter().filter(|name| self.knows(name)) {
-            let start = self.start_of(name);
-            self.lock().update(name, |file| file.start = start);
+            if let Some(start) = self.start_of(name) {
+                self.lock().update(name, |file| file.set_start(&start));
+            }
         }
         Ok(())
     }
@@ -228,7 +207,7 @@ impl ReplayStore {
         let found = self.found()?;
         let mut index = self.lock();
         let is_gone = |name: &&String| {
-            !found.contains_key(*name) && index.get(name).is_some_and(|file| !file.recording)
+            !found.contains_key(*name) && index.get(name).is_some_and(|file| !file.entry.recording)
         };
         let gone: Vec<_> = index.names().filter(is_gone).cloned().collect();
         for name in gone {
@@ -237,13 +216,15 @@ impl ReplayStore {
         let mut new = Vec::new();
         for (name, (bytes, modified)) in found {
             match index.get(&name) {
-                Some(file) if file.recording => {}
+                Some(file) if file.entry.recording => {}
                 Some(_) => {
-                    index.update(&name, |file| (file.bytes, file.modified) = (bytes, modified))
+                    index.update(&name, |file| {
+                        (file.entry.bytes, file.modified) = (bytes, modified)
+                    });
                 }
                 None => {
-                    let file = IndexedFile { start: None, bytes, recording: false, modified };
-                    index.insert(name.clone(), file);
+                    let entry = Entry { name: name.clone(), bytes, ..Entry::default() };
+                    index.insert(IndexedFile { entry, is_readable: false, modified });
                     new.push(name);
                 }
             }
@@ -270,11 +251,11 @@ impl ReplayStore {
         Ok(found)
     }
 
-    fn start_of(&self, name: &str) -> Option<GameInfo> {
+    fn start_of(&self, name: &str) -> Option<Start> {
         let mut bytes = Vec::new();
         let file = File::open(self.path(name)).ok()?;
         file.take(START_BYTES_MAX as u64).read_to_end(&mut bytes).ok()?;
-        Start::find(&bytes).ok().map(|start| GameInfo::of(&start))
+        Start::find(&bytes).ok()
     }
 
     fn lock(&self) -> MutexGuard<'_, ReplayIndex> {

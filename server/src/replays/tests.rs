@@ -124,7 +124,8 @@ impl Stage {
     }
 
     fn end(mut self) -> Arc<Recording> {
-        self.room_recording.end(&mut self.room, Instant::now());
+        let last = self.room.stop_recording();
+        self.room_recording.end(&mut self.room, last, Instant::now());
         self.recording.close();
         self.recording
     }
@@ -180,7 +181,8 @@ fn a_room_that_fails_inside_a_tick_leaves_all_whole_ones() {
     let dir = Dir::new("broken-off");
     let mut stage = Stage::new(dir.settings());
     stage.play(650);
-    stage.room_recording.break_off(&mut stage.room, Instant::now());
+    let last = stage.room.break_off_recording();
+    stage.room_recording.end(&mut stage.room, last, Instant::now());
     stage.recording.close();
     let [replay] = &dir.replays()[..] else { panic!("{:?}", dir.names()) };
     assert!(matches!(replay.ending(), Ending::Cut(_)));

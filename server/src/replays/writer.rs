@@ -6,7 +6,7 @@ use super::store::ReplayStore;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::{Record, Start, header};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -67,7 +67,7 @@ impl Writer {
         Writer { store, jobs, waiting_bytes, open, is_failing, logged, clock }
     }
 
-    /// Writes until a [`Job::Close`] comes or the queue is dropped.
+    /// Writes until it is told to close or the queue is dropped.
     pub fn run(mut self) {
         info!(dir = %self.store.settings().dir.display(), "rooms are recorded");
         let mut look_at = Instant::now();
@@ -77,9 +77,9 @@ impl Writer {
                 look_at = Instant::now() + self.store.settings().look_every;
             }
             match self.jobs.recv_timeout(look_at.saturating_duration_since(Instant::now())) {
-                Ok(Job::Write(batch)) => self.write(batch),
+                Ok(Some(batch)) => self.write(batch),
                 Err(RecvTimeoutError::Timeout) => {}
-                Ok(Job::Close) | Err(RecvTimeoutError::Disconnected) => break,
+                Ok(None) | Err(RecvTimeoutError::Disconnected) => break,
             }
         }
         for open in std::mem::take(&mut self.open) {
@@ -92,8 +92,7 @@ impl Writer {
         self.waiting_bytes.fetch_sub(batch.memory_bytes, Ordering::Relaxed);
         for record in &batch.records {
             if let Err((path, error)) = self.append(&batch.recording_file, record) {
-                self.fail(&batch.recording_file, &path, &error);
-                return;
+                return self.fail(&batch.recording_file, &path, &error);
             }
         }
         if batch.is_last
@@ -114,11 +113,11 @@ impl Writer {
         &mut self,
         recording_file: &Arc<RecordingFile>,
         record: &Record,
-    ) -> Result<(), (String, io::Error)> {
+    ) -> Result<(), (PathBuf, io::Error)> {
         let mut bytes = record.seal();
         if let Record::Start(start) = record {
             self.begin(recording_file, start)
-                .map_err(|error| (self.store.settings().dir.display().to_string(), error))?;
+                .map_err(|error| (self.store.settings().dir.clone(), error))?;
             bytes.splice(..0, header());
         }
         let Some(at) = self.position(recording_file) else { return Ok(()) };
@@ -127,7 +126,7 @@ impl Writer {
         let written = fits(recording_file, count)
             .and_then(|()| self.store.make_room(&open.name, count))
             .and_then(|()| open.file.write_all(&bytes));
-        written.map_err(|error| (self.store.path(&open.name).display().to_string(), error))?;
+        written.map_err(|error| (self.store.path(&open.name), error))?;
         recording_file.bytes.fetch_add(count, Ordering::Relaxed);
         self.store.grow(&open.name, count);
         self.store.counters().bytes.fetch_add(count, Ordering::Relaxed);
@@ -152,7 +151,7 @@ impl Writer {
 
     fn finish(&mut self, mut open: Open) {
         if let Err(error) = open.file.flush() {
-            self.count_error(&self.store.path(&open.name).display().to_string(), &error);
+            self.count_error(&self.store.path(&open.name), &error);
         }
         self.keep(open);
     }
@@ -168,7 +167,7 @@ impl Writer {
     }
 
     /// Gives a file up. The part that was written stays if it has inputs.
-    fn fail(&mut self, recording_file: &Arc<RecordingFile>, path: &str, error: &io::Error) {
+    fn fail(&mut self, recording_file: &Arc<RecordingFile>, path: &Path, error: &io::Error) {
         recording_file.failed.store(true, Ordering::Relaxed);
         if let Some(at) = self.position(recording_file) {
             let open = self.open.swap_remove(at);
@@ -177,12 +176,12 @@ impl Writer {
         self.count_error(path, error);
     }
 
-    fn count_error(&mut self, path: &str, error: &io::Error) {
+    fn count_error(&mut self, path: &Path, error: &io::Error) {
         self.store.counters().errors.fetch_add(1, Ordering::Relaxed);
         if !self.is_failing {
             let retry_s = self.store.settings().retry.as_secs();
             error!(
-                file = path, %error, retry_s,
+                file = %path.display(), %error, retry_s,
                 "CANNOT RECORD: games go on unrecorded, and a new file is tried after each retry time"
             );
         }
@@ -200,7 +199,7 @@ impl Writer {
     fn look(&mut self) {
         let now = self.clock.time(Instant::now(), (self.store.settings().wall)());
         if let Err(error) = self.store.look(now) {
-            self.count_error(&self.store.settings().dir.display().to_string(), &error);
+            self.count_error(&self.store.settings().dir.clone(), &error);
         }
         let (left, open): (Vec<_>, Vec<_>) = std::mem::take(&mut self.open)
             .into_iter()
@@ -209,8 +208,7 @@ impl Writer {
         left.into_iter().for_each(|open| self.finish(open));
         for recording_file in self.removed() {
             let error = io::Error::new(io::ErrorKind::NotFound, "it was removed");
-            let dir = self.store.settings().dir.display().to_string();
-            self.fail(&recording_file, &dir, &error);
+            self.fail(&recording_file, &self.store.settings().dir.clone(), &error);
         }
         self.log_counters("recording");
     }

@@ -1,13 +1,17 @@
 use super::*;
-use crate::config::Config;
 use crate::host::outbox::Outbox;
 use crate::host::rooms::Rooms;
+use crate::host::token_signer::TokenSigner;
+use crate::limits::Waits;
 use bytes::Bytes;
+use jostle_game::Scene;
 use jostle_protocol::Appearance;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use std::net::IpAddr;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, AtomicUsize};
 use std::sync::mpsc::{SyncSender, sync_channel};
+use tokio::sync::watch;
 
 /// The parts of a room around its thread.
 struct Outside {
@@ -16,42 +20,31 @@ struct Outside {
     joins: SyncSender<Join>,
 }
 
-fn signer() -> Arc<TokenSigner> {
-    Arc::new(TokenSigner::new(&[7; 32]))
-}
-
 fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let (phase, followed) = watch::channel(Phase::Running);
-    let config = Config::default();
-    let scene = Arc::new(config.scenes[0].clone());
-    let rooms = Rooms::new(config, followed.clone(), None, Arc::default(), signer());
+    let host = || {
+        Arc::new(Host {
+            waits: Waits { room_empty: empty_grace, ..Waits::default() },
+            phase: followed.clone(),
+            recording: None,
+            metrics: Arc::default(),
+            signer: TokenSigner::new(&[7; 32]),
+            open: Mutex::default(),
+        })
+    };
+    let rooms = Rooms::new(&Scene::built_in(), host());
     let (joins, receiver) = sync_channel(4);
     let (_commands, commands) = sync_channel(1);
     let info = RoomInfo {
         code: code.to_owned(),
         number: 1,
         private: false,
-        scene,
+        scene: Arc::new(Scene::built_in().swap_remove(0)),
         tick: AtomicU32::new(0),
         players: AtomicUsize::new(0),
         bodies: AtomicUsize::new(0),
     };
-    let ticker = Ticker {
-        info: Arc::new(info),
-        rooms: Arc::default(),
-        joins: receiver,
-        commands,
-        phase: followed,
-        empty_grace,
-        hearing: limits::HEARING_MAX,
-        seed: 1,
-        members: Vec::new(),
-        admission: Admission::default(),
-        closed: false,
-        recording: None,
-        metrics: Arc::default(),
-        signer: signer(),
-    };
+    let ticker = Ticker::new(host(), Arc::new(info), receiver, commands, 1);
     (ticker, Outside { rooms, phase, joins })
 }
 
@@ -103,7 +96,7 @@ fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
     let (other, other_inbox, other_outbox) = join();
     outside.rooms.join("arena", other).expect("another room");
 
-    let metrics = Arc::clone(&ticker.metrics);
+    let metrics = Arc::clone(&ticker.host.metrics);
     std::thread::spawn(move || ticker.run()).join().expect("the panic stays inside");
     assert_eq!(metrics.rooms_failed.get(), 1);
     assert_eq!(end_of(&seated_outbox), Refusal::RoomFailed);

@@ -11,70 +11,43 @@ use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde_json::{Value, json};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use tokio::time::timeout;
 
-/// The body of `GET /api/scenes`.
-#[derive(Serialize)]
-pub struct Scenes {
-    scenes: Vec<SceneEntry>,
-}
-
-#[derive(Serialize)]
-struct SceneEntry {
-    name: String,
-    title: String,
-    about: String,
-    players_max: u16,
-    /// Path of the picture; `null` for scenes that have none.
-    picture: Option<String>,
-}
-
-/// The body of `GET /api/rooms`.
-#[derive(Serialize)]
-pub struct RoomList {
-    rooms: Vec<RoomEntry>,
-}
-
-#[derive(Serialize)]
-struct RoomEntry {
-    code: String,
-    scene: String,
-    title: String,
-    players: usize,
-    players_max: u16,
-}
-
-/// The scenes on offer.
-pub fn scenes(state: &ServerState) -> Scenes {
+/// The body of `GET /api/scenes`. A scene without a picture has `null` for its path.
+pub fn scenes(state: &ServerState) -> Value {
     let entry = |scene: &Arc<Scene>| {
         let picture = format!("pictures/{}.png", scene.name);
-        SceneEntry {
-            name: scene.name.clone(),
-            title: scene.title.clone(),
-            about: scene.about.clone(),
-            players_max: scene.players_max,
-            picture: assets::find(state.files, &picture)
-                .map(|file| format!("/assets/{}", file.name)),
-        }
+        let picture = assets::find(state.config.files, &picture);
+        json!({
+            "name": scene.name,
+            "title": scene.title,
+            "about": scene.about,
+            "players_max": scene.players_max,
+            "picture": picture.map(|file| format!("/assets/{}", file.name)),
+        })
     };
-    Scenes { scenes: state.rooms.scenes().iter().map(entry).collect() }
+    json!({ "scenes": state.rooms.scenes().iter().map(entry).collect::<Vec<_>>() })
 }
 
-/// The public open rooms.
-pub fn rooms(state: &ServerState) -> RoomList {
-    let entry = |info: &Arc<RoomInfo>| RoomEntry {
-        code: info.code.clone(),
-        scene: info.scene.name.clone(),
-        title: info.scene.title.clone(),
-        players: info.players.load(Ordering::Relaxed),
-        players_max: info.scene.players_max,
+/// The body of `GET /api/rooms`: the public ones.
+pub fn rooms(state: &ServerState) -> Value {
+    let entry = |info: &Arc<RoomInfo>| {
+        json!({
+            "code": info.code,
+            "scene": info.scene.name,
+            "title": info.scene.title,
+            "players": info.players.load(Ordering::Relaxed),
+            "players_max": info.scene.players_max,
+        })
     };
     let open = state.rooms.list();
-    RoomList { rooms: open.iter().filter(|info| !info.private).map(entry).collect() }
+    let rooms: Vec<_> = open.iter().filter(|info| !info.private).map(entry).collect();
+    json!({ "rooms": rooms })
 }
 
 #[derive(Deserialize)]
@@ -86,20 +59,13 @@ struct Create {
     private: bool,
 }
 
-#[derive(Serialize)]
-struct Created {
-    code: String,
-    /// Key that makes its holder the host, sent in the hello.
-    host_key: String,
-}
-
 /// Creates a room and answers with its code and host key.
 pub async fn create_room(
     request: Request<Incoming>,
     address: IpAddr,
     state: &ServerState,
 ) -> Answer {
-    let body = match timeout(state.waits.http_body, read_body(request)).await {
+    let body = match timeout(state.config.waits.http_body, read_body(request)).await {
         Ok(Ok(body)) => body,
         Ok(Err(answer)) => return answer,
         Err(_late) => {
@@ -117,7 +83,7 @@ pub async fn create_room(
     };
     match state.rooms.create(&create.scene, create.private, address) {
         Ok(room) => {
-            let created = Created { code: room.code, host_key: room.host_key.text() };
+            let created = json!({ "code": room.code, "host_key": room.host_key.text() });
             json(StatusCode::CREATED, &created)
         }
         Err(error) => {

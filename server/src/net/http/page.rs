@@ -1,47 +1,35 @@
 //! The page, its files and the links of rooms.
 
-use super::response::{Answer, not_found, respond, text};
+use super::response::{Answer, TEXT, not_found, respond};
 use crate::host::rooms::is_code;
 use crate::net::assets::{self, File};
 use crate::state::ServerState;
 use hyper::StatusCode;
 use hyper::body::Bytes;
 use hyper::header::{self, HeaderMap, HeaderValue};
+use percent_encoding::percent_decode_str;
 
 /// Serves the link of a room, or a mistyped one. The page itself shows when there is no such room;
 /// the status shows it to others.
 pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer {
     match meant_code(word) {
-        _ if state.rooms.knows(word) => page(state.files, headers, StatusCode::OK),
+        _ if state.rooms.knows(word) => page(state.config.files, headers, StatusCode::OK),
         Some(code) if code != word => redirect(&code),
-        _ => page(state.files, headers, StatusCode::NOT_FOUND),
+        _ => page(state.config.files, headers, StatusCode::NOT_FOUND),
     }
 }
 
 /// The code that a link means even if it was typed by hand, capitalised by a phone, or copied
 /// with the space or the slash after it.
 pub fn meant_code(word: &str) -> Option<String> {
-    let text = percent_decoded(word)?;
+    let text = percent_decode_str(word).decode_utf8().ok()?;
     let code = text.trim_matches(|c: char| c == '/' || c.is_whitespace()).to_ascii_lowercase();
     is_code(&code).then_some(code)
 }
 
-/// Decodes `%` escapes; `None` if one is no byte, or the bytes are no text.
-fn percent_decoded(word: &str) -> Option<String> {
-    let mut parts = word.split('%');
-    let mut bytes = parts.next()?.as_bytes().to_vec();
-    for part in parts {
-        let (digits, rest) = part.split_at_checked(2)?;
-        let byte = digits.bytes().all(|digit| digit.is_ascii_hexdigit()).then_some(digits)?;
-        bytes.push(u8::from_str_radix(byte, 16).ok()?);
-        bytes.extend_from_slice(rest.as_bytes());
-    }
-    String::from_utf8(bytes).ok()
-}
-
 /// Redirects a browser to a room's own link.
 fn redirect(code: &str) -> Answer {
-    let mut answer = text(StatusCode::FOUND, "This room has another link.\n");
+    let mut answer = respond(StatusCode::FOUND, TEXT, "This room has another link.\n");
     let link = HeaderValue::try_from(format!("/{code}")).expect("codes are plain ASCII");
     answer.headers_mut().insert(header::LOCATION, link);
     answer
@@ -51,12 +39,7 @@ fn redirect(code: &str) -> Answer {
 pub fn page(files: &'static [File], headers: &HeaderMap, status: StatusCode) -> Answer {
     match assets::find(files, "index.html") {
         Some(file) => served(files, headers, file, status),
-        None => {
-            let mut answer = text(status, assets::NOT_BUILT);
-            let html = HeaderValue::from_static(assets::content_type("index.html"));
-            answer.headers_mut().insert(header::CONTENT_TYPE, html);
-            answer
-        }
+        None => respond(status, assets::content_type("index.html"), assets::NOT_BUILT),
     }
 }
 

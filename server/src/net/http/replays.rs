@@ -1,37 +1,30 @@
 //! Replays over HTTP: the list, the files, and the page that plays one. A name is only looked up in
 //! the list of replays, so no path leads out of their directory.
 
-use super::file_body::FileBody;
-use super::response::{Answer, Body, failed, json, not_found};
-use crate::replays::{Entry, Refused};
+use super::body::Body;
+use super::response::{Answer, failed, json, not_found};
+use crate::replays::Refused;
 use crate::state::ServerState;
 use hyper::header::{self, HeaderValue};
 use hyper::{Response, StatusCode};
-use serde::Serialize;
+use serde_json::json;
 use std::net::IpAddr;
-
-#[derive(Serialize)]
-struct List {
-    replays: Vec<Entry>,
-    errors: u64,
-    dropped: u64,
-}
 
 /// Lists the newest replays; none where nothing is recorded.
 pub fn list(state: &ServerState) -> Answer {
-    let mut list = List { replays: Vec::new(), errors: 0, dropped: 0 };
-    if let Some(store) = &state.replays {
-        [_, _, list.dropped, list.errors] = store.counters().read();
-        list.replays = store.list();
+    let (mut replays, mut errors, mut dropped) = (Vec::new(), 0, 0);
+    if let Some(store) = state.replays() {
+        [_, _, dropped, errors] = store.counters().read();
+        replays = store.list();
     }
-    json(StatusCode::OK, &list)
+    json(StatusCode::OK, &json!({ "replays": replays, "errors": errors, "dropped": dropped }))
 }
 
 /// Status of the page that plays a replay, named with or without `.jostle`. The page itself shows when
 /// there is none.
 pub fn page_status(name: &str, state: &ServerState) -> StatusCode {
     let name = name.strip_suffix(".jostle").unwrap_or(name);
-    match state.replays.as_ref().is_some_and(|store| store.knows(name)) {
+    match state.replays().is_some_and(|store| store.knows(name)) {
         true => StatusCode::OK,
         false => StatusCode::NOT_FOUND,
     }
@@ -39,7 +32,7 @@ pub fn page_status(name: &str, state: &ServerState) -> StatusCode {
 
 /// Serves a replay: all of it, or the part written by now.
 pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
-    let (Some(store), Some(name)) = (&state.replays, file.strip_suffix(".jostle")) else {
+    let (Some(store), Some(name)) = (state.replays(), file.strip_suffix(".jostle")) else {
         return not_found();
     };
     let readable = match store.read(name) {
@@ -50,9 +43,9 @@ pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
             return failed(StatusCode::SERVICE_UNAVAILABLE, text);
         }
     };
-    match FileBody::open(readable).await {
+    match Body::open(readable).await {
         Ok(body) => {
-            let mut answer = Response::new(Body::Right(body));
+            let mut answer = Response::new(body);
             let headers = answer.headers_mut();
             let bytes = HeaderValue::from_static("application/octet-stream");
             headers.insert(header::CONTENT_TYPE, bytes);

@@ -22,14 +22,14 @@ async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option
     let spoken = async move {
         // Without its sender a phase is taken for the server's end.
         let _phase = sender;
-        let server = with_write_timeout(server, served.waits.http_stall);
+        let server = with_write_timeout(server, served.config.waits.http_stall);
         speak_http(server, IpAddr::V4(Ipv4Addr::LOCALHOST), &served).await
     };
     (state, peer, spoken)
 }
 
 fn stalled(state: &ServerState) -> bool {
-    let text = state.metrics.text(Default::default());
+    let text = state.host.metrics.text(Default::default());
     text.contains("jostle_refusals_total{reason=\"stalled_response\"} 1\n")
 }
 
@@ -39,8 +39,8 @@ async fn a_response_that_makes_no_progress_is_closed() {
     let began = Instant::now();
     assert!(spoken.await.is_none());
     let lasted = began.elapsed();
-    assert!(lasted >= limits::HTTP_STALL_MAX, "{lasted:?}");
-    assert!(lasted < limits::HTTP_STALL_MAX + Duration::from_secs(1), "{lasted:?}");
+    assert!(lasted >= limits::Waits::USUAL.http_stall, "{lasted:?}");
+    assert!(lasted < limits::Waits::USUAL.http_stall + Duration::from_secs(1), "{lasted:?}");
     assert!(stalled(&state));
     drop(peer);
 }
@@ -49,7 +49,7 @@ async fn a_response_that_makes_no_progress_is_closed() {
 async fn a_slow_response_that_makes_progress_is_not_closed() {
     let (state, mut peer, spoken) = asked().await;
     let slow = async {
-        let pause = limits::HTTP_STALL_MAX - Duration::from_secs(1);
+        let pause = limits::Waits::USUAL.http_stall - Duration::from_secs(1);
         for _ in 0..100 {
             sleep(pause).await;
             let mut bytes = [0; PIPE_BYTES];

@@ -1,0 +1,100 @@
+//! Bodies of responses: bytes that all connections share, and files that are read while they are sent.
+
+use crate::limits::HTTP_FRAME_BYTES_MAX;
+use crate::replays::Readable;
+use hyper::body::{Body as HttpBody, Bytes, Frame, SizeHint};
+use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
+use tokio::fs::File;
+use tokio::io::{AsyncRead, ReadBuf};
+use tokio::sync::OwnedSemaphorePermit;
+
+/// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`], so that a connection which has
+/// to copy them, as TLS does, never copies more than a frame ahead of its peer.
+#[derive(Debug)]
+pub struct Body {
+    source: Source,
+    left: u64,
+}
+
+#[derive(Debug)]
+enum Source {
+    Memory(Bytes),
+    File { file: File, chunk: Box<[u8]>, _permit: OwnedSemaphorePermit },
+}
+
+impl Body {
+    /// A body of these bytes.
+    pub fn new(bytes: Bytes) -> Body {
+        Body { left: bytes.len() as u64, source: Source::Memory(bytes) }
+    }
+
+    /// Opens the readable part of a replay.
+    pub async fn open(readable: Readable) -> io::Result<Body> {
+        let mut file = File::open(&readable.path).await?;
+        file.set_max_buf_size(HTTP_FRAME_BYTES_MAX);
+        let left = file.metadata().await?.len().min(readable.bytes);
+        let chunk = vec![0; HTTP_FRAME_BYTES_MAX].into_boxed_slice();
+        Ok(Body { source: Source::File { file, chunk, _permit: readable.permit }, left })
+    }
+}
+
+impl HttpBody for Body {
+    type Data = Bytes;
+    type Error = io::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+    ) -> Poll<Option<io::Result<Frame<Bytes>>>> {
+        let length = self.left.min(HTTP_FRAME_BYTES_MAX as u64) as usize;
+        if length == 0 {
+            return Poll::Ready(None);
+        }
+        let bytes = match &mut self.source {
+            Source::Memory(bytes) => bytes.split_to(length),
+            Source::File { file, chunk, .. } => {
+                let mut buffer = ReadBuf::new(&mut chunk[..length]);
+                ready!(Pin::new(file).poll_read(context, &mut buffer))?;
+                Bytes::copy_from_slice(buffer.filled())
+            }
+        };
+        if bytes.is_empty() {
+            return Poll::Ready(Some(Err(io::ErrorKind::UnexpectedEof.into())));
+        }
+        self.left -= bytes.len() as u64;
+        Poll::Ready(Some(Ok(Frame::data(bytes))))
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.left == 0
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        SizeHint::with_exact(self.left)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use http_body_util::BodyExt;
+
+    #[tokio::test]
+    async fn bytes_come_in_short_frames_and_in_order() {
+        let bytes: Vec<u8> = (0..3 * HTTP_FRAME_BYTES_MAX + 1).map(|at| (at % 251) as u8).collect();
+        let mut body = Body::new(Bytes::from(bytes.clone()));
+        let mut collected = Vec::new();
+        while !body.is_end_stream() {
+            let left = (bytes.len() - collected.len()) as u64;
+            assert_eq!(body.size_hint().exact(), Some(left));
+            let frame = body.frame().await.expect("a frame").expect("no error");
+            let data = frame.into_data().expect("data");
+            assert!((1..=HTTP_FRAME_BYTES_MAX).contains(&data.len()));
+            collected.extend_from_slice(&data);
+        }
+        assert_eq!(collected, bytes);
+        assert!(body.frame().await.is_none());
+    }
+}
