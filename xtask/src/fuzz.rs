@@ -30,12 +30,12 @@ pub fn fuzz(only: Option<&str>, seconds: u32) -> Result<()> {
     let (mut inputs, mut failed) = (0, Vec::new());
     for name in &names {
         say("fuzz", &format!("{name}: build, then {seconds} s"));
-        build(name)?;
-        let outcome = try_target(name, seconds)?;
-        say("fuzz", &format!("{name}: {} inputs", outcome.inputs));
-        inputs += outcome.inputs;
-        if !outcome.passed {
-            outcome.last_lines.iter().for_each(|line| println!("  {line}"));
+        run(&mut tool("build", name))?;
+        let (tried, failure) = try_target(name, seconds)?;
+        say("fuzz", &format!("{name}: {tried} inputs"));
+        inputs += tried;
+        if let Some(last_lines) = failure {
+            last_lines.iter().for_each(|line| println!("  {line}"));
             failed.push(name.as_str());
         }
     }
@@ -61,13 +61,8 @@ fn chosen(only: Option<&str>) -> Result<Vec<String>> {
 fn provide() -> Result<()> {
     let known = nightly("rustc").arg("--version").stdout(Stdio::null()).status();
     if !known.context("rustup, which brings the nightly compiler")?.success() {
-        run(Command::new("rustup").args([
-            "toolchain",
-            "install",
-            "nightly",
-            "--profile",
-            "minimal",
-        ]))?;
+        let install = ["toolchain", "install", "nightly", "--profile", "minimal"];
+        run(Command::new("rustup").args(install))?;
     }
     if !in_path(TOOL) && !installed().is_file() {
         let mut install = cargo(&["install", TOOL, "--locked", "--version", TOOL_VERSION]);
@@ -104,19 +99,9 @@ fn tool(task: &str, name: &str) -> Command {
     command
 }
 
-fn build(name: &str) -> Result<()> {
-    run(&mut tool("build", name))
-}
-
-struct Outcome {
-    inputs: u64,
-    passed: bool,
-    /// Of the fuzzer; an input that fails is named there, and how to try it again.
-    last_lines: Vec<String>,
-}
-
-/// What it finds new is kept for the next time, beside the committed corpus.
-fn try_target(name: &str, seconds: u32) -> Result<Outcome> {
+/// Returns how many inputs were tried, and the fuzzer's last lines if one failed: they name the input and how
+/// to try it again. New inputs are kept for the next time, beside the committed corpus.
+fn try_target(name: &str, seconds: u32) -> Result<(u64, Option<Vec<String>>)> {
     let (found, broken) = (dir("corpus").join(name), dir("artifacts").join(name));
     fs::create_dir_all(&found)?;
     fs::create_dir_all(&broken)?;
@@ -141,5 +126,6 @@ fn try_target(name: &str, seconds: u32) -> Result<Outcome> {
         let more = last_lines.len().saturating_sub(LINES_SHOWN);
         last_lines.drain(..more);
     }
-    Ok(Outcome { inputs, passed: child.wait()?.success(), last_lines })
+    let passed = child.wait()?.success();
+    Ok((inputs, (!passed).then_some(last_lines)))
 }

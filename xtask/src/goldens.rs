@@ -23,7 +23,8 @@ pub fn check() -> Result<()> {
     let release = ["--package", "jostle-room", "--release"];
     verify("release", &mut program(&release), "release/examples", &[])?;
     let mut native = program(&release);
-    native.env("RUSTFLAGS", "-Ctarget-cpu=native").args(["--target-dir"]).arg(native_dir());
+    native.env("RUSTFLAGS", "-Ctarget-cpu=native").arg("--target-dir");
+    native.arg(target_dir().join("native"));
     verify("release for this processor", &mut native, "native/release/examples", &[])
 }
 
@@ -60,20 +61,12 @@ fn program(selection: &[&str]) -> Command {
     build
 }
 
-fn native_dir() -> PathBuf {
-    target_dir().join("native")
-}
-
 fn verify(name: &str, build: &mut Command, place: &str, runner: &[&str]) -> Result<()> {
     run(build)?;
     let program = target_dir().join(place).join("goldens");
-    let mut command = match runner.first() {
-        Some(runner) => Command::new(runner),
-        None => Command::new(&program),
-    };
-    if !runner.is_empty() {
-        command.arg(&program);
-    }
+    let mut line = runner.iter().map(PathBuf::from).chain([program]);
+    let mut command = Command::new(line.next().expect("the program at least"));
+    command.args(line);
     let replays = files(REPLAYS, "jostle")?;
     if replays.is_empty() {
         bail!("no replays in {REPLAYS}; `cargo xtask test --update-hashes` records them");

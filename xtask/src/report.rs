@@ -24,19 +24,10 @@ pub fn report(quick: bool, peers: bool, out: &Path) -> Result<()> {
     run(&mut command)
 }
 
-const PACKAGE: &str = "jostle-report";
-
 /// The program whose instructions are counted; the ordinary build, whatever the report is built with.
 fn steps() -> Result<PathBuf> {
-    run(&mut cargo_of_bench(&[
-        "build",
-        "--quiet",
-        "--release",
-        "--package",
-        PACKAGE,
-        "--bin",
-        "steps",
-    ]))?;
+    let mut build = cargo_of_bench(&["build", "--quiet", "--release"]);
+    run(build.args(["--package", "jostle-report", "--bin", "steps"]))?;
     Ok(target_dir().join("release").join(format!("steps{EXE_SUFFIX}")))
 }
 

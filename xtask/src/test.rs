@@ -8,8 +8,9 @@ use crate::shell::{Skipped, cargo, cargo_of_bench, run};
 use crate::workspace::{Package, packages};
 use crate::{chromium, goldens, python, tidy, traces, web};
 use anyhow::{Result, bail};
+use std::collections::BTreeMap;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 const TESTS_CRATE: &str = "jostle-tests";
 const BROWSER_TEST: &str = "browser";
@@ -53,60 +54,33 @@ const STEPS: [Step; 17] = [
     Step { name: "unit tests, bench", when: When::Always, run: bench_tests },
 ];
 
-struct Outcome {
-    name: &'static str,
-    verdict: Verdict,
-    took: Duration,
-}
-
-enum Verdict {
-    Passed,
-    Skipped(String),
-    Failed(String),
-}
-
 /// Runs the steps and prints a table; whether all of them passed.
 pub fn test(quick: bool) -> bool {
     let left_out = if quick { When::Full } else { When::Quick };
     let steps: Vec<&Step> = STEPS.iter().filter(|step| step.when != left_out).collect();
-    let mut outcomes = Vec::new();
+    let (mut lines, mut counts) = (Vec::new(), BTreeMap::new());
+    let began = Instant::now();
     for (index, step) in steps.iter().enumerate() {
         println!("\n=== {} of {}: {}", index + 1, steps.len(), step.name);
-        outcomes.push(timed(step));
-    }
-    summarise(&outcomes, quick)
-}
-
-fn timed(step: &Step) -> Outcome {
-    let begin = Instant::now();
-    let verdict = match (step.run)() {
-        Ok(()) => Verdict::Passed,
-        Err(error) if error.is::<Skipped>() => Verdict::Skipped(format!("{error:#}")),
-        Err(error) => Verdict::Failed(format!("{error:#}")),
-    };
-    if let Verdict::Failed(error) = &verdict {
-        println!("{}: FAILED: {error}", step.name);
-    }
-    Outcome { name: step.name, verdict, took: begin.elapsed() }
-}
-
-fn summarise(outcomes: &[Outcome], quick: bool) -> bool {
-    println!("\n=== summary");
-    let (mut passed, mut skipped, mut failed) = (0, 0, 0);
-    for Outcome { name, verdict, took } in outcomes {
-        let (count, text) = match verdict {
-            Verdict::Passed => (&mut passed, "passed".to_owned()),
-            Verdict::Skipped(why) => (&mut skipped, format!("SKIPPED: {why}")),
-            Verdict::Failed(error) => (&mut failed, format!("FAILED: {error}")),
+        let begin = Instant::now();
+        let (verdict, text) = match (step.run)() {
+            Ok(()) => ("passed", "passed".to_owned()),
+            Err(error) if error.is::<Skipped>() => ("skipped", format!("SKIPPED: {error:#}")),
+            Err(error) => {
+                println!("{}: FAILED: {error:#}", step.name);
+                ("failed", format!("FAILED: {error:#}"))
+            }
         };
-        *count += 1;
-        println!("{name:30}{:>8.1} s  {text}", took.as_secs_f32());
+        *counts.entry(verdict).or_default() += 1;
+        lines.push(format!("{:30}{:>8.1} s  {text}", step.name, begin.elapsed().as_secs_f32()));
     }
+    println!("\n=== summary\n{}", lines.join("\n"));
     if quick {
         println!("{:30}{:>8}    left out (--quick)", "browser tests", "-");
     }
-    let total: Duration = outcomes.iter().map(|outcome| outcome.took).sum();
-    println!("{:30}{:>8.1} s", "all", total.as_secs_f32());
+    println!("{:30}{:>8.1} s", "all", began.elapsed().as_secs_f32());
+    let [passed, skipped, failed]: [u32; 3] =
+        ["passed", "skipped", "failed"].map(|verdict| counts.get(verdict).copied().unwrap_or(0));
     println!("{passed} passed, {skipped} skipped, {failed} failed");
     failed == 0
 }

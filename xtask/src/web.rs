@@ -29,30 +29,19 @@ pub enum Profile {
 }
 
 impl Profile {
-    fn cargo_name(self) -> &'static str {
+    /// Cargo's name of the profile, and of the directory that it builds into.
+    fn names(self) -> [&'static str; 2] {
         match self {
-            Profile::Small => "wasm",
-            Profile::Dev => "dev",
+            Profile::Small => ["wasm", "wasm"],
+            Profile::Dev => ["dev", "debug"],
         }
-    }
-
-    /// Where cargo puts what it built with this profile.
-    fn dir(self) -> &'static str {
-        match self {
-            Profile::Small => "wasm",
-            Profile::Dev => "debug",
-        }
-    }
-
-    fn brotli_quality(self, bytes: usize) -> i32 {
-        if self == Profile::Dev && bytes > LARGE_BYTES { 2 } else { 11 }
     }
 }
 
 /// Builds everything into `client-web/dist`.
 pub fn build(profile: Profile) -> Result<()> {
     add_target()?;
-    say("web", &format!("compile the client to wasm (profile {})", profile.cargo_name()));
+    say("web", &format!("compile the client to wasm (profile {})", profile.names()[0]));
     let wasm = compile(profile)?;
     say("web", "bind it to JavaScript");
     let bound = bind(&wasm)?;
@@ -87,13 +76,13 @@ fn add_target() -> Result<()> {
 
 /// Compiles the client in a target directory of its own: other cargo calls may run meanwhile.
 fn compile(profile: Profile) -> Result<PathBuf> {
-    let target_dir = root().join("target/web");
+    let ([name, dir], target_dir) = (profile.names(), root().join("target/web"));
     let args = ["build", "--package", "jostle-client-web", "--lib", "--target", TARGET];
     run(cargo(&args)
-        .args(["--profile", profile.cargo_name(), "--config", FEATURES])
+        .args(["--profile", name, "--config", FEATURES])
         .arg("--target-dir")
         .arg(&target_dir))?;
-    Ok(target_dir.join(TARGET).join(profile.dir()).join("jostle_client_web.wasm"))
+    Ok(target_dir.join(TARGET).join(dir).join("jostle_client_web.wasm"))
 }
 
 /// Makes `client.js` and `client_bg.wasm`; returns their directory.
@@ -156,7 +145,8 @@ fn write_changed(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>, profile: Profi
         }
         write(&path, content)?;
         if compressible(name) {
-            write(&packed, &compress(content, profile.brotli_quality(content.len()))?)?;
+            let is_hurried = profile == Profile::Dev && content.len() > LARGE_BYTES;
+            write(&packed, &compress(content, if is_hurried { 2 } else { 11 })?)?;
         }
     }
     Ok(())
@@ -210,11 +200,8 @@ fn remove_others(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<()> 
 /// Prints the size of the page's program; returns how many of its bytes travel.
 fn report(dist: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<u64> {
     let wasm = files.get(Path::new("client_bg.wasm")).map_or(0, Vec::len);
-    let packed = dist.join("client_bg.wasm.br");
-    let packed =
-        fs::metadata(&packed).with_context(|| format!("cannot read {}", packed.display()))?.len();
+    let packed = fs::metadata(dist.join("client_bg.wasm.br")).context("the program")?.len();
     let count = files.len();
-    let line = format!("{count} files; the program is {wasm} bytes, {packed} as it travels");
-    say("web", &line);
+    say("web", &format!("{count} files; the program is {wasm} bytes, {packed} as it travels"));
     Ok(packed)
 }
