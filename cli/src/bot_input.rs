@@ -1,13 +1,13 @@
-//! The input of bots, who play without pause, as a person with a mouse and a keyboard does. The same seed
-//! and index give the same input, bit for bit.
+//! The input of bots, which play as a person with a mouse and a keyboard does, but without pause. The same
+//! seed and index give the same input, bit for bit.
 
 use jostle_game::{Buttons, Input};
 use jostle_sim::Rng;
 use jostle_sim::Vec2;
 
-/// How far a hand shakes at most, world units: a pixel or two of the page.
+/// Largest tremor of the hand in a tick, world units: a pixel or two of the page.
 const TREMOR: f32 = 0.06;
-/// Share of the shaking that is left in the next tick.
+/// Share of the tremor that is left in the next tick.
 const TREMOR_KEPT: f32 = 0.8;
 
 /// One bot's pointer and keys.
@@ -20,14 +20,14 @@ pub struct BotInput {
     act: Held,
 }
 
-/// Buttons that are held for some ticks more.
+/// Buttons that are held for some more ticks.
 #[derive(Clone, Copy, Default)]
 struct Held {
     buttons: u16,
     ticks: u32,
 }
 
-/// One way of the pointer, as a hand goes: it gathers speed and comes to rest.
+/// One movement of the pointer: as a hand does, it gathers speed and comes to rest.
 #[derive(Clone, Copy)]
 struct Reach {
     from: Vec2,
@@ -38,8 +38,8 @@ struct Reach {
 }
 
 impl Reach {
-    /// The place now: the way of least jerk, 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan, 1985).
-    fn place(&self) -> Vec2 {
+    /// The position now: the path of least jerk, 10 s^3 - 15 s^4 + 6 s^5 (Flash and Hogan, 1985).
+    fn position(&self) -> Vec2 {
         let s = self.tick as f32 / self.ticks as f32;
         let share = s * s * s * (10.0 + s * (6.0 * s - 15.0));
         self.from + (self.to - self.from) * share
@@ -60,15 +60,15 @@ impl BotInput {
     pub fn next_input(&mut self) -> Input {
         self.point();
         if self.steer.ticks == 0 {
-            self.steer = self.choose_way();
+            self.steer = self.choose_direction();
         }
         if self.act.ticks == 0 {
             self.act = self.choose_act();
         }
         self.steer.ticks -= 1;
         self.act.ticks -= 1;
-        let place = self.reach.place() + self.tremor;
-        let pointer = place.clamp(Vec2::ZERO, self.size);
+        let position = self.reach.position() + self.tremor;
+        let pointer = position.clamp(Vec2::ZERO, self.size);
         Input { buttons: Buttons(self.steer.buttons | self.act.buttons), pointer: Some(pointer) }
     }
 
@@ -83,8 +83,8 @@ impl BotInput {
         self.tremor = self.tremor * TREMOR_KEPT + shake;
     }
 
-    /// Each direction or none, for some time.
-    fn choose_way(&mut self) -> Held {
+    /// A direction or none, for some time.
+    fn choose_direction(&mut self) -> Held {
         let none = Buttons::default();
         let sideways = [Buttons::LEFT, Buttons::RIGHT, none][self.rng.below(3) as usize];
         let upright = [Buttons::UP, Buttons::DOWN, none][self.rng.below(3) as usize];

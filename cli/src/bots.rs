@@ -1,5 +1,5 @@
-//! `jostle bots`: seeded players over real sockets, to see how a server holds up and what it sends. `bench/load`
-//! plays the same bots to measure more.
+//! `jostle bots`: seeded players over real sockets, which measure what a server sends and how it bears the
+//! load. `bench/load` uses the same bots and measures more.
 
 mod client;
 pub mod crowd;
@@ -9,7 +9,7 @@ pub mod socket;
 pub mod target;
 mod text;
 
-use crate::output::{Failure, json, say};
+use crate::output::{Failure, OrFail, json, say};
 use crowd::{Crowd, CrowdPlan, evenly};
 use report::{ClientReport, Report};
 use std::time::Duration;
@@ -20,7 +20,7 @@ use tokio::time::sleep;
 const CLIENTS_MAX: u32 = 1024;
 /// Bots that decode everything; many more would take the processors that the server needs.
 pub const DECODERS: u32 = 32;
-/// Time from the last bot's coming to the measurement.
+/// Time from the arrival of the last bot to the start of the measurement.
 pub const SETTLE: Duration = Duration::from_secs(1);
 /// Each bot loses its socket this often.
 const LOSS_EVERY: Duration = Duration::from_secs(60);
@@ -49,7 +49,7 @@ pub struct Bots {
 }
 
 impl Bots {
-    /// Plays and reports.
+    /// Plays, and prints the report.
     pub fn run(self) -> Result<(), Failure> {
         let length = Duration::from_secs(self.seconds.into());
         let losses = self.clients * self.seconds / LOSS_EVERY.as_secs() as u32;
@@ -62,7 +62,7 @@ impl Bots {
             snapshots: None,
         };
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-        let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
+        let runtime = runtime.or_check("runtime")?;
         let clients = runtime.block_on(play(&plan, length));
         let report = Report::new(&plan.targets, DECODERS.min(plan.clients), clients);
         if self.json { say(json(&report)) } else { say(&report) }?;

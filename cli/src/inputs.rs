@@ -1,6 +1,6 @@
-//! A file of inputs for `jostle run`: JSON lines, each saying what one seat holds from a tick on.
+//! The file of inputs for `jostle run`: JSON lines, each with the input of one seat from a tick on.
 
-use crate::output::Failure;
+use crate::output::{Failure, OrFail};
 use jostle_game::{Buttons, Input, Seat};
 use jostle_sim::Vec2;
 use serde::Deserialize;
@@ -24,13 +24,13 @@ pub const BUTTONS: [(&str, Buttons); 12] = [
 
 const LINE_ALLOWED: &str = r#"{"tick":60,"seat":0,"buttons":["right"],"pointer":[100,50]}"#;
 
-/// What each seat holds, tick by tick.
+/// The inputs of all seats, tick by tick.
 #[derive(Debug, Default)]
 pub struct Inputs {
     /// Sorted by tick; lines of one tick in file order.
     changes: Vec<Change>,
     next: usize,
-    /// What every seat of the run holds now, in seat order.
+    /// The present input of every seat, in seat order.
     held: Vec<(Seat, Input)>,
 }
 
@@ -53,7 +53,7 @@ struct Line {
 }
 
 impl Inputs {
-    /// Seat 0, holding nothing for good.
+    /// Seat 0 at rest.
     pub fn none() -> Inputs {
         Inputs { held: vec![(Seat(0), Input::default())], ..Inputs::default() }
     }
@@ -61,8 +61,7 @@ impl Inputs {
     /// Reads a file. Seats from 0 up to the highest one named take part from the start.
     pub fn read(path: &Path, seats_max: u16) -> Result<Inputs, Failure> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
+        let text = std::fs::read_to_string(path).or_usage(&file)?;
         Inputs::parse(&file, &text, seats_max)
     }
 
@@ -72,9 +71,8 @@ impl Inputs {
             if line.trim().is_empty() {
                 continue;
             }
-            let change = parse_line(line, seats_max)
-                .map_err(|error| Failure::Check(format!("{file}:{}: {error}", index + 1)))?;
-            inputs.changes.push(change);
+            let change = parse_line(line, seats_max);
+            inputs.changes.push(change.or_check(format_args!("{file}:{}", index + 1))?);
         }
         inputs.changes.sort_by_key(|change| change.tick);
         let last = inputs.changes.iter().map(|change| change.seat.0).max().unwrap_or(0);
@@ -87,7 +85,7 @@ impl Inputs {
         self.held.iter().map(|(seat, _)| *seat)
     }
 
-    /// What every seat holds in a tick. Ticks must be asked for in order.
+    /// The input of every seat in a tick. To be called with ticks in order.
     pub fn at(&mut self, tick: u32) -> &[(Seat, Input)] {
         while let Some(change) = self.changes.get(self.next)
             && change.tick <= tick

@@ -1,5 +1,5 @@
-//! The command line: what is asked for, and how it ends. Exit status 0 done, 1 a check failed, 2 bad
-//! usage; errors are one line on stderr.
+//! The command line. Its exit status is 0 for success, 1 for a failed check and 2 for bad usage; errors are
+//! one line on stderr.
 
 mod bot_input;
 pub mod bots;
@@ -16,7 +16,7 @@ mod trace;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use jostle_server::limits;
-use output::Failure;
+use output::{Failure, OrFail};
 use std::process::ExitCode;
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::EnvFilter;
@@ -63,7 +63,7 @@ pub fn main() -> ExitCode {
         Command::Bots(bots) => bots.run(),
         Command::Replay(replay) => replay.run(),
     };
-    // Writes what waits, if that is read.
+    // Writes the lines that wait.
     drop(log);
     done.map_or_else(fail, |()| ExitCode::SUCCESS)
 }
@@ -77,13 +77,12 @@ fn fail(failure: Failure) -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Starts the log. It is written by a thread of its own, which lasts as long as the guard; lines that find
-/// no room are dropped and counted, so that a log that nothing reads stops nothing else.
+/// Starts the log. A thread of its own writes it, and lasts as long as the guard. Lines beyond the limit are
+/// dropped and counted, so that a log that is not read stops nothing else.
 fn start_log(arguments: &Arguments) -> Result<(ErrorCounter, WorkerGuard), Failure> {
     let named = arguments.log.clone().or_else(|| std::env::var("RUST_LOG").ok());
     let usual = if matches!(arguments.command, Command::Serve(_)) { "info" } else { "warn" };
-    let filter = EnvFilter::try_new(named.as_deref().unwrap_or(usual))
-        .map_err(|error| Failure::Usage(format!("--log: {error}")))?;
+    let filter = EnvFilter::try_new(named.as_deref().unwrap_or(usual)).or_usage("--log")?;
     let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
     let log = tracing_subscriber::fmt().with_env_filter(filter).with_target(false);
     let (writer, guard) = NonBlockingBuilder::default()
@@ -100,7 +99,7 @@ fn is_help(error: &clap::Error) -> bool {
     !error.use_stderr() || error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
 }
 
-/// What clap complains about, without its usage and hints, which take several lines.
+/// An error of clap without the usage and the hints, which take several lines.
 fn one_line(complaint: &str) -> String {
     let complaint = complaint.strip_prefix("error: ").unwrap_or(complaint);
     let complaint = complaint.split("\n\n").next().unwrap_or_default();

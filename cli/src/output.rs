@@ -1,10 +1,10 @@
-//! How commands answer: lines on stdout, and the reason why they failed.
+//! The results of commands: lines on stdout, or the reason of a failure.
 
 use serde::Serialize;
 use std::fmt::Display;
 use std::io::Write;
 
-/// Why a command ended without success.
+/// The reason why a command ended without success.
 #[derive(Debug)]
 pub enum Failure {
     /// Something was checked and is wrong, or did not work: status 1.
@@ -13,17 +13,33 @@ pub enum Failure {
     Usage(String),
 }
 
-/// Text of a report.
+/// Turns an error into a failure whose text begins with what was tried.
+pub trait OrFail<T> {
+    /// [`Failure::Check`].
+    fn or_check(self, what: impl Display) -> Result<T, Failure>;
+    /// [`Failure::Usage`].
+    fn or_usage(self, what: impl Display) -> Result<T, Failure>;
+}
+
+impl<T, E: Display> OrFail<T> for Result<T, E> {
+    fn or_check(self, what: impl Display) -> Result<T, Failure> {
+        self.map_err(|error| Failure::Check(format!("{what}: {error}")))
+    }
+
+    fn or_usage(self, what: impl Display) -> Result<T, Failure> {
+        self.map_err(|error| Failure::Usage(format!("{what}: {error}")))
+    }
+}
+
+/// A report as JSON.
 pub fn json(report: &impl Serialize) -> String {
     serde_json::to_string(report).expect("reports hold strings and numbers only")
 }
 
-/// Prints a line. Whoever closes our stdout, as `head` does, has seen enough.
+/// Prints a line. A reader that closed stdout, as `head` does, is no error.
 pub fn say(line: impl Display) -> Result<(), Failure> {
     match writeln!(std::io::stdout(), "{line}") {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::Check(format!("stdout: {error}")))
-        }
-        _ => Ok(()),
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.or_check("stdout"),
     }
 }

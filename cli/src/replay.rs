@@ -1,4 +1,4 @@
-//! `jostle replay`: what a replay holds, whether it plays again as it was recorded, and how.
+//! `jostle replay`: describes replays, verifies them and plays them again.
 
 mod file;
 mod info;
@@ -18,7 +18,7 @@ pub enum ReplayCommand {
 }
 
 impl ReplayCommand {
-    /// Does it.
+    /// Runs it.
     pub fn run(self) -> Result<(), Failure> {
         match self {
             ReplayCommand::Info(info) => info.run(),

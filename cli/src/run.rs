@@ -1,4 +1,4 @@
-//! `jostle run`: plays a scene without sockets, as fast as it goes, and says what happened.
+//! `jostle run`: plays a scene without sockets, as fast as possible, and prints a summary.
 
 mod bots;
 mod record;
@@ -81,14 +81,14 @@ struct Summary {
     step_ms_max: f64,
 }
 
-/// Who plays.
+/// The players of a run.
 enum Players {
     Scripted(Inputs),
     Bots(Bots),
 }
 
 impl Players {
-    /// Who comes and goes before a tick, and what the others do in it.
+    /// Joins and leaves before a tick, and the inputs in it.
     fn next(&mut self, tick: u32) -> (Vec<Change>, &[(Seat, Input)]) {
         match self {
             Players::Bots(bots) => bots.next(tick),
@@ -108,7 +108,7 @@ fn join(seat: Seat) -> Change {
 }
 
 impl Run {
-    /// Plays and reports.
+    /// Plays, and prints the summary.
     pub fn run(self) -> Result<(), Failure> {
         let scene = Arc::new(scene_named(&self.scene)?);
         let mut players = self.players(&scene)?;

@@ -1,10 +1,10 @@
-//! `jostle scene`: what scenes there are, whether one is right, and what it holds.
+//! `jostle scene`: lists, checks and explains scenes.
 
-use super::plan::Told;
-use crate::output::{Failure, json, say};
+use super::plan;
+use crate::output::{Failure, say};
 use crate::scenes::{scene_file, scene_named};
 use jostle_game::Scene;
-use serde::Serialize;
+use serde_json::json;
 use std::path::PathBuf;
 
 /// List, check and explain scenes
@@ -32,21 +32,8 @@ pub enum SceneCommand {
     },
 }
 
-#[derive(Serialize)]
-struct List {
-    scenes: Vec<Entry>,
-}
-
-#[derive(Serialize)]
-struct Entry {
-    name: String,
-    title: String,
-    about: String,
-    players_max: u16,
-}
-
 impl SceneCommand {
-    /// Does it.
+    /// Runs it.
     pub fn run(self) -> Result<(), Failure> {
         match self {
             SceneCommand::List { json } => list(json),
@@ -55,26 +42,26 @@ impl SceneCommand {
                 say(format_args!("{}: ok, scene {:?}", file.display(), scene.name))
             }
             SceneCommand::Plan { scene, json: as_json } => {
-                let plan = Told::of(scene_named(&scene)?);
-                if as_json { say(json(&plan)) } else { say(plan) }
+                let scene = scene_named(&scene)?;
+                if as_json { say(plan::as_json(&scene)) } else { say(plan::as_text(&scene)) }
             }
         }
     }
 }
 
 fn list(as_json: bool) -> Result<(), Failure> {
-    let entry = |scene: Scene| Entry {
-        name: scene.name,
-        title: scene.title,
-        about: scene.about,
-        players_max: scene.players_max,
+    let scenes = Scene::built_in();
+    if !as_json {
+        let mut lines = scenes.iter().map(|scene| format!("{:<12} {}", scene.name, scene.title));
+        return lines.try_for_each(say);
+    }
+    let entry = |scene: &Scene| {
+        json!({
+            "name": scene.name,
+            "title": scene.title,
+            "about": scene.about,
+            "players_max": scene.players_max,
+        })
     };
-    let list = List { scenes: Scene::built_in().into_iter().map(entry).collect() };
-    if as_json {
-        return say(json(&list));
-    }
-    for scene in &list.scenes {
-        say(format_args!("{:<12} {}", scene.name, scene.title))?;
-    }
-    Ok(())
+    say(json!({ "scenes": scenes.iter().map(entry).collect::<Vec<_>>() }))
 }

@@ -1,10 +1,10 @@
 //! Scenes as the command line names them.
 
-use crate::output::Failure;
+use crate::output::{Failure, OrFail};
 use jostle_game::Scene;
 use std::path::Path;
 
-/// The scene that SCENE means: a built-in name, or a path to a TOML file.
+/// The scene of this name: a built-in one, or the path of a TOML file.
 pub fn scene_named(name: &str) -> Result<Scene, Failure> {
     let mut scenes = Scene::built_in();
     if let Some(index) = scenes.iter().position(|scene| scene.name == name) {
@@ -22,7 +22,7 @@ pub fn scene_named(name: &str) -> Result<Scene, Failure> {
 /// Reads and checks a scene file.
 pub fn scene_file(path: &Path) -> Result<Scene, Failure> {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|error| Failure::Usage(format!("{file}: {error}")))?;
+    let bytes = std::fs::read(path).or_usage(&file)?;
     let source = String::from_utf8(bytes).map_err(|error| {
         let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;

@@ -1,6 +1,6 @@
-//! `jostle serve`: the scenes, the port, the signals.
+//! `jostle serve`: configures the server by the command line, and stops it at a signal.
 
-use crate::output::{Failure, say};
+use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
 use jostle_game::Scene;
 use jostle_server::net::tls::Tls;
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use tokio::net::TcpListener;
 use tracing_appender::non_blocking::ErrorCounter;
 
-/// Where the operators' token may stand instead of in a file.
+/// Environment variable that may hold the operators' token instead of a file.
 const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
 
 /// Serve the page and the rooms until SIGTERM or ctrl-c.
@@ -93,15 +93,15 @@ impl Serve {
             ..Settings::new(dir)
         });
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-        let runtime = runtime.map_err(|error| Failure::Check(format!("runtime: {error}")))?;
+        let runtime = runtime.or_check("runtime")?;
         let served = runtime.block_on(serve(self.listen, self.ops, config));
-        // Whatever did not end in time has been logged, and ends with the process.
+        // Tasks that did not end in time have been logged, and end with the process.
         runtime.shutdown_background();
         served
     }
 }
 
-/// Has panics go to the log: standard error itself may be a pipe that nothing reads.
+/// Sends panics to the log: standard error itself may be a pipe that nothing reads.
 fn log_panics() {
     std::panic::set_hook(Box::new(|panic| {
         let backtrace = std::backtrace::Backtrace::capture();
@@ -110,7 +110,7 @@ fn log_panics() {
 }
 
 async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {
-    let stop = stop_signal().map_err(|error| Failure::Check(format!("signals: {error}")))?;
+    let stop = stop_signal().or_check("signals")?;
     let (listener, bound) = bind("--listen", listen).await?;
     let ops = match ops {
         Some(ops) => Some(bind("--ops", ops).await?),
@@ -132,14 +132,13 @@ fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
     let (place, text) = match file {
         Some(file) => {
             let place = format!("--ops-token-file {}", file.display());
-            let read = std::fs::read_to_string(file);
-            let text = read.map_err(|error| Failure::Usage(format!("{place}: {error}")))?;
+            let text = std::fs::read_to_string(file).or_usage(&place)?;
             (place, text)
         }
         None => match std::env::var(OPS_TOKEN_VARIABLE) {
             Ok(text) => (OPS_TOKEN_VARIABLE.to_owned(), text),
             Err(std::env::VarError::NotPresent) => return Ok(None),
-            Err(error) => return Err(Failure::Usage(format!("{OPS_TOKEN_VARIABLE}: {error}"))),
+            Err(error) => return Err(error).or_usage(OPS_TOKEN_VARIABLE),
         },
     };
     let token = text.trim();
@@ -155,9 +154,9 @@ fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
 }
 
 async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketAddr), Failure> {
-    let failed = |error| Failure::Check(format!("{option} {address}: {error}"));
-    let listener = TcpListener::bind(address).await.map_err(failed)?;
-    let bound = listener.local_addr().map_err(failed)?;
+    let what = format!("{option} {address}");
+    let listener = TcpListener::bind(address).await.or_check(&what)?;
+    let bound = listener.local_addr().or_check(what)?;
     Ok((listener, bound))
 }
 
@@ -171,7 +170,7 @@ fn url(scheme: &str, bound: SocketAddr) -> String {
     format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
 }
 
-/// Listens from now on, so that no signal between here and the first await is lost.
+/// Listens from the call on, so that no signal before the first await is lost.
 #[cfg(unix)]
 fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
     use tokio::signal::unix::{SignalKind, signal};
@@ -195,14 +194,14 @@ fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
     })
 }
 
-/// Reads an address to listen at.
+/// Parses an address to listen at.
 fn socket_address(text: &str) -> Result<SocketAddr, String> {
     text.parse().map_err(|_| {
         "allowed: an IP address and a port, such as 0.0.0.0:8080 or [::]:8080".to_owned()
     })
 }
 
-/// What is there already has to be a directory.
+/// Checks that a path is free or a directory.
 fn check_replays(dir: &Path) -> Result<(), Failure> {
     if dir.exists() && !dir.is_dir() {
         let text = format!("--replays {}: found a file; allowed: a directory", dir.display());
@@ -211,7 +210,7 @@ fn check_replays(dir: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Reads the origin of a site as browsers tell it: a scheme and a host, perhaps a port.
+/// Parses the origin of a site as browsers send it: a scheme and a host, perhaps a port.
 fn origin(text: &str) -> Result<String, String> {
     let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
     match text.split_once("://") {
@@ -238,14 +237,10 @@ fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path) -> Result<(), Failure> {
 }
 
 fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let failed = |error| Failure::Usage(format!("--scenes {}: {error}", dir.display()));
-    let mut paths = Vec::new();
-    for entry in std::fs::read_dir(dir).map_err(failed)? {
-        let path = entry.map_err(failed)?.path();
-        if path.extension().is_some_and(|extension| extension == "toml") {
-            paths.push(path);
-        }
-    }
+    let paths = std::fs::read_dir(dir)
+        .and_then(|entries| entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, _>>());
+    let mut paths = paths.or_usage(format_args!("--scenes {}", dir.display()))?;
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
     paths.sort();
     Ok(paths)
 }

@@ -1,8 +1,7 @@
-//! What a run looked like at a tick, as one JSON object. Numbers are printed with the fewest digits
-//! that read back as the same number, so equal states give equal bytes.
+//! The state of a game after a tick as one JSON object. Numbers are printed with the fewest digits that read
+//! back as the same number, so equal states give equal bytes.
 
-use crate::output::Failure;
-use crate::output::json;
+use crate::output::{Failure, OrFail, json};
 use jostle_game::Game;
 use jostle_sim::{BodyId, Motion, World};
 use serde::Serialize;
@@ -31,9 +30,9 @@ pub struct Line {
 /// One body.
 #[derive(Debug, Serialize)]
 pub struct Body {
-    /// Index, plus 2^32 times how often the index was used before.
+    /// Index, plus 2^32 times the number of earlier bodies of that index.
     pub id: u64,
-    /// What it is.
+    /// Its kind.
     pub kind: &'static str,
     /// Centre, world units.
     pub pos: [f32; 2],
@@ -101,33 +100,29 @@ pub fn sums(world: &World) -> Sums {
     sums
 }
 
-/// Where a trace goes.
+/// The destination of a trace.
 pub struct Sink {
     /// The file as it is named in errors; `None` for stdout.
     file: Option<String>,
     out: BufWriter<Box<dyn Write>>,
-    /// Whether whoever read it has seen enough.
+    /// Whether the reader of stdout closed it.
     is_closed: bool,
 }
 
 impl Sink {
-    /// Begins a file; `-` is stdout.
+    /// Creates a file; `-` is stdout.
     pub fn create(path: &Path) -> Result<Sink, Failure> {
         if path == Path::new("-") {
             return Ok(Sink::stdout());
         }
         let file = path.display().to_string();
-        let out: Box<dyn Write> = match File::create(path) {
-            Ok(file) => Box::new(file),
-            Err(error) => return Err(Failure::Usage(format!("--trace {file}: {error}"))),
-        };
+        let out = Box::new(File::create(path).or_usage(format_args!("--trace {file}"))?);
         Ok(Sink { file: Some(file), out: BufWriter::new(out), is_closed: false })
     }
 
     /// Stdout.
     pub fn stdout() -> Sink {
-        let out: Box<dyn Write> = Box::new(io::stdout());
-        Sink { file: None, out: BufWriter::new(out), is_closed: false }
+        Sink { file: None, out: BufWriter::new(Box::new(io::stdout())), is_closed: false }
     }
 
     /// Whether it is stdout.
@@ -144,24 +139,20 @@ impl Sink {
         self.check(written)
     }
 
-    /// Ends it.
+    /// Writes the rest.
     pub fn finish(mut self) -> Result<(), Failure> {
         let flushed = self.out.flush();
         self.check(flushed)
     }
 
-    /// Whoever closes our stdout, as `head` does, has seen enough.
+    /// A reader that closed stdout, as `head` does, is no error.
     fn check(&mut self, done: io::Result<()>) -> Result<(), Failure> {
         match done {
             Err(error) if self.is_stdout() && error.kind() == io::ErrorKind::BrokenPipe => {
                 self.is_closed = true;
                 Ok(())
             }
-            Err(error) => {
-                let file = self.file.as_deref().unwrap_or("stdout");
-                Err(Failure::Check(format!("{file}: {error}")))
-            }
-            Ok(()) => Ok(()),
+            done => done.or_check(self.file.as_deref().unwrap_or("stdout")),
         }
     }
 }

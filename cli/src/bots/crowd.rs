@@ -1,4 +1,4 @@
-//! Many bots at once, who come, play and leave together.
+//! Many bots that join, play and leave together.
 
 use super::client::{Bot, Stage};
 use super::report::ClientReport;
@@ -10,7 +10,7 @@ use tokio::sync::mpsc::{self, UnboundedSender};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
-/// Describes a crowd before it comes.
+/// The settings of a crowd.
 #[derive(Clone, Debug)]
 pub struct CrowdPlan {
     /// Rooms; each gets its share of the bots.
@@ -28,17 +28,17 @@ pub struct CrowdPlan {
     pub snapshots: Option<UnboundedSender<Arc<Snapshot>>>,
 }
 
-/// Bots at play.
+/// Bots with sockets.
 pub struct Crowd {
     stage: watch::Sender<Stage>,
     bots: Vec<JoinHandle<ClientReport>>,
 }
 
 impl Crowd {
-    /// Has all bots connect, and waits until each has a seat or will not get one. They play, and nothing is
+    /// Connects all bots, and waits until each has a seat or has failed to get one. They play, but nothing is
     /// measured yet.
     pub async fn join(plan: &CrowdPlan) -> Crowd {
-        let (stage, followed) = watch::channel(Stage::Coming);
+        let (stage, followed) = watch::channel(Stage::Joining);
         let (seated, mut waiting) = mpsc::channel(plan.clients as usize);
         let bot = |index: u32| Bot {
             index,
@@ -57,12 +57,12 @@ impl Crowd {
         Crowd { stage, bots }
     }
 
-    /// Begins to measure.
+    /// Starts the measurement.
     pub fn begin(&self) {
         self.stage.send_replace(Stage::Playing(Instant::now()));
     }
 
-    /// Has all bots leave, and returns what they measured.
+    /// Disconnects all bots, and returns their measurements.
     pub async fn end(self) -> Vec<ClientReport> {
         self.stage.send_replace(Stage::Over);
         let mut reports = Vec::new();
@@ -80,7 +80,7 @@ impl CrowdPlan {
     }
 }
 
-/// Losses of this many sockets, evenly over a time.
+/// The times at which this many sockets are lost, spread evenly.
 pub fn evenly(count: u32, length: Duration) -> Vec<Duration> {
     let at = |loss: u32| length.mul_f64((f64::from(loss) + 0.5) / f64::from(count));
     (0..count).map(at).collect()

@@ -1,4 +1,4 @@
-//! Percentiles of millions of durations in little memory.
+//! Percentiles of durations, in little memory however many there are.
 
 use hdrhistogram::Histogram;
 use serde::Serialize;

@@ -6,17 +6,20 @@ use jostle_sim::{BodyId, TICKS_PER_SECOND};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Bytes of messages, by kind.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Bytes {
-    /// Snapshots that say what changed.
-    pub deltas: u64,
-    /// Snapshots that start from nothing.
-    pub keyframes: u64,
-    /// Answers to pings.
-    pub pongs: u64,
-    /// All others but the welcome.
-    pub others: u64,
+/// Kinds of messages, as the report names them.
+const KINDS: [&str; 4] = ["deltas", "keyframes", "pongs", "others"];
+
+/// A kind of message, in the order of [`KINDS`].
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// A snapshot with the changes since the last.
+    Delta,
+    /// A snapshot that needs no other.
+    Keyframe,
+    /// The answer to a ping.
+    Pong,
+    /// Any other but the welcome.
+    Other,
 }
 
 /// The measurements of one bot while all of them played.
@@ -27,11 +30,17 @@ pub struct ClientReport {
     pub seat: Option<u16>,
     /// The error that ended it early.
     pub error: Option<String>,
-    /// Before the play stamps count from here.
+    /// Stamps of pings count from here.
     made_at: Instant,
     began_at: Option<Instant>,
     ended_at: Option<Instant>,
-    bytes: Bytes,
+    counts: Counts,
+}
+
+#[derive(Debug, Default)]
+struct Counts {
+    /// By [`Kind`].
+    bytes: [u64; KINDS.len()],
     snapshots: u64,
     gaps: u64,
     gap_ticks_max: u32,
@@ -47,68 +56,50 @@ pub struct ClientReport {
 }
 
 impl ClientReport {
-    /// Nothing measured yet.
+    /// A report without measurements.
     pub fn new(index: u32) -> ClientReport {
-        ClientReport {
-            index,
-            seat: None,
-            error: None,
-            made_at: Instant::now(),
-            began_at: None,
-            ended_at: None,
-            bytes: Bytes::default(),
-            snapshots: 0,
-            gaps: 0,
-            gap_ticks_max: 0,
-            first: None,
-            last: None,
-            pings: Durations::default(),
-            jitter: Durations::default(),
-            ping_before: None,
-            intervals: Durations::default(),
-            returns: Durations::default(),
-            seats_lost: 0,
-            heroes_lost: 0,
-        }
+        let (made_at, counts) = (Instant::now(), Counts::default());
+        let (seat, error, began_at, ended_at) = (None, None, None, None);
+        ClientReport { index, seat, error, made_at, began_at, ended_at, counts }
     }
 
-    /// From now on everything counts.
+    /// Starts the measurement.
     pub fn begin(&mut self, now: Instant) {
         self.began_at = Some(now);
     }
 
-    /// When that was; now if it was not yet.
+    /// The start of the measurement; now if it has not started.
     pub fn began(&self) -> Instant {
         self.began_at.unwrap_or_else(Instant::now)
     }
 
-    /// And from now on nothing does.
+    /// Ends the measurement.
     pub fn end(&mut self, now: Instant) {
         self.ended_at = Some(now);
     }
 
-    /// A snapshot of this tick came, this many ticks after the last that was announced.
+    /// Counts a snapshot of this tick, which came this many ticks after the last announced one.
     pub fn saw(&mut self, keyframe: bool, bytes: usize, tick: u32, ticks: u32, now: Instant) {
         if self.began_at.is_none() {
             return;
         }
-        self.snapshots += 1;
-        *(if keyframe { &mut self.bytes.keyframes } else { &mut self.bytes.deltas }) +=
-            bytes as u64;
-        if let Some((_, before)) = self.last {
+        self.counts.snapshots += 1;
+        let kind = if keyframe { Kind::Keyframe } else { Kind::Delta };
+        self.counts.bytes[kind as usize] += bytes as u64;
+        if let Some((_, before)) = self.counts.last {
             let skipped = ticks.saturating_sub(1);
-            self.gaps += u64::from(skipped > 0);
-            self.gap_ticks_max = self.gap_ticks_max.max(skipped);
-            self.intervals.record(now - before);
+            self.counts.gaps += u64::from(skipped > 0);
+            self.counts.gap_ticks_max = self.counts.gap_ticks_max.max(skipped);
+            self.counts.intervals.record(now - before);
         }
-        self.first.get_or_insert((tick, now));
-        self.last = Some((tick, now));
+        self.counts.first.get_or_insert((tick, now));
+        self.counts.last = Some((tick, now));
     }
 
-    /// Another message came.
-    pub fn heard_other(&mut self, bytes: usize) {
+    /// Counts a message of another kind.
+    pub fn count_other(&mut self, bytes: usize) {
         if self.began_at.is_some() {
-            self.bytes.others += bytes as u64;
+            self.counts.bytes[Kind::Other as usize] += bytes as u64;
         }
     }
 
@@ -117,20 +108,20 @@ impl ClientReport {
         (now - self.made_at).as_micros() as u32
     }
 
-    /// The answer to a ping came.
+    /// Counts the answer to a ping.
     pub fn ponged(&mut self, stamp: u32, bytes: usize, now: Instant) {
         if self.began_at.is_none() {
             return;
         }
-        self.bytes.pongs += bytes as u64;
+        self.counts.bytes[Kind::Pong as usize] += bytes as u64;
         let ping = Duration::from_micros(self.stamp(now).wrapping_sub(stamp).into());
-        self.pings.record(ping);
-        if let Some(before) = self.ping_before.replace(ping) {
-            self.jitter.record(ping.abs_diff(before));
+        self.counts.pings.record(ping);
+        if let Some(before) = self.counts.ping_before.replace(ping) {
+            self.counts.jitter.record(ping.abs_diff(before));
         }
     }
 
-    /// It came back after its socket was lost: to the same seat or another, the same hero or another.
+    /// Counts a return after a lost socket: to the same seat or another, the same hero or another.
     pub fn returned(
         &mut self,
         took: Duration,
@@ -138,35 +129,29 @@ impl ClientReport {
         before: Option<BodyId>,
         hero: Option<BodyId>,
     ) {
-        self.returns.record(took);
-        self.seats_lost += u32::from(!same_seat);
-        self.heroes_lost += u32::from(hero != before);
-        // What came in between is no gap between two snapshots of a socket.
-        self.last = None;
+        self.counts.returns.record(took);
+        self.counts.seats_lost += u32::from(!same_seat);
+        self.counts.heroes_lost += u32::from(hero != before);
+        // The time without a socket is no gap between two snapshots.
+        self.counts.last = None;
     }
 
     fn seconds(&self) -> f64 {
-        match (self.began_at, self.ended_at.or(self.last.map(|(_, at)| at))) {
+        match (self.began_at, self.ended_at.or(self.counts.last.map(|(_, at)| at))) {
             (Some(start), Some(end)) if end > start => (end - start).as_secs_f64(),
             _ => 0.0,
         }
     }
 
-    /// Ticks that the wall clock had and the server did not, seen from here; jitter of the network
-    /// adds or takes some.
+    /// Ticks of wall time that the server did not play, as seen from here: jitter of the network changes them.
     fn missed_ticks(&self) -> Option<f64> {
-        let ((first, from), (last, to)) = (self.first?, self.last?);
+        let ((first, from), (last, to)) = (self.counts.first?, self.counts.last?);
         let due = (to - from).as_secs_f64() * f64::from(TICKS_PER_SECOND);
         Some(due - f64::from(last - first))
     }
-
-    fn bytes_in_all(&self) -> u64 {
-        let Bytes { deltas, keyframes, pongs, others } = self.bytes;
-        deltas + keyframes + pongs + others
-    }
 }
 
-/// Everything, as it is printed.
+/// The measurements of all bots together.
 #[derive(Debug, Serialize)]
 pub struct Report {
     pub(super) rooms: Vec<String>,
@@ -175,7 +160,7 @@ pub struct Report {
     /// Those that decoded every snapshot.
     pub(super) decoders: u32,
     pub(super) failed: usize,
-    /// Length of the play.
+    /// Length of the measurement.
     pub seconds: f64,
     pub(super) bytes_per_second_mean: f64,
     bytes_per_second_max: f64,
@@ -232,24 +217,25 @@ impl Entry {
     fn of(client: &ClientReport) -> Entry {
         let seconds = client.seconds();
         let rate = |count: u64| if seconds > 0.0 { count as f64 / seconds } else { 0.0 };
+        let bytes = client.counts.bytes.iter().sum();
         Entry {
             client: client.index,
             seat: client.seat,
             seconds,
-            bytes: client.bytes_in_all(),
-            bytes_per_second: rate(client.bytes_in_all()),
-            snapshots: client.snapshots,
-            snapshots_per_second: rate(client.snapshots),
-            gaps: client.gaps,
-            gap_ticks_max: client.gap_ticks_max,
-            ping_ms: client.pings.percentiles(),
+            bytes,
+            bytes_per_second: rate(bytes),
+            snapshots: client.counts.snapshots,
+            snapshots_per_second: rate(client.counts.snapshots),
+            gaps: client.counts.gaps,
+            gap_ticks_max: client.counts.gap_ticks_max,
+            ping_ms: client.counts.pings.percentiles(),
             error: client.error.clone(),
         }
     }
 }
 
 impl Report {
-    /// Puts together the measurements of all clients.
+    /// Combines the measurements of all clients.
     pub fn new(targets: &[Target], decoders: u32, clients: Vec<ClientReport>) -> Report {
         let per_client: Vec<_> = clients.iter().map(Entry::of).collect();
         let all = |tally: fn(&ClientReport) -> &Durations| {
@@ -260,7 +246,9 @@ impl Report {
         let count = clients.len() as f64;
         let bytes = per_client.iter().map(|entry| entry.bytes_per_second);
         let snapshots = per_client.iter().map(|entry| entry.snapshots_per_second);
-        let advanced = |client: &ClientReport| Some(client.last?.0.saturating_sub(client.first?.0));
+        let advanced = |client: &ClientReport| {
+            Some(client.counts.last?.0.saturating_sub(client.counts.first?.0))
+        };
         let missed = clients.iter().filter_map(ClientReport::missed_ticks);
         let seconds = clients.iter().map(ClientReport::seconds).fold(0.0, f64::max);
         Report {
@@ -271,20 +259,27 @@ impl Report {
             seconds,
             bytes_per_second_mean: bytes.clone().sum::<f64>() / count,
             bytes_per_second_max: bytes.fold(0.0, f64::max),
-            bytes_per_second: by_kind(&clients, count * seconds.max(1e-9)),
+            bytes_per_second: [0, 1, 2, 3].map(|kind| {
+                let bytes: u64 = clients.iter().map(|client| client.counts.bytes[kind]).sum();
+                (KINDS[kind], bytes as f64 / (count * seconds.max(1e-9)))
+            }),
             snapshots_per_second_mean: snapshots.clone().sum::<f64>() / count,
             snapshots_per_second_min: snapshots.fold(f64::INFINITY, f64::min),
-            ping_ms: all(|client| &client.pings),
-            jitter_ms: all(|client| &client.jitter),
-            interval_ms: all(|client| &client.intervals),
-            gaps: clients.iter().map(|client| client.gaps).sum(),
-            gap_ticks_max: clients.iter().map(|client| client.gap_ticks_max).max().unwrap_or(0),
+            ping_ms: all(|client| &client.counts.pings),
+            jitter_ms: all(|client| &client.counts.jitter),
+            interval_ms: all(|client| &client.counts.intervals),
+            gaps: clients.iter().map(|client| client.counts.gaps).sum(),
+            gap_ticks_max: clients
+                .iter()
+                .map(|client| client.counts.gap_ticks_max)
+                .max()
+                .unwrap_or(0),
             server_ticks: clients.iter().filter_map(advanced).max().unwrap_or(0),
             server_missed_ticks: missed.reduce(f64::min).map_or(0, |least| least.round() as u32),
             returns: Returns {
-                return_ms: all(|client| &client.returns),
-                seats_lost: clients.iter().map(|client| client.seats_lost).sum(),
-                heroes_lost: clients.iter().map(|client| client.heroes_lost).sum(),
+                return_ms: all(|client| &client.counts.returns),
+                seats_lost: clients.iter().map(|client| client.counts.seats_lost).sum(),
+                heroes_lost: clients.iter().map(|client| client.counts.heroes_lost).sum(),
             },
             per_client,
         }
@@ -299,18 +294,6 @@ impl Report {
         let lost = self.returns.seats_lost;
         (lost > 0).then(|| format!("{lost} returns to another seat"))
     }
-}
-
-fn by_kind(clients: &[ClientReport], client_seconds: f64) -> [(&'static str, f64); 4] {
-    let sum = |kind: fn(&Bytes) -> u64| {
-        clients.iter().map(|client| kind(&client.bytes)).sum::<u64>() as f64 / client_seconds
-    };
-    [
-        ("deltas", sum(|bytes| bytes.deltas)),
-        ("keyframes", sum(|bytes| bytes.keyframes)),
-        ("pongs", sum(|bytes| bytes.pongs)),
-        ("others", sum(|bytes| bytes.others)),
-    ]
 }
 
 #[cfg(test)]

@@ -1,75 +1,60 @@
-//! A bot's socket: connecting, the welcome and the first keyframe, and messages after that.
+//! The socket of a bot: it connects, receives the welcome and the first keyframe, and then messages.
 
 use super::target::Target;
+use anyhow::{Context, Error, Result, anyhow, bail};
 use bytes::Bytes;
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::Scene;
 use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
 use jostle_protocol::{
-    Appearance, ClientMessage, Refusal, ServerMessage, SnapshotStream, Token, VERSION,
+    Appearance, ClientMessage, DecodeError, Refusal, ServerMessage, SnapshotStream, Token, VERSION,
 };
 use jostle_sim::{BodyId, Vec2};
 use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
 use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
-use tokio_tungstenite::tungstenite::{Error, Message};
+use tokio_tungstenite::tungstenite::{self, Message};
 use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 /// A game socket.
 pub type Socket = WebSocketStream<TcpStream>;
 
-/// Time to connect and to be sent the first keyframe.
+/// Time to connect and to receive the first keyframe.
 const ARRIVAL_WAIT: Duration = Duration::from_secs(20);
 /// Bytes read at a time: there may be many bots.
 const READ_BUFFER_BYTES: usize = 8 << 10;
 
-/// Why a bot stopped early.
-#[derive(Debug, thiserror::Error)]
-pub enum BotError {
-    /// No TCP connection.
-    #[error("no connection: {0}")]
-    Connect(#[from] std::io::Error),
-    /// The socket broke.
-    #[error("socket: {0}")]
-    Socket(#[from] Box<Error>),
-    /// Not seated in time.
-    #[error("no welcome and keyframe within {} s", ARRIVAL_WAIT.as_secs())]
-    Late,
-    /// The server refused it.
-    #[error("refused ({0:?}): {text}", text = .0.message())]
-    Refused(Refusal),
-    /// The server closed the socket.
-    #[error("the server closed the socket")]
-    Closed,
-    /// A message that does not decode.
-    #[error("the server sent what a client cannot read: {0}")]
-    Decode(#[from] jostle_protocol::DecodeError),
-    /// A message that does not belong here.
-    #[error("the server sent what a client does not expect")]
-    Unexpected,
-    /// A scene that does not parse.
-    #[error("the welcome's scene is wrong: {0}")]
-    Scene(Box<jostle_game::SceneError>),
+/// The error of a message that does not belong where it came.
+pub fn unexpected() -> Error {
+    anyhow!("the server sent what a client does not expect")
 }
 
-impl From<Error> for BotError {
-    fn from(error: Error) -> BotError {
-        BotError::Socket(Box::new(error))
-    }
+/// The error of a refused session.
+pub fn refused(refusal: Refusal) -> Error {
+    anyhow!("refused ({refusal:?}): {}", refusal.message())
 }
 
-/// A bot that was just sent its first keyframe.
+/// The error of a message that does not decode.
+pub fn unreadable(error: DecodeError) -> Error {
+    anyhow!("the server sent what a client cannot read: {error}")
+}
+
+fn socket_error(error: tungstenite::Error) -> Error {
+    anyhow!("socket: {error}")
+}
+
+/// A bot that has received its first keyframe.
 pub struct Arrival {
     /// The socket.
     pub socket: Socket,
     /// The player's seat.
     pub seat: u16,
-    /// Gives the seat back on another socket.
+    /// Token that resumes the seat on another socket.
     pub token: Token,
-    /// Holds that keyframe.
+    /// The stream, which holds that keyframe.
     pub stream: SnapshotStream,
-    /// From the hello to its being decoded.
+    /// Time from the hello to the decoded keyframe.
     pub took: Duration,
     scene: [String; 2],
 }
@@ -87,55 +72,56 @@ impl Arrival {
     }
 
     /// Size of the world.
-    pub fn size(&self) -> Result<Vec2, BotError> {
+    pub fn size(&self) -> Result<Vec2> {
         let [name, source] = &self.scene;
         let scene = Scene::parse(&format!("{name}.toml"), source);
-        Ok(scene.map_err(|error| BotError::Scene(Box::new(error)))?.size)
+        Ok(scene.map_err(|error| anyhow!("the welcome's scene is wrong: {error}"))?.size)
     }
 }
 
-/// Joins, or comes back with a token.
+/// Joins a room, or resumes a seat with a token.
 pub async fn connect(
     target: &Target,
     appearance: Appearance,
     token: Option<Token>,
-) -> Result<Arrival, BotError> {
-    timeout(ARRIVAL_WAIT, arrive(target, appearance, token)).await.map_err(|_| BotError::Late)?
+) -> Result<Arrival> {
+    let arrival = timeout(ARRIVAL_WAIT, arrive(target, appearance, token)).await;
+    arrival
+        .with_context(|| format!("no welcome and keyframe within {} s", ARRIVAL_WAIT.as_secs()))?
 }
 
-async fn arrive(
-    target: &Target,
-    appearance: Appearance,
-    token: Option<Token>,
-) -> Result<Arrival, BotError> {
-    let stream = TcpStream::connect(&target.authority).await?;
+async fn arrive(target: &Target, appearance: Appearance, token: Option<Token>) -> Result<Arrival> {
+    let stream = TcpStream::connect(&target.authority).await;
+    let stream = stream.map_err(|error| anyhow!("no connection: {error}"))?;
     stream.set_nodelay(true)?;
     let url = format!("ws://{}/{}", target.authority, target.room);
     let config = WebSocketConfig::default()
         .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
         .read_buffer_size(READ_BUFFER_BYTES)
         .write_buffer_size(0);
-    let (mut socket, _) = client_async_with_config(url, stream, Some(config)).await?;
-    let said_at = Instant::now();
+    let (mut socket, _) =
+        client_async_with_config(url, stream, Some(config)).await.map_err(socket_error)?;
+    let hello_at = Instant::now();
     let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key: None };
     send(&mut socket, &hello).await?;
-    let (seat, token, scene) = match ServerMessage::decode(&message(&mut socket).await?)? {
-        ServerMessage::Welcome { seat, token, scene_name, scene, .. } => {
-            (seat, token, [scene_name, scene])
-        }
-        ServerMessage::Refused { refusal } => return Err(BotError::Refused(refusal)),
-        _ => return Err(BotError::Unexpected),
-    };
+    let (seat, token, scene) =
+        match ServerMessage::decode(&message(&mut socket).await?).map_err(unreadable)? {
+            ServerMessage::Welcome { seat, token, scene_name, scene, .. } => {
+                (seat, token, [scene_name, scene])
+            }
+            ServerMessage::Refused { refusal } => return Err(refused(refusal)),
+            _ => return Err(unexpected()),
+        };
     let mut stream = SnapshotStream::default();
-    match ServerMessage::decode(&message(&mut socket).await?)? {
-        ServerMessage::Snapshot(coded) => stream.decode(&coded)?,
-        ServerMessage::Refused { refusal } => return Err(BotError::Refused(refusal)),
-        _ => return Err(BotError::Unexpected),
+    match ServerMessage::decode(&message(&mut socket).await?).map_err(unreadable)? {
+        ServerMessage::Snapshot(coded) => stream.decode(&coded).map_err(unreadable)?,
+        ServerMessage::Refused { refusal } => return Err(refused(refusal)),
+        _ => return Err(unexpected()),
     };
-    Ok(Arrival { socket, seat, token, stream, took: said_at.elapsed(), scene })
+    Ok(Arrival { socket, seat, token, stream, took: hello_at.elapsed(), scene })
 }
 
-async fn message(socket: &mut Socket) -> Result<Bytes, BotError> {
+async fn message(socket: &mut Socket) -> Result<Bytes> {
     loop {
         if let Some(bytes) = next(socket).await? {
             return Ok(bytes);
@@ -144,17 +130,17 @@ async fn message(socket: &mut Socket) -> Result<Bytes, BotError> {
 }
 
 /// The bytes of the next message; `None` is a control frame, which the socket answers by itself.
-pub async fn next(socket: &mut Socket) -> Result<Option<Bytes>, BotError> {
+pub async fn next(socket: &mut Socket) -> Result<Option<Bytes>> {
     match socket.next().await {
         Some(Ok(Message::Binary(bytes))) => Ok(Some(bytes)),
         Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(None),
-        Some(Ok(Message::Close(_))) | None => Err(BotError::Closed),
-        Some(Ok(_)) => Err(BotError::Unexpected),
-        Some(Err(error)) => Err(error.into()),
+        Some(Ok(Message::Close(_))) | None => bail!("the server closed the socket"),
+        Some(Ok(_)) => Err(unexpected()),
+        Some(Err(error)) => Err(socket_error(error)),
     }
 }
 
 /// Sends one message.
-pub async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<(), BotError> {
-    Ok(socket.send(Message::Binary(message.encode().into())).await?)
+pub async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<()> {
+    socket.send(Message::Binary(message.encode().into())).await.map_err(socket_error)
 }

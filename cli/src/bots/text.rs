@@ -1,4 +1,4 @@
-//! The report of bots as people read it.
+//! The report of bots as text.
 
 use super::report::{Entry, Report};
 use std::fmt;

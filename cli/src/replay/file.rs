@@ -1,11 +1,11 @@
-//! Reading the files that the commands are given.
+//! Reads replays.
 
-use crate::output::Failure;
+use crate::output::{Failure, OrFail};
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::Replay;
 use std::path::Path;
 
-/// Reads a replay. A file that is not there is bad usage, one that is no replay a failed check.
+/// Reads a replay. A missing file is bad usage, one that is no replay a failed check.
 pub fn read(path: &Path) -> Result<Replay, Failure> {
     let file = path.display();
     let bytes = size(path)?;
@@ -13,19 +13,15 @@ pub fn read(path: &Path) -> Result<Replay, Failure> {
         let text = format!("{file}: {bytes} bytes; a replay has at most {REPLAY_BYTES_MAX}");
         return Err(Failure::Check(text));
     }
-    let bytes = std::fs::read(path).map_err(|error| Failure::Check(format!("{file}: {error}")))?;
-    Replay::read(bytes).map_err(|error| Failure::Check(format!("{file}: {error}")))
+    Replay::read(std::fs::read(path).or_check(&file)?).or_check(file)
 }
 
-/// Length of a file that is there, bytes.
+/// Length of a file that exists, bytes.
 pub fn size(path: &Path) -> Result<u64, Failure> {
-    let failed = |error| Failure::Usage(format!("{}: {error}", path.display()));
-    let facts = std::fs::metadata(path).map_err(failed)?;
-    match facts.is_file() {
-        true => Ok(facts.len()),
-        false => {
-            Err(Failure::Usage(format!("{}: found no file; allowed: replays", path.display())))
-        }
+    let metadata = std::fs::metadata(path).or_usage(path.display())?;
+    match metadata.is_file() {
+        true => Ok(metadata.len()),
+        false => Err("found no file; allowed: replays").or_usage(path.display()),
     }
 }
 

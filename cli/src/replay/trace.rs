@@ -1,5 +1,5 @@
-//! `jostle replay trace`: plays a replay again and prints what happened, so that two machines or two
-//! versions can be compared line by line.
+//! `jostle replay trace`: plays a replay again and prints its trace, so that two machines or two versions can
+//! be compared line by line.
 
 use super::file::read;
 use crate::output::Failure;

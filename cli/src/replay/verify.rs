@@ -11,9 +11,8 @@ use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 use verdict::{Outcome, Verdict};
 
@@ -50,12 +49,12 @@ struct Report {
     unreadable: usize,
     ticks: u64,
     seconds: f64,
-    /// Seconds of play checked in a second.
+    /// Seconds of play verified in a second.
     times_real_time: f64,
 }
 
 impl Verify {
-    /// Checks and reports.
+    /// Verifies the files, and prints the report.
     pub fn run(self) -> Result<(), Failure> {
         let sizes: Vec<u64> = self.files.iter().map(|path| size(path)).collect::<Result<_, _>>()?;
         let style = ProgressStyle::with_template(PROGRESS).expect("a template that is well formed");
@@ -77,13 +76,20 @@ impl Verify {
     /// Verdicts in the order of the files, printed as soon as all before are.
     fn verify(&self, sizes: &[u64], progress: &ProgressBar) -> Result<Vec<Verdict>, Failure> {
         let (sender, verdicts) = channel();
-        let next = AtomicUsize::new(0);
+        let queue = Mutex::new(self.files.iter().zip(sizes).enumerate());
+        let take = &|| queue.lock().unwrap_or_else(PoisonError::into_inner).next();
         let mut known: Vec<Option<Verdict>> = self.files.iter().map(|_| None).collect();
         let mut printed = 0;
         std::thread::scope(|scope| {
             for _ in 0..self.jobs() {
-                let (sender, next) = (sender.clone(), &next);
-                scope.spawn(move || self.work(sizes, next, progress, &sender));
+                let sender = sender.clone();
+                scope.spawn(move || {
+                    while let Some((index, (path, &bytes))) = take() {
+                        if sender.send((index, verify(path, bytes, progress))).is_err() {
+                            return;
+                        }
+                    }
+                });
             }
             drop(sender);
             for (index, verdict) in verdicts {
@@ -99,24 +105,6 @@ impl Verify {
             progress.finish_and_clear();
             Ok(known.into_iter().flatten().collect())
         })
-    }
-
-    /// Takes files until there are no more.
-    fn work(
-        &self,
-        sizes: &[u64],
-        next: &AtomicUsize,
-        progress: &ProgressBar,
-        verdicts: &Sender<(usize, Verdict)>,
-    ) {
-        loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(path) = self.files.get(place) else { return };
-            let verdict = verify(path, sizes[place], progress);
-            if verdicts.send((place, verdict)).is_err() {
-                return;
-            }
-        }
     }
 }
 
@@ -192,7 +180,7 @@ impl Report {
         )
     }
 
-    /// What the program ends with, if not all are equal: the first file that is not.
+    /// Fails with the first file that is not equal, if there is one.
     fn failure(&self) -> Result<(), Failure> {
         let is_bad = |verdict: &&Verdict| {
             matches!(verdict.outcome, Outcome::Differs { .. } | Outcome::Unreadable { .. })

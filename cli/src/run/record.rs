@@ -1,7 +1,7 @@
 //! The replay of a run, written as it is played.
 
 use super::bots::appearance;
-use crate::output::Failure;
+use crate::output::{Failure, OrFail};
 use jostle_game::{Game, Input, Seat};
 use jostle_protocol::replay::{Change, Record, Start, header};
 use jostle_room::Recorder;
@@ -24,8 +24,7 @@ impl ReplayFile {
     /// same run gives the same bytes.
     pub fn create(path: &Path, game: &Game, seed: u64) -> Result<ReplayFile, Failure> {
         let name = path.display().to_string();
-        let file = File::create(path)
-            .map_err(|error| Failure::Usage(format!("--replay {name}: {error}")))?;
+        let file = File::create(path).or_usage(format_args!("--replay {name}"))?;
         let start = Start {
             program: env!("CARGO_PKG_VERSION").to_owned(),
             unix_s: 0,
@@ -41,7 +40,7 @@ impl ReplayFile {
         Ok(replay)
     }
 
-    /// Files a tick that was played.
+    /// Records a tick that was played.
     pub fn tick(
         &mut self,
         changes: Vec<Change>,
@@ -68,7 +67,6 @@ impl ReplayFile {
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
-        let written = self.file.write_all(bytes);
-        written.map_err(|error| Failure::Check(format!("{}: {error}", self.name)))
+        self.file.write_all(bytes).or_check(&self.name)
     }
 }

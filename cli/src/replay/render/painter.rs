@@ -1,7 +1,7 @@
-//! The drawing itself: the film that the page shows, on a device without a window.
+//! Draws replays with the player and the renderer of the page, without a window.
 
 use super::Render;
-use crate::output::{Failure, say};
+use crate::output::{Failure, OrFail, say};
 use jostle_client_web::replay::player::ReplayPlayer;
 use jostle_client_web::view::draw::DrawList;
 use jostle_client_web::view::render::headless::Headless;
@@ -12,27 +12,24 @@ use std::path::Path;
 
 impl Render {
     pub(super) fn draw(self, replay: Replay, ticks: &[u32]) -> Result<(), Failure> {
-        let refused = |error| Failure::Check(format!("{}: {error}", self.file.display()));
-        let mut film =
-            ReplayPlayer::open(replay.into_bytes()).map_err(|error| refused(error.to_string()))?;
-        film.follow(self.follow.map(Seat));
+        let mut player = ReplayPlayer::open(replay.into_bytes()).or_check(self.file.display())?;
+        player.follow(self.follow.map(Seat));
         let mut painter = Painter::new(self.size, self.bottom)?;
         let (first, last) = (ticks[0], ticks[ticks.len() - 1]);
         if self.from.is_none() {
-            painter.draw(&mut film, first, &self.out)?;
+            painter.draw(&mut player, first, &self.out)?;
             return say(format!("tick {first}: {}", self.out.display()));
         }
-        std::fs::create_dir_all(&self.out)
-            .map_err(|error| Failure::Check(format!("{}: {error}", self.out.display())))?;
+        std::fs::create_dir_all(&self.out).or_check(self.out.display())?;
         for (frame, &tick) in ticks.iter().enumerate() {
-            painter.draw(&mut film, tick, &self.out.join(format!("frame-{frame:05}.png")))?;
+            painter.draw(&mut player, tick, &self.out.join(format!("frame-{frame:05}.png")))?;
         }
         let seconds = f64::from(last - first) / f64::from(TICKS_PER_SECOND);
         say(format!("{} frames of {seconds:.1} s in {}", ticks.len(), self.out.display()))
     }
 }
 
-/// The device and what is drawn with it.
+/// The device and the list that it draws.
 struct Painter {
     headless: Headless,
     list: DrawList,
@@ -46,18 +43,14 @@ impl Painter {
         Ok(Painter { headless, list: DrawList::new(), size, bottom })
     }
 
-    fn draw(&mut self, film: &mut ReplayPlayer, tick: u32, out: &Path) -> Result<(), Failure> {
-        let failed = |error: String| Failure::Check(format!("{}: {error}", out.display()));
-        film.seek(tick);
-        if let Some(trouble) = film.trouble().filter(|_| film.tick() < tick) {
-            return Err(failed(trouble.to_string()));
+    fn draw(&mut self, player: &mut ReplayPlayer, tick: u32, out: &Path) -> Result<(), Failure> {
+        player.seek(tick);
+        if let Some(trouble) = player.trouble().filter(|_| player.tick() < tick) {
+            return Err(trouble).or_check(out.display());
         }
-        self.list.fill(&film.frame(film.still_view(self.size, self.bottom)));
-        let picture = self
-            .headless
-            .picture(self.size, &self.list)
-            .map_err(|error| failed(error.to_string()))?;
-        let bytes = picture.png().map_err(|error| failed(error.to_string()))?;
-        std::fs::write(out, bytes).map_err(|error| failed(error.to_string()))
+        self.list.fill(&player.frame(player.still_view(self.size, self.bottom)));
+        let picture = self.headless.picture(self.size, &self.list).or_check(out.display())?;
+        let bytes = picture.png().or_check(out.display())?;
+        std::fs::write(out, bytes).or_check(out.display())
     }
 }

@@ -1,23 +1,23 @@
-//! What came out for one file, as a line and as JSON.
+//! The result for one file, as a line and as JSON.
 
 use jostle_protocol::replay::ReplayError;
 use jostle_room::divergence::{Cause, Divergence};
 use serde::Serialize;
 use std::fmt;
 
-/// One file.
+/// The result for one file.
 #[derive(Debug, Serialize)]
 pub struct Verdict {
-    /// As it was named.
+    /// The path as it was given.
     pub file: String,
     /// Ticks that were played again.
     pub ticks: u32,
-    /// What came out.
+    /// The result.
     #[serde(flatten)]
     pub outcome: Outcome,
 }
 
-/// What came out.
+/// The result.
 #[derive(Debug, Serialize)]
 #[serde(tag = "result", rename_all = "lowercase")]
 pub enum Outcome {
@@ -32,22 +32,22 @@ pub enum Outcome {
         /// The last tick there is.
         last_tick: u32,
     },
-    /// The game is another one from a tick on.
+    /// The game diverges from the recording.
     Differs {
         /// The first tick that differs.
         tick: u32,
-        /// Phases of it in which this can have happened; empty if that cannot be told.
+        /// Phases of the tick in which this can have happened; empty if unknown.
         phases: Vec<&'static str>,
-        /// The first thing that differs, like `body 3.0`; `null` if that cannot be told.
+        /// The first thing that differs, like `body 3.0`; `null` if unknown.
         subject: Option<String>,
-        /// Which number of it.
+        /// The name of the number that differs.
         field: Option<&'static str>,
-        /// All that can be told, as a sentence.
+        /// All that is known, as a sentence.
         reason: String,
     },
-    /// It is no replay, or one that no game can follow.
+    /// It is no replay, or one that cannot be played.
     Unreadable {
-        /// What is wrong.
+        /// The error.
         reason: String,
     },
 }
@@ -58,7 +58,7 @@ impl Outcome {
         Outcome::Cut { offset: error.offset, reason: error.problem.to_string(), last_tick }
     }
 
-    /// A game that parts from what was recorded.
+    /// A game that diverges from the recording.
     pub fn differs(divergence: &Divergence) -> Outcome {
         let (phases, subject, field) = match &divergence.cause {
             Cause::Nudge { phases, body, field, .. } => {
