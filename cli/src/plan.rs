@@ -70,6 +70,7 @@ pub fn as_text(scene: &Scene) -> String {
     lines.push(format!("pairs        {}", listed(&pairs)));
     lines.push(format!("tools        {}", listed(&tools(scene))));
     lines.push(format!("limits       {players} players, {bodies} bodies, {particles} particles"));
+    lines.push(String::new());
     for (heading, used) in [("in", true), ("left out", false)] {
         let parts = plan.parts.iter().filter(|part| part.used == used);
         lines.extend(parts.map(|part| format!("{heading:<9} {:<21} {}", part.name, part.why)));
