@@ -66,7 +66,8 @@ pub fn as_text(scene: &Scene) -> String {
         format!("bodies       {count} {motion} {kind} ({shape}, group {group}){per}")
     }));
     let pairs: Vec<_> = pairs(scene, &plan).iter().map(|pair| pair.join("-")).collect();
-    let (players, bodies, particles) = (scene.players_max, scene.world.bodies_max, scene.world.particles_max);
+    let (players, bodies, particles) =
+        (scene.players_max, scene.world.bodies_max, scene.world.particles_max);
     lines.push(format!("pairs        {}", listed(&pairs)));
     lines.push(format!("tools        {}", listed(&tools(scene))));
     lines.push(format!("limits       {players} players, {bodies} bodies, {particles} particles"));
