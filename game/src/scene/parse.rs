@@ -75,10 +75,8 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let title = root.need("title", "a name for people").text(TITLE_CHARS_MAX);
     let about = root.get("about").text(ABOUT_CHARS_MAX);
     let size = root.need("size", "[width, height]").vector(Vec2::ONE, Range::from(1.0, SIZE_MAX));
-    let gravity = root.get("gravity").vector(Vec2::new(0.0, -50.0), GRAVITY);
-    let solver = solver::solver(root);
-    let sleeping = solver::sleeping(root, solver);
     let groups = Groups::read(root);
+    let world = world_settings(root, size, &groups);
     let tools = tools(root);
     let mut recipes = Recipes::read(root);
     let actors = actors::actors(root, tools, &groups, &mut recipes);
@@ -92,17 +90,6 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let emitters = read_list(root, "emitters", EMITTERS_MAX, emitter);
     let camera = camera(root);
     let wind = drag::wind(&root.get("wind"));
-    let world = WorldSettings {
-        gravity,
-        solver,
-        sleeping,
-        meets: groups.meets,
-        meets_particles: groups.meets_particles,
-        kill_zone: kill_zone(root, size),
-        quantum: quantum(root),
-        speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
-        ..WorldSettings::default()
-    };
     let mut scene = Scene {
         name,
         title,
@@ -131,6 +118,23 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     scene.world.forces = has_forces.then_some(settings);
     root.get("limits").table(|table| limits(table, &mut scene));
     scene
+}
+
+/// Reads the settings of the world, except for those that follow from the rest of the scene.
+fn world_settings(root: &Table, size: Vec2, groups: &Groups) -> WorldSettings {
+    let gravity = root.get("gravity").vector(Vec2::new(0.0, -50.0), GRAVITY);
+    let solver = solver::solver(root);
+    WorldSettings {
+        gravity,
+        solver,
+        sleeping: solver::sleeping(root, solver),
+        meets: groups.meets,
+        meets_particles: groups.meets_particles,
+        kill_zone: kill_zone(root, size),
+        quantum: quantum(root),
+        speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
+        ..WorldSettings::default()
+    }
 }
 
 /// Reads the tables of a list that has at most `max` of them.
