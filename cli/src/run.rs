@@ -43,7 +43,7 @@ pub struct Run {
     /// Seed of everything random
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// What the seats hold, as JSON lines
+    /// Inputs of the seats, as JSON lines
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
     /// Let so many bots play instead; what they do follows from the seed

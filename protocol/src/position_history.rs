@@ -8,7 +8,7 @@ pub type Position = [i32; 2];
 /// A displacement of this many quanta or less is the trembling of something at rest, not a velocity.
 const TREMBLING: i32 = 1;
 
-/// Where a point was in the four newest snapshots, the newest first.
+/// Positions of a point in the four newest snapshots, the newest first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PositionHistory([Position; 4]);
 

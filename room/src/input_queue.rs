@@ -215,7 +215,7 @@ mod tests {
         queue.push(2, at(20.0, Buttons::default()));
         queue.drop_oldest();
         assert_eq!(queue.take(), Some(at(10.0, Buttons::FIRE)), "nothing is dragged to 20");
-        // What is still held goes on where the pointer is now.
+        // A button that is still down acts at the present pointer.
         queue.push(3, at(30.0, Buttons::FIRE));
         queue.push(4, at(40.0, Buttons::FIRE));
         queue.drop_oldest();

@@ -28,7 +28,7 @@ pub struct Config {
     pub tls: Option<tls::Tls>,
     /// Counter of dropped log lines, if the log drops any.
     pub log_drops: Option<ErrorCounter>,
-    /// Where games are recorded; `None` records nothing.
+    /// Directory and limits of recordings; `None` records nothing.
     pub replays: Option<replays::Settings>,
 }
 

@@ -1,4 +1,4 @@
-//! Limits of the host. Past each of them one peer gets a named answer and no other notices.
+//! Limits of the host. A peer that exceeds one gets a specific refusal; other peers are unaffected.
 //! Limits on what a message may hold are in [`jostle_protocol::limits`].
 
 pub mod connect_rate_limiter;

@@ -17,9 +17,9 @@ use tokio::sync::{Notify, watch};
 
 /// State shared by all connections of a server.
 pub struct ServerState {
-    /// What it was started with.
+    /// Its configuration.
     pub config: Config,
-    /// What its rooms share.
+    /// Shared by its rooms.
     pub host: Arc<Host>,
     /// Open rooms.
     pub rooms: Arc<Rooms>,

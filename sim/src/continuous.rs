@@ -1,5 +1,6 @@
 //! Continuous collision: bodies that move by more than their size within a step neither tunnel nor
-//! miss each other.
+//! miss each other. Only the conjugate solver uses it; with the relaxation `speed_max` has to be low
+//! enough.
 
 pub(crate) mod held_after_impact;
 pub(crate) mod impact_queue;

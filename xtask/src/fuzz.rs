@@ -71,7 +71,7 @@ fn provide() -> Result<()> {
     Ok(())
 }
 
-/// Where everything of this task is kept.
+/// Folder of the fuzz targets.
 fn dir(name: &str) -> PathBuf {
     target_dir().join("fuzz").join(name)
 }

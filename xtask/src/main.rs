@@ -38,7 +38,7 @@ struct Arguments {
 enum Task {
     /// Build everything, serve it and open the page
     Play {
-        /// Where to serve; 0.0.0.0:8080 lets others on your network join
+        /// Address to serve on; 0.0.0.0:8080 lets others on your network join
         #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:8080")]
         listen: SocketAddr,
         /// Do not open a browser
@@ -85,7 +85,7 @@ enum Task {
         /// Measure Box2D and rapier2d beside Jostle; compiles them
         #[arg(long)]
         peers: bool,
-        /// Where the page goes
+        /// Folder for the page
         #[arg(long, value_name = "DIR", default_value = "target/report")]
         out: PathBuf,
     },
@@ -94,7 +94,7 @@ enum Task {
         /// Presses in each of the cases
         #[arg(long, value_name = "N", default_value_t = 200)]
         presses: u32,
-        /// Where the figures go as JSON too
+        /// File for the figures as JSON
         #[arg(long, value_name = "FILE")]
         json: Option<PathBuf>,
     },

@@ -15,7 +15,7 @@ pub fn root() -> PathBuf {
     manifest.parent().expect("xtask lies inside the workspace").to_path_buf()
 }
 
-/// Where cargo puts what it builds.
+/// Cargo's target directory.
 pub fn target_dir() -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }

@@ -161,7 +161,7 @@ fn clippy_bench() -> Result<()> {
     run(&mut cargo_of_bench(&["clippy", "--all-targets", "--", "--deny", "warnings"]))
 }
 
-/// What measures, without the peers; among its tests is that recorded traffic costs what it did.
+/// The bench workspace without the peers; its tests include the sizes of recorded traffic.
 fn bench_tests() -> Result<()> {
     run(&mut cargo_of_bench(&["fmt", "--check"]))?;
     run(&mut cargo_of_bench(&["test", "--no-fail-fast"]))

@@ -20,7 +20,7 @@ use files::File;
 use finding::Finding;
 use std::path::Path;
 
-/// What belongs into a repository is smaller; pictures are the largest.
+/// Files that belong in a repository are smaller; pictures are the largest.
 const FILE_BYTES_MAX: usize = 1_500_000;
 
 /// Runs all checks; any finding is an error, after all were printed.

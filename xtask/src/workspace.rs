@@ -1,4 +1,4 @@
-//! What cargo knows of the workspace's own crates.
+//! The workspace's own crates, as cargo lists them.
 
 use crate::shell::{cargo, output_of};
 use anyhow::{Context, Result};
@@ -25,7 +25,7 @@ pub struct Dependency {
 /// Something that cargo builds.
 #[derive(Deserialize)]
 pub struct Target {
-    /// What `--test` or `--bin` is given.
+    /// Its name for `--test` or `--bin`.
     pub name: String,
     /// `lib`, `bin`, `test` and so on.
     pub kind: Vec<String>,

@@ -5,7 +5,7 @@ use crate::view::frame::View;
 use jostle_game::{Buttons, Input};
 use jostle_sim::Vec2;
 
-/// Keys by their place on the keyboard (`KeyboardEvent.code`): the hand finds them.
+/// Keys by their position on the keyboard (`KeyboardEvent.code`), the same on every layout.
 pub const PLACES: [(&str, Buttons); 9] = [
     ("KeyW", Buttons::UP),
     ("ArrowUp", Buttons::UP),
@@ -17,8 +17,8 @@ pub const PLACES: [(&str, Buttons); 9] = [
     ("KeyD", Buttons::RIGHT),
     ("ArrowRight", Buttons::RIGHT),
 ];
-/// Keys by their letter (`KeyboardEvent.key`), which the page prints: the eye finds them. Each with
-/// its place on the keyboard of the United States, for keyboards that lack the letter.
+/// Keys by their letter (`KeyboardEvent.key`), as the page prints it. Each with its position on the
+/// keyboard of the United States, for keyboards that lack the letter.
 pub const LETTERS: [(&str, &str, Buttons); 7] = [
     ("z", "KeyZ", Buttons::MAKE),
     ("x", "KeyX", Buttons::HOLD),

@@ -77,7 +77,7 @@ impl Fingers {
         Touched::Nothing
     }
 
-    /// Where the thumb on the stick came down, and how far it is from there by now, CSS pixels.
+    /// Where the thumb on the stick came down, and its offset from there, CSS pixels.
     pub fn stick(&self) -> Option<(Vec2, Vec2)> {
         self.down.iter().find_map(|finger| match *finger {
             Finger::Steers { from, at, .. } => Some((from, at - from)),

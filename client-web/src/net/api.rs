@@ -71,7 +71,7 @@ pub struct ReplayCard {
     pub recording: bool,
 }
 
-/// Where the file of a replay is.
+/// Address of a replay's file.
 pub fn replay_file(name: &str) -> String {
     format!("/replays/{name}.jostle")
 }

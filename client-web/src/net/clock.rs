@@ -1,5 +1,5 @@
-//! When is now: the server's tick as estimated from the arrival of snapshots, and the tick that is
-//! on display, which trails it by the interpolation delay. Time comes in as an argument.
+//! Clock synchronisation: the server's tick as estimated from the arrival of snapshots, and the tick on
+//! display, which trails it by the interpolation delay. Time is an argument.
 
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ pub const AHEAD_TICKS_MAX: f64 = 2.0;
 const WINDOW_MS: f64 = 1000.0;
 /// A late snapshot lengthens the delay at once; a third of that is left after this time without another,
 /// milliseconds.
-const CALM_MS: f64 = 4000.0;
+const JITTER_DECAY_MS: f64 = 4000.0;
 /// A display that is further off than this jumps instead of hurrying.
 const JUMP_TICKS: f64 = 30.0;
 /// How far the display's speed may differ from one tick a tick.
@@ -42,7 +42,7 @@ pub struct Arrival {
     /// The first tick that nothing was known of before.
     pub first: u32,
     /// Ticks until the next message is due, at least 1; more while nothing moves.
-    pub patience: u32,
+    pub ticks_until_next: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -66,10 +66,10 @@ impl Clock {
             self.arrivals.pop_front();
         }
         self.measure_lateness(arrival.first, now_ms);
-        self.known = Some(arrival.tick + arrival.patience - 1);
+        self.known = Some(arrival.tick + arrival.ticks_until_next - 1);
     }
 
-    /// As late as the latest snapshot of late, which is forgotten slowly. A snapshot that skips ticks
+    /// Peak lateness of recent snapshots (jitter), which decays exponentially. A snapshot that skips ticks
     /// counts as late by the first tick that it skipped: until it came, nothing after its
     /// predecessor was known.
     fn measure_lateness(&mut self, first: u32, now_ms: f64) {
@@ -78,7 +78,7 @@ impl Clock {
             return;
         };
         let late = ((now_ms - due_ms) / TICK_MS).clamp(0.0, DELAY_TICKS_MAX);
-        let left = (-(now_ms - self.measured_ms).max(0.0) / CALM_MS).exp();
+        let left = (-(now_ms - self.measured_ms).max(0.0) / JITTER_DECAY_MS).exp();
         self.measured_ms = now_ms;
         self.lateness_ticks = late.max(late + (self.lateness_ticks - late) * left);
     }

@@ -146,7 +146,7 @@ fn shown_replay(replay: &OpenReplay) -> JsValue {
     ])
 }
 
-/// Where the last frame drew the own hero, world units: `[x, y]`, or nothing.
+/// Position at which the last frame drew the player's hero, world units: `[x, y]`, or nothing.
 #[wasm_bindgen]
 pub fn own_place() -> Option<js_sys::Array> {
     let center = |app: &App| Some(app.game()?.replica()?.own_hero()?.center);

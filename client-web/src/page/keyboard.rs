@@ -62,7 +62,7 @@ impl App {
         known
     }
 
-    /// What a key does to the page itself.
+    /// Command of a key to the page itself.
     fn command_of(&self, key: &Key) -> Option<fn(&mut App)> {
         match (key.code.as_str(), key.letter.as_str(), self.top()) {
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),

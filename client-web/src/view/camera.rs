@@ -1,4 +1,4 @@
-//! Where the view is: the whole world letterboxed, or a smooth walk behind the own hero that never
+//! Position of the view: the whole world letterboxed, or a smooth follow of the player's hero that never
 //! looks past the world's edge without need.
 
 use crate::view::frame::View;
@@ -16,7 +16,7 @@ const FOLLOW_WIDTH_MIN: f32 = 0.9;
 const UPRIGHT: f32 = 1.5;
 /// Height of an upright view that walks behind a hero, as a multiple of the world's.
 const UPRIGHT_HEIGHT: f32 = 1.32;
-/// Where the middle of the world is on an upright screen, from the top: thumbs are below.
+/// Height of the world's middle on an upright screen, from the top: the thumbs are below.
 const UPRIGHT_MIDDLE: f32 = 0.42;
 
 /// The moving camera of one game.

@@ -20,7 +20,7 @@ pub struct FrameBody {
     pub velocity: Vec2,
     /// Seconds since it was first drawn.
     pub age: f32,
-    /// Where its eyes look, world units; heroes only.
+    /// Point that its eyes look at, world units; heroes only.
     pub gaze: Option<Vec2>,
     /// Overlaps another body now (bounds are red then).
     pub touching: bool,

@@ -1,11 +1,13 @@
-//! Tools of players.
+//! Tools of players. A new tool is listed here and acts in `game/src/tools.rs`. The page shows its key hint
+//! (`client-web/src/page/tools.rs`), bots choose it (`cli/src/bot_input.rs`), and `docs/scenes.md` lists it. If
+//! it has a button of its own, that is added to `Buttons`, to the page's keys and to `docs/protocol.md`.
 
 /// Tools that players have in a scene, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Tools(pub u16);
 
 impl Tools {
-    /// WASD steers an own hero.
+    /// WASD steers the player's own hero.
     pub const STEER: Tools = Tools(1 << 0);
     /// A click launches a dye pack at the pointer.
     pub const LAUNCH: Tools = Tools(1 << 1);

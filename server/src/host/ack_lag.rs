@@ -76,7 +76,7 @@ impl AckLag {
     }
 
     /// Notes that its rate is lower from now on, so that it has time to catch up.
-    pub fn relieved(&mut self, now: u32) {
+    pub fn restart(&mut self, now: u32) {
         self.lagging_since = self.lagging_since.map(|_| now);
     }
 
@@ -109,7 +109,7 @@ mod tests {
         assert!(!lag.lags(1199 + LAGGING_TICKS));
         plays(&mut lag, 1200 + LAGGING_TICKS..1300 + LAGGING_TICKS, |_| 25 + LAG_GROWTH_TICKS);
         assert!(lag.lags(1300 + LAGGING_TICKS));
-        lag.relieved(1300 + LAGGING_TICKS);
+        lag.restart(1300 + LAGGING_TICKS);
         assert!(!lag.lags(1301 + LAGGING_TICKS), "it has time to catch up");
         plays(&mut lag, 1400 + LAGGING_TICKS..1402 + LAGGING_TICKS, |_| 26);
         assert!(!lag.lags(u32::MAX));

@@ -1,4 +1,5 @@
-//! One player with a socket: its snapshots, their rate, and whether the client still acknowledges them.
+//! One player with a socket: its snapshots, the lower rate of a slow client, and whether the client still
+//! acknowledges what it is sent.
 
 use crate::host::ack_lag::AckLag;
 use crate::host::outbox::Outbox;
@@ -78,7 +79,7 @@ impl Member {
             }
             dropped => {
                 metrics.skipped(Skip::Queue, dropped);
-                self.begin_lower(tick, metrics);
+                self.lower_rate(tick, metrics);
             }
         }
     }
@@ -88,10 +89,10 @@ impl Member {
         // events since then, which may have been sent already, would be sent again.
         let lower = self.rate.lower();
         if self.lag.lags(tick) && tick.is_multiple_of(lower.every().into()) {
-            self.lag.relieved(tick);
+            self.lag.restart(tick);
             self.late_tick = tick;
             if lower != self.rate {
-                self.begin_lower(tick, metrics);
+                self.lower_rate(tick, metrics);
             }
         }
         let keeps_up =
@@ -104,7 +105,7 @@ impl Member {
     }
 
     /// Makes its next snapshot a keyframe, at a lower rate.
-    fn begin_lower(&mut self, tick: u32, metrics: &Metrics) {
+    fn lower_rate(&mut self, tick: u32, metrics: &Metrics) {
         metrics.late.inc();
         self.subscriber = None;
         self.rate = self.rate.lower();

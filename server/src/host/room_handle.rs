@@ -104,7 +104,7 @@ pub struct RoomHandle {
     pub thread: JoinHandle<()>,
 }
 
-/// What the rooms of a server share.
+/// Shared by the rooms of a server.
 pub struct Host {
     /// How long to wait before a room or a client is given up.
     pub waits: Waits,

@@ -1,5 +1,5 @@
-//! A limit on how fast each address limiter. An address has a token bucket of its own, which is dropped once it is
-//! full again: so there are few, and a flood of one address costs no other anything.
+//! Limits how fast each address may open connections. Each address has a token bucket of its own, which is
+//! dropped once it is full again, so there are few of them and one address cannot use up the share of another.
 
 use crate::limits::connection_limits::network;
 use crate::limits::token_bucket::TokenBucket;

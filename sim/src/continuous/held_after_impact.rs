@@ -4,8 +4,8 @@
 //! point behind the surface that reflected it, where it never was. That is right as long as the
 //! body leaves at the speed of the bounce. If other constraints slow it down, h times its new speed
 //! may not bring it out again. The body then gives up the start of its step: it stays where it
-//! bounced, with the velocity it had there, and has a whole step ahead. It lives t longer; neither
-//! energy nor a wall is lost.
+//! bounced, with the velocity it had there, and has a whole step ahead. It gains t of
+//! simulated time; energy is kept, and no wall is crossed.
 
 use super::impact_queue::{ImpactQueue, gravity_on};
 use super::paths::Paths;

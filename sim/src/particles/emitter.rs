@@ -7,7 +7,7 @@ use crate::state::bytes::{StateError, StateReader, StateWriter};
 use crate::state::{StateVisitor, Subject};
 use glam::Vec2;
 
-/// Where an emitter makes its particles.
+/// Position at which an emitter makes its particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source {
     /// A fixed point.

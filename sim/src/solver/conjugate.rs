@@ -60,9 +60,9 @@ pub(crate) struct ConjugateSolver {
     blocks: Blocks,
     late_pairs: LatePairs,
     energy_guard: EnergyGuard,
-    /// Whether a body may move by more than the thinnest body's half-size in this step, and whether
-    /// a constraint belongs to such a pair.
+    /// Whether a body may move by more than the thinnest body's half-size in this step.
     has_fast_bodies: bool,
+    /// Whether a constraint belongs to such a body.
     has_fast_contacts: bool,
     displacements: Displacements,
     position_correction: PositionCorrection,

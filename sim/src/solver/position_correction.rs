@@ -1,10 +1,10 @@
-//! Removes overlap beyond the slop that is left after the velocities are solved.
+//! Corrects penetration: the overlap beyond the slop that is left after the velocities are solved.
 //!
 //! The velocities never see it (a push-out term in a rigid constraint feeds its own warm start and
 //! keeps piles boiling). Where they converge there is nothing to do here; bodies that were created
 //! inside each other, or that a moving wall squeezes, separate by a share of the overlap in each
 //! pass. A pass asks the same of displacements as constraints ask of velocities, n.(db - da) >=
-//! -room, and so the same sweeps find the least displacements, in the norm of the masses (split
+//! -separation, and so the same sweeps find the least displacements, in the norm of the masses (split
 //! impulses and pseudo velocities; Guendelman, Bridson and Fedkiw 2003), without friction and from
 //! zero.
 

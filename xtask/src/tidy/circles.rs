@@ -73,7 +73,7 @@ mod tests {
 
     const MANIFEST: &str = "[package]\nname = \"jostle-sim\"\n";
 
-    /// What is said of a crate with these files.
+    /// Findings for a crate with these files.
     fn messages(files: &[(&str, &str)]) -> Vec<String> {
         let mut tree = vec![File::text("sim/Cargo.toml", MANIFEST)];
         tree.extend(files.iter().map(|(path, text)| File::text(&format!("sim/src/{path}"), text)));

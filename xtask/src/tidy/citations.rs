@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 const ROWS: &str = "docs/physics.md";
 /// Kept results, which name what they measured.
 const RESULTS: &str = "docs/report/";
-/// What begins a comment, by the ending of a file. Documents are read whole.
+/// Start of a comment, by the ending of a file. Documents are read whole.
 const COMMENTS: [(&str, &str); 6] =
     [(".rs", "//"), (".wgsl", "//"), (".js", "//"), (".toml", "#"), (".html", "<!--"), (".md", "")];
 /// A letter from A to D, one or two digits, and in A a second number; rows of C may end in a letter.

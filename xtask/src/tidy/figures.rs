@@ -81,7 +81,7 @@ fn most_imports(imports: &Imports) -> Vec<String> {
     most.iter().take(MOST_IMPORTS).map(|(file, count)| format!("{count:4} {file}")).collect()
 }
 
-/// What is too large in the files read so far.
+/// Findings in the files read so far.
 #[derive(Default)]
 struct Found {
     /// The file that is read.

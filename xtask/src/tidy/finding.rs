@@ -1,4 +1,4 @@
-//! What tidy reports: the place, what was found, what is allowed, and how to mend it.
+//! A finding of tidy: the place, what was found, what is allowed, and how to fix it.
 
 use std::fmt::{self, Display};
 

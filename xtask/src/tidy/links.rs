@@ -1,4 +1,4 @@
-//! What documents point to exists: files, headings, and the names in the code map.
+//! Checks that what documents point to exists: files, headings, and the names in the code map.
 
 use super::files::File;
 use super::finding::Finding;

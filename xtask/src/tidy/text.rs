@@ -20,7 +20,7 @@ const EVERYWHERE: [(&str, &str); 4] = [
 ];
 /// Crates whose result may depend on nothing but their input.
 const PURE_CRATES: [&str; 4] = ["sim/src/", "game/src/", "protocol/src/", "room/src/"];
-/// What would let the outside in, or an order that is not the same everywhere. Clippy refuses the functions
+/// Names that would break purity or determinism. Clippy refuses the functions
 /// whose result differs from machine to machine; see `sim/clippy.toml`.
 const IMPURE: [&str; 7] =
     ["std::env", "std::fs", "std::net", "std::thread", "std::time", "HashMap", "HashSet"];

@@ -60,7 +60,7 @@ const WORDS: [(&str, &str); 53] = [
     ("Words", "StateVisitor"),
     ("Listing", "StateDump"),
 ];
-/// What comes before the name that a declaration gives.
+/// Keywords before the name of a declaration.
 const KEYWORDS: [&str; 5] = ["struct", "enum", "type", "trait", "mod"];
 
 /// Reports files and declarations with an old name.

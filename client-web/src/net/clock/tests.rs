@@ -3,7 +3,7 @@ use crate::net::simulated_link::{NetworkConditions, SimulatedLink};
 
 /// A message of a room in which something moves.
 fn busy(first: u32, tick: u32) -> Arrival {
-    Arrival { tick, first, patience: 1 }
+    Arrival { tick, first, ticks_until_next: 1 }
 }
 
 /// Plays `ticks` ticks whose snapshots arrive `late_ms(tick)` late, with a frame every tick;
@@ -76,7 +76,7 @@ fn time_goes_on_while_nothing_moves() {
     for tick in 0..1300 {
         let now = f64::from(tick) * TICK_MS;
         if tick % 13 == 0 {
-            clock.arrived(Arrival { tick, first: tick, patience: 13 }, now);
+            clock.arrived(Arrival { tick, first: tick, ticks_until_next: 13 }, now);
         }
         let display = clock.display(now).expect("there were snapshots");
         assert!(tick < 60 || (display - shown - 1.0).abs() < 0.2, "from {shown} to {display}");
@@ -127,7 +127,7 @@ fn play_over(lag: NetworkConditions, every: u32, seed: u64) -> (usize, f64) {
         // A frame comes at another moment of the tick than the snapshot.
         let frame_ms = now + 7.0;
         while let Some((at, tick)) = waiting.pop_front_if(|(at, _)| *at <= frame_ms) {
-            clock.arrived(Arrival { tick, first: tick - every + 1, patience: every }, at);
+            clock.arrived(Arrival { tick, first: tick - every + 1, ticks_until_next: every }, at);
             known = tick;
         }
         let Some(shown) = clock.display(frame_ms) else { continue };

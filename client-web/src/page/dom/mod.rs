@@ -141,7 +141,7 @@ pub fn target_within(event: &Event, selector: &str) -> Option<Element> {
     target.closest(selector).ok().flatten()
 }
 
-/// What was chosen or typed in the field that an event came from.
+/// The value of the field that an event came from.
 pub fn value_of<T: std::str::FromStr>(event: &Event) -> Option<T> {
     event.target()?.dyn_into::<HtmlInputElement>().ok()?.value().parse().ok()
 }

@@ -82,7 +82,7 @@ impl Stage {
         let (frame, replica) = (app.frame()?, app.replica()?);
         let graphics = self.graphics.as_mut()?;
         let Graphics { renderer, device, queue, .. } = graphics;
-        // What an earlier scene needed stays.
+        // Pipelines of earlier scenes are kept.
         renderer.prepare(device, queue, replica.plan.features.particles);
         Some(graphics.draw(&frame))
     }

@@ -26,7 +26,7 @@ use status::{State, Status};
 const UNSEEN_MS: f64 = 500.0;
 
 pub struct GameScreen {
-    /// The word in the room's link.
+    /// Code of the room, as in its link.
     pub code: String,
     /// Keys, pointer and thumbs.
     pub controls: Controls,

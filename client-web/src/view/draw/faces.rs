@@ -99,7 +99,7 @@ fn marble(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     }
 }
 
-/// Where a face turns: to its gaze, else along its way. Length 0..=1, full at `far` units or units/s.
+/// Direction of a face: towards its gaze, otherwise along its velocity. Length 0..=1, full at `far` units or units/s.
 fn gaze(body: &FrameBody, far: f32) -> Vec2 {
     let toward = body.gaze.map_or(body.velocity, |point| point - body.center);
     let length = toward.length();

@@ -23,7 +23,7 @@ const TOUCHING: [u8; 4] = [255, 0, 0, 255];
 /// Adds the bounds of all bodies in view.
 pub fn fill(stage: &mut Stage) {
     let ring = circle_corners();
-    // Where one body is selected, red is kept for what it touches (A1.4).
+    // While a body is selected, only the bodies that it touches are red (A1.4).
     let selecting = stage.frame.bodies.iter().any(|body| body.hidden);
     for body in stage.frame.bodies {
         if !stage.quads.sees(body.center, body.shape.half_extent() + Vec2::ONE) {

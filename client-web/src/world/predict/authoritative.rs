@@ -46,7 +46,7 @@ struct Other {
 pub(super) struct Carrier {
     /// Its name in the room.
     pub id: BodyId,
-    /// Where it is, world units.
+    /// Its position, world units.
     pub center: Vec2,
     /// Its way in the last tick, world units.
     pub step: Vec2,

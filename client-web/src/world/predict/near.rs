@@ -108,7 +108,7 @@ pub(super) fn body_of(snapshot: &Snapshot, id: BodyId) -> Option<&SnapshotBody> 
     Some(&snapshot.bodies[place]).filter(|body| body.id == id)
 }
 
-/// Where a snapshot shows a body, world units.
+/// Position of a body in a snapshot, world units.
 pub(super) fn place_of(snapshot: &Snapshot, id: BodyId, quantum: f32) -> Option<Vec2> {
     body_of(snapshot, id).map(|body| dequantise(body.quanta, quantum))
 }

@@ -65,7 +65,7 @@ impl Replica {
     }
 }
 
-/// Where a hero looks. The own one follows the pointer without the way through the server.
+/// Gaze of a hero. The player's own follows the pointer without a round trip to the server.
 fn gaze(
     sample: &Sample,
     player: Option<&PlayerState>,

@@ -147,7 +147,7 @@ impl Replica {
         let arrival = Arrival {
             tick: newest.tick,
             first: known.map_or(newest.tick, |known| (known + 1).min(newest.tick)),
-            patience: self.stream.ticks_until_next(),
+            ticks_until_next: self.stream.ticks_until_next(),
         };
         let starts = |timed: &&TimedEvent| {
             matches!(timed.event, Event::EmitterStarted(_) | Event::ScheduledEmitterStarted { .. })
@@ -205,7 +205,7 @@ impl Replica {
         self.present(tick, eye);
     }
 
-    /// Where a body is on display.
+    /// Displayed position of a body.
     pub fn place(&self, id: BodyId) -> Option<Vec2> {
         self.sampled(id).map(|sample| sample.center)
     }

@@ -24,7 +24,7 @@ impl Replica {
         self.led_from.or_else(|| self.own_hero().map(|hero| (hero.center, hero.velocity)))
     }
 
-    /// Where the newest snapshot has the own hero, whatever is on display.
+    /// Position of the player's hero in the newest snapshot, whatever is on display.
     pub fn told_place(&self) -> Option<Vec2> {
         let newest = self.newest()?;
         let hero = newest.players.iter().find(|p| p.seat == self.seat)?.hero?;
