@@ -154,7 +154,7 @@ impl Script {
             share if share > 0.85 => -1.0,
             _ => direction,
         };
-        let side_view = self.scene.world.gravity.y != 0.0;
+        let side_view = self.scene.gravity.y != 0.0;
         let low = if side_view { 0.3 } else { 0.15 };
         let y = if side_view && share.y < low && direction.y <= 0.0 {
             direction.y

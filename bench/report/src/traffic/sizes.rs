@@ -28,7 +28,7 @@ const HEAD: &str = "\
 
 /// Rows of the recordings in the order of their names, with three rates each.
 pub fn measure(dir: &Path) -> Result<String> {
-    let entries = fs::read_dir(dir).with_context(|| format!("no {}", dir.display))?;
+    let entries = fs::read_dir(dir).with_context(|| format!("no {}", dir.display()))?;
     let mut paths = entries
         .map(|entry| entry.map(|entry| entry.path()))
         .collect::<std::io::Result<Vec<_>>>()?;
