@@ -42,11 +42,12 @@ pub fn tidy() -> Result<()> {
     for note in text::long_files(&files) {
         say("tidy", &format!("note: {note}"));
     }
-    if findings.is_empty() {
-        say("tidy", &format!("{} files, nothing to mend", files.len()));
-        return Ok(());
+    match findings.len() {
+        0 => say("tidy", &format!("{} files, nothing to mend", files.len())),
+        1 => bail!("1 thing to mend"),
+        count => bail!("{count} things to mend"),
     }
-    bail!("{} things to mend", findings.len())
+    Ok(())
 }
 
 /// Prints the figures of a checkout: this one, or another to compare with.
