@@ -101,5 +101,5 @@ fn text_and_players_are_readable_on_every_ink() {
 #[test]
 fn the_page_has_the_same_palette() {
     let file = include_str!("../../../web/palette.css");
-    assert_eq!(file, css(), "run `cargo run -p jostle-client-web --example sprites` to rewrite it");
+    assert_eq!(file, css(), "run `cargo run -p jostle-client-web --example palette` to rewrite it");
 }
