@@ -32,20 +32,20 @@ pub struct InputQueue {
 struct Waiting {
     seq: u32,
     input: Input,
-    /// Buttons that only inputs dropped before this one held, and the last pointer they had: a click
-    /// does not vanish with them, and acts where it was made.
+    /// The inputs dropped before this one, merged: a click does not vanish with them, and acts where it
+    /// was made.
     dropped: Input,
 }
 
 impl Waiting {
     /// The input with what was dropped before it.
     fn merged(&self) -> Input {
-        let lost = self.dropped.buttons.0 & !self.input.buttons.0;
-        if lost == 0 {
-            return self.input;
-        }
-        let buttons = Buttons(self.input.buttons.0 | lost);
-        Input { buttons, pointer: self.dropped.pointer }
+        let (dropped, input) = (self.dropped.buttons.0, self.input.buttons.0);
+        let lost = dropped & !input != 0;
+        let pressed = input & !dropped != 0;
+        // A button that this input presses acts at its own pointer.
+        let pointer = if lost && !pressed { self.dropped.pointer } else { self.input.pointer };
+        Input { buttons: Buttons(dropped | input), pointer: pointer.or(self.input.pointer) }
     }
 }
 
@@ -220,6 +220,12 @@ mod tests {
         queue.push(4, at(40.0, Buttons::FIRE));
         queue.drop_oldest();
         assert_eq!(queue.take(), Some(at(40.0, Buttons::FIRE)));
+        // A click keeps its own pointer, whatever key was dropped before it.
+        queue.push(5, at(50.0, Buttons::RIGHT));
+        queue.push(6, at(60.0, Buttons::FIRE));
+        queue.drop_oldest();
+        let both = Buttons(Buttons::RIGHT.0 | Buttons::FIRE.0);
+        assert_eq!(queue.take(), Some(at(60.0, both)));
     }
 
     #[test]
