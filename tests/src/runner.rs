@@ -16,7 +16,7 @@ const CASE_WITHIN: Duration = Duration::from_secs(240);
 
 /// A named test.
 pub struct Case {
-    /// What holds if it passes.
+    /// The statement that it tests.
     pub name: &'static str,
     /// Starts it.
     pub run: fn(Arc<Stage>) -> Running,

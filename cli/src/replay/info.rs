@@ -51,7 +51,7 @@ fn player_ticks(stays: &[Stay]) -> u64 {
     stays.iter().map(|stay| u64::from(stay.to_tick + 1 - stay.from_tick)).sum()
 }
 
-/// `None` where nobody played.
+/// `None` in a game without players.
 fn bytes_per_player_hour(replay: &Replay, stays: &[Stay]) -> Option<f64> {
     let hours = player_ticks(stays) as f64 / f64::from(3600 * TICKS_PER_SECOND);
     (hours > 0.0).then(|| replay.byte_count() as f64 / hours)

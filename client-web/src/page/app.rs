@@ -262,8 +262,8 @@ impl App {
         let frozen = request.ticks.is_some();
         let room = RoomInPage::new(scene, request.seed, request.bots, frozen);
         // A picture must not depend on the player.
-        let nobody = || Appearance { name: "Jo".into(), color: 0 };
-        let appearance = if frozen { nobody() } else { self.appearance.clone() };
+        let neutral = || Appearance { name: "Jo".into(), color: 0 };
+        let appearance = if frozen { neutral() } else { self.appearance.clone() };
         let mut game = GameScreen::in_page(&mut self.ctx, room, appearance);
         if let Some(ticks) = request.ticks {
             game.freeze_at(&mut self.ctx, ticks);
@@ -427,7 +427,7 @@ impl App {
     }
 }
 
-/// The remembered player, or a friendly stranger who is remembered from now on.
+/// The remembered player, or a random name and colour that are remembered from now on.
 fn recall(ctx: &mut Context, remembered: &Remembered) -> Appearance {
     let (name, color) = remembered.player();
     let color = color

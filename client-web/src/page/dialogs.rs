@@ -43,7 +43,7 @@ impl Dialogs {
         }
     }
 
-    /// Withdraws a question about a player who has left.
+    /// Withdraws a question about a player after they left.
     pub fn withdraw_moot(&mut self, players: &[PlayerState]) {
         self.question.take_if(|question| match question {
             Question::Kick(seat, who) => {

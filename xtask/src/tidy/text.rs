@@ -4,7 +4,7 @@ use super::files::File;
 use super::finding::Finding;
 use regex::Regex;
 
-/// What no line of a text file may hold, with what to do instead. Each pattern is written so that it does
+/// Patterns that no line of a text file may match, and the remedy. Each pattern is written so that it does
 /// not match itself.
 const EVERYWHERE: [(&str, &str); 4] = [
     (

@@ -44,7 +44,7 @@ pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Clie
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn five_hundred_connect_at_once_and_leave_at_once() {
-    // A busy machine may take longer for so many clients than one may take for its hello.
+    // A busy machine may need longer for all these clients than a hello may take.
     let server = Server::start_with_waits(Waits { hello: LONG, ..Waits::default() }).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let address = server.address;

@@ -22,7 +22,7 @@ pub async fn crowd(stage: &Stage) {
     for attempt in attempts {
         match timeout(2 * LONG, attempt).await.expect("an answer in time").expect("no panic") {
             Ok(client) => seated.push(client),
-            // A slow machine takes too long for so many hellos.
+            // A slow machine takes too long for this many hellos.
             Err(Refusal::ServerFull | Refusal::BadHello) => {}
             Err(other) => panic!("{other:?}"),
         }

@@ -159,7 +159,7 @@ fn a_silent_server_is_disconnected() {
     let mut browser = Browser::playing();
     browser.room = None;
     browser.now_ms += 6001.0;
-    // Inputs of now would go to a socket that nobody reads.
+    // Present inputs would go to a socket without a reader.
     let done = browser.app.update(browser.now_ms, Event::Pulse { hidden: false });
     assert!(done.contains(&Effect::Disconnect { leaving: false }), "{done:?}");
     assert_eq!(browser.app.state(), "reconnecting");

@@ -15,7 +15,7 @@ fn the_lobby_asks_for_its_lists_and_asks_again() {
     browser.say(Event::Answered(Request::Rooms, Some(ROOMS.into())));
     assert_eq!(browser.app.lobby.rooms.len(), 1);
     browser.now_ms = 3100.0;
-    assert!(!has(&browser.say(Event::Pulse { hidden: true }), "Request"), "nobody looks");
+    assert!(!has(&browser.say(Event::Pulse { hidden: true }), "Request"), "the page is hidden");
     let asked = browser.say(Event::Pulse { hidden: false });
     assert!(has(&asked, "Request(Rooms)") && !has(&asked, "Request(Replays)"), "{asked:?}");
     browser.say(Event::Answered(Request::Rooms, None));
