@@ -3,6 +3,7 @@
 
 pub mod ack_lag;
 pub mod admission;
+pub mod clock;
 pub mod member;
 pub mod outbox;
 pub mod phase;

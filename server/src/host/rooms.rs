@@ -1,6 +1,7 @@
 //! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
+use crate::host::clock::SystemClock;
 use crate::host::phase::Phase;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
 use crate::host::ticker::Ticker;
@@ -166,7 +167,7 @@ impl Rooms {
             Ticker::new(Arc::clone(&self.host), Arc::clone(&info), receiver, commanded, random());
         let spawned = std::thread::Builder::new()
             .name(format!("room {code}"))
-            .spawn(move || ticker.run())
+            .spawn(move || ticker.run(&mut SystemClock::of_this_thread()))
             .inspect_err(|error| error!(room = %code, %error, "no thread for a room"));
         Some(RoomHandle { info, joins: sender, commands, creator, thread: spawned.ok()? })
     }

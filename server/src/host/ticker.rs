@@ -2,10 +2,10 @@
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
 use crate::host::admission::{Admission, Held};
+use crate::host::clock::Clock;
 use crate::host::member::Member;
 use crate::host::phase::Phase;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
-use crate::host::run_queue::RunQueue;
 use crate::host::schedule::Schedule;
 use crate::host::token_signer::SeatClaim;
 use crate::limits;
@@ -60,14 +60,14 @@ impl Ticker {
     }
 
     /// Plays until the room is empty or closed, or the server closes. A panic ends this room alone.
-    pub fn run(mut self) {
+    pub fn run(mut self, clock: &mut impl Clock) {
         let code = self.info.code.clone();
         info!(room = %code, scene = %self.info.scene.name, seed = self.seed, "room opened");
         // Kept out here, they survive a panic, and the last ticks before it can still be recorded.
         let mut opened = None;
         let played = catch_unwind(AssertUnwindSafe(|| {
-            let (room, room_recording) = opened.insert(self.open());
-            self.play(room, room_recording.as_mut())
+            let (room, room_recording) = opened.insert(self.open(clock.now()));
+            self.play(room, room_recording.as_mut(), clock)
         }));
         let refusal = match &played {
             Ok(end) => {
@@ -87,29 +87,31 @@ impl Ticker {
                 Ok(_) => room.stop_recording(),
                 Err(_) => room.break_off_recording(),
             };
-            room_recording.end(&mut room, last, Instant::now());
+            room_recording.end(&mut room, last, clock.now());
         }
     }
 
-    fn open(&self) -> (Room, Option<RoomRecording>) {
+    fn open(&self, now: Instant) -> (Room, Option<RoomRecording>) {
         let mut room = Room::new(&self.info.code, Arc::clone(&self.info.scene), self.seed);
         let recording = self.host.recording.clone().filter(|_| !self.info.private);
         let room_recording =
-            recording.map(|recording| RoomRecording::start(recording, &mut room, Instant::now()));
+            recording.map(|recording| RoomRecording::start(recording, &mut room, now));
         (room, room_recording)
     }
 
-    fn play(&mut self, room: &mut Room, mut room_recording: Option<&mut RoomRecording>) -> End {
-        let mut schedule = Schedule::new(Instant::now());
+    fn play(
+        &mut self,
+        room: &mut Room,
+        mut room_recording: Option<&mut RoomRecording>,
+        clock: &mut impl Clock,
+    ) -> End {
+        let mut empty_since = clock.now();
+        let mut schedule = Schedule::new(empty_since);
         let mut missed = Missed::default();
-        let mut empty_since = Instant::now();
-        let run_queue = RunQueue::of_this_thread();
         loop {
-            let waited_before = run_queue.waited();
             let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
-            std::thread::sleep(awaited.saturating_duration_since(Instant::now()));
-            let now = Instant::now();
-            let queued = run_queue.waited_since(waited_before);
+            let queued = clock.sleep_until(awaited);
+            let now = clock.now();
             let due = schedule.due(now);
             missed.report(&self.info.code, schedule.missed(), now);
             if *self.host.phase.borrow() == Phase::Closing {
@@ -121,14 +123,14 @@ impl Ticker {
             self.admit(room);
             self.run_commands(room);
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
-            let mut watch = Stopwatch::start();
+            let mut watch = Stopwatch::start(clock.now());
             for _ in 0..due {
                 self.empty_inboxes(room);
-                watch.lap(0);
+                watch.lap(0, clock.now());
                 room.tick();
-                watch.lap(1);
+                watch.lap(1, clock.now());
                 self.feed(room);
-                watch.lap(2);
+                watch.lap(2, clock.now());
             }
             let skipped = schedule.missed() - missed_before;
             self.host.metrics.ticks.woke(due, skipped, late, watch.laps);
@@ -342,12 +344,11 @@ struct Stopwatch {
 }
 
 impl Stopwatch {
-    fn start() -> Stopwatch {
-        Stopwatch { since: Instant::now(), laps: [Duration::ZERO; 3] }
+    fn start(now: Instant) -> Stopwatch {
+        Stopwatch { since: now, laps: [Duration::ZERO; 3] }
     }
 
-    fn lap(&mut self, phase: usize) {
-        let now = Instant::now();
+    fn lap(&mut self, phase: usize, now: Instant) {
         self.laps[phase] += now - self.since;
         self.since = now;
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::host::clock::SystemClock;
 use crate::host::outbox::Outbox;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
@@ -67,22 +68,79 @@ fn end_of(outbox: &Outbox) -> Refusal {
     runtime.block_on(outbox.ended())
 }
 
-fn play(ticker: &mut Ticker) -> End {
-    let (mut room, mut tape) = ticker.open();
-    ticker.play(&mut room, tape.as_mut())
+/// A clock that sleeps in no time.
+struct TestClock {
+    now: Instant,
+    sleeps: u32,
+    /// Makes the sleep of this number longer.
+    stall: Option<(u32, Duration)>,
+    /// Closes the server in the sleep of this number.
+    closes: Option<(u32, watch::Sender<Phase>)>,
+}
+
+impl TestClock {
+    fn new() -> TestClock {
+        TestClock { now: Instant::now(), sleeps: 0, stall: None, closes: None }
+    }
+}
+
+impl Clock for TestClock {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn sleep_until(&mut self, at: Instant) -> Option<Duration> {
+        self.sleeps += 1;
+        self.now = self.now.max(at);
+        if let Some((_, stall)) = self.stall.take_if(|(sleep, _)| *sleep == self.sleeps) {
+            self.now += stall;
+        }
+        if let Some((_, phase)) = self.closes.take_if(|(sleep, _)| *sleep == self.sleeps) {
+            phase.send_replace(Phase::Closing);
+        }
+        Some(Duration::ZERO)
+    }
+}
+
+/// Plays a room to its end; returns the ticks played and the reason.
+fn play(ticker: &mut Ticker, clock: &mut TestClock) -> (u32, End) {
+    let (mut room, mut recording) = ticker.open(clock.now);
+    let end = ticker.play(&mut room, recording.as_mut(), clock);
+    (room.game().tick_count(), end)
 }
 
 #[test]
-fn an_empty_room_ends_and_a_closing_server_ends_a_full_one() {
-    let (mut ticker, _outside) = room("empty", Duration::ZERO);
-    assert_eq!(play(&mut ticker), End::Empty);
+fn an_empty_room_ends_after_its_time_and_not_a_tick_before() {
+    let (mut ticker, _outside) = room("empty", Duration::from_secs(45));
+    let mut clock = TestClock::new();
+    let began = clock.now;
+    assert_eq!(play(&mut ticker, &mut clock), (45 * 60, End::Empty));
+    assert_eq!(clock.now - began, Duration::from_secs(45));
+}
 
+#[test]
+fn a_closing_server_ends_a_room_with_players() {
     let (mut ticker, outside) = room("closing", Duration::ZERO);
     let (join, _inbox, _outbox) = join();
     outside.joins.send(join).expect("a place");
-    let ended = std::thread::spawn(move || play(&mut ticker));
-    outside.phase.send_replace(Phase::Closing);
-    assert_eq!(ended.join().expect("no panic"), End::Closing);
+    let mut clock = TestClock { closes: Some((100, outside.phase)), ..TestClock::new() };
+    assert_eq!(play(&mut ticker, &mut clock), (99, End::Closing));
+}
+
+#[test]
+fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
+    let (mut ticker, outside) = room("stalled", Duration::MAX);
+    let metrics = Arc::clone(&ticker.host.metrics);
+    let stall = Some((61, Duration::from_secs(2)));
+    let mut clock = TestClock { stall, closes: Some((200, outside.phase)), ..TestClock::new() };
+    let began = clock.now;
+    let (ticks, end) = play(&mut ticker, &mut clock);
+    // The last wakeup finds the server closing, and does not play.
+    let due = (clock.now - began).as_secs_f64() * 60.0 - 1.0;
+    assert_eq!((end, metrics.ticks.played.get()), (End::Closing, u64::from(ticks)));
+    assert_eq!(metrics.ticks.missed.get(), 120 + 1 - u64::from(limits::CATCH_UP_TICKS_MAX));
+    assert_eq!(u64::from(ticks) + metrics.ticks.missed.get(), due.round() as u64);
+    assert_eq!(ticks, 60 + limits::CATCH_UP_TICKS_MAX + (199 - 61));
 }
 
 #[test]
@@ -97,7 +155,9 @@ fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
     outside.rooms.join("arena", other).expect("another room");
 
     let metrics = Arc::clone(&ticker.host.metrics);
-    std::thread::spawn(move || ticker.run()).join().expect("the panic stays inside");
+    std::thread::spawn(move || ticker.run(&mut SystemClock::of_this_thread()))
+        .join()
+        .expect("the panic stays inside");
     assert_eq!(metrics.rooms_failed.get(), 1);
     assert_eq!(end_of(&seated_outbox), Refusal::RoomFailed);
     assert_eq!(end_of(&waiting_outbox), Refusal::RoomFailed);
@@ -127,7 +187,7 @@ fn control_messages(outbox: &Outbox) -> Vec<ServerMessage> {
 #[test]
 fn a_host_kicks_players_but_no_host() {
     let (mut ticker, _outside) = room("hosts", Duration::MAX);
-    let (mut room, _) = ticker.open();
+    let (mut room, _) = ticker.open(Instant::now());
     let people = [Some(1), Some(1), None].map(|hosted| {
         let (join, inbox, outbox) = join();
         ticker.seat(&mut room, Join { hosted, ..join }, &mut None);
@@ -149,7 +209,7 @@ fn a_host_kicks_players_but_no_host() {
 #[test]
 fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
     let (mut ticker, _outside) = room("queue", Duration::MAX);
-    let (mut room, _) = ticker.open();
+    let (mut room, _) = ticker.open(Instant::now());
     let (joins, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
     ticker.joins = receiver;
     let waiting: Vec<_> = (0..limits::JOINS_PER_WAKEUP + 1)
