@@ -1,43 +1,63 @@
 //! A headless Chromium with a profile of its own, which is removed afterwards.
 
+use crate::devtools::{Session, text};
 use crate::tab::{Screen, Tab};
-use anyhow::{Context, Result, anyhow, bail};
-use chromiumoxide::browser::{Browser as Process, BrowserConfig};
-use chromiumoxide::cdp::browser_protocol::browser::BrowserContextId;
-use chromiumoxide::cdp::browser_protocol::target::{
-    CreateBrowserContextParams, CreateTargetParams,
-};
-use futures_util::StreamExt;
+use anyhow::{Context, Result, bail};
+use serde_json::json;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 use std::time::Duration;
-use tokio::task::JoinHandle;
+use tokio::io::{AsyncBufReadExt, BufReader};
+use tokio::process::{Child, Command};
+use tokio::time::timeout;
 
 /// Names of the program; `JOSTLE_CHROMIUM` takes precedence.
 const PROGRAMS: [&str; 4] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-/// WebGL by Mesa's software renderer, the same on every machine, and no connections to other hosts.
-const FLAGS: [&str; 7] = [
-    "use-angle=gl-egl",
-    "ignore-gpu-blocklist",
-    "disable-background-networking",
-    "no-first-run",
-    "disable-component-update",
-    "disable-sync",
-    "disable-quic",
+const FLAGS: [&str; 21] = [
+    "--headless=new",
+    "--remote-debugging-port=0",
+    "--no-sandbox",
+    // WebGL by Mesa's software renderer, the same on every machine.
+    "--use-angle=gl-egl",
+    "--ignore-gpu-blocklist",
+    "--force-color-profile=srgb",
+    "--hide-scrollbars",
+    "--lang=en_US",
+    "--mute-audio",
+    // No connections to other hosts, and nothing that waits for a person.
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-default-apps",
+    "--disable-extensions",
+    "--disable-quic",
+    "--no-first-run",
+    "--password-store=basic",
+    // Pages play on while another is in front.
+    "--disable-background-timer-throttling",
+    "--disable-backgrounding-occluded-windows",
+    "--disable-renderer-backgrounding",
+    // Containers have little of it.
+    "--disable-dev-shm-usage",
 ];
+/// The line that tells where the browser listens begins so.
+const LISTENING: &str = "DevTools listening on ";
 const LAUNCH_WITHIN: Duration = Duration::from_secs(60);
 const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
 /// A running browser.
 pub struct Browser {
-    process: Process,
-    events: JoinHandle<()>,
+    process: Child,
+    session: Session,
     profile: PathBuf,
 }
 
 /// Cookies and storage of one person; the pages of two visitors share nothing.
 #[derive(Clone, Debug)]
-pub struct Visitor(BrowserContextId);
+pub struct Visitor {
+    context_id: String,
+}
 
 impl Browser {
     /// Starts the browser.
@@ -45,66 +65,71 @@ impl Browser {
         let program = find()?;
         let profile = std::env::temp_dir().join(format!("jostle-browser-{}", std::process::id()));
         std::fs::create_dir_all(&profile).context("cannot make the browser's profile")?;
-        let config = BrowserConfig::builder()
-            .chrome_executable(&program)
-            .user_data_dir(&profile)
-            .new_headless_mode()
-            .no_sandbox()
-            .viewport(None)
-            .launch_timeout(LAUNCH_WITHIN)
-            .args(FLAGS)
-            .build()
-            .map_err(|error| anyhow!(error))?;
-        let launched = Process::launch(config).await;
-        let (process, mut handler) =
-            launched.with_context(|| format!("cannot start {}", program.display()))?;
-        let events = tokio::spawn(async move { while handler.next().await.is_some() {} });
-        Ok(Browser { process, events, profile })
+        let mut command = Command::new(&program);
+        command.args(FLAGS).arg(format!("--user-data-dir={}", profile.display()));
+        command.arg("about:blank").stderr(Stdio::piped()).kill_on_drop(true);
+        let started = command.spawn();
+        let mut process = started.with_context(|| format!("cannot start {}", program.display()))?;
+        let address = timeout(LAUNCH_WITHIN, address_of(&mut process)).await;
+        let address = address.with_context(|| format!("{} says nothing", program.display()))??;
+        Ok(Browser { process, session: Session::connect(&address).await?, profile })
     }
 
     /// Name and version.
     pub async fn version(&self) -> Result<String> {
-        Ok(self.process.version().await?.product)
+        text(&self.session.call("Browser.getVersion", json!({})).await?, "product")
     }
 
     /// A new visitor.
     pub async fn visitor(&self) -> Result<Visitor> {
-        let context = CreateBrowserContextParams::default();
-        Ok(Visitor(self.process.create_browser_context(context).await?))
+        let context = self.session.call("Target.createBrowserContext", json!({})).await?;
+        Ok(Visitor { context_id: text(&context, "browserContextId")? })
     }
 
     /// Opens an empty page in a window of its own: pages hidden behind others are not drawn.
     pub async fn open(&self, visitor: &Visitor, screen: Screen) -> Result<Tab> {
-        let target = CreateTargetParams::builder()
-            .url("about:blank")
-            .browser_context_id(visitor.0.clone())
-            .new_window(true)
-            .width(i64::from(screen.width))
-            .height(i64::from(screen.height))
-            .build()
-            .map_err(|error| anyhow!(error))?;
-        Tab::new(self.process.new_page(target).await?, screen).await
+        let target = json!({
+            "url": "about:blank", "browserContextId": visitor.context_id, "newWindow": true,
+            "width": screen.width, "height": screen.height,
+        });
+        let target = text(&self.session.call("Target.createTarget", target).await?, "targetId")?;
+        let (session, events) = self.session.attach(&target).await?;
+        Tab::new(session, events, screen).await
     }
 
     /// Closes all pages of a visitor and deletes their storage.
     pub async fn forget(&self, visitor: Visitor) -> Result<()> {
-        self.process.dispose_browser_context(visitor.0).await?;
-        Ok(())
+        let context = json!({"browserContextId": visitor.context_id});
+        self.session.call("Target.disposeBrowserContext", context).await.map(drop)
     }
 
     /// Closes the browser and removes its profile.
     pub async fn close(mut self) -> Result<()> {
-        let closed = tokio::time::timeout(CLOSE_WITHIN, async {
-            self.process.close().await?;
+        let closed = timeout(CLOSE_WITHIN, async {
+            self.session.call("Browser.close", json!({})).await?;
             self.process.wait().await?;
             Ok::<_, anyhow::Error>(())
         });
         if !matches!(closed.await, Ok(Ok(()))) {
-            self.process.kill().await;
+            self.process.kill().await?;
         }
-        self.events.abort();
         std::fs::remove_dir_all(&self.profile).context("cannot remove the browser's profile")
     }
+}
+
+/// Where the browser listens, from what it prints; the rest is read away, so that it never waits.
+async fn address_of(process: &mut Child) -> Result<String> {
+    let printed = process.stderr.take().context("the browser's errors are not read")?;
+    let mut lines = BufReader::new(printed).lines();
+    let mut before = String::new();
+    while let Some(line) = lines.next_line().await? {
+        if let Some(address) = line.strip_prefix(LISTENING) {
+            tokio::spawn(async move { while let Ok(Some(_)) = lines.next_line().await {} });
+            return Ok(address.trim().to_owned());
+        }
+        before = before + &line + "\n";
+    }
+    bail!("the browser ended:\n{before}")
 }
 
 fn find() -> Result<PathBuf> {

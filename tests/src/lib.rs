@@ -4,10 +4,10 @@
 //! The tests themselves are in `tests/`, one file or directory per subject.
 
 pub mod browser;
+pub mod devtools;
 pub mod picture;
 pub mod runner;
 pub mod scenes;
 pub mod server;
 pub mod state;
-pub mod streams;
 pub mod tab;

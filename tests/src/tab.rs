@@ -3,31 +3,17 @@
 //! Nothing here waits for a fixed time: [`Tab::until`] polls the page until a condition holds, and
 //! fails at a deadline with the page's last state.
 
+use crate::devtools::{Event, Session, text};
 use crate::picture::Picture;
 use crate::state::{Recorded, State};
-use anyhow::{Context, Result, anyhow, bail};
-use chromiumoxide::Page;
-use chromiumoxide::cdp::browser_protocol::emulation::{
-    SetDeviceMetricsOverrideParams, SetFocusEmulationEnabledParams, SetTouchEmulationEnabledParams,
-};
-use chromiumoxide::cdp::browser_protocol::input::{
-    DispatchKeyEventParams, DispatchKeyEventType, DispatchMouseEventParams, DispatchMouseEventType,
-    DispatchTouchEventParams, DispatchTouchEventReturns, DispatchTouchEventType, InsertTextParams,
-    MouseButton, TouchPoint,
-};
-use chromiumoxide::cdp::browser_protocol::log::{EventEntryAdded, LogEntryLevel};
-use chromiumoxide::cdp::browser_protocol::page::CaptureScreenshotFormat;
-use chromiumoxide::cdp::js_protocol::runtime::{
-    ConsoleApiCalledType, EvaluateParams, EventConsoleApiCalled, EventExceptionThrown, RemoteObject,
-};
-use chromiumoxide::page::ScreenshotParams;
-use chromiumoxide::types::{Command, Method, MethodId};
-use futures_util::StreamExt;
-use serde::Serialize;
+use anyhow::{Context, Result, bail};
+use data_encoding::BASE64;
 use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use tokio::sync::{mpsc, watch};
 
 /// Much longer than anything takes on a busy machine with a software renderer.
 const DEADLINE: Duration = Duration::from_secs(40);
@@ -78,52 +64,57 @@ impl Screen {
     pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false };
 }
 
-/// [`DispatchTouchEventParams`] without fingers: that type omits an empty list, which Chromium
-/// refuses.
-#[derive(Serialize)]
-struct TouchEnd {
-    #[serde(rename = "type")]
-    kind: &'static str,
-    #[serde(rename = "touchPoints")]
-    touch_points: [(); 0],
-}
-
-impl Method for TouchEnd {
-    fn identifier(&self) -> MethodId {
-        DispatchTouchEventParams::IDENTIFIER.into()
-    }
-}
-
-impl Command for TouchEnd {
-    type Response = DispatchTouchEventReturns;
-}
-
 /// A page.
 #[derive(Clone)]
 pub struct Tab {
-    page: Page,
+    session: Session,
     screen: Screen,
     errors: Arc<Mutex<Vec<String>>>,
+    /// Identifier of the document that was loaded last.
+    loaded: watch::Receiver<String>,
 }
 
 impl Tab {
     /// Takes over an empty page.
-    pub(crate) async fn new(page: Page, screen: Screen) -> Result<Tab> {
+    pub(crate) async fn new(
+        session: Session,
+        events: mpsc::UnboundedReceiver<Event>,
+        screen: Screen,
+    ) -> Result<Tab> {
         let errors = Arc::default();
-        listen(&page, &errors).await?;
-        let (width, height) = (i64::from(screen.width), i64::from(screen.height));
-        page.execute(SetDeviceMetricsOverrideParams::new(width, height, 1.0, screen.touch)).await?;
-        if screen.touch {
-            page.execute(SetTouchEmulationEnabledParams::new(true)).await?;
+        let (loads, loaded) = watch::channel(String::new());
+        tokio::spawn(listen(events, loads, Arc::clone(&errors)));
+        let Screen { width, height, touch } = screen;
+        let metrics =
+            json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch});
+        for (method, params) in [
+            ("Page.enable", json!({})),
+            ("Page.setLifecycleEventsEnabled", json!({"enabled": true})),
+            ("Runtime.enable", json!({})),
+            ("Log.enable", json!({})),
+            ("Emulation.setDeviceMetricsOverride", metrics),
+            ("Emulation.setTouchEmulationEnabled", json!({"enabled": touch})),
+            // Several windows play at once; each has to believe that it has the focus.
+            ("Emulation.setFocusEmulationEnabled", json!({"enabled": true})),
+        ] {
+            session.call(method, params).await?;
         }
-        // Several windows play at once; each has to believe that it has the focus.
-        page.execute(SetFocusEmulationEnabledParams::new(true)).await?;
-        Ok(Tab { page, screen, errors })
+        Ok(Tab { session, screen, errors, loaded })
     }
 
-    /// Goes to an address.
+    /// Goes to an address, and waits until the page is loaded.
     pub async fn go(&self, link: &str) -> Result<()> {
-        self.page.goto(link).await.with_context(|| format!("cannot open {link}"))?;
+        let answer = self.session.call("Page.navigate", json!({"url": link})).await?;
+        if let Some(error) = answer["errorText"].as_str() {
+            bail!("cannot open {link}: {error}");
+        }
+        // Without a document of its own it is a place in the page that is shown already.
+        if let Some(document) = answer["loaderId"].as_str() {
+            let mut loaded = self.loaded.clone();
+            let loaded = loaded.wait_for(|last| last == document);
+            let loaded = tokio::time::timeout(DEADLINE, loaded).await;
+            loaded.with_context(|| format!("{link} is not loaded"))?.context("the page is gone")?;
+        }
         Ok(())
     }
 
@@ -134,18 +125,16 @@ impl Tab {
 
     /// The value of a JavaScript expression; promises are awaited.
     pub async fn eval<T: DeserializeOwned>(&self, expression: &str) -> Result<T> {
-        let params = EvaluateParams::builder()
-            .expression(expression)
-            .await_promise(true)
-            .return_by_value(true)
-            .user_gesture(true)
-            .build()
-            .map_err(|error| anyhow!(error))?;
-        let answer = self.page.execute(params).await.with_context(|| expression.to_owned())?.result;
-        if let Some(exception) = answer.exception_details {
-            bail!("{expression}: {exception:?}");
+        let params = json!({
+            "expression": expression, "awaitPromise": true, "returnByValue": true,
+            "userGesture": true,
+        });
+        let answer = self.session.call("Runtime.evaluate", params).await;
+        let mut answer = answer.with_context(|| expression.to_owned())?;
+        if let Some(exception) = answer.get("exceptionDetails") {
+            bail!("{expression}: {}", exception_text(exception));
         }
-        let value = answer.result.value.unwrap_or_default();
+        let value = answer["result"]["value"].take();
         serde_json::from_value(value.clone())
             .with_context(|| format!("{expression} gave {value}, which is not what was expected"))
     }
@@ -205,8 +194,8 @@ impl Tab {
 
     /// Runs a script in every page before its own scripts.
     pub async fn before_load(&self, script: &str) -> Result<()> {
-        self.page.evaluate_on_new_document(script).await?;
-        Ok(())
+        let params = json!({"source": script});
+        self.session.call("Page.addScriptToEvaluateOnNewDocument", params).await.map(drop)
     }
 
     /// Position of a world point on the page, CSS pixels.
@@ -222,12 +211,12 @@ impl Tab {
 
     /// Presses a key and keeps it down: a letter, or a name such as `Escape`, `F3`.
     pub async fn key_down(&self, key: &str) -> Result<()> {
-        self.key(key, DispatchKeyEventType::RawKeyDown).await
+        self.key(key, "rawKeyDown").await
     }
 
     /// Releases a key.
     pub async fn key_up(&self, key: &str) -> Result<()> {
-        self.key(key, DispatchKeyEventType::KeyUp).await
+        self.key(key, "keyUp").await
     }
 
     /// Presses a key, holds it for some ticks of the game, and releases it.
@@ -237,21 +226,17 @@ impl Tab {
         self.key_up(key).await
     }
 
-    async fn key(&self, key: &str, kind: DispatchKeyEventType) -> Result<()> {
+    async fn key(&self, key: &str, kind: &str) -> Result<()> {
         let letter = key.chars().next().filter(|_| key.len() == 1);
         let (name, code, number) = match letter.map(|letter| letter.to_ascii_uppercase()) {
             Some(letter) => (key.to_ascii_lowercase(), format!("Key{letter}"), letter as i64),
             None => (key.to_owned(), key.to_owned(), number_of(key)),
         };
-        let event = DispatchKeyEventParams::builder()
-            .r#type(kind)
-            .key(name)
-            .code(code)
-            .windows_virtual_key_code(number)
-            .build()
-            .map_err(|error| anyhow!(error))?;
-        self.page.execute(event).await.with_context(|| format!("key {key}"))?;
-        Ok(())
+        let event = json!({
+            "type": kind, "key": name, "code": code, "windowsVirtualKeyCode": number,
+        });
+        let sent = self.session.call("Input.dispatchKeyEvent", event).await;
+        sent.with_context(|| format!("key {key}")).map(drop)
     }
 
     /// Moves the mouse to a world point; returns its position on the page.
@@ -289,40 +274,28 @@ impl Tab {
     }
 
     /// Moves the mouse to a point of the page.
-    pub async fn move_to(&self, [x, y]: [f64; 2], held: bool) -> Result<()> {
-        let button = if held { MouseButton::Left } else { MouseButton::None };
-        self.mouse(DispatchMouseEventType::MouseMoved, [x, y], button, held).await
+    pub async fn move_to(&self, at: [f64; 2], held: bool) -> Result<()> {
+        self.mouse("mouseMoved", at, held).await
     }
 
     /// Presses the left button at a point of the page.
     pub async fn mouse_down(&self, at: [f64; 2]) -> Result<()> {
-        self.mouse(DispatchMouseEventType::MousePressed, at, MouseButton::Left, true).await
+        self.mouse("mousePressed", at, true).await
     }
 
     /// Releases the left button.
     pub async fn mouse_up(&self, at: [f64; 2]) -> Result<()> {
-        self.mouse(DispatchMouseEventType::MouseReleased, at, MouseButton::Left, false).await
+        self.mouse("mouseReleased", at, false).await
     }
 
-    async fn mouse(
-        &self,
-        kind: DispatchMouseEventType,
-        [x, y]: [f64; 2],
-        button: MouseButton,
-        held: bool,
-    ) -> Result<()> {
-        let moved = kind == DispatchMouseEventType::MouseMoved;
-        let event = DispatchMouseEventParams::builder()
-            .r#type(kind)
-            .x(x)
-            .y(y)
-            .button(button)
-            .buttons(i64::from(held))
-            .click_count(i64::from(!moved))
-            .build()
-            .map_err(|error| anyhow!(error))?;
-        self.page.execute(event).await.with_context(|| format!("mouse at {x}, {y}"))?;
-        Ok(())
+    async fn mouse(&self, kind: &str, [x, y]: [f64; 2], held: bool) -> Result<()> {
+        let moved = kind == "mouseMoved";
+        let event = json!({
+            "type": kind, "x": x, "y": y, "button": if moved && !held { "none" } else { "left" },
+            "buttons": u8::from(held), "clickCount": u8::from(!moved),
+        });
+        let sent = self.session.call("Input.dispatchMouseEvent", event).await;
+        sent.with_context(|| format!("mouse at {x}, {y}")).map(drop)
     }
 
     /// Clicks the first element that a CSS selector finds.
@@ -337,8 +310,7 @@ impl Tab {
     pub async fn fill(&self, selector: &str, text: &str) -> Result<()> {
         self.click_on(selector).await?;
         self.eval::<bool>("(document.activeElement.select(), true)").await?;
-        self.page.execute(InsertTextParams::new(text)).await?;
-        Ok(())
+        self.session.call("Input.insertText", json!({"text": text})).await.map(drop)
     }
 
     /// Centre of the first element that a CSS selector finds, scrolled into view.
@@ -356,22 +328,19 @@ impl Tab {
 
     /// Puts a finger down, or moves it.
     pub async fn touch(&self, [x, y]: [f64; 2], moved: bool) -> Result<()> {
-        let kind = if moved {
-            DispatchTouchEventType::TouchMove
-        } else {
-            DispatchTouchEventType::TouchStart
-        };
-        let points = vec![TouchPoint::new(x, y)];
-        let event = DispatchTouchEventParams::new(kind, points);
-        self.page.execute(event).await.with_context(|| format!("finger at {x}, {y}"))?;
-        Ok(())
+        let kind = if moved { "touchMove" } else { "touchStart" };
+        let sent = self.fingers(kind, json!([{"x": x, "y": y}])).await;
+        sent.with_context(|| format!("finger at {x}, {y}"))
     }
 
     /// Lifts all fingers.
     pub async fn lift(&self) -> Result<()> {
-        let event = TouchEnd { kind: "touchEnd", touch_points: [] };
-        self.page.execute(event).await.context("no finger lifted")?;
-        Ok(())
+        self.fingers("touchEnd", json!([])).await.context("no finger lifted")
+    }
+
+    async fn fingers(&self, kind: &str, points: Value) -> Result<()> {
+        let event = json!({"type": kind, "touchPoints": points});
+        self.session.call("Input.dispatchTouchEvent", event).await.map(drop)
     }
 
     /// A screenshot.
@@ -419,9 +388,10 @@ impl Tab {
 
     /// A screenshot, as a PNG.
     pub async fn png(&self) -> Result<Vec<u8>> {
-        let format = CaptureScreenshotFormat::Png;
-        let params = ScreenshotParams::builder().format(format).build();
-        self.page.screenshot(params).await.context("no screenshot")
+        self.session.call("Page.bringToFront", json!({})).await?;
+        let params = json!({"format": "png"});
+        let answer = self.session.call("Page.captureScreenshot", params).await?;
+        BASE64.decode(text(&answer, "data")?.as_bytes()).context("a screenshot of another kind")
     }
 
     /// Its screen.
@@ -454,42 +424,43 @@ fn number_of(key: &str) -> i64 {
     }
 }
 
-/// Collects every error of the page's console.
-async fn listen(page: &Page, errors: &Arc<Mutex<Vec<String>>>) -> Result<()> {
-    let mut calls = page.event_listener::<EventConsoleApiCalled>().await?;
-    let mut exceptions = page.event_listener::<EventExceptionThrown>().await?;
-    let mut entries = page.event_listener::<EventEntryAdded>().await?;
-    let errors = Arc::clone(errors);
-    let file = move |error: String| {
+/// Collects every error of the page's console, and tells which document was loaded last.
+async fn listen(
+    mut events: mpsc::UnboundedReceiver<Event>,
+    loads: watch::Sender<String>,
+    errors: Arc<Mutex<Vec<String>>>,
+) {
+    while let Some(Event { method, params }) = events.recv().await {
+        let error = match method.as_str() {
+            "Page.lifecycleEvent" if params["name"] == "load" => {
+                loads.send_replace(params["loaderId"].as_str().unwrap_or("").to_owned());
+                continue;
+            }
+            "Runtime.consoleAPICalled" if params["type"] == "error" => {
+                params["args"].as_array().map_or_else(String::new, |args| {
+                    args.iter().map(shown).collect::<Vec<_>>().join(" ")
+                })
+            }
+            "Runtime.exceptionThrown" => exception_text(&params["exceptionDetails"]),
+            "Log.entryAdded" if params["entry"]["level"] == "error" => {
+                let field = |name| params["entry"][name].as_str().unwrap_or("");
+                format!("{} {}", field("text"), field("url"))
+            }
+            _ => continue,
+        };
         errors.lock().unwrap_or_else(PoisonError::into_inner).push(error);
-    };
-    let also = file.clone();
-    tokio::spawn(async move {
-        while let Some(call) = calls.next().await {
-            if call.r#type == ConsoleApiCalledType::Error {
-                let shown = |arg: &RemoteObject| match (&arg.value, &arg.description) {
-                    (Some(value), _) => value.to_string(),
-                    (None, description) => description.clone().unwrap_or_default(),
-                };
-                also(call.args.iter().map(shown).collect::<Vec<_>>().join(" "));
-            }
-        }
-    });
-    let also = file.clone();
-    tokio::spawn(async move {
-        while let Some(thrown) = exceptions.next().await {
-            let details = &thrown.exception_details;
-            let error = details.exception.as_ref().and_then(|error| error.description.as_ref());
-            also(format!("{} {}", details.text, error.map_or("", String::as_str)));
-        }
-    });
-    tokio::spawn(async move {
-        while let Some(added) = entries.next().await {
-            if added.entry.level == LogEntryLevel::Error {
-                let url = added.entry.url.as_deref().unwrap_or("");
-                file(format!("{} {url}", added.entry.text));
-            }
-        }
-    });
-    Ok(())
+    }
+}
+
+/// A value that was written to the console.
+fn shown(value: &Value) -> String {
+    match (value.get("value"), value["description"].as_str()) {
+        (Some(value), _) => value.to_string(),
+        (None, description) => description.unwrap_or("").to_owned(),
+    }
+}
+
+fn exception_text(details: &Value) -> String {
+    let description = details["exception"]["description"].as_str().unwrap_or("");
+    format!("{} {description}", details["text"].as_str().unwrap_or(""))
 }

@@ -8,6 +8,8 @@ mod particles;
 mod pictures;
 mod playing;
 mod replay;
+#[path = "../particles/streams.rs"]
+mod streams;
 mod trouble;
 
 use jostle_tests::runner::{self, Case};

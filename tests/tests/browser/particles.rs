@@ -1,8 +1,8 @@
 //! The page's particles against those of natively played games.
 
+use crate::streams::{TICKS, play, scenes};
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::Stage;
-use jostle_tests::streams::{TICKS, play, scenes};
 use jostle_tests::tab::Screen;
 use std::sync::Arc;
 

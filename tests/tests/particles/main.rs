@@ -2,11 +2,13 @@
 //! the beginning, and clients that join while emitters run and bursts are in the air. A browser
 //! test feeds the same streams to the page.
 
+mod streams;
+
 use jostle_client_web::world::witness::particle_digests;
 use jostle_game::Scene;
 use jostle_room::{Rate, Room};
-use jostle_tests::streams::{TICKS, play, scenes};
 use std::sync::Arc;
+use streams::{TICKS, play, scenes};
 
 /// Fires over a floor, with as many particles as a scene may have.
 const FIREWORKS: &str = r#"title = "Fireworks"
@@ -74,8 +76,8 @@ fn the_game_and_all_its_clients_have_the_same_particles() {
             let compared =
                 client.compare(&digests).unwrap_or_else(|error| panic!("{name}: {error}"));
             println!(
-                "{name}, from {}: {compared} ticks equal; keyframe of {} bytes, {} particles",
-                client.first, client.keyframe_bytes, client.particles[1]
+                "{name}, from {}: {compared} ticks equal; {} particles at the join",
+                client.first, client.particles[1]
             );
             let all = (TICKS - client.first + 1) as usize;
             assert!(compared + 13 >= all, "{name}: {compared} of {all} ticks were received");

@@ -104,8 +104,6 @@ pub struct Received {
     pub first: u32,
     /// The messages, in the format of [`jostle_client_web::world::witness`].
     pub recording: Vec<u8>,
-    /// Size of its keyframe, bytes.
-    pub keyframe_bytes: usize,
     /// Of the game's particles, by tick.
     pub digests: Vec<(u32, u64)>,
     /// Most particles at a time, and the number when it joined.
@@ -154,7 +152,6 @@ pub fn play(scene: &Arc<Scene>) -> Result<Vec<Received>> {
                 scene: scene.source.clone(),
                 first: tick,
                 recording,
-                keyframe_bytes: keyframe.len(),
                 digests: vec![now],
                 particles: [0, flying],
             };

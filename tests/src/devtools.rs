@@ -1,0 +1,149 @@
+//! The Chrome DevTools Protocol, as far as the tests need it: commands, answers and events as JSON
+//! over one WebSocket (<https://chromedevtools.github.io/devtools-protocol>).
+//!
+//! Libraries bring a type for each of the protocol's 1,500 messages. Compiling these takes longer
+//! than compiling all of Jostle, and the tests send fewer than twenty.
+
+use anyhow::{Context, Result, bail};
+use futures_util::{SinkExt, StreamExt};
+use serde_json::{Value, json};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio::sync::{mpsc, oneshot};
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::Message;
+
+/// Longer than any command takes on a busy machine.
+const ANSWER_WITHIN: Duration = Duration::from_secs(60);
+
+/// Commands to the browser or to one of its pages; clones share the connection.
+#[derive(Clone)]
+pub struct Session {
+    commands: mpsc::UnboundedSender<Message>,
+    pending: Arc<Mutex<Pending>>,
+    /// Of a page; `None` addresses the browser.
+    id: Option<String>,
+}
+
+/// An event of a page.
+pub struct Event {
+    /// For example `Log.entryAdded`.
+    pub method: String,
+    /// Its fields.
+    pub params: Value,
+}
+
+/// What is waited for.
+#[derive(Default)]
+struct Pending {
+    last_command: u64,
+    answers: HashMap<u64, oneshot::Sender<Value>>,
+    /// By session.
+    events: HashMap<String, mpsc::UnboundedSender<Event>>,
+}
+
+impl Session {
+    /// Connects to the browser; `address` is the one that it prints: `ws://127.0.0.1:PORT/PATH`.
+    pub async fn connect(address: &str) -> Result<Session> {
+        let host = address.strip_prefix("ws://").and_then(|rest| rest.split('/').next());
+        let host = host.with_context(|| format!("{address} is no address of a browser"))?;
+        let stream = TcpStream::connect(host).await?;
+        let (socket, _) = tokio_tungstenite::client_async(address, stream).await?;
+        let (commands, queued) = mpsc::unbounded_channel();
+        let pending = Arc::default();
+        tokio::spawn(exchange(socket, queued, Arc::clone(&pending)));
+        Ok(Session { commands, pending, id: None })
+    }
+
+    /// Attaches to a page; returns its session and its events, of the domains that it enables.
+    pub async fn attach(
+        &self,
+        target_id: &str,
+    ) -> Result<(Session, mpsc::UnboundedReceiver<Event>)> {
+        let params = json!({"targetId": target_id, "flatten": true});
+        let id = text(&self.call("Target.attachToTarget", params).await?, "sessionId")?;
+        let (sender, events) = mpsc::unbounded_channel();
+        lock(&self.pending).events.insert(id.clone(), sender);
+        Ok((Session { id: Some(id), ..self.clone() }, events))
+    }
+
+    /// Sends a command and waits for its answer; fails with the browser's words if it refuses.
+    pub async fn call(&self, method: &str, params: Value) -> Result<Value> {
+        let (sender, answer) = oneshot::channel();
+        let number = {
+            let mut pending = lock(&self.pending);
+            pending.last_command += 1;
+            let number = pending.last_command;
+            pending.answers.insert(number, sender);
+            number
+        };
+        let mut command = json!({"id": number, "method": method, "params": params});
+        if let Some(id) = &self.id {
+            command["sessionId"] = json!(id);
+        }
+        let gone = || format!("{method}: the browser is gone");
+        self.commands.send(Message::text(command.to_string())).with_context(gone)?;
+        let answer = tokio::time::timeout(ANSWER_WITHIN, answer).await;
+        let answer = answer.with_context(|| format!("{method}: no answer"))?.with_context(gone)?;
+        if let Some(error) = answer.get("error") {
+            bail!("{method}: {error}");
+        }
+        Ok(answer["result"].clone())
+    }
+}
+
+/// A field of an answer that must be text.
+pub(crate) fn text(answer: &Value, field: &str) -> Result<String> {
+    let value = answer[field].as_str();
+    Ok(value.with_context(|| format!("no {field} in {answer}"))?.to_owned())
+}
+
+/// Sends the commands and hands out what comes back, until either side is gone.
+async fn exchange(
+    socket: WebSocketStream<TcpStream>,
+    mut queued: mpsc::UnboundedReceiver<Message>,
+    pending: Arc<Mutex<Pending>>,
+) {
+    let (mut sink, mut stream) = socket.split();
+    loop {
+        tokio::select! {
+            command = queued.recv() => {
+                let Some(command) = command else { break };
+                if sink.send(command).await.is_err() {
+                    break;
+                }
+            }
+            message = stream.next() => match message {
+                Some(Ok(Message::Text(text))) => deliver(&text, &mut lock(&pending)),
+                Some(Ok(_)) => {}
+                _ => break,
+            },
+        }
+    }
+    // Everybody who still waits, or asks from now on, learns that nothing will come.
+    queued.close();
+    *lock(&pending) = Pending::default();
+}
+
+/// Hands a message to the command that it answers, or to the listener of its session.
+fn deliver(text: &str, pending: &mut Pending) {
+    let Ok(mut message) = serde_json::from_str::<Value>(text) else { return };
+    if let Some(number) = message["id"].as_u64() {
+        if let Some(sender) = pending.answers.remove(&number) {
+            // Whoever asked may have given up.
+            drop(sender.send(message));
+        }
+        return;
+    }
+    let listener = message["sessionId"].as_str().and_then(|id| pending.events.get(id));
+    if let (Some(listener), Some(method)) = (listener, message["method"].as_str()) {
+        let method = method.to_owned();
+        drop(listener.send(Event { method, params: message["params"].take() }));
+    }
+}
+
+fn lock(pending: &Mutex<Pending>) -> MutexGuard<'_, Pending> {
+    pending.lock().unwrap_or_else(PoisonError::into_inner)
+}
