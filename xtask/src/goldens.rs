@@ -1,9 +1,10 @@
 //! Golden replays: every shipped scene and those of `tests/scenes`, played once and kept with the
-//! hash of each tick. Every build of the simulation must play them again bit for bit; where one
-//! does not, the tick, the phase, the body and the field are named.
+//! hash of each tick; and the replays of the traces. Every build of the simulation must play them
+//! again bit for bit; where one does not, the tick, the phase, the body and the field are named.
 
 use crate::apt;
 use crate::shell::{Skipped, cargo, in_path, output_of, root, run, say, target_dir};
+use crate::traces;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::PathBuf;
@@ -11,6 +12,7 @@ use std::process::Command;
 
 const REPLAYS: &str = "tests/goldens/replays";
 const SCENES: &str = "tests/scenes";
+const PROGRAM: &str = "jostle-goldens";
 /// Linked by Rust's own linker, so that no C compiler for it is needed.
 const AARCH64: &str = "aarch64-unknown-linux-musl";
 const AARCH64_LINKER: &str = "CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_LINKER";
@@ -19,13 +21,13 @@ const EMULATOR: &str = "qemu-aarch64";
 /// Debug and release builds, and one for all that this processor can do.
 pub fn check() -> Result<()> {
     // Built with the features of the whole workspace, as the tests before: nothing is compiled twice.
-    verify("debug", &mut program(&["--workspace"]), "debug/examples", &[])?;
-    let release = ["--package", "jostle-room", "--release"];
-    verify("release", &mut program(&release), "release/examples", &[])?;
+    verify("debug", &mut program(&["--workspace"]), "debug", &[])?;
+    let release = ["--package", PROGRAM, "--release"];
+    verify("release", &mut program(&release), "release", &[])?;
     let mut native = program(&release);
     native.env("RUSTFLAGS", "-Ctarget-cpu=native").arg("--target-dir");
     native.arg(target_dir().join("native"));
-    verify("release for this processor", &mut native, "native/release/examples", &[])
+    verify("release for this processor", &mut native, "native/release", &[])
 }
 
 /// A build for 64-bit Arm, run by an emulator; skipped where that cannot be had.
@@ -40,15 +42,15 @@ pub fn check_aarch64() -> Result<()> {
     let mut target = Command::new("rustup");
     target.args(["target", "add", AARCH64]).current_dir(root());
     run(&mut target).map_err(|error| Skipped(format!("no Rust for {AARCH64}: {error}")))?;
-    let mut build = program(&["--package", "jostle-room", "--target", AARCH64]);
+    let mut build = program(&["--package", PROGRAM, "--target", AARCH64]);
     build.env(AARCH64_LINKER, "rust-lld");
-    verify("64-bit Arm", &mut build, &format!("{AARCH64}/debug/examples"), &[EMULATOR])
+    verify("64-bit Arm", &mut build, &format!("{AARCH64}/debug"), &[EMULATOR])
 }
 
 /// Plays and keeps all of them anew.
 pub fn update() -> Result<()> {
     run(&mut program(&["--workspace"]))?;
-    let mut record = Command::new(target_dir().join("debug/examples/goldens"));
+    let mut record = Command::new(target_dir().join("debug").join(PROGRAM));
     record.args(["record", REPLAYS]).args(files(SCENES, "toml")?).current_dir(root());
     run(&mut record)?;
     say("goldens", &format!("wrote {REPLAYS}"));
@@ -56,21 +58,22 @@ pub fn update() -> Result<()> {
 }
 
 fn program(selection: &[&str]) -> Command {
-    let mut build = cargo(&["build", "--example", "goldens"]);
+    let mut build = cargo(&["build", "--bin", PROGRAM]);
     build.args(selection);
     build
 }
 
 fn verify(name: &str, build: &mut Command, place: &str, runner: &[&str]) -> Result<()> {
     run(build)?;
-    let program = target_dir().join(place).join("goldens");
+    let program = target_dir().join(place).join(PROGRAM);
     let mut line = runner.iter().map(PathBuf::from).chain([program]);
     let mut command = Command::new(line.next().expect("the program at least"));
     command.args(line);
-    let replays = files(REPLAYS, "jostle")?;
+    let mut replays = files(REPLAYS, "jostle")?;
     if replays.is_empty() {
         bail!("no replays in {REPLAYS}; `cargo xtask test --update-hashes` records them");
     }
+    replays.extend(traces::replays()?);
     output_of(command.arg("verify").args(&replays).current_dir(root())).with_context(|| {
         format!(
             "{name}: a golden replay differs (if this is a wanted change, \

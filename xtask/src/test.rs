@@ -14,6 +14,8 @@ use std::time::Instant;
 
 const TESTS_CRATE: &str = "jostle-tests";
 const BROWSER_TEST: &str = "browser";
+/// They wait most of the time, so that more of them fit than there are processors.
+const SOCKET_TEST_THREADS: &str = "4";
 /// Read by the drawing tests: without an adapter they fail instead of being skipped.
 const NEEDS_GPU: &str = "JOSTLE_NEEDS_GPU";
 
@@ -46,7 +48,7 @@ const STEPS: [Step; 17] = [
     Step { name: "unit tests, drawing optional", when: When::Quick, run: unit_tests },
     Step { name: "documentation tests", when: When::Always, run: documentation_tests },
     Step { name: "socket tests", when: When::Always, run: socket_tests },
-    Step { name: "traces, debug = release", when: When::Always, run: traces::check },
+    Step { name: "traces, each played twice", when: When::Always, run: traces::check },
     Step { name: "golden replays", when: When::Always, run: goldens::check },
     Step { name: "golden replays, 64-bit Arm", when: When::Full, run: goldens::check_aarch64 },
     Step { name: "browser tests", when: When::Full, run: browser_tests },
@@ -97,8 +99,9 @@ fn clippy_native() -> Result<()> {
     run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"]))
 }
 
+/// With the page's profile, so that the programs that take part in its build are compiled once.
 fn clippy_wasm() -> Result<()> {
-    let mut command = cargo(&["clippy", "--lib", "--target", "wasm32-unknown-unknown"]);
+    let mut command = web::cargo_for_page("clippy", web::Profile::Small);
     for package in
         ["jostle-sim", "jostle-game", "jostle-protocol", "jostle-room", "jostle-client-web"]
     {
@@ -154,7 +157,7 @@ fn socket_tests() -> Result<()> {
     for name in names {
         command.args(["--test", name]);
     }
-    run(&mut command)
+    run(command.args(["--", "--test-threads", SOCKET_TEST_THREADS]))
 }
 
 fn clippy_bench() -> Result<()> {

@@ -1,9 +1,11 @@
-//! One scene, one seed, one list of inputs: one trace, however the program was built and however
-//! often it runs. And the same as ever: `tests/goldens/hashes.txt` holds the final state hashes.
+//! One scene, one seed, one list of inputs: one trace, however often it runs. And the same as ever:
+//! `tests/goldens/hashes.txt` holds the final state hashes. Each run is recorded too, and other
+//! builds verify the replays with the golden ones.
 
-use crate::shell::{build_server, cargo, output_of, root, run, say, target_dir};
+use crate::shell::{cargo, output_of, root, run, say, target_dir};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -58,43 +60,52 @@ fn differences(golden: &str, played: &[String]) -> Vec<String> {
     missing.chain(new.map(|line| format!("played   {line}"))).collect()
 }
 
-/// Plays each scene twice in a debug build and once in a release build; a golden line for each.
+/// The replays that the last [`check`] recorded.
+pub fn replays() -> Result<Vec<String>> {
+    let scenes = scenes()?;
+    let paths = scenes.iter().map(|scene| replay_of(scene).display().to_string());
+    Ok(paths.collect())
+}
+
+/// Plays each scene twice; a golden line for each.
 fn play_all() -> Result<Vec<String>> {
     run(&mut cargo(&["build", "--workspace", "--bin", "jostle"]))?;
-    build_server(&["--bin", "jostle"])?;
-    let dir = target_dir().join("traces");
+    let dir = dir();
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
-    scenes()?.iter().map(|scene| play_thrice(scene, &dir)).collect()
+    scenes()?.iter().map(|scene| play_twice(scene)).collect()
 }
 
 fn scenes() -> Result<Vec<String>> {
-    let text = output_of(jostle("debug").args(["scene", "list", "--json"]))?;
+    let text = output_of(jostle().args(["scene", "list", "--json"]))?;
     let list: Value = serde_json::from_str(&text).context("`jostle scene list --json`")?;
     let scenes = list["scenes"].as_array().filter(|scenes| !scenes.is_empty());
     let scenes = scenes.context("`jostle scene list` lists no scene")?;
     scenes.iter().map(|scene| text_of(scene, "name")).collect()
 }
 
-fn play_thrice(scene: &str, dir: &Path) -> Result<String> {
+fn play_twice(scene: &str) -> Result<String> {
     let inputs = root().join(INPUTS).join(format!("{scene}.jsonl"));
     if !inputs.is_file() {
         bail!("{scene}: no {INPUTS}/{scene}.jsonl; write inputs that use each of its tools");
     }
-    let file = |name: &str| dir.join(format!("{scene}-{name}.jsonl"));
-    let first = play("debug", scene, &inputs, file("debug"))?;
-    let again = play("debug", scene, &inputs, file("again"))?;
-    let release = play("release", scene, &inputs, file("release"))?;
-    compare(scene, "two debug runs", &first, &again)?;
-    compare(scene, "debug and release", &first, &release)?;
-    say("traces", &format!("{scene}: {TICKS} ticks, the same three times, {}", first.hash));
+    let replay = replay_of(scene);
+    // The program overwrites no replay.
+    if replay.is_file() {
+        fs::remove_file(&replay).with_context(|| format!("cannot remove {}", replay.display()))?;
+    }
+    let first = play(scene, &inputs, "first", &["--replay".as_ref(), replay.as_os_str()])?;
+    let again = play(scene, &inputs, "again", &[])?;
+    compare(scene, &first, &again)?;
+    say("traces", &format!("{scene}: {TICKS} ticks, the same twice, {}", first.hash));
     Ok(format!("{scene} {SEED} {TICKS} {}", first.hash))
 }
 
-fn play(build: &str, scene: &str, inputs: &Path, file: PathBuf) -> Result<Played> {
-    let mut command = jostle(build);
+fn play(scene: &str, inputs: &Path, name: &str, more: &[&OsStr]) -> Result<Played> {
+    let file = dir().join(format!("{scene}-{name}.jsonl"));
+    let mut command = jostle();
     command.args(["run", scene, "--json", "--ticks", &TICKS.to_string()]);
     command.args(["--seed", &SEED.to_string(), "--inputs"]).arg(inputs);
-    let summary = output_of(command.arg("--trace").arg(&file))?;
+    let summary = output_of(command.arg("--trace").arg(&file).args(more))?;
     let summary = serde_json::from_str(&summary).with_context(|| format!("summary of {scene}"))?;
     let hash = text_of(&summary, "hash")?;
     let trace =
@@ -106,24 +117,32 @@ fn play(build: &str, scene: &str, inputs: &Path, file: PathBuf) -> Result<Played
     Ok(Played { trace, hash })
 }
 
+fn dir() -> PathBuf {
+    target_dir().join("traces")
+}
+
+fn replay_of(scene: &str) -> PathBuf {
+    dir().join(format!("{scene}.jostle"))
+}
+
 fn text_of(value: &Value, field: &str) -> Result<String> {
     let text = value[field].as_str().with_context(|| format!("{value} without {field}"))?;
     Ok(text.to_owned())
 }
 
-fn jostle(build: &str) -> Command {
-    let mut command = Command::new(target_dir().join(build).join("jostle"));
+fn jostle() -> Command {
+    let mut command = Command::new(target_dir().join("debug/jostle"));
     command.current_dir(root());
     command
 }
 
-fn compare(scene: &str, what: &str, left: &Played, right: &Played) -> Result<()> {
-    let lines = || left.trace.lines().zip(right.trace.lines()).enumerate();
-    if let Some((index, (left, right))) = lines().find(|(_, (left, right))| left != right) {
-        bail!("{scene}: {what} differ from tick {} on:\n  {left}\n  {right}", index + 1);
+fn compare(scene: &str, first: &Played, again: &Played) -> Result<()> {
+    let lines = || first.trace.lines().zip(again.trace.lines()).enumerate();
+    if let Some((index, (one, other))) = lines().find(|(_, (one, other))| one != other) {
+        bail!("{scene}: two runs differ from tick {} on:\n  {one}\n  {other}", index + 1);
     }
-    if left.trace != right.trace || left.hash != right.hash {
-        bail!("{scene}: {what} differ at their end: {} and {}", left.hash, right.hash);
+    if first.trace != again.trace || first.hash != again.hash {
+        bail!("{scene}: two runs differ at their end: {} and {}", first.hash, again.hash);
     }
     Ok(())
 }
@@ -149,9 +168,9 @@ mod tests {
 
     #[test]
     fn the_first_tick_that_differs_is_named() {
-        assert!(compare("yard", "two", &played("a\nb\n"), &played("a\nb\n")).is_ok());
-        let error = compare("yard", "two", &played("a\nb\n"), &played("a\nc\n")).unwrap_err();
+        assert!(compare("yard", &played("a\nb\n"), &played("a\nb\n")).is_ok());
+        let error = compare("yard", &played("a\nb\n"), &played("a\nc\n")).unwrap_err();
         assert!(error.to_string().contains("tick 2"), "{error}");
-        assert!(compare("yard", "two", &played("a\n"), &played("a\nb\n")).is_err());
+        assert!(compare("yard", &played("a\n"), &played("a\nb\n")).is_err());
     }
 }

@@ -74,20 +74,27 @@ fn add_target() -> Result<()> {
     run(Command::new("rustup").args(["target", "add", TARGET]).current_dir(root()))
 }
 
-/// Compiles the client in a target directory of its own: other cargo calls may run meanwhile.
+/// Compiles the client; returns where it is.
 fn compile(profile: Profile) -> Result<PathBuf> {
-    let ([name, dir], target_dir) = (profile.names(), root().join("target/web"));
-    let args = ["build", "--package", "jostle-client-web", "--lib", "--target", TARGET];
-    run(cargo(&args)
-        .args(["--profile", name, "--config", FEATURES])
-        .arg("--target-dir")
-        .arg(&target_dir))?;
-    Ok(target_dir.join(TARGET).join(dir).join("jostle_client_web.wasm"))
+    run(cargo_for_page("build", profile).args(["--package", "jostle-client-web"]))?;
+    Ok(target_dir().join(TARGET).join(profile.names()[1]).join("jostle_client_web.wasm"))
+}
+
+/// A cargo command on libraries for the page. It has a target directory of its own: other calls of
+/// cargo may run meanwhile.
+pub fn cargo_for_page(command: &str, profile: Profile) -> Command {
+    let mut cargo = cargo(&[command, "--lib", "--target", TARGET, "--config", FEATURES]);
+    cargo.args(["--profile", profile.names()[0], "--target-dir"]).arg(target_dir());
+    cargo
+}
+
+fn target_dir() -> PathBuf {
+    root().join("target/web")
 }
 
 /// Makes `client.js` and `client_bg.wasm`; returns their directory.
 fn bind(wasm: &Path) -> Result<PathBuf> {
-    let out = root().join("target/web/bound");
+    let out = target_dir().join("bound");
     if out.exists() {
         fs::remove_dir_all(&out).with_context(|| format!("cannot clear {}", out.display()))?;
     }

@@ -1,7 +1,5 @@
-//! Records and checks the golden replays with nothing but this crate, so that it is built for other
-//! processors in seconds: `goldens record DIR SCENE.toml...`, `goldens verify FILE...`.
-
-#![expect(clippy::disallowed_methods, reason = "a tool beside the room: it reads and writes files")]
+//! Records and verifies the golden replays: `jostle-goldens record DIR SCENE.toml...`,
+//! `jostle-goldens verify FILE...`.
 
 use jostle_game::{Buttons, Input, Scene, Seat};
 use jostle_protocol::Appearance;
@@ -22,7 +20,7 @@ fn main() -> ExitCode {
     let done = match arguments.split_first() {
         Some((verb, files)) if verb == "verify" && !files.is_empty() => verify(files),
         Some((verb, rest)) if verb == "record" && !rest.is_empty() => record(&rest[0], &rest[1..]),
-        _ => Err("usage: goldens record DIR SCENE.toml... | goldens verify FILE...".to_owned()),
+        _ => Err("usage: jostle-goldens record DIR SCENE.toml... | verify FILE...".to_owned()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
