@@ -7,9 +7,12 @@ use jostle_protocol::replay::{Ending, Record, Replay, header};
 use jostle_room::{Room, divergence};
 use jostle_sim::Rng;
 use jostle_sim::Vec2;
+use std::num::NonZero;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 const TICKS: u32 = 600;
 const SEED: u64 = 7;
@@ -80,18 +83,32 @@ fn press(rng: &mut Rng, size: Vec2) -> Input {
     Input { buttons: Buttons(buttons), pointer: Some(pointer) }
 }
 
+/// The files are shared among as many threads as there are processors.
 fn verify(files: &[String]) -> Result<(), String> {
-    for file in files {
-        let bytes = std::fs::read(file).map_err(|error| format!("{file}: {error}"))?;
-        let replay = Arc::new(Replay::read(bytes).map_err(|error| format!("{file}: {error}"))?);
-        if let Ending::Cut(error) = replay.ending() {
-            return Err(format!("{file}: {error}"));
+    let threads = thread::available_parallelism().map_or(1, NonZero::get);
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some(file) = files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            verify_one(file)?;
         }
-        let found = divergence::verify(&replay, |_| {}).map_err(|error| error.to_string())?;
-        if let Some(divergence) = found {
-            return Err(format!("{file}: {divergence}"));
-        }
-        println!("{file}: {} ticks equal", replay.last_tick());
+        Ok(())
+    };
+    thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().try_for_each(|worker| worker.join().expect("no panic"))
+    })
+}
+
+fn verify_one(file: &str) -> Result<(), String> {
+    let bytes = std::fs::read(file).map_err(|error| format!("{file}: {error}"))?;
+    let replay = Arc::new(Replay::read(bytes).map_err(|error| format!("{file}: {error}"))?);
+    if let Ending::Cut(error) = replay.ending() {
+        return Err(format!("{file}: {error}"));
     }
+    let found = divergence::verify(&replay, |_| {}).map_err(|error| error.to_string())?;
+    if let Some(divergence) = found {
+        return Err(format!("{file}: {divergence}"));
+    }
+    println!("{file}: {} ticks equal", replay.last_tick());
     Ok(())
 }

@@ -24,6 +24,13 @@ fn binary() -> PathBuf {
     if profile_dir.ends_with("release") {
         cargo.arg("--release");
     }
+    // Cargo sets these for this test. Some build scripts depend on them, and would run again.
+    for (name, _) in std::env::vars_os() {
+        let name = name.to_string_lossy();
+        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") {
+            cargo.env_remove(&*name);
+        }
+    }
     assert!(cargo.status().expect("cargo starts").success(), "jostle builds");
     profile_dir.join(format!("jostle{}", std::env::consts::EXE_SUFFIX))
 }
