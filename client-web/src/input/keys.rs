@@ -1,5 +1,5 @@
-//! Keys, pointer and thumbs become [`Input`]s. Positions arrive in device pixels and leave in world
-//! units.
+//! Keys, pointer and thumbs become [`Input`]s. Positions arrive as shares of the canvas and leave in
+//! world units.
 
 use crate::view::frame::View;
 use jostle_game::{Buttons, Input};
@@ -47,7 +47,8 @@ pub struct Controls {
     keys: Vec<(String, Buttons)>,
     /// Pointer buttons, on-screen buttons and the stick.
     pointed: Buttons,
-    /// Last pointer position, device pixels.
+    /// Last pointer position, as shares of the canvas's width and height: under a still pointer, the
+    /// adaptive quality may give the canvas another number of pixels.
     pointer: Option<Vec2>,
 }
 
@@ -77,9 +78,9 @@ impl Controls {
         self.pointed.0 = self.pointed.0 & !all | directions.0 & all;
     }
 
-    /// Moves the pointer (device pixels), or takes it out of the view.
-    pub fn point(&mut self, pixel: Option<Vec2>) {
-        self.pointer = pixel;
+    /// Moves the pointer (shares of the canvas, (0, 0) top left), or takes it out of the view.
+    pub fn point(&mut self, share: Option<Vec2>) {
+        self.pointer = share;
     }
 
     /// Lets go of everything: the page lost the focus, or a dialogue opened.
@@ -95,7 +96,8 @@ impl Controls {
 
     /// The pointer in world units.
     pub fn pointer(&self, view: &View) -> Option<Vec2> {
-        self.pointer.map(|pixel| view.to_world(pixel)).filter(|point| point.is_finite())
+        let pixels = Vec2::from(view.pixels.map(|pixels| pixels as f32));
+        self.pointer.map(|share| view.to_world(share * pixels)).filter(|point| point.is_finite())
     }
 
     /// The intent of this moment.

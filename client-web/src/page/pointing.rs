@@ -81,13 +81,10 @@ impl App {
     }
 
     fn point(&mut self, pointer: Option<&Pointer>) {
+        let share =
+            |pointer: &Pointer| pointer.at / pointer.canvas.max(Vec2::splat(f32::MIN_POSITIVE));
         self.with_game(|game, ctx| {
-            let width = game.view().pixels[0].max(1) as f32;
-            let device = |pointer: &Pointer| -> Vec2 {
-                let css_per_pixel = (pointer.canvas.x / width).max(f32::MIN_POSITIVE);
-                pointer.at / css_per_pixel
-            };
-            game.controls.point(pointer.map(device));
+            game.controls.point(pointer.map(share));
             game.send_due(ctx);
         });
     }

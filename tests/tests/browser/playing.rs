@@ -214,7 +214,8 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
             assert!(distance(old, body.pos) < 0.1, "only the selected body moves, not {body:?}");
         }
         tab.aim([30.0, 60.0]).await?;
-        assert!(there(&tab.ticks(10).await?), "it stays when the button is up");
+        let later = tab.ticks(10).await?;
+        assert!(there(&later), "it stays when the button is up; before {after:?}, now {later:?}");
     }
     Ok(())
 }

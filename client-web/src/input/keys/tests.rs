@@ -66,10 +66,19 @@ fn the_stick_replaces_its_directions_and_nothing_else() {
 #[test]
 fn the_pointer_is_in_world_units() {
     let mut controls = Controls::default();
-    controls.point(Some(Vec2::new(1000.0, 500.0)));
+    controls.point(Some(Vec2::new(0.5, 0.5)));
     assert_eq!(controls.pointer(&VIEW), Some(Vec2::new(100.0, 50.0)));
     controls.point(Some(Vec2::new(0.0, 0.0)));
     assert_eq!(controls.pointer(&VIEW), Some(Vec2::new(0.0, 100.0)));
     controls.point(None);
     assert_eq!(controls.input(&VIEW).pointer, None);
+}
+
+#[test]
+fn a_still_pointer_stays_where_it_is_when_the_canvas_gets_fewer_pixels() {
+    let mut controls = Controls::default();
+    controls.point(Some(Vec2::new(0.75, 0.25)));
+    let before = controls.pointer(&VIEW);
+    assert_eq!(before, Some(Vec2::new(150.0, 75.0)));
+    assert_eq!(controls.pointer(&View { pixels: [1000, 500], ..VIEW }), before);
 }

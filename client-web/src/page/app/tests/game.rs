@@ -77,7 +77,7 @@ fn pointer(change: PointerChange, at: Vec2) -> Pointer {
 }
 
 #[test]
-fn the_mouse_points_in_device_pixels() {
+fn the_mouse_points_at_the_same_place_of_the_world() {
     let mut browser = Browser::playing();
     browser.say(Event::Pointer(pointer(PointerChange::Moved, Vec2::new(200.0, 150.0))));
     let game = browser.app.game().expect("a game");
