@@ -2,7 +2,7 @@
 
 use super::file::{duration, read};
 use crate::output::{Failure, say};
-use jostle_protocol::replay::{Change, Ending, Replay, ReplayError, Sizes, Start};
+use jostle_protocol::replay::{Change, Replay, ReplayError, Sizes, Start};
 use jostle_server::replays::calendar;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;
@@ -34,10 +34,7 @@ impl Info {
     pub fn run(self) -> Result<(), Failure> {
         let replay = read(&self.file)?;
         let (file, stays) = (self.file.display().to_string(), stays(&replay));
-        let cut = match replay.ending() {
-            Ending::Whole => None,
-            Ending::Cut(error) => Some(error),
-        };
+        let cut = replay.ending().error();
         if self.json {
             say(as_json(&file, &replay, &stays, cut))
         } else {

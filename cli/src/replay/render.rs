@@ -81,6 +81,7 @@ impl Render {
         let cut = match replay.ending() {
             Ending::Whole => "",
             Ending::Cut(_) => " (the rest of the file is missing)",
+            Ending::Damaged(_) => " (the file is damaged there)",
         };
         let outside = |tick: u32| {
             let allowed = format!("allowed: {first} to {last}{cut}");

@@ -23,8 +23,8 @@ const STEP_TICKS: u32 = 600;
 
 /// Play replays again and compare every tick with what was recorded
 ///
-/// Status 0 if all are equal, a file that lost its tail up to where it ends; 1 if one differs, with
-/// tick, phase, body and field as far as they can be told, or cannot be read.
+/// Status 0 if all are equal, a file whose end is missing up to where it ends; 1 if one differs, with
+/// tick, phase, body and field as far as they can be told, is damaged or cannot be read.
 #[derive(clap::Args)]
 pub struct Verify {
     /// The replays
@@ -46,6 +46,8 @@ struct Report {
     /// Files that do so as far as they go.
     cut: usize,
     differ: usize,
+    /// Files that do so up to a damaged record.
+    damaged: usize,
     unreadable: usize,
     ticks: u64,
     seconds: f64,
@@ -137,6 +139,7 @@ fn verify(path: &Path, bytes: u64, progress: &ProgressBar) -> Verdict {
         (Err(error), _) => (0, Outcome::Unreadable { reason: error.to_string() }),
         (Ok(Some(divergence)), _) => (divergence.tick - first_tick, Outcome::differs(&divergence)),
         (Ok(None), Ending::Cut(error)) => (ticks, Outcome::cut(&error, replay.last_tick())),
+        (Ok(None), Ending::Damaged(error)) => (ticks, Outcome::damaged(&error, replay.last_tick())),
         (Ok(None), Ending::Whole) => (ticks, Outcome::Ok),
     };
     Verdict { file, ticks, outcome }
@@ -151,6 +154,7 @@ impl Report {
             equal: count(|outcome| matches!(outcome, Outcome::Ok)),
             cut: count(|outcome| matches!(outcome, Outcome::Cut { .. })),
             differ: count(|outcome| matches!(outcome, Outcome::Differs { .. })),
+            damaged: count(|outcome| matches!(outcome, Outcome::Damaged { .. })),
             unreadable: count(|outcome| matches!(outcome, Outcome::Unreadable { .. })),
             files,
             ticks,
@@ -161,8 +165,12 @@ impl Report {
 
     fn sentence(&self) -> String {
         let mut parts = vec![format!("{} equal", self.equal + self.cut)];
-        let others =
-            [(self.cut, "of them cut"), (self.differ, "differ"), (self.unreadable, "unreadable")];
+        let others = [
+            (self.cut, "of them cut"),
+            (self.differ, "differ"),
+            (self.damaged, "damaged"),
+            (self.unreadable, "unreadable"),
+        ];
         parts.extend(
             others
                 .iter()
@@ -182,14 +190,46 @@ impl Report {
 
     /// Fails with the first file that is not equal, if there is one.
     fn failure(&self) -> Result<(), Failure> {
-        let is_bad = |verdict: &&Verdict| {
-            matches!(verdict.outcome, Outcome::Differs { .. } | Outcome::Unreadable { .. })
-        };
+        let is_bad =
+            |verdict: &&Verdict| !matches!(verdict.outcome, Outcome::Ok | Outcome::Cut { .. });
         match self.files.iter().find(is_bad) {
             None => Ok(()),
             Some(first) => {
-                let (bad, all) = (self.differ + self.unreadable, self.files.len());
+                let bad = self.differ + self.damaged + self.unreadable;
+                let all = self.files.len();
                 Err(Failure::Check(format!("{bad} of {all} replays did not verify; {first}")))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Verifies a file of these bytes, in a directory of the test's own.
+    fn verify_bytes(name: &str, bytes: &[u8]) -> Result<(), Failure> {
+        let file = std::env::temp_dir().join(format!("jostle-{}-{name}", std::process::id()));
+        std::fs::write(&file, bytes).expect("the temporary directory is writable");
+        let result = Verify { files: vec![file.clone()], jobs: None, json: false }.run();
+        std::fs::remove_file(&file).expect("it was just written");
+        result
+    }
+
+    #[test]
+    fn damage_in_the_middle_fails_and_a_missing_end_does_not() {
+        let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/goldens/replays/gas.jostle");
+        let whole = std::fs::read(golden).expect("a golden replay");
+        assert!(verify_bytes("whole", &whole).is_ok());
+        for missing in [1, 12, 300] {
+            assert!(verify_bytes("cut", &whole[..whole.len() - missing]).is_ok(), "{missing}");
+        }
+        for place in [whole.len() * 3 / 4, whole.len() - 400] {
+            let mut damaged = whole.clone();
+            damaged[place] ^= 4;
+            match verify_bytes("damaged", &damaged) {
+                Err(Failure::Check(reason)) => assert!(reason.contains("DAMAGED"), "{reason}"),
+                other => panic!("byte {place}: {other:?}"),
             }
         }
     }

@@ -8,7 +8,7 @@ use crate::replay::player::ReplayPlayer;
 use crate::view::camera::Camera;
 use crate::view::frame::{Frame, View};
 use jostle_game::Seat;
-use jostle_protocol::replay::{Ending, Problem};
+use jostle_protocol::replay::Problem;
 use jostle_sim::Vec2;
 
 /// Time that a frame may take to continue a seek, milliseconds.
@@ -147,7 +147,7 @@ impl OpenReplay {
     /// The card for a replay whose end is missing. One that was merely not ended may still be recorded:
     /// a hint says so instead.
     pub fn cut(&self) -> Option<Card> {
-        let Ending::Cut(error) = self.player.ending() else { return None };
+        let error = self.player.ending().error()?;
         let ticks = self.player.last_tick() - self.player.first_tick();
         (error.problem != Problem::NoEnd).then(|| strings::cut_replay(ticks, &error))
     }

@@ -66,8 +66,20 @@ pub enum Problem {
 pub enum Ending {
     /// The replay was recorded to the end.
     Whole,
-    /// The rest is missing or damaged.
+    /// The end is missing: nothing readable follows.
     Cut(ReplayError),
+    /// A record is damaged, or there are records where none may be; what follows is not read.
+    Damaged(ReplayError),
+}
+
+impl Ending {
+    /// Why the replay ends before its end record, if it does.
+    pub fn error(self) -> Option<ReplayError> {
+        match self {
+            Ending::Whole => None,
+            Ending::Cut(error) | Ending::Damaged(error) => Some(error),
+        }
+    }
 }
 
 /// A replay whose records were checked.
@@ -114,7 +126,7 @@ struct Payload {
 }
 
 impl Replay {
-    /// Reads a file up to the first damaged record; see [`Replay::ending`]. An error means that not even
+    /// Reads a file up to the first record that is missing or damaged; see [`Replay::ending`]. An error means that not even
     /// the start can be read. Takes memory for the file and one record.
     pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
         check_header(&bytes)?;
@@ -148,14 +160,43 @@ impl Replay {
             match self.take(at) {
                 Ok(end) => (at, self.whole_bytes) = (end, end),
                 Err(error) => {
-                    self.ending = Ending::Cut(error);
+                    self.ending = self.ending_at(error);
                     return;
                 }
             }
         }
         if at < self.bytes.len() {
-            self.ending = Ending::Cut(wrong(at, "there are bytes after the end record"));
+            self.ending = Ending::Damaged(wrong(at, "there are bytes after the end record"));
         }
+    }
+
+    /// The ending of a replay that cannot be read past an error.
+    fn ending_at(&self, error: ReplayError) -> Ending {
+        match error.problem {
+            Problem::NoEnd => Ending::Cut(error),
+            Problem::CutOff if !self.has_record_after(error.offset) => Ending::Cut(error),
+            _ => Ending::Damaged(error),
+        }
+    }
+
+    /// Whether a whole record begins after `at`: a record there that seems to reach past the end has a
+    /// damaged length.
+    fn has_record_after(&self, at: usize) -> bool {
+        // Bytes of which checksums are computed: chance makes few lengths plausible, a forger all.
+        let mut budget = 4 * REPLAY_RECORD_BYTES_MAX;
+        for at in at + 1..self.bytes.len() {
+            match next(&self.bytes, at).map_err(|error| error.problem) {
+                Ok(_) => return true,
+                Err(Problem::Checksum | Problem::Record(_)) => {
+                    match budget.checked_sub(self.bytes.len() - at) {
+                        Some(rest) => budget = rest,
+                        None => return false,
+                    }
+                }
+                Err(_) => {}
+            }
+        }
+        false
     }
 
     /// Adds the record at `at`, and returns its end.

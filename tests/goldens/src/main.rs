@@ -3,7 +3,7 @@
 
 use jostle_game::{Buttons, Input, Scene, Seat};
 use jostle_protocol::Appearance;
-use jostle_protocol::replay::{Ending, Record, Replay, header};
+use jostle_protocol::replay::{Record, Replay, header};
 use jostle_room::{Room, divergence};
 use jostle_sim::Rng;
 use jostle_sim::Vec2;
@@ -102,7 +102,7 @@ fn verify(files: &[String]) -> Result<(), String> {
 fn verify_one(file: &str) -> Result<(), String> {
     let bytes = std::fs::read(file).map_err(|error| format!("{file}: {error}"))?;
     let replay = Arc::new(Replay::read(bytes).map_err(|error| format!("{file}: {error}"))?);
-    if let Ending::Cut(error) = replay.ending() {
+    if let Some(error) = replay.ending().error() {
         return Err(format!("{file}: {error}"));
     }
     let found = divergence::verify(&replay, |_| {}).map_err(|error| error.to_string())?;

@@ -32,6 +32,15 @@ pub enum Outcome {
         /// The last tick there is.
         last_tick: u32,
     },
+    /// Every tick is equal up to a damaged record; those after it are not read.
+    Damaged {
+        /// Where the damaged record begins, bytes.
+        offset: usize,
+        /// What is wrong with it.
+        reason: String,
+        /// The last tick before it.
+        last_tick: u32,
+    },
     /// The game diverges from the recording.
     Differs {
         /// The first tick that differs.
@@ -56,6 +65,11 @@ impl Outcome {
     /// A file that ends too early.
     pub fn cut(error: &ReplayError, last_tick: u32) -> Outcome {
         Outcome::Cut { offset: error.offset, reason: error.problem.to_string(), last_tick }
+    }
+
+    /// A file with a damaged record.
+    pub fn damaged(error: &ReplayError, last_tick: u32) -> Outcome {
+        Outcome::Damaged { offset: error.offset, reason: error.problem.to_string(), last_tick }
     }
 
     /// A game that diverges from the recording.
@@ -83,6 +97,9 @@ impl fmt::Display for Verdict {
             Outcome::Ok => write!(out, "ok"),
             Outcome::Cut { offset, reason, last_tick } => {
                 write!(out, "ok, cut at byte {offset} ({reason}), equal to tick {last_tick}")
+            }
+            Outcome::Damaged { offset, reason, last_tick } => {
+                write!(out, "DAMAGED at byte {offset} ({reason}), equal to tick {last_tick}")
             }
             Outcome::Differs { reason, .. } => write!(out, "DIFFERS: {reason}"),
             Outcome::Unreadable { reason } => write!(out, "CANNOT BE READ: {reason}"),

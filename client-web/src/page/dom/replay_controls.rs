@@ -50,7 +50,7 @@ impl ReplayControls {
         let length = length(player);
         let cut = match player.ending() {
             Ending::Whole => None,
-            Ending::Cut(_) => Some(format!("Incomplete: plays to {length}")),
+            Ending::Cut(_) | Ending::Damaged(_) => Some(format!("Incomplete: plays to {length}")),
         };
         dom::text_or_hide("hint", cut.as_deref());
         dom::show("copy", name.is_some());
