@@ -3,14 +3,14 @@
 use crate::actor::Rule;
 use crate::event::Event;
 use crate::input::Buttons;
+use crate::placing::is_clear;
 use crate::player::Player;
 use crate::roster::Roster;
 use crate::scene::{HeroSpec, Kind, Scene, Tools};
 use glam::Vec2;
 use jostle_sim::Rng;
-use jostle_sim::collide;
 use jostle_sim::math::{clamp_length, max};
-use jostle_sim::{BodyDef, BodyId, DT, World};
+use jostle_sim::{BodyDef, DT, World};
 
 /// Ticks from the loss of a hero to the next one.
 pub(crate) const RESPAWN_TICKS: u32 = 30;
@@ -73,15 +73,6 @@ fn clear_position(
         }
     }
     None
-}
-
-fn is_clear(world: &World, scene: &Scene, body: &BodyDef, position: Vec2) -> bool {
-    let free_of = |id: BodyId| {
-        let (shape, center) = (world.shape(id), world.position(id));
-        !scene.groups_meet(body.group, world.group(id))
-            || collide(body.shape, position, shape, center, (0, 1)).is_none()
-    };
-    world.ids().all(free_of)
 }
 
 /// Changes velocities by WASD; past the scene's speed thrust only turns.

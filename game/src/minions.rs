@@ -6,6 +6,8 @@ use jostle_sim::{DT, World};
 
 /// Below this share of its wander speed a minion's heading no longer follows its motion.
 const ASTRAY: f32 = 0.5;
+/// Below this share a lighter body in its way has stopped it.
+const STOPPED: f32 = 0.1;
 
 /// Brings minions back towards their wander speed, along their heading (C38).
 pub(crate) fn steer(world: &mut World, actors: &[Option<Actor>], recovery: f32) {
@@ -19,14 +21,18 @@ pub(crate) fn steer(world: &mut World, actors: &[Option<Actor>], recovery: f32) 
     }
 }
 
-/// After a step: minions head where they move, and a blocked one turns away from its obstacle.
+/// After a step: minions head where they move, and a blocked one turns away from its obstacle. A
+/// lighter one is no obstacle as long as it can be pushed along: a dye pack turns no minion.
 pub(crate) fn turn(world: &World, actors: &mut [Option<Actor>]) {
     for touch in world.touches() {
-        for (id, towards) in [(touch.a, touch.normal), (touch.b, -touch.normal)] {
+        let sides = [(touch.a, touch.b, touch.normal), (touch.b, touch.a, -touch.normal)];
+        for (id, other, towards) in sides {
             let Some(actor) = &mut actors[id.index as usize] else { continue };
-            if let Rule::Wander { heading, .. } = &mut actor.rule {
+            if let Rule::Wander { heading, speed } = &mut actor.rule {
                 let blocked = heading.dot(towards);
-                if blocked > 0.0 {
+                let gives_way = world.inverse_mass(other) > world.inverse_mass(id)
+                    && world.velocity(id).dot(*heading) > *speed * STOPPED;
+                if blocked > 0.0 && !gives_way {
                     *heading -= towards * (2.0 * blocked);
                 }
             }

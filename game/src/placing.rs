@@ -4,8 +4,8 @@ use crate::actor::Rule;
 use crate::roster::Roster;
 use crate::scene::{Kind, Layout, Location, Path, Scene};
 use glam::Vec2;
-use jostle_sim::Rng;
 use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Shape, Spring, SpringEnd, World};
+use jostle_sim::{Rng, collide};
 
 /// Positions tried for a body in its cell, and again in the whole area; then it is left out.
 const TRIES: u32 = 256;
@@ -86,6 +86,28 @@ fn place(
 /// A velocity to the right or to the left.
 pub(crate) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
     if rng.below(2) == 0 { Vec2::new(speed, 0.0) } else { Vec2::new(-speed, 0.0) }
+}
+
+/// Whether a body at this position touches nothing that it collides with.
+pub(crate) fn is_clear(world: &World, scene: &Scene, body: &BodyDef, position: Vec2) -> bool {
+    world.ids().all(|id| {
+        let (shape, center) = (world.shape(id), world.position(id));
+        !scene.groups_meet(body.group, world.group(id))
+            || collide(body.shape, position, shape, center, (0, 1)).is_none()
+    })
+}
+
+/// Whether nothing immovable that collides with `body` reaches into the rectangle between two
+/// points.
+pub(crate) fn is_open(world: &World, scene: &Scene, body: &BodyDef, from: Vec2, to: Vec2) -> bool {
+    // A little larger: a rectangle without area touches nothing.
+    let half = (to - from).abs() * 0.5 + Vec2::splat(1e-3);
+    let (way, middle) = (Shape::Box { half }, (from + to) * 0.5);
+    world.ids().filter(|&id| world.motion(id) != Motion::Dynamic).all(|id| {
+        let (shape, center) = (world.shape(id), world.position(id));
+        !scene.groups_meet(body.group, world.group(id))
+            || collide(way, middle, shape, center, (0, 1)).is_none()
+    })
 }
 
 /// Spawn points stay clear of layouts (C37).

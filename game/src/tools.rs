@@ -3,7 +3,7 @@
 use crate::actor::Rule;
 use crate::event::Event;
 use crate::input::Buttons;
-use crate::placing::either_side;
+use crate::placing::{either_side, is_clear, is_open};
 use crate::player::{Held, Player};
 use crate::rngs::Rngs;
 use crate::roster::Roster;
@@ -18,8 +18,12 @@ use jostle_sim::{BodyDef, BodyId, DT, EmitterDef, Motion, Source, World};
 const AGITATE_SPEED: f32 = 5.0;
 /// Speed at which a held body follows the pointer, units/s: fast, but not enough to tunnel.
 const HOLD_SPEED_MAX: f32 = 120.0;
-/// Largest distance from the pointer at which Z drops a marble, as a share of its half extent (C45).
+/// Places at which Z tries to drop a marble in a tick, each in a larger square around the pointer.
+const DROP_TRIES: u32 = 16;
+/// Half the side of the first square (C45), and its growth from one to the next, as shares of the
+/// marble's half extent. The last one has room for 36 marbles.
 const DROP_SPREAD: f32 = 0.5;
+const DROP_GROWTH: f32 = 0.4;
 
 /// Tools that act on bodies, before the step: V, C, selection and drag, X.
 pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
@@ -85,18 +89,28 @@ fn drop_marble(world: &mut World, roster: &mut Roster, scene: &Scene, aim: Vec2,
     if marbles >= marble.count_max as usize || !roster.has_room(world, scene) {
         return;
     }
-    let spread = marble.body.shape.half_extent() * DROP_SPREAD;
-    let offset = Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * spread;
-    let velocity = either_side(marble.speed, rng);
-    let position = aim + offset;
-    // Inside a wall it would be pushed out on the far side, out of the world.
-    let walled = world.body_at(position, |id| {
-        world.motion(id) == Motion::Static && scene.groups_meet(marble.body.group, world.group(id))
-    });
-    if walled.is_none() {
-        let def = BodyDef { position, velocity, ..marble.body };
+    if let Some(position) = free_place(world, scene, &marble.body, aim, rng) {
+        let def = BodyDef { position, velocity: either_side(marble.speed, rng), ..marble.body };
         roster.add(world, &def, Kind::Marble, None, Rule::Still);
     }
+}
+
+/// A place near the pointer where a marble touches nothing, on the same side of every wall; none if
+/// the tries do not find one. Bodies made inside each other would burst apart, and through walls.
+fn free_place(
+    world: &World,
+    scene: &Scene,
+    marble: &BodyDef,
+    aim: Vec2,
+    rng: &mut Rng,
+) -> Option<Vec2> {
+    (0..DROP_TRIES).find_map(|attempt| {
+        let spread = marble.shape.half_extent() * (DROP_SPREAD + DROP_GROWTH * attempt as f32);
+        let position = aim + Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * spread;
+        let is_free = is_clear(world, scene, marble, position)
+            && is_open(world, scene, marble, aim, position);
+        is_free.then_some(position)
+    })
 }
 
 fn select(roster: &mut Roster, scene: &Scene, slot: usize) {

@@ -8,7 +8,7 @@
 
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::forces::Move;
-use crate::math::{clamp_length, min};
+use crate::math::{clamp, clamp_length, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use glam::Vec2;
 
@@ -52,19 +52,25 @@ pub(crate) fn accelerate(
     is_finite
 }
 
-/// Symplectic Euler, second half: positions from the new velocities.
-pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], dt: f32) {
+/// Symplectic Euler, second half: positions from the new velocities. `start_velocity` holds those
+/// at the start of the step, by slot.
+pub(crate) fn advance(bodies: &mut Bodies, moves: &[Move], start_velocity: &[Vec2], dt: f32) {
     let Bodies { moving, velocity, center, reach, .. } = bodies;
     for &slot in moving.iter() {
         let path = velocity[slot as usize] * dt;
         center[slot as usize] += path;
         reach[slot as usize] = REACH_MIN + path.length();
     }
-    // A change of velocity by resting impulses acts all through the step.
+    // Resting impulses act all through the step, just as the force does against which they hold: a
+    // body that they hold stays where it is.
     for found in moves {
         let slot = found.slot as usize;
         let path = velocity[slot] * dt;
-        let exact = found.path + (velocity[slot] - found.velocity) * dt;
+        let before = start_velocity[slot];
+        let (gain, bend) = (found.velocity - before, found.path - before * dt);
+        let squared = gain.length_squared();
+        let acting = if squared > 0.0 { clamp(bend.dot(gain) / squared, 0.0, dt) } else { dt };
+        let exact = found.path + (velocity[slot] - found.velocity) * acting;
         center[slot] += exact - path;
         reach[slot] = REACH_MIN + path.length() + exact.length();
     }

@@ -12,7 +12,6 @@ use crate::features::Features;
 use crate::forces::drag::Drag;
 use crate::forces::springs::{Spring, SpringEnd};
 use crate::forces::{Forces, Move, Surroundings};
-use crate::integrate;
 use crate::particles::{EmitterDef, Obstacle, Particles, dequantise, quantise};
 use crate::shape::Shape;
 use crate::sleep::{Awake, Sleep};
@@ -301,7 +300,7 @@ impl World {
         let moves = moves(&self.forces);
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
         self.relaxation.start(bodies, pairs, moves, settings, &self.settings);
-        integrate::advance(&mut self.bodies, moves, self.settings.dt);
+        self.relaxation.advance(&mut self.bodies, moves, self.settings.dt);
         watch(StepPhase::Integrate, self);
         self.pairs.refresh(&self.bodies, self.settings.filter());
         self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);

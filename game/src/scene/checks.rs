@@ -1,13 +1,13 @@
 //! Checks of a scene that need more than one field. The scene has been read without an error.
 
 use super::drag;
-use super::limits::QUANTA_MAX;
+use super::limits::{MASS_RATIO_MAX, QUANTA_MAX};
 use super::spec::{Placed, Scene};
 use super::table::{Field, Table};
 use super::tools::Tools;
 use jostle_sim::collide;
-use jostle_sim::math::max;
-use jostle_sim::{Aabb, BodyDef, Motion};
+use jostle_sim::math::{max, min};
+use jostle_sim::{Aabb, BodyDef, Motion, Solver};
 
 /// Reports the first contradiction.
 pub(super) fn check(root: &Table, scene: &Scene) {
@@ -19,6 +19,7 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_tools(&root.get("tools"), scene);
     check_positions(scene, &bodies, &spawns, &layouts);
     check_pack_speed(root, scene);
+    check_masses(root, scene, &bodies, &layouts);
     check_starts(scene, &bodies, &spawns);
 }
 
@@ -108,6 +109,37 @@ fn check_pack_speed(root: &Table, scene: &Scene) {
     } else {
         root.get("speed_max").refuse_as(speed_max.to_string(), format!("at least {speed}"));
     }
+}
+
+/// The conjugate solver holds mass ratios up to [`MASS_RATIO_MAX`].
+fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]) {
+    if !matches!(scene.world.solver, Some(Solver::Conjugate(_))) {
+        return;
+    }
+    let kinds = ["hero", "dumb", "pack"].map(|name| root.get(name));
+    let [hero, marble, pack] = &kinds;
+    let placed = bodies.iter().zip(scene.bodies.iter().map(|body| &body.def));
+    let laid_out = layouts.iter().zip(scene.layouts.iter().map(|layout| &layout.def));
+    let of_players = [
+        (hero, scene.hero.as_ref().map(|hero| &hero.body)),
+        (marble, scene.marble.as_ref().map(|marble| &marble.body)),
+        (pack, scene.pack.as_ref().map(|pack| &pack.body)),
+    ];
+    let of_players = of_players.into_iter().filter_map(|(field, def)| Some((field, def?)));
+    let masses = || {
+        let all = placed.clone().chain(laid_out.clone()).chain(of_players.clone());
+        all.filter(|(_, def)| def.motion == Motion::Dynamic).map(|(field, def)| (field, def.mass))
+    };
+    let lightest = masses().fold(f32::INFINITY, |least, (_, mass)| min(least, mass));
+    let Some((field, mass)) = masses().find(|(_, mass)| mass / lightest > MASS_RATIO_MAX) else {
+        return;
+    };
+    let given = if field.is_given() { field.inner("mass") } else { root.get("solver") };
+    let found = format!("a mass of {mass} beside one of {lightest}");
+    let allowed = format!(
+        "at most {MASS_RATIO_MAX} times the least mass, which is what the conjugate solver holds"
+    );
+    given.refuse_as(found, allowed);
 }
 
 /// Dynamic bodies and heroes start clear of the immovable ones that they collide with.

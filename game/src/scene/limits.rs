@@ -17,6 +17,8 @@ pub const EXTENT_MIN: f32 = 1.0e-3;
 pub const MASS_MIN: f32 = 1.0e-6;
 /// Greatest mass of a body.
 pub const MASS_MAX: f32 = 1.0e6;
+/// Greatest mass relative to the least, with the conjugate solver.
+pub const MASS_RATIO_MAX: f32 = 1.0e6;
 /// Speed of anything, units/s.
 pub const SPEED_MAX: f32 = 1.0e4;
 /// Each component of gravity, units/s^2.

@@ -228,6 +228,23 @@ fn a_scene_names_its_solver() {
 }
 
 #[test]
+fn masses_that_the_conjugate_solver_does_not_hold_are_refused() {
+    let scene = |solver: &str, mass: f32| {
+        let text = format!(
+            "title = \"T\"\nsize = [100, 100]\nsolver = \"{solver}\"\ngroups = [\"block\"]\n\
+             [[bodies]]\nkind = \"block\"\nposition = [10, 10]\nradius = 1\nmass = 0.5\n\
+             [[bodies]]\nkind = \"block\"\nposition = [20, 10]\nradius = 1\nmass = {mass}\n"
+        );
+        Scene::parse("test.toml", &text)
+    };
+    assert!(scene("conjugate", 5e5).is_ok() && scene("relaxation", 1e6).is_ok());
+    let error = scene("conjugate", 6e5).expect_err("too heavy");
+    let found = (error.line, error.field.as_str(), error.found.as_str());
+    assert_eq!(found, (14, "bodies[1].mass", "a mass of 600000 beside one of 0.5"));
+    assert!(error.allowed.contains("1000000 times"), "{}", error.allowed);
+}
+
+#[test]
 fn solver_settings_out_of_range_are_refused() {
     let whole = "a whole number from 1 to 240";
     for found in ["0", "-1", "241", "2.5", "15.0", "nan"] {

@@ -68,9 +68,14 @@ impl Traits {
                 Traits { shape: Some(Shape::rect(30.0, 3.0)), motion: Motion::Static, ..base }
             }
             Kind::Wall => Traits { motion: Motion::Static, ..base },
-            Kind::Pack => {
-                Traits { shape: Some(Shape::circle(1.5)), mass: 0.1, gravity_scale: 0.0, ..base }
-            }
+            // Friction would brake its own motion, and hold it where it meets a platform (C39).
+            Kind::Pack => Traits {
+                shape: Some(Shape::circle(1.5)),
+                mass: 0.1,
+                friction: 0.0,
+                gravity_scale: 0.0,
+                ..base
+            },
             Kind::Block => Traits { restitution: 0.2, friction: 0.4, ..base },
         }
     }

@@ -58,19 +58,17 @@ fn only_selected(game: &Game) -> BodyId {
 fn z_drops_one_marble_a_tick_near_the_pointer() {
     let mut game = floor_with("");
     game.join(FIRST);
-    for count in 1..=10 {
+    play(&mut game, &[Buttons::MAKE], at(200.0, 100.0));
+    let first = game.world().position(only(&game, Kind::Marble));
+    assert!((first - Vec2::new(200.0, 100.0)).length() < 6.5, "at the pointer: {first}");
+    for count in 2..=8 {
         play(&mut game, &[Buttons::MAKE], at(200.0, 100.0));
         let marbles = all(&game, Kind::Marble);
         assert_eq!(marbles.len(), count);
         let newest = game.world().position(marbles[count - 1]);
-        assert!((newest - Vec2::new(200.0, 100.0)).length() < 6.5, "at the pointer: {newest}");
+        assert!((newest - Vec2::new(200.0, 100.0)).length() < 60.0, "near it: {newest}");
     }
-    let places: Vec<Vec2> =
-        all(&game, Kind::Marble).iter().map(|&id| game.world.position(id)).collect();
-    for (index, a) in places.iter().enumerate() {
-        assert!(places[..index].iter().all(|b| a != b), "start points are spread (C45)");
-    }
-    let other_side = game.world().velocity(all(&game, Kind::Marble)[9]).x.abs();
+    let other_side = game.world().velocity(all(&game, Kind::Marble)[7]).x.abs();
     assert_eq!(other_side, 5.0);
 }
 
@@ -80,7 +78,7 @@ fn z_stops_at_the_cap_and_makes_nothing_inside_a_wall() {
     game.join(FIRST);
     play(&mut game, &[Buttons::MAKE], at(200.0, 0.0));
     assert!(all(&game, Kind::Marble).is_empty(), "inside the floor");
-    for tick in 0..300 {
+    for tick in 0..900 {
         let x = 20.0 + (tick % 25) as f32 * 15.0;
         play(&mut game, &[Buttons::MAKE], at(x, 180.0));
     }
@@ -311,4 +309,52 @@ fn hard_contacts_are_reported_once() {
     assert_eq!(speeds.len(), 1, "{speeds:?}");
     assert!((speeds[0].0 - 39.17).abs() < 0.1, "47 ticks of fall: {speeds:?}");
     assert!((speeds[0].1.y - 3.5).abs() < 0.5, "on the floor: {speeds:?}");
+}
+
+#[test]
+fn marbles_are_made_where_they_touch_nothing() {
+    let mut game =
+        floor_with("[[bodies]]\nkind = \"platform\"\nposition = [200, 60]\nsize = [200, 1]");
+    game.join(FIRST);
+    let mut count = 0;
+    for _ in 0..120 {
+        play(&mut game, &[Buttons::MAKE], at(200.0, 61.0));
+        let marbles = all(&game, Kind::Marble);
+        if marbles.len() > count {
+            count = marbles.len();
+            let newest = marbles[count - 1];
+            let place = game.world().position(newest);
+            assert!(place.y > 67.0, "above the platform, as the pointer is: {place}");
+            for &other in &marbles[..count - 1] {
+                let distance = (game.world().position(other) - place).length();
+                assert!(distance > 12.9, "{distance} from another one");
+            }
+        }
+    }
+    assert!(count > 15, "they pour out: {count}");
+}
+
+#[test]
+fn marbles_made_in_a_corner_stay_in_the_world() {
+    for (number, corner) in [(6.0, 6.0), (314.0, 6.0), (6.0, 174.0), (314.0, 174.0), (4.5, 90.0)]
+        .into_iter()
+        .enumerate()
+    {
+        for agitated in [false, true] {
+            let mut game = built_in("pile", number as u64);
+            game.join(FIRST);
+            for tick in 0..900 {
+                let mut buttons = vec![Buttons::MAKE];
+                if agitated && tick % 3 == 0 {
+                    buttons.push(Buttons::AGITATE);
+                }
+                play(&mut game, &buttons, at(corner.0, corner.1));
+                for marble in all(&game, Kind::Marble) {
+                    let place = game.world().position(marble);
+                    let inside = (4.0..316.0).contains(&place.x) && (4.0..176.0).contains(&place.y);
+                    assert!(inside, "{corner:?}, {agitated}, tick {tick}: {place}");
+                }
+            }
+        }
+    }
 }

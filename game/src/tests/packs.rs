@@ -213,3 +213,42 @@ fn packs_of_one_age_wear_out_together() {
     idle(&mut game, 1);
     assert_eq!(all(&game, Kind::Pack).len(), 0);
 }
+
+/// The chapter's minion goes on at 4.57 of its 5 units/s. Here the pack's own motion strikes it too: 2
+/// units/s are left for a moment.
+#[test]
+fn one_pack_turns_no_minion_round() {
+    for height in [98.0, 100.0, 103.0] {
+        let mut game =
+            floor_with("[[bodies]]\nkind = \"minion\"\nposition = [200, 100]\nvelocity = [-5, 0]");
+        game.join(FIRST);
+        game.world.set_gravity_scale(hero_of(&game, FIRST), 0.0);
+        game.world.set_position(hero_of(&game, FIRST), Vec2::new(360.0, 100.0));
+        let minion = only(&game, Kind::Minion);
+        play(&mut game, &[Buttons::FIRE], at(170.0, height));
+        for tick in 0..290 {
+            idle(&mut game, 1);
+            let speed = game.world().velocity(minion).x;
+            assert!((-6.0..-1.99).contains(&speed), "{height}, tick {tick}: {speed}");
+        }
+        assert!((game.world().velocity(minion).length() - 5.0).abs() < 0.5, "it recovers");
+    }
+}
+
+#[test]
+fn a_pack_that_meets_a_platform_almost_squarely_skirts_it_too() {
+    for aside in [5.0, 12.0] {
+        let mut game =
+            floor_with("[[bodies]]\nkind = \"platform\"\nposition = [140, 50]\nsize = [90, 3]");
+        game.join(FIRST);
+        let hero = hero_of(&game, FIRST);
+        idle(&mut game, 120);
+        let under = game.world().position(hero);
+        game.world.set_position(hero, Vec2::new(140.0 + aside, under.y));
+        play(&mut game, &[Buttons::FIRE], at(140.0, 70.0));
+        let pack = only(&game, Kind::Pack);
+        idle(&mut game, 280);
+        let left = game.world().position(pack).x - game.world().position(hero).x;
+        assert!(left.abs() < aside / 8.0, "{aside}: {left} from the point nearest to the hero");
+    }
+}

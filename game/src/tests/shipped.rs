@@ -105,8 +105,12 @@ fn z_sprays_one_particle_a_tick_in_the_particle_scene() {
 fn a_pile_of_200_rests_ten_seconds_after_a_drop_after_c_and_after_a_drag() {
     let mut game = built_in("pile", 1);
     game.join(FIRST);
-    for tick in 0..200 {
-        let (column, row) = (tick % 20, tick / 20);
+    // Where there is no room a marble is made in the next round.
+    for tick in 0..800 {
+        if all(&game, Kind::Marble).len() == 200 {
+            break;
+        }
+        let (column, row) = (tick % 20, tick / 20 % 10);
         play(
             &mut game,
             &[Buttons::MAKE],

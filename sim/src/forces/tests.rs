@@ -317,3 +317,46 @@ fn any_bytes_are_read_without_a_panic() {
         }
     }
 }
+
+/// A force whose path the contacts do not take back would lift what rests by a little in every step.
+#[test]
+fn a_stack_rests_under_drag_wind_and_springs() {
+    for (drag, wind, pull) in [
+        (Drag { linear: 1e-3, quadratic: 0.0 }, Vec2::ZERO, 0.0),
+        (Drag { linear: 0.0, quadratic: 1e-3 }, Vec2::ZERO, 0.0),
+        (Drag { linear: 2.0, quadratic: 0.0 }, Vec2::new(4.0, 0.0), 0.0),
+        (Drag::NONE, Vec2::ZERO, 3.0),
+    ] {
+        for solver in solvers() {
+            let mut world = World::new(settings(50.0, wind, solver));
+            let floor = BodyDef {
+                shape: Shape::rect(100.0, 10.0),
+                motion: Motion::Static,
+                ..ball(0.0, -5.0)
+            };
+            add(&mut world, floor);
+            let stack: Vec<BodyId> = (0..6)
+                .map(|index| {
+                    let shape = Shape::rect(2.0, 2.0);
+                    add(&mut world, BodyDef { shape, drag, ..ball(0.0, 1.0 + 2.0 * index as f32) })
+                })
+                .collect();
+            if pull > 0.0 {
+                let end = SpringEnd::Point(Vec2::new(0.0, 15.0));
+                let (rest_length, stiffness, damping) = (0.0, pull, 0.0);
+                world.add_spring(Spring { body: stack[5], end, rest_length, stiffness, damping });
+            }
+            (0..300).for_each(|_| world.step());
+            let before: Vec<Vec2> = stack.iter().map(|&id| world.position(id)).collect();
+            for _ in 0..120 {
+                world.step();
+                for (&id, &place) in stack.iter().zip(&before) {
+                    let off = (world.position(id) - place).length();
+                    assert!(off < 2e-3, "{drag:?} {wind} {solver:?}: body {} by {off}", id.index);
+                    let speed = world.velocity(id).length();
+                    assert!(speed < 0.02, "{drag:?} {wind} {solver:?}: at {speed}");
+                }
+            }
+        }
+    }
+}

@@ -7,9 +7,13 @@ use crate::bodies::Bodies;
 use crate::math::{self, ordered_bits};
 use crate::narrow_phase::manifold::Manifold;
 use crate::shape::{Shape, shapes};
-use crate::solver::tolerances::SAME_CENTER;
+use crate::solver::tolerances::{DEEP_SHARE, SAME_CENTER};
 use glam::Vec2;
 
+/// Side of the square over which concentric bodies count as spread, as a share of the thinner one's
+/// half-size.
+const SPREAD: f32 = 0.25;
+const TWO_TO_32: f32 = 4_294_967_296.0;
 /// The golden angle in radians: consecutive multiples never line up.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
@@ -184,6 +188,49 @@ pub(crate) fn overlap_of<const SHAPES: u8>(bodies: &Bodies, a: u32, b: u32) -> O
         shapes::BOXES => box_box(offset, half_a + half_b),
         _ => overlap(bodies, a, b),
     }
+}
+
+/// The separation of a pair along a unit vector from a to b, whether or not it is their normal.
+pub(crate) fn separation_along(bodies: &Bodies, (a, b): (u32, u32), normal: Vec2) -> f32 {
+    let (a, b) = (a as usize, b as usize);
+    let extent = |slot: usize| match bodies.shape[slot] {
+        Shape::Circle { radius } => radius,
+        Shape::Box { half } => half.dot(normal.abs()),
+    };
+    normal.dot(bodies.center[b] - bodies.center[a]) - extent(a) - extent(b)
+}
+
+/// The manifold of two bodies that are too deep in each other to have a side: along the line of
+/// centres, as if the bodies of a heap at one point had been spread evenly.
+pub(crate) fn spread_manifold(bodies: &Bodies, (a, b): (u32, u32)) -> Manifold {
+    let offset = bodies.center[b as usize] - bodies.center[a as usize];
+    let thin = math::min(bodies.thickness(a as usize), bodies.thickness(b as usize));
+    let normal = (offset + (spread(b) - spread(a)) * (SPREAD * thin)).normalize_or(Vec2::Y);
+    Manifold { normal, separation: separation_along(bodies, (a, b), normal) }
+}
+
+/// The [`spread_manifold`] of two circles that are deep in each other, else their manifold: a heap
+/// at one point leaves in all directions.
+#[inline]
+pub(crate) fn spread_circles(bodies: &Bodies, pair: (u32, u32), manifold: Manifold) -> Manifold {
+    let (a, b) = (pair.0 as usize, pair.1 as usize);
+    let deep = DEEP_SHARE * math::min(bodies.half[a].x, bodies.half[b].x);
+    if manifold.separation >= -deep {
+        return manifold;
+    }
+    match (bodies.shape[a], bodies.shape[b]) {
+        (Shape::Circle { .. }, Shape::Circle { .. }) => spread_manifold(bodies, pair),
+        _ => manifold,
+    }
+}
+
+/// Position in the unit square of a body in a heap at one point: the bodies separate as if they had
+/// been spread evenly (multiples of the inverses of the plastic number and of its square; Roberts
+/// 2018, "The unreasonable effectiveness of quasirandom sequences").
+fn spread(slot: u32) -> Vec2 {
+    const STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
+    let unit = |step: u32| slot.wrapping_mul(step) as f32 / TWO_TO_32;
+    Vec2::new(unit(STEPS[0]), unit(STEPS[1]))
 }
 
 #[cfg(test)]

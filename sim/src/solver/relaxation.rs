@@ -1,24 +1,31 @@
 //! The relaxation solver (A0.13): projection and impulse, all pairs of the scene together in id
 //! order (C22f, C22h), at most N passes (C22a), ending early when nothing is left to correct.
 //!
-//! A step is `start`, moving the bodies (the world does that), `gather`, `solve`.
+//! A step is `start`, `advance`, `gather`, `solve`.
 //! Each pass visits every pair at the present positions: it finds the contact, applies the normal
 //! impulse, then friction, then separates the two by a share of the overlap.
+//!
+//! A body between two that close on it satisfies neither, and the impulses of both grow with every
+//! pass. What bounds the outcome: impulses on which nothing rested are not applied again, a warm start
+//! changes no velocity by many times what gravity does, corrections move a body no further in a step
+//! than its half-size or than the largest speed would, and where the passes end before they converge
+//! immovable bodies have the last word.
 //!
 //! The passes are compiled for each set of shapes, with and without friction and restitution:
 //! features that no body has are not even tested. All of them give the same bits.
 
 use crate::bodies::Bodies;
+use crate::body::Motion;
 use crate::broad_phase::pairs::{Pair, near};
 use crate::features::Features;
 use crate::forces::Move;
 use crate::integrate;
-use crate::math::{clamp, max, min};
+use crate::math::{clamp, clamp_length, max, min};
 use crate::narrow_phase::manifold::Manifold;
-use crate::narrow_phase::overlap::{overlap, overlap_of};
+use crate::narrow_phase::overlap::{overlap, overlap_of, separation_along, spread_circles};
 use crate::shape::shapes;
 use crate::solver::settings::Relaxation;
-use crate::solver::tolerances::{OVERLAP, RELAXED_SPEED, SAME_FACE};
+use crate::solver::tolerances::{OVERLAP, RELAXED_SPEED, SAME_FACE, UNBALANCED};
 use crate::touches::Found;
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
@@ -63,8 +70,11 @@ pub(crate) struct RelaxationConstraint {
 pub(crate) struct RelaxationSolver {
     /// The pairs that take part in the step, in (a, b) order.
     pub constraints: Vec<RelaxationConstraint>,
-    /// By slot: velocity of a moving body at the start of the step.
+    /// By slot: velocity of a moving body at the start of the step, and before the warm start.
     start_velocity: Vec<Vec2>,
+    free_velocity: Vec<Vec2>,
+    /// By slot: position before the passes.
+    start_position: Vec<Vec2>,
     /// Passes made in the last step.
     pub passes: u32,
 }
@@ -86,8 +96,42 @@ impl RelaxationSolver {
             bodies.velocity[found.slot as usize] = found.velocity;
         }
         if settings.is_some_and(|settings| settings.warm_start) {
-            warm_start(bodies, pairs);
+            self.warm_start(bodies, pairs);
         }
+    }
+
+    /// Applies the last step's resting impulses to the velocities, before the bodies move.
+    ///
+    /// Resting impulses balance what gravity and other forces do to a body in the step. Where they
+    /// leave it with a change of velocity many times greater, an impulse that balanced them is gone:
+    /// the body gets only the share of them that leaves it no greater change than the forces alone.
+    fn warm_start(&mut self, bodies: &mut Bodies, pairs: &mut [Pair]) {
+        self.free_velocity.clone_from(&bodies.velocity);
+        apply_stored(bodies, pairs);
+        let Bodies { moving, velocity, warm_start_scale, .. } = bodies;
+        let mut any = false;
+        for &slot in moving.iter() {
+            let slot = slot as usize;
+            let (start, free) = (self.start_velocity[slot], self.free_velocity[slot]);
+            let (gain, held) = (free - start, velocity[slot] - free);
+            warm_start_scale[slot] = 1.0;
+            if (gain + held).length_squared() > gain.length_squared() * UNBALANCED {
+                let share = clamp(-2.0 * gain.dot(held) / held.length_squared(), 0.0, 1.0);
+                // The square of an implausible impulse may be infinite.
+                let share = if share.is_finite() { share } else { 0.0 };
+                velocity[slot] = free + held * share;
+                warm_start_scale[slot] = share;
+                any = true;
+            }
+        }
+        if any {
+            scale_stored(bodies, pairs);
+        }
+    }
+
+    /// Moves the bodies (symplectic Euler, second half).
+    pub fn advance(&self, bodies: &mut Bodies, moves: &[Move], dt: f32) {
+        integrate::advance(bodies, moves, &self.start_velocity, dt);
     }
 
     /// Gathers the pairs that take part in this step, in (a, b) order.
@@ -117,14 +161,37 @@ impl RelaxationSolver {
             (false, true) => passes_with::<{ shapes::BOXES }>(features),
             _ => passes_with::<{ shapes::BOTH }>(features),
         };
-        self.passes = passes(bodies, &mut self.constraints, settings);
+        self.start_position.clone_from(&bodies.center);
+        let limits = Limits {
+            settings,
+            start: &self.start_position,
+            correction_max: world.speed_max * world.dt,
+        };
+        self.passes = passes(bodies, &mut self.constraints, &limits);
         store(&self.constraints, pairs);
-        let free_change = world.gravity.length() * world.dt;
-        let Bodies { moving, velocity, warm_start_scale, .. } = bodies;
-        for &slot in moving.iter() {
+        self.find_warm_start_scales(bodies, world.gravity.length() * world.dt);
+    }
+
+    /// Finds the share of each body's impulses that the next step begins with: all of it for a body
+    /// at rest. `free_change` is the change of velocity by gravity in a step, units/s.
+    fn find_warm_start_scales(&self, bodies: &mut Bodies, free_change: f32) {
+        for &slot in &bodies.moving {
             let slot = slot as usize;
-            let change = velocity[slot] - self.start_velocity[slot];
-            warm_start_scale[slot] = warm_start_scale_of(change, free_change);
+            let change = bodies.velocity[slot] - self.start_velocity[slot];
+            bodies.warm_start_scale[slot] = warm_start_scale_of(change.length(), free_change);
+        }
+        // Two bodies that still close did not rest on the impulse between them.
+        for constraint in self.constraints.iter().filter(|found| found.normal_impulse > 0.0) {
+            let closing = -constraint.relative_velocity(bodies).dot(constraint.normal);
+            if closing > free_change {
+                let scale = warm_start_scale_of(closing, free_change);
+                for (slot, inv_mass) in constraint.bodies() {
+                    if inv_mass > 0.0 {
+                        let of_body = &mut bodies.warm_start_scale[slot as usize];
+                        *of_body = min(*of_body, scale);
+                    }
+                }
+            }
         }
     }
 
@@ -152,28 +219,33 @@ impl RelaxationSolver {
     }
 }
 
-/// Applies the last step's resting impulses to the velocities, before the bodies move.
+/// Applies the stored impulses of all pairs that still overlap.
 ///
-/// Only pairs that still overlap count. An impulse is scaled by the smaller `warm_start_scale` of
-/// its two bodies: the impulse that stopped an impact must not be applied again (it would add
-/// energy).
-fn warm_start(bodies: &mut Bodies, pairs: &mut [Pair]) {
+/// An impulse is scaled by the smaller `warm_start_scale` of its two bodies: the impulse that
+/// stopped an impact must not be applied again (it would add energy).
+fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair]) {
+    scale_stored(bodies, pairs);
     for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
         let Some(manifold) = overlap(bodies, pair.a, pair.b) else {
             pair.normal_impulse = 0.0;
             pair.tangent_impulse = 0.0;
             continue;
         };
-        let scale =
-            min(bodies.warm_start_scale[pair.a as usize], bodies.warm_start_scale[pair.b as usize]);
-        pair.normal_impulse *= scale;
-        pair.tangent_impulse *= scale;
         pair.warm_normal = manifold.normal;
         let impulse =
             manifold.normal * pair.normal_impulse + manifold.normal.perp() * pair.tangent_impulse;
         let (a, b) = (pair.a as usize, pair.b as usize);
         bodies.velocity[a] -= impulse * bodies.inverse_mass[a];
         bodies.velocity[b] += impulse * bodies.inverse_mass[b];
+    }
+}
+
+fn scale_stored(bodies: &Bodies, pairs: &mut [Pair]) {
+    for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
+        let scale =
+            min(bodies.warm_start_scale[pair.a as usize], bodies.warm_start_scale[pair.b as usize]);
+        pair.normal_impulse *= scale;
+        pair.tangent_impulse *= scale;
     }
 }
 
@@ -215,45 +287,64 @@ impl RelaxationConstraint {
             bounce_impulse: 0.0,
             tangent_impulse: pair.tangent_impulse,
         };
-        constraint.update_manifold::<SHAPES>(bodies);
+        constraint.update_manifold::<SHAPES>(bodies, &bodies.center);
         constraint
     }
 
-    /// Finds the manifold at the present positions.
+    /// Finds the manifold at the present positions, of bodies that began the passes at `start`.
     #[inline]
-    fn update_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies) {
+    fn update_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
         self.moves_a = bodies.moves[self.a as usize];
         self.moves_b = bodies.moves[self.b as usize];
         self.separation = 0.0;
         if let Some(manifold) = overlap_of::<SHAPES>(bodies, self.a, self.b) {
+            let manifold = if self.is_free() {
+                spread_circles(bodies, (self.a, self.b), manifold)
+            } else {
+                self.on_its_side(bodies, start, manifold)
+            };
             self.normal = manifold.normal;
             self.separation = manifold.separation;
         }
     }
 
+    /// The manifold of a body and an immovable one on the side where the passes began: others may
+    /// have pushed the body past the middle of a wall, but it does not leave on the far side.
+    #[inline]
+    fn on_its_side(&self, bodies: &Bodies, start: &[Vec2], manifold: Manifold) -> Manifold {
+        let began = start[self.b as usize] - start[self.a as usize];
+        if manifold.normal.dot(began) >= 0.0 {
+            return manifold;
+        }
+        let normal = -manifold.normal;
+        Manifold { normal, separation: separation_along(bodies, (self.a, self.b), normal) }
+    }
+
     /// The same, unless neither body has moved since: the manifold is a pure function of the two
     /// positions, and in a settled pile nothing moves.
     #[inline]
-    fn refresh_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies) {
+    fn refresh_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
         let moved_a = bodies.moves[self.a as usize] != self.moves_a;
         let moved_b = bodies.moves[self.b as usize] != self.moves_b;
         if moved_a || moved_b {
-            self.update_manifold::<SHAPES>(bodies);
+            self.update_manifold::<SHAPES>(bodies, start);
         }
     }
 
     /// Takes back impulses that were applied along another normal: where the contact of two boxes
     /// jumps from a top to a side, the load that it held must not become a push along the new
-    /// normal.
+    /// normal. The two then close no faster than they did before: what else the impulse was spent on
+    /// is another contact's to take back.
     #[inline]
     fn undo_if_turned(&mut self, bodies: &mut Bodies) {
         let holds = self.normal_impulse > 0.0 || self.tangent_impulse != 0.0;
         if holds && self.impulse_normal.dot(self.normal) < SAME_FACE {
-            self.apply(
-                bodies,
-                self.impulse_normal * -self.normal_impulse
-                    - self.impulse_normal.perp() * self.tangent_impulse,
-            );
+            let leaving = self.relative_velocity(bodies).dot(self.impulse_normal);
+            let most = max(leaving + self.closing, 0.0) * self.effective_mass;
+            let share = if self.normal_impulse > most { most / self.normal_impulse } else { 1.0 };
+            let applied = self.impulse_normal * self.normal_impulse
+                + self.impulse_normal.perp() * self.tangent_impulse;
+            self.apply(bodies, applied * -share);
             self.normal_impulse = 0.0;
             self.tangent_impulse = 0.0;
         }
@@ -262,9 +353,20 @@ impl RelaxationConstraint {
 
     /// Returns the manifold at the end of the step, if the two overlap.
     pub fn manifold(&mut self, bodies: &Bodies) -> Option<Manifold> {
-        self.refresh_manifold::<{ shapes::BOTH }>(bodies);
+        self.refresh_manifold::<{ shapes::BOTH }>(bodies, &bodies.center);
         let &mut RelaxationConstraint { normal, separation, .. } = self;
         (separation < 0.0).then_some(Manifold { normal, separation })
+    }
+
+    /// Both bodies with their inverse masses.
+    fn bodies(&self) -> [(u32, f32); 2] {
+        [(self.a, self.inv_mass_a), (self.b, self.inv_mass_b)]
+    }
+
+    /// Whether both bodies can be pushed.
+    #[inline]
+    fn is_free(&self) -> bool {
+        self.inv_mass_a > 0.0 && self.inv_mass_b > 0.0
     }
 
     /// Velocity of b relative to a.
@@ -281,8 +383,19 @@ impl RelaxationConstraint {
     }
 }
 
+/// Limits of the passes.
+#[derive(Clone, Copy, Debug)]
+struct Limits<'a> {
+    settings: &'a Relaxation,
+    /// By slot: position before the passes.
+    start: &'a [Vec2],
+    /// Furthest that corrections may move a body in a step, world units; its half-size, if that is
+    /// less.
+    correction_max: f32,
+}
+
 /// Makes at most N passes over all constraints; returns how many were made.
-type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Relaxation) -> u32;
+type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Limits) -> u32;
 
 /// The passes compiled for exactly these features.
 fn passes_with<const SHAPES: u8>(features: Features) -> Passes {
@@ -297,18 +410,42 @@ fn passes_with<const SHAPES: u8>(features: Features) -> Passes {
 fn passes<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
     bodies: &mut Bodies,
     constraints: &mut [RelaxationConstraint],
-    settings: &Relaxation,
+    limits: &Limits,
 ) -> u32 {
-    for pass in 1..=settings.iterations {
+    for pass in 1..=limits.settings.iterations {
         let mut changed = false;
         for constraint in constraints.iter_mut() {
-            changed |= relax_pair::<SHAPES, FRICTION, RESTITUTION>(bodies, constraint, settings);
+            changed |= relax_pair::<SHAPES, FRICTION, RESTITUTION>(bodies, constraint, limits);
         }
         if !changed {
             return pass;
         }
     }
-    settings.iterations
+    for motion in [Motion::Kinematic, Motion::Static] {
+        hold_at_immovable::<SHAPES>(bodies, constraints, limits, motion);
+    }
+    limits.settings.iterations
+}
+
+/// Gives immovable bodies the last word where the passes ended before they converged: an overlap of
+/// two bodies is better than a body inside a wall.
+fn hold_at_immovable<const SHAPES: u8>(
+    bodies: &mut Bodies,
+    constraints: &mut [RelaxationConstraint],
+    limits: &Limits,
+    motion: Motion,
+) {
+    for constraint in constraints.iter_mut().filter(|constraint| !constraint.is_free()) {
+        let fixed = if constraint.inv_mass_a > 0.0 { constraint.b } else { constraint.a };
+        if bodies.motion[fixed as usize] == motion {
+            constraint.refresh_manifold::<SHAPES>(bodies, limits.start);
+            if constraint.separation < 0.0 {
+                constraint.undo_if_turned(bodies);
+                solve_normal::<false>(bodies, constraint, f32::INFINITY);
+                correct_position(bodies, constraint, limits, 1.0);
+            }
+        }
+    }
 }
 
 /// Relaxes one pair in one pass; returns whether it changed enough for another pass.
@@ -316,15 +453,16 @@ fn passes<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
 fn relax_pair<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
     bodies: &mut Bodies,
     constraint: &mut RelaxationConstraint,
-    settings: &Relaxation,
+    limits: &Limits,
 ) -> bool {
-    constraint.refresh_manifold::<SHAPES>(bodies);
+    constraint.refresh_manifold::<SHAPES>(bodies, limits.start);
     if constraint.separation < 0.0 {
         constraint.undo_if_turned(bodies);
         let changed_normal =
-            solve_normal::<RESTITUTION>(bodies, constraint, settings.bounce_threshold);
+            solve_normal::<RESTITUTION>(bodies, constraint, limits.settings.bounce_threshold);
         let changed_tangent = FRICTION && solve_friction(bodies, constraint);
-        let changed_position = correct_position(bodies, constraint, settings);
+        let share = limits.settings.correction;
+        let changed_position = correct_position(bodies, constraint, limits, share);
         changed_normal | changed_tangent | changed_position
     } else {
         constraint.normal_impulse > 0.0 && release::<FRICTION>(bodies, constraint)
@@ -380,20 +518,35 @@ fn solve_friction(bodies: &mut Bodies, constraint: &mut RelaxationConstraint) ->
     change.abs() > RELAXED_SPEED * constraint.effective_mass
 }
 
-/// Positional correction (A2.19): both move by their share of the overlap beyond the slop (C19).
+/// Positional correction (A2.19): both move by their part of a share of the overlap beyond the slop
+/// (C19).
 #[inline]
 fn correct_position(
     bodies: &mut Bodies,
     constraint: &RelaxationConstraint,
-    settings: &Relaxation,
+    limits: &Limits,
+    share: f32,
 ) -> bool {
+    let Limits { settings, start, correction_max } = *limits;
     let excess = -constraint.separation - settings.slop;
     if excess <= OVERLAP {
         return false;
     }
-    let shift = constraint.normal * (excess * settings.correction * constraint.effective_mass);
-    bodies.shift(constraint.a as usize, shift * -constraint.inv_mass_a);
-    bodies.shift(constraint.b as usize, shift * constraint.inv_mass_b);
+    let shift = constraint.normal * (excess * share * constraint.effective_mass);
+    for (slot, shift) in [
+        (constraint.a, shift * -constraint.inv_mass_a),
+        (constraint.b, shift * constraint.inv_mass_b),
+    ] {
+        let slot = slot as usize;
+        let moved = bodies.center[slot] + shift - start[slot];
+        let furthest = min(correction_max, bodies.thickness(slot));
+        if moved.length_squared() > furthest * furthest {
+            let end = start[slot] + clamp_length(moved, furthest);
+            bodies.shift(slot, end - bodies.center[slot]);
+        } else {
+            bodies.shift(slot, shift);
+        }
+    }
     true
 }
 
@@ -428,7 +581,6 @@ fn store(constraints: &[RelaxationConstraint], pairs: &mut [Pair]) {
 /// Factor on a body's impulses of a step when they are applied again: 1 at rest, falling with the
 /// change of velocity in the step beyond that of gravity alone (`free_change`, units/s).
 #[inline]
-fn warm_start_scale_of(change: Vec2, free_change: f32) -> f32 {
-    let speed = change.length();
-    if speed <= free_change { 1.0 } else { free_change / speed }
+fn warm_start_scale_of(change: f32, free_change: f32) -> f32 {
+    if change <= free_change { 1.0 } else { free_change / change }
 }

@@ -57,6 +57,10 @@ pub(crate) const SLIDING: f32 = 0.999;
 /// Passes of the relaxation end when none changes a velocity by more than this, units/s, or an
 /// overlap by more than [`OVERLAP`].
 pub(crate) const RELAXED_SPEED: f32 = 1e-3;
+/// Square of the change of velocity by a warm start, relative to that by the forces on a body, beyond
+/// which its impulses do not balance: 8 times. While a pile comes to rest they are off by a few
+/// times; at 3 it does so late or never.
+pub(crate) const UNBALANCED: f32 = 64.0;
 /// Velocity that stands for the gravity of a step where there is none, units/s.
 pub(crate) const GRAVITY_GAIN_MIN: f32 = 0.001;
 /// Islands of fewer constraints are solved more precisely by the square of the ratio, down to
@@ -68,6 +72,13 @@ pub(crate) const SMALL_ISLAND_SHARE: f32 = 0.001;
 /// constraint of a high pile leaves add up, and the pile creeps. At a four times coarser tolerance
 /// a pile of 20,000 slides for half a minute.
 pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
+/// Contacts from which an island in motion is swept locally: smaller ones cost little.
+pub(crate) const LOCAL_ISLAND: usize = 64;
+/// Mass ratio beyond which an island is swept as a whole: a heavy body moves everything around it.
+pub(crate) const LOCAL_MASS_RATIO: f32 = 100.0;
+/// Moving bodies beyond which all islands are swept as a whole. A rain of so many is full of shafts
+/// and arches when it lands; one that is not solved to the end goes on collapsing.
+pub(crate) const LARGE_WORLD: usize = 6000;
 /// Residual of the warm start, in tolerances, below which the first sweep does without a forest.
 pub(crate) const NEAR_SOLUTION: f32 = 10.0;
 /// Share of the tolerance below which such a first sweep is also the last.

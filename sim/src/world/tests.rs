@@ -3,6 +3,7 @@
 
 mod contacts;
 mod quarantine;
+mod squeezed;
 
 use super::*;
 use crate::GROUPS_MAX;
