@@ -6,6 +6,7 @@ pub(crate) mod contact_constraint;
 mod energy_guard;
 mod gauss_seidel;
 pub(crate) mod islands;
+mod local_sweeps;
 mod pava;
 mod position_correction;
 pub(crate) mod relaxation;

@@ -202,6 +202,11 @@ impl ImpactQueue {
             for slot in [pair.a, pair.b] {
                 self.push_impacts_of(bodies, pairs, slot, context);
             }
+            // What stopped an obstruction may have changed neither body of the event.
+            let waiting = &pairs[event.pair as usize];
+            if event.version == self.version(waiting) {
+                self.push_next_impact(bodies, event.pair, waiting, context);
+            }
             if self.has_exhausted_impacts(pair) {
                 self.stop_at_impact(bodies, pair.a, context);
                 self.stop_at_impact(bodies, pair.b, context);

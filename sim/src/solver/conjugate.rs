@@ -8,6 +8,7 @@
 //! 3. `integrate`: gravity, and other forces (see `forces`);
 //! 4. `islands`: constraints that share no movable body are solved separately, each with
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
+//!    - `local_sweeps`: large islands in motion, with a budget of visits for each contact,
 //!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
@@ -23,9 +24,10 @@
 use super::contact_constraint::{self, ContactConstraint, ContactSet, GatherStep};
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
+use super::local_sweeps::{LocalSweeps, Work};
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
-use super::sweep::Blocks;
+use super::sweep::{Blocks, SweepLimits};
 use super::{sweep, warm_start};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, PairList};
@@ -38,8 +40,8 @@ use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::shapes;
 use crate::solver::tolerances::{
-    GRAVITY_GAIN_MIN, GUARDED_MASS_RATIO, LARGE_ISLAND, SMALL_ISLAND, SMALL_ISLAND_SHARE,
-    SPEED_ROUNDING,
+    GRAVITY_GAIN_MIN, GUARDED_MASS_RATIO, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND,
+    LOCAL_MASS_RATIO, SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
 };
 use crate::touches::Found;
 use glam::Vec2;
@@ -58,12 +60,15 @@ pub(crate) struct ConjugateSolver {
     impact_queue: ImpactQueue,
     islands: Islands,
     blocks: Blocks,
+    local_sweeps: LocalSweeps,
     late_pairs: LatePairs,
     energy_guard: EnergyGuard,
     /// Whether a body may move by more than the thinnest body's half-size in this step.
     has_fast_bodies: bool,
     /// Whether a constraint belongs to such a body.
     has_fast_contacts: bool,
+    /// Whether so many bodies move that they come to rest only if every island is solved to the end.
+    is_large_world: bool,
     displacements: Displacements,
     position_correction: PositionCorrection,
     static_clamp: StaticClamp,
@@ -71,6 +76,17 @@ pub(crate) struct ConjugateSolver {
     pub sweeps: u32,
     /// Visits of constraints by sweeps.
     pub work: u64,
+}
+
+/// Limits of the work on an island.
+#[derive(Clone, Copy, Debug)]
+struct IslandLimits {
+    /// Those of its sweeps.
+    sweeps: SweepLimits,
+    /// Whether its masses are so different that the result has to be guarded.
+    is_stiff: bool,
+    /// Whether contacts are swept only where they still change.
+    is_local: bool,
 }
 
 impl ConjugateSolver {
@@ -188,6 +204,8 @@ impl ConjugateSolver {
         // Forces may swing a body out and back within the step.
         self.has_fast_bodies |= !moves.is_empty();
         self.blocks.reserve(bodies.alive.len());
+        self.local_sweeps.reserve(bodies.alive.len());
+        self.is_large_world = bodies.moving.len() > LARGE_WORLD;
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
         self.sweeps = 0;
         self.work = 0;
@@ -261,33 +279,11 @@ impl ConjugateSolver {
         pairs: &[Pair],
         context: &StepContext,
     ) {
-        let island = &self.islands.constraints[self.islands.range(number)];
-        let (tolerance, is_stiff) =
-            tolerance(&self.contacts.constraints, island, &bodies.velocity, context);
-        let work_max = context.settings.work_max / island.len() as u32;
-        let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
-        let mut sum = 0;
+        let limits = self.limits(number, &bodies.velocity, context);
+        let mut work = Work::on(self.islands.range(number).len());
         for round in 1..=recheck::ROUNDS_MAX {
-            self.blocks.chains.find(&self.contacts.constraints, island);
-            let stop = sweep::StopCriteria { tolerance, sweeps_max };
-            let blocks = &mut self.blocks;
-            let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
-            if is_stiff {
-                self.energy_guard.remember(constraints, island, velocity);
-            }
-            let sweeps = if context.features.friction {
-                sweep::solve::<true>(constraints, island, blocks, velocity, stop)
-            } else {
-                sweep::solve::<false>(constraints, island, blocks, velocity, stop)
-            };
-            if is_stiff {
-                self.energy_guard.check(constraints, island, velocity);
-            }
-            if is_stiff || sweeps == sweeps_max {
-                sweep::sweep_immovable(constraints, island, velocity);
-            }
-            self.work += u64::from(sweeps) * island.len() as u64;
-            sum += sweeps;
+            self.sweep_island(number, bodies, &limits, &mut work, context);
+            let island = &self.islands.constraints[self.islands.range(number)];
             let held = held_after_impact::resolve(
                 bodies,
                 &mut self.contacts,
@@ -307,7 +303,68 @@ impl ConjugateSolver {
                 break;
             }
         }
-        self.sweeps = self.sweeps.max(sum);
+        self.work += u64::from(work.visits);
+        self.sweeps = self.sweeps.max(work.sweeps);
+    }
+
+    /// Sweeps an island until it is solved or its limits are reached.
+    fn sweep_island(
+        &mut self,
+        number: usize,
+        bodies: &mut Bodies,
+        island_limits: &IslandLimits,
+        work: &mut Work,
+        context: &StepContext,
+    ) {
+        let island = &self.islands.constraints[self.islands.range(number)];
+        let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
+        let IslandLimits { sweeps: limits, is_stiff, is_local } = *island_limits;
+        if is_stiff {
+            self.energy_guard.remember(constraints, island, velocity);
+        }
+        let friction = context.features.friction;
+        let is_solved = if is_local {
+            let local = &mut self.local_sweeps;
+            let solve =
+                if friction { LocalSweeps::solve::<true> } else { LocalSweeps::solve::<false> };
+            solve(local, constraints, island, &mut self.blocks, velocity, limits.tolerance, work)
+        } else {
+            let solve = if friction { sweep::solve::<true> } else { sweep::solve::<false> };
+            self.blocks.chains.find(constraints, island);
+            // All rounds share the sweeps of the island.
+            let sweeps_max = limits.sweeps_max.saturating_sub(work.sweeps).max(SWEEPS_MIN);
+            let limits = SweepLimits { sweeps_max, ..limits };
+            let sweeps = solve(constraints, island, &mut self.blocks, velocity, limits);
+            work.add(sweeps, island.len());
+            sweeps < sweeps_max
+        };
+        if is_stiff {
+            self.energy_guard.check(constraints, island, velocity);
+        }
+        if is_stiff || !is_solved {
+            sweep::sweep_immovable(constraints, island, velocity);
+        }
+        if is_local {
+            for &index in island {
+                self.contacts.infos[index as usize].is_unsolved = !is_solved;
+            }
+        }
+    }
+
+    /// The limits of the sweeps over an island.
+    fn limits(&self, number: usize, velocity: &[Vec2], context: &StepContext) -> IslandLimits {
+        let constraints = &self.contacts.constraints;
+        let island = &self.islands.constraints[self.islands.range(number)];
+        let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
+        let is_stiff = mass_ratio > GUARDED_MASS_RATIO;
+        let work_max = context.settings.work_max / island.len() as u32;
+        let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
+        let is_local = !self.is_large_world
+            && island.len() >= LOCAL_ISLAND
+            && mass_ratio <= LOCAL_MASS_RATIO
+            && !sweep::is_near_solution::<true>(constraints, island, velocity, tolerance);
+        let sweeps = SweepLimits { tolerance, sweeps_max, forest: true };
+        IslandLimits { sweeps, is_stiff, is_local }
     }
 
     /// Stores the impulses for the next step.
@@ -356,14 +413,14 @@ impl ConjugateSolver {
     }
 }
 
-/// The change of a relative velocity at which the sweeps over an island end, units/s, and whether
-/// its masses are so different that the result has to be guarded.
+/// The change of a relative velocity at which the sweeps over an island end, units/s, and its
+/// greatest mass relative to the least.
 fn tolerance(
     constraints: &[ContactConstraint],
     island: &[u32],
     velocity: &[Vec2],
     context: &StepContext,
-) -> (f32, bool) {
+) -> (f32, f32) {
     let (mut fastest, mut lightest, mut heaviest) = (0.0, 0.0, f32::INFINITY);
     for &index in island {
         let constraint = &constraints[index as usize];
@@ -379,7 +436,7 @@ fn tolerance(
     let (few, many) = (count / SMALL_ISLAND, LARGE_ISLAND / count);
     let share =
         context.settings.tolerance * clamp(few * few, SMALL_ISLAND_SHARE, 1.0) * min(many, 1.0);
-    (max(gain * share, fastest * SPEED_ROUNDING), lightest > GUARDED_MASS_RATIO * heaviest)
+    (max(gain * share, fastest * SPEED_ROUNDING), lightest / heaviest)
 }
 
 #[cfg(test)]

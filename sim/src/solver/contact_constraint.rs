@@ -64,6 +64,8 @@ pub(crate) struct ContactInfo {
     pub fast: bool,
     /// Whether the two slid on each other in the last step.
     pub slid: bool,
+    /// Whether the velocities of its island are not solved in this step.
+    pub is_unsolved: bool,
 }
 
 /// The contact constraints of a step in (a, b) order; hot data apart from cold.
@@ -177,6 +179,7 @@ pub(crate) fn make_contact<const SHAPES: u8>(
         bounced: false,
         fast: passes || has_fast_bodies && is_fast(bodies, pair, dt, 1.0),
         slid: constraint.normal_impulse > 0.0 && !constraint.sticks(),
+        is_unsolved: false,
     };
     (constraint, info)
 }

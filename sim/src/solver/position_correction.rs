@@ -10,16 +10,15 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
-use crate::continuous::thin::thickness;
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
+use crate::narrow_phase::overlap::spread_manifold;
 use crate::narrow_phase::separation;
 use crate::narrow_phase::separation::placed;
-use crate::shape::Shape;
 use crate::solver::contact_constraint::{ContactConstraint, ContactSet};
 use crate::solver::islands::Islands;
 use crate::solver::settings::Conjugate;
-use crate::solver::sweep::{self, Blocks, StopCriteria};
+use crate::solver::sweep::{self, Blocks, SweepLimits};
 use crate::solver::tolerances::{POSITION_MIN, POSITION_SHARE, SLOP_SHARE};
 use glam::Vec2;
 
@@ -31,14 +30,15 @@ mod tests;
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 20;
 const WORK_SHARE: u32 = 4;
+/// Contacts beyond which an island whose velocities are not solved gets only so many passes and sweeps.
+/// With one pass a heap at one point stays in one place.
+const HURRIED_ISLAND: usize = 600;
+const HURRIED_PASSES: u32 = 2;
+const HURRIED_SWEEPS: u32 = 6;
 /// Distance from an overlap, in contacts, within which bodies still give way: so few sweeps reach
 /// no further, and a pile with one deep overlap need not be handled as a whole.
 const LAYERS: u8 = 8;
 const UNREACHED: u8 = u8::MAX;
-/// Side of the square over which concentric bodies count as spread, as a share of the thinner one's
-/// half-size.
-const SPREAD: f32 = 0.25;
-const TWO_TO_32: f32 = 4_294_967_296.0;
 
 /// Scratch.
 #[derive(Clone, Debug, Default)]
@@ -48,6 +48,8 @@ pub(crate) struct PositionCorrection {
     islands: Islands,
     /// By slot.
     displacement: Vec<Vec2>,
+    /// By slot: whether it belongs to an island whose velocities are not solved.
+    is_unsolved: Vec<bool>,
     /// By slot: whether the last pass moved it.
     moved: Vec<bool>,
     /// By slot: distance of a movable body from an overlap in contacts, if at most [`LAYERS`].
@@ -68,7 +70,7 @@ impl PositionCorrection {
     ) {
         let slots = bodies.alive.len();
         self.displacement.resize(slots, Vec2::ZERO);
-        for _ in 0..settings.position_passes {
+        for pass in 0..settings.position_passes {
             if !self.gather(bodies, contacts, pairs, settings) {
                 return;
             }
@@ -76,32 +78,46 @@ impl PositionCorrection {
             self.moved.resize(slots, false);
             self.islands.find(slots, &self.constraints);
             for island in 0..self.islands.count() {
-                self.separate_island(island, bodies, blocks, settings);
+                let is_hurried = self.is_hurried(island);
+                if pass < HURRIED_PASSES || !is_hurried {
+                    let sweeps_max = if is_hurried { HURRIED_SWEEPS } else { SWEEPS_MAX };
+                    self.separate_island(island, bodies, blocks, settings, sweeps_max);
+                }
             }
             self.refresh_manifolds(bodies, contacts, pairs);
         }
     }
 
-    /// Makes one pass over an island.
+    /// Whether less has to do for an island: it is large and its velocities are not solved, so that it
+    /// moves on, and the next step sees other overlaps.
+    fn is_hurried(&self, island: usize) -> bool {
+        let island = &self.islands.constraints[self.islands.range(island)];
+        let [a, b] = self.constraints[island[0] as usize].bodies();
+        let (movable, _) = if a.1 > 0.0 { a } else { b };
+        island.len() > HURRIED_ISLAND && self.is_unsolved[movable as usize]
+    }
+
+    /// Makes one pass of at most `sweeps_most` sweeps over an island.
     fn separate_island(
         &mut self,
         island: usize,
         bodies: &mut Bodies,
         blocks: &mut Blocks,
         settings: &Conjugate,
+        sweeps_most: u32,
     ) {
         let constraints = &self.islands.constraints[self.islands.range(island)];
         let visits = settings.work_max / WORK_SHARE / settings.position_passes;
-        let sweeps_max = (visits / constraints.len() as u32).clamp(SWEEPS_MIN, SWEEPS_MAX);
+        let sweeps_max = (visits / constraints.len() as u32).clamp(SWEEPS_MIN, sweeps_most);
         let tolerance = max(POSITION_SHARE * settings.slop, POSITION_MIN);
         blocks.chains.find(&self.constraints, constraints);
-        let stop = StopCriteria { tolerance, sweeps_max };
+        let limits = SweepLimits { tolerance, sweeps_max, forest: true };
         sweep::solve::<false>(
             &mut self.constraints,
             constraints,
             blocks,
             &mut self.displacement,
-            stop,
+            limits,
         );
         sweep::sweep_immovable(&mut self.constraints, constraints, &mut self.displacement);
         self.apply_displacements(island, bodies, settings.correction_max);
@@ -119,8 +135,16 @@ impl PositionCorrection {
         self.constraints.clear();
         self.layer.clear();
         self.layer.resize(bodies.alive.len(), UNREACHED);
+        self.is_unsolved.resize(bodies.alive.len(), false);
         let mut any = false;
         for (constraint, info) in contacts.constraints.iter().zip(&contacts.infos) {
+            // The tangent's separation is never greater than that of the shapes.
+            if info.separation_after >= settings.correction_max {
+                continue;
+            }
+            for (slot, inv_mass) in constraint.bodies() {
+                self.is_unsolved[slot as usize] = inv_mass > 0.0 && info.is_unsolved;
+            }
             let Some(manifold) =
                 current_manifold(bodies, constraint, &pairs[constraint.pair as usize])
             else {
@@ -245,23 +269,5 @@ fn current_manifold(
     if !constraint.is_deep(bodies, manifold.separation) {
         return Some(manifold);
     }
-    let (a, b) = (constraint.a as usize, constraint.b as usize);
-    let offset = bodies.center[b] - bodies.center[a];
-    let thin = thickness(bodies, pair);
-    let normal = (offset + (spread(constraint.b) - spread(constraint.a)) * (SPREAD * thin))
-        .normalize_or(Vec2::Y);
-    let support = |slot: usize| match bodies.shape[slot] {
-        Shape::Circle { radius } => radius,
-        Shape::Box { half } => half.dot(normal.abs()),
-    };
-    Some(Manifold { normal, separation: normal.dot(offset) - support(a) - support(b) })
-}
-
-/// Position in the unit square of a body in a heap at one point: the bodies separate as if they had
-/// been spread evenly (multiples of the inverses of the plastic number and of its square; Roberts
-/// 2018, "The unreasonable effectiveness of quasirandom sequences").
-fn spread(slot: u32) -> Vec2 {
-    const STEPS: [u32; 2] = [3_242_174_889, 2_447_445_414];
-    let unit = |step: u32| slot.wrapping_mul(step) as f32 / TWO_TO_32;
-    Vec2::new(unit(STEPS[0]), unit(STEPS[1]))
+    Some(spread_manifold(bodies, (constraint.a, constraint.b)))
 }

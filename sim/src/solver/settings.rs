@@ -44,7 +44,8 @@ pub struct Conjugate {
     /// Sweeps end when none changes a relative velocity by more than this share of the velocity
     /// that gravity adds in a step, in (0, 1]. Default 0.005.
     pub tolerance: f32,
-    /// Sweeps over an island per step, 1..=1000. Default 400.
+    /// Sweeps over an island per step, 1..=1000. Large islands in motion have a budget of their own: see
+    /// `local_sweeps`. Default 400.
     pub sweeps_max: u32,
     /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of
     /// the worst step. Every island gets four sweeps in any case. The budget is per island, so that

@@ -36,13 +36,15 @@ impl Blocks {
     }
 }
 
-/// End of an island's sweeps.
+/// Limits of an island's sweeps.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct StopCriteria {
+pub(crate) struct SweepLimits {
     /// Change of a relative velocity that is small enough, units/s.
     pub tolerance: f32,
     /// Most sweeps.
     pub sweeps_max: u32,
+    /// Whether forests may be solved.
+    pub forest: bool,
 }
 
 /// Sweeps over immovable bodies alone: two walls that meet in a corner need no more.
@@ -54,18 +56,18 @@ pub(crate) fn solve<const FRICTION: bool>(
     island: &[u32],
     blocks: &mut Blocks,
     velocity: &mut [Vec2],
-    stop: StopCriteria,
+    limits: SweepLimits,
 ) -> u32 {
     let is_near_solution =
-        residual::<FRICTION>(constraints, island, velocity) < NEAR_SOLUTION * stop.tolerance;
+        is_near_solution::<FRICTION>(constraints, island, velocity, limits.tolerance);
     let (mut forest_at, mut wait) = (if is_near_solution { 2 } else { 1 }, FOREST_SWEEPS);
     let mut squared_before = 0.0;
     blocks.forest.clear();
     for &index in island {
         constraints[index as usize].remember();
     }
-    for count in 1..=stop.sweeps_max {
-        if count == forest_at {
+    for count in 1..=limits.sweeps_max {
+        if limits.forest && count == forest_at {
             blocks.forest.find::<FRICTION>(constraints, island);
             forest_at += wait;
         }
@@ -76,20 +78,30 @@ pub(crate) fn solve<const FRICTION: bool>(
         }
         let change = sweep::<FRICTION>(constraints, &mut blocks.chains, velocity);
         let strict = if is_near_solution && count == 1 { FIRST_SWEEP_SHARE } else { 1.0 };
-        if change.worst < strict * stop.tolerance {
+        if change.worst < strict * limits.tolerance {
             return count;
         }
         let ratio = if squared_before > 0.0 { change.squared / squared_before } else { 0.0 };
         // Sums of squares of implausible numbers may be infinite, and their ratio NaN.
         let beta = (ratio <= 1.0).then_some(ratio);
         squared_before = change.squared;
-        if count < stop.sweeps_max {
+        if count < limits.sweeps_max {
             for &index in island {
                 extrapolate::<FRICTION>(&mut constraints[index as usize], velocity, beta);
             }
         }
     }
-    stop.sweeps_max
+    limits.sweeps_max
+}
+
+/// Whether an island's residual is so small that the first sweep is likely to be the last.
+pub(crate) fn is_near_solution<const FRICTION: bool>(
+    constraints: &[ContactConstraint],
+    island: &[u32],
+    velocity: &[Vec2],
+    tolerance: f32,
+) -> bool {
+    residual::<FRICTION>(constraints, island, velocity) < NEAR_SOLUTION * tolerance
 }
 
 /// The largest residual of a constraint, units/s.

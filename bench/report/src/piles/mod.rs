@@ -3,6 +3,7 @@
 //! bodies fall and when they rest, and the quality of the result.
 
 mod scenes;
+mod scripts;
 
 use crate::engine::{Engine, State};
 use crate::methods::{Family, Method};
@@ -10,6 +11,7 @@ use crate::scene::Scene;
 use crate::stability::{Sample, largest};
 use crate::study::thread_time_us;
 use glam::DVec2;
+use scripts::{Driver, Script};
 
 pub use scenes::all;
 
@@ -21,6 +23,8 @@ pub struct Pile {
     pub title: String,
     /// The bodies.
     pub scene: Scene,
+    /// What disturbs them.
+    pub script: Script,
     /// Length of the run.
     pub ticks: usize,
     /// Left out of a quick run.
@@ -38,6 +42,14 @@ pub enum Figure {
     Slowest,
     /// Median time of a step in the second half of the run.
     Settled,
+    /// Mean time of all steps.
+    Mean,
+    /// Time that one step in a hundred exceeds, relative to the mean.
+    Spread,
+    /// Time of the slowest step.
+    Worst,
+    /// Bodies outside of the container after the last step.
+    Escaped,
     /// Deepest overlap after any step.
     DeepestEver,
     /// Deepest overlap after the last step.
@@ -81,6 +93,10 @@ impl Figure {
             Figure::Falling => "time a step, first 120 steps, µs",
             Figure::Slowest => "time a step, slowest 60 in a row, µs",
             Figure::Settled => "time a step, settled, µs",
+            Figure::Mean => "time a step, mean, µs",
+            Figure::Spread => "time a step, 99th percentile over mean",
+            Figure::Worst => "time a step, worst, µs",
+            Figure::Escaped => "outside at the end, bodies",
             Figure::DeepestEver => "deepest overlap ever, units",
             Figure::DeepestAtEnd => "deepest overlap at the end, units",
             Figure::RmsAtEnd => "rms speed at the end, units/s",
@@ -107,6 +123,18 @@ impl Figure {
             Figure::Falling => mean(&times[..FALLING]),
             Figure::Slowest => largest(times.windows(STRETCH).map(mean)),
             Figure::Settled => median(&times[times.len() / 2..]),
+            Figure::Mean => mean(times),
+            Figure::Spread => quantile(times, 0.99) / mean(times),
+            Figure::Worst => largest(times.iter().copied()),
+            Figure::Escaped => {
+                let low = DVec2::ZERO;
+                let high = DVec2::new(scripts::width(scene), scripts::height(scene));
+                let is_out = |&i: &usize| {
+                    let place = run.last[i].position;
+                    !(place.cmpge(low).all() && place.cmple(high).all())
+                };
+                scene.dynamic().filter(is_out).count() as f64
+            }
             Figure::DeepestEver => ever(|sample| sample.overlap),
             Figure::DeepestAtEnd => last.overlap,
             Figure::RmsAtEnd => last.rms,
@@ -179,6 +207,7 @@ impl Heap {
 
 /// Recorded history of a run.
 struct History {
+    driver: Driver,
     samples: Vec<Sample>,
     times_us: Vec<f64>,
     first: Vec<State>,
@@ -192,7 +221,7 @@ type Player = Result<(Box<dyn Engine>, History), String>;
 /// Runs all solvers on a pile.
 pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
     let solvers = || methods.iter().filter(|method| method.in_stability);
-    let mut players: Vec<Player> = solvers().map(|method| player(method, &pile.scene)).collect();
+    let mut players: Vec<Player> = solvers().map(|method| player(method, &pile)).collect();
     for _ in 0..pile.ticks / TURN {
         for (engine, history) in players.iter_mut().flatten() {
             (0..TURN).for_each(|_| history.step(engine.as_mut(), &pile.scene));
@@ -204,15 +233,19 @@ pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
     Heap { pile, measured, peer }
 }
 
-fn player(method: &Method, scene: &Scene) -> Player {
+fn player(method: &Method, pile: &Pile) -> Player {
+    let scene = &pile.scene;
     let engine = (method.build)(scene, method.default.unwrap_or(method.settings[0]))?;
     let (sample, first) = Sample::read(engine.as_ref(), scene, 0.0);
     let last = first.clone();
-    Ok((engine, History { samples: vec![sample], times_us: Vec::new(), first, last, awake: 0 }))
+    let driver = Driver::new(pile.script);
+    let (samples, times_us) = (vec![sample], Vec::new());
+    Ok((engine, History { driver, samples, times_us, first, last, awake: 0 }))
 }
 
 impl History {
     fn step(&mut self, engine: &mut dyn Engine, scene: &Scene) {
+        self.driver.act(engine, scene);
         let before = thread_time_us();
         engine.tick();
         self.times_us.push(thread_time_us() - before);
@@ -237,14 +270,18 @@ fn mean(times: &[f64]) -> f64 {
 }
 
 fn median(times: &[f64]) -> f64 {
+    quantile(times, 0.5)
+}
+
+fn quantile(times: &[f64], share: f64) -> f64 {
     let mut sorted = times.to_vec();
     sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
+    sorted[(sorted.len() as f64 * share) as usize]
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Figure, History, measure, scenes};
+    use super::{Driver, Figure, History, Script, measure, scenes};
     use crate::engine::State;
     use crate::methods::METHODS;
     use crate::stability::Sample;
@@ -261,7 +298,7 @@ mod tests {
         let samples = rms.iter().enumerate().map(sample).collect();
         let times_us = (0..200).map(|tick| if tick < 60 { 3.0 } else { 1.0 }).collect();
         let (first, last) = (vec![State::default()], vec![State::default()]);
-        History { samples, times_us, first, last, awake: 0 }
+        History { driver: Driver::new(Script::Still), samples, times_us, first, last, awake: 0 }
     }
 
     #[test]

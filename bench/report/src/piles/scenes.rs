@@ -1,6 +1,7 @@
 //! The piles: rain of thousands of bodies, stacks, pyramids and loads that fall on them. Gravity is
 //! 50, boxes are 2 high, friction is 0.3.
 
+use super::scripts::Script;
 use super::{Bound, Figure, Pile};
 use crate::scene::{Body, Mulberry, Scene, Shape};
 
@@ -27,12 +28,14 @@ pub fn all() -> Vec<Pile> {
     piles.extend([10_000, 20_000].map(large_rain));
     piles.extend([20, 100, TALL].map(stack));
     piles.extend([dropped(), pyramid(), capped(), thrown(), ball(), poured()]);
+    piles.extend(disturbed());
     piles
 }
 
 fn pile(id: &str, title: &str, scene: Scene, ticks: usize, bounds: &[(Figure, Bound)]) -> Pile {
     let bounds = TIMES.iter().chain(bounds).copied().collect();
-    Pile { id: id.into(), title: title.into(), scene, ticks, full_only: false, bounds }
+    let (id, title, script) = (id.into(), title.into(), Script::Still);
+    Pile { id, title, scene, script, ticks, full_only: false, bounds }
 }
 
 fn small_rain(count: u32) -> Pile {
@@ -64,6 +67,33 @@ fn large_rain(count: u32) -> Pile {
     let title = format!("Rain of {count} for 30 s");
     let large = pile(&format!("rain-{count}"), &title, rain(count), 1800, &bounds);
     Pile { full_only: true, ..large }
+}
+
+/// Rain that is not left alone: the mean times are those of all steps.
+fn disturbed() -> [Pile; 6] {
+    let of = |id: &str, title: &str, count: u32, script: Script, mean: f64, overlap: f64| {
+        let mut scene = rain(count);
+        script.prepare(&mut scene);
+        let bounds = [
+            (Figure::Mean, Bound::OfPeer(mean)),
+            (Figure::Spread, Bound::Value(2.5)),
+            (Figure::Worst, if count > 1000 { Bound::None } else { Bound::Value(8000.0) }),
+            (Figure::DeepestEver, Bound::OfPeer(overlap)),
+            (Figure::Escaped, Bound::Value(0.0)),
+        ];
+        let title = format!("Rain of {count} {title}");
+        let (id, bounds) = (format!("{id}-{count}"), bounds.into());
+        Pile { id, title, scene, script, ticks: 600, full_only: false, bounds }
+    };
+    let (shaken, blasts) = ("shaken twice a second", "under three blasts a second");
+    [
+        of("shaken", shaken, 1000, Script::Shaken, 1.3, 0.5),
+        of("shaken", shaken, 4000, Script::Shaken, 1.6, 0.5),
+        of("turning", "whose gravity turns every 2 s", 1000, Script::Turning, 1.8, 0.5),
+        of("blasts", blasts, 1000, Script::Blasts, 1.2, 0.5),
+        of("blasts", blasts, 4000, Script::Blasts, 1.1, 0.5),
+        of("plough", "that a plough stirs", 1000, Script::Plough, 1.5, 1.0),
+    ]
 }
 
 fn stack(count: usize) -> Pile {
