@@ -83,7 +83,7 @@ fn a_full_world_still_has_room_for_heroes() {
 }
 
 /// Inputs of several players who press and point at random.
-pub(super) fn busy_tick(game: &mut Game, rng: &mut Rng) {
+pub(super) fn busy_inputs(game: &Game, rng: &mut Rng) -> Vec<(Seat, Input)> {
     let size = game.scene().size;
     let mut inputs = Vec::new();
     for player in game.players() {
@@ -91,6 +91,12 @@ pub(super) fn busy_tick(game: &mut Game, rng: &mut Rng) {
         let pointer = Vec2::new(rng.unit() * size.x, rng.unit() * size.y);
         inputs.push((player.seat, Input { buttons, pointer: Some(pointer) }));
     }
+    inputs
+}
+
+/// A tick with [`busy_inputs`].
+pub(super) fn busy_tick(game: &mut Game, rng: &mut Rng) {
+    let inputs = busy_inputs(game, rng);
     game.tick(&inputs);
 }
 

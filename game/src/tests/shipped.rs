@@ -1,9 +1,11 @@
 //! The shipped scenes, played.
 
-use super::players::busy_tick;
+use super::players::{busy_inputs, busy_tick};
 use super::*;
+use crate::Phase;
 use jostle_sim::Rng;
 use jostle_sim::collide;
+use jostle_sim::math::min;
 
 #[test]
 fn every_shipped_scene_runs_600_ticks_of_wild_play() {
@@ -40,6 +42,43 @@ fn nothing_leaves_a_walled_scene() {
             busy_tick(&mut game, &mut rng);
             let left = game.events().iter().find(|event| matches!(event, Event::BodyLeft { .. }));
             assert_eq!(left, None, "{name}, tick {tick}");
+        }
+    }
+}
+
+/// Players hold what they press for a while: keys in corners, drags against walls.
+#[test]
+fn no_body_moves_further_in_a_tick_than_its_speed_and_its_correction_allow() {
+    for scene in Scene::built_in() {
+        let (name, scene) = (scene.name.clone(), Arc::new(scene));
+        let settings = scene.world_settings();
+        let (dt, speed_max) = (settings.dt, settings.speed_max);
+        let gain = 9.0 * settings.gravity.length() * dt;
+        let mut game = Game::new(Arc::clone(&scene), 3);
+        (0..8).for_each(|seat| game.join(Seat(seat)));
+        let mut rng = Rng::new(3, 3);
+        let mut inputs = Vec::new();
+        let mut before = Vec::new();
+        for tick in 0..1800 {
+            if tick % 20 == 0 {
+                inputs = busy_inputs(&game, &mut rng);
+            }
+            game.tick_watched(&inputs, &mut |phase, world| match phase {
+                Phase::Inputs => {
+                    before.clear();
+                    let state = |id| (id, world.position(id), world.velocity(id).length());
+                    before.extend(world.ids().map(state));
+                }
+                Phase::Relax => {
+                    for &(id, place, speed) in &before {
+                        let moved = (world.position(id) - place).length();
+                        let correction = min(world.shape(id).thickness(), speed_max * dt);
+                        let allowed = (min(speed, speed_max) + gain) * dt + correction;
+                        assert!(moved <= 1.001 * allowed, "{name} at {tick}: {moved} of {allowed}");
+                    }
+                }
+                _ => {}
+            });
         }
     }
 }
