@@ -274,6 +274,11 @@ impl Chains {
             for (node, &body) in
                 self.nodes[pool.first..pool.end].iter_mut().zip(&bodies[pool.first..])
             {
+                if node.mass == f32::INFINITY {
+                    // Its speed was summed along the pool and may be off by rounding.
+                    node.speed = 0.0;
+                    continue;
+                }
                 let speed = &mut velocity[body as usize][axis];
                 let change = node.speed - *speed;
                 *speed = node.speed;

@@ -359,10 +359,8 @@ impl ConjugateSolver {
         let is_stiff = mass_ratio > GUARDED_MASS_RATIO;
         let work_max = context.settings.work_max / island.len() as u32;
         let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
-        let is_local = !self.is_large_world
-            && island.len() >= LOCAL_ISLAND
-            && mass_ratio <= LOCAL_MASS_RATIO
-            && !sweep::is_near_solution::<true>(constraints, island, velocity, tolerance);
+        let is_local =
+            !self.is_large_world && island.len() >= LOCAL_ISLAND && mass_ratio <= LOCAL_MASS_RATIO;
         let sweeps = SweepLimits { tolerance, sweeps_max, forest: true };
         IslandLimits { sweeps, is_stiff, is_local }
     }

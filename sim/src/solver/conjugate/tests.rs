@@ -2,6 +2,7 @@
 
 mod islands;
 mod rooms;
+mod shaken;
 mod stacks;
 
 use super::*;
