@@ -90,7 +90,17 @@ pub(crate) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
 
 /// Whether a body at this position touches nothing that it collides with.
 pub(crate) fn is_clear(world: &World, scene: &Scene, body: &BodyDef, position: Vec2) -> bool {
-    world.ids().all(|id| {
+    is_clear_of(world, scene, body, position, |_| true)
+}
+
+fn is_clear_of(
+    world: &World,
+    scene: &Scene,
+    body: &BodyDef,
+    position: Vec2,
+    counts: fn(Motion) -> bool,
+) -> bool {
+    world.ids().filter(|&id| counts(world.motion(id))).all(|id| {
         let (shape, center) = (world.shape(id), world.position(id));
         !scene.groups_meet(body.group, world.group(id))
             || collide(body.shape, position, shape, center, (0, 1)).is_none()
@@ -102,12 +112,8 @@ pub(crate) fn is_clear(world: &World, scene: &Scene, body: &BodyDef, position: V
 pub(crate) fn is_open(world: &World, scene: &Scene, body: &BodyDef, from: Vec2, to: Vec2) -> bool {
     // A little larger: a rectangle without area touches nothing.
     let half = (to - from).abs() * 0.5 + Vec2::splat(1e-3);
-    let (way, middle) = (Shape::Box { half }, (from + to) * 0.5);
-    world.ids().filter(|&id| world.motion(id) != Motion::Dynamic).all(|id| {
-        let (shape, center) = (world.shape(id), world.position(id));
-        !scene.groups_meet(body.group, world.group(id))
-            || collide(way, middle, shape, center, (0, 1)).is_none()
-    })
+    let way = BodyDef { shape: Shape::Box { half }, ..*body };
+    is_clear_of(world, scene, &way, (from + to) * 0.5, |motion| motion != Motion::Dynamic)
 }
 
 /// Spawn points stay clear of layouts (C37).

@@ -8,6 +8,10 @@
 use crate::body::{BodyDef, Motion};
 use crate::shape::Shape;
 
+/// Whether the code for contacts without friction is left out: the general one computes the same
+/// bits, and the page, which is downloaded, does with that.
+pub(crate) const ALWAYS_FRICTION: bool = cfg!(target_arch = "wasm32");
+
 /// Features of a world; see the module's description.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Features {
@@ -36,6 +40,12 @@ impl Features {
     /// All features: the general code of a step.
     pub const ALL: Features =
         Features { circles: true, boxes: true, friction: true, restitution: true, particles: true };
+
+    /// Whether a step takes the code with friction.
+    #[inline]
+    pub(crate) fn takes_friction(self) -> bool {
+        self.friction || ALWAYS_FRICTION
+    }
 
     /// The features of a body.
     pub fn of(def: &BodyDef) -> Features {

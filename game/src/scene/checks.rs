@@ -117,29 +117,22 @@ fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]
         return;
     }
     let kinds = ["hero", "dumb", "pack"].map(|name| root.get(name));
-    let [hero, marble, pack] = &kinds;
-    let placed = bodies.iter().zip(scene.bodies.iter().map(|body| &body.def));
-    let laid_out = layouts.iter().zip(scene.layouts.iter().map(|layout| &layout.def));
-    let of_players = [
-        (hero, scene.hero.as_ref().map(|hero| &hero.body)),
-        (marble, scene.marble.as_ref().map(|marble| &marble.body)),
-        (pack, scene.pack.as_ref().map(|pack| &pack.body)),
-    ];
-    let of_players = of_players.into_iter().filter_map(|(field, def)| Some((field, def?)));
-    let masses = || {
-        let all = placed.clone().chain(laid_out.clone()).chain(of_players.clone());
-        all.filter(|(_, def)| def.motion == Motion::Dynamic).map(|(field, def)| (field, def.mass))
-    };
-    let lightest = masses().fold(f32::INFINITY, |least, (_, mass)| min(least, mass));
-    let Some((field, mass)) = masses().find(|(_, mass)| mass / lightest > MASS_RATIO_MAX) else {
-        return;
-    };
-    let given = if field.is_given() { field.inner("mass") } else { root.get("solver") };
-    let found = format!("a mass of {mass} beside one of {lightest}");
-    let allowed = format!(
-        "at most {MASS_RATIO_MAX} times the least mass, which is what the conjugate solver holds"
-    );
-    given.refuse_as(found, allowed);
+    let mut bodies_of = Vec::new();
+    bodies_of.extend(bodies.iter().zip(&scene.bodies).map(|(field, body)| (field, &body.def)));
+    bodies_of.extend(layouts.iter().zip(&scene.layouts).map(|(field, body)| (field, &body.def)));
+    bodies_of.extend(scene.hero.as_ref().map(|hero| (&kinds[0], &hero.body)));
+    bodies_of.extend(scene.marble.as_ref().map(|marble| (&kinds[1], &marble.body)));
+    bodies_of.extend(scene.pack.as_ref().map(|pack| (&kinds[2], &pack.body)));
+    bodies_of.retain(|(_, def)| def.motion == Motion::Dynamic);
+    let lightest = bodies_of.iter().fold(f32::INFINITY, |least, (_, def)| min(least, def.mass));
+    for (field, def) in bodies_of {
+        if def.mass / lightest > MASS_RATIO_MAX {
+            let given = if field.is_given() { field.inner("mass") } else { root.get("solver") };
+            let found = format!("a mass of {} beside one of {lightest}", def.mass);
+            let allowed = format!("at most {MASS_RATIO_MAX} times the least mass");
+            return given.refuse_as(found, allowed);
+        }
+    }
 }
 
 /// Dynamic bodies and heroes start clear of the immovable ones that they collide with.

@@ -44,7 +44,8 @@ fn some_body(replay: &Arc<Replay>, tick: u32, nth: usize) -> BodyId {
     playback.seek(tick).unwrap();
     let world = playback.game().world();
     let loose = world.ids().filter(|&id| {
-        world.motion(id) == Motion::Dynamic && world.velocity(id).abs().cmpgt(Vec2::ZERO).all()
+        // A contact can take back what changes a slow one.
+        world.motion(id) == Motion::Dynamic && world.velocity(id).abs().cmpgt(Vec2::ONE).all()
     });
     loose.skip(nth).step_by(3).next().expect("a moving body")
 }
@@ -62,7 +63,8 @@ fn a_change_of_one_unit_is_found_in_a_plain_replay() {
         let body = some_body(&replay, at - 1, 1);
         let nudge = Nudge { phase, body, field, greater: true };
         let other = recorded_with(&replay, at, nudge, &records);
-        let found = verify(&other, |_| {}).unwrap().expect("a divergence");
+        let found = verify(&other, |_| {}).unwrap();
+        let found = found.unwrap_or_else(|| panic!("tick {at}: no divergence of {body:?}"));
         assert_eq!(found.tick, at);
         let Cause::Nudge { phases, body: found_body, field: found_field, recorded_is_greater } =
             &found.cause

@@ -216,7 +216,7 @@ impl ConjugateSolver {
                 _ => {
                     let (constraints, velocity) =
                         (&mut self.contacts.constraints, &mut bodies.velocity);
-                    match context.features.friction {
+                    match context.features.takes_friction() {
                         true => warm_start::start::<true>(constraints, island, velocity),
                         false => warm_start::start::<false>(constraints, island, velocity),
                     }
@@ -240,7 +240,7 @@ impl ConjugateSolver {
         const VISITS: u32 = 2;
         let (constraint, velocity) =
             (&mut self.contacts.constraints[index as usize], &mut bodies.velocity);
-        match context.features.friction {
+        match context.features.takes_friction() {
             true => sweep::solve_single::<true>(constraint, velocity, VISITS),
             false => sweep::solve_single::<false>(constraint, velocity, VISITS),
         }
@@ -322,12 +322,11 @@ impl ConjugateSolver {
         if is_stiff {
             self.energy_guard.remember(constraints, island, velocity);
         }
-        let friction = context.features.friction;
+        let friction = context.features.takes_friction();
         let is_solved = if is_local {
             let local = &mut self.local_sweeps;
-            let solve =
-                if friction { LocalSweeps::solve::<true> } else { LocalSweeps::solve::<false> };
-            solve(local, constraints, island, &mut self.blocks, velocity, limits.tolerance, work)
+            let blocks = &mut self.blocks;
+            local.solve(constraints, island, blocks, velocity, (limits.tolerance, friction), work)
         } else {
             let solve = if friction { sweep::solve::<true> } else { sweep::solve::<false> };
             self.blocks.chains.find(constraints, island);

@@ -49,20 +49,15 @@ pub(crate) fn solve_contact<const FRICTION: bool>(
 
 /// The largest change of a relative velocity that [`solve_contact`] would make, units/s.
 #[inline]
-pub(crate) fn visit_change<const FRICTION: bool>(
-    constraint: &ContactConstraint,
-    velocity: &[Vec2],
-) -> f32 {
+pub(crate) fn visit_change(constraint: &ContactConstraint, velocity: &[Vec2]) -> f32 {
     let relative = constraint.relative_velocity(velocity);
     let excess = constraint.normal.dot(relative) - constraint.min_normal_velocity;
     let normal = max(constraint.normal_impulse - excess * constraint.effective_mass, 0.0);
-    let mut change = (normal - constraint.normal_impulse).abs();
-    if FRICTION {
-        let slide = constraint.normal.perp().dot(relative);
-        let wanted = constraint.tangent_impulse - slide * constraint.effective_mass;
-        let tangent = limited(wanted, constraint.friction * normal);
-        change = max(change, (tangent - constraint.tangent_impulse).abs());
-    }
+    let slide = constraint.normal.perp().dot(relative);
+    let wanted = constraint.tangent_impulse - slide * constraint.effective_mass;
+    let tangent = limited(wanted, constraint.friction * normal);
+    let normal_change = (normal - constraint.normal_impulse).abs();
+    let change = max(normal_change, (tangent - constraint.tangent_impulse).abs());
     change * (constraint.inv_mass_a + constraint.inv_mass_b)
 }
 

@@ -77,22 +77,22 @@ impl LocalSweeps {
     }
 
     /// Solves an island as far as its budget allows; returns whether it is solved.
-    pub fn solve<const FRICTION: bool>(
+    pub fn solve(
         &mut self,
         constraints: &mut [ContactConstraint],
         island: &[u32],
         blocks: &mut Blocks,
         velocity: &mut [Vec2],
-        tolerance: f32,
+        (tolerance, friction): (f32, bool),
         work: &mut Work,
     ) -> bool {
+        let sweep = if friction { sweep::solve::<true> } else { sweep::solve::<false> };
         if work.visits == 0 {
-            let is_near =
-                sweep::is_near_solution::<FRICTION>(constraints, island, velocity, tolerance);
+            let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
             let sweeps_max = if is_near { VISITS_PER_CONTACT } else { WHOLE_SWEEPS };
             let limits = SweepLimits { tolerance, sweeps_max, forest: is_near };
             blocks.chains.find(constraints, island);
-            let sweeps = sweep::solve::<FRICTION>(constraints, island, blocks, velocity, limits);
+            let sweeps = sweep(constraints, island, blocks, velocity, limits);
             work.add(sweeps, island.len());
             if sweeps < sweeps_max {
                 return true;
@@ -100,7 +100,7 @@ impl LocalSweeps {
         }
         for _ in 0..ROUNDS_MAX {
             work.budget = work.budget.saturating_sub(island.len() as u32 / LOOKS_PER_VISIT);
-            self.find_active::<FRICTION>(constraints, island, velocity, tolerance);
+            self.find_active(constraints, island, velocity, tolerance);
             let count = self.active.len();
             if count == 0 {
                 return true;
@@ -111,15 +111,14 @@ impl LocalSweeps {
             }
             let limits = SweepLimits { tolerance, sweeps_max, forest: count < FOREST_MAX };
             blocks.chains.find(constraints, &self.active);
-            let sweeps =
-                sweep::solve::<FRICTION>(constraints, &self.active, blocks, velocity, limits);
+            let sweeps = sweep(constraints, &self.active, blocks, velocity, limits);
             work.add(sweeps, count);
         }
         false
     }
 
     /// Lists the contacts of bodies that are few contacts away from an unsolved one.
-    fn find_active<const FRICTION: bool>(
+    fn find_active(
         &mut self,
         constraints: &[ContactConstraint],
         island: &[u32],
@@ -130,7 +129,7 @@ impl LocalSweeps {
         let rows = || island.iter().map(|&index| (index, &constraints[index as usize]));
         let mut any = false;
         for (_, constraint) in rows() {
-            if visit_change::<FRICTION>(constraint, velocity) > tolerance {
+            if visit_change(constraint, velocity) > tolerance {
                 any = true;
                 for (slot, inv_mass) in constraint.bodies() {
                     if inv_mass > 0.0 {

@@ -10,6 +10,7 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
+use crate::features::ALWAYS_FRICTION;
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
@@ -112,7 +113,7 @@ impl PositionCorrection {
         let tolerance = max(POSITION_SHARE * settings.slop, POSITION_MIN);
         blocks.chains.find(&self.constraints, constraints);
         let limits = SweepLimits { tolerance, sweeps_max, forest: true };
-        sweep::solve::<false>(
+        sweep::solve::<ALWAYS_FRICTION>(
             &mut self.constraints,
             constraints,
             blocks,

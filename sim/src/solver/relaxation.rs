@@ -292,7 +292,7 @@ impl RelaxationConstraint {
     }
 
     /// Finds the manifold at the present positions, of bodies that began the passes at `start`.
-    #[inline]
+    #[inline(never)]
     fn update_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
         self.moves_a = bodies.moves[self.a as usize];
         self.moves_b = bodies.moves[self.b as usize];
@@ -310,7 +310,7 @@ impl RelaxationConstraint {
 
     /// The manifold of a body and an immovable one on the side where the passes began: others may
     /// have pushed the body past the middle of a wall, but it does not leave on the far side.
-    #[inline]
+    #[inline(never)]
     fn on_its_side(&self, bodies: &Bodies, start: &[Vec2], manifold: Manifold) -> Manifold {
         let began = start[self.b as usize] - start[self.a as usize];
         if manifold.normal.dot(began) >= 0.0 {
@@ -339,16 +339,22 @@ impl RelaxationConstraint {
     fn undo_if_turned(&mut self, bodies: &mut Bodies) {
         let holds = self.normal_impulse > 0.0 || self.tangent_impulse != 0.0;
         if holds && self.impulse_normal.dot(self.normal) < SAME_FACE {
-            let leaving = self.relative_velocity(bodies).dot(self.impulse_normal);
-            let most = max(leaving + self.closing, 0.0) * self.effective_mass;
-            let share = if self.normal_impulse > most { most / self.normal_impulse } else { 1.0 };
-            let applied = self.impulse_normal * self.normal_impulse
-                + self.impulse_normal.perp() * self.tangent_impulse;
-            self.apply(bodies, applied * -share);
-            self.normal_impulse = 0.0;
-            self.tangent_impulse = 0.0;
+            self.undo(bodies);
         }
         self.impulse_normal = self.normal;
+    }
+
+    /// Takes the impulses back, as described there.
+    #[cold]
+    fn undo(&mut self, bodies: &mut Bodies) {
+        let leaving = self.relative_velocity(bodies).dot(self.impulse_normal);
+        let most = max(leaving + self.closing, 0.0) * self.effective_mass;
+        let share = if self.normal_impulse > most { most / self.normal_impulse } else { 1.0 };
+        let applied = self.impulse_normal * self.normal_impulse
+            + self.impulse_normal.perp() * self.tangent_impulse;
+        self.apply(bodies, applied * -share);
+        self.normal_impulse = 0.0;
+        self.tangent_impulse = 0.0;
     }
 
     /// Returns the manifold at the end of the step, if the two overlap.
@@ -394,12 +400,27 @@ struct Limits<'a> {
     correction_max: f32,
 }
 
+impl Limits<'_> {
+    /// Moves a body, but no further from where it began than is allowed.
+    #[inline(never)]
+    fn shift(&self, bodies: &mut Bodies, slot: usize, shift: Vec2) {
+        let moved = bodies.center[slot] + shift - self.start[slot];
+        let furthest = min(self.correction_max, bodies.thickness(slot));
+        if moved.length_squared() > furthest * furthest {
+            let end = self.start[slot] + clamp_length(moved, furthest);
+            bodies.shift(slot, end - bodies.center[slot]);
+        } else {
+            bodies.shift(slot, shift);
+        }
+    }
+}
+
 /// Makes at most N passes over all constraints; returns how many were made.
 type Passes = fn(&mut Bodies, &mut [RelaxationConstraint], &Limits) -> u32;
 
 /// The passes compiled for exactly these features.
 fn passes_with<const SHAPES: u8>(features: Features) -> Passes {
-    match (features.friction, features.restitution) {
+    match (features.takes_friction(), features.restitution) {
         (true, true) => passes::<SHAPES, true, true>,
         (true, false) => passes::<SHAPES, true, false>,
         (false, true) => passes::<SHAPES, false, true>,
@@ -421,24 +442,25 @@ fn passes<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
             return pass;
         }
     }
-    for motion in [Motion::Kinematic, Motion::Static] {
-        hold_at_immovable::<SHAPES>(bodies, constraints, limits, motion);
-    }
+    hold_at_immovable(bodies, constraints, limits);
     limits.settings.iterations
 }
 
-/// Gives immovable bodies the last word where the passes ended before they converged: an overlap of
-/// two bodies is better than a body inside a wall.
-fn hold_at_immovable<const SHAPES: u8>(
+/// Gives immovable bodies the last word where the passes ended before they converged, static ones
+/// after kinematic ones: an overlap of two bodies is better than a body inside a wall.
+#[inline(never)]
+fn hold_at_immovable(
     bodies: &mut Bodies,
     constraints: &mut [RelaxationConstraint],
     limits: &Limits,
-    motion: Motion,
 ) {
-    for constraint in constraints.iter_mut().filter(|constraint| !constraint.is_free()) {
-        let fixed = if constraint.inv_mass_a > 0.0 { constraint.b } else { constraint.a };
-        if bodies.motion[fixed as usize] == motion {
-            constraint.refresh_manifold::<SHAPES>(bodies, limits.start);
+    for motion in [Motion::Kinematic, Motion::Static] {
+        for constraint in constraints.iter_mut().filter(|constraint| !constraint.is_free()) {
+            let fixed = if constraint.inv_mass_a > 0.0 { constraint.b } else { constraint.a };
+            if bodies.motion[fixed as usize] != motion {
+                continue;
+            }
+            constraint.refresh_manifold::<{ shapes::BOTH }>(bodies, limits.start);
             if constraint.separation < 0.0 {
                 constraint.undo_if_turned(bodies);
                 solve_normal::<false>(bodies, constraint, f32::INFINITY);
@@ -527,32 +549,19 @@ fn correct_position(
     limits: &Limits,
     share: f32,
 ) -> bool {
-    let Limits { settings, start, correction_max } = *limits;
-    let excess = -constraint.separation - settings.slop;
+    let excess = -constraint.separation - limits.settings.slop;
     if excess <= OVERLAP {
         return false;
     }
     let shift = constraint.normal * (excess * share * constraint.effective_mass);
-    for (slot, shift) in [
-        (constraint.a, shift * -constraint.inv_mass_a),
-        (constraint.b, shift * constraint.inv_mass_b),
-    ] {
-        let slot = slot as usize;
-        let moved = bodies.center[slot] + shift - start[slot];
-        let furthest = min(correction_max, bodies.thickness(slot));
-        if moved.length_squared() > furthest * furthest {
-            let end = start[slot] + clamp_length(moved, furthest);
-            bodies.shift(slot, end - bodies.center[slot]);
-        } else {
-            bodies.shift(slot, shift);
-        }
-    }
+    limits.shift(bodies, constraint.a as usize, shift * -constraint.inv_mass_a);
+    limits.shift(bodies, constraint.b as usize, shift * constraint.inv_mass_b);
     true
 }
 
 /// Releases a pair that was held but separated: the part of its impulse that drives it apart was
 /// too much and is taken back, with the friction that went with it.
-#[inline]
+#[inline(never)]
 fn release<const FRICTION: bool>(
     bodies: &mut Bodies,
     constraint: &mut RelaxationConstraint,

@@ -51,6 +51,7 @@ pub(crate) struct SweepLimits {
 const IMMOVABLE_SWEEPS: u32 = 2;
 
 /// Solves an island; returns the number of sweeps.
+#[inline(never)]
 pub(crate) fn solve<const FRICTION: bool>(
     constraints: &mut [ContactConstraint],
     island: &[u32],
@@ -58,8 +59,7 @@ pub(crate) fn solve<const FRICTION: bool>(
     velocity: &mut [Vec2],
     limits: SweepLimits,
 ) -> u32 {
-    let is_near_solution =
-        is_near_solution::<FRICTION>(constraints, island, velocity, limits.tolerance);
+    let is_near_solution = is_near_solution(constraints, island, velocity, limits.tolerance);
     let (mut forest_at, mut wait) = (if is_near_solution { 2 } else { 1 }, FOREST_SWEEPS);
     let mut squared_before = 0.0;
     blocks.forest.clear();
@@ -95,21 +95,18 @@ pub(crate) fn solve<const FRICTION: bool>(
 }
 
 /// Whether an island's residual is so small that the first sweep is likely to be the last.
-pub(crate) fn is_near_solution<const FRICTION: bool>(
+#[inline(never)]
+pub(crate) fn is_near_solution(
     constraints: &[ContactConstraint],
     island: &[u32],
     velocity: &[Vec2],
     tolerance: f32,
 ) -> bool {
-    residual::<FRICTION>(constraints, island, velocity) < NEAR_SOLUTION * tolerance
+    residual(constraints, island, velocity) < NEAR_SOLUTION * tolerance
 }
 
 /// The largest residual of a constraint, units/s.
-fn residual<const FRICTION: bool>(
-    constraints: &[ContactConstraint],
-    island: &[u32],
-    velocity: &[Vec2],
-) -> f32 {
+fn residual(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) -> f32 {
     let mut worst = 0.0;
     for &index in island {
         let constraint = &constraints[index as usize];
@@ -119,7 +116,8 @@ fn residual<const FRICTION: bool>(
             worst = max(worst, lack);
         } else {
             worst = max(worst, lack.abs());
-            if FRICTION && constraint.sticks() {
+            // Never without friction.
+            if constraint.sticks() {
                 worst = max(worst, constraint.normal.perp().dot(relative).abs());
             }
         }
