@@ -6,11 +6,11 @@
 //! same.
 
 use crate::body::{BodyDef, Motion};
-use crate::shape::Shape;
+use crate::shape::{Shape, shapes};
 
-/// Whether the code for contacts without friction is left out: the general one computes the same
-/// bits, and the page, which is downloaded, does with that.
-pub(crate) const ALWAYS_FRICTION: bool = cfg!(target_arch = "wasm32");
+/// Whether the code for contacts without friction, and that for one kind of shapes, are left out: the
+/// general code computes the same bits, and the page, which is downloaded, contains only that.
+pub(crate) const GENERAL_ONLY: bool = cfg!(target_arch = "wasm32");
 
 /// Features of a world; see the module's description.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,7 +44,17 @@ impl Features {
     /// Whether a step takes the code with friction.
     #[inline]
     pub(crate) fn takes_friction(self) -> bool {
-        self.friction || ALWAYS_FRICTION
+        self.friction || GENERAL_ONLY
+    }
+
+    /// The kinds of [`shapes`] for which a step takes its code.
+    #[inline]
+    pub(crate) fn takes_shapes(self) -> u8 {
+        match (self.circles, self.boxes) {
+            (true, false) if !GENERAL_ONLY => shapes::CIRCLES,
+            (false, true) if !GENERAL_ONLY => shapes::BOXES,
+            _ => shapes::BOTH,
+        }
     }
 
     /// The features of a body.

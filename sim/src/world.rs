@@ -328,8 +328,7 @@ impl World {
             self.find_contacts(settings);
             self.find_velocities(settings);
         }
-        let context = StepContext::new(settings, &self.settings, self.features);
-        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &context);
+        self.conjugate.store(&self.bodies, &mut self.pairs.pairs);
         watch(StepPhase::Relax, self);
         let context = StepContext::new(settings, &self.settings, self.features);
         self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);

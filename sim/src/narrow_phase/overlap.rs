@@ -202,7 +202,7 @@ pub(crate) fn separation_along(bodies: &Bodies, (a, b): (u32, u32), normal: Vec2
 
 /// The manifold of two bodies that are too deep in each other to have a side: along the line of
 /// centres, as if the bodies of a heap at one point had been spread evenly.
-#[inline(never)]
+#[cold]
 pub(crate) fn spread_manifold(bodies: &Bodies, (a, b): (u32, u32)) -> Manifold {
     let offset = bodies.center[b as usize] - bodies.center[a as usize];
     let thin = math::min(bodies.thickness(a as usize), bodies.thickness(b as usize));

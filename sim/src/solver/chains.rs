@@ -80,15 +80,11 @@ impl Chains {
 
     /// Finds the chains of an island.
     pub fn find(&mut self, constraints: &[ContactConstraint], island: &[u32]) {
-        self.chains.clear();
-        self.bodies.clear();
-        self.masses.clear();
-        self.links.clear();
-        self.others.clear();
         if island.len() < 2 {
-            self.others.extend(island);
+            self.find_none(island);
             return;
         }
+        self.clear();
         for axis in 0..2 {
             self.find_along(axis, constraints, island);
         }
@@ -96,6 +92,20 @@ impl Chains {
             constraint.normal.x != 0.0 && constraint.normal.y != 0.0 && !constraint.is_passing()
         };
         self.others.extend(island.iter().filter(|&&index| slanted(&constraints[index as usize])));
+    }
+
+    /// Puts all constraints of an island in no chain.
+    pub fn find_none(&mut self, island: &[u32]) {
+        self.clear();
+        self.others.extend(island);
+    }
+
+    fn clear(&mut self) {
+        self.chains.clear();
+        self.bodies.clear();
+        self.masses.clear();
+        self.links.clear();
+        self.others.clear();
     }
 
     fn find_along(&mut self, axis: usize, constraints: &[ContactConstraint], island: &[u32]) {
@@ -227,6 +237,11 @@ impl Chains {
             heaviest = if mass > heaviest { mass } else { heaviest };
         }
         heaviest / lightest
+    }
+
+    /// The constraints in chains.
+    pub fn links(&self) -> &[u32] {
+        &self.links
     }
 
     /// Solves every chain once.

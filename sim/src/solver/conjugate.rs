@@ -8,7 +8,8 @@
 //! 3. `integrate`: gravity, and other forces (see `forces`);
 //! 4. `islands`: constraints that share no movable body are solved separately, each with
 //!    - `warm_start`: the last step's impulses, as far as they cannot add energy,
-//!    - `local_sweeps`: large islands in motion, with a budget of visits for each contact,
+//!    - `local_sweeps`: large islands in motion, with a budget of visits for each contact, over
+//!      `graph_coloring`: eight contacts at a time, that share no movable body,
 //!    - `sweep`: Gauss-Seidel with conjugate directions until the residual is small, over
 //!      `spanning_forest`: the contacts that carry the load, solved exactly if none begins to slide
 //!      or to separate, `chains`: along an axis, solved exactly in any case by pooling (`pava`),
@@ -24,10 +25,10 @@
 use super::contact_constraint::{self, ContactConstraint, ContactSet, GatherStep};
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
-use super::local_sweeps::{LocalSweeps, Work};
+use super::local_sweeps::{LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT, Work};
 use super::position_correction::PositionCorrection;
 use super::step_context::StepContext;
-use super::sweep::{Blocks, SweepLimits};
+use super::sweep::{Blocks, Sequence, SweepLimits};
 use super::{sweep, warm_start};
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, PairList};
@@ -67,7 +68,7 @@ pub(crate) struct ConjugateSolver {
     has_fast_bodies: bool,
     /// Whether a constraint belongs to such a body.
     has_fast_contacts: bool,
-    /// Whether so many bodies move that they come to rest only if every island is solved to the end.
+    /// Whether more than [`LARGE_WORLD`] bodies move.
     is_large_world: bool,
     displacements: Displacements,
     position_correction: PositionCorrection,
@@ -81,7 +82,7 @@ pub(crate) struct ConjugateSolver {
 /// Limits of the work on an island.
 #[derive(Clone, Copy, Debug)]
 struct IslandLimits {
-    /// Those of its sweeps.
+    /// Limits of its sweeps.
     sweeps: SweepLimits,
     /// Whether its masses are so different that the result has to be guarded.
     is_stiff: bool,
@@ -146,9 +147,9 @@ impl ConjugateSolver {
             has_fast_bodies: self.has_fast_bodies,
         };
         let paths = &self.impact_queue.paths;
-        let gather = match (context.features.circles, context.features.boxes) {
-            (true, false) => contact_constraint::gather::<{ shapes::CIRCLES }>,
-            (false, true) => contact_constraint::gather::<{ shapes::BOXES }>,
+        let gather = match context.features.takes_shapes() {
+            shapes::CIRCLES => contact_constraint::gather::<{ shapes::CIRCLES }>,
+            shapes::BOXES => contact_constraint::gather::<{ shapes::BOXES }>,
             _ => contact_constraint::gather::<{ shapes::BOTH }>,
         };
         self.has_fast_contacts =
@@ -220,7 +221,7 @@ impl ConjugateSolver {
                         true => warm_start::start::<true>(constraints, island, velocity),
                         false => warm_start::start::<false>(constraints, island, velocity),
                     }
-                    self.solve_island(number, bodies, pairs, context);
+                    self.solve_island(number, VISITS_PER_CONTACT, bodies, pairs, context);
                 }
             }
         }
@@ -265,7 +266,10 @@ impl ConjugateSolver {
         for number in 0..self.islands.count() {
             let island = &self.islands.constraints[self.islands.range(number)];
             if island.iter().any(|&index| self.late_pairs.is_new[index as usize]) {
-                self.solve_island(number, bodies, pairs, context);
+                for &index in island {
+                    self.contacts.infos[index as usize].moves_on = false;
+                }
+                self.solve_island(number, LATE_VISITS_PER_CONTACT, bodies, pairs, context);
             }
         }
         true
@@ -275,14 +279,16 @@ impl ConjugateSolver {
     fn solve_island(
         &mut self,
         number: usize,
+        visits_per_contact: u32,
         bodies: &mut Bodies,
         pairs: &[Pair],
         context: &StepContext,
     ) {
         let limits = self.limits(number, &bodies.velocity, context);
-        let mut work = Work::on(self.islands.range(number).len());
+        let count = self.islands.range(number).len();
+        let mut work = Work::on(count, visits_per_contact, limits.sweeps.sweeps_max);
         for round in 1..=recheck::ROUNDS_MAX {
-            self.sweep_island(number, bodies, &limits, &mut work, context);
+            self.sweep_island(number, bodies, &limits, &mut work);
             let island = &self.islands.constraints[self.islands.range(number)];
             let held = held_after_impact::resolve(
                 bodies,
@@ -314,7 +320,6 @@ impl ConjugateSolver {
         bodies: &mut Bodies,
         island_limits: &IslandLimits,
         work: &mut Work,
-        context: &StepContext,
     ) {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
@@ -322,18 +327,15 @@ impl ConjugateSolver {
         if is_stiff {
             self.energy_guard.remember(constraints, island, velocity);
         }
-        let friction = context.features.takes_friction();
+        let blocks = &mut self.blocks;
         let is_solved = if is_local {
-            let local = &mut self.local_sweeps;
-            let blocks = &mut self.blocks;
-            local.solve(constraints, island, blocks, velocity, (limits.tolerance, friction), work)
+            self.local_sweeps.solve(constraints, island, blocks, velocity, limits, work)
         } else {
-            let solve = if friction { sweep::solve::<true> } else { sweep::solve::<false> };
-            self.blocks.chains.find(constraints, island);
+            blocks.chains.find(constraints, island);
             // All rounds share the sweeps of the island.
             let sweeps_max = limits.sweeps_max.saturating_sub(work.sweeps).max(SWEEPS_MIN);
             let limits = SweepLimits { sweeps_max, ..limits };
-            let sweeps = solve(constraints, island, &mut self.blocks, velocity, limits);
+            let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
             work.add(sweeps, island.len());
             sweeps < sweeps_max
         };
@@ -344,8 +346,9 @@ impl ConjugateSolver {
             sweep::sweep_immovable(constraints, island, velocity);
         }
         if is_local {
+            let moves_on = work.moves_on(is_solved, island.len());
             for &index in island {
-                self.contacts.infos[index as usize].is_unsolved = !is_solved;
+                self.contacts.infos[index as usize].moves_on = moves_on;
             }
         }
     }
@@ -360,18 +363,14 @@ impl ConjugateSolver {
         let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
         let is_local =
             !self.is_large_world && island.len() >= LOCAL_ISLAND && mass_ratio <= LOCAL_MASS_RATIO;
-        let sweeps = SweepLimits { tolerance, sweeps_max, forest: true };
+        let friction = context.features.takes_friction();
+        let sweeps = SweepLimits { tolerance, sweeps_max, sequence: Sequence::Forests, friction };
         IslandLimits { sweeps, is_stiff, is_local }
     }
 
     /// Stores the impulses for the next step.
-    pub fn store(&self, bodies: &Bodies, pairs: &mut [Pair], context: &StepContext) {
-        let store = match (context.features.circles, context.features.boxes) {
-            (true, false) => contact_constraint::store::<{ shapes::CIRCLES }>,
-            (false, true) => contact_constraint::store::<{ shapes::BOXES }>,
-            _ => contact_constraint::store::<{ shapes::BOTH }>,
-        };
-        store(bodies, &self.contacts.constraints, pairs);
+    pub fn store(&self, bodies: &Bodies, pairs: &mut [Pair]) {
+        contact_constraint::store(bodies, &self.contacts.constraints, pairs);
     }
 
     /// Finds the positions at the end of the step.

@@ -14,6 +14,7 @@ use crate::continuous::thin::is_fast;
 use crate::math::{max, min};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::separation::{self, FAR};
+use crate::shape::shapes;
 use crate::solver::tolerances::{DEEP_SHARE, ROUNDING, SLIDING, SPECULATIVE};
 use glam::Vec2;
 
@@ -54,8 +55,10 @@ pub(crate) struct ContactConstraint {
 pub(crate) struct ContactInfo {
     /// Distance that the two may close along the normal, world units; negative where they overlap.
     pub separation: f32,
-    /// Separation after the bodies moved.
+    /// Separation after the bodies moved: along the normal, so never more than that of the shapes.
     pub separation_after: f32,
+    /// Whether `separation_after` and the normal are those of the shapes at their present positions.
+    pub exact: bool,
     /// Largest closing speed in this step, units/s; not negative.
     pub closing: f32,
     /// Whether the two bounced in this step.
@@ -64,8 +67,9 @@ pub(crate) struct ContactInfo {
     pub fast: bool,
     /// Whether the two slid on each other in the last step.
     pub slid: bool,
-    /// Whether the velocities of its island are not solved in this step.
-    pub is_unsolved: bool,
+    /// Whether its island is large and its bodies move on: the next step sees other overlaps, so
+    /// this one spends little on small ones.
+    pub moves_on: bool,
 }
 
 /// The contact constraints of a step in (a, b) order; hot data apart from cold.
@@ -175,11 +179,12 @@ pub(crate) fn make_contact<const SHAPES: u8>(
     let info = ContactInfo {
         separation: manifold.separation,
         separation_after: manifold.separation,
+        exact: false,
         closing: max(approach, 0.0),
         bounced: false,
         fast: passes || has_fast_bodies && is_fast(bodies, pair, dt, 1.0),
         slid: constraint.normal_impulse > 0.0 && !constraint.sticks(),
-        is_unsolved: false,
+        moves_on: false,
     };
     (constraint, info)
 }
@@ -297,11 +302,7 @@ impl ContactConstraint {
 }
 
 /// Stores the impulses for the next step's warm start.
-pub(crate) fn store<const SHAPES: u8>(
-    bodies: &Bodies,
-    constraints: &[ContactConstraint],
-    pairs: &mut [Pair],
-) {
+pub(crate) fn store(bodies: &Bodies, constraints: &[ContactConstraint], pairs: &mut [Pair]) {
     for pair in pairs.iter_mut() {
         pair.normal_impulse = 0.0;
         pair.tangent_impulse = 0.0;
@@ -312,6 +313,6 @@ pub(crate) fn store<const SHAPES: u8>(
         let (a, b) = (constraint.a as usize, constraint.b as usize);
         pair.normal_impulse = constraint.normal_impulse;
         pair.tangent_impulse = constraint.tangent_impulse;
-        pair.axis = axis_of::<SHAPES>(bodies, a, b, constraint.normal);
+        pair.axis = axis_of::<{ shapes::BOTH }>(bodies, a, b, constraint.normal);
     }
 }

@@ -4,7 +4,8 @@
 //!
 //! Union-find over the constraints between movable bodies, with path halving (Tarjan and van
 //! Leeuwen 1984). Islands are in the order of their first constraint, and constraints keep their
-//! order, so that the result in an island does not depend on the rest of the world.
+//! order, so that the result in an island does not depend on the rest of the world, except by the number of
+//! moving bodies (see `tolerances::LARGE_WORLD`).
 
 use crate::solver::contact_constraint::ContactConstraint;
 

@@ -7,31 +7,43 @@
 //! none changes or the budget of visits is spent. A contact that is not visited is one that a visit
 //! would not change: the solution is the same as that of whole sweeps, and so is its tolerance.
 //!
+//! The whole sweeps go by colour, with chains; the rounds by colour, without them. Small rounds of an
+//! island whose bodies do not move past each other use forests instead: there the rest of the change
+//! has a long way to go.
+//!
 //! Stopping anywhere adds no energy, since no visit lowers the objective (see `warm_start`).
 
 use super::contact_constraint::ContactConstraint;
 use super::gauss_seidel::visit_change;
-use super::sweep::{self, Blocks, SweepLimits};
+use super::layers::{self, UNREACHED, movable_ends};
+use super::sweep::{self, Blocks, Sequence, SweepLimits};
+use super::tolerances::AGITATED;
 use glam::Vec2;
 
-/// Sweeps over the whole island, if it is not near its solution: then it has the whole budget.
+/// Sweeps over the whole island, by colour. One that is near its solution is swept as a whole, with
+/// forests, until its budget is spent.
 const WHOLE_SWEEPS: u32 = 4;
 /// Visits of a contact that an island may take on average: with 12 piles overlap more and are
 /// hardly faster, with 32 they take a third longer.
-const VISITS_PER_CONTACT: u32 = 16;
-/// Visits that every island may take.
-const VISITS_MIN: u32 = 6400;
+pub(crate) const VISITS_PER_CONTACT: u32 = 16;
+/// The same when it is solved again with late pairs, from the solution without them.
+pub(crate) const LATE_VISITS_PER_CONTACT: u32 = 6;
+/// Contacts for which every island may take visits.
+const CONTACTS_MIN: u32 = 400;
 /// Fewest and most sweeps of a round, and most rounds.
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 32;
 const ROUNDS_MAX: u32 = 30;
 /// Most contacts of a round that are solved by a spanning forest as well.
 const FOREST_MAX: usize = 600;
+/// Contacts beyond which an island that is agitated, or that its budget did not solve, counts as one
+/// that moves on.
+const AGITATED_MIN: usize = 200;
+const UNSOLVED_MIN: usize = 600;
 /// Share of the work of a visit that looking at a contact takes.
 const LOOKS_PER_VISIT: u32 = 2;
 /// Distance, in contacts, from a body of an unsolved contact within which all contacts are swept.
 const LAYERS: u8 = 2;
-const UNREACHED: u8 = u8::MAX;
 
 /// Scratch.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +51,8 @@ pub(crate) struct LocalSweeps {
     /// By slot: distance from a body of an unsolved contact, in contacts; [`UNREACHED`] between
     /// rounds.
     layer: Vec<u8>,
+    /// The movable bodies of each contact of the island: see [`layers::movable_ends`].
+    ends: Vec<[u32; 2]>,
     /// The contacts of the round.
     active: Vec<u32>,
 }
@@ -52,13 +66,21 @@ pub(crate) struct Work {
     pub visits: u32,
     /// Sweeps made, whole or not.
     pub sweeps: u32,
+    /// Whether its bodies moved past each other at the start.
+    pub is_agitated: bool,
 }
 
 impl Work {
-    /// The work that an island of `count` contacts may take.
-    pub fn on(count: usize) -> Work {
-        let budget = (count as u32 * VISITS_PER_CONTACT).max(VISITS_MIN);
-        Work { budget, visits: 0, sweeps: 0 }
+    /// The work that an island of `count` contacts may take, within `sweeps_max` sweeps over all of it.
+    pub fn on(count: usize, visits_per_contact: u32, sweeps_max: u32) -> Work {
+        let count = count as u32;
+        let budget = (count.max(CONTACTS_MIN) * visits_per_contact).min(count * sweeps_max);
+        Work { budget, visits: 0, sweeps: 0, is_agitated: false }
+    }
+
+    /// Whether the bodies of the island, of `count` contacts, move on after the step.
+    pub fn moves_on(&self, is_solved: bool, count: usize) -> bool {
+        self.is_agitated && count > AGITATED_MIN || !is_solved && count > UNSOLVED_MIN
     }
 
     /// Counts sweeps over `count` contacts.
@@ -76,28 +98,37 @@ impl LocalSweeps {
         self.layer.resize(slots, UNREACHED);
     }
 
-    /// Solves an island as far as its budget allows; returns whether it is solved.
+    /// Solves an island as far as its budget allows; returns whether it is solved. Of the limits the
+    /// sweeps are those over the whole island.
     pub fn solve(
         &mut self,
         constraints: &mut [ContactConstraint],
         island: &[u32],
         blocks: &mut Blocks,
         velocity: &mut [Vec2],
-        (tolerance, friction): (f32, bool),
+        limits: SweepLimits,
         work: &mut Work,
     ) -> bool {
-        let sweep = if friction { sweep::solve::<true> } else { sweep::solve::<false> };
+        let tolerance = limits.tolerance;
         if work.visits == 0 {
             let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
-            let sweeps_max = if is_near { VISITS_PER_CONTACT } else { WHOLE_SWEEPS };
-            let limits = SweepLimits { tolerance, sweeps_max, forest: is_near };
+            work.is_agitated =
+                !is_near && mean_speed(constraints, island, velocity) > AGITATED * tolerance;
+            let (whole_sweeps, sequence) = match is_near {
+                true => (VISITS_PER_CONTACT, Sequence::Forests),
+                false => (WHOLE_SWEEPS, Sequence::Colors),
+            };
+            let sweeps_max = whole_sweeps.min(limits.sweeps_max);
+            let limits = SweepLimits { sweeps_max, sequence, ..limits };
             blocks.chains.find(constraints, island);
-            let sweeps = sweep(constraints, island, blocks, velocity, limits);
+            let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
             work.add(sweeps, island.len());
             if sweeps < sweeps_max {
                 return true;
             }
         }
+        self.ends.clear();
+        self.ends.extend(island.iter().map(|&index| movable_ends(&constraints[index as usize])));
         for _ in 0..ROUNDS_MAX {
             work.budget = work.budget.saturating_sub(island.len() as u32 / LOOKS_PER_VISIT);
             self.find_active(constraints, island, velocity, tolerance);
@@ -109,9 +140,14 @@ impl LocalSweeps {
             if sweeps_max < SWEEPS_MIN {
                 return false;
             }
-            let limits = SweepLimits { tolerance, sweeps_max, forest: count < FOREST_MAX };
-            blocks.chains.find(constraints, &self.active);
-            let sweeps = sweep(constraints, &self.active, blocks, velocity, limits);
+            let with_forests = !work.is_agitated && count < FOREST_MAX;
+            let sequence = if with_forests { Sequence::Forests } else { Sequence::Colors };
+            match sequence {
+                Sequence::Colors => blocks.chains.find_none(&self.active),
+                Sequence::Forests => blocks.chains.find(constraints, &self.active),
+            }
+            let limits = SweepLimits { sweeps_max, sequence, ..limits };
+            let sweeps = sweep::solve(constraints, &self.active, blocks, velocity, limits);
             work.add(sweeps, count);
         }
         false
@@ -125,40 +161,34 @@ impl LocalSweeps {
         velocity: &[Vec2],
         tolerance: f32,
     ) {
-        self.active.clear();
-        let rows = || island.iter().map(|&index| (index, &constraints[index as usize]));
+        let LocalSweeps { layer, ends, active } = self;
+        active.clear();
         let mut any = false;
-        for (_, constraint) in rows() {
-            if visit_change(constraint, velocity) > tolerance {
+        for (&index, ends) in island.iter().zip(ends.iter()) {
+            if visit_change(&constraints[index as usize], velocity) > tolerance {
                 any = true;
-                for (slot, inv_mass) in constraint.bodies() {
-                    if inv_mass > 0.0 {
-                        self.layer[slot as usize] = 0;
-                    }
-                }
+                layer[ends[0] as usize] = 0;
+                layer[ends[1] as usize] = 0;
             }
         }
         if !any {
             return;
         }
-        for layer in 0..LAYERS {
-            for (_, constraint) in rows().filter(|(_, constraint)| constraint.is_free()) {
-                let (a, b) = (constraint.a as usize, constraint.b as usize);
-                for (from, to) in [(a, b), (b, a)] {
-                    if self.layer[from] == layer && self.layer[to] > layer {
-                        self.layer[to] = layer + 1;
-                    }
-                }
+        layers::spread(layer, ends, LAYERS);
+        for (&index, ends) in island.iter().zip(ends.iter()) {
+            if ends.iter().any(|&slot| layer[slot as usize] <= LAYERS) {
+                active.push(index);
             }
         }
-        let layer = &mut self.layer;
-        let near = |slot: u32| layer[slot as usize] <= LAYERS;
-        let is_active = |constraint: &ContactConstraint| near(constraint.a) || near(constraint.b);
-        let active = rows().filter(|(_, constraint)| is_active(constraint));
-        self.active.extend(active.map(|(index, _)| index));
-        for (_, constraint) in rows() {
-            layer[constraint.a as usize] = UNREACHED;
-            layer[constraint.b as usize] = UNREACHED;
+        for slot in ends.as_flattened() {
+            layer[*slot as usize] = UNREACHED;
         }
     }
+}
+
+/// Mean relative velocity of an island's contacts, |x| + |y|, units/s.
+fn mean_speed(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) -> f32 {
+    let relative = |&index: &u32| constraints[index as usize].relative_velocity(velocity).abs();
+    let sum = island.iter().map(relative).fold(0.0, |sum, speed| sum + (speed.x + speed.y));
+    sum / island.len() as f32
 }

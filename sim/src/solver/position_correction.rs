@@ -10,16 +10,15 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
-use crate::features::ALWAYS_FRICTION;
 use crate::math::max;
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
-use crate::narrow_phase::separation;
-use crate::narrow_phase::separation::placed;
-use crate::solver::contact_constraint::{ContactConstraint, ContactSet};
+use crate::narrow_phase::separation::{self, FAR, placed};
+use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
 use crate::solver::islands::Islands;
+use crate::solver::layers::{self, UNREACHED};
 use crate::solver::settings::Conjugate;
-use crate::solver::sweep::{self, Blocks, SweepLimits};
+use crate::solver::sweep::{self, Blocks, Sequence, SweepLimits};
 use crate::solver::tolerances::{POSITION_MIN, POSITION_SHARE, SLOP_SHARE};
 use glam::Vec2;
 
@@ -31,36 +30,43 @@ mod tests;
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 20;
 const WORK_SHARE: u32 = 4;
-/// Contacts beyond which an island whose velocities are not solved gets only so many passes and sweeps.
-/// With one pass a heap at one point stays in one place.
-const HURRIED_ISLAND: usize = 600;
-const HURRIED_PASSES: u32 = 2;
-const HURRIED_SWEEPS: u32 = 6;
 /// Distance from an overlap, in contacts, within which bodies still give way: so few sweeps reach
 /// no further, and a pile with one deep overlap need not be handled as a whole.
 const LAYERS: u8 = 8;
-const UNREACHED: u8 = u8::MAX;
+/// Passes over an island that moves on; the second is for deep overlaps only. With one a heap at one
+/// point stays in one place, and with four it is not apart after a second.
+const HURRIED_PASSES: u32 = 2;
+/// Overlap that counts as deep there, in slops.
+const DEEP_SLOPS: f32 = 10.0;
+/// [`LAYERS`] around an overlap that does not.
+const HURRIED_LAYERS: u8 = 2;
+/// Sweeps of such a pass, by colour: with 6 a heap at one point takes more than a second.
+const HURRIED_SWEEPS: u32 = 12;
 
 /// Scratch.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PositionCorrection {
-    /// Copies of the constraints of close bodies, with displacements for velocities.
-    constraints: Vec<ContactConstraint>,
-    islands: Islands,
-    /// By slot.
-    displacement: Vec<Vec2>,
-    /// By slot: whether it belongs to an island whose velocities are not solved.
-    is_unsolved: Vec<bool>,
-    /// By slot: whether the last pass moved it.
-    moved: Vec<bool>,
+    /// Contacts close enough to take part in a pass, and their movable bodies.
+    close: Vec<u32>,
+    ends: Vec<[u32; 2]>,
     /// By slot: distance of a movable body from an overlap in contacts, if at most [`LAYERS`].
     layer: Vec<u8>,
+    /// Copies of the constraints that take part, with displacements for velocities, and the index of
+    /// the contact of each.
+    constraints: Vec<ContactConstraint>,
+    contact_of: Vec<u32>,
+    islands: Islands,
+    /// By slot: the solution of the sweeps.
+    displacement: Vec<Vec2>,
+    /// By slot: how far the last pass moved it, and whether any pass did.
+    moved: Vec<Vec2>,
+    was_moved: Vec<bool>,
 }
 
 impl PositionCorrection {
     /// Separates overlapping bodies, island by island. Before it, `separation_after` of a contact
-    /// is measured along its tangent; contacts of bodies that are moved here get their exact normal
-    /// and separation.
+    /// is measured along its tangent; contacts that take part, or overlap after their bodies were
+    /// moved, get their exact normal and separation.
     pub fn separate(
         &mut self,
         bodies: &mut Bodies,
@@ -71,133 +77,140 @@ impl PositionCorrection {
     ) {
         let slots = bodies.alive.len();
         self.displacement.resize(slots, Vec2::ZERO);
+        self.was_moved.clear();
+        self.was_moved.resize(slots, false);
         for pass in 0..settings.position_passes {
-            if !self.gather(bodies, contacts, pairs, settings) {
-                return;
+            if !self.find_overlaps(pass, bodies, contacts, pairs, settings) {
+                break;
             }
+            self.gather(bodies, contacts, pairs, settings);
             self.moved.clear();
-            self.moved.resize(slots, false);
+            self.moved.resize(slots, Vec2::ZERO);
             self.islands.find(slots, &self.constraints);
             for island in 0..self.islands.count() {
-                let is_hurried = self.is_hurried(island);
-                if pass < HURRIED_PASSES || !is_hurried {
-                    let sweeps_max = if is_hurried { HURRIED_SWEEPS } else { SWEEPS_MAX };
-                    self.separate_island(island, bodies, blocks, settings, sweeps_max);
-                }
+                self.separate_island(island, bodies, contacts, blocks, settings);
             }
-            self.refresh_manifolds(bodies, contacts, pairs);
+            self.follow_moved(contacts);
+        }
+        let ContactSet { constraints, infos } = contacts;
+        for (constraint, info) in constraints.iter_mut().zip(infos) {
+            let moved =
+                self.was_moved[constraint.a as usize] || self.was_moved[constraint.b as usize];
+            if moved && info.separation_after < 0.0 {
+                find_exact(bodies, constraint, info, pairs);
+            }
         }
     }
 
-    /// Whether less has to do for an island: it is large and its velocities are not solved, so that it
-    /// moves on, and the next step sees other overlaps.
-    fn is_hurried(&self, island: usize) -> bool {
-        let island = &self.islands.constraints[self.islands.range(island)];
-        let [a, b] = self.constraints[island[0] as usize].bodies();
-        let (movable, _) = if a.1 > 0.0 { a } else { b };
-        island.len() > HURRIED_ISLAND && self.is_unsolved[movable as usize]
-    }
-
-    /// Makes one pass of at most `sweeps_most` sweeps over an island.
+    /// Makes one pass over an island.
     fn separate_island(
         &mut self,
         island: usize,
         bodies: &mut Bodies,
+        contacts: &ContactSet,
         blocks: &mut Blocks,
         settings: &Conjugate,
-        sweeps_most: u32,
     ) {
         let constraints = &self.islands.constraints[self.islands.range(island)];
+        let contact = self.contact_of[constraints[0] as usize];
+        let (sweeps_limit, sequence) = match contacts.infos[contact as usize].moves_on {
+            true => (HURRIED_SWEEPS, Sequence::Colors),
+            false => (SWEEPS_MAX, Sequence::Forests),
+        };
         let visits = settings.work_max / WORK_SHARE / settings.position_passes;
-        let sweeps_max = (visits / constraints.len() as u32).clamp(SWEEPS_MIN, sweeps_most);
+        let sweeps_max = (visits / constraints.len() as u32).clamp(SWEEPS_MIN, sweeps_limit);
         let tolerance = max(POSITION_SHARE * settings.slop, POSITION_MIN);
-        blocks.chains.find(&self.constraints, constraints);
-        let limits = SweepLimits { tolerance, sweeps_max, forest: true };
-        sweep::solve::<ALWAYS_FRICTION>(
-            &mut self.constraints,
-            constraints,
-            blocks,
-            &mut self.displacement,
-            limits,
-        );
+        match sequence {
+            Sequence::Colors => blocks.chains.find_none(constraints),
+            Sequence::Forests => blocks.chains.find(&self.constraints, constraints),
+        }
+        let limits = SweepLimits { tolerance, sweeps_max, sequence, friction: false };
+        sweep::solve(&mut self.constraints, constraints, blocks, &mut self.displacement, limits);
         sweep::sweep_immovable(&mut self.constraints, constraints, &mut self.displacement);
         self.apply_displacements(island, bodies, settings.correction_max);
     }
 
-    /// Gathers the constraints that may take part; returns whether any overlaps by more than the
-    /// slop.
+    /// Gathers the constraints that are few contacts away from an overlap.
     fn gather(
         &mut self,
         bodies: &Bodies,
-        contacts: &ContactSet,
+        contacts: &mut ContactSet,
         pairs: &[Pair],
         settings: &Conjugate,
-    ) -> bool {
+    ) {
+        let ContactSet { constraints, infos } = contacts;
+        self.close.clear();
+        self.ends.clear();
+        for (index, (constraint, info)) in (0u32..).zip(constraints.iter().zip(infos.iter())) {
+            if info.separation_after < settings.correction_max {
+                self.close.push(index);
+                self.ends.push(layers::movable_ends(constraint));
+            }
+        }
+        layers::spread(&mut self.layer, &self.ends, LAYERS);
         self.constraints.clear();
-        self.layer.clear();
-        self.layer.resize(bodies.alive.len(), UNREACHED);
-        self.is_unsolved.resize(bodies.alive.len(), false);
-        let mut any = false;
-        for (constraint, info) in contacts.constraints.iter().zip(&contacts.infos) {
-            // The tangent's separation is never greater than that of the shapes.
-            if info.separation_after >= settings.correction_max {
-                continue;
-            }
-            for (slot, inv_mass) in constraint.bodies() {
-                self.is_unsolved[slot as usize] = inv_mass > 0.0 && info.is_unsolved;
-            }
-            let Some(manifold) =
-                current_manifold(bodies, constraint, &pairs[constraint.pair as usize])
-            else {
-                continue;
-            };
-            if manifold.separation < settings.correction_max {
-                self.constraints.push(displacement_constraint(constraint, &manifold, settings));
-            }
-            if info.separation_after < -settings.slop && manifold.separation < -settings.slop {
-                any = true;
-                for (slot, inv_mass) in constraint.bodies() {
-                    self.layer[slot as usize] = if inv_mass > 0.0 { 0 } else { UNREACHED };
+        self.contact_of.clear();
+        for (&index, &[a, b]) in self.close.iter().zip(&self.ends) {
+            let nearest = self.layer[a as usize].min(self.layer[b as usize]);
+            if nearest < LAYERS || nearest == LAYERS && a == b {
+                let (constraint, info) =
+                    (&mut constraints[index as usize], &mut infos[index as usize]);
+                find_exact(bodies, constraint, info, pairs);
+                if info.separation_after < settings.correction_max {
+                    self.constraints.push(displacement_constraint(constraint, info, settings));
+                    self.contact_of.push(index);
                 }
             }
         }
-        if any {
-            self.keep_near_overlaps();
+    }
+
+    /// Sets the layer of bodies that overlap by more than is tolerated; returns whether there are
+    /// any.
+    fn find_overlaps(
+        &mut self,
+        pass: u32,
+        bodies: &Bodies,
+        contacts: &mut ContactSet,
+        pairs: &[Pair],
+        settings: &Conjugate,
+    ) -> bool {
+        self.layer.clear();
+        self.layer.resize(bodies.alive.len(), UNREACHED);
+        let deep = DEEP_SLOPS * settings.slop;
+        let mut any = false;
+        let ContactSet { constraints, infos } = contacts;
+        for (constraint, info) in constraints.iter_mut().zip(infos) {
+            let tolerated = match (info.moves_on, pass) {
+                (false, _) | (true, 0) => settings.slop,
+                (true, pass) if pass < HURRIED_PASSES => deep,
+                (true, _) => f32::INFINITY,
+            };
+            if info.separation_after >= -tolerated {
+                continue;
+            }
+            find_exact(bodies, constraint, info, pairs);
+            if info.separation_after < -tolerated {
+                any = true;
+                let is_hurried = info.moves_on && info.separation_after >= -deep;
+                let first = if is_hurried { LAYERS - HURRIED_LAYERS } else { 0 };
+                for slot in layers::movable_ends(constraint) {
+                    let layer = &mut self.layer[slot as usize];
+                    *layer = first.min(*layer);
+                }
+            }
         }
         any
     }
 
-    /// Finds the manifolds of the bodies that were moved.
-    fn refresh_manifolds(&self, bodies: &Bodies, contacts: &mut ContactSet, pairs: &[Pair]) {
-        for (constraint, info) in contacts.constraints.iter_mut().zip(&mut contacts.infos) {
-            let moved = self.moved[constraint.a as usize] || self.moved[constraint.b as usize];
-            if moved
-                && let Some(manifold) =
-                    current_manifold(bodies, constraint, &pairs[constraint.pair as usize])
-            {
-                constraint.normal = manifold.normal;
-                info.separation_after = manifold.separation;
+    /// Updates the separations of the bodies that were moved, along their normals.
+    fn follow_moved(&self, contacts: &mut ContactSet) {
+        for (constraint, info) in contacts.constraints.iter().zip(&mut contacts.infos) {
+            let path = self.moved[constraint.b as usize] - self.moved[constraint.a as usize];
+            if path != Vec2::ZERO {
+                info.separation_after += constraint.normal.dot(path);
+                info.exact = false;
             }
         }
-    }
-
-    /// Keeps the constraints that are few contacts away from an overlap.
-    fn keep_near_overlaps(&mut self) {
-        for layer in 0..LAYERS {
-            for constraint in self.constraints.iter().filter(|constraint| constraint.is_free()) {
-                let (a, b) = (constraint.a as usize, constraint.b as usize);
-                for (from, to) in [(a, b), (b, a)] {
-                    if self.layer[from] == layer && self.layer[to] > layer {
-                        self.layer[to] = layer + 1;
-                    }
-                }
-            }
-        }
-        let layer = &self.layer;
-        self.constraints.retain(|constraint| {
-            let nearest = layer[constraint.a as usize].min(layer[constraint.b as usize]);
-            nearest < LAYERS || nearest == LAYERS && !constraint.is_free()
-        });
     }
 
     /// Moves the bodies of an island, none by more than `limit`: tangents say nothing about
@@ -215,7 +228,8 @@ impl PositionCorrection {
             // Masses far apart may overflow here; a position that is not finite is skipped.
             let position = bodies.center[slot] + self.displacement[slot] * share;
             if position.is_finite() {
-                self.moved[slot] |= position != bodies.center[slot];
+                self.was_moved[slot] |= position != bodies.center[slot];
+                self.moved[slot] += position - bodies.center[slot];
                 bodies.center[slot] = position;
             }
             self.displacement[slot] = Vec2::ZERO;
@@ -223,16 +237,15 @@ impl PositionCorrection {
     }
 }
 
-/// A constraint that separates its bodies, or lets them close, by the distance that their manifold
-/// allows in a pass.
+/// A constraint that separates its bodies, or lets them close, by the distance that is allowed in a
+/// pass.
 fn displacement_constraint(
     constraint: &ContactConstraint,
-    manifold: &Manifold,
+    info: &ContactInfo,
     settings: &Conjugate,
 ) -> ContactConstraint {
     ContactConstraint {
-        normal: manifold.normal,
-        min_normal_velocity: -allowed_closing(manifold.separation, settings),
+        min_normal_velocity: -allowed_closing(info.separation_after, settings),
         friction: 0.0,
         normal_impulse: 0.0,
         tangent_impulse: 0.0,
@@ -250,6 +263,27 @@ fn allowed_closing(separation: f32, settings: &Conjugate) -> f32 {
         allowed_closing
     } else {
         max(allowed_closing * settings.correction, -settings.correction_max)
+    }
+}
+
+/// Finds the normal and the separation of a contact at the present positions.
+fn find_exact(
+    bodies: &Bodies,
+    constraint: &mut ContactConstraint,
+    info: &mut ContactInfo,
+    pairs: &[Pair],
+) {
+    if info.exact {
+        return;
+    }
+    info.exact = true;
+    match current_manifold(bodies, constraint, &pairs[constraint.pair as usize]) {
+        Some(manifold) => {
+            constraint.normal = manifold.normal;
+            info.separation_after = manifold.separation;
+        }
+        // Two boxes that pass each other around a corner.
+        None => info.separation_after = FAR,
     }
 }
 

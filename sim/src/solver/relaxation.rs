@@ -106,6 +106,9 @@ impl RelaxationSolver {
     /// leave it with a change of velocity many times greater, an impulse that balanced them is gone:
     /// the body gets only the share of them that leaves it no greater change than the forces alone.
     fn warm_start(&mut self, bodies: &mut Bodies, pairs: &mut [Pair]) {
+        if pairs.iter().all(|pair| pair.normal_impulse <= 0.0) {
+            return;
+        }
         self.free_velocity.clone_from(&bodies.velocity);
         apply_stored(bodies, pairs);
         let Bodies { moving, velocity, warm_start_scale, .. } = bodies;
@@ -125,7 +128,7 @@ impl RelaxationSolver {
             }
         }
         if any {
-            scale_stored(bodies, pairs);
+            pairs.iter_mut().for_each(|pair| scale_stored(bodies, pair));
         }
     }
 
@@ -136,9 +139,9 @@ impl RelaxationSolver {
 
     /// Gathers the pairs that take part in this step, in (a, b) order.
     pub fn gather(&mut self, bodies: &Bodies, pairs: &[Pair], features: Features) {
-        let gather = match (features.circles, features.boxes) {
-            (true, false) => gather::<{ shapes::CIRCLES }>,
-            (false, true) => gather::<{ shapes::BOXES }>,
+        let gather = match features.takes_shapes() {
+            shapes::CIRCLES => gather::<{ shapes::CIRCLES }>,
+            shapes::BOXES => gather::<{ shapes::BOXES }>,
             _ => gather::<{ shapes::BOTH }>,
         };
         gather(bodies, pairs, &mut self.constraints);
@@ -156,12 +159,14 @@ impl RelaxationSolver {
         self.drop_non_finite(bodies);
         self.passes = 0;
         let Some(settings) = settings else { return };
-        let passes = match (features.circles, features.boxes) {
-            (true, false) => passes_with::<{ shapes::CIRCLES }>(features),
-            (false, true) => passes_with::<{ shapes::BOXES }>(features),
+        let passes = match features.takes_shapes() {
+            shapes::CIRCLES => passes_with::<{ shapes::CIRCLES }>(features),
+            shapes::BOXES => passes_with::<{ shapes::BOXES }>(features),
             _ => passes_with::<{ shapes::BOTH }>(features),
         };
-        self.start_position.clone_from(&bodies.center);
+        if !self.constraints.is_empty() {
+            self.start_position.clone_from(&bodies.center);
+        }
         let limits = Limits {
             settings,
             start: &self.start_position,
@@ -224,13 +229,13 @@ impl RelaxationSolver {
 /// An impulse is scaled by the smaller `warm_start_scale` of its two bodies: the impulse that
 /// stopped an impact must not be applied again (it would add energy).
 fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair]) {
-    scale_stored(bodies, pairs);
     for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
         let Some(manifold) = overlap(bodies, pair.a, pair.b) else {
             pair.normal_impulse = 0.0;
             pair.tangent_impulse = 0.0;
             continue;
         };
+        scale_stored(bodies, pair);
         pair.warm_normal = manifold.normal;
         let impulse =
             manifold.normal * pair.normal_impulse + manifold.normal.perp() * pair.tangent_impulse;
@@ -240,13 +245,12 @@ fn apply_stored(bodies: &mut Bodies, pairs: &mut [Pair]) {
     }
 }
 
-fn scale_stored(bodies: &Bodies, pairs: &mut [Pair]) {
-    for pair in pairs.iter_mut().filter(|pair| pair.normal_impulse > 0.0) {
-        let scale =
-            min(bodies.warm_start_scale[pair.a as usize], bodies.warm_start_scale[pair.b as usize]);
-        pair.normal_impulse *= scale;
-        pair.tangent_impulse *= scale;
-    }
+#[inline]
+fn scale_stored(bodies: &Bodies, pair: &mut Pair) {
+    let scale =
+        min(bodies.warm_start_scale[pair.a as usize], bodies.warm_start_scale[pair.b as usize]);
+    pair.normal_impulse *= scale;
+    pair.tangent_impulse *= scale;
 }
 
 fn gather<const SHAPES: u8>(
@@ -292,7 +296,7 @@ impl RelaxationConstraint {
     }
 
     /// Finds the manifold at the present positions, of bodies that began the passes at `start`.
-    #[inline(never)]
+    #[inline]
     fn update_manifold<const SHAPES: u8>(&mut self, bodies: &Bodies, start: &[Vec2]) {
         self.moves_a = bodies.moves[self.a as usize];
         self.moves_b = bodies.moves[self.b as usize];
@@ -310,7 +314,7 @@ impl RelaxationConstraint {
 
     /// The manifold of a body and an immovable one on the side where the passes began: others may
     /// have pushed the body past the middle of a wall, but it does not leave on the far side.
-    #[inline(never)]
+    #[cold]
     fn on_its_side(&self, bodies: &Bodies, start: &[Vec2], manifold: Manifold) -> Manifold {
         let began = start[self.b as usize] - start[self.a as usize];
         if manifold.normal.dot(began) >= 0.0 {
@@ -402,7 +406,6 @@ struct Limits<'a> {
 
 impl Limits<'_> {
     /// Moves a body, but no further from where it began than is allowed.
-    #[inline(never)]
     fn shift(&self, bodies: &mut Bodies, slot: usize, shift: Vec2) {
         let moved = bodies.center[slot] + shift - self.start[slot];
         let furthest = min(self.correction_max, bodies.thickness(slot));
@@ -448,7 +451,6 @@ fn passes<const SHAPES: u8, const FRICTION: bool, const RESTITUTION: bool>(
 
 /// Gives immovable bodies the last word where the passes ended before they converged, static ones
 /// after kinematic ones: an overlap of two bodies is better than a body inside a wall.
-#[inline(never)]
 fn hold_at_immovable(
     bodies: &mut Bodies,
     constraints: &mut [RelaxationConstraint],
@@ -561,7 +563,7 @@ fn correct_position(
 
 /// Releases a pair that was held but separated: the part of its impulse that drives it apart was
 /// too much and is taken back, with the friction that went with it.
-#[inline(never)]
+#[inline]
 fn release<const FRICTION: bool>(
     bodies: &mut Bodies,
     constraint: &mut RelaxationConstraint,

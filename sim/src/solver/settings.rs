@@ -38,14 +38,16 @@ impl Relaxation {
     }
 }
 
-/// Settings of the conjugate solver.
+/// Settings of the conjugate solver. It is meant for mass ratios up to 10^6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conjugate {
     /// Sweeps end when none changes a relative velocity by more than this share of the velocity
     /// that gravity adds in a step, in (0, 1]. Default 0.005.
     pub tolerance: f32,
-    /// Sweeps over an island per step, 1..=1000. Large islands in motion have a budget of their own: see
-    /// `local_sweeps`. Default 400.
+    /// Sweeps over an island per step, 1..=1000. Islands of 64 constraints and more in worlds of up to
+    /// 6000 moving bodies, with mass ratios up to 100, take at most 16 visits of each constraint (or
+    /// 6400 in all), and 6 more (or 2400) when they are solved again with pairs that were found late,
+    /// within this limit and `work_max`. Default 400.
     pub sweeps_max: u32,
     /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of
     /// the worst step. Every island gets four sweeps in any case. The budget is per island, so that

@@ -11,6 +11,8 @@
 //! nothing has friction: its zeros are then not computed.
 
 use super::gauss_seidel::{Change, limited, solve_contact};
+use super::graph_coloring::ColoredContacts;
+use crate::features::GENERAL_ONLY;
 use crate::math::max;
 use crate::solver::chains::Chains;
 use crate::solver::contact_constraint::ContactConstraint;
@@ -26,6 +28,7 @@ const FOREST_SWEEPS: u32 = 4;
 pub(crate) struct Blocks {
     pub chains: Chains,
     pub forest: SpanningForest,
+    pub colored: ColoredContacts,
 }
 
 impl Blocks {
@@ -33,6 +36,7 @@ impl Blocks {
     pub fn reserve(&mut self, slots: usize) {
         self.chains.reserve(slots);
         self.forest.reserve(slots);
+        self.colored.reserve(slots);
     }
 }
 
@@ -43,16 +47,91 @@ pub(crate) struct SweepLimits {
     pub tolerance: f32,
     /// Most sweeps.
     pub sweeps_max: u32,
-    /// Whether forests may be solved.
-    pub forest: bool,
+    /// The sequence of the visits.
+    pub sequence: Sequence,
+    /// Whether contacts have friction.
+    pub friction: bool,
 }
 
-/// Sweeps over immovable bodies alone: two walls that meet in a corner need no more.
+/// The sequence in which a sweep visits contacts that are in no chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sequence {
+    /// One after another, with forests.
+    Forests,
+    /// By colour, eight at a time: less than half of the time, for sweeps that end early anyway.
+    Colors,
+}
+
+/// Sweeps over contacts with immovable bodies alone: two walls that meet in a corner need no more.
 const IMMOVABLE_SWEEPS: u32 = 2;
 
 /// Solves an island; returns the number of sweeps.
-#[inline(never)]
-pub(crate) fn solve<const FRICTION: bool>(
+pub(crate) fn solve(
+    constraints: &mut [ContactConstraint],
+    island: &[u32],
+    blocks: &mut Blocks,
+    velocity: &mut [Vec2],
+    limits: SweepLimits,
+) -> u32 {
+    let with_friction = limits.friction || GENERAL_ONLY;
+    match (limits.sequence, with_friction) {
+        (Sequence::Forests, true) => {
+            solve_with_forests::<true>(constraints, island, blocks, velocity, limits)
+        }
+        (Sequence::Forests, false) => {
+            solve_with_forests::<false>(constraints, island, blocks, velocity, limits)
+        }
+        (Sequence::Colors, true) => solve_colored::<true>(constraints, blocks, velocity, limits),
+        (Sequence::Colors, false) => solve_colored::<false>(constraints, blocks, velocity, limits),
+    }
+}
+
+/// Solves an island without forests: chain by chain, and by colour what is in no chain (`others`).
+/// Returns the number of sweeps.
+fn solve_colored<const FRICTION: bool>(
+    constraints: &mut [ContactConstraint],
+    blocks: &mut Blocks,
+    velocity: &mut [Vec2],
+    limits: SweepLimits,
+) -> u32 {
+    let Blocks { chains, colored, .. } = blocks;
+    colored.color(constraints, &chains.others);
+    for &index in chains.links() {
+        constraints[index as usize].remember();
+    }
+    let mut sweeps = limits.sweeps_max;
+    let mut squared_before = 0.0;
+    for count in 1..=limits.sweeps_max {
+        let mut change = chains.sweep::<FRICTION>(constraints, velocity);
+        colored.sweep::<FRICTION>(velocity, &mut change);
+        if change.worst < limits.tolerance {
+            sweeps = count;
+            break;
+        }
+        let beta = beta(change.squared, squared_before);
+        squared_before = change.squared;
+        if count < limits.sweeps_max {
+            for &index in chains.links() {
+                extrapolate::<FRICTION>(&mut constraints[index as usize], velocity, beta);
+            }
+            colored.extrapolate::<FRICTION>(velocity, beta);
+        }
+    }
+    colored.store(constraints);
+    sweeps
+}
+
+/// Length of the step along the direction: none where the change has grown, and the direction is
+/// reset.
+fn beta(squared: f32, squared_before: f32) -> Option<f32> {
+    let ratio = if squared_before > 0.0 { squared / squared_before } else { 0.0 };
+    // Sums of squares of implausible numbers may be infinite, and their ratio NaN.
+    (ratio <= 1.0).then_some(ratio)
+}
+
+/// Solves an island contact by contact, with the forest of its constraints as the first block where
+/// that brings it nearer to the solution. Returns the number of sweeps.
+fn solve_with_forests<const FRICTION: bool>(
     constraints: &mut [ContactConstraint],
     island: &[u32],
     blocks: &mut Blocks,
@@ -67,7 +146,7 @@ pub(crate) fn solve<const FRICTION: bool>(
         constraints[index as usize].remember();
     }
     for count in 1..=limits.sweeps_max {
-        if limits.forest && count == forest_at {
+        if count == forest_at {
             blocks.forest.find::<FRICTION>(constraints, island);
             forest_at += wait;
         }
@@ -81,9 +160,7 @@ pub(crate) fn solve<const FRICTION: bool>(
         if change.worst < strict * limits.tolerance {
             return count;
         }
-        let ratio = if squared_before > 0.0 { change.squared / squared_before } else { 0.0 };
-        // Sums of squares of implausible numbers may be infinite, and their ratio NaN.
-        let beta = (ratio <= 1.0).then_some(ratio);
+        let beta = beta(change.squared, squared_before);
         squared_before = change.squared;
         if count < limits.sweeps_max {
             for &index in island {
@@ -95,7 +172,6 @@ pub(crate) fn solve<const FRICTION: bool>(
 }
 
 /// Whether an island's residual is so small that the first sweep is likely to be the last.
-#[inline(never)]
 pub(crate) fn is_near_solution(
     constraints: &[ContactConstraint],
     island: &[u32],

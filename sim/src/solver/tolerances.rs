@@ -76,8 +76,13 @@ pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
 pub(crate) const LOCAL_ISLAND: usize = 64;
 /// Mass ratio beyond which an island is swept as a whole: a heavy body moves everything around it.
 pub(crate) const LOCAL_MASS_RATIO: f32 = 100.0;
-/// Moving bodies beyond which all islands are swept as a whole. A rain of so many is full of shafts
-/// and arches when it lands; one that is not solved to the end goes on collapsing.
+/// Mean relative velocity of an island's contacts, in tolerances, beyond which its bodies move past
+/// each other: a little more than gravity adds in a step. Heaps that were created in one place stay
+/// below it.
+pub(crate) const AGITATED: f32 = 250.0;
+/// Moving bodies beyond which all islands are swept as a whole. A rain of this size is full of shafts
+/// and arches when it lands; one that is not solved to the end goes on collapsing. Nothing else makes
+/// an island depend on the rest of the world.
 pub(crate) const LARGE_WORLD: usize = 6000;
 /// Residual of the warm start, in tolerances, below which the first sweep does without a forest.
 pub(crate) const NEAR_SOLUTION: f32 = 10.0;

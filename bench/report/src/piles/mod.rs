@@ -23,7 +23,7 @@ pub struct Pile {
     pub title: String,
     /// The bodies.
     pub scene: Scene,
-    /// What disturbs them.
+    /// The disturbance from outside.
     pub script: Script,
     /// Length of the run.
     pub ticks: usize,

@@ -70,7 +70,7 @@ fn large_rain(count: u32) -> Pile {
 }
 
 /// Rain that is not left alone: the mean times are those of all steps.
-fn disturbed() -> [Pile; 6] {
+fn disturbed() -> [Pile; 9] {
     let of = |id: &str, title: &str, count: u32, script: Script, mean: f64, overlap: f64| {
         let mut scene = rain(count);
         script.prepare(&mut scene);
@@ -92,6 +92,16 @@ fn disturbed() -> [Pile; 6] {
         of("turning", "whose gravity turns every 2 s", 1000, Script::Turning, 1.8, 0.5),
         of("blasts", blasts, 1000, Script::Blasts, 1.2, 0.5),
         of("blasts", blasts, 4000, Script::Blasts, 1.1, 0.5),
+        of("crowd", "in which 63 heroes fly about", 1000, Script::Crowd, 1.5, 0.5),
+        of(
+            "slings",
+            "out of which bodies are slung into the walls",
+            1000,
+            Script::Slings,
+            1.5,
+            0.5,
+        ),
+        of("lift", "over a lift", 1000, Script::Lift, 1.5, 0.5),
         of("plough", "that a plough stirs", 1000, Script::Plough, 1.5, 1.0),
     ]
 }

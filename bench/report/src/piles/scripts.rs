@@ -1,4 +1,5 @@
-//! What disturbs a pile from outside: shaking, gravity that turns, blasts, a plough.
+//! Disturbances of a pile from outside: shaking, gravity that turns, blasts, a plough, a crowd, slings,
+//! a lift.
 
 use crate::engine::Engine;
 use crate::scene::{Body, Mulberry, Scene, Shape};
@@ -17,15 +18,37 @@ pub enum Script {
     Blasts,
     /// From tick 180 on, the last body of the scene is driven from wall to wall at 60 units/s.
     Plough,
+    /// Of every 16 bodies one is a hero, who flies at 40 units/s and turns every 15 ticks.
+    Crowd,
+    /// Every 20 ticks eight bodies are slung at 140 units/s, away from the middle of the floor.
+    Slings,
+    /// From tick 120 on a lift in the floor rises at 30 units/s for a second, and sinks, for ever.
+    Lift,
 }
+
+/// Speed of a hero, units/s.
+const HERO_SPEED: f64 = 40.0;
+/// Bodies for each of which one is a hero.
+const HERO_EVERY: usize = 16;
+/// Speed at which a body is slung, units/s.
+const SLING_SPEED: f64 = 140.0;
+/// Bodies that are slung at once.
+const SLINGS: usize = 8;
+/// Half the height of the lift, units.
+const LIFT: f64 = 2.0;
+/// Speed of the lift, units/s, and the ticks that it rises or sinks.
+const LIFT_SPEED: f64 = 30.0;
+const LIFT_TICKS: u32 = 60;
 
 /// Half-size of the plough, and the distance that its centre keeps from the walls.
 const PLOUGH: [f64; 2] = [2.0, 12.0];
 const PLOUGH_MARGIN: f64 = 6.0;
+/// Speed of the plough, units/s.
 const PLOUGH_SPEED: f64 = 60.0;
 /// Reach of a blast, units, and the speed that it gives at its centre, units/s.
 const BLAST_REACH: f64 = 40.0;
 const BLAST_SPEED: f64 = 120.0;
+/// Largest change of a velocity by a shake in x and in y, units/s.
 const SHAKE_SPEED: f64 = 40.0;
 /// Half the thickness of a container's wall.
 const WALL: f64 = 10.0;
@@ -37,6 +60,10 @@ impl Script {
             let shape = Shape::rect(PLOUGH[0], PLOUGH[1]);
             let plough = Body::new(shape, PLOUGH_MARGIN, height(scene) - PLOUGH[1] - 2.0);
             scene.add(plough.of_stuff(0.3, 0.0).kinematic());
+        }
+        if self == Script::Lift {
+            let lift = Body::new(Shape::rect(width(scene) / 6.0, LIFT), width(scene) / 2.0, -LIFT);
+            scene.add(lift.of_stuff(0.3, 0.0).kinematic());
         }
     }
 }
@@ -70,7 +97,14 @@ impl Driver {
             }
             Script::Blasts if tick >= 240 && tick.is_multiple_of(20) => self.blast(engine, scene),
             Script::Plough => self.plough(engine, scene, tick),
-            Script::Shaken | Script::Turning | Script::Blasts => {}
+            Script::Crowd if tick.is_multiple_of(15) => self.steer(engine, scene),
+            Script::Slings if tick.is_multiple_of(20) => self.sling(engine, scene),
+            Script::Lift if tick >= 120 && tick.is_multiple_of(LIFT_TICKS) => {
+                let upward = (tick / LIFT_TICKS).is_multiple_of(2);
+                let speed = if upward { LIFT_SPEED } else { -LIFT_SPEED };
+                engine.set_velocity(scene.bodies.len() - 1, DVec2::new(0.0, speed));
+            }
+            _ => {}
         }
     }
 
@@ -93,6 +127,25 @@ impl Driver {
                 let speed = BLAST_SPEED * (1.0 - distance / BLAST_REACH);
                 engine.set_velocity(body, state.velocity + away.normalize_or_zero() * speed);
             }
+        }
+    }
+
+    fn steer(&mut self, engine: &mut dyn Engine, scene: &Scene) {
+        for hero in scene.dynamic().step_by(HERO_EVERY) {
+            let mut draw = || f64::from(self.draws.range(-1.0, 1.0) as f32);
+            let direction = DVec2::new(draw(), draw()).normalize_or_zero();
+            engine.set_velocity(hero, direction * HERO_SPEED);
+        }
+    }
+
+    fn sling(&mut self, engine: &mut dyn Engine, scene: &Scene) {
+        let bodies: Vec<usize> = scene.dynamic().collect();
+        let middle = DVec2::new(width(scene) / 2.0, 0.0);
+        for _ in 0..SLINGS {
+            let draw = self.draws.range(0.0, bodies.len() as f64) as usize;
+            let slung = bodies[draw.min(bodies.len() - 1)];
+            let away = engine.state(slung).position - middle;
+            engine.set_velocity(slung, away.normalize_or_zero() * SLING_SPEED);
         }
     }
 

@@ -1,4 +1,4 @@
-//! A pile that is shaken: bounded work, little overlap, nobody lost, and no hidden state.
+//! A pile that is shaken: bounded work, little overlap, no body lost, no hidden state.
 
 use super::*;
 use crate::state::bytes::{StateReader, StateWriter};
