@@ -3,6 +3,7 @@
 
 mod bot_input;
 pub mod bots;
+mod cost;
 mod inputs;
 mod output;
 mod plan;

@@ -1,6 +1,7 @@
 //! `jostle scene plan`: the [`Plan`] of a scene, as text and as JSON: what is in, what is left out, and which
 //! field decides.
 
+use crate::cost::WorstTick;
 use jostle_game::scene::{Bodies, Per, Plan};
 use jostle_game::{Scene, Tools};
 use jostle_sim::{Motion, Solver};
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 
 /// The plan as a JSON object. Lengths are world units; a scene without a solver has `null` for it.
 pub fn as_json(scene: &Scene) -> Value {
-    let plan = Plan::of(scene);
+    let (plan, worst) = (Plan::of(scene), WorstTick::of(scene));
     let bodies = plan.bodies.iter().map(|bodies| {
         json!({
             "kind": bodies.kind.name(),
@@ -43,6 +44,10 @@ pub fn as_json(scene: &Scene) -> Value {
             "bodies": scene.world.bodies_max,
             "particles": scene.world.particles_max,
         },
+        "worst_tick": {
+            "ms": decimal(worst.ms),
+            "rooms_per_core": worst.rooms_per_core(),
+        },
     })
 }
 
@@ -71,6 +76,7 @@ pub fn as_text(scene: &Scene) -> String {
     lines.push(format!("pairs        {}", listed(&pairs)));
     lines.push(format!("tools        {}", listed(&tools(scene))));
     lines.push(format!("limits       {players} players, {bodies} bodies, {particles} particles"));
+    lines.push(format!("worst tick   {}", WorstTick::of(scene).sentence()));
     lines.push(String::new());
     for (heading, used) in [("in", true), ("left out", false)] {
         let parts = plan.parts.iter().filter(|part| part.used == used);
@@ -183,6 +189,9 @@ mod tests {
             assert_eq!(list("tools").is_empty(), scene.tools == Tools::default(), "{name}");
             let text = as_text(&scene);
             assert!(text.starts_with(name));
+            let worst = WorstTick::of(&scene);
+            assert!(text.contains(&format!("\nworst tick   {}\n", worst.sentence())), "{name}");
+            assert_eq!(plan["worst_tick"]["rooms_per_core"], worst.rooms_per_core(), "{name}");
             for part in Plan::of(&scene).parts {
                 let said = if part.used { "in" } else { "left out" };
                 let line = format!("\n{said:<9} {:<21} {}", part.name, part.why);

@@ -66,6 +66,7 @@ pub struct Game {
     /// Scratch memory of a tick.
     prey: Prey,
     hard_touches: Vec<u32>,
+    nearby: Vec<BodyId>,
 }
 
 impl Game {
@@ -90,6 +91,7 @@ impl Game {
             pending: Vec::new(),
             prey: Prey::default(),
             hard_touches: Vec::new(),
+            nearby: Vec::new(),
         }
     }
 
@@ -174,7 +176,7 @@ impl Game {
         minions::turn(world, &mut roster.actors);
         packs::take_drift(world, &mut roster.actors);
         packs::burst(world, roster, scene, prey, &mut rngs.emit, events);
-        tools::make(world, roster, scene, rngs, events);
+        tools::make(world, roster, scene, rngs, events, &mut self.nearby);
         emitters::start_due(world, scene, &roster.placed, self.ticks, &mut rngs.emit, events);
         watch(Phase::Events, world);
         world.step_particles();

@@ -59,7 +59,7 @@ fn clear_position(
     first: usize,
     rng: &mut Rng,
 ) -> Option<Vec2> {
-    let is_clear = |position| is_clear(world, scene, &spec.body, position);
+    let is_clear = |position| is_clear(world, scene, &spec.body, position, world.ids());
     let count = spec.spawns.len();
     let mut points = (0..count).map(|step| spec.spawns[(first + step) % count]);
     if let Some(point) = points.find(|&point| is_clear(point)) {

@@ -88,32 +88,19 @@ pub(crate) fn either_side(speed: f32, rng: &mut Rng) -> Vec2 {
     if rng.below(2) == 0 { Vec2::new(speed, 0.0) } else { Vec2::new(-speed, 0.0) }
 }
 
-/// Whether a body at this position touches nothing that it collides with.
-pub(crate) fn is_clear(world: &World, scene: &Scene, body: &BodyDef, position: Vec2) -> bool {
-    is_clear_of(world, scene, body, position, |_| true)
-}
-
-fn is_clear_of(
+/// Whether a body at this position touches none of `others` that it collides with.
+pub(crate) fn is_clear(
     world: &World,
     scene: &Scene,
     body: &BodyDef,
     position: Vec2,
-    counts: fn(Motion) -> bool,
+    mut others: impl Iterator<Item = BodyId>,
 ) -> bool {
-    world.ids().filter(|&id| counts(world.motion(id))).all(|id| {
+    others.all(|id| {
         let (shape, center) = (world.shape(id), world.position(id));
         !scene.groups_meet(body.group, world.group(id))
             || collide(body.shape, position, shape, center, (0, 1)).is_none()
     })
-}
-
-/// Whether nothing immovable that collides with `body` reaches into the rectangle between two
-/// points.
-pub(crate) fn is_open(world: &World, scene: &Scene, body: &BodyDef, from: Vec2, to: Vec2) -> bool {
-    // A little larger: a rectangle without area touches nothing.
-    let half = (to - from).abs() * 0.5 + Vec2::splat(1e-3);
-    let way = BodyDef { shape: Shape::Box { half }, ..*body };
-    is_clear_of(world, scene, &way, (from + to) * 0.5, |motion| motion != Motion::Dynamic)
 }
 
 /// Spawn points stay clear of layouts (C37).
@@ -131,8 +118,8 @@ fn swept(path: &Path, shape: Shape) -> impl Iterator<Item = Aabb> {
         .map(move |leg| Aabb::around(leg[0], half).union(&Aabb::around(leg[1], half)))
 }
 
-/// The layout's next body at a random position with room around it: in its cell of the grid, or
-/// where that is full, anywhere in the area.
+/// The layout's next body: at the centre of its cell where the layout is exact, else at a random
+/// position with room around it in its cell, or where that is full, anywhere in the area.
 fn find_room(
     layout: &Layout,
     number: u32,
@@ -141,6 +128,9 @@ fn find_room(
     rng: &mut Rng,
 ) -> Option<BodyDef> {
     let shape = layout.shapes[rng.below(layout.shapes.len() as u32) as usize];
+    if layout.exact {
+        return Some(BodyDef { shape, position: layout.cell_center(number), ..layout.def });
+    }
     let half = shape.half_extent();
     let is_free = |position: Vec2| {
         let roomy = Aabb::around(position, half + Vec2::splat(layout.gap));
@@ -149,7 +139,7 @@ fn find_room(
             && spawns.iter().all(|spawn| !spawn.overlaps(&tight))
     };
     for attempt in 0..2 * TRIES {
-        let region = if attempt < TRIES { cell(layout, number) } else { layout.area };
+        let region = if attempt < TRIES { layout.cell(number) } else { layout.area };
         let (x, y) = (rng.unit(), rng.unit());
         let position = region.low + Vec2::new(x, y) * (region.high - region.low);
         if is_free(position) {
@@ -157,14 +147,4 @@ fn find_room(
         }
     }
     None
-}
-
-/// The cell of the layout's grid that its body number `number` belongs to.
-fn cell(layout: &Layout, number: u32) -> Aabb {
-    let [columns, rows] = layout.grid;
-    let number = number % (columns * rows);
-    let size = (layout.area.high - layout.area.low) / Vec2::new(columns as f32, rows as f32);
-    let corner = Vec2::new((number % columns) as f32, (number / columns) as f32) * size;
-    let low = layout.area.low + corner;
-    Aabb { low, high: low + size }
 }

@@ -29,6 +29,9 @@ mod tests;
 pub use error::SceneError;
 pub use kind::Kind;
 pub use limits::*;
+pub use name::is_name;
+#[cfg(test)]
+pub(crate) use parse::BUILT_IN;
 pub use path::Path;
 pub use plan::{Bodies, Part, Per, Plan};
 pub use recipes::presets;

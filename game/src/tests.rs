@@ -6,8 +6,10 @@ mod packs;
 mod plans;
 mod players;
 mod shipped;
+mod showcases;
 
 use crate::actor::Rule;
+use crate::scene::BUILT_IN;
 use crate::{BodyInfo, Buttons, Event, Game, Input, Kind, Scene, Seat};
 use glam::Vec2;
 use jostle_sim::math::max;
@@ -46,8 +48,9 @@ fn floor_with(more: &str) -> Game {
 }
 
 fn built_in(name: &str, seed: u64) -> Game {
-    let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
-    Game::new(Arc::new(scene.expect("a shipped scene")), seed)
+    let file = format!("{name}.toml");
+    let (_, source) = BUILT_IN.iter().find(|(built_in, _)| *built_in == file).expect("a scene");
+    Game::new(Arc::new(Scene::parse(&file, source).expect("a good scene")), seed)
 }
 
 fn at(x: f32, y: f32) -> Option<Vec2> {

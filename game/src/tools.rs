@@ -3,7 +3,7 @@
 use crate::actor::Rule;
 use crate::event::Event;
 use crate::input::Buttons;
-use crate::placing::{either_side, is_clear, is_open};
+use crate::placing::{either_side, is_clear};
 use crate::player::{Held, Player};
 use crate::rngs::Rngs;
 use crate::roster::Roster;
@@ -12,7 +12,7 @@ use crate::{emitters, packs};
 use glam::Vec2;
 use jostle_sim::Rng;
 use jostle_sim::math::{clamp_length, min};
-use jostle_sim::{BodyDef, BodyId, DT, EmitterDef, Motion, Source, World};
+use jostle_sim::{Aabb, BodyDef, BodyId, DT, EmitterDef, Motion, Shape, Source, World};
 
 /// Largest change of either component of a velocity that C makes in a tick, units/s.
 const AGITATE_SPEED: f32 = 5.0;
@@ -45,13 +45,15 @@ pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scen
     }
 }
 
-/// Tools that make something, after the step, so that it appears exactly at the pointer.
+/// Tools that make something, after the step, so that it appears where the pointer is. `nearby` is
+/// scratch memory.
 pub(crate) fn make(
     world: &mut World,
     roster: &mut Roster,
     scene: &Scene,
     rngs: &mut Rngs,
     events: &mut Vec<Event>,
+    nearby: &mut Vec<BodyId>,
 ) {
     let allows = |tool| scene.tools.contains(tool);
     for slot in 0..roster.players.len() {
@@ -63,7 +65,7 @@ pub(crate) fn make(
             packs::launch(world, roster, scene, seat, aim);
         }
         if makes && allows(Tools::MARBLE) {
-            drop_marble(world, roster, scene, aim, &mut rngs.drop);
+            drop_marble(world, roster, scene, aim, &mut rngs.drop, nearby);
         }
         if let Some(recipe) = scene.spray.filter(|_| makes && allows(Tools::SPRAY)) {
             let (seed, source) = (rngs.emit.next_u32(), Source::Point(aim));
@@ -83,13 +85,20 @@ fn agitate_marbles(world: &mut World, roster: &Roster, rng: &mut Rng) {
     }
 }
 
-fn drop_marble(world: &mut World, roster: &mut Roster, scene: &Scene, aim: Vec2, rng: &mut Rng) {
+fn drop_marble(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    aim: Vec2,
+    rng: &mut Rng,
+    nearby: &mut Vec<BodyId>,
+) {
     let Some(marble) = &scene.marble else { return };
     let marbles = roster.actors().filter(|actor| actor.kind == Kind::Marble).count();
     if marbles >= marble.count_max as usize || !roster.has_room(world, scene) {
         return;
     }
-    if let Some(position) = free_place(world, scene, &marble.body, aim, rng) {
+    if let Some(position) = free_place(world, scene, &marble.body, aim, rng, nearby) {
         let def = BodyDef { position, velocity: either_side(marble.speed, rng), ..marble.body };
         roster.add(world, &def, Kind::Marble, None, Rule::Still);
     }
@@ -97,18 +106,32 @@ fn drop_marble(world: &mut World, roster: &mut Roster, scene: &Scene, aim: Vec2,
 
 /// A place near the pointer where a marble touches nothing, on the same side of every wall; none if
 /// the tries do not find one. Bodies made inside each other would burst apart, and through walls.
+/// `nearby` is scratch memory.
 fn free_place(
     world: &World,
     scene: &Scene,
     marble: &BodyDef,
     aim: Vec2,
     rng: &mut Rng,
+    nearby: &mut Vec<BodyId>,
 ) -> Option<Vec2> {
+    let half = marble.shape.half_extent();
+    let area = Aabb::around(aim, half * (2.0 + DROP_SPREAD + DROP_GROWTH * DROP_TRIES as f32));
+    nearby.clear();
+    nearby.extend(world.ids().filter(|&id| {
+        area.overlaps(&Aabb::around(world.position(id), world.shape(id).half_extent()))
+    }));
     (0..DROP_TRIES).find_map(|attempt| {
-        let spread = marble.shape.half_extent() * (DROP_SPREAD + DROP_GROWTH * attempt as f32);
+        let spread = half * (DROP_SPREAD + DROP_GROWTH * attempt as f32);
         let position = aim + Vec2::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0)) * spread;
-        let is_free = is_clear(world, scene, marble, position)
-            && is_open(world, scene, marble, aim, position);
+        // What is immovable may not reach into the rectangle between the two. One without area would
+        // touch nothing.
+        let between = (position - aim).abs() * 0.5 + Vec2::splat(1e-3);
+        let way = BodyDef { shape: Shape::Box { half: between }, ..*marble };
+        let is_fixed = |id: &BodyId| world.motion(*id) != Motion::Dynamic;
+        let fixed = nearby.iter().copied().filter(is_fixed);
+        let is_free = is_clear(world, scene, marble, position, nearby.iter().copied())
+            && is_clear(world, scene, &way, (aim + position) * 0.5, fixed);
         is_free.then_some(position)
     })
 }

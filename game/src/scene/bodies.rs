@@ -105,6 +105,11 @@ pub(super) fn layout(table: &Table, kinds: &Kinds, groups: &Groups) -> Layout {
         |item, base| item.whole(base, 1..=LAYOUT_COUNT_MAX),
     );
     let count = table.need("count", "how many bodies");
+    let (exact, gap) = (table.get("exact").truth(false), table.get("gap"));
+    if exact && gap.is_given() {
+        gap.refuse("nothing: the grid decides it where exact = true");
+    }
+    let count_max = if exact { grid[0] * grid[1] } else { LAYOUT_COUNT_MAX };
     let area = table.need("area", "[[x, y], [x, y]]: corners");
     let [low, high] = area.corners([Vec2::ZERO; 2], POSITION);
     let (velocity, start_speed) = velocity(table, &traits);
@@ -113,10 +118,11 @@ pub(super) fn layout(table: &Table, kinds: &Kinds, groups: &Groups) -> Layout {
         def: BodyDef { velocity, ..def },
         start_speed,
         shapes: if shapes.is_empty() { vec![def.shape] } else { shapes },
-        count: count.whole(1, 1..=LAYOUT_COUNT_MAX),
+        count: count.whole(1, 1..=count_max.min(LAYOUT_COUNT_MAX)),
         area: Aabb { low, high },
         grid,
-        gap: table.get("gap").number(1.0, Range::from(0.0, SIZE_MAX)),
+        gap: gap.number(1.0, Range::from(0.0, SIZE_MAX)),
+        exact,
     }
 }
 

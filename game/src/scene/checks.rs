@@ -2,7 +2,7 @@
 
 use super::drag;
 use super::limits::{MASS_RATIO_MAX, QUANTA_MAX};
-use super::spec::{Placed, Scene};
+use super::spec::{Layout, Placed, Scene};
 use super::table::{Field, Table};
 use super::tools::Tools;
 use jostle_sim::collide;
@@ -20,7 +20,7 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_positions(scene, &bodies, &spawns, &layouts);
     check_pack_speed(root, scene);
     check_masses(root, scene, &bodies, &layouts);
-    check_starts(scene, &bodies, &spawns);
+    check_starts(scene, &bodies, &layouts, &spawns);
 }
 
 /// Bodies stay inside the kill zone, and messages carry whole quanta up to [`QUANTA_MAX`].
@@ -117,15 +117,15 @@ fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]
         return;
     }
     let kinds = ["hero", "dumb", "pack"].map(|name| root.get(name));
-    let mut bodies_of = Vec::new();
-    bodies_of.extend(bodies.iter().zip(&scene.bodies).map(|(field, body)| (field, &body.def)));
-    bodies_of.extend(layouts.iter().zip(&scene.layouts).map(|(field, body)| (field, &body.def)));
-    bodies_of.extend(scene.hero.as_ref().map(|hero| (&kinds[0], &hero.body)));
-    bodies_of.extend(scene.marble.as_ref().map(|marble| (&kinds[1], &marble.body)));
-    bodies_of.extend(scene.pack.as_ref().map(|pack| (&kinds[2], &pack.body)));
-    bodies_of.retain(|(_, def)| def.motion == Motion::Dynamic);
-    let lightest = bodies_of.iter().fold(f32::INFINITY, |least, (_, def)| min(least, def.mass));
-    for (field, def) in bodies_of {
+    let mut all = Vec::new();
+    all.extend(bodies.iter().zip(&scene.bodies).map(|(field, body)| (field, &body.def)));
+    all.extend(layouts.iter().zip(&scene.layouts).map(|(field, body)| (field, &body.def)));
+    all.extend(scene.hero.as_ref().map(|hero| (&kinds[0], &hero.body)));
+    all.extend(scene.marble.as_ref().map(|marble| (&kinds[1], &marble.body)));
+    all.extend(scene.pack.as_ref().map(|pack| (&kinds[2], &pack.body)));
+    all.retain(|(_, def)| def.motion == Motion::Dynamic);
+    let lightest = all.iter().fold(f32::INFINITY, |least, (_, def)| min(least, def.mass));
+    for (field, def) in all {
         if def.mass / lightest > MASS_RATIO_MAX {
             let given = if field.is_given() { field.inner("mass") } else { root.get("solver") };
             let found = format!("a mass of {} beside one of {lightest}", def.mass);
@@ -136,7 +136,7 @@ fn check_masses(root: &Table, scene: &Scene, bodies: &[Field], layouts: &[Field]
 }
 
 /// Dynamic bodies and heroes start clear of the immovable ones that they collide with.
-fn check_starts(scene: &Scene, bodies: &[Field], spawns: &[Field]) {
+fn check_starts(scene: &Scene, bodies: &[Field], layouts: &[Field], spawns: &[Field]) {
     if scene.world.solver.is_none() {
         return;
     }
@@ -146,6 +146,16 @@ fn check_starts(scene: &Scene, bodies: &[Field], spawns: &[Field]) {
             && let Some(other) = blocking(scene, &body.def)
         {
             field.inner("position").refuse_as(format!("a start inside bodies[{other}]"), clear);
+        }
+    }
+    let is_exact = |layout: &Layout| layout.exact && layout.def.motion == Motion::Dynamic;
+    for (field, layout) in layouts.iter().zip(&scene.layouts).filter(|(_, of)| is_exact(of)) {
+        let mut starts = (0..layout.count).flat_map(|number| {
+            let position = layout.cell_center(number);
+            layout.shapes.iter().map(move |&shape| BodyDef { shape, position, ..layout.def })
+        });
+        if let Some(other) = starts.find_map(|def| blocking(scene, &def)) {
+            field.inner("area").refuse_as(format!("a start inside bodies[{other}]"), clear);
         }
     }
     let Some(hero) = &scene.hero else { return };

@@ -23,8 +23,11 @@ const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
 /// File and text of every shipped scene.
-pub(super) const BUILT_IN: [(&str, &str); 6] = [
+pub(crate) const BUILT_IN: [(&str, &str); 9] = [
     ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
+    ("tower.toml", include_str!("../../../assets/scenes/tower.toml")),
+    ("bridge.toml", include_str!("../../../assets/scenes/bridge.toml")),
+    ("hall.toml", include_str!("../../../assets/scenes/hall.toml")),
     ("bounds.toml", include_str!("../../../assets/scenes/bounds.toml")),
     ("impulse.toml", include_str!("../../../assets/scenes/impulse.toml")),
     ("particles.toml", include_str!("../../../assets/scenes/particles.toml")),

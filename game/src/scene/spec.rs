@@ -106,7 +106,8 @@ pub struct Placed {
     pub path: Option<Path>,
 }
 
-/// Bodies at positions that the seed decides, clear of each other and of all fixed ones.
+/// Bodies in a grid: at positions that the seed decides, clear of each other and of all fixed ones,
+/// or exactly at the centres of its cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     /// Their kind.
@@ -123,8 +124,29 @@ pub struct Layout {
     pub area: Aabb,
     /// Columns and rows into which the area is cut; bodies take the cells in turn.
     pub grid: [u32; 2],
-    /// Free space around each, world units.
+    /// Free space around each, world units; unused by an exact layout.
     pub gap: f32,
+    /// Whether body number n is at the centre of cell number n, counted from the lower left, row by
+    /// row. An exact layout has at most as many bodies as cells.
+    pub exact: bool,
+}
+
+impl Layout {
+    /// The cell of its grid that its body number `number` belongs to.
+    pub fn cell(&self, number: u32) -> Aabb {
+        let [columns, rows] = self.grid;
+        let number = number % (columns * rows);
+        let size = (self.area.high - self.area.low) / Vec2::new(columns as f32, rows as f32);
+        let corner = Vec2::new((number % columns) as f32, (number / columns) as f32) * size;
+        let low = self.area.low + corner;
+        Aabb { low, high: low + size }
+    }
+
+    /// Centre of that cell.
+    pub fn cell_center(&self, number: u32) -> Vec2 {
+        let cell = self.cell(number);
+        (cell.low + cell.high) * 0.5
+    }
 }
 
 /// A spring between a body and another or a point.

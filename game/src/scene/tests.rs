@@ -8,6 +8,8 @@ use jostle_sim::Relaxation;
 use jostle_sim::{Motion, Shape, Solver};
 use proptest::prelude::*;
 
+mod reference;
+
 const SMALL: &str = r#"title = "Small"
 size = [100, 50]
 gravity = [0, -10]
@@ -318,6 +320,32 @@ fn positions_outside_the_kill_zone_are_refused() {
 }
 
 #[test]
+fn an_exact_layout_has_a_body_at_the_centre_of_each_cell() {
+    let exact = SMALL.replace("count = 2\n", "count = 5\nexact = true\ngrid = [3, 2]\n");
+    let scene = Scene::parse("small.toml", &exact).expect("a good scene");
+    let game = crate::Game::new(std::sync::Arc::new(scene), 9);
+    let places: Vec<Vec2> =
+        game.bodies().skip(3).map(|body| game.world().position(body.id)).collect();
+    let at = |x, y| Vec2::new(x, y);
+    let row = |y: f32| [at(20.0, y), at(50.0, y), at(80.0, y)];
+    assert_eq!(places, [&row(27.5)[..], &row(32.5)[..2]].concat(), "row by row from below");
+}
+
+#[test]
+fn exact_layouts_are_checked() {
+    let to = "exact = true\ngrid = [3, 2]\ncount = 7\n";
+    refused("count = 2\n", to, 36, "layouts[0].count", "7", "a whole number from 1 to 6");
+    let to = "exact = true\ngrid = [3, 2]\ncount = 2\ngap = 1\n";
+    let allowed = "nothing: the grid decides it where exact = true";
+    refused("count = 2\n", to, 37, "layouts[0].gap", "1", allowed);
+    let found = "a start inside bodies[0]";
+    let to = "exact = true\ncount = 1\narea = [[5, 1], [95, 3]]";
+    let from = "count = 2\narea = [[5, 25], [95, 35]]";
+    refused(from, to, 36, "layouts[0].area", found, "a place clear of it");
+    refused("count = 2\n", "count = 2\nexact = 1\n", 35, "layouts[0].exact", "1", "true or false");
+}
+
+#[test]
 fn limits_are_kept() {
     let to = "[limits]\nbodies = 20\n\n[hero]";
     let found = "20 for 21 bodies with layouts and heroes of all players";
@@ -447,48 +475,11 @@ fn the_file_name_must_be_a_good_name() {
     assert_eq!(Scene::parse("some/where/a-9", SMALL).expect("a good name").name, "a-9");
 }
 
-/// The blocks of a kind of code in the reference.
-fn reference_blocks(language: &str) -> Vec<&'static str> {
-    let reference = include_str!("../../../docs/scenes.md");
-    let opening = format!("```{language}\n");
-    let blocks = reference.split(opening.as_str()).skip(1);
-    blocks.map(|rest| rest.split("```").next().expect("a closed block")).collect()
-}
-
-#[test]
-fn the_references_example_parses_and_its_error_is_true() {
-    let examples = reference_blocks("toml");
-    assert_eq!(examples.len(), 1);
-    let yard = Scene::parse("yard.toml", examples[0]).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!((yard.layouts.len(), yard.emitters.len()), (1, 1));
-    let wrong = examples[0].replace("radius = 5", "radius = -3");
-    let error = Scene::parse("my-yard.toml", &wrong).expect_err("a negative radius");
-    let reference = include_str!("../../../docs/scenes.md");
-    assert!(reference.contains(&error.to_string()), "{error}");
-}
-
 /// The fields that the refusal of an unknown one lists.
 fn fields_of_the_top_level() -> Vec<String> {
     let error = Scene::parse("a.toml", "unknown = 1").expect_err("an unknown field");
     let list = error.allowed.strip_prefix("the fields ").expect("a list of fields");
     list.split(", ").map(str::to_owned).collect()
-}
-
-#[test]
-fn the_reference_names_every_field_of_the_top_level() {
-    let reference = include_str!("../../../docs/scenes.md");
-    for field in fields_of_the_top_level() {
-        let forms = [
-            format!("`{field}`"),
-            format!("`[{field}]`"),
-            format!("`[[{field}]]`"),
-            format!("`[{field}."),
-        ];
-        assert!(forms.iter().any(|form| reference.contains(form)), "{field} is not documented");
-    }
-    for (tool, _) in Tools::NAMES {
-        assert!(reference.contains(&format!("| `{tool}` |")), "{tool} is not documented");
-    }
 }
 
 #[test]

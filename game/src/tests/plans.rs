@@ -9,6 +9,8 @@ use jostle_sim::Solver;
 use jostle_sim::{BodyDef, EmitterDef, Features};
 
 const TICKS: u32 = 90;
+/// Ticks of a scene with thousands of bodies, which meet in the first.
+const TICKS_LARGE: u32 = 30;
 
 /// The shipped scenes and those of the golden replays.
 fn scenes() -> Vec<Scene> {
@@ -67,7 +69,8 @@ fn played(scene: &Scene, widened: bool) -> (Vec<u64>, Features) {
     (0..4).for_each(|seat| game.join(Seat(seat)));
     let mut rng = Rng::new(5, 1);
     let mut hashes = Vec::new();
-    for _ in 0..TICKS {
+    let ticks = if game.world().body_count() > 1000 { TICKS_LARGE } else { TICKS };
+    for _ in 0..ticks {
         busy_tick(&mut game, &mut rng);
         hashes.push(game.hash());
     }

@@ -53,6 +53,7 @@ fn no_body_moves_further_in_a_tick_than_its_speed_and_its_correction_allow() {
         let (name, scene) = (scene.name.clone(), Arc::new(scene));
         let settings = scene.world_settings();
         let (dt, speed_max) = (settings.dt, settings.speed_max);
+        // Gravity, and a warm start that balances up to 8 times as much.
         let gain = 9.0 * settings.gravity.length() * dt;
         let mut game = Game::new(Arc::clone(&scene), 3);
         (0..8).for_each(|seat| game.join(Seat(seat)));

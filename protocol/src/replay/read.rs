@@ -356,7 +356,6 @@ fn check_header(bytes: &[u8]) -> Result<(), ReplayError> {
 }
 
 /// Reads the record at `at`, and returns it with its end.
-#[inline(never)]
 fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayError> {
     let bad = |problem| ReplayError { offset: at, problem };
     let rest = bytes.get(at..).unwrap_or_default();

@@ -36,7 +36,7 @@ pub enum Outcome {
     Damaged {
         /// Where the damaged record begins, bytes.
         offset: usize,
-        /// What is wrong with it.
+        /// The damage.
         reason: String,
         /// The last tick before it.
         last_tick: u32,

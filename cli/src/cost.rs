@@ -1,0 +1,167 @@
+//! The worst tick that a scene can cost by its limits: everything that it can ever contain, in motion
+//! and in contact at once. Scenes in play cost less, as bodies sleep or fly and few players use all
+//! that they may.
+//!
+//! The constants are processor time of the simulation in a release build on one virtual core of an
+//! Intel Xeon server, shared with other work, and belong to the worst of 1200 to 3600 ticks with 8 to
+//! 64 bots. Sending snapshots comes on top.
+
+use jostle_game::{Scene, Tools};
+use jostle_sim::{BodyDef, DT, Motion, Solver};
+
+/// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
+/// bodies in ten pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms.
+const RELAXED_BODY_US: f32 = 4.0;
+/// Microseconds of a dynamic body with the conjugate solver, where nothing bounces: the same 3000
+/// bodies took 51 ms, the 300 of `tower` 6.0 ms.
+const CONJUGATE_BODY_US: f32 = 20.0;
+/// Microseconds of one that bounces: each bounce in a crowd is found at its own time of impact. 250
+/// stirred marbles of restitution 0.4 took 17.9 ms, the tower of pieces of 0.2 took 22 ms.
+const BOUNCING_BODY_US: f32 = 70.0;
+/// Microseconds of a particle: the 4096 of `emitters` took 0.33 ms with all else in that scene.
+const PARTICLE_US: f32 = 0.08;
+
+/// An upper estimate of a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorstTick {
+    /// Processor time of the simulation, milliseconds.
+    pub ms: f32,
+}
+
+/// Alike bodies that can move.
+struct Movers<'a> {
+    def: &'a BodyDef,
+    count: u32,
+}
+
+impl WorstTick {
+    /// The worst tick of this scene.
+    pub fn of(scene: &Scene) -> WorstTick {
+        let is_conjugate = matches!(scene.world.solver, Some(Solver::Conjugate(_)));
+        let movers = movers(scene);
+        let mut costs: Vec<(f32, u32)> = movers
+            .iter()
+            .map(|alike| match is_conjugate {
+                false => (RELAXED_BODY_US, alike.count),
+                true if bounces(scene, &movers, alike.def) => (BOUNCING_BODY_US, alike.count),
+                true => (CONJUGATE_BODY_US, alike.count),
+            })
+            .collect();
+        // Beyond the limit of bodies the cheap ones are left out.
+        costs.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let mut room = scene.world.bodies_max as u32;
+        let mut us = 0.0;
+        for (cost, count) in costs {
+            let count = count.min(room);
+            room -= count;
+            us += cost * count as f32;
+        }
+        if emits(scene) {
+            us += PARTICLE_US * scene.world.particles_max as f32;
+        }
+        WorstTick { ms: us / 1000.0 }
+    }
+
+    /// Rooms of this scene that keep up on one core even if all have their worst tick at once.
+    pub fn rooms_per_core(self) -> u32 {
+        (1000.0 * DT / self.ms.max(0.01)) as u32
+    }
+
+    /// The estimate as people read it.
+    pub fn sentence(self) -> String {
+        let (ms, share) = (self.ms, self.ms / (1000.0 * DT));
+        match self.rooms_per_core() {
+            0 => format!(
+                "{ms:.1} ms by its limits ({share:.1} ticks: late if all of it moves at once)"
+            ),
+            1 => format!("{ms:.1} ms by its limits ({share:.2} of a tick; 1 room fits a core)"),
+            rooms => {
+                format!("{ms:.1} ms by its limits ({share:.2} of a tick; {rooms} rooms fit a core)")
+            }
+        }
+    }
+}
+
+/// All dynamic bodies that the scene can bring.
+fn movers(scene: &Scene) -> Vec<Movers<'_>> {
+    let players = u32::from(scene.players_max);
+    let mut movers = Vec::new();
+    movers.extend(scene.bodies.iter().map(|body| Movers { def: &body.def, count: 1 }));
+    let layouts = scene.layouts.iter();
+    movers.extend(layouts.map(|layout| Movers { def: &layout.def, count: layout.count }));
+    movers.extend(scene.hero.iter().map(|hero| Movers { def: &hero.body, count: players }));
+    let packs = scene.pack.iter().filter(|_| scene.tools.contains(Tools::LAUNCH));
+    movers.extend(packs.map(|pack| Movers { def: &pack.body, count: players * pack.count_max }));
+    let marbles = scene.marble.iter();
+    movers.extend(marbles.map(|marble| Movers { def: &marble.body, count: marble.count_max }));
+    movers.retain(|movers| movers.def.motion == Motion::Dynamic);
+    movers
+}
+
+/// Whether a body bounces off any other: both have restitution.
+fn bounces(scene: &Scene, movers: &[Movers<'_>], def: &BodyDef) -> bool {
+    let placed = scene.bodies.iter().map(|body| &body.def);
+    let moving = movers.iter().map(|alike| alike.def);
+    let meets =
+        |other: &BodyDef| other.restitution > 0.0 && scene.groups_meet(def.group, other.group);
+    def.restitution > 0.0 && placed.chain(moving).any(meets)
+}
+
+/// Whether anything in the scene emits particles.
+fn emits(scene: &Scene) -> bool {
+    scene.world_settings().features.particles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor, and `count` blocks on it.
+    fn scene(top: &str, block: &str, count: u32) -> Scene {
+        let source = format!(
+            "title = \"Cost\"\nsize = [100, 100]\ngroups = [\"platform\", \"block\"]\n\
+             pairs = [[\"block\", \"platform\"], [\"block\", \"block\"]]\n{top}\n\
+             [[bodies]]\nkind = \"wall\"\nposition = [50, 0]\nsize = [100, 4]\n\
+             [[layouts]]\nkind = \"block\"\ncount = {count}\narea = [[5, 5], [95, 95]]\nradius = 1\n\
+             {block}\n"
+        );
+        Scene::parse("cost.toml", &source).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn ms(top: &str, block: &str) -> f32 {
+        WorstTick::of(&scene(top, block, 1000)).ms
+    }
+
+    #[test]
+    fn a_body_costs_by_its_solver_and_by_whether_it_bounces() {
+        let conjugate = "solver = \"conjugate\"";
+        assert_eq!(ms("", ""), 4.0);
+        assert_eq!(ms(conjugate, "restitution = 0"), 20.0);
+        assert_eq!(ms(conjugate, "restitution = 0.2"), 70.0);
+        assert_eq!(ms(conjugate, "motion = \"kinematic\""), 0.0);
+    }
+
+    #[test]
+    fn only_bodies_within_the_limit_and_particles_that_something_emits_count() {
+        let spray = "tools = [\"spray\"]\nlimits = { particles = 10000 }";
+        assert_eq!(ms(spray, ""), 4.8);
+        assert_eq!(ms("limits = { particles = 10000 }", ""), 4.0);
+        let arena = Scene::built_in().swap_remove(0);
+        let all: u32 = movers(&arena).iter().map(|movers| movers.count).sum();
+        let mut few = arena.clone();
+        few.world.bodies_max = 100;
+        let saved = WorstTick::of(&arena).ms - WorstTick::of(&few).ms;
+        assert!((saved - (all - 100) as f32 * 0.004).abs() < 1e-3, "{saved} of {all} bodies");
+    }
+
+    #[test]
+    fn the_sentence_says_how_many_rooms_fit_a_core() {
+        let says = |ms| WorstTick { ms }.sentence();
+        assert_eq!(says(2.6), "2.6 ms by its limits (0.16 of a tick; 6 rooms fit a core)");
+        assert_eq!(says(9.7), "9.7 ms by its limits (0.58 of a tick; 1 room fits a core)");
+        assert_eq!(
+            says(50.0),
+            "50.0 ms by its limits (3.0 ticks: late if all of it moves at once)"
+        );
+    }
+}

@@ -1,0 +1,169 @@
+//! The shipped scenes of the conjugate solver: what stands, what carries and what sleeps.
+
+use super::*;
+use crate::scene::Location;
+use jostle_sim::{Motion, World};
+
+/// A tick of one player in the scene, who holds these buttons.
+fn steer(game: &mut Game, ticks: u32, button: Buttons) {
+    (0..ticks).for_each(|_| play(game, &[button], None));
+}
+
+fn positions(game: &Game, ids: &[BodyId]) -> Vec<Vec2> {
+    ids.iter().map(|&id| game.world().position(id)).collect()
+}
+
+/// How far each body is from where it was.
+fn moved(game: &Game, ids: &[BodyId], before: &[Vec2]) -> Vec<f32> {
+    let pairs = ids.iter().zip(before);
+    pairs.map(|(&id, &place)| (game.world().position(id) - place).length()).collect()
+}
+
+fn asleep(game: &Game, ids: &[BodyId]) -> usize {
+    ids.iter().filter(|&&id| game.world().is_asleep(id)).count()
+}
+
+#[test]
+fn the_tower_stands_still_for_ten_minutes() {
+    let mut game = built_in("tower", 1);
+    game.join(FIRST);
+    let pieces = all(&game, Kind::Block);
+    assert_eq!(pieces.len(), 300);
+    let before = positions(&game, &pieces);
+    idle(&mut game, 60);
+    assert_eq!(asleep(&game, &pieces), 300, "after a second");
+    idle(&mut game, 10 * 60 * 60 - 60);
+    let furthest = moved(&game, &pieces, &before).into_iter().fold(0.0, max);
+    assert!(furthest <= 0.01, "moved by {furthest}");
+    assert_eq!(asleep(&game, &pieces), 300, "at the end");
+}
+
+#[test]
+fn the_tower_falls_when_a_ball_is_pulled_out_of_its_lowest_storey() {
+    let mut game = built_in("tower", 1);
+    game.join(FIRST);
+    idle(&mut game, 60);
+    let pieces = all(&game, Kind::Block);
+    let before = positions(&game, &pieces);
+    let (ball, outside) = (Vec2::new(160.0, 9.0), Vec2::new(20.0, 30.0));
+    for tick in 0..60 {
+        play(&mut game, &[Buttons::HOLD], Some(ball.lerp(outside, tick as f32 / 60.0)));
+    }
+    idle(&mut game, 300);
+    let fallen = moved(&game, &pieces, &before).iter().filter(|&&way| way > 1.0).count();
+    assert!(fallen >= 60, "{fallen} pieces fell");
+}
+
+#[test]
+fn a_hero_that_flies_into_the_tower_knocks_pieces_off() {
+    let mut game = built_in("tower", 1);
+    game.join(FIRST);
+    let pieces = all(&game, Kind::Block);
+    let before = positions(&game, &pieces);
+    for _ in 0..240 {
+        play(&mut game, &[Buttons::RIGHT, Buttons::UP], None);
+    }
+    idle(&mut game, 300);
+    let fallen = moved(&game, &pieces, &before).iter().filter(|&&way| way > 8.0).count();
+    assert!(fallen >= 5, "{fallen} pieces fell");
+}
+
+/// Length of each spring of the scene relative to its rest length.
+fn stretches(game: &Game) -> Vec<f32> {
+    let (world, placed) = (game.world(), &game.roster.placed);
+    let position = |index: usize| world.position(placed[index].expect("a placed body"));
+    let springs = game.scene().springs.iter().map(|spring| {
+        let end = match spring.to {
+            Location::Point(point) => point,
+            Location::Body(index) => position(index),
+        };
+        (position(spring.body) - end).length() / spring.length
+    });
+    springs.collect()
+}
+
+fn weight(world: &World, ids: &[BodyId]) -> f32 {
+    ids.iter().map(|&id| 50.0 / world.inverse_mass(id)).sum()
+}
+
+/// Depth to which a load sinks in the middle of 26 equal springs over a width of 208: the vertical
+/// pull of both halves grows with the depth.
+fn static_sag(load: f32, stiffness: f32) -> f32 {
+    let (mut low, mut high) = (0.0, 100.0);
+    for _ in 0..50 {
+        let sag: f32 = 0.5 * (low + high);
+        let half = (104.0f32 * 104.0 + sag * sag).sqrt();
+        let pull = 2.0 * stiffness * (half / 13.0 - 8.0) * sag / half;
+        (low, high) = if pull < load { (sag, high) } else { (low, sag) };
+    }
+    low
+}
+
+/// The ball starts level with the cliffs, sinks to twice its depth at rest, and swings. A load that
+/// is let go stretches a spring up to about twice as far as the same load at rest: 1.05 becomes 1.11.
+#[test]
+fn the_bridge_carries_a_ball_of_a_thousand_planks() {
+    let mut game = built_in("bridge", 1);
+    let bodies = game.bodies().filter(|body| game.world().motion(body.id) == Motion::Dynamic);
+    let chain: Vec<BodyId> = bodies.map(|body| body.id).take(25).collect();
+    let (ball, planks) = chain.split_first().expect("a ball and planks");
+    let ratio = game.world().inverse_mass(planks[0]) / game.world().inverse_mass(*ball);
+    assert!((ratio - 1000.0).abs() < 0.1, "{ratio}");
+    for tick in 0..3600 {
+        idle(&mut game, 1);
+        let most = stretches(&game).into_iter().fold(0.0, max);
+        assert!(most < 1.13, "tick {tick}: a spring of {most} times its length");
+    }
+    // The springs at the ball carry the ball alone, those at the cliffs all planks as well.
+    let load = weight(game.world(), &[*ball]) + 0.5 * weight(game.world(), planks);
+    let sag = 112.0 - game.world().position(*ball).y;
+    let expected = static_sag(load, game.scene().springs[0].stiffness);
+    assert!((sag - expected).abs() < 0.1, "sags by {sag}, not by {expected}");
+    let before = positions(&game, &chain);
+    for _ in 0..600 {
+        idle(&mut game, 1);
+        let furthest = moved(&game, &chain, &before).into_iter().fold(0.0, max);
+        assert!(furthest < 0.05, "moved by {furthest}");
+    }
+}
+
+#[test]
+fn the_bridge_carries_a_hero() {
+    let mut game = built_in("bridge", 1);
+    game.join(FIRST);
+    idle(&mut game, 900);
+    // Over the crates, and down onto the planks.
+    for (ticks, buttons) in
+        [(30, &[Buttons::UP][..]), (40, &[Buttons::UP, Buttons::RIGHT]), (600, &[])]
+    {
+        (0..ticks).for_each(|_| play(&mut game, buttons, None));
+    }
+    let place = game.world().position(hero_of(&game, FIRST));
+    assert!(place.x > 60.0 && place.x < 260.0 && place.y > 70.0, "on the planks: {place}");
+    let most = stretches(&game).into_iter().fold(0.0, max);
+    assert!(most < 1.13, "a spring of {most} times its length");
+}
+
+#[test]
+fn the_hall_sleeps_but_for_the_pit_in_which_a_hero_wades() {
+    let mut game = built_in("hall", 1);
+    (0..64).for_each(|seat| game.join(Seat(seat)));
+    game.tick(&[]);
+    let heroes = game.players().filter(|player| player.hero.is_some()).count();
+    assert_eq!(heroes, 64, "each finds a place");
+    (1..64).for_each(|seat| game.leave(Seat(seat)));
+    let blocks = all(&game, Kind::Block);
+    assert_eq!(blocks.len(), 3000);
+    idle(&mut game, 240);
+    assert_eq!(asleep(&game, &blocks), 3000);
+    let before = positions(&game, &blocks);
+    let mut most_awake = 0;
+    for second in 0..8 {
+        let button = if second % 2 == 0 { Buttons::LEFT } else { Buttons::RIGHT };
+        steer(&mut game, 60, button);
+        most_awake = most_awake.max(3000 - asleep(&game, &blocks));
+    }
+    let touched = moved(&game, &blocks, &before).iter().filter(|&&way| way > 0.1).count();
+    assert!((20..=150).contains(&touched), "{touched} bodies moved");
+    assert!((20..=150).contains(&most_awake), "{most_awake} bodies awake at a time");
+}
