@@ -32,7 +32,7 @@ use tokio::time::timeout;
 use tracing::{info, warn};
 
 /// Serves until `shutdown` resolves, then warns the players, closes their sockets and returns
-/// within [`limits::DRAIN_NOTICE`] + 3 x [`limits::DRAIN_MAX`].
+/// within [`limits::Waits::drain_notice`] + 3 x [`limits::Waits::drain`].
 pub async fn run(
     listener: TcpListener,
     config: Config,
@@ -49,6 +49,7 @@ pub async fn run_with_ops(
     shutdown: impl Future<Output = ()>,
 ) -> io::Result<()> {
     check(&config)?;
+    let limits::Waits { drain_notice, drain, .. } = config.waits;
     let (phase, followed) = watch::channel(Phase::Running);
     let recording = config.replays.clone().map(Recording::start).transpose()?;
     let state = Arc::new(ServerState::new(config, followed, recording.clone()));
@@ -63,19 +64,19 @@ pub async fn run_with_ops(
     drop((listener, alive));
     info!("draining");
     phase.send_replace(Phase::Draining);
-    if timeout(limits::DRAIN_NOTICE, all_gone.recv()).await.is_err() {
+    if timeout(drain_notice, all_gone.recv()).await.is_err() {
         phase.send_replace(Phase::Closing);
-        if timeout(limits::DRAIN_MAX, all_gone.recv()).await.is_err() {
+        if timeout(drain, all_gone.recv()).await.is_err() {
             warn!("some sockets did not close in time");
         }
     }
     phase.send_replace(Phase::Closing);
     let rooms = Arc::clone(&state.rooms);
-    if timeout(limits::DRAIN_MAX, spawn_blocking(move || rooms.wait())).await.is_err() {
+    if timeout(drain, spawn_blocking(move || rooms.wait())).await.is_err() {
         warn!("some rooms did not close in time");
     }
     if let Some(recording) = recording
-        && timeout(limits::DRAIN_MAX, spawn_blocking(move || recording.close())).await.is_err()
+        && timeout(drain, spawn_blocking(move || recording.close())).await.is_err()
     {
         warn!("some replays were not written to their end in time");
     }

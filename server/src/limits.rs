@@ -122,8 +122,6 @@ pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
 pub const KICKED_MAX: usize = 64;
 /// Characters of the code of a private room, 5 bits each: none can be found by trying.
 pub const PRIVATE_CODE_CHARS: usize = 20;
-/// Time in which a room answers an operator, or all of them together where all are asked.
-pub const COMMAND_WAIT: Duration = Duration::from_secs(1);
 /// Characters of an operators' token, at least.
 pub const OPS_TOKEN_CHARS_MIN: usize = 16;
 /// Commands of operators that wait for a room's next tick.
@@ -170,14 +168,7 @@ pub const REPLAYS_LISTED_MAX: usize = 100;
 /// Replays that are being downloaded at a time.
 pub const REPLAY_READERS_MAX: usize = 64;
 
-// Closing.
-
-/// Time between warning the players and closing their sockets.
-pub const DRAIN_NOTICE: Duration = Duration::from_secs(2);
-/// Time after which the server ends even if sockets are left.
-pub const DRAIN_MAX: Duration = Duration::from_secs(3);
-
-/// The times after which a peer or a room is given up; tests shorten them.
+/// The times after which a peer, a room or the server itself is given up; tests shorten and lengthen them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waits {
     /// Time to send the head of a request, to idle between two requests, and for the handshake of TLS.
@@ -198,10 +189,16 @@ pub struct Waits {
     pub hearing: Duration,
     /// Time for which a room stays open without players.
     pub room_empty: Duration,
+    /// Time in which a room answers an operator, or all of them together where all are asked.
+    pub command: Duration,
+    /// Time between warning the players of the server's end and closing their sockets.
+    pub drain_notice: Duration,
+    /// Time after which a closing server ends even if sockets are left; its rooms and its replays have as much.
+    pub drain: Duration,
 }
 
 impl Waits {
-    /// Those of a server that no test hurries.
+    /// Those of a server that is not under test.
     pub const USUAL: Waits = Waits {
         http_head: Duration::from_secs(10),
         http_body: Duration::from_secs(5),
@@ -212,6 +209,9 @@ impl Waits {
         stall: Duration::from_secs(20),
         hearing: Duration::from_secs(20),
         room_empty: Duration::from_secs(120),
+        command: Duration::from_secs(1),
+        drain_notice: Duration::from_secs(2),
+        drain: Duration::from_secs(3),
     };
 }
 
@@ -222,7 +222,8 @@ impl Default for Waits {
 }
 
 const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
-const _: () = assert!(DRAIN_MAX.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
+const _: () =
+    assert!(Waits::USUAL.drain.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
 const _: () = assert!(
     Waits::USUAL.silence.as_secs() > 2 * Waits::USUAL.keepalive.as_secs(),
     "a pong may get lost"

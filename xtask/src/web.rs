@@ -120,6 +120,7 @@ fn gather(bound: &Path) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
     add_tree(&mut files, &root.join("client-web/web"), Path::new(""))?;
     add_tree(&mut files, &root.join("assets/sprites"), Path::new("sprites"))?;
     add_tree(&mut files, &root.join("assets/pictures"), Path::new("pictures"))?;
+    add_tree(&mut files, &root.join("assets/scenes"), Path::new("scenes"))?;
     Ok(files)
 }
 
@@ -182,7 +183,9 @@ fn packed_name(path: &Path) -> PathBuf {
 }
 
 fn compress(content: &[u8], quality: i32) -> Result<Vec<u8>> {
-    let parameters = brotli::enc::BrotliEncoderParams { quality, lgwin: 22, ..Default::default() };
+    // With blocks of 2^16 the program is 0.07 % smaller than with the default of 2^18.
+    let parameters =
+        brotli::enc::BrotliEncoderParams { quality, lgwin: 22, lgblock: 16, ..Default::default() };
     let mut packed = Vec::new();
     brotli::BrotliCompress(&mut &content[..], &mut packed, &parameters).context("brotli")?;
     Ok(packed)

@@ -8,7 +8,12 @@ const SHOT_TICKS: u32 = 75;
 
 /// How many bots a scene gets.
 pub fn players(scene: &Scene) -> u16 {
-    let wanted = if scene.name == "arena" { 6 } else { 1 };
+    let wanted = match scene.name.as_str() {
+        "arena" => 6,
+        "tower" | "bridge" => 4,
+        "hall" => 64,
+        _ => 1,
+    };
     scene.players_max.min(wanted)
 }
 

@@ -24,8 +24,11 @@ const SEED: u64 = 7;
 const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<[f32; 3]>); 6] = [
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 9] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
+    ("tower", 150, None),
+    ("bridge", 1200, None),
+    ("hall", 200, Some([220.0, 100.0, 200.0])),
     ("bounds", 100, None),
     ("emitters", 330, None),
     ("impulse", 240, None),

@@ -71,6 +71,11 @@ pub struct ReplayCard {
     pub recording: bool,
 }
 
+/// Address of a shipped scene's file.
+pub fn scene_file(name: &str) -> String {
+    format!("/assets/scenes/{name}.toml")
+}
+
 /// Address of a replay's file.
 pub fn replay_file(name: &str) -> String {
     format!("/replays/{name}.jostle")

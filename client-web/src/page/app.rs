@@ -3,6 +3,7 @@
 
 use crate::input::touch::Fingers;
 use crate::net::api::{self, query_value};
+use crate::net::report::Fetched;
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::context::{Context, Remembered};
 use crate::page::dialogs::{Dialogs, Question};
@@ -17,6 +18,7 @@ use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
 use crate::replay::player::ReplayPlayer;
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
+use jostle_game::scene::is_name;
 use jostle_game::{Scene, Seat};
 use jostle_protocol::{Appearance, limits};
 use std::sync::Arc;
@@ -28,6 +30,8 @@ pub enum Activity {
     /// Choosing a room.
     Lobby,
     Game(Box<GameScreen>),
+    /// Waiting for the scene of a demo.
+    FetchingScene(DemoRequest),
     /// Waiting for a replay of the server, by its name.
     Fetching(String),
     /// It did not come, or cannot be watched; a card says why.
@@ -171,6 +175,7 @@ impl App {
                 let code = self.lobby.take(&mut self.ctx, &request, answer.as_deref());
                 self.enter(code);
             }
+            Event::SceneFetched(name, fetched) => self.take_scene(&name, fetched),
             Event::ReplayFetched(name, fetched) => self.take_fetched(&name, fetched),
             Event::ReplayRead(file, contents) => self.take_file(file, contents),
             Event::FileDragged => {
@@ -209,7 +214,14 @@ impl App {
         self.end_screen();
         self.address = address.clone();
         if let Some(request) = DemoRequest::parse(&address.query) {
-            self.start_demo(&request);
+            let name = request.scene.clone();
+            self.activity = Activity::FetchingScene(request);
+            // Anything else would be a path of this server to some other file.
+            if is_name(&name) {
+                self.ctx.request(Effect::FetchScene(name));
+            } else {
+                self.take_scene(&name, Fetched::Nothing);
+            }
         } else if let Some(name) = api::replay_name(&address.path) {
             self.activity = Activity::Fetching(name.to_owned());
             self.ctx.request(Effect::FetchReplay(name.to_owned()));
@@ -253,12 +265,27 @@ impl App {
         self.copied = None;
     }
 
-    fn start_demo(&mut self, request: &DemoRequest) {
-        let found = Scene::built_in().into_iter().find(|scene| scene.name == request.scene);
-        let Some(scene) = found.map(Arc::new) else {
-            self.dialogs.card = Some(strings::NO_SUCH_SCENE);
+    /// Starts the demo that waits for this scene.
+    fn take_scene(&mut self, name: &str, fetched: Fetched) {
+        let Activity::FetchingScene(request) = &self.activity else { return };
+        if request.scene != name {
             return;
+        }
+        let request = request.clone();
+        let source = match fetched {
+            Fetched::Bytes(bytes) => String::from_utf8(bytes).unwrap_or_default(),
+            _ => String::new(),
         };
+        if let Ok(scene) = Scene::parse(name, &source) {
+            self.start_demo(&request, Arc::new(scene));
+            self.ctx.request(Effect::FocusStage);
+        } else {
+            self.activity = Activity::Lobby;
+            self.dialogs.card = Some(strings::NO_SCENE);
+        }
+    }
+
+    fn start_demo(&mut self, request: &DemoRequest, scene: Arc<Scene>) {
         let frozen = request.ticks.is_some();
         let room = RoomInPage::new(scene, request.seed, request.bots, frozen);
         // A picture must not depend on the player.

@@ -130,6 +130,8 @@ pub enum Event {
     ConnectionCut,
     /// The server answered a request, or did not.
     Answered(Request, Option<String>),
+    /// The scene of a demo came from the server, or did not.
+    SceneFetched(String, Fetched),
     /// A replay came from the server, or did not.
     ReplayFetched(String, Fetched),
     /// A replay file of this machine was read, or could not be.
@@ -186,6 +188,8 @@ pub enum Effect {
     SetConditions(NetworkConditions),
     /// Calls the server.
     Request(Request),
+    /// Fetches a shipped scene by its name.
+    FetchScene(String),
     FetchReplay(String),
     /// Remembers a value for later visits.
     StoreLocal(&'static str, String),

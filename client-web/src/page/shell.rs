@@ -2,7 +2,7 @@
 //! views show the result.
 
 use crate::browser;
-use crate::net::api::{Request, replay_file};
+use crate::net::api::{Request, replay_file, scene_file};
 use crate::net::http;
 use crate::net::report::SocketEvent;
 use crate::net::socket::{Conditions, Socket};
@@ -184,6 +184,11 @@ impl Page {
             },
             Effect::SetConditions(conditions) => self.conditions.set(conditions),
             Effect::Request(request) => call(events, request),
+            Effect::FetchScene(name) => {
+                http::fetch(&scene_file(&name), move |fetched| {
+                    events.push(Event::SceneFetched(name, fetched));
+                });
+            }
             Effect::FetchReplay(name) => {
                 http::fetch(&replay_file(&name), move |fetched| {
                     events.push(Event::ReplayFetched(name, fetched));

@@ -61,7 +61,7 @@ impl App {
         match &self.activity {
             Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => "unsupported",
             Activity::Replay(_) => "replay",
-            Activity::Fetching(_) => "connecting",
+            Activity::Fetching(_) | Activity::FetchingScene(_) => "connecting",
             Activity::NoReplay => "refused",
             Activity::Game(game) if game.is_frozen() && self.drawn_frames == 0 => "connecting",
             Activity::Game(game) => game.status.state.name(),
@@ -76,6 +76,7 @@ impl App {
         let lost = lost.is_some_and(|since| self.ctx.now_ms - since >= CONTEXT_WAIT_MS);
         match &self.activity {
             Activity::Fetching(_) => Some(strings::FETCHING),
+            Activity::FetchingScene(_) => Some(strings::connecting(0)),
             Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => {
                 Some(strings::NO_WEBGL2)
             }

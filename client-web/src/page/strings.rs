@@ -96,10 +96,14 @@ pub const NO_WEBGL2: Card = card(
     "Try again",
     CardAction::Reload,
 );
-/// The scene named in the address of a demo does not exist.
-pub const NO_SUCH_SCENE: Card = card(
-    "Scene not found",
-    "This demo link names a scene that doesn't exist.",
+/// The scene of a demo does not exist, or did not come.
+pub const NO_SCENE: Card = card_or(
+    card(
+        "Couldn't load the scene",
+        "Check the link and your connection, then try again.",
+        "Try again",
+        CardAction::Reload,
+    ),
     "Browse scenes",
     CardAction::Lobby,
 );

@@ -17,7 +17,7 @@ const TICK_MS: f64 = 1000.0 / TICKS_PER_SECOND as f64;
 /// A demo as the address requests it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DemoRequest {
-    /// Name of a built-in scene.
+    /// Name of a shipped scene.
     pub scene: String,
     /// Seed of the game.
     pub seed: u64,

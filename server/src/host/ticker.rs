@@ -114,7 +114,7 @@ impl Ticker {
             let now = clock.now();
             let due = schedule.due(now);
             missed.report(&self.info.code, schedule.missed(), now);
-            if *self.host.phase.borrow() == Phase::Closing {
+            if self.is_closing() {
                 return End::Closing;
             }
             if due == 0 {
@@ -147,6 +147,12 @@ impl Ticker {
                 return End::Empty;
             }
         }
+    }
+
+    /// A server that was dropped instead of being shut down is gone as well, and its phase with it.
+    fn is_closing(&self) -> bool {
+        let phase = &self.host.phase;
+        *phase.borrow() == Phase::Closing || phase.has_changed().is_err()
     }
 
     fn admit(&mut self, room: &mut Room) {

@@ -196,7 +196,7 @@ impl Seated {
     async fn follow(&self, mut phase: watch::Receiver<Phase>) -> End {
         // An error means that the server is gone already, which is an end as well.
         if phase.wait_for(|phase| *phase != Phase::Running).await.is_ok() {
-            let seconds = limits::DRAIN_NOTICE.as_secs() as u8;
+            let seconds = self.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
             self.outbox.control(ServerMessage::Draining { seconds }.encode());
             let _ = phase.wait_for(|phase| *phase == Phase::Closing).await;
         }

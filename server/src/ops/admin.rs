@@ -2,7 +2,6 @@
 //! server. They need the operators' token; a server without one has no such paths.
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
-use crate::limits;
 use crate::net::http::response::{Answer, TEXT, json, uncached};
 use crate::state::ServerState;
 use hyper::body::Incoming;
@@ -56,7 +55,7 @@ fn unauthorized() -> Answer {
 
 async fn rooms(state: &ServerState) -> Answer {
     // All are asked before the first is waited for.
-    let deadline = Instant::now() + limits::COMMAND_WAIT;
+    let deadline = Instant::now() + state.config.waits.command;
     let asked: Vec<_> =
         state.rooms.list().into_iter().map(|info| (ask(&info, state), info)).collect();
     let mut rooms = Vec::new();
@@ -111,7 +110,7 @@ async fn kick(code: &str, seat: &str, state: &ServerState) -> Answer {
     if !state.rooms.command(code, AdminCommand::Kick(Seat(seat), answer)) {
         return no_room();
     }
-    match timeout(limits::COMMAND_WAIT, kicked).await {
+    match timeout(state.config.waits.command, kicked).await {
         Ok(Ok(true)) => uncached(StatusCode::OK, TEXT, "kicked\n"),
         Ok(Ok(false)) => uncached(StatusCode::NOT_FOUND, TEXT, "no player in this seat\n"),
         _ => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the room did not answer\n"),

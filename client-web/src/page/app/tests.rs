@@ -25,6 +25,13 @@ struct Browser {
 
 const CANVAS: Canvas = Canvas { pixels: [800, 600], bottom: 0 };
 
+/// The server's answer to a request for a scene's file.
+fn scene_fetched(name: &str) -> Event {
+    let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
+    let fetched = scene.map_or(Fetched::Refused(404), |scene| Fetched::Bytes(scene.source.into()));
+    Event::SceneFetched(name.to_owned(), fetched)
+}
+
 impl Browser {
     fn open(path: &str, query: &str) -> Browser {
         let local = [("jostle.name", "Ann"), ("jostle.color", "3")];
@@ -67,7 +74,15 @@ impl Browser {
                 _ => {}
             }
         }
+        let fetched = effects.iter().find_map(|effect| match effect {
+            Effect::FetchScene(name) => Some(name.clone()),
+            _ => None,
+        });
         self.effects.extend(effects);
+        if let Some(name) = fetched {
+            let event = scene_fetched(&name);
+            self.say(event);
+        }
         names
     }
 

@@ -147,8 +147,13 @@ impl GameScreen {
         if self.status.state == State::Refused {
             return;
         }
-        // A link that died silently never reports its end.
-        if self.silence_ms(ctx.now_ms) > SILENCE_MS {
+        // A link that died silently never reports its end. It is given up at the second check in a row: a page
+        // that stood still itself gets what was sent meanwhile only after the first.
+        let silent = self.silence_ms(ctx.now_ms) > SILENCE_MS;
+        if let Link::Server(connection) = &mut self.link
+            && std::mem::replace(&mut connection.silent, silent)
+            && silent
+        {
             self.drop_socket(ctx);
         }
         if let Link::Server(connection) = &mut self.link

@@ -18,6 +18,8 @@ pub struct Connection {
     pub opened_ms: f64,
     /// When the server was last heard.
     pub heard_ms: f64,
+    /// Whether it was silent for too long when that was last checked.
+    pub silent: bool,
     /// When the welcome came, while the connection is not known to be good.
     pub unproven_ms: Option<f64>,
     /// When to try again.

@@ -128,6 +128,15 @@ fn a_closing_server_ends_a_room_with_players() {
 }
 
 #[test]
+fn a_dropped_server_ends_a_room_with_players() {
+    let (mut ticker, outside) = room("dropped", Duration::MAX);
+    let (join, _inbox, _outbox) = join();
+    outside.joins.send(join).expect("a place");
+    drop(outside.phase);
+    assert_eq!(play(&mut ticker, &mut TestClock::new()), (0, End::Closing));
+}
+
+#[test]
 fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
     let (mut ticker, outside) = room("stalled", Duration::MAX);
     let metrics = Arc::clone(&ticker.host.metrics);

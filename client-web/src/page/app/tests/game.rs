@@ -160,9 +160,26 @@ fn a_silent_server_is_disconnected() {
     browser.room = None;
     browser.now_ms += 6001.0;
     // Present inputs would go to a socket without a reader.
-    let done = browser.app.update(browser.now_ms, Event::Pulse { hidden: false });
+    let pulse =
+        |browser: &mut Browser| browser.app.update(browser.now_ms, Event::Pulse { hidden: false });
+    assert_eq!(pulse(&mut browser), []);
+    let done = pulse(&mut browser);
     assert!(done.contains(&Effect::Disconnect { leaving: false }), "{done:?}");
     assert_eq!(browser.app.state(), "reconnecting");
+}
+
+#[test]
+fn a_page_that_stood_still_keeps_its_socket() {
+    let mut browser = Browser::playing();
+    for _ in 0..3 {
+        browser.now_ms += 60_000.0;
+        let done = browser.say(Event::Pulse { hidden: false });
+        assert!(!has(&done, "Disconnect"), "{done:?}");
+        browser.server_says(&ServerMessage::Pong { stamp: 0, tick: 0 });
+        let done = browser.say(Event::Pulse { hidden: false });
+        assert!(!has(&done, "Disconnect"), "{done:?}");
+    }
+    assert_eq!(browser.app.state(), "playing");
 }
 
 #[test]
@@ -218,8 +235,8 @@ fn addresses_select_screens() {
         ("/abc", "", "connecting", "Connect { path: \"/abc\""),
         ("/Impulse/", "", "connecting", "Connect { path: \"/Impulse\""),
         ("/replay/arena-1", "", "connecting", "FetchReplay(\"arena-1\")"),
-        ("/", "?demo=pile", "playing", "FocusStage"),
-        ("/", "?demo=nosuch", "refused", ""),
+        ("/", "?demo=pile", "playing", "FetchScene(\"pile\")"),
+        ("/", "?demo=nosuch", "refused", "FetchScene(\"nosuch\")"),
         ("/index.html", "", "lobby", "Request(Rooms)"),
     ] {
         let (path, query, hash) = (path.to_owned(), query.to_owned(), String::new());
@@ -229,6 +246,35 @@ fn addresses_select_screens() {
         assert_eq!(browser.app.state(), state, "{address:?}");
         assert!(effect.is_empty() || has(&done, effect), "{address:?}: {done:?}");
     }
+}
+
+#[test]
+fn a_demo_that_cannot_start_says_why() {
+    let mut browser = Browser::open("/", "?demo=../arena");
+    assert!(!browser.effects.iter().any(|effect| matches!(effect, Effect::FetchScene(_))));
+    assert_eq!(browser.app.state(), "refused");
+    let awaits_arena = || Activity::FetchingScene(DemoRequest::parse("?demo=arena").expect("one"));
+    let broken = Fetched::Bytes(b"title".to_vec());
+    for fetched in [Fetched::Nothing, Fetched::Refused(404), broken] {
+        browser.app.activity = awaits_arena();
+        browser.app.dialogs.card = None;
+        browser.say(Event::SceneFetched("arena".into(), fetched));
+        let title = browser.app.dialogs.card.as_ref().map(|card| card.title);
+        assert_eq!(title, Some("Couldn't load the scene"));
+    }
+}
+
+#[test]
+fn a_scene_that_comes_late_starts_no_demo() {
+    let mut browser = Browser::open("/", "?demo=arena&ticks=30");
+    let game = browser.app.game().and_then(|game| game.state_hash());
+    assert!(game.is_some());
+    assert!(browser.effects.iter().any(|effect| matches!(effect, Effect::FocusStage)));
+    browser.say(scene_fetched("pile"));
+    assert_eq!(browser.app.game().and_then(|game| game.state_hash()), game, "not the one awaited");
+    browser.say(Event::Navigated(Address { path: "/".into(), ..Address::default() }));
+    browser.say(scene_fetched("arena"));
+    assert_eq!(browser.app.state(), "lobby");
 }
 
 #[test]
