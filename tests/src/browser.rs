@@ -1,6 +1,7 @@
 //! A headless Chromium with a profile of its own, which is removed afterwards.
 
 use crate::devtools::{Session, text};
+use crate::server::LONG;
 use crate::tab::{Screen, Tab};
 use anyhow::{Context, Result, bail};
 use serde_json::json;
@@ -43,7 +44,6 @@ const FLAGS: [&str; 21] = [
 ];
 /// The line that tells where the browser listens begins so.
 const LISTENING: &str = "DevTools listening on ";
-const LAUNCH_WITHIN: Duration = Duration::from_secs(60);
 const CLOSE_WITHIN: Duration = Duration::from_secs(10);
 
 /// A running browser.
@@ -70,7 +70,7 @@ impl Browser {
         command.arg("about:blank").stderr(Stdio::piped()).kill_on_drop(true);
         let started = command.spawn();
         let mut process = started.with_context(|| format!("cannot start {}", program.display()))?;
-        let address = timeout(LAUNCH_WITHIN, address_of(&mut process)).await;
+        let address = timeout(LONG, address_of(&mut process)).await;
         let address = address.with_context(|| format!("{} says nothing", program.display()))??;
         Ok(Browser { process, session: Session::connect(&address).await?, profile })
     }

@@ -4,19 +4,16 @@
 //! Libraries bring a type for each message of the protocol. Compiling these takes more than a minute
 //! of every cold build, and the tests send 22 different commands.
 
+use crate::server::LONG;
 use anyhow::{Context, Result, bail};
 use futures_util::{SinkExt, StreamExt};
 use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::sync::{mpsc, oneshot};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
-
-/// Longer than any command takes on a busy machine.
-const ANSWER_WITHIN: Duration = Duration::from_secs(60);
 
 /// Commands to the browser or to one of its pages; clones share the connection.
 #[derive(Clone)]
@@ -85,7 +82,7 @@ impl Session {
         }
         let gone = || format!("{method}: the browser is gone");
         self.commands.send(Message::text(command.to_string())).with_context(gone)?;
-        let answer = tokio::time::timeout(ANSWER_WITHIN, answer).await;
+        let answer = tokio::time::timeout(LONG, answer).await;
         let answer = answer.with_context(|| format!("{method}: no answer"))?;
         let mut answer = answer.with_context(gone)?;
         if let Some(error) = answer.get("error") {

@@ -2,28 +2,38 @@
 //! their names. A case that fails leaves pictures of its pages in `target/browser`.
 
 use crate::browser::{Browser, Visitor};
-use crate::server::Server;
+use crate::server::{LONG, Server, patient};
 use crate::tab::{Screen, Tab};
 use anyhow::{Context, Result, bail};
-use jostle_server::Config;
+use futures_util::future::BoxFuture;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time limit of a case. No case takes a tenth of it.
-const CASE_WITHIN: Duration = Duration::from_secs(240);
+/// Ends a case that hangs. Long enough for one that takes a hundred times as long as usual.
+const CASE_WITHIN: Duration = Duration::from_secs(4 * LONG.as_secs());
 
 /// A named test.
 pub struct Case {
     /// The statement that it tests.
-    pub name: &'static str,
+    name: String,
     /// Starts it.
-    pub run: fn(Arc<Stage>) -> Running,
+    run: Box<dyn Fn(Arc<Stage>) -> Running>,
 }
 
 /// A running case.
-pub type Running = futures_util::future::BoxFuture<'static, Result<()>>;
+type Running = BoxFuture<'static, Result<()>>;
+
+impl Case {
+    /// A test of the statement `name`.
+    pub fn new<R>(name: impl Into<String>, run: impl Fn(Arc<Stage>) -> R + 'static) -> Case
+    where
+        R: Future<Output = Result<()>> + Send + 'static,
+    {
+        Case { name: name.into(), run: Box::new(move |stage| Box::pin(run(stage))) }
+    }
+}
 
 /// The server, the browser and the pages of one case.
 pub struct Stage {
@@ -36,7 +46,7 @@ pub struct Stage {
 
 impl Stage {
     async fn new(browser: Arc<Browser>) -> Result<Stage> {
-        let server = Server::start(Config::default()).await?;
+        let server = Server::start(patient()).await?;
         Ok(Stage { server, browser, visitors: Mutex::default(), tabs: Mutex::default() })
     }
 
@@ -130,7 +140,14 @@ pub fn artifacts() -> PathBuf {
 
 /// Runs the cases whose names contain one of the arguments, or all. Arguments that begin with a
 /// dash are ignored; they are meant for other harnesses.
-pub fn main(cases: &[Case]) -> ExitCode {
+pub fn main(cases: Result<Vec<Case>>) -> ExitCode {
+    let cases = match cases {
+        Ok(cases) => cases,
+        Err(error) => {
+            println!("browser tests: {error:#}");
+            return ExitCode::FAILURE;
+        }
+    };
     let wanted: Vec<String> =
         std::env::args().skip(1).filter(|arg| !arg.starts_with('-')).collect();
     let chosen: Vec<&Case> = cases
@@ -167,7 +184,7 @@ async fn run(cases: &[&Case]) -> Result<usize> {
             Ok(()) => println!("test {} ... ok ({took:.1} s)", case.name),
             Err(error) => {
                 println!("test {} ... FAILED ({took:.1} s)\n    {error:#}", case.name);
-                failed.push(case.name);
+                failed.push(&case.name);
             }
         }
     }
@@ -201,7 +218,7 @@ async fn run_one(case: &Case, browser: &Arc<Browser>) -> Result<()> {
         for error in lock(&stage.tabs).iter().flat_map(Tab::errors) {
             println!("    console: {error}");
         }
-        stage.save_pictures(case.name).await;
+        stage.save_pictures(&case.name).await;
     }
     let cleared = stage.clear().await;
     let outcome = outcome.and(cleared);

@@ -2,10 +2,39 @@
 
 use anyhow::{Context, Result};
 use jostle_server::Config;
+use jostle_server::limits::Waits;
 use std::net::SocketAddr;
+use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
+
+/// Ends a wait for something that will not happen. A test never measures with it: a machine may take a hundred
+/// times as long as another, and give a test no processor for seconds.
+pub const LONG: Duration = Duration::from_secs(300);
+
+/// The waits of a server whose clients may be that slow. A test of one of them shortens that one.
+pub const PATIENT: Waits = Waits {
+    http_head: LONG,
+    http_body: LONG,
+    http_stall: LONG,
+    hello: LONG,
+    silence: LONG,
+    stall: LONG,
+    hearing: LONG,
+    room_empty: LONG,
+    command: LONG,
+    drain: LONG,
+    ..Waits::USUAL
+};
+
+/// A short wait for a test: it can be sat out, and a client that means well is in time on a slow machine too.
+pub const BRIEF: Duration = Duration::from_secs(5);
+
+/// The server as shipped, but patient.
+pub fn patient() -> Config {
+    Config { waits: PATIENT, ..Config::default() }
+}
 
 /// Serves until it is stopped or dropped.
 pub struct Server {

@@ -5,6 +5,7 @@
 
 use crate::devtools::{Event, Session, text};
 use crate::picture::Picture;
+use crate::server::LONG;
 use crate::state::{Recorded, State};
 use anyhow::{Context, Result, bail};
 use data_encoding::BASE64;
@@ -15,11 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, watch};
 
-/// Much longer than anything takes on a busy machine with a software renderer.
-const DEADLINE: Duration = Duration::from_secs(40);
 const ASK_EVERY: Duration = Duration::from_millis(30);
-/// Most screenshots taken until two of them are equal.
-const PICTURES_MAX: usize = 40;
 
 /// The page's state as JSON text, or null if there is none yet.
 const STATE: &str = "(() => { const state = window.jostle?.state?.(); \
@@ -38,11 +35,31 @@ const RECORD: &str = r#"(() => {
             recorded.kinds[kind] = Math.max(recorded.kinds[kind] ?? 0, kinds[kind]);
         recorded.particles = Math.max(recorded.particles, state.particles ?? 0);
         recorded.emitters = Math.max(recorded.emitters, state.emitters ?? 0);
-        requestAnimationFrame(look);
+        if (window.recorded === recorded) requestAnimationFrame(look);
     };
     look();
     return true;
 })()"#;
+
+/// Centre of an element, or null if it is not shown, as soon as it stands still from one frame to the next and
+/// nothing covers it: a slow page may still be laid out again, and a click would miss.
+const MIDDLE: &str = r#"async selector => {
+    const shown = () => {
+        const element = document.querySelector(selector);
+        const r = element?.getBoundingClientRect();
+        return r?.width ? {element, at: [r.x + r.width / 2, r.y + r.height / 2]} : null;
+    };
+    document.querySelector(selector)?.scrollIntoView({block: 'nearest'});
+    let before = shown();
+    for (let frame = 0; before && frame < 200; frame += 1) {
+        await new Promise(requestAnimationFrame);
+        const now = shown();
+        const hit = now && document.elementFromPoint(...now.at);
+        if (hit && now.element.contains(hit) && now.at.every((x, axis) => x === before.at[axis])) break;
+        before = now;
+    }
+    return before?.at ?? null;
+}"#;
 
 /// A screen size.
 #[derive(Clone, Copy, Debug)]
@@ -112,7 +129,7 @@ impl Tab {
         if let Some(document) = answer["loaderId"].as_str() {
             let mut loaded = self.loaded.clone();
             let loaded = loaded.wait_for(|last| last == document);
-            let loaded = tokio::time::timeout(DEADLINE, loaded).await;
+            let loaded = tokio::time::timeout(LONG, loaded).await;
             loaded.with_context(|| format!("{link} is not loaded"))?.context("the page is gone")?;
         }
         Ok(())
@@ -150,14 +167,14 @@ impl Tab {
 
     /// Waits until the page's state satisfies `test`, and returns it.
     pub async fn until(&self, wanted: &str, test: impl Fn(&State) -> bool) -> Result<State> {
-        let deadline = Instant::now() + DEADLINE;
+        let deadline = Instant::now() + LONG;
         loop {
             let state = self.state().await?;
             if test(&state) {
                 return Ok(state);
             }
             if Instant::now() > deadline {
-                bail!("not seen in {} s: {wanted}; last state {state:?}", DEADLINE.as_secs());
+                bail!("not seen in {} s: {wanted}; last state {state:?}", LONG.as_secs());
             }
             tokio::time::sleep(ASK_EVERY).await;
         }
@@ -165,11 +182,11 @@ impl Tab {
 
     /// Waits until a JavaScript expression is true.
     pub async fn until_true(&self, expression: &str) -> Result<()> {
-        let deadline = Instant::now() + DEADLINE;
+        let deadline = Instant::now() + LONG;
         while !self.eval::<bool>(&format!("!!({expression})")).await? {
             if Instant::now() > deadline {
                 let text: String = self.eval("document.body.innerText").await?;
-                bail!("not true in {} s: {expression}; the page says: {text}", DEADLINE.as_secs());
+                bail!("not true in {} s: {expression}; the page says: {text}", LONG.as_secs());
             }
             tokio::time::sleep(ASK_EVERY).await;
         }
@@ -254,7 +271,7 @@ impl Tab {
         wanted: &str,
         test: impl Fn(&State) -> bool,
     ) -> Result<State> {
-        let deadline = Instant::now() + DEADLINE;
+        let deadline = Instant::now() + LONG;
         let mut aimed = None;
         loop {
             let at = self.to_page(point).await?;
@@ -267,7 +284,7 @@ impl Tab {
                 return Ok(state);
             }
             if Instant::now() > deadline {
-                bail!("not seen in {} s: {wanted}; last state {state:?}", DEADLINE.as_secs());
+                bail!("not seen in {} s: {wanted}; last state {state:?}", LONG.as_secs());
             }
             tokio::time::sleep(ASK_EVERY).await;
         }
@@ -316,14 +333,8 @@ impl Tab {
     /// Centre of the first element that a CSS selector finds, scrolled into view.
     pub async fn middle_of(&self, selector: &str) -> Result<[f64; 2]> {
         let quoted = serde_json::to_string(selector)?;
-        let rectangle: Option<[f64; 2]> = self
-            .eval(&format!(
-                "(() => {{ const e = document.querySelector({quoted}); if (!e) return null; \
-                 e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); \
-                 return r.width ? [r.x + r.width / 2, r.y + r.height / 2] : null; }})()"
-            ))
-            .await?;
-        rectangle.with_context(|| format!("{selector} is not on the page"))
+        let middle: Option<[f64; 2]> = self.eval(&format!("({MIDDLE})({quoted})")).await?;
+        middle.with_context(|| format!("{selector} is not on the page"))
     }
 
     /// Puts a finger down, or moves it.
@@ -357,15 +368,16 @@ impl Tab {
 
     /// A screenshot, as soon as two in a row are equal: fonts and pictures are loaded.
     pub async fn steady_picture(&self) -> Result<Picture> {
+        let deadline = Instant::now() + LONG;
         let mut before = self.png().await?;
-        for _ in 0..PICTURES_MAX {
+        while Instant::now() <= deadline {
             let after = self.png().await?;
             if after == before {
                 return Picture::decode(&after);
             }
             before = after;
         }
-        bail!("the page still changes after {PICTURES_MAX} pictures")
+        bail!("the page still changes after {} s", LONG.as_secs())
     }
 
     /// Waits until a screenshot satisfies `test`, and returns it.
@@ -374,14 +386,14 @@ impl Tab {
         wanted: &str,
         test: impl Fn(&Picture) -> bool,
     ) -> Result<Picture> {
-        let deadline = Instant::now() + DEADLINE;
+        let deadline = Instant::now() + LONG;
         loop {
             let picture = self.picture().await?;
             if test(&picture) {
                 return Ok(picture);
             }
             if Instant::now() > deadline {
-                bail!("not seen on the screen in {} s: {wanted}", DEADLINE.as_secs());
+                bail!("not seen on the screen in {} s: {wanted}", LONG.as_secs());
             }
         }
     }

@@ -12,6 +12,7 @@ use jostle_server::net::tls::Tls;
 use jostle_server::replays::Settings;
 use jostle_server::{Config, run_with_ops};
 use jostle_tests::scenes::{CROWD, RESTLESS};
+use jostle_tests::server::PATIENT;
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::fd::AsRawFd;
@@ -89,16 +90,16 @@ fn obey(order: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Time limits short enough for a test, and long enough for a busy machine.
+/// Those that some faults wait for are short enough to be sat out, and long enough for a crowd on a busy machine.
 fn waits() -> Waits {
     Waits {
-        http_head: Duration::from_secs(5),
-        http_body: Duration::from_secs(2),
-        hello: Duration::from_secs(4),
-        keepalive: Duration::from_secs(1),
-        silence: Duration::from_secs(6),
-        stall: Duration::from_secs(3),
-        ..Waits::default()
+        http_head: Duration::from_secs(15),
+        http_body: Duration::from_secs(15),
+        hello: Duration::from_secs(15),
+        keepalive: Duration::from_secs(5),
+        silence: Duration::from_secs(25),
+        stall: Duration::from_secs(15),
+        ..PATIENT
     }
 }
 

@@ -2,10 +2,12 @@
 
 use anyhow::{Context, Result, ensure};
 use jostle_tests::runner::Stage;
+use jostle_tests::server::LONG;
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use serde::Deserialize;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// In the page: how far the hero was drawn from where it stood while the server's newest snapshot
 /// still had it there.
@@ -20,7 +22,7 @@ const WATCH: &str = r#"(() => {
             watch.told = Math.abs(told[0] - stood[0]);
             if (watch.told === 0) watch.ahead = Math.max(watch.ahead, Math.abs(drawn[0] - stood[1]));
         }
-        requestAnimationFrame(look);
+        if (window.watch === watch) requestAnimationFrame(look);
     };
     look();
     return true;
@@ -34,21 +36,29 @@ struct Watched {
     told: f32,
 }
 
-/// Steers to the right on a link with 0.8 s of delay until the hero of the snapshots has moved far.
-async fn steer(tab: &Tab) -> Result<Watched> {
+/// Steers with a key on a link with 0.8 s of delay until the hero of the snapshots has moved far.
+async fn steer(tab: &Tab, key: &str) -> Result<Watched> {
     tab.until("a hero of one's own", State::plays).await?;
     tab.ticks(120).await?;
     tab.eval::<bool>(WATCH).await?;
-    tab.key_down("d").await?;
+    tab.key_down(key).await?;
     tab.until_true("watch.told > 5").await?;
-    tab.key_up("d").await?;
+    tab.key_up(key).await?;
     tab.eval("window.watch").await
 }
 
 pub async fn a_key_moves_the_hero_before_the_server_says_so(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/impulse?lag=800,20", Screen::SMALL).await?;
-    let seen = steer(&tab).await?;
-    assert!(seen.ahead > 2.0 && seen.told > 5.0, "it is drawn on its way long before: {seen:?}");
+    let deadline = Instant::now() + LONG;
+    // A page that draws less than twice a second may show nothing in between, and a minion may push the hero:
+    // then it is steered back.
+    for key in ["d", "a"].into_iter().cycle() {
+        let seen = steer(&tab, key).await?;
+        if seen.ahead > 2.0 {
+            break;
+        }
+        ensure!(Instant::now() < deadline, "the hero waits for the server: {seen:?}");
+    }
     // The server's state wins: at rest both are equal.
     let together = |s: &State| {
         let apart =
@@ -61,8 +71,11 @@ pub async fn a_key_moves_the_hero_before_the_server_says_so(stage: Arc<Stage>) -
 
 pub async fn without_prediction_the_hero_waits(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/impulse?lag=800,20&predict=0", Screen::SMALL).await?;
-    let seen = steer(&tab).await?;
-    assert!(seen.ahead == 0.0, "nothing moves before the server says so: {seen:?}");
+    let seen = steer(&tab, "d").await?;
+    assert!(
+        seen.ahead == 0.0 && seen.told > 5.0,
+        "nothing moves before the server says so: {seen:?}"
+    );
     assert_eq!(tab.state().await?.prediction, None);
     Ok(())
 }
@@ -84,7 +97,7 @@ pub async fn the_panel_simulates_a_bad_network(stage: Arc<Stage>) -> Result<()> 
     tab.key_down("F3").await?;
     tab.key_up("F3").await?;
     tab.until_true("/ms$/.test(document.getElementById('net-trip').textContent)").await?;
-    tab.until_true("parseInt(document.getElementById('net-rate').textContent) > 5").await?;
+    tab.until_true("parseInt(document.getElementById('net-rate').textContent) > 0").await?;
 
     // By keyboard only: the second choice, then the third.
     tab.eval::<bool>("(document.querySelector('#net-presets input:checked').focus(), true)")

@@ -9,7 +9,7 @@ use jostle_client_web::world::room_in_page::RoomInPage;
 use jostle_game::{Scene, Seat};
 use jostle_protocol::{Appearance, ClientMessage, ServerMessage, VERSION};
 use jostle_tests::picture::Picture;
-use jostle_tests::runner::{Stage, artifacts};
+use jostle_tests::runner::{Case, Stage, artifacts};
 use jostle_tests::tab::Screen;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,24 +23,24 @@ pub const CHANNEL_MAX: u8 = 8;
 /// Largest share of such pixels.
 pub const OUTLIERS_MAX: f64 = 0.001;
 
-pub async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>) -> Result<()> {
-    let mut problems = Vec::new();
-    for scene in Scene::built_in().iter().map(|scene| scene.name.as_str()) {
-        let tick = picture_tick(scene);
-        let tab = stage.visit(&demo_path(scene, tick), Screen::SMALL).await?;
-        let state = tab.until("the frozen demo", |s| s.state == "frozen").await?;
-        assert_eq!(state.tick, Some(f64::from(tick)), "{scene} stands still at the tick asked for");
-        let picture = tab.steady_picture().await?;
-        assert!(picture.colors() > 50, "{scene} shows only {} colours", picture.colors());
-        if let Err(error) = check(scene, &picture) {
-            problems.push(format!("{scene}: {error:#}"));
-        }
-        stage.clear().await?;
-    }
-    if !problems.is_empty() {
-        bail!("{}", problems.join("\n"));
-    }
-    Ok(())
+/// A case for each scene.
+pub fn cases() -> Vec<Case> {
+    let case = |scene: Scene| {
+        Case::new(format!("the_frozen_scene_{}_looks_as_it_did", scene.name), move |stage| {
+            a_frozen_scene_looks_as_it_did(stage, scene.name.clone())
+        })
+    };
+    Scene::built_in().into_iter().map(case).collect()
+}
+
+async fn a_frozen_scene_looks_as_it_did(stage: Arc<Stage>, scene: String) -> Result<()> {
+    let tick = picture_tick(&scene);
+    let tab = stage.visit(&demo_path(&scene, tick), Screen::SMALL).await?;
+    let state = tab.until("the frozen demo", |s| s.state == "frozen").await?;
+    assert_eq!(state.tick, Some(f64::from(tick)), "it stands still at the tick asked for");
+    let picture = tab.steady_picture().await?;
+    assert!(picture.colors() > 50, "only {} colours", picture.colors());
+    check(&scene, &picture)
 }
 
 /// Tick of a scene's picture: late enough for something to happen.

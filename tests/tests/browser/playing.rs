@@ -1,11 +1,14 @@
 //! Actions of players: steer, throw, drop, grab, shake, clear, select, spray.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use jostle_tests::picture::Picture;
 use jostle_tests::runner::Stage;
 use jostle_tests::state::{Body, State};
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
+
+/// Bursts of which one has to be seen as a whole.
+const BURSTS_MAX: u32 = 30;
 
 pub async fn a_key_in_one_page_moves_the_hero_seen_in_another(stage: Arc<Stage>) -> Result<()> {
     let ada = stage.play("impulse", Screen::SMALL).await?;
@@ -34,11 +37,13 @@ fn x_of(state: &State, seat: u16) -> f32 {
 
 pub async fn two_tabs_of_one_visitor_are_two_players(stage: Arc<Stage>) -> Result<()> {
     let first = stage.play("impulse", Screen::SMALL).await?;
+    let seat = first.state().await?.seat;
     let visitor = stage.last_visitor().context("somebody is here")?;
     let second = stage.visit_as(&visitor, "/impulse", Screen::SMALL).await?;
     second.until("a hero of one's own", State::plays).await?;
-    let state = first.until("two players", |s| s.connected() == 2).await?;
-    assert_eq!(state.state, "playing", "the first tab plays on");
+    let plays_on = |s: &State| s.plays() && s.connected() == 2;
+    let state = first.until("the first tab in a game of two players", plays_on).await?;
+    assert_eq!(state.seat, seat, "the first tab keeps its seat");
     assert_ne!(state.seat, second.state().await?.seat);
     Ok(())
 }
@@ -53,21 +58,38 @@ pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()>
     };
     let dark = saturated(&tab.picture().await?);
 
-    tab.record().await?;
-    let target = tab.aim([x + 30.0, y]).await?;
-    tab.mouse_down(target).await?;
-    // The press itself must suffice: the button is released before the next tick.
-    tab.mouse_up(target).await?;
-    tab.until("an explosion", |s| s.particles >= 150).await?;
-    tab.until_seen("50 more saturated pixels", |picture| saturated(picture) > dark + 50).await?;
-
-    tab.until("no pack left", |s| s.of_kind("pack").is_empty()).await?;
-    tab.until("the fire out", |s| s.particles == 0).await?;
-    let seen = tab.recorded().await?;
-    assert_eq!(seen.most_of("pack"), 1, "one click, one pack: {seen:?}");
-    assert!(seen.emitters >= 1, "an emitter was seen: {seen:?}");
-    assert!((150..=200).contains(&seen.particles), "about 200 particles at once: {seen:?}");
-    Ok(())
+    // A slow page draws few frames of a burst, and perhaps none of its peak: then there is another.
+    for _ in 0..BURSTS_MAX {
+        tab.record().await?;
+        let target = tab.aim([x + 30.0, y]).await?;
+        let before = tab.state().await?;
+        tab.mouse_down(target).await?;
+        // The press itself must suffice: the button is released before the next tick.
+        tab.mouse_up(target).await?;
+        let exploded = |s: &State| s.emitter_events > before.emitter_events;
+        let started = tab.until("an explosion", exploded).await?;
+        let mut brightest = 0;
+        loop {
+            brightest = brightest.max(saturated(&tab.picture().await?));
+            let state = tab.state().await?;
+            let out = state.of_kind("pack").is_empty() && state.particles == 0;
+            // It is displayed at most half a second after it was received.
+            if out && state.ticks() > started.ticks() + 60 {
+                break;
+            }
+        }
+        let seen = tab.recorded().await?;
+        assert!(seen.most_of("pack") <= 1, "one click, one pack: {seen:?}");
+        assert!(seen.particles <= 200, "at most 200 particles at once: {seen:?}");
+        if seen.most_of("pack") == 1
+            && seen.emitters >= 1
+            && seen.particles >= 150
+            && brightest > dark + 50
+        {
+            return Ok(());
+        }
+    }
+    bail!("no burst of about 200 particles, with 50 more saturated pixels than the {dark} before")
 }
 
 /// Waits until the own hero lies on the floor; returns its position.
@@ -92,7 +114,7 @@ pub async fn impulse_tools(stage: Arc<Stage>) -> Result<()> {
     let eight = |s: &State| s.of_kind("dumb").len() >= 8;
     tab.until_aimed([100.0, 20.0], false, "eight dumb minions", eight).await?;
     tab.key_up("z").await?;
-    let count = tab.ticks(30).await?.of_kind("dumb").len();
+    let count = tab.ticks(120).await?.of_kind("dumb").len();
     assert_eq!(tab.ticks(30).await?.of_kind("dumb").len(), count, "no more once Z is up");
 
     grab(&tab).await.context("X")?;

@@ -15,10 +15,11 @@ use jostle_server::Config;
 use jostle_server::replays::Settings;
 use jostle_sim::Vec2;
 use jostle_tests::picture::Picture;
-use jostle_tests::runner::{Stage, artifacts};
-use jostle_tests::server::Server;
+use jostle_tests::runner::{Case, Stage, artifacts};
+use jostle_tests::server::{Server, patient};
 use jostle_tests::state::{Shown, State};
 use jostle_tests::tab::{Screen, Tab};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Ten seconds.
@@ -153,24 +154,33 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     tab.until("the lobby", |s| s.state == "lobby").await.map(drop)
 }
 
-pub async fn the_page_plays_the_golden_replays(stage: Arc<Stage>) -> Result<()> {
-    let tab = stage.visit("/", Screen::SMALL).await?;
-    tab.until("the lobby", |s| s.state == "lobby").await?;
+/// A case for each golden replay.
+pub fn cases() -> Result<Vec<Case>> {
     let mut files = std::fs::read_dir(goldens().join("replays"))?
         .map(|entry| Ok(entry?.path()))
         .collect::<Result<Vec<_>>>()?;
     files.sort();
     ensure!(!files.is_empty(), "no golden replays");
-    for path in files {
-        let bytes = std::fs::read(&path)?;
-        let last = Replay::read(bytes.clone())?.last_tick();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        drop_file(&tab, &name, &bytes).await?;
-        let title = format!("document.querySelector('#room-code').innerText === '{name}'");
-        tab.until_true(&title).await?;
-        let shown = until(&tab, &name, |shown| shown.compared == last).await?;
-        assert_eq!((shown.differs_at, shown.agrees_until), (None, last), "{name}");
-    }
+    let case = |path: PathBuf| {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        Case::new(format!("the_page_plays_the_golden_replay_of_{name}"), move |stage| {
+            the_page_plays_a_golden_replay(stage, path.clone())
+        })
+    };
+    Ok(files.into_iter().map(case).collect())
+}
+
+async fn the_page_plays_a_golden_replay(stage: Arc<Stage>, path: PathBuf) -> Result<()> {
+    let tab = stage.visit("/", Screen::SMALL).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    let bytes = std::fs::read(&path)?;
+    let last = Replay::read(bytes.clone())?.last_tick();
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    drop_file(&tab, &name, &bytes).await?;
+    let title = format!("document.querySelector('#room-code').innerText === '{name}'");
+    tab.until_true(&title).await?;
+    let shown = until(&tab, &name, |shown| shown.compared == last).await?;
+    assert_eq!((shown.differs_at, shown.agrees_until), (None, last), "{name}");
     Ok(())
 }
 
@@ -237,7 +247,7 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     std::fs::create_dir_all(&dir)?;
     let name = "arena-browser-20260102-030405";
     std::fs::write(dir.join(format!("{name}.jostle")), file(&records()?))?;
-    let config = Config { replays: Some(Settings::new(dir.clone())), ..Config::default() };
+    let config = Config { replays: Some(Settings::new(dir.clone())), ..patient() };
     let server = Server::start(config).await?;
     let tab = stage.visit_link(&server.link("/"), Screen::LAPTOP).await?;
     tab.until_true("document.querySelectorAll('#replay-list a').length === 1").await?;

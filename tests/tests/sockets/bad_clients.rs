@@ -1,16 +1,20 @@
 //! Misbehaving clients: each gets a clear answer, and the other player's game goes on.
 
 use crate::client::{Client, LONG};
+use crate::faults::frames::{WHOLE, flood, frame};
 use crate::server::Server;
 use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
-use jostle_protocol::{ClientMessage, Refusal, VERSION};
+use jostle_protocol::{ClientMessage, Refusal, ServerMessage, VERSION};
 use jostle_server::limits::{self, Waits};
+use jostle_tests::server::{BRIEF, PATIENT};
+use std::io::ErrorKind::WouldBlock;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::task::JoinSet;
+use tokio::time::{sleep, timeout};
 use tokio_tungstenite::tungstenite::Message;
 
 /// A small scene for two players.
@@ -139,12 +143,8 @@ async fn a_flood_is_cut_off() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut eve = Client::join(server.address, "arena", "Eve").await;
-    for _ in 0..4 * limits::MESSAGES_BURST_MAX {
-        eve.seq += 1;
-        let input = ClientMessage::Input { seq: eve.seq, ack_tick: 0, input: Input::default() };
-        send_unless_closed(&mut eve, Message::Binary(input.encode().into())).await;
-    }
-    eve.is_refused(Refusal::Flood).await;
+    let input = ClientMessage::Input { seq: 1, ack_tick: 0, input: Input::default() };
+    flood(&mut eve, &frame(WHOLE, &input.encode())).await;
     server.counts("jostle_refusals_total{reason=\"flood\"}", 1).await;
     ann.keeps_playing().await;
 }
@@ -154,14 +154,16 @@ async fn an_honest_client_is_no_flood() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut bob = Client::join(server.address, "arena", "Bob").await;
-    // The inputs of a two-second stall arrive at once, then play goes on at its normal rate.
+    // The inputs of a two-second stall arrive at once, then play goes on at its normal rate: that of the
+    // server's ticks, since snapshots that waited for this client would let it hurry.
     for _ in 0..120 {
         bob.input(Buttons::LEFT, None).await;
     }
-    for _ in 0..60 {
+    let resumed_tick = bob.tick().await;
+    for tick in resumed_tick..resumed_tick + 60 {
         bob.input(Buttons::LEFT, None).await;
         bob.send(&ClientMessage::Ping { stamp: 1 }).await;
-        bob.snapshot().await;
+        bob.until("the next tick", |snapshot| snapshot.tick > tick).await;
     }
     bob.keeps_playing().await;
     ann.keeps_playing().await;
@@ -192,7 +194,7 @@ async fn a_full_room_is_refused_and_has_a_seat_again_later() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_socket_that_never_says_hello_is_closed() {
-    let waits = Waits { hello: Duration::from_secs(1), ..Waits::default() };
+    let waits = Waits { hello: BRIEF, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let started = Instant::now();
@@ -204,35 +206,48 @@ async fn a_socket_that_never_says_hello_is_closed() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_answers_no_pings_is_closed() {
-    // Long enough for the other client to be heard on a busy machine.
-    let waits = Waits { silence: Duration::from_secs(4), ..Waits::default() };
+    // No ping is due before the silence is over.
+    let waits = Waits { silence: BRIEF, keepalive: LONG, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut mute = Client::join(server.address, "arena", "Mute").await;
     mute.is_refused(Refusal::Silent).await;
     server.counts("jostle_refusals_total{reason=\"silent\"}", 1).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    ann.keeps_playing().await;
+    for _ in 0..60 {
+        ann.play_one_input().await;
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_half_sent_request_is_closed() {
-    let waits = Waits { http_head: Duration::from_secs(1), ..Waits::default() };
+    let waits = Waits { http_head: BRIEF, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
+    let patient = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     for part in ["", "GET /arena HTTP/1.1\r\nHost: jos"] {
-        let mut stream = TcpStream::connect(server.address).await.expect("a connection");
-        stream.write_all(part.as_bytes()).await.expect("a live socket");
+        let mut waited_for = half_sent(patient.address, part).await;
+        let mut stream = half_sent(server.address, part).await;
         let mut answer = Vec::new();
-        let closed = timeout(LONG / 5, stream.read_to_end(&mut answer)).await;
+        let closed = timeout(LONG, stream.read_to_end(&mut answer)).await;
         closed.expect("the server gives up").expect("a clean end");
+        // A server with another wait has not given up, though it was asked before.
+        assert!(waited_for.try_read(&mut [0]).is_err_and(|error| error.kind() == WouldBlock));
+        waited_for.shutdown().await.expect("a live socket");
     }
     server.counts("jostle_refusals_total{reason=\"slow_request\"}", 2).await;
     ann.keeps_playing().await;
 }
 
+/// A connection over which this much of a request was sent.
+async fn half_sent(address: SocketAddr, part: &str) -> TcpStream {
+    let mut stream = TcpStream::connect(address).await.expect("a connection");
+    stream.write_all(part.as_bytes()).await.expect("a live socket");
+    stream
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_slow_body_is_closed() {
-    let waits = Waits { http_body: Duration::from_secs(1), ..Waits::default() };
+    let waits = Waits { http_body: Duration::from_secs(1), ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let head = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nContent-Length: 17\r\n\r\n{";
@@ -249,27 +264,32 @@ async fn a_slow_body_is_closed() {
 async fn sockets_of_one_address_are_counted() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    // With Ann's socket, the allowed number is one too many. None of them says hello, so those
-    // admitted are closed after a while; if the machine is too slow to hold all at once, the test
-    // tries again.
-    let refused = async {
-        loop {
-            let sockets: Vec<_> = (0..limits::ADDRESS_SESSIONS_MAX + 4)
-                .map(|_| tokio::spawn(refusal_without_hello(server.address)))
-                .collect();
-            let mut refusals = Vec::new();
-            for socket in sockets {
-                refusals.push(socket.await.expect("a refusal"));
+    // None of them says hello, so those that are admitted stay, as Ann does.
+    let mut sockets = JoinSet::new();
+    for _ in 0..limits::ADDRESS_SESSIONS_MAX + 4 {
+        sockets.spawn(refusal_without_hello(server.address));
+    }
+    for _ in 0..1 + 4 {
+        let refused = timeout(LONG, sockets.join_next()).await.expect("an answer in time");
+        assert_eq!(refused.expect("a socket").expect("a refusal"), Refusal::TooManySockets);
+    }
+    server.counts("jostle_refusals_total{reason=\"too_many_sockets\"}", 1 + 4).await;
+    sockets.shutdown().await;
+    // The server has yet to notice that they are gone.
+    let mut bob = loop {
+        let mut bob = Client::connect(server.address, "arena").await;
+        bob.hello(VERSION, "Bob", None).await;
+        match bob.message().await {
+            ServerMessage::Welcome { seat, .. } => {
+                bob.seat = seat;
+                break bob;
             }
-            let count = |wanted| refusals.iter().filter(|refusal| **refusal == wanted).count();
-            assert!(count(Refusal::BadHello) > 0, "nobody got in");
-            if count(Refusal::TooManySockets) > 0 {
-                return;
-            }
+            ServerMessage::Refused { refusal } => assert_eq!(refusal, Refusal::TooManySockets),
+            other => panic!("{other:?} instead of an answer"),
         }
+        sleep(Duration::from_millis(50)).await;
     };
-    timeout(LONG * 2, refused).await.expect("too many at once");
-    Client::join(server.address, "arena", "Bob").await.keeps_playing().await;
+    bob.keeps_playing().await;
     ann.keeps_playing().await;
 }
 

@@ -9,7 +9,6 @@ use jostle_protocol::{
 };
 use jostle_sim::Vec2;
 use std::net::SocketAddr;
-use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
@@ -17,8 +16,7 @@ use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
-/// Longer than anything takes, even on a busy machine.
-pub const LONG: Duration = Duration::from_secs(30);
+pub use jostle_tests::server::LONG;
 
 /// One socket, and the newest snapshot that it received.
 pub struct Client<S = TcpStream> {
@@ -136,8 +134,28 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         let Some(Ok(Message::Binary(bytes))) = frame else {
             panic!("{frame:?} instead of a message");
         };
+        self.read(&bytes)
+    }
+
+    /// Reads the answer to a ping of the socket, or the refusal that comes instead, and what is before it.
+    pub async fn pong(&mut self) -> Result<(), Refusal> {
+        loop {
+            match timeout(LONG, self.socket.next()).await.expect("a frame in time") {
+                Some(Ok(Message::Pong(_))) => return Ok(()),
+                Some(Ok(Message::Ping(_))) => {}
+                Some(Ok(Message::Binary(bytes))) => {
+                    if let ServerMessage::Refused { refusal } = self.read(&bytes) {
+                        return Err(refusal);
+                    }
+                }
+                other => panic!("{other:?} instead of a pong"),
+            }
+        }
+    }
+
+    fn read(&mut self, bytes: &[u8]) -> ServerMessage {
         self.bytes += bytes.len();
-        let message = ServerMessage::decode(&bytes).expect("a readable message");
+        let message = ServerMessage::decode(bytes).expect("a readable message");
         if let ServerMessage::Snapshot(coded) = &message {
             self.stream.decode(coded).expect("a readable snapshot");
             let newest = self.stream.newest().expect("a snapshot was read");
@@ -182,6 +200,15 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
+    /// Plays for this many ticks, with an input for each snapshot.
+    pub async fn plays(&mut self, ticks: u32) {
+        let last_tick = self.newest.tick + ticks;
+        while self.newest.tick < last_tick {
+            self.input(Buttons::RIGHT, None).await;
+            self.snapshot().await;
+        }
+    }
+
     /// Sends an input and waits until it was played; from then on the seat is held.
     pub async fn play_one_input(&mut self) {
         self.input(Buttons::default(), None).await;
@@ -212,10 +239,15 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
                 break refusal;
             }
         };
+        (refusal, self.close_code(refusal).await)
+    }
+
+    /// Reads the end of the socket after a refusal.
+    pub async fn close_code(&mut self, refusal: Refusal) -> u16 {
         match self.frame().await {
             Some(Ok(Message::Close(Some(CloseFrame { code, reason })))) => {
                 assert_eq!(reason, refusal.message());
-                (refusal, code.into())
+                code.into()
             }
             other => panic!("{other:?} instead of a close frame after {refusal:?}"),
         }
@@ -225,4 +257,26 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
     pub async fn is_refused(&mut self, expected: Refusal) {
         assert_eq!(self.refusal().await, (expected, expected.close_code()));
     }
+}
+
+/// Plays in two rooms at once, until the first has come on by at least this share of the ticks by which the other
+/// has, and by `ticks` at least. Where a fault can cost ticks, the other is a room without it: a busy machine
+/// costs both of them ticks, a fault only one, and that without end.
+pub async fn keeps_pace([one, other]: [&mut Client; 2], share: f64, ticks: u32) {
+    let before = [one.newest.tick, other.newest.tick];
+    let kept = async {
+        loop {
+            tokio::select! {
+                () = one.plays(ticks) => {}
+                () = other.plays(ticks) => {}
+            }
+            let (came, expected) = (one.newest.tick - before[0], other.newest.tick - before[1]);
+            if came >= ticks && f64::from(came) >= share * f64::from(expected) {
+                return;
+            }
+        }
+    };
+    let kept = timeout(LONG, kept).await;
+    let ticks = [one.newest.tick - before[0], other.newest.tick - before[1]];
+    kept.unwrap_or_else(|_| panic!("of a pair of rooms the first is slower: {ticks:?} ticks"));
 }

@@ -5,6 +5,7 @@ use crate::server::Server;
 use jostle_protocol::Refusal;
 use jostle_server::limits;
 use jostle_server::net::assets;
+use jostle_tests::server::patient;
 use serde_json::Value;
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -109,7 +110,7 @@ async fn the_page_comes_with_headers_that_protect_it() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     let origins = vec!["https://friends.example.org".to_owned()];
-    let server = Server::start_with(jostle_server::Config { origins, ..Default::default() }).await;
+    let server = Server::start_with(jostle_server::Config { origins, ..patient() }).await;
     let upgrade = |origin: &str| {
         format!(
             "GET /arena HTTP/1.1\r\nHost: jostle\r\nOrigin: {origin}\r\nConnection: upgrade\r\n\

@@ -5,6 +5,7 @@ use crate::http::get_at_last;
 use jostle_game::Scene;
 use jostle_server::limits::Waits;
 use jostle_server::{Config, run_with_ops};
+use jostle_tests::server::patient;
 use std::io;
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -23,14 +24,14 @@ pub struct Server {
 }
 
 impl Server {
-    /// With the built-in scenes.
+    /// With the built-in scenes, for clients on a slow machine.
     pub async fn start() -> Server {
-        Server::start_with(Config::default()).await
+        Server::start_with(patient()).await
     }
 
     /// With one more scene.
     pub async fn start_with_scene(name: &str, source: &str) -> Server {
-        let mut config = Config::default();
+        let mut config = patient();
         let scene = Scene::parse(&format!("{name}.toml"), source);
         config.scenes.push(scene.unwrap_or_else(|error| panic!("{error}")));
         Server::start_with(config).await
@@ -38,7 +39,7 @@ impl Server {
 
     /// With the built-in scenes and other waits.
     pub async fn start_with_waits(waits: Waits) -> Server {
-        Server::start_with(Config { waits, ..Config::default() }).await
+        Server::start_with(Config { waits, ..patient() }).await
     }
 
     pub async fn start_with(config: Config) -> Server {

@@ -2,14 +2,15 @@
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
+use futures_util::StreamExt;
 use jostle_game::Scene;
 use jostle_protocol::Snapshot;
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_tests::scenes::RESTLESS;
+use jostle_tests::server::{BRIEF, PATIENT};
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
-use std::time::Duration;
 use tokio::net::TcpSocket;
 use tokio::time::timeout;
 
@@ -22,22 +23,40 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     let mut slow = connect_small(server.address).await;
     slow.enter("Slow", None).await;
+    // On another server, two players in the same scene read everything.
+    let other = Server::start_with_scene("restless", RESTLESS).await;
+    let mut bob = Client::join(other.address, "restless", "Bob").await;
+    let mut carl = Client::join(other.address, "restless", "Carl").await;
+    tokio::spawn(async move { while carl.socket.next().await.is_some() {} });
 
     // From here on `slow` reads nothing, until Ann has received more than any buffer could have
-    // held for it.
-    let (stopped_tick, stopped_bytes) = (slow.newest.tick, ann.bytes);
+    // held for it. Meanwhile she misses few ticks, if Bob does: a busy machine costs both of them some.
+    let stopped_tick = slow.newest.tick;
+    let (stopped_bytes, before) = (ann.bytes, [&ann, &bob].map(Progress::of));
     let mut seen = BTreeMap::new();
     let play = async {
-        while ann.bytes - stopped_bytes < BYTES_MISSED || ann.newest.tick < stopped_tick + 120 {
-            let snapshot = ann.snapshot().await.clone();
-            seen.insert(snapshot.tick, snapshot);
+        loop {
+            tokio::select! {
+                snapshot = ann.snapshot() => {
+                    let snapshot = snapshot.clone();
+                    seen.insert(snapshot.tick, snapshot);
+                }
+                _ = bob.snapshot() => {}
+            }
+            let [own, others] = [before[0].share_missed(&ann), before[1].share_missed(&bob)];
+            if ann.bytes - stopped_bytes >= BYTES_MISSED
+                && ann.newest.tick >= stopped_tick + 120
+                && own <= others + 0.25
+            {
+                return;
+            }
         }
     };
-    timeout(LONG, play).await.expect("Ann's game goes on");
+    let went_on = timeout(LONG, play).await;
+    let missed = [before[0].share_missed(&ann), before[1].share_missed(&bob)];
+    went_on.unwrap_or_else(|_| panic!("Ann's game does not go on: {missed:?} of ticks missed"));
     let resumed_tick = ann.newest.tick;
     let elapsed = resumed_tick - stopped_tick;
-    let missed = elapsed as usize - seen.range(stopped_tick + 1..).count();
-    assert!(missed * 4 <= elapsed as usize, "Ann missed {missed} of {elapsed} ticks");
 
     // It catches up at once, with far fewer messages than ticks, and its state is right.
     let before = slow.snapshots;
@@ -53,7 +72,7 @@ async fn a_slow_reader_delays_no_one_and_gets_the_newest_state() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_reads_nothing_for_too_long_is_closed() {
-    let waits = Waits { stall: Duration::from_secs(1), ..Waits::default() };
+    let waits = Waits { stall: BRIEF, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;
@@ -75,6 +94,24 @@ async fn a_client_that_reads_nothing_for_too_long_is_closed() {
     server.counts("jostle_joins_total{how=\"resumed\"}", 1).await;
     ann.keeps_playing().await;
     back.keeps_playing().await;
+}
+
+/// The newest tick of a client at some moment, and the number of its snapshots.
+struct Progress {
+    tick: u32,
+    snapshots: u32,
+}
+
+impl Progress {
+    fn of(client: &Client) -> Progress {
+        Progress { tick: client.newest.tick, snapshots: client.snapshots }
+    }
+
+    /// Share of the ticks since then without a snapshot.
+    fn share_missed(&self, client: &Client) -> f64 {
+        let ticks = f64::from(client.newest.tick - self.tick).max(1.0);
+        1.0 - f64::from(client.snapshots - self.snapshots) / ticks
+    }
 }
 
 /// A client with the smallest possible kernel buffer.

@@ -11,8 +11,8 @@ mod links;
 mod machine;
 mod stage;
 
-use crate::client::Client;
-use crate::replays::{Dir, verify};
+use crate::client::{Client, LONG};
+use crate::replays::{Dir, ticks, verify};
 use host::Host;
 use jostle_game::Buttons;
 use jostle_protocol::replay::{Change, Replay};
@@ -24,11 +24,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
+use tokio::sync::watch;
 use tokio::time::{Instant, sleep, timeout};
 
 /// Time for which peers cause their faults before the machine does, and for which a tab is in the
 /// background, unless `JOSTLE_SOAK_SECONDS` says otherwise.
 const SECONDS: u64 = 15;
+/// Snapshots that a player receives before the faults of the machine, and after them.
+const SNAPSHOTS: usize = 600;
 /// Rows of faults that peers cause, over and over. Row 11 comes with row 10.
 const PEERS: [u32; 20] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 14, 15, 16, 17, 18, 19, 20, 23];
 /// Refusals that only their faults cause.
@@ -87,13 +90,17 @@ async fn repeat(row: u32, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     rounds
 }
 
-/// Plays until the server closes; returns the snapshots that it received, by tick.
-async fn play_to_the_end(mut player: Client) -> BTreeMap<u32, Snapshot> {
+/// Plays until the server closes, and counts the snapshots meanwhile; returns those that it received, by tick.
+async fn play_to_the_end(
+    mut player: Client,
+    received: watch::Sender<usize>,
+) -> BTreeMap<u32, Snapshot> {
     let mut seen = BTreeMap::new();
     loop {
         match player.message().await {
             ServerMessage::Snapshot(_) => {
                 let tick = player.newest.tick;
+                received.send_replace(seen.len());
                 seen.insert(tick, player.newest.clone());
                 let x = 40.0 + (tick % 90) as f32;
                 let buttons = if tick.is_multiple_of(7) { Buttons::FIRE } else { Buttons::RIGHT };
@@ -123,13 +130,16 @@ fn compare(replay: &Arc<Replay>, seen: &BTreeMap<u32, Snapshot>) -> u32 {
 
 /// Number of joins and leaves in a replay.
 fn changes(replay: &Replay) -> usize {
-    let (mut changes, mut next) = (0, replay.first_tick() + 1);
-    while let Some(block) = replay.block_with(next) {
-        let all = block.ticks.iter().flat_map(|tick| &tick.changes);
-        changes += all.filter(|change| !matches!(change, Change::Look(..))).count();
-        next = block.first + block.ticks.len() as u32;
-    }
-    changes
+    let ticks = ticks(replay);
+    let changes = ticks.iter().flat_map(|tick| &tick.changes);
+    changes.filter(|change| !matches!(change, Change::Look(..))).count()
+}
+
+/// Waits until a player has received enough for a comparison: on a busy machine the time alone does not say so.
+async fn plays_on(receives: &mut watch::Receiver<usize>) {
+    let goal = *receives.borrow() + SNAPSHOTS;
+    let received = timeout(LONG, receives.wait_for(|received| *received >= goal)).await;
+    received.expect("snapshots in time").expect("a game that goes on");
 }
 
 fn soak_seconds() -> u64 {
@@ -145,7 +155,8 @@ async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
     let stage = Arc::new(Stage::new(host.process.address, host.process.ops, seconds));
     let ann = stage.join("arena", "Ann").await;
     let bob = stage.join("arena", "Bob").await;
-    let players = [ann, bob].map(|player| tokio::spawn(play_to_the_end(player)));
+    let (received, mut receives) = watch::channel(0);
+    let players = [ann, bob].map(|player| tokio::spawn(play_to_the_end(player, received.clone())));
 
     let stop = Arc::new(AtomicBool::new(false));
     let peers =
@@ -153,6 +164,7 @@ async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
     let started = Instant::now();
     crowds::crowd(&stage).await;
     sleep(seconds.saturating_sub(started.elapsed())).await;
+    plays_on(&mut receives).await;
     let failed_tick = {
         let _alone = stage.machine.write().await;
         machine::stands_still(&stage, &mut host).await;
@@ -164,10 +176,12 @@ async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
     };
     stop.store(true, Ordering::Relaxed);
     for (row, peer) in peers {
-        let rounds = timeout(seconds + Duration::from_secs(90), peer).await;
+        let rounds = timeout(seconds + LONG, peer).await;
         let rounds = rounds.unwrap_or_else(|_| panic!("row {row} does not end"));
         println!("row {row}: {} times", rounds.expect("every fault has its answer"));
     }
+    // On the disk that is good again, another file begins.
+    plays_on(&mut receives).await;
     stage.check_tally(&EXACT).await;
     host.process.signal("TERM");
     let mut seen = Vec::new();
@@ -190,5 +204,6 @@ async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
     }
     let ticks: usize = seen.iter().map(BTreeMap::len).sum();
     println!("{compared} of {ticks} snapshots compared with games without faults");
-    assert!(compared as usize * 2 > ticks, "{compared} of {ticks}");
+    // The faults of the disk cost some.
+    assert!(compared as usize >= SNAPSHOTS, "{compared} of {ticks}");
 }

@@ -8,13 +8,13 @@ use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_server::net::tls::Tls;
+use jostle_tests::server::{BRIEF, PATIENT, patient};
 use rcgen::{CertifiedKey, KeyPair, generate_simple_self_signed};
 use std::fs;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::Arc;
-use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
@@ -57,7 +57,7 @@ impl Identity {
     async fn serve(&self, waits: Waits) -> Server {
         let tls = Tls::read(&self.path("certificate.pem"), &self.path("key.pem"));
         let tls = Some(tls.unwrap_or_else(|error| panic!("{error}")));
-        Server::start_with(Config { tls, waits, ..Config::default() }).await
+        Server::start_with(Config { tls, waits, ..patient() }).await
     }
 
     /// Connects to a server that has to present this certificate.
@@ -90,7 +90,7 @@ impl Identity {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pages_load_and_players_play_to_the_end() {
     let identity = Identity::new("play");
-    let mut server = identity.serve(Waits::default()).await;
+    let mut server = identity.serve(PATIENT).await;
     assert_eq!(identity.get(server.address).await.status, 200);
     let mut ann = identity.join(server.address).await;
     ann.keeps_playing().await;
@@ -112,8 +112,7 @@ async fn until_closed(mut stream: TcpStream) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn failed_handshakes_are_closed_and_counted() {
     let identity = Identity::new("refused");
-    let server =
-        identity.serve(Waits { http_head: Duration::from_secs(3), ..Waits::default() }).await;
+    let server = identity.serve(Waits { http_head: BRIEF, ..PATIENT }).await;
     let mut ann = identity.join(server.address).await;
     // Sends plain text.
     let mut plain = TcpStream::connect(server.address).await.expect("a connection");

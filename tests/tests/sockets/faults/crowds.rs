@@ -6,7 +6,8 @@ use crate::http::{get, raw_over};
 use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage, VERSION};
 use jostle_server::Config;
-use jostle_server::limits::{ADDRESS_CONNECTIONS_MAX, OPS_CONNECTIONS_MAX, Waits};
+use jostle_server::limits::{ADDRESS_CONNECTIONS_MAX, OPS_CONNECTIONS_MAX};
+use jostle_tests::server::patient;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
@@ -44,15 +45,14 @@ pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Clie
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn five_hundred_connect_at_once_and_leave_at_once() {
-    // A busy machine may need longer for all these clients than a hello may take.
-    let server = Server::start_with_waits(Waits { hello: LONG, ..Waits::default() }).await;
+    let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let address = server.address;
     let attempts: Vec<_> =
         (0..CROWD).map(|number| tokio::spawn(attempt(address, "arena", number))).collect();
     let (mut seated, mut refused) = (Vec::new(), 0);
     for attempt in attempts {
-        match timeout(2 * LONG, attempt).await.expect("an answer in time").expect("no panic") {
+        match timeout(LONG, attempt).await.expect("an answer in time").expect("no panic") {
             Ok(client) => seated.push(client),
             Err(Refusal::RoomFull | Refusal::ServerFull) => refused += 1,
             Err(other) => panic!("{other:?}"),
@@ -122,7 +122,7 @@ async fn response_to_silence(mut stream: TcpStream) -> String {
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_address_that_connects_without_end_is_limited_and_no_other() {
-    let config = Config { address_sessions_max: 1, ..Config::default() };
+    let config = Config { address_sessions_max: 1, ..patient() };
     let server = Server::start_with(config).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let flood = async {

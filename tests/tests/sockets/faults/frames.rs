@@ -6,18 +6,20 @@ use crate::server::Server;
 use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, VERSION};
-use jostle_server::limits::{BYTES_BURST_MAX, HTTP_BUFFER_BYTES_MAX, Waits};
+use jostle_server::limits::{HTTP_BUFFER_BYTES_MAX, Waits};
 use jostle_sim::Vec2;
+use jostle_tests::server::{BRIEF, PATIENT};
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
-/// First byte of a whole binary frame, of a first fragment, of a middle one and of the last one.
+/// First byte of a whole binary frame, of a first fragment, of a middle one, of the last one and of a ping.
 pub const WHOLE: u8 = 0x82;
 pub const FIRST: u8 = 0x02;
 pub const NEXT: u8 = 0x00;
 const LAST: u8 = 0x80;
+const PING: u8 = 0x89;
 
 /// A frame with a mask of zeros, which leaves the payload unchanged.
 pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
@@ -39,6 +41,24 @@ pub fn input(seq: u32) -> Vec<u8> {
 /// Writes below the client's framing. The server may close before it has read everything.
 pub async fn write(client: &mut Client, bytes: &[u8]) {
     let _ = timeout(LONG, client.socket.get_mut().write_all(bytes)).await.expect("time");
+}
+
+/// Writes these bytes again and again until the server refuses them as a flood. Its limits are rates: if it is
+/// slow to read them, it allows more.
+pub async fn flood(client: &mut Client, bytes: &[u8]) {
+    let mut many = bytes.repeat((32 << 10) / bytes.len());
+    many.extend(frame(PING, &[]));
+    let refused = async {
+        loop {
+            write(client, &many).await;
+            // Nothing is written after the refusal: it would be lost in a reset of the connection.
+            if let Err(refusal) = client.pong().await {
+                return (refusal, client.close_code(refusal).await);
+            }
+        }
+    };
+    let refused = timeout(LONG, refused).await.expect("an end of the flood");
+    assert_eq!(refused, (Refusal::Flood, Refusal::Flood.close_code()));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -128,12 +148,9 @@ async fn fragments_that_never_become_a_message_are_a_flood() {
     let mut eve = Client::join(server.address, "arena", "Eve").await;
     let mut stranger = Client::connect(server.address, "arena").await;
     // Empty fragments never make a message, so only their bytes can be counted.
-    let piece = frame(NEXT, &[]);
-    let pieces = piece.repeat(2 * BYTES_BURST_MAX as usize / piece.len());
     for client in [&mut eve, &mut stranger] {
         write(client, &frame(FIRST, &[])).await;
-        write(client, &pieces).await;
-        client.is_refused(Refusal::Flood).await;
+        flood(client, &frame(NEXT, &[])).await;
     }
     server.counts(&refusals("flood"), 2).await;
     ann.keeps_playing().await;
@@ -182,7 +199,7 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_head_sent_byte_by_byte_is_closed() {
-    let waits = Waits { http_head: Duration::from_millis(600), ..Waits::default() };
+    let waits = Waits { http_head: BRIEF, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut stream = TcpStream::connect(server.address).await.expect("a connection");

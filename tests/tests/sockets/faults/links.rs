@@ -10,6 +10,7 @@ use jostle_protocol::{Refusal, Token, VERSION};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_tests::scenes::RESTLESS;
+use jostle_tests::server::{BRIEF, PATIENT};
 use std::net::SocketAddr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -20,11 +21,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_peer_that_vanished_is_closed_and_may_come_back() {
-    let waits = Waits {
-        keepalive: Duration::from_millis(200),
-        silence: Duration::from_secs(1),
-        ..Waits::default()
-    };
+    let waits = Waits { keepalive: Duration::from_millis(200), silence: BRIEF, ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut gone = Client::join(server.address, "arena", "Gone").await;
     gone.play_one_input().await;
@@ -40,7 +37,7 @@ async fn a_peer_that_vanished_is_closed_and_may_come_back() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_that_reads_byte_by_byte_is_closed() {
-    let waits = Waits { stall: Duration::from_secs(1), ..Waits::default() };
+    let waits = Waits { stall: BRIEF, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;
@@ -180,7 +177,7 @@ async fn buffering_proxy(server: SocketAddr) -> (SocketAddr, watch::Sender<bool>
 
 /// A client behind a buffering proxy, after it has played for a while.
 async fn behind_a_buffering_proxy(hearing: Duration) -> (Server, Client, watch::Sender<bool>) {
-    let waits = Waits { hearing, ..Waits::default() };
+    let waits = Waits { hearing, ..PATIENT };
     let mut config = Config { waits, ..Config::default() };
     config.scenes.push(Scene::parse("restless.toml", RESTLESS).expect("a good scene"));
     let server = Server::start_with(config).await;
@@ -212,7 +209,7 @@ async fn bytes_buffered_on_the_way_lower_the_rate() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_client_whose_bytes_are_buffered_for_too_long_is_closed() {
-    let (server, mut far, hold) = behind_a_buffering_proxy(Duration::from_secs(3)).await;
+    let (server, mut far, hold) = behind_a_buffering_proxy(BRIEF).await;
     let mut ann = Client::join(server.address, "restless", "Ann").await;
     hold.send_replace(true);
     let silenced = async {

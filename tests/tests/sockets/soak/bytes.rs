@@ -2,10 +2,9 @@
 
 use super::stage::Stage;
 use crate::client::{Client, LONG};
-use crate::faults::frames::{FIRST, NEXT, WHOLE, frame, hello, input, write};
+use crate::faults::frames::{self, FIRST, NEXT, WHOLE, frame, hello, input, write};
 use jostle_game::{Buttons, Input};
 use jostle_protocol::{ClientMessage, Refusal, ServerMessage, VERSION};
-use jostle_server::limits::{BYTES_BURST_MAX, MESSAGES_BURST_MAX};
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -29,6 +28,10 @@ async fn read_all(stream: &mut TcpStream) -> String {
 
 /// Row 5: a head sent byte by byte, a body that does not arrive, no hello.
 pub async fn slow_handshakes(stage: &Stage) {
+    tokio::join!(slow_head(stage), slow_body(stage), no_hello(stage));
+}
+
+async fn slow_head(stage: &Stage) {
     let mut slow = connect(stage).await;
     let drip = async {
         let head = b"GET /arena HTTP/1.1\r\nX-Filler: ";
@@ -41,12 +44,16 @@ pub async fn slow_handshakes(stage: &Stage) {
     };
     timeout(LONG, drip).await.expect("the server gives up");
     stage.refuses("slow_request");
+}
 
+async fn slow_body(stage: &Stage) {
     let mut half = connect(stage).await;
     let head = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nContent-Length: 17\r\n\r\n{";
     half.write_all(head.as_bytes()).await.expect("a live socket");
     assert!(read_all(&mut half).await.starts_with("HTTP/1.1 408 "));
+}
 
+async fn no_hello(stage: &Stage) {
     Client::connect(stage.address, ROOM).await.is_refused(Refusal::BadHello).await;
     stage.refuses("bad_hello");
 }
@@ -110,19 +117,21 @@ pub async fn fragments(stage: &Stage) {
     write(&mut guest, &[frame(FIRST, first), frame(NEXT | 0x80, rest)].concat()).await;
     guest.keeps_playing().await;
     write(&mut guest, &frame(FIRST, &[])).await;
-    let piece = frame(NEXT, &[]);
-    write(&mut guest, &piece.repeat(2 * BYTES_BURST_MAX as usize / piece.len())).await;
-    stage.ends(ROOM, guest, Refusal::Flood, "flood").await;
+    flooded(stage, guest, &frame(NEXT, &[])).await;
 }
 
 /// Row 13: more messages than any client needs.
 pub async fn flood(stage: &Stage) {
-    let mut guest = stage.join(ROOM, "Flood").await;
-    let seq = guest.seq;
-    let many: Vec<u8> =
-        (1..4 * MESSAGES_BURST_MAX).flat_map(|more| frame(WHOLE, &input(seq + more))).collect();
-    write(&mut guest, &many).await;
-    stage.ends(ROOM, guest, Refusal::Flood, "flood").await;
+    let guest = stage.join(ROOM, "Flood").await;
+    let again = frame(WHOLE, &input(guest.seq + 1));
+    flooded(stage, guest, &again).await;
+}
+
+/// A guest who writes this without end loses the socket, and returns to the seat.
+async fn flooded(stage: &Stage, mut guest: Client, bytes: &[u8]) {
+    frames::flood(&mut guest, bytes).await;
+    stage.refuses("flood");
+    stage.returns(ROOM, guest).await;
 }
 
 /// Row 14: a client of another version.

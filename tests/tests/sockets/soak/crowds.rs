@@ -20,7 +20,7 @@ pub async fn crowd(stage: &Stage) {
         (0..CROWD).map(|number| tokio::spawn(attempt(address, "crowd", number))).collect();
     let mut seated = Vec::new();
     for attempt in attempts {
-        match timeout(2 * LONG, attempt).await.expect("an answer in time").expect("no panic") {
+        match timeout(LONG, attempt).await.expect("an answer in time").expect("no panic") {
             Ok(client) => seated.push(client),
             // A slow machine takes too long for this many hellos.
             Err(Refusal::ServerFull | Refusal::BadHello) => {}

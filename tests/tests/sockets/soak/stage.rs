@@ -85,6 +85,11 @@ impl Stage {
     pub async fn ends(&self, room: &str, mut guest: Client, refusal: Refusal, reason: &str) {
         guest.is_refused(refusal).await;
         self.refuses(reason);
+        self.returns(room, guest).await;
+    }
+
+    /// Returns a guest who lost the socket to the seat, and leaves.
+    pub async fn returns(&self, room: &str, guest: Client) {
         let back = self.resume(room, Ticket::of(&guest)).await;
         self.leave(back).await;
     }
