@@ -6,7 +6,8 @@
 //! its pairs take part. When and how the list is built therefore cannot change a bit of the result.
 //!
 //! Moving bodies are sorted along the axis on which they are spread out further, and swept. In a
-//! world that sleeps the others are kept apart in a [`StaticGrid`], which each moving body queries.
+//! world that sleeps the others are kept apart in a [`StaticGrid`], which each moving body queries. Where
+//! only a few bodies have outgrown their boxes, only their pairs are found again.
 
 use super::static_grid::StaticGrid;
 use crate::bodies::Bodies;
@@ -19,6 +20,9 @@ use glam::Vec2;
 const MARGIN: f32 = 0.4;
 /// Margin of the fat box of a body that does not move, beyond its reach, world units.
 const STATIC_MARGIN: f32 = 0.1;
+
+/// Bodies that are compared with every other one; where more have outgrown their boxes, sorting all is faster.
+const RENEWED_MAX: usize = 64;
 
 /// The axis of the box face that carried the contact in the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,6 +50,17 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
+    fn of(key: u64) -> Pair {
+        Pair {
+            a: (key >> 32) as u32,
+            b: key as u32,
+            normal_impulse: 0.0,
+            tangent_impulse: 0.0,
+            axis: Axis::Free,
+            warm_normal: Vec2::ZERO,
+        }
+    }
+
     fn key(&self) -> u64 {
         u64::from(self.a) << 32 | u64::from(self.b)
     }
@@ -67,6 +82,16 @@ pub(crate) struct Filter<'a> {
     pub immovable: bool,
 }
 
+impl Filter<'_> {
+    /// Whether two bodies may pair.
+    #[inline]
+    fn takes(&self, bodies: &Bodies, a: u32, b: u32) -> bool {
+        let (a, b) = (a as usize, b as usize);
+        let meets = self.meets[usize::from(bodies.group[a])] >> bodies.group[b] & 1 == 1;
+        meets && (self.immovable || bodies.inverse_mass[a] > 0.0 || bodies.inverse_mass[b] > 0.0)
+    }
+}
+
 /// The list; see the module's description.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PairList {
@@ -78,6 +103,10 @@ pub(crate) struct PairList {
     stale: bool,
     /// In a world that sleeps, all bodies outside the moving list.
     static_grid: Option<StaticGrid>,
+    /// Slots that have outgrown their boxes; one more than [`RENEWED_MAX`] stands for any number.
+    outgrown: Vec<u32>,
+    /// By slot: whether its pairs are being found again.
+    renewed: Vec<bool>,
     /// Scratch: slots sorted by lower edge, keys of the pairs found, the previous list.
     order: Vec<u64>,
     keys: Vec<u64>,
@@ -140,45 +169,72 @@ impl PairList {
         self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
     }
 
-    /// Makes the list complete for the present positions; returns whether it was rebuilt.
+    /// Makes the list complete for the present positions; returns whether it was changed.
     pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
-        let outgrown = self.stale || self.outgrown(bodies);
-        if outgrown {
-            self.rebuild(bodies, filter);
+        if !self.stale {
+            self.find_outgrown(bodies);
         }
-        outgrown
+        match self.outgrown.len() {
+            _ if self.stale => self.rebuild(bodies, filter),
+            0 => return false,
+            ..=RENEWED_MAX => self.renew(bodies, filter),
+            _ => self.rebuild(bodies, filter),
+        }
+        true
     }
 
-    /// Whether the reach of a body left the box for which the list is complete.
-    fn outgrown(&self, bodies: &Bodies) -> bool {
-        bodies.moving.iter().any(|&slot| {
-            let slot = slot as usize;
-            let reach = bodies.bounds(slot, bodies.reach[slot]);
-            let fat = &self.fat[slot];
-            !(fat.contains(reach.low) && fat.contains(reach.high))
-        })
+    /// Finds bodies whose reach has left the box for which the list is complete.
+    fn find_outgrown(&mut self, bodies: &Bodies) {
+        let fat = &self.fat;
+        let outgrown = |&slot: &u32| {
+            let index = slot as usize;
+            let reach = bodies.bounds(index, bodies.reach[index]);
+            !(fat[index].contains(reach.low) && fat[index].contains(reach.high))
+        };
+        self.outgrown.clear();
+        let found = bodies.moving.iter().copied().filter(outgrown);
+        self.outgrown.extend(found.take(RENEWED_MAX + 1));
     }
 
     /// Sorts and sweeps along the axis on which the bodies are spread out further.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
         let axis = long_axis(bodies);
-        self.grow_boxes(bodies);
+        self.fat.resize(bodies.alive.len(), EMPTY_BOX);
+        for slot in swept(bodies, self.static_grid.is_some()) {
+            self.fat[slot as usize] = grown(bodies, slot);
+        }
         self.sort_by_edge(bodies, axis);
         self.sweep(bodies, axis, filter);
-        self.find_static_pairs(bodies, filter);
+        self.find_static_pairs(bodies, &bodies.moving, filter);
         self.keys.sort_unstable();
-        self.carry_impulses();
+        self.carry_impulses(|_| false);
         self.stale = false;
     }
 
-    /// Grows each box by the distance that its body may travel in a few steps.
-    fn grow_boxes(&mut self, bodies: &Bodies) {
-        self.fat.resize(bodies.alive.len(), EMPTY_BOX);
-        for slot in swept(bodies, self.static_grid.is_some()) {
-            let slot = slot as usize;
-            let reach = bodies.reach[slot];
-            self.fat[slot] = bodies.bounds(slot, reach + max(MARGIN, 2.0 * reach));
+    /// Finds the pairs of the bodies that have outgrown their boxes.
+    fn renew(&mut self, bodies: &Bodies, filter: Filter) {
+        let outgrown = std::mem::take(&mut self.outgrown);
+        self.renewed.clear();
+        self.renewed.resize(bodies.alive.len(), false);
+        for &slot in &outgrown {
+            self.fat[slot as usize] = grown(bodies, slot);
+            self.renewed[slot as usize] = true;
         }
+        self.keys.clear();
+        for &a in &outgrown {
+            let fat_a = self.fat[a as usize];
+            for b in swept(bodies, self.static_grid.is_some()) {
+                let twice = b == a || b < a && self.renewed[b as usize];
+                if fat_a.overlaps(&self.fat[b as usize]) && !twice && filter.takes(bodies, a, b) {
+                    self.keys.push(key(a, b));
+                }
+            }
+        }
+        self.find_static_pairs(bodies, &outgrown, filter);
+        self.keys.sort_unstable();
+        let renewed = std::mem::take(&mut self.renewed);
+        self.carry_impulses(|pair| !renewed[pair.a as usize] && !renewed[pair.b as usize]);
+        (self.outgrown, self.renewed) = (outgrown, renewed);
     }
 
     fn sort_by_edge(&mut self, bodies: &Bodies, axis: usize) {
@@ -197,8 +253,6 @@ impl PairList {
             let a = entry as u32;
             let fat_a = self.fat[a as usize];
             let end = ordered_bits(fat_a.high[axis]);
-            let meets_a = filter.meets[usize::from(bodies.group[a as usize])];
-            let movable_a = filter.immovable || bodies.inverse_mass[a as usize] > 0.0;
             for &other in &self.order[rank + 1..] {
                 if (other >> 32) as u32 >= end {
                     break;
@@ -207,56 +261,57 @@ impl PairList {
                 let fat_b = &self.fat[b as usize];
                 let apart = fat_b.low[across] >= fat_a.high[across]
                     || fat_a.low[across] >= fat_b.high[across];
-                if apart || meets_a >> bodies.group[b as usize] & 1 == 0 {
-                    continue;
-                }
-                if movable_a || bodies.inverse_mass[b as usize] > 0.0 {
-                    let (low, high) = if a < b { (a, b) } else { (b, a) };
-                    self.keys.push(u64::from(low) << 32 | u64::from(high));
+                if !apart && filter.takes(bodies, a, b) {
+                    self.keys.push(key(a, b));
                 }
             }
         }
     }
 
-    /// Pairs of a moving body with one that does not move.
-    fn find_static_pairs(&mut self, bodies: &Bodies, filter: Filter) {
+    /// Pairs of some moving bodies with those that do not move.
+    fn find_static_pairs(&mut self, bodies: &Bodies, moving: &[u32], filter: Filter) {
         let Some(grid) = self.static_grid.as_ref() else { return };
-        for &a in &bodies.moving {
+        let filter = Filter { immovable: false, ..filter };
+        for &a in moving {
             let fat_a = self.fat[a as usize];
-            let meets_a = filter.meets[usize::from(bodies.group[a as usize])];
-            let movable_a = bodies.inverse_mass[a as usize] > 0.0;
             grid.query(&fat_a, |b| {
-                let meets = meets_a >> bodies.group[b as usize] & 1 == 1;
-                let movable = movable_a || bodies.inverse_mass[b as usize] > 0.0;
-                if meets && movable && fat_a.overlaps(&self.fat[b as usize]) {
-                    let (low, high) = if a < b { (a, b) } else { (b, a) };
-                    self.keys.push(u64::from(low) << 32 | u64::from(high));
+                if filter.takes(bodies, a, b) && fat_a.overlaps(&self.fat[b as usize]) {
+                    self.keys.push(key(a, b));
                 }
             });
         }
     }
 
-    /// Builds `pairs` from the sorted keys; merging with the previous list keeps the impulses.
-    fn carry_impulses(&mut self) {
+    /// Builds `pairs` from the sorted keys and those of the previous list that stay; merging with it keeps the
+    /// impulses.
+    fn carry_impulses(&mut self, stays: impl Fn(&Pair) -> bool) {
         std::mem::swap(&mut self.pairs, &mut self.before);
         self.pairs.clear();
-        let mut old = self.before.iter().peekable();
-        for &key in &self.keys {
-            while old.next_if(|pair| pair.key() < key).is_some() {}
-            let fresh = Pair {
-                a: (key >> 32) as u32,
-                b: key as u32,
-                normal_impulse: 0.0,
-                tangent_impulse: 0.0,
-                axis: Axis::Free,
-                warm_normal: Vec2::ZERO,
-            };
-            self.pairs.push(old.next_if(|pair| pair.key() == key).copied().unwrap_or(fresh));
+        let mut keys = self.keys.iter().copied().peekable();
+        for &pair in &self.before {
+            while let Some(key) = keys.next_if(|&key| key < pair.key()) {
+                self.pairs.push(Pair::of(key));
+            }
+            if keys.next_if_eq(&pair.key()).is_some() || stays(&pair) {
+                self.pairs.push(pair);
+            }
         }
+        self.pairs.extend(keys.map(Pair::of));
     }
 }
 
 const EMPTY_BOX: Aabb = Aabb { low: Vec2::ZERO, high: Vec2::ZERO };
+
+/// The key of a pair, by which the list is sorted.
+fn key(a: u32, b: u32) -> u64 {
+    u64::from(a.min(b)) << 32 | u64::from(a.max(b))
+}
+
+/// The box of a body, grown by the distance that it may travel in a few steps.
+fn grown(bodies: &Bodies, slot: u32) -> Aabb {
+    let reach = bodies.reach[slot as usize];
+    bodies.bounds(slot as usize, reach + max(MARGIN, reach))
+}
 
 /// The bodies that are sorted and swept: all, or all that move.
 fn swept(bodies: &Bodies, moving: bool) -> impl Iterator<Item = u32> + '_ {

@@ -68,3 +68,23 @@ fn the_time_of_a_rebuild_changes_no_bit() {
         assert_eq!(lazy.hash(), eager.hash(), "step {step}");
     }
 }
+
+#[test]
+fn the_list_is_complete_where_few_bodies_outgrow_their_boxes() {
+    let mut world = gas(300, 0.0);
+    let ids: Vec<_> = world.ids().collect();
+    let mut renewals = 0;
+    for step in 0..240 {
+        for &id in ids.iter().skip(3).step_by(60) {
+            world.set_velocity(id, Vec2::new(if step % 80 < 40 { 100.0 } else { -100.0 }, 20.0));
+        }
+        world.step();
+        world.refresh_pairs();
+        renewals += usize::from((1..=RENEWED_MAX).contains(&world.pair_list().outgrown.len()));
+        let pairs = world.pair_list().pairs.iter().map(|pair| (pair.a, pair.b));
+        let listed: Vec<(u32, u32)> =
+            pairs.filter(|&(a, b)| near(world.body_arrays(), a, b)).collect();
+        assert_eq!(listed, near_pairs(world.body_arrays()), "step {step}");
+    }
+    assert!(renewals > 30, "{renewals} renewals");
+}
