@@ -447,8 +447,8 @@ impl World {
         }
     }
 
-    /// The solver's work in the last step: visits of pairs by passes. A measure independent of the
-    /// machine.
+    /// The solver's work in the last step: visits of pairs by passes, and predictions of impacts. A measure
+    /// independent of the machine.
     pub fn pair_solves(&self) -> u64 {
         match self.settings.solver {
             Some(Solver::Conjugate(_)) => self.conjugate.work,

@@ -32,16 +32,21 @@ use crate::solver::step_context::StepContext;
 use glam::Vec2;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 /// Impacts of a body per step. After this many a body stays at its last impact point; the contact
 /// solver handles the rest of the step.
 const IMPACTS_MAX: u32 = 32;
+/// The same for a body that has met more than two others. Impacts in a crowd follow each other ever faster
+/// (McNamara and Young 1994, "Inelastic collapse in two dimensions"), so that the contact solver takes over earlier.
+const CROWD_IMPACTS_MAX: u32 = 4;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
-/// End of a list of pairs.
+
+/// No body.
 const NONE: u32 = u32::MAX;
 
 /// An impact of this step.
@@ -67,19 +72,28 @@ struct Event {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactQueue {
     pub impacts: Vec<Impact>,
+    /// Predictions of impacts of pairs: what a step's impacts cost.
+    pub predictions: u64,
     pub paths: Paths,
     /// By slot: number of impacts in this step.
     impact_count: Vec<u32>,
+    /// By slot with impacts: the first two bodies that it met.
+    met: Vec<[u32; 2]>,
     /// Slots with at least one impact.
     impacted: Vec<u32>,
     /// Slots that are held after their impact: see `held_after_impact`.
     pub held: Vec<u32>,
     /// By slot: whether it may have an impact.
     may_impact: Vec<bool>,
+    /// By slot: whether it waits for the next round, and the slots that do.
+    waits: Vec<bool>,
+    waiting: Vec<u32>,
     queue: BinaryHeap<Reverse<Event>>,
-    /// By slot the first pair, and by pair the next one of either body.
-    first: Vec<u32>,
-    next: Vec<[u32; 2]>,
+    /// Indices of the pairs whose bodies may meet in this round.
+    near: Vec<u32>,
+    /// The same by body: where those of each slot begin, and one more entry for the end.
+    near_of: Vec<u32>,
+    starts: Vec<u32>,
 }
 
 /// Whether the impacts of a step are complete.
@@ -108,13 +122,17 @@ impl ImpactQueue {
     /// Clears the impacts of the last step.
     pub fn begin(&mut self, slots: usize) {
         self.impacts.clear();
+        self.predictions = 0;
         for slot in self.impacted.drain(..) {
             self.paths.impact_time[slot as usize] = 0.0;
             self.impact_count[slot as usize] = 0;
+            self.met[slot as usize] = [NONE; 2];
         }
         self.paths.impact_time.resize(slots, 0.0);
         self.paths.impact_position.resize(slots, Vec2::ZERO);
         self.impact_count.resize(slots, 0);
+        self.waits.resize(slots, false);
+        self.met.resize(slots, [NONE; 2]);
     }
 
     /// Whether the step had no impact.
@@ -141,7 +159,7 @@ impl ImpactQueue {
             let thickness = bodies.thickness(slot);
             let own_fast_speed = FAST * thickness / context.dt;
             if bounces || squared > own_fast_speed * own_fast_speed {
-                bodies.reach[slot] += squared.sqrt() * context.dt + thickness;
+                bodies.reach[slot] += 0.5 * (squared.sqrt() * context.dt + thickness);
             }
             if bounces || squared > fast_speed * fast_speed {
                 self.may_impact[slot] = true;
@@ -164,8 +182,9 @@ impl ImpactQueue {
         }
     }
 
-    /// Processes impacts in the order of their times. Except in the `last` round it ends when one
-    /// makes a body faster than its reach: the list may then lack some of its pairs.
+    /// Processes impacts in the order of their times. Except in the `last` round, a body that gets faster than
+    /// its reach waits, since the list may lack some of its pairs, and so does every body that it meets. The next
+    /// round goes on with those.
     pub fn process(
         &mut self,
         bodies: &mut Bodies,
@@ -173,12 +192,7 @@ impl ImpactQueue {
         context: &StepContext,
         last: bool,
     ) -> Progress {
-        self.queue.clear();
-        for (index, pair) in (0u32..).zip(pairs) {
-            if self.can_impact(pair.a) || self.can_impact(pair.b) {
-                self.push_next_impact(bodies, index, pair, context);
-            }
-        }
+        self.fill_queue(bodies, pairs, context);
         if self.queue.is_empty() {
             return Progress::Done;
         }
@@ -189,7 +203,14 @@ impl ImpactQueue {
                 continue;
             }
             let time = f32::from_bits(event.time_bits);
-            let (pair, hit) = match self.find_obstruction(bodies, pairs, pair, time, context) {
+            let obstruction = self.find_obstruction(bodies, pairs, pair, time, context);
+            let stops = obstruction.as_ref().map_or(pair, |(other, _)| other);
+            if self.is_waiting(pair) || self.is_waiting(stops) {
+                self.let_wait(bodies, pair);
+                self.let_wait(bodies, stops);
+                continue;
+            }
+            let (pair, hit) = match obstruction {
                 // Between closing walls this would never end; the constraints hold both.
                 Some((other, _)) if self.has_exhausted_impacts(other) => continue,
                 Some(found) => found,
@@ -203,22 +224,66 @@ impl ImpactQueue {
                 self.push_impacts_of(bodies, pairs, slot, context);
             }
             // What stopped an obstruction may have changed neither body of the event.
-            let waiting = &pairs[event.pair as usize];
-            if event.version == self.version(waiting) {
-                self.push_next_impact(bodies, event.pair, waiting, context);
+            let stopped = &pairs[event.pair as usize];
+            if event.version == self.version(stopped) {
+                self.push_next_impact(bodies, event.pair, stopped, context);
             }
             if self.has_exhausted_impacts(pair) {
                 self.stop_at_impact(bodies, pair.a, context);
                 self.stop_at_impact(bodies, pair.b, context);
             }
+            for (slot, other) in [(pair.a, pair.b), (pair.b, pair.a)] {
+                let is_in_crowd = self.meets(slot, other);
+                if is_in_crowd && self.impact_count[slot as usize] >= CROWD_IMPACTS_MAX {
+                    self.stop_at_impact(bodies, slot, context);
+                }
+            }
             if !last
                 && (outruns_reach(bodies, pair.a, context.dt)
                     || outruns_reach(bodies, pair.b, context.dt))
             {
-                return Progress::BeyondReach;
+                self.let_wait(bodies, pair);
             }
         }
-        Progress::Done
+        if self.waiting.is_empty() { Progress::Done } else { Progress::BeyondReach }
+    }
+
+    /// Queues the first impacts of a round: of all pairs, or of the bodies that waited for it.
+    fn fill_queue(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) {
+        self.queue.clear();
+        self.near.clear();
+        let goes_on = !self.waiting.is_empty();
+        for (index, pair) in (0u32..).zip(pairs) {
+            if !near(bodies, pair.a, pair.b) {
+                continue;
+            }
+            self.near.push(index);
+            let counts = match goes_on {
+                true => self.is_waiting(pair),
+                false => self.can_impact(pair.a) || self.can_impact(pair.b),
+            };
+            if counts {
+                self.predictions += 1;
+                self.push_next_impact(bodies, index, pair, context);
+            }
+        }
+        for slot in self.waiting.drain(..) {
+            self.waits[slot as usize] = false;
+        }
+    }
+
+    fn is_waiting(&self, pair: &Pair) -> bool {
+        self.waits[pair.a as usize] || self.waits[pair.b as usize]
+    }
+
+    /// Leaves what else happens to two bodies to the next round. Those that nothing pushes need not wait.
+    fn let_wait(&mut self, bodies: &Bodies, pair: &Pair) {
+        for slot in [pair.a, pair.b] {
+            if bodies.inverse_mass[slot as usize] > 0.0 && !self.waits[slot as usize] {
+                self.waits[slot as usize] = true;
+                self.waiting.push(slot);
+            }
+        }
     }
 
     fn can_impact(&self, slot: u32) -> bool {
@@ -241,6 +306,18 @@ impl ImpactQueue {
         }
     }
 
+    /// Remembers that a body has met another one; returns whether it has met more than two.
+    fn meets(&mut self, slot: u32, other: u32) -> bool {
+        let met = &mut self.met[slot as usize];
+        match met.iter_mut().find(|met| **met == NONE || **met == other) {
+            Some(place) => {
+                *place = other;
+                false
+            }
+            None => true,
+        }
+    }
+
     fn has_exhausted_impacts(&self, pair: &Pair) -> bool {
         let of = |slot: u32| self.impact_count[slot as usize];
         of(pair.a) >= IMPACTS_MAX || of(pair.b) >= IMPACTS_MAX
@@ -256,7 +333,7 @@ impl ImpactQueue {
     ) {
         let fast = is_fast(bodies, pair, context.dt, FAST);
         let counts = fast || restitution(bodies, pair) > 0.0;
-        if !counts || self.has_exhausted_impacts(pair) || !near(bodies, pair.a, pair.b) {
+        if !counts || self.has_exhausted_impacts(pair) {
             return;
         }
         if let Some(hit) = self.predict(bodies, pair, context.dt, context)
@@ -276,32 +353,51 @@ impl ImpactQueue {
         slot: u32,
         context: &StepContext,
     ) {
-        if bodies.inverse_mass[slot as usize] == 0.0 {
-            return;
-        }
-        let mut index = self.first[slot as usize];
-        while index != NONE {
-            let pair = &pairs[index as usize];
-            self.push_next_impact(bodies, index, pair, context);
-            index = self.next[index as usize][usize::from(pair.b == slot)];
+        let places = self.places_of(slot);
+        self.predictions += places.len() as u64;
+        for place in places {
+            let index = self.near_of[place];
+            self.push_next_impact(bodies, index, &pairs[index as usize], context);
         }
     }
 
-    /// Links the pairs of every body.
+    /// Where the near pairs of a body are listed; nowhere if nothing pushes it.
+    fn places_of(&self, slot: u32) -> Range<usize> {
+        let slot = slot as usize;
+        self.starts[slot] as usize..self.starts[slot + 1] as usize
+    }
+
+    /// Lists the near pairs by body: a counting sort.
     fn list_pairs(&mut self, bodies: &Bodies, pairs: &[Pair]) {
-        self.first.clear();
-        self.first.resize(bodies.alive.len(), NONE);
-        self.next.clear();
-        for (index, pair) in (0u32..).zip(pairs) {
-            let [a, b] = [pair.a as usize, pair.b as usize];
-            self.next.push([self.first[a], self.first[b]]);
-            (self.first[a], self.first[b]) = (index, index);
+        let pushed = |&slot: &u32| bodies.inverse_mass[slot as usize] > 0.0;
+        self.starts.clear();
+        self.starts.resize(bodies.alive.len() + 1, 0);
+        for &index in &self.near {
+            let Pair { a, b, .. } = pairs[index as usize];
+            for slot in [a, b].into_iter().filter(pushed) {
+                self.starts[slot as usize] += 1;
+            }
+        }
+        let mut end = 0;
+        for start in &mut self.starts {
+            end += *start;
+            *start = end;
+        }
+        self.near_of.clear();
+        self.near_of.resize(end as usize, 0);
+        for &index in self.near.iter().rev() {
+            let Pair { a, b, .. } = pairs[index as usize];
+            for slot in [a, b].into_iter().filter(pushed) {
+                let place = &mut self.starts[slot as usize];
+                *place -= 1;
+                self.near_of[*place as usize] = index;
+            }
         }
     }
 
     /// Finds the contact that stops one of the bodies before an impact at that time.
     fn find_obstruction<'a>(
-        &self,
+        &mut self,
         bodies: &Bodies,
         pairs: &'a [Pair],
         impacting: &Pair,
@@ -322,7 +418,7 @@ impl ImpactQueue {
 
     /// The first pair of either body that would have passed through each other by then.
     fn first_obstruction<'a>(
-        &self,
+        &mut self,
         bodies: &Bodies,
         pairs: &'a [Pair],
         impacting: &Pair,
@@ -331,16 +427,10 @@ impl ImpactQueue {
     ) -> Option<(&'a Pair, Hit)> {
         let mut found: Option<(&Pair, Hit)> = None;
         for slot in [impacting.a, impacting.b] {
-            if bodies.inverse_mass[slot as usize] == 0.0 {
-                continue;
-            }
-            let mut index = self.first[slot as usize];
-            while index != NONE {
+            let places = self.places_of(slot);
+            self.predictions += places.len() as u64;
+            for &index in &self.near_of[places] {
                 let pair = &pairs[index as usize];
-                index = self.next[index as usize][usize::from(pair.b == slot)];
-                if !near(bodies, pair.a, pair.b) {
-                    continue;
-                }
                 let hit = self.predict(bodies, pair, time, context);
                 let Some(hit) =
                     hit.and_then(|hit| as_obstruction(bodies, pair, hit, time, context))
@@ -381,7 +471,9 @@ impl ImpactQueue {
         at_b.center += ahead;
         let apart =
             (at_b.center - at_a.center).abs() - at_a.shape.half_extent() - at_b.shape.half_extent();
-        if apart.x > path.x.abs() || apart.y > path.y.abs() {
+        // On each axis on which their boxes are apart, they have to close.
+        let toward = -(at_b.center - at_a.center).signum() * path;
+        if apart.cmpgt(toward.max(Vec2::ZERO)).any() {
             return None;
         }
         let manifold = separation::between(at_a, at_b, path, pair.axis)?;

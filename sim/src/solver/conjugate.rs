@@ -75,7 +75,7 @@ pub(crate) struct ConjugateSolver {
     static_clamp: StaticClamp,
     /// Sweeps of the island that needed most.
     pub sweeps: u32,
-    /// Visits of constraints by sweeps.
+    /// Visits of constraints by sweeps, and predictions of impacts.
     pub work: u64,
 }
 
@@ -209,7 +209,7 @@ impl ConjugateSolver {
         self.is_large_world = bodies.moving.len() > LARGE_WORLD;
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
         self.sweeps = 0;
-        self.work = 0;
+        self.work = self.impact_queue.predictions;
         for number in 0..self.islands.count() {
             let island = &self.islands.constraints[self.islands.range(number)];
             match *island {
