@@ -70,7 +70,7 @@ fn large_rain(count: u32) -> Pile {
 }
 
 /// Rain that is not left alone: the mean times are those of all steps.
-fn disturbed() -> [Pile; 9] {
+fn disturbed() -> [Pile; 11] {
     let of = |id: &str, title: &str, count: u32, script: Script, mean: f64, overlap: f64| {
         let mut scene = rain(count);
         script.prepare(&mut scene);
@@ -102,6 +102,8 @@ fn disturbed() -> [Pile; 9] {
             0.5,
         ),
         of("lift", "over a lift", 1000, Script::Lift, 1.5, 0.5),
+        of("bouncy", "that bounces, shaken twice a second", 1000, Script::Bouncy, 1.5, 0.5),
+        of("mixer", "in a mixer", 1000, Script::Mixer, 1.5, 0.5),
         of("plough", "that a plough stirs", 1000, Script::Plough, 1.5, 1.0),
     ]
 }

@@ -1,5 +1,5 @@
-//! Disturbances of a pile from outside: shaking, gravity that turns, blasts, a plough, a crowd, slings,
-//! a lift.
+//! Disturbances of a pile from outside: shaking, with and without bounces, gravity that turns, blasts, a
+//! plough, a crowd, slings, a lift, a mixer.
 
 use crate::engine::Engine;
 use crate::scene::{Body, Mulberry, Scene, Shape};
@@ -12,6 +12,8 @@ pub enum Script {
     Still,
     /// Every 30 ticks each velocity changes by up to 40 units/s in x and in y.
     Shaken,
+    /// The same, with everything of restitution 0.8.
+    Bouncy,
     /// Gravity turns by 90 degrees every 120 ticks.
     Turning,
     /// From tick 240 on, every 20 ticks a blast at a random place near the floor.
@@ -24,6 +26,8 @@ pub enum Script {
     Slings,
     /// From tick 120 on a lift in the floor rises at 30 units/s for a second, and sinks, for ever.
     Lift,
+    /// From tick 180 on a box of 12 by 12 goes round in the pile at 60 units/s.
+    Mixer,
 }
 
 /// Speed of a hero, units/s.
@@ -39,6 +43,15 @@ const LIFT: f64 = 2.0;
 /// Speed of the lift, units/s, and the ticks that it rises or sinks.
 const LIFT_SPEED: f64 = 30.0;
 const LIFT_TICKS: u32 = 60;
+/// Restitution of everything that bounces.
+const BOUNCY: f64 = 0.8;
+/// Half-size of the mixer, radius of its circle, and height of the middle of that above the floor, units: the
+/// largest body passes below.
+const MIXER: f64 = 6.0;
+const MIXER_RADIUS: f64 = 14.0;
+const MIXER_HEIGHT: f64 = 28.0;
+/// Speed of the mixer, units/s.
+const MIXER_SPEED: f64 = 60.0;
 
 /// Half-size of the plough, and the distance that its centre keeps from the walls.
 const PLOUGH: [f64; 2] = [2.0, 12.0];
@@ -65,6 +78,16 @@ impl Script {
             let lift = Body::new(Shape::rect(width(scene) / 6.0, LIFT), width(scene) / 2.0, -LIFT);
             scene.add(lift.of_stuff(0.3, 0.0).kinematic());
         }
+        if self == Script::Mixer {
+            let (x, y) = (width(scene) / 2.0, height(scene) - MIXER - 2.0);
+            let mixer = Body::new(Shape::rect(MIXER, MIXER), x, y);
+            scene.add(mixer.of_stuff(0.3, 0.0).kinematic());
+        }
+        if self == Script::Bouncy {
+            for body in &mut scene.bodies {
+                body.restitution = BOUNCY;
+            }
+        }
     }
 }
 
@@ -89,7 +112,9 @@ impl Driver {
         self.tick += 1;
         match self.script {
             Script::Still => {}
-            Script::Shaken if tick > 0 && tick.is_multiple_of(30) => self.shake(engine, scene),
+            Script::Shaken | Script::Bouncy if tick > 0 && tick.is_multiple_of(30) => {
+                self.shake(engine, scene);
+            }
             Script::Turning if tick.is_multiple_of(120) => {
                 let directions = [-DVec2::Y, DVec2::X, DVec2::Y, -DVec2::X];
                 let direction = directions[(tick / 120 % 4) as usize];
@@ -104,6 +129,7 @@ impl Driver {
                 let speed = if upward { LIFT_SPEED } else { -LIFT_SPEED };
                 engine.set_velocity(scene.bodies.len() - 1, DVec2::new(0.0, speed));
             }
+            Script::Mixer => mix(engine, scene, tick),
             _ => {}
         }
     }
@@ -160,6 +186,24 @@ impl Driver {
             let ticks = (width(scene) - 2.0 * PLOUGH_MARGIN) / PLOUGH_SPEED / scene.tick_s;
             self.plough = (-direction, tick + ticks.round() as u32);
         }
+    }
+}
+
+/// Lowers the mixer into the pile, then leads it round.
+fn mix(engine: &mut dyn Engine, scene: &Scene, tick: u32) {
+    const BEGINS: u32 = 120;
+    const TURNS: u32 = 180;
+    let mixer = scene.bodies.len() - 1;
+    let start = scene.bodies[mixer].position;
+    let on_circle = |tick: u32| {
+        let angle = MIXER_SPEED / MIXER_RADIUS * f64::from(tick - TURNS) * scene.tick_s;
+        DVec2::new(start.x, MIXER_HEIGHT) + DVec2::new(angle.sin(), angle.cos()) * MIXER_RADIUS
+    };
+    if tick == BEGINS {
+        let lowered = f64::from(TURNS - BEGINS) * scene.tick_s;
+        engine.set_velocity(mixer, (on_circle(TURNS) - start) / lowered);
+    } else if tick >= TURNS {
+        engine.set_velocity(mixer, (on_circle(tick + 1) - on_circle(tick)) / scene.tick_s);
     }
 }
 
