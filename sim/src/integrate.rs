@@ -10,6 +10,8 @@ use crate::bodies::{Bodies, REACH_MIN};
 use crate::forces::Move;
 use crate::math::{clamp, clamp_length, min};
 use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
+use crate::solver::step_context::StepContext;
+use crate::solver::tolerances::{REST_SHARE, ROUNDING};
 use glam::Vec2;
 
 /// Weight of v0 in free flight.
@@ -106,8 +108,9 @@ pub(crate) fn move_bodies(
     bodies: &mut Bodies,
     contacts: &mut ContactSet,
     displacements: &mut Displacements,
-    dt: f32,
+    context: &StepContext,
 ) -> Moved {
+    let dt = context.dt;
     let ContactSet { constraints, infos } = contacts;
     displacements.weight.resize(bodies.alive.len(), Vec2::ZERO);
     displacements.path.resize(bodies.alive.len(), Vec2::ZERO);
@@ -129,9 +132,16 @@ pub(crate) fn move_bodies(
         find_paths(bodies, displacements, dt);
     }
     let mut is_finite = true;
+    let rest_speed = REST_SHARE * context.tolerance();
     for &slot in &bodies.moving {
-        let center = &mut bodies.center[slot as usize];
-        *center += displacements.path[slot as usize];
+        let slot = slot as usize;
+        if is_rounding(bodies, slot, displacements, rest_speed) {
+            // It would change in every step, and keep others from resting.
+            bodies.velocity[slot] = Vec2::ZERO;
+            displacements.path[slot] = Vec2::ZERO;
+        }
+        let center = &mut bodies.center[slot];
+        *center += displacements.path[slot];
         is_finite &= (center.x + center.y).is_finite();
     }
     let mut separation_min = f32::INFINITY;
@@ -143,6 +153,24 @@ pub(crate) fn move_bodies(
         displacements.path[slot as usize] = Vec2::ZERO;
     }
     Moved { is_finite, separation_min }
+}
+
+/// Whether a body that contacts hold is so slow that its path is lost in the rounding of its position, or of its size.
+#[inline]
+fn is_rounding(
+    bodies: &Bodies,
+    slot: usize,
+    displacements: &Displacements,
+    rest_speed: f32,
+) -> bool {
+    let is_held = displacements.weight[slot] != Vec2::splat(FREE);
+    if !is_held || bodies.velocity[slot].length_squared() >= rest_speed * rest_speed {
+        return false;
+    }
+    let (center, path) = (bodies.center[slot], displacements.path[slot]);
+    let least = ROUNDING * bodies.thickness(slot);
+    let is_lost = center + path == center || path.length_squared() < least * least;
+    is_lost && Bodies::is_pushed(bodies.motion[slot])
 }
 
 /// Limits the weights of both bodies on the axes along which `direction` has a component.

@@ -21,6 +21,7 @@ mod shape;
 mod sleep;
 mod solver;
 pub mod state;
+mod steady;
 mod time;
 mod touches;
 mod world;

@@ -44,16 +44,22 @@ pub(crate) struct Touches {
 }
 
 impl Touches {
-    /// Lists the touches of a step, which come in (a, b) order.
-    pub fn report(&mut self, bodies: &Bodies, found: impl Iterator<Item = Found>) {
+    /// Lists the touches of a step, and those that `stay` as they were; both come in (a, b) order.
+    pub fn report(&mut self, bodies: &Bodies, found: impl Iterator<Item = Found>, stay: &[Touch]) {
         std::mem::swap(&mut self.now, &mut self.before);
         self.now.clear();
         let mut before = self.before.iter().peekable();
+        let slots = |touch: &Touch| (touch.a.index, touch.b.index);
+        let mut stay = stay.iter().peekable();
         for Found { a, b, normal, depth, closing } in found {
+            while let Some(touch) = stay.next_if(|touch| slots(touch) < (a, b)) {
+                self.now.push(*touch);
+            }
             let (id_a, id_b) = (bodies.id(a), bodies.id(b));
-            while before.next_if(|old| (old.a.index, old.b.index) < (a, b)).is_some() {}
+            while before.next_if(|old| slots(old) < (a, b)).is_some() {}
             let began = before.next_if(|old| (old.a, old.b) == (id_a, id_b)).is_none();
             self.now.push(Touch { a: id_a, b: id_b, normal, depth, closing, began });
         }
+        self.now.extend(stay);
     }
 }

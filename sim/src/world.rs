@@ -20,6 +20,7 @@ use crate::solver::conjugate::ConjugateSolver;
 use crate::solver::relaxation::RelaxationSolver;
 use crate::solver::settings::{Conjugate, Relaxation};
 use crate::solver::step_context::StepContext;
+use crate::steady::Steady;
 use crate::touches::{Touch, Touches};
 use glam::Vec2;
 
@@ -41,6 +42,8 @@ pub struct World {
     bodies: Bodies,
     pairs: PairList,
     sleep: Sleep,
+    /// What a step of the conjugate solver leaves out; not state.
+    steady: Steady,
     particles: Particles,
     forces: Option<Forces>,
     touches: Touches,
@@ -74,6 +77,7 @@ impl World {
             settings,
             bodies: Bodies::default(),
             sleep: Sleep::default(),
+            steady: Steady::default(),
             touches: Touches::default(),
             departed: Departed::default(),
             relaxation: RelaxationSolver::default(),
@@ -105,6 +109,7 @@ impl World {
             return false;
         }
         self.wake_around(id);
+        self.return_around_fixed(id);
         self.pairs.removed(id.index);
         self.pairs.remove_static(id.index);
         self.touches.now.retain(|touch| touch.a != id && touch.b != id);
@@ -252,6 +257,7 @@ impl World {
     pub fn set_gravity(&mut self, gravity: Vec2) {
         assert!(gravity.is_finite(), "gravity {gravity} must be finite");
         self.settings.gravity = gravity;
+        self.steady.return_all(&mut self.bodies);
         let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
         self.sleep.wake_all(&mut awake);
     }
@@ -308,7 +314,7 @@ impl World {
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
         self.relaxation.solve(bodies, pairs, settings, self.features, &self.settings);
         watch(StepPhase::Relax, self);
-        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies));
+        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
     }
 
     /// Impacts in the order of their times, velocities that satisfy all contacts, then positions.
@@ -318,6 +324,7 @@ impl World {
         watch: &mut impl FnMut(StepPhase, &mut World),
     ) {
         self.sleep.save_step_start(&self.bodies);
+        self.conjugate.begin(&mut self.bodies, &mut self.steady);
         self.find_contacts(settings);
         while self.wake_touched() {
             self.find_contacts(settings);
@@ -328,17 +335,23 @@ impl World {
             self.find_contacts(settings);
             self.find_velocities(settings);
         }
-        self.conjugate.store(&self.bodies, &mut self.pairs.pairs);
+        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady.is_still);
         watch(StepPhase::Relax, self);
         let context = StepContext::new(settings, &self.settings, self.features);
         self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);
         watch(StepPhase::Integrate, self);
-        self.touches.report(&self.bodies, self.conjugate.touching());
+        self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady.touches);
+        // Sleep counts the steps of bodies at rest, and forces may change by themselves.
+        if !(self.settings.sleeping || self.forces.is_some()) {
+            let context = StepContext::new(settings, &self.settings, self.features);
+            let (bodies, touches) = (&mut self.bodies, &self.touches.now);
+            self.conjugate.leave_out(bodies, &mut self.steady, touches, &context);
+        }
     }
 
     fn find_contacts(&mut self, settings: &Conjugate) {
         let context = StepContext::new(settings, &self.settings, self.features);
-        self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &context);
+        self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &self.steady, &context);
     }
 
     fn find_velocities(&mut self, settings: &Conjugate) {
@@ -349,6 +362,9 @@ impl World {
     }
 
     fn wake_touched(&mut self) -> bool {
+        if self.steady.return_met(&mut self.bodies, self.conjugate.contacting_pairs()) {
+            return true;
+        }
         let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
         self.sleep.wake_touched(&mut awake, self.conjugate.contacting_pairs())
     }
@@ -385,14 +401,23 @@ impl World {
     /// Wakes a body that is changed from outside, with the bodies that rest on it.
     fn wake_around(&mut self, id: BodyId) {
         let slot = self.bodies.index(id) as u32;
+        self.steady.return_body(&mut self.bodies, slot);
         if self.settings.sleeping {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
             self.sleep.wake_around(&mut awake, slot);
         }
     }
 
+    /// Returns all steady islands where a body that nothing pushes appears or disappears.
+    fn return_around_fixed(&mut self, id: BodyId) {
+        if self.motion(id) != Motion::Dynamic {
+            self.steady.return_all(&mut self.bodies);
+        }
+    }
+
     /// Registers a body that was added or placed elsewhere.
     fn body_placed(&mut self, id: BodyId) {
+        self.return_around_fixed(id);
         if self.settings.sleeping {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
             self.sleep.body_placed(&mut awake, id.index);
@@ -515,6 +540,15 @@ impl World {
 
     pub(crate) fn asleep_count(&self) -> usize {
         self.sleep.islands.iter().map(|island| island.bodies.len()).sum()
+    }
+
+    pub(crate) fn steady_count(&self) -> usize {
+        self.steady.count()
+    }
+
+    pub(crate) fn leave_nothing_out(&mut self) {
+        self.steady.is_off = true;
+        self.steady.return_all(&mut self.bodies);
     }
 
     pub(crate) fn pair_list(&self) -> &PairList {

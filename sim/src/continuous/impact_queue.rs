@@ -147,8 +147,7 @@ impl ImpactQueue {
     pub fn extend_reach(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
         self.may_impact.clear();
         self.may_impact.resize(bodies.alive.len(), false);
-        let bounce_speed =
-            0.5 * context.settings.bounce_threshold - context.gravity.length() * context.dt;
+        let bounce_speed = bounce_speed(context);
         let fast_speed = FAST * bodies.thinnest() / context.dt;
         let mut any = false;
         for index in 0..bodies.moving.len() {
@@ -528,6 +527,17 @@ impl ImpactQueue {
         }
         self.impacts.push(Impact { a: pair.a, b: pair.b, closing: hit.closing });
     }
+}
+
+/// Speed from which a body may bounce: of two that close faster than the threshold one is faster than half of it, but
+/// for gravity.
+fn bounce_speed(context: &StepContext) -> f32 {
+    0.5 * context.settings.bounce_threshold - context.gravity.length() * context.dt
+}
+
+/// Whether a body without velocity may bounce.
+pub(crate) fn still_bodies_may_impact(context: &StepContext) -> bool {
+    context.features.restitution && bounce_speed(context) < 0.0
 }
 
 /// Restitution of a pair: the smaller of the two.

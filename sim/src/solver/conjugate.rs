@@ -41,10 +41,11 @@ use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::shapes;
 use crate::solver::tolerances::{
-    GRAVITY_GAIN_MIN, GUARDED_MASS_RATIO, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND,
-    LOCAL_MASS_RATIO, SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
+    GUARDED_MASS_RATIO, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, LOCAL_MASS_RATIO, SMALL_ISLAND,
+    SMALL_ISLAND_SHARE, SPEED_ROUNDING,
 };
-use crate::touches::Found;
+use crate::steady::Steady;
+use crate::touches::{Found, Touch};
 use glam::Vec2;
 
 /// Fewest sweeps of an island, however many constraints it has.
@@ -68,8 +69,10 @@ pub(crate) struct ConjugateSolver {
     has_fast_bodies: bool,
     /// Whether a constraint belongs to such a body.
     has_fast_contacts: bool,
-    /// Whether more than [`LARGE_WORLD`] bodies move.
+    /// Whether more than [`LARGE_WORLD`] bodies can move.
     is_large_world: bool,
+    /// By constraint: whether its impulses are others than before the step.
+    is_changed: Vec<bool>,
     displacements: Displacements,
     position_correction: PositionCorrection,
     static_clamp: StaticClamp,
@@ -91,12 +94,24 @@ struct IslandLimits {
 }
 
 impl ConjugateSolver {
+    /// Begins a step.
+    pub fn begin(&mut self, bodies: &mut Bodies, steady: &mut Steady) {
+        let is_large_world = bodies.moving.len() + steady.count() > LARGE_WORLD;
+        if is_large_world != self.is_large_world {
+            // Their islands are solved in another way.
+            steady.return_all(bodies);
+            self.is_large_world = is_large_world;
+        }
+        steady.begin(bodies);
+    }
+
     /// Finds the contact constraints of a step, once all bounces are done: bounces change
     /// velocities, and with them the pairs that may touch.
     pub fn find_contacts(
         &mut self,
         bodies: &mut Bodies,
         pairs: &mut PairList,
+        steady: &Steady,
         context: &StepContext,
     ) {
         self.impact_queue.begin(bodies.alive.len());
@@ -117,7 +132,7 @@ impl ConjugateSolver {
             self.reach(bodies, context, false);
             pairs.refresh(bodies, context.filter);
         }
-        self.gather(bodies, &pairs.pairs, context);
+        self.gather(bodies, &pairs.pairs, &steady.is_still, context);
     }
 
     /// Sets the reach of each moving body; before bounces also for bodies that it may yet meet.
@@ -132,7 +147,7 @@ impl ConjugateSolver {
                 velocity[slot] = clamp_length(velocity[slot], context.speed_max);
             }
             let squared = velocity[slot].length_squared();
-            reach[slot] = REACH_MIN + fall + squared.sqrt() * context.dt;
+            reach[slot] = self::reach(squared, fall, context.dt);
             fastest = max(fastest, squared);
         }
         self.has_fast_bodies = fastest.sqrt() * context.dt > thinnest;
@@ -140,7 +155,13 @@ impl ConjugateSolver {
         bounces && may && self.impact_queue.extend_reach(bodies, context)
     }
 
-    fn gather(&mut self, bodies: &Bodies, pairs: &[Pair], context: &StepContext) {
+    fn gather(
+        &mut self,
+        bodies: &Bodies,
+        pairs: &[Pair],
+        is_still: &[bool],
+        context: &StepContext,
+    ) {
         let step = GatherStep {
             dt: context.dt,
             fall: context.fall_distance(),
@@ -152,8 +173,15 @@ impl ConjugateSolver {
             shapes::BOXES => contact_constraint::gather::<{ shapes::BOXES }>,
             _ => contact_constraint::gather::<{ shapes::BOTH }>,
         };
-        self.has_fast_contacts =
-            gather(bodies, pairs, paths, step, &mut self.contacts, &mut self.deep_contacts);
+        self.has_fast_contacts = gather(
+            bodies,
+            pairs,
+            is_still,
+            paths,
+            step,
+            &mut self.contacts,
+            &mut self.deep_contacts,
+        );
     }
 
     /// Pairs that bounced or have a constraint.
@@ -206,7 +234,6 @@ impl ConjugateSolver {
         self.has_fast_bodies |= !moves.is_empty();
         self.blocks.reserve(bodies.alive.len());
         self.local_sweeps.reserve(bodies.alive.len());
-        self.is_large_world = bodies.moving.len() > LARGE_WORLD;
         self.islands.find(bodies.alive.len(), &self.contacts.constraints);
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
@@ -239,11 +266,12 @@ impl ConjugateSolver {
     /// both impulses act on the same masses; a second one removes the rounding of the first.
     fn solve_single(&mut self, index: u32, bodies: &mut Bodies, context: &StepContext) {
         const VISITS: u32 = 2;
+        let rounding = self.rounding(&[index], &bodies.velocity, context);
         let (constraint, velocity) =
             (&mut self.contacts.constraints[index as usize], &mut bodies.velocity);
         match context.features.takes_friction() {
-            true => sweep::solve_single::<true>(constraint, velocity, VISITS),
-            false => sweep::solve_single::<false>(constraint, velocity, VISITS),
+            true => sweep::solve_single::<true>(constraint, velocity, VISITS, rounding),
+            false => sweep::solve_single::<false>(constraint, velocity, VISITS, rounding),
         }
         self.work += u64::from(VISITS);
         self.sweeps = self.sweeps.max(VISITS);
@@ -364,19 +392,52 @@ impl ConjugateSolver {
         let is_local =
             !self.is_large_world && island.len() >= LOCAL_ISLAND && mass_ratio <= LOCAL_MASS_RATIO;
         let friction = context.features.takes_friction();
-        let sweeps = SweepLimits { tolerance, sweeps_max, sequence: Sequence::Forests, friction };
+        let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
+        let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
         IslandLimits { sweeps, is_stiff, is_local }
     }
 
+    /// Residual that is rounding in an island that was at rest, units/s; 0 in others, where it counts.
+    fn rounding(&self, island: &[u32], velocity: &[Vec2], context: &StepContext) -> f32 {
+        let start_velocity = &self.displacements.start_velocity;
+        let was_at_rest = |&index: &u32| {
+            let bodies = self.contacts.constraints[index as usize].bodies();
+            bodies.into_iter().all(|(slot, inv_mass)| {
+                let before = if inv_mass > 0.0 { start_velocity } else { velocity };
+                before[slot as usize] == Vec2::ZERO
+            })
+        };
+        if island.iter().all(was_at_rest) { context.rounding() } else { 0.0 }
+    }
+
     /// Stores the impulses for the next step.
-    pub fn store(&self, bodies: &Bodies, pairs: &mut [Pair]) {
-        contact_constraint::store(bodies, &self.contacts.constraints, pairs);
+    pub fn store(&mut self, bodies: &Bodies, pairs: &mut [Pair], is_still: &[bool]) {
+        let (constraints, is_changed) = (&self.contacts.constraints, &mut self.is_changed);
+        contact_constraint::store(bodies, constraints, pairs, is_still, is_changed);
+    }
+
+    /// Leaves out of the next step what this one has not changed; `touches` are those of this step.
+    pub fn leave_out(
+        &self,
+        bodies: &mut Bodies,
+        steady: &mut Steady,
+        touches: &[Touch],
+        context: &StepContext,
+    ) {
+        let constraints = &self.contacts.constraints;
+        // Constraints of bodies that are not finite were dropped: the islands are others.
+        let is_complete = constraints.len() == self.is_changed.len();
+        if is_complete && !impact_queue::still_bodies_may_impact(context) {
+            let fall = context.fall_distance();
+            let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);
+            steady.leave_out(bodies, constraints, &self.islands, &self.is_changed, touches, reach);
+        }
     }
 
     /// Finds the positions at the end of the step.
     pub fn find_positions(&mut self, bodies: &mut Bodies, pairs: &[Pair], context: &StepContext) {
         let moved =
-            integrate::move_bodies(bodies, &mut self.contacts, &mut self.displacements, context.dt);
+            integrate::move_bodies(bodies, &mut self.contacts, &mut self.displacements, context);
         if !moved.is_finite {
             self.contacts.drop_non_finite(bodies);
         }
@@ -409,6 +470,11 @@ impl ConjugateSolver {
     }
 }
 
+/// The reach of a body with the square of its speed, which falls by `fall` in a step.
+fn reach(squared_speed: f32, fall: f32, dt: f32) -> f32 {
+    REACH_MIN + fall + squared_speed.sqrt() * dt
+}
+
 /// The change of a relative velocity at which the sweeps over an island end, units/s, and its
 /// greatest mass relative to the least.
 fn tolerance(
@@ -427,12 +493,10 @@ fn tolerance(
             heaviest = if inv_mass > 0.0 { min(heaviest, inv_mass) } else { heaviest };
         }
     }
-    let gain = max(context.gravity.length() * context.dt, GRAVITY_GAIN_MIN);
     let count = island.len() as f32;
     let (few, many) = (count / SMALL_ISLAND, LARGE_ISLAND / count);
-    let share =
-        context.settings.tolerance * clamp(few * few, SMALL_ISLAND_SHARE, 1.0) * min(many, 1.0);
-    (max(gain * share, fastest * SPEED_ROUNDING), lightest / heaviest)
+    let share = clamp(few * few, SMALL_ISLAND_SHARE, 1.0) * min(many, 1.0);
+    (max(context.tolerance() * share, fastest * SPEED_ROUNDING), lightest / heaviest)
 }
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ pub(crate) struct GatherStep {
     pub has_fast_bodies: bool,
 }
 
-/// Gathers the constraints of a step in (a, b) order, from the present positions and the velocities
+/// Gathers the constraints of a step in (a, b) order but of two bodies that are [still], from the present positions and the velocities
 /// before gravity and contacts act, in a world with these [`shapes`] only. A heap at one point has
 /// as many pairs as the square of its bodies; there each body gets [`DEEP_CONTACTS_MAX`] of them,
 /// which separate first. Returns whether a constraint belongs to a fast pair.
@@ -115,6 +115,7 @@ pub(crate) struct GatherStep {
 pub(crate) fn gather<const SHAPES: u8>(
     bodies: &Bodies,
     pairs: &[Pair],
+    is_still: &[bool],
     paths: &Paths,
     step: GatherStep,
     contacts: &mut ContactSet,
@@ -128,10 +129,10 @@ pub(crate) fn gather<const SHAPES: u8>(
     deep_contacts.clear();
     deep_contacts.resize(bodies.alive.len(), 0);
     for (index, pair) in (0u32..).zip(pairs) {
-        if !near(bodies, pair.a, pair.b) {
+        let (a, b) = (pair.a as usize, pair.b as usize);
+        if is_still[a] && is_still[b] || !near(bodies, pair.a, pair.b) {
             continue;
         }
-        let (a, b) = (pair.a as usize, pair.b as usize);
         let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
         let path = (velocity_b - velocity_a) * dt;
         let manifold = predict_manifold::<SHAPES>(bodies, paths, pair, path, dt);
@@ -294,6 +295,17 @@ impl ContactConstraint {
         separation < -DEEP_SHARE * min(thickness(self.a), thickness(self.b))
     }
 
+    /// What its pair keeps for the next step: both impulses, and the axis of the face.
+    #[inline]
+    fn stored(&self, bodies: &Bodies) -> (f32, f32, Axis) {
+        if self.normal_impulse <= 0.0 {
+            return (0.0, 0.0, Axis::Free);
+        }
+        let axis =
+            axis_of::<{ shapes::BOTH }>(bodies, self.a as usize, self.b as usize, self.normal);
+        (self.normal_impulse, self.tangent_impulse, axis)
+    }
+
     /// Whether both bodies can be pushed.
     #[inline]
     pub fn is_free(&self) -> bool {
@@ -301,18 +313,31 @@ impl ContactConstraint {
     }
 }
 
-/// Stores the impulses for the next step's warm start.
-pub(crate) fn store(bodies: &Bodies, constraints: &[ContactConstraint], pairs: &mut [Pair]) {
+/// Stores the impulses for the next step, in all pairs but those of two bodies that are [still]; `is_changed` says
+/// of each constraint whether its impulses are others than before.
+///
+/// [still]: crate::steady::Steady::is_still
+pub(crate) fn store(
+    bodies: &Bodies,
+    constraints: &[ContactConstraint],
+    pairs: &mut [Pair],
+    is_still: &[bool],
+    is_changed: &mut Vec<bool>,
+) {
+    is_changed.clear();
+    is_changed.extend(constraints.iter().map(|constraint| {
+        let (before, after) = (&pairs[constraint.pair as usize], constraint.stored(bodies));
+        let bits =
+            |(normal, tangent, axis): (f32, f32, Axis)| (normal.to_bits(), tangent.to_bits(), axis);
+        bits((before.normal_impulse, before.tangent_impulse, before.axis)) != bits(after)
+    }));
     for pair in pairs.iter_mut() {
-        pair.normal_impulse = 0.0;
-        pair.tangent_impulse = 0.0;
-        pair.axis = Axis::Free;
+        if !(is_still[pair.a as usize] && is_still[pair.b as usize]) {
+            pair.clear_impulses();
+        }
     }
     for constraint in constraints.iter().filter(|constraint| constraint.normal_impulse > 0.0) {
         let pair = &mut pairs[constraint.pair as usize];
-        let (a, b) = (constraint.a as usize, constraint.b as usize);
-        pair.normal_impulse = constraint.normal_impulse;
-        pair.tangent_impulse = constraint.tangent_impulse;
-        pair.axis = axis_of::<{ shapes::BOTH }>(bodies, a, b, constraint.normal);
+        (pair.normal_impulse, pair.tangent_impulse, pair.axis) = constraint.stored(bodies);
     }
 }

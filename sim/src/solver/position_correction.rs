@@ -124,7 +124,8 @@ impl PositionCorrection {
             Sequence::Colors => blocks.chains.find_none(constraints),
             Sequence::Forests => blocks.chains.find(&self.constraints, constraints),
         }
-        let limits = SweepLimits { tolerance, sweeps_max, sequence, friction: false };
+        let limits =
+            SweepLimits { tolerance, rounding: 0.0, sweeps_max, sequence, friction: false };
         sweep::solve(&mut self.constraints, constraints, blocks, &mut self.displacement, limits);
         sweep::sweep_immovable(&mut self.constraints, constraints, &mut self.displacement);
         self.apply_displacements(island, bodies, settings.correction_max);

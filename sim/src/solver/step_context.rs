@@ -2,7 +2,9 @@
 
 use crate::broad_phase::pairs::Filter;
 use crate::features::Features;
+use crate::math::max;
 use crate::solver::settings::Conjugate;
+use crate::solver::tolerances::{GRAVITY_GAIN_MIN, NO_SWEEP_SHARE};
 use crate::world::settings::WorldSettings;
 use glam::Vec2;
 
@@ -26,6 +28,16 @@ impl<'a> StepContext<'a> {
     ) -> StepContext<'a> {
         let WorldSettings { gravity, dt, speed_max, .. } = *world;
         StepContext { settings, gravity, dt, speed_max, features, filter: world.filter() }
+    }
+
+    /// The change of a relative velocity at which sweeps end, units/s, but for the size of the island.
+    pub fn tolerance(&self) -> f32 {
+        max(self.gravity.length() * self.dt, GRAVITY_GAIN_MIN) * self.settings.tolerance
+    }
+
+    /// Residual of a contact that is rounding, units/s.
+    pub fn rounding(&self) -> f32 {
+        self.tolerance() * NO_SWEEP_SHARE
     }
 
     /// Distance that a body falls in a step from rest.

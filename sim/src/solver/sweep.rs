@@ -45,6 +45,8 @@ impl Blocks {
 pub(crate) struct SweepLimits {
     /// Change of a relative velocity that is small enough, units/s.
     pub tolerance: f32,
+    /// Residual that is rounding, units/s: it needs no sweep.
+    pub rounding: f32,
     /// Most sweeps.
     pub sweeps_max: u32,
     /// The sequence of the visits.
@@ -138,7 +140,11 @@ fn solve_with_forests<const FRICTION: bool>(
     velocity: &mut [Vec2],
     limits: SweepLimits,
 ) -> u32 {
-    let is_near_solution = is_near_solution(constraints, island, velocity, limits.tolerance);
+    let residual = residual(constraints, island, velocity);
+    if residual < limits.rounding {
+        return 0;
+    }
+    let is_near_solution = residual < NEAR_SOLUTION * limits.tolerance;
     let (mut forest_at, mut wait) = (if is_near_solution { 2 } else { 1 }, FOREST_SWEEPS);
     let mut squared_before = 0.0;
     blocks.forest.clear();
@@ -183,22 +189,21 @@ pub(crate) fn is_near_solution(
 
 /// The largest residual of a constraint, units/s.
 fn residual(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) -> f32 {
-    let mut worst = 0.0;
-    for &index in island {
-        let constraint = &constraints[index as usize];
-        let relative = constraint.relative_velocity(velocity);
-        let lack = constraint.min_normal_velocity - constraint.normal.dot(relative);
-        if constraint.normal_impulse <= 0.0 {
-            worst = max(worst, lack);
-        } else {
-            worst = max(worst, lack.abs());
-            // Never without friction.
-            if constraint.sticks() {
-                worst = max(worst, constraint.normal.perp().dot(relative).abs());
-            }
-        }
+    let of = |&index: &u32| residual_of(&constraints[index as usize], velocity);
+    island.iter().map(of).fold(0.0, max)
+}
+
+/// The residual of a constraint, units/s.
+#[inline]
+fn residual_of(constraint: &ContactConstraint, velocity: &[Vec2]) -> f32 {
+    let relative = constraint.relative_velocity(velocity);
+    let lack = constraint.min_normal_velocity - constraint.normal.dot(relative);
+    if constraint.normal_impulse <= 0.0 {
+        return lack;
     }
-    worst
+    // Never without friction.
+    let slip = if constraint.sticks() { constraint.normal.perp().dot(relative) } else { 0.0 };
+    max(lack.abs(), slip.abs())
 }
 
 /// Solves the chains, and all other constraints one by one.
@@ -222,8 +227,12 @@ pub(crate) fn solve_single<const FRICTION: bool>(
     constraint: &mut ContactConstraint,
     velocity: &mut [Vec2],
     visits: u32,
+    rounding: f32,
 ) {
     constraint.apply(velocity, constraint.accumulated::<FRICTION>());
+    if residual_of(constraint, velocity) < rounding {
+        return;
+    }
     for _ in 0..visits {
         solve_contact::<FRICTION>(constraint, velocity);
     }

@@ -1,0 +1,187 @@
+//! Steady islands: a step leaves them as they are, bit for bit, so that the next one leaves them out.
+//!
+//! A pile at rest comes to a fixed point of the conjugate solver: no position, velocity or impulse changes any
+//! more. A step is a function of its inputs. As long as nothing that it reads for an island changes, it would
+//! compute the same again, so such an island leaves the list of moving bodies; its impulses stay in the pair
+//! list and its touches here. Unlike sleep this is not state: there is no threshold, nothing is set to zero, and a
+//! world that leaves nothing out has the same bits in every step.
+//!
+//! An island returns when something that is not steady meets it, by a constraint or an impact: the step is then
+//! repeated from its start with the island in it. It also returns when one of its bodies is changed from outside.
+//! All return when a body that nothing pushes is added, removed or placed elsewhere, since they may rest on it.
+
+use crate::bodies::Bodies;
+use crate::body::Motion;
+use crate::solver::contact_constraint::ContactConstraint;
+use crate::solver::islands::Islands;
+use crate::touches::Touch;
+use glam::Vec2;
+
+/// In place of an island: none.
+const NONE: u32 = u32::MAX;
+
+/// The steady islands of a world.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Steady {
+    /// Slots of their bodies, ascending.
+    bodies: Vec<u32>,
+    /// By slot: the lowest slot of its steady island, or [`NONE`].
+    island: Vec<u32>,
+    /// By slot: whether the body is steady, or nothing pushes it and it does not move. Pairs of two such bodies take no
+    /// part in a step.
+    pub is_still: Vec<bool>,
+    /// Their touches, in (a, b) order.
+    pub touches: Vec<Touch>,
+    /// By slot: positions and velocities at the start of the step.
+    center: Vec<Vec2>,
+    velocity: Vec<Vec2>,
+    /// Scratch: islands that return.
+    returning: Vec<u32>,
+    /// Leaves nothing out, to compare the bits.
+    #[cfg(test)]
+    pub is_off: bool,
+}
+
+impl Steady {
+    /// Number of steady bodies.
+    pub fn count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Saves the start of a step.
+    pub fn begin(&mut self, bodies: &Bodies) {
+        self.island.resize(bodies.alive.len(), NONE);
+        self.center.clone_from(&bodies.center);
+        self.velocity.clone_from(&bodies.velocity);
+        self.find_still(bodies);
+    }
+
+    fn find_still(&mut self, bodies: &Bodies) {
+        self.is_still.clear();
+        let fixed = bodies.inverse_mass.iter().zip(&bodies.velocity);
+        let fixed = fixed.map(|(&inv_mass, &velocity)| inv_mass == 0.0 && velocity == Vec2::ZERO);
+        let is_still = fixed.zip(&self.island).map(|(fixed, &island)| fixed || island != NONE);
+        self.is_still.extend(is_still);
+    }
+
+    /// Returns the islands that a moving body met in this step, and resets all bodies to its start. Whether there was
+    /// one: the step is then repeated.
+    pub fn return_met(&mut self, bodies: &mut Bodies, met: impl Iterator<Item = [u32; 2]>) -> bool {
+        if self.bodies.is_empty() {
+            return false;
+        }
+        let islands = met.flatten().map(|slot| self.island[slot as usize]);
+        self.returning.extend(islands.filter(|&island| island != NONE));
+        if self.returning.is_empty() {
+            return false;
+        }
+        self.return_islands(bodies);
+        bodies.center.clone_from(&self.center);
+        bodies.velocity.clone_from(&self.velocity);
+        self.find_still(bodies);
+        true
+    }
+
+    /// Returns the island of a body that is changed from outside, if it is steady.
+    pub fn return_body(&mut self, bodies: &mut Bodies, slot: u32) {
+        let island = self.island.get(slot as usize).copied().unwrap_or(NONE);
+        if island != NONE {
+            self.returning.push(island);
+            self.return_islands(bodies);
+        }
+    }
+
+    /// Returns all islands.
+    pub fn return_all(&mut self, bodies: &mut Bodies) {
+        self.returning.extend(self.bodies.iter().map(|&slot| self.island[slot as usize]));
+        self.return_islands(bodies);
+    }
+
+    fn return_islands(&mut self, bodies: &mut Bodies) {
+        let Steady { bodies: steady, island, returning, touches, .. } = self;
+        returning.sort_unstable();
+        returning.dedup();
+        for &slot in steady.iter() {
+            let own = &mut island[slot as usize];
+            if returning.binary_search(own).is_ok() {
+                *own = NONE;
+                bodies.moving.push(slot);
+            }
+        }
+        returning.clear();
+        steady.retain(|&slot| island[slot as usize] != NONE);
+        touches.retain(|touch| is_of(island, touch));
+        bodies.moving.sort_unstable();
+    }
+
+    /// Leaves the islands out that the step has not changed: `is_changed` says it of the impulses of each
+    /// constraint, and `reach` gives the reach with which a step begins for a body of some velocity. `touches` are
+    /// those of the step.
+    pub fn leave_out(
+        &mut self,
+        bodies: &mut Bodies,
+        constraints: &[ContactConstraint],
+        islands: &Islands,
+        is_changed: &[bool],
+        touches: &[Touch],
+        reach: impl Fn(Vec2) -> f32,
+    ) {
+        #[cfg(test)]
+        if self.is_off {
+            return;
+        }
+        let before = self.bodies.len();
+        for number in 0..islands.count() {
+            let island = &islands.constraints[islands.range(number)];
+            let is_steady = |&index: &u32| {
+                let constraint = &constraints[index as usize];
+                !is_changed[index as usize]
+                    && constraint.bodies().iter().all(|&(slot, _)| self.is_unchanged(bodies, slot))
+            };
+            if !island.iter().all(is_steady) {
+                continue;
+            }
+            let slots = || {
+                let ends = island.iter().flat_map(|&index| constraints[index as usize].bodies());
+                ends.filter(|&(_, inv_mass)| inv_mass > 0.0).map(|(slot, _)| slot)
+            };
+            let lowest = slots().min().unwrap_or(NONE);
+            for slot in slots() {
+                let own = &mut self.island[slot as usize];
+                if *own == NONE {
+                    *own = lowest;
+                    self.bodies.push(slot);
+                    bodies.reach[slot as usize] = reach(bodies.velocity[slot as usize]);
+                }
+            }
+        }
+        if self.bodies.len() == before {
+            return;
+        }
+        let island = &self.island;
+        self.bodies.sort_unstable();
+        bodies.moving.retain(|&slot| island[slot as usize] == NONE);
+        self.touches.clear();
+        let kept = touches.iter().filter(|touch| is_of(island, touch));
+        self.touches.extend(kept.map(|touch| Touch { began: false, ..*touch }));
+    }
+
+    /// Whether the step changed no bit of a body, and the next one begins with the same.
+    fn is_unchanged(&self, bodies: &Bodies, slot: u32) -> bool {
+        let index = slot as usize;
+        let bits = |vector: Vec2| vector.to_array().map(f32::to_bits);
+        if bodies.motion[index] != Motion::Dynamic {
+            return bodies.velocity[index] == Vec2::ZERO;
+        }
+        bits(bodies.center[index]) == bits(self.center[index])
+            && bits(bodies.velocity[index]) == bits(self.velocity[index])
+    }
+}
+
+/// Whether a touch is one of a steady body.
+fn is_of(island: &[u32], touch: &Touch) -> bool {
+    [touch.a, touch.b].iter().any(|id| island[id.index as usize] != NONE)
+}
+
+#[cfg(test)]
+mod tests;

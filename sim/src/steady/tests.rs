@@ -1,0 +1,174 @@
+//! What is left out changes no bit, and returns as soon as anything happens to it.
+
+use crate::rng::Rng;
+use crate::{BodyDef, BodyId, Conjugate, Motion, Shape, Solver, Vec2, World, WorldSettings};
+
+fn world() -> World {
+    let mut world = World::new(WorldSettings {
+        gravity: Vec2::new(0.0, -50.0),
+        solver: Some(Solver::Conjugate(Conjugate::default())),
+        ..WorldSettings::default()
+    });
+    for (x, y, width, height) in
+        [(0.0, -5.0, 140.0, 10.0), (-45.0, 50.0, 10.0, 120.0), (45.0, 50.0, 10.0, 120.0)]
+    {
+        add(&mut world, BodyDef { motion: Motion::Static, ..box_at(x, y, width, height) });
+    }
+    world
+}
+
+fn add(world: &mut World, def: BodyDef) -> BodyId {
+    world.add(&def).expect("there is room")
+}
+
+fn box_at(x: f32, y: f32, width: f32, height: f32) -> BodyDef {
+    let position = Vec2::new(x, y);
+    BodyDef { shape: Shape::rect(width, height), position, restitution: 0.0, ..BodyDef::default() }
+}
+
+fn stack(world: &mut World, x: f32, count: usize) -> Vec<BodyId> {
+    (0..count).map(|row| add(world, box_at(x, 1.0 + 2.0 * row as f32, 2.0, 2.0))).collect()
+}
+
+/// Two stacks at rest, of 3 and 5 boxes.
+fn two_stacks() -> (World, Vec<BodyId>, Vec<BodyId>) {
+    let mut world = world();
+    let (one, other) = (stack(&mut world, -10.0, 3), stack(&mut world, 10.0, 5));
+    for _ in 0..120 {
+        world.step();
+    }
+    assert_eq!(world.steady_count(), 8);
+    (world, one, other)
+}
+
+/// Something that happens to a world before a step.
+type Happens<'a> = &'a dyn Fn(&mut World, u32, &mut Rng);
+
+/// Steps a world and its twin that leaves nothing out, and compares their bits; returns the most bodies that were
+/// left out.
+fn compare(mut world: World, steps: u32, happens: Happens) -> usize {
+    let mut twin = world.clone();
+    twin.leave_nothing_out();
+    let (mut rng, mut twin_rng) = (Rng::new(5, 1), Rng::new(5, 1));
+    let mut most = 0;
+    for step in 0..steps {
+        happens(&mut world, step, &mut rng);
+        happens(&mut twin, step, &mut twin_rng);
+        world.step();
+        twin.step();
+        assert_eq!(world.hash(), twin.hash(), "step {step}");
+        assert_eq!(world.touches(), twin.touches(), "step {step}");
+        most = world.steady_count().max(most);
+    }
+    assert_eq!(twin.steady_count(), 0);
+    most
+}
+
+/// A rain of circles and boxes, which comes to rest in the second second.
+fn rain(count: u32, restitution: f32) -> World {
+    let mut world = world();
+    let mut rng = Rng::new(9, 0);
+    for index in 0..count {
+        let size = rng.range(0.7, 1.5);
+        let shape = match rng.below(2) {
+            0 => Shape::circle(size),
+            _ => Shape::rect(2.0 * size, 2.0 * rng.range(0.7, 1.5)),
+        };
+        let (row, column) = ((index / 20) as f32, (index % 20) as f32);
+        let position = Vec2::new((column - 9.5) * 3.8, 2.0 + row * 3.6);
+        add(&mut world, BodyDef { shape, position, restitution, ..BodyDef::default() });
+    }
+    world
+}
+
+#[test]
+fn a_pile_that_is_left_out_keeps_every_bit() {
+    for restitution in [0.0, 0.5] {
+        assert_eq!(compare(rain(120, restitution), 900, &|_, _, _| {}), 120);
+    }
+}
+
+#[test]
+fn nothing_that_happens_to_a_pile_changes_another_bit_for_what_is_left_out() {
+    let happens = |world: &mut World, step: u32, rng: &mut Rng| {
+        let ids: Vec<BodyId> = world.ids().skip(3).collect();
+        let some = ids[rng.below(ids.len() as u32) as usize];
+        match step {
+            0..300 => {}
+            _ if step % 40 != 0 => {}
+            _ => match rng.below(9) {
+                0 => world.set_velocity(some, Vec2::new(rng.range(-90.0, 90.0), 40.0)),
+                1 => world.set_mass(some, rng.range(0.5, 20.0)),
+                2 => world.set_gravity_scale(some, rng.range(0.5, 2.0)),
+                3 => assert!(world.remove(some)),
+                4 => {
+                    let at = Vec2::new(rng.range(-30.0, 30.0), rng.range(30.0, 60.0));
+                    world.set_position(some, at);
+                }
+                5 => {
+                    let velocity = Vec2::new(rng.range(-40.0, 40.0), -140.0);
+                    let ball = BodyDef {
+                        shape: Shape::circle(1.0),
+                        restitution: 0.6,
+                        velocity,
+                        ..BodyDef::default()
+                    };
+                    let position = Vec2::new(rng.range(-30.0, 30.0), 60.0);
+                    add(world, BodyDef { position, ..ball });
+                }
+                6 => {
+                    let at = (rng.range(-30.0, 30.0), rng.range(1.0, 10.0));
+                    add(world, BodyDef { motion: Motion::Static, ..box_at(at.0, at.1, 3.0, 1.0) });
+                }
+                7 => world.set_gravity(Vec2::new(rng.range(-20.0, 20.0), -50.0)),
+                _ => {
+                    let at = (rng.range(-30.0, 30.0), rng.range(20.0, 30.0));
+                    let lift =
+                        BodyDef { motion: Motion::Kinematic, ..box_at(at.0, at.1, 6.0, 1.0) };
+                    let lift = add(world, lift);
+                    world.set_velocity(lift, Vec2::new(0.0, rng.range(-10.0, -2.0)));
+                }
+            },
+        }
+    };
+    for restitution in [0.0, 0.5] {
+        assert!(compare(rain(120, restitution), 2400, &happens) > 60);
+    }
+}
+
+#[test]
+fn only_the_island_that_is_met_returns() {
+    let (mut world, one, other) = two_stacks();
+    let velocity = Vec2::new(0.0, -20.0);
+    add(&mut world, BodyDef { velocity, ..box_at(-10.0, 9.0, 2.0, 2.0) });
+    let mut fewest = 8;
+    for _ in 0..30 {
+        world.step();
+        fewest = world.steady_count().min(fewest);
+    }
+    assert_eq!(fewest, other.len(), "the other stack stays out");
+    (0..90).for_each(|_| world.step());
+    assert_eq!(world.steady_count(), one.len() + 1 + other.len());
+}
+
+#[test]
+fn a_step_of_a_world_at_rest_gathers_no_contact_and_reports_every_touch() {
+    let (mut world, ..) = two_stacks();
+    assert_eq!((world.constraint_count(), world.touches().len()), (0, 8));
+    world.step();
+    assert_eq!((world.constraint_count(), world.touches().len()), (0, 8));
+    assert!(world.touches().iter().all(|touch| !touch.began));
+}
+
+#[test]
+fn a_kinematic_body_that_starts_to_move_takes_its_load_along() {
+    let mut world = world();
+    let lift = BodyDef { motion: Motion::Kinematic, ..box_at(0.0, 1.0, 6.0, 2.0) };
+    let lift = add(&mut world, lift);
+    let load = add(&mut world, box_at(0.0, 3.0, 2.0, 2.0));
+    (0..60).for_each(|_| world.step());
+    assert_eq!(world.steady_count(), 1);
+    world.set_velocity(lift, Vec2::new(0.0, 6.0));
+    (0..60).for_each(|_| world.step());
+    assert!((world.position(load).y - 9.0).abs() < 0.01, "{}", world.position(load));
+}
