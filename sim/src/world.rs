@@ -340,6 +340,27 @@ impl World {
         let context = StepContext::new(settings, &self.settings, self.features);
         self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);
         watch(StepPhase::Integrate, self);
+        self.report_touches(settings);
+    }
+
+    // Steps are compiled for each `watch`; these phases are not.
+    #[inline(never)]
+    fn find_contacts(&mut self, settings: &Conjugate) {
+        let context = StepContext::new(settings, &self.settings, self.features);
+        self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &self.steady, &context);
+    }
+
+    #[inline(never)]
+    fn find_velocities(&mut self, settings: &Conjugate) {
+        self.find_moves();
+        let context = StepContext::new(settings, &self.settings, self.features);
+        let moves = moves(&self.forces);
+        self.conjugate.find_velocities(&mut self.bodies, &mut self.pairs, moves, &context);
+    }
+
+    /// Reports the touches of a step, and leaves what it has not changed out of the next one.
+    #[inline(never)]
+    fn report_touches(&mut self, settings: &Conjugate) {
         self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady.touches);
         // Sleep counts the steps of bodies at rest, and forces may change by themselves.
         if !(self.settings.sleeping || self.forces.is_some()) {
@@ -349,18 +370,7 @@ impl World {
         }
     }
 
-    fn find_contacts(&mut self, settings: &Conjugate) {
-        let context = StepContext::new(settings, &self.settings, self.features);
-        self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &self.steady, &context);
-    }
-
-    fn find_velocities(&mut self, settings: &Conjugate) {
-        self.find_moves();
-        let context = StepContext::new(settings, &self.settings, self.features);
-        let moves = moves(&self.forces);
-        self.conjugate.find_velocities(&mut self.bodies, &mut self.pairs, moves, &context);
-    }
-
+    #[inline(never)]
     fn wake_touched(&mut self) -> bool {
         if self.steady.return_met(&mut self.bodies, self.conjugate.contacting_pairs()) {
             return true;

@@ -105,7 +105,7 @@ pub(crate) struct PairList {
     static_grid: Option<StaticGrid>,
     /// Slots that have outgrown their boxes; one more than [`RENEWED_MAX`] stands for any number.
     outgrown: Vec<u32>,
-    /// By slot: whether its pairs are being found again.
+    /// By slot: whether its pairs were found again.
     renewed: Vec<bool>,
     /// Scratch: slots sorted by lower edge, keys of the pairs found, the previous list.
     order: Vec<u64>,
@@ -207,7 +207,9 @@ impl PairList {
         self.sweep(bodies, axis, filter);
         self.find_static_pairs(bodies, &bodies.moving, filter);
         self.keys.sort_unstable();
-        self.carry_impulses(|_| false);
+        self.renewed.clear();
+        self.renewed.resize(bodies.alive.len(), true);
+        self.carry_impulses();
         self.stale = false;
     }
 
@@ -232,9 +234,8 @@ impl PairList {
         }
         self.find_static_pairs(bodies, &outgrown, filter);
         self.keys.sort_unstable();
-        let renewed = std::mem::take(&mut self.renewed);
-        self.carry_impulses(|pair| !renewed[pair.a as usize] && !renewed[pair.b as usize]);
-        (self.outgrown, self.renewed) = (outgrown, renewed);
+        self.carry_impulses();
+        self.outgrown = outgrown;
     }
 
     fn sort_by_edge(&mut self, bodies: &Bodies, axis: usize) {
@@ -282,9 +283,9 @@ impl PairList {
         }
     }
 
-    /// Builds `pairs` from the sorted keys and those of the previous list that stay; merging with it keeps the
-    /// impulses.
-    fn carry_impulses(&mut self, stays: impl Fn(&Pair) -> bool) {
+    /// Builds `pairs` from the sorted keys and those of the previous list of which neither body was renewed; merging
+    /// with it keeps the impulses.
+    fn carry_impulses(&mut self) {
         std::mem::swap(&mut self.pairs, &mut self.before);
         self.pairs.clear();
         let mut keys = self.keys.iter().copied().peekable();
@@ -292,7 +293,8 @@ impl PairList {
             while let Some(key) = keys.next_if(|&key| key < pair.key()) {
                 self.pairs.push(Pair::of(key));
             }
-            if keys.next_if_eq(&pair.key()).is_some() || stays(&pair) {
+            let stays = !self.renewed[pair.a as usize] && !self.renewed[pair.b as usize];
+            if keys.next_if_eq(&pair.key()).is_some() || stays {
                 self.pairs.push(pair);
             }
         }

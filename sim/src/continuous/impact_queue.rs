@@ -603,19 +603,11 @@ fn outruns_reach(bodies: &Bodies, slot: u32, dt: f32) -> bool {
 }
 
 /// Marks the constraints of pairs that bounced.
-pub(crate) fn mark_bounced(impacts: &mut [Impact], contacts: &mut ContactSet) {
-    impacts.sort_unstable_by_key(|impact| (impact.a, impact.b));
-    let constraints = &contacts.constraints;
-    let mut index = 0;
-    for impact in impacts.iter() {
-        while index < constraints.len()
-            && (constraints[index].a, constraints[index].b) < (impact.a, impact.b)
-        {
-            index += 1;
-        }
-        if index < constraints.len()
-            && (constraints[index].a, constraints[index].b) == (impact.a, impact.b)
-        {
+pub(crate) fn mark_bounced(impacts: &[Impact], contacts: &mut ContactSet) {
+    for impact in impacts {
+        let key = (impact.a, impact.b);
+        let found = contacts.constraints.binary_search_by_key(&key, |pair| (pair.a, pair.b));
+        if let Ok(index) = found {
             let info = &mut contacts.infos[index];
             info.closing = max(info.closing, impact.closing);
             info.bounced = true;

@@ -13,12 +13,11 @@ use super::paths::Paths;
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
 use crate::continuous::thin::{overlap_limit, thickness};
-use crate::math::max;
+use crate::math::{max, ordered_bits};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::separation;
 use crate::narrow_phase::separation::placed;
 use glam::Vec2;
-use std::cmp::Ordering;
 
 /// Rounds: in a corner a body that leaves one wall may end in the other.
 const ROUNDS: u32 = 4;
@@ -28,8 +27,8 @@ const ROUNDS: u32 = 4;
 pub(crate) struct StaticClamp {
     /// By slot: position at the start of the step.
     start: Vec<Vec2>,
-    /// Depth of a penetration, and index of the pair.
-    penetrating: Vec<(f32, u32)>,
+    /// Penetrating pairs, the deepest first: the inverse bits of the depth, then the index of the pair.
+    penetrating: Vec<u64>,
 }
 
 impl StaticClamp {
@@ -58,18 +57,16 @@ impl StaticClamp {
             self.penetrating.clear();
             for (index, pair) in (0u32..).zip(pairs) {
                 if let Some((_, depth)) = self.penetration(bodies, pair, paths, slop) {
-                    self.penetrating.push((depth, index));
+                    let shallowness = !ordered_bits(depth);
+                    self.penetrating.push(u64::from(shallowness) << 32 | u64::from(index));
                 }
             }
             if self.penetrating.is_empty() {
                 return;
             }
-            self.penetrating.sort_unstable_by(|one, other| {
-                let deeper = other.0.partial_cmp(&one.0).unwrap_or(Ordering::Equal);
-                deeper.then(one.1.cmp(&other.1))
-            });
-            for &(_, index) in &self.penetrating {
-                let pair = &pairs[index as usize];
+            self.penetrating.sort_unstable();
+            for &entry in &self.penetrating {
+                let pair = &pairs[entry as u32 as usize];
                 if let Some((normal, depth)) = self.penetration(bodies, pair, paths, slop) {
                     clamp_to_surface(bodies, pair, normal, depth);
                 }

@@ -223,7 +223,7 @@ impl ConjugateSolver {
         moves: &[Move],
         context: &StepContext,
     ) {
-        impact_queue::mark_bounced(&mut self.impact_queue.impacts, &mut self.contacts);
+        impact_queue::mark_bounced(&self.impact_queue.impacts, &mut self.contacts);
         let gain = context.gravity * context.dt;
         let start_velocity = &mut self.displacements.start_velocity;
         if !integrate::accelerate(bodies, gain, context.speed_max, start_velocity) {
