@@ -114,6 +114,8 @@ impl Views {
                 let stage_css = f64::from(dom::html("stage").client_height());
                 (stage_css - covered.top()).max(0.0) as f32
             }
+            // The style hides the controls only after the first picture.
+            None if app.frozen_hud == Some(false) => 0.0,
             None => self.hud.bottom_css,
         };
         self.stage.canvas(app, bottom_css)
