@@ -75,7 +75,7 @@ pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
 /// Contacts from which an island in motion is swept locally: smaller ones cost little.
 pub(crate) const LOCAL_ISLAND: usize = 64;
 /// Mass ratio beyond which an island is swept as a whole: a heavy body moves everything around it.
-pub(crate) const LOCAL_MASS_RATIO: f32 = 100.0;
+pub(crate) const LOCAL_MASS_RATIO: f32 = 2000.0;
 /// Mean relative velocity of an island's contacts, in tolerances, beyond which its bodies move past
 /// each other: a little more than gravity adds in a step. Heaps that were created in one place stay
 /// below it.
