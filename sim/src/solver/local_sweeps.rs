@@ -8,8 +8,7 @@
 //! would not change: the solution is the same as that of whole sweeps, and so is its tolerance.
 //!
 //! The whole sweeps go by colour, with chains; the rounds by colour, without them. Small rounds of an
-//! island whose bodies do not move past each other use forests instead: there the rest of the change
-//! has a long way to go.
+//! island whose bodies hardly move use forests instead: there the rest of the change has a long way to go.
 //!
 //! Stopping anywhere adds no energy, since no visit lowers the objective (see `warm_start`).
 
@@ -17,7 +16,7 @@ use super::contact_constraint::ContactConstraint;
 use super::gauss_seidel::visit_change;
 use super::layers::{self, UNREACHED, movable_ends};
 use super::sweep::{self, Blocks, Sequence, SweepLimits};
-use super::tolerances::AGITATED;
+use super::tolerances::{AGITATED, CALM};
 use glam::Vec2;
 
 /// Sweeps over the whole island, by colour. One that is near its solution is swept as a whole, with
@@ -36,10 +35,12 @@ const SWEEPS_MAX: u32 = 32;
 const ROUNDS_MAX: u32 = 30;
 /// Most contacts of a round that are solved by a spanning forest as well.
 const FOREST_MAX: usize = 600;
-/// Contacts beyond which an island that is agitated, or that its budget did not solve, counts as one
-/// that moves on.
-const AGITATED_MIN: usize = 200;
-const UNSOLVED_MIN: usize = 600;
+/// Contacts beyond which an island that is agitated counts as one that moves on.
+const AGITATED_MIN: usize = 64;
+/// The same for one that its budget did not solve, and if it is calm: a heap that was compressed in one place is, and
+/// has to come apart.
+const UNSOLVED_MIN: usize = 200;
+const UNSOLVED_CALM_MIN: usize = 600;
 /// Share of the work of a visit that looking at a contact takes.
 const LOOKS_PER_VISIT: u32 = 2;
 /// Distance, in contacts, from a body of an unsolved contact within which all contacts are swept.
@@ -68,6 +69,8 @@ pub(crate) struct Work {
     pub sweeps: u32,
     /// Whether its bodies moved past each other at the start.
     pub is_agitated: bool,
+    /// Whether they hardly moved.
+    pub is_calm: bool,
 }
 
 impl Work {
@@ -75,12 +78,13 @@ impl Work {
     pub fn on(count: usize, visits_per_contact: u32, sweeps_max: u32) -> Work {
         let count = count as u32;
         let budget = (count.max(CONTACTS_MIN) * visits_per_contact).min(count * sweeps_max);
-        Work { budget, visits: 0, sweeps: 0, is_agitated: false }
+        Work { budget, visits: 0, sweeps: 0, is_agitated: false, is_calm: true }
     }
 
     /// Whether the bodies of the island, of `count` contacts, move on after the step.
     pub fn moves_on(&self, is_solved: bool, count: usize) -> bool {
-        self.is_agitated && count > AGITATED_MIN || !is_solved && count > UNSOLVED_MIN
+        let unsolved_min = if self.is_calm { UNSOLVED_CALM_MIN } else { UNSOLVED_MIN };
+        self.is_agitated && count > AGITATED_MIN || !is_solved && count > unsolved_min
     }
 
     /// Counts sweeps over `count` contacts.
@@ -112,8 +116,9 @@ impl LocalSweeps {
         let tolerance = limits.tolerance;
         if work.visits == 0 {
             let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
-            work.is_agitated =
-                !is_near && mean_speed(constraints, island, velocity) > AGITATED * tolerance;
+            let speed = mean_speed(constraints, island, velocity) / tolerance;
+            work.is_agitated = !is_near && speed > AGITATED;
+            work.is_calm = speed < CALM;
             let (whole_sweeps, sequence) = match is_near {
                 true => (VISITS_PER_CONTACT, Sequence::Forests),
                 false => (WHOLE_SWEEPS, Sequence::Colors),
@@ -140,7 +145,7 @@ impl LocalSweeps {
             if sweeps_max < SWEEPS_MIN {
                 return false;
             }
-            let with_forests = !work.is_agitated && count < FOREST_MAX;
+            let with_forests = work.is_calm && count < FOREST_MAX;
             let sequence = if with_forests { Sequence::Forests } else { Sequence::Colors };
             match sequence {
                 Sequence::Colors => blocks.chains.find_none(&self.active),
