@@ -12,12 +12,12 @@ use jostle_sim::{BodyDef, DT, Motion, Solver};
 /// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
 /// bodies in ten pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms.
 const RELAXED_BODY_US: f32 = 4.0;
-/// Microseconds of a dynamic body with the conjugate solver, where nothing bounces: the same 3000
-/// bodies took 51 ms, the 300 of `tower` 6.0 ms.
-const CONJUGATE_BODY_US: f32 = 20.0;
-/// Microseconds of one that bounces: each bounce in a crowd is found at its own time of impact. 250
-/// stirred marbles of restitution 0.4 took 17.9 ms, the tower of pieces of 0.2 took 22 ms.
-const BOUNCING_BODY_US: f32 = 70.0;
+/// Microseconds of a dynamic body with the conjugate solver, where nothing bounces: the 357 of `tower` took 3.1 ms, 1000
+/// shaken ones 5.0 ms, each on a machine that was up to 1.7 times as slow at other times.
+const CONJUGATE_BODY_US: f32 = 15.0;
+/// Microseconds of one that bounces: each bounce is found at its own time of impact, four in a crowd. 254 stirred
+/// marbles of restitution 0.4 took 1.9 ms, 1000 shaken bodies of 0.8 took 10 ms.
+const BOUNCING_BODY_US: f32 = 25.0;
 /// Microseconds of a particle: the 4096 of `emitters` took 0.33 ms with all else in that scene.
 const PARTICLE_US: f32 = 0.08;
 
@@ -136,8 +136,8 @@ mod tests {
     fn a_body_costs_by_its_solver_and_by_whether_it_bounces() {
         let conjugate = "solver = \"conjugate\"";
         assert_eq!(ms("", ""), 4.0);
-        assert_eq!(ms(conjugate, "restitution = 0"), 20.0);
-        assert_eq!(ms(conjugate, "restitution = 0.2"), 70.0);
+        assert_eq!(ms(conjugate, "restitution = 0"), 15.0);
+        assert_eq!(ms(conjugate, "restitution = 0.2"), 25.0);
         assert_eq!(ms(conjugate, "motion = \"kinematic\""), 0.0);
     }
 

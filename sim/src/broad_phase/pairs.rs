@@ -177,7 +177,7 @@ impl PairList {
         match self.outgrown.len() {
             _ if self.stale => self.rebuild(bodies, filter),
             0 => return false,
-            ..=RENEWED_MAX => self.renew(bodies, filter),
+            1..=RENEWED_MAX => self.renew(bodies, filter),
             _ => self.rebuild(bodies, filter),
         }
         true

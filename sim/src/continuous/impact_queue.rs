@@ -471,8 +471,8 @@ impl ImpactQueue {
         let apart =
             (at_b.center - at_a.center).abs() - at_a.shape.half_extent() - at_b.shape.half_extent();
         // On each axis on which their boxes are apart, they have to close.
-        let toward = -(at_b.center - at_a.center).signum() * path;
-        if apart.cmpgt(toward.max(Vec2::ZERO)).any() {
+        let toward = (at_a.center - at_b.center).signum() * path;
+        if apart.x > max(toward.x, 0.0) || apart.y > max(toward.y, 0.0) {
             return None;
         }
         let manifold = separation::between(at_a, at_b, path, pair.axis)?;

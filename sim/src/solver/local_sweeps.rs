@@ -36,7 +36,7 @@ const ROUNDS_MAX: u32 = 30;
 /// Most contacts of a round that are solved by a spanning forest as well.
 const FOREST_MAX: usize = 600;
 /// Contacts beyond which an island that is agitated counts as one that moves on.
-const AGITATED_MIN: usize = 64;
+const AGITATED_MIN: usize = 100;
 /// The same for one that its budget did not solve, and if it is calm: a heap that was compressed in one place is, and
 /// has to come apart.
 const UNSOLVED_MIN: usize = 200;

@@ -95,7 +95,7 @@ fn nothing_that_happens_to_a_pile_changes_another_bit_for_what_is_left_out() {
         let some = ids[rng.below(ids.len() as u32) as usize];
         match step {
             0..300 => {}
-            _ if step % 40 != 0 => {}
+            _ if !step.is_multiple_of(40) => {}
             _ => match rng.below(9) {
                 0 => world.set_velocity(some, Vec2::new(rng.range(-90.0, 90.0), 40.0)),
                 1 => world.set_mass(some, rng.range(0.5, 20.0)),
