@@ -34,6 +34,8 @@ pub(crate) struct EnergyGuard {
     /// All bodies of its constraints, once each: an infinite impulse gives NaN even for the
     /// velocity of a wall.
     members: Vec<Member>,
+    /// Scratch: slots, and the bits of their inverse masses.
+    slots: Vec<u64>,
     /// Largest speed of the immovable bodies, units/s.
     driven_speed_max: f32,
 }
@@ -46,20 +48,26 @@ impl EnergyGuard {
         island: &[u32],
         velocity: &mut [Vec2],
     ) {
-        self.members.clear();
+        self.slots.clear();
         self.driven_speed_max = 0.0;
         for &index in island {
             let constraint = &constraints[index as usize];
             for (body, inv_mass) in constraint.bodies() {
-                let warm_started = velocity[body as usize];
-                self.members.push(Member { body, inv_mass, free: warm_started, warm_started });
+                self.slots.push(u64::from(body) << 32 | u64::from(inv_mass.to_bits()));
                 if inv_mass == 0.0 {
-                    self.driven_speed_max = max(self.driven_speed_max, warm_started.length());
+                    let speed = velocity[body as usize].length();
+                    self.driven_speed_max = max(self.driven_speed_max, speed);
                 }
             }
         }
-        self.members.sort_unstable_by_key(|member| member.body);
-        self.members.dedup_by_key(|member| member.body);
+        self.slots.sort_unstable();
+        self.slots.dedup();
+        self.members.clear();
+        self.members.extend(self.slots.iter().map(|&entry| {
+            let (body, inv_mass) = ((entry >> 32) as u32, f32::from_bits(entry as u32));
+            let warm_started = velocity[body as usize];
+            Member { body, inv_mass, free: warm_started, warm_started }
+        }));
         for &index in island {
             let constraint = &constraints[index as usize];
             constraint.apply(
