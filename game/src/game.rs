@@ -69,6 +69,9 @@ pub struct Game {
     nearby: Vec<BodyId>,
 }
 
+/// What is called after each phase of a tick.
+type Watch<'a> = dyn FnMut(Phase, &mut World) + 'a;
+
 impl Game {
     /// A game at tick 0 without players. The same scene and seed give the same game.
     pub fn new(scene: Arc<Scene>, seed: u64) -> Game {
@@ -145,7 +148,7 @@ impl Game {
     /// Plays one tick. `inputs` holds at most one entry a seat, in seat order; a seat without an
     /// entry is at rest: nothing is down.
     pub fn tick(&mut self, inputs: &[(Seat, Input)]) {
-        self.tick_watched(inputs, &mut |_, _| {});
+        self.run(inputs, &mut |_, _| {}, |world, _| world.step());
     }
 
     /// [`Game::tick`], with a call to `watch` after each phase. Its changes are part of the tick.
@@ -153,6 +156,17 @@ impl Game {
         &mut self,
         inputs: &[(Seat, Input)],
         watch: &mut impl FnMut(Phase, &mut World),
+    ) {
+        self.run(inputs, watch, |world, watch| {
+            world.step_watched(&mut |phase, world| watch(phase.into(), world));
+        });
+    }
+
+    fn run(
+        &mut self,
+        inputs: &[(Seat, Input)],
+        watch: &mut Watch,
+        step: fn(&mut World, &mut Watch),
     ) {
         let ordered = inputs.windows(2).all(|pair| pair[0].0 < pair[1].0);
         debug_assert!(ordered, "inputs must be in seat order, one a seat");
@@ -169,7 +183,7 @@ impl Game {
         tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
         watch(Phase::Inputs, world);
 
-        world.step_watched(&mut |phase, world| watch(phase.into(), world));
+        step(world, watch);
 
         impacts::report(world, scene, &mut self.hard_touches, events);
         heroes::report_departed(world, roster, events);

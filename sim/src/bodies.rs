@@ -40,7 +40,7 @@ pub(crate) struct Bodies {
     pub alive: Vec<bool>,
     /// Smallest half-size of all bodies; `None` until it is needed again.
     thinnest: Option<f32>,
-    /// Slots of dynamic and kinematic bodies, ascending: the bodies that a step visits.
+    /// Slots of the dynamic and kinematic bodies that a step visits, ascending: all but those that sleep or are steady.
     pub moving: Vec<u32>,
     /// Free slots, descending, so that the lowest is taken first.
     free: Vec<u32>,

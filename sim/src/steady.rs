@@ -6,12 +6,13 @@
 //! list and its touches here. Unlike sleep this is not state: there is no threshold, nothing is set to zero, and a
 //! world that leaves nothing out has the same bits in every step.
 //!
-//! An island returns when something that is not steady meets it, by a constraint or an impact: the step is then
-//! repeated from its start with the island in it. It also returns when one of its bodies is changed from outside.
-//! All return when a body that nothing pushes is added, removed or placed elsewhere, since they may rest on it.
+//! An island is readmitted when something that is not steady meets it, by a constraint or an impact: the step is then
+//! repeated from its start with the island in it. So it is when one of its bodies is changed from outside. All are
+//! when a body that nothing pushes is added, removed or placed elsewhere, starts or stops, since they may rest on it.
 
 use crate::bodies::Bodies;
 use crate::body::Motion;
+use crate::shape::Aabb;
 use crate::solver::contact_constraint::ContactConstraint;
 use crate::solver::islands::Islands;
 use crate::touches::Touch;
@@ -29,17 +30,26 @@ pub(crate) struct Steady {
     island: Vec<u32>,
     /// By slot: whether the body is steady, or nothing pushes it and it does not move. Pairs of two such bodies take no
     /// part in a step.
-    pub is_still: Vec<bool>,
+    pub takes_no_part: Vec<bool>,
     /// Their touches, in (a, b) order.
     pub touches: Vec<Touch>,
     /// By slot: positions and velocities at the start of the step.
     center: Vec<Vec2>,
     velocity: Vec<Vec2>,
-    /// Scratch: islands that return.
-    returning: Vec<u32>,
+    /// Scratch: islands to readmit.
+    to_readmit: Vec<u32>,
     /// Leaves nothing out, to compare the bits.
     #[cfg(test)]
     pub is_off: bool,
+}
+
+/// The contacts of a step.
+#[derive(Clone, Copy)]
+pub(crate) struct StepContacts<'a> {
+    pub constraints: &'a [ContactConstraint],
+    pub islands: &'a Islands,
+    /// By constraint: whether its impulses are others than before the step.
+    pub is_changed: &'a [bool],
 }
 
 impl Steady {
@@ -48,84 +58,92 @@ impl Steady {
         self.bodies.len()
     }
 
-    /// Saves the start of a step.
-    pub fn begin(&mut self, bodies: &Bodies) {
+    /// Saves the start of a step, if the world leaves anything out.
+    pub fn begin(&mut self, bodies: &Bodies, leaves_out: bool) {
+        if !leaves_out {
+            self.takes_no_part.clear();
+            self.takes_no_part.resize(bodies.alive.len(), false);
+            return;
+        }
         self.island.resize(bodies.alive.len(), NONE);
         self.center.clone_from(&bodies.center);
         self.velocity.clone_from(&bodies.velocity);
-        self.find_still(bodies);
+        self.find_parts(bodies);
     }
 
-    fn find_still(&mut self, bodies: &Bodies) {
-        self.is_still.clear();
+    fn find_parts(&mut self, bodies: &Bodies) {
+        self.takes_no_part.clear();
         let fixed = bodies.inverse_mass.iter().zip(&bodies.velocity);
         let fixed = fixed.map(|(&inv_mass, &velocity)| inv_mass == 0.0 && velocity == Vec2::ZERO);
-        let is_still = fixed.zip(&self.island).map(|(fixed, &island)| fixed || island != NONE);
-        self.is_still.extend(is_still);
+        let takes_no_part = fixed.zip(&self.island).map(|(fixed, &island)| fixed || island != NONE);
+        self.takes_no_part.extend(takes_no_part);
     }
 
-    /// Returns the islands that a moving body met in this step, and resets all bodies to its start. Whether there was
-    /// one: the step is then repeated.
-    pub fn return_met(&mut self, bodies: &mut Bodies, met: impl Iterator<Item = [u32; 2]>) -> bool {
+    /// Readmits the islands that a moving body met in this step, and resets all bodies to its start. Returns whether
+    /// there was one: the step is then repeated.
+    pub fn readmit_met(
+        &mut self,
+        bodies: &mut Bodies,
+        met: impl Iterator<Item = [u32; 2]>,
+    ) -> bool {
         if self.bodies.is_empty() {
             return false;
         }
         let islands = met.flatten().map(|slot| self.island[slot as usize]);
-        self.returning.extend(islands.filter(|&island| island != NONE));
-        if self.returning.is_empty() {
+        self.to_readmit.extend(islands.filter(|&island| island != NONE));
+        if self.to_readmit.is_empty() {
             return false;
         }
-        self.return_islands(bodies);
+        self.readmit_pending(bodies);
         bodies.center.clone_from(&self.center);
         bodies.velocity.clone_from(&self.velocity);
-        self.find_still(bodies);
+        self.find_parts(bodies);
         true
     }
 
-    /// Returns the island of a body that is changed from outside, if it is steady.
-    pub fn return_body(&mut self, bodies: &mut Bodies, slot: u32) {
+    /// Readmits the island of a body that is changed from outside, if it is steady.
+    pub fn readmit_body(&mut self, bodies: &mut Bodies, slot: u32) {
         let island = self.island.get(slot as usize).copied().unwrap_or(NONE);
         if island != NONE {
-            self.returning.push(island);
-            self.return_islands(bodies);
+            self.to_readmit.push(island);
+            self.readmit_pending(bodies);
         }
     }
 
-    /// Returns all islands.
-    pub fn return_all(&mut self, bodies: &mut Bodies) {
-        self.returning.extend(self.bodies.iter().map(|&slot| self.island[slot as usize]));
-        self.return_islands(bodies);
+    /// Readmits all islands.
+    pub fn readmit_all(&mut self, bodies: &mut Bodies) {
+        self.to_readmit.extend(self.bodies.iter().map(|&slot| self.island[slot as usize]));
+        self.readmit_pending(bodies);
     }
 
-    fn return_islands(&mut self, bodies: &mut Bodies) {
-        let Steady { bodies: steady, island, returning, touches, .. } = self;
-        returning.sort_unstable();
-        returning.dedup();
+    fn readmit_pending(&mut self, bodies: &mut Bodies) {
+        let Steady { bodies: steady, island, to_readmit, touches, .. } = self;
+        to_readmit.sort_unstable();
+        to_readmit.dedup();
         for &slot in steady.iter() {
             let own = &mut island[slot as usize];
-            if returning.binary_search(own).is_ok() {
+            if to_readmit.binary_search(own).is_ok() {
                 *own = NONE;
                 bodies.moving.push(slot);
             }
         }
-        returning.clear();
+        to_readmit.clear();
         steady.retain(|&slot| island[slot as usize] != NONE);
         touches.retain(|touch| is_of(island, touch));
         bodies.moving.sort_unstable();
     }
 
-    /// Leaves the islands out that the step has not changed: `is_changed` says it of the impulses of each
-    /// constraint, and `reach` gives the reach with which a step begins for a body of some velocity. `touches` are
-    /// those of the step.
+    /// Leaves the islands out that the step has not changed, and of which no body departs. `reach` gives the reach with
+    /// which a step begins for a body of some velocity; `touches` are those of the step.
     pub fn leave_out(
         &mut self,
         bodies: &mut Bodies,
-        constraints: &[ContactConstraint],
-        islands: &Islands,
-        is_changed: &[bool],
+        contacts: StepContacts,
         touches: &[Touch],
+        kill_zone: &Aabb,
         reach: impl Fn(Vec2) -> f32,
     ) {
+        let StepContacts { constraints, islands, is_changed } = contacts;
         #[cfg(test)]
         if self.is_off {
             return;
@@ -135,8 +153,11 @@ impl Steady {
             let island = &islands.constraints[islands.range(number)];
             let is_steady = |&index: &u32| {
                 let constraint = &constraints[index as usize];
-                !is_changed[index as usize]
-                    && constraint.bodies().iter().all(|&(slot, _)| self.is_unchanged(bodies, slot))
+                let stays = |&(slot, _): &(u32, f32)| {
+                    let is_inside = kill_zone.contains(bodies.center[slot as usize]);
+                    self.is_unchanged(bodies, slot) && is_inside
+                };
+                !is_changed[index as usize] && constraint.bodies().iter().all(stays)
             };
             if !island.iter().all(is_steady) {
                 continue;

@@ -109,7 +109,7 @@ impl World {
             return false;
         }
         self.wake_around(id);
-        self.return_around_fixed(id);
+        self.readmit_if_fixed(id);
         self.pairs.removed(id.index);
         self.pairs.remove_static(id.index);
         self.touches.now.retain(|touch| touch.a != id && touch.b != id);
@@ -228,6 +228,10 @@ impl World {
         assert!(still, "static body {} cannot have velocity {velocity}", id.index);
         if self.bodies.velocity[index] != velocity {
             self.wake_around(id);
+            let stands = |velocity: Vec2| velocity == Vec2::ZERO;
+            if stands(self.bodies.velocity[index]) != stands(velocity) {
+                self.readmit_if_fixed(id);
+            }
             self.bodies.velocity[index] = velocity;
         }
     }
@@ -257,7 +261,7 @@ impl World {
     pub fn set_gravity(&mut self, gravity: Vec2) {
         assert!(gravity.is_finite(), "gravity {gravity} must be finite");
         self.settings.gravity = gravity;
-        self.steady.return_all(&mut self.bodies);
+        self.steady.readmit_all(&mut self.bodies);
         let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
         self.sleep.wake_all(&mut awake);
     }
@@ -275,12 +279,17 @@ impl World {
     /// that left the kill zone. Particles move in [`World::step_particles`], so that rules can act
     /// in between.
     pub fn step(&mut self) {
-        self.step_watched(&mut |_, _| {});
+        self.advance(&mut |_, _| {});
     }
 
     /// Makes a [`World::step`] that calls `watch` after each phase. Changes by `watch` are part of
     /// the step.
     pub fn step_watched(&mut self, watch: &mut impl FnMut(StepPhase, &mut World)) {
+        self.steady.readmit_all(&mut self.bodies);
+        self.advance(watch);
+    }
+
+    fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
         match self.settings.solver {
             Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
             Some(Solver::Relaxation(settings)) => self.step_relaxation(Some(&settings), watch),
@@ -300,7 +309,7 @@ impl World {
     fn step_relaxation(
         &mut self,
         settings: Option<&Relaxation>,
-        watch: &mut impl FnMut(StepPhase, &mut World),
+        watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
         self.find_moves();
         let moves = moves(&self.forces);
@@ -321,10 +330,11 @@ impl World {
     fn step_conjugate(
         &mut self,
         settings: &Conjugate,
-        watch: &mut impl FnMut(StepPhase, &mut World),
+        watch: &mut dyn FnMut(StepPhase, &mut World),
     ) {
         self.sleep.save_step_start(&self.bodies);
-        self.conjugate.begin(&mut self.bodies, &mut self.steady);
+        let leaves_out = self.leaves_out();
+        self.conjugate.begin(&mut self.bodies, &mut self.steady, leaves_out);
         self.find_contacts(settings);
         while self.wake_touched() {
             self.find_contacts(settings);
@@ -335,7 +345,7 @@ impl World {
             self.find_contacts(settings);
             self.find_velocities(settings);
         }
-        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady.is_still);
+        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady.takes_no_part);
         watch(StepPhase::Relax, self);
         let context = StepContext::new(settings, &self.settings, self.features);
         self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);
@@ -343,14 +353,11 @@ impl World {
         self.report_touches(settings);
     }
 
-    // Steps are compiled for each `watch`; these phases are not.
-    #[inline(never)]
     fn find_contacts(&mut self, settings: &Conjugate) {
         let context = StepContext::new(settings, &self.settings, self.features);
         self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &self.steady, &context);
     }
 
-    #[inline(never)]
     fn find_velocities(&mut self, settings: &Conjugate) {
         self.find_moves();
         let context = StepContext::new(settings, &self.settings, self.features);
@@ -358,21 +365,25 @@ impl World {
         self.conjugate.find_velocities(&mut self.bodies, &mut self.pairs, moves, &context);
     }
 
+    /// Whether steps leave steady islands out: sleep counts the steps of bodies at rest, and forces may change by
+    /// themselves.
+    fn leaves_out(&self) -> bool {
+        !(self.settings.sleeping || self.forces.is_some())
+    }
+
     /// Reports the touches of a step, and leaves what it has not changed out of the next one.
-    #[inline(never)]
     fn report_touches(&mut self, settings: &Conjugate) {
         self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady.touches);
-        // Sleep counts the steps of bodies at rest, and forces may change by themselves.
-        if !(self.settings.sleeping || self.forces.is_some()) {
+        if self.leaves_out() {
             let context = StepContext::new(settings, &self.settings, self.features);
             let (bodies, touches) = (&mut self.bodies, &self.touches.now);
-            self.conjugate.leave_out(bodies, &mut self.steady, touches, &context);
+            let kill_zone = &self.settings.kill_zone;
+            self.conjugate.leave_out(bodies, &mut self.steady, touches, kill_zone, &context);
         }
     }
 
-    #[inline(never)]
     fn wake_touched(&mut self) -> bool {
-        if self.steady.return_met(&mut self.bodies, self.conjugate.contacting_pairs()) {
+        if self.steady.readmit_met(&mut self.bodies, self.conjugate.contacting_pairs()) {
             return true;
         }
         let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
@@ -411,23 +422,23 @@ impl World {
     /// Wakes a body that is changed from outside, with the bodies that rest on it.
     fn wake_around(&mut self, id: BodyId) {
         let slot = self.bodies.index(id) as u32;
-        self.steady.return_body(&mut self.bodies, slot);
+        self.steady.readmit_body(&mut self.bodies, slot);
         if self.settings.sleeping {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
             self.sleep.wake_around(&mut awake, slot);
         }
     }
 
-    /// Returns all steady islands where a body that nothing pushes appears or disappears.
-    fn return_around_fixed(&mut self, id: BodyId) {
+    /// Readmits all steady islands where a body that nothing pushes appears, disappears, starts or stops.
+    fn readmit_if_fixed(&mut self, id: BodyId) {
         if self.motion(id) != Motion::Dynamic {
-            self.steady.return_all(&mut self.bodies);
+            self.steady.readmit_all(&mut self.bodies);
         }
     }
 
     /// Registers a body that was added or placed elsewhere.
     fn body_placed(&mut self, id: BodyId) {
-        self.return_around_fixed(id);
+        self.readmit_if_fixed(id);
         if self.settings.sleeping {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
             self.sleep.body_placed(&mut awake, id.index);
@@ -558,7 +569,7 @@ impl World {
 
     pub(crate) fn leave_nothing_out(&mut self) {
         self.steady.is_off = true;
-        self.steady.return_all(&mut self.bodies);
+        self.steady.readmit_all(&mut self.bodies);
     }
 
     pub(crate) fn pair_list(&self) -> &PairList {

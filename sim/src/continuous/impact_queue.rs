@@ -37,9 +37,9 @@ use std::ops::Range;
 /// Impacts of a body per step. After this many a body stays at its last impact point; the contact
 /// solver handles the rest of the step.
 const IMPACTS_MAX: u32 = 32;
-/// The same for a body that has met more than two others. Impacts in a crowd follow each other ever faster
+/// The same for a body that has met more than two others. Impacts in a heap follow each other ever faster
 /// (McNamara and Young 1994, "Inelastic collapse in two dimensions"), so that the contact solver takes over earlier.
-const CROWD_IMPACTS_MAX: u32 = 4;
+const IMPACTS_AMONG_MANY_MAX: u32 = 6;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
@@ -77,8 +77,8 @@ pub(crate) struct ImpactQueue {
     pub paths: Paths,
     /// By slot: number of impacts in this step.
     impact_count: Vec<u32>,
-    /// By slot with impacts: the first two bodies that it met.
-    met: Vec<[u32; 2]>,
+    /// By slot with impacts: the first three bodies that it met.
+    met: Vec<[u32; 3]>,
     /// Slots with at least one impact.
     impacted: Vec<u32>,
     /// Slots that are held after their impact: see `held_after_impact`.
@@ -126,13 +126,13 @@ impl ImpactQueue {
         for slot in self.impacted.drain(..) {
             self.paths.impact_time[slot as usize] = 0.0;
             self.impact_count[slot as usize] = 0;
-            self.met[slot as usize] = [NONE; 2];
+            self.met[slot as usize] = [NONE; 3];
         }
         self.paths.impact_time.resize(slots, 0.0);
         self.paths.impact_position.resize(slots, Vec2::ZERO);
         self.impact_count.resize(slots, 0);
         self.waits.resize(slots, false);
-        self.met.resize(slots, [NONE; 2]);
+        self.met.resize(slots, [NONE; 3]);
     }
 
     /// Whether the step had no impact.
@@ -232,8 +232,8 @@ impl ImpactQueue {
                 self.stop_at_impact(bodies, pair.b, context);
             }
             for (slot, other) in [(pair.a, pair.b), (pair.b, pair.a)] {
-                let is_in_crowd = self.meets(slot, other);
-                if is_in_crowd && self.impact_count[slot as usize] >= CROWD_IMPACTS_MAX {
+                let has_met_many = self.meets(slot, other);
+                if has_met_many && self.impact_count[slot as usize] >= IMPACTS_AMONG_MANY_MAX {
                     self.stop_at_impact(bodies, slot, context);
                 }
             }
@@ -308,13 +308,10 @@ impl ImpactQueue {
     /// Remembers that a body has met another one; returns whether it has met more than two.
     fn meets(&mut self, slot: u32, other: u32) -> bool {
         let met = &mut self.met[slot as usize];
-        match met.iter_mut().find(|met| **met == NONE || **met == other) {
-            Some(place) => {
-                *place = other;
-                false
-            }
-            None => true,
+        if let Some(partner) = met.iter_mut().find(|partner| [NONE, other].contains(partner)) {
+            *partner = other;
         }
+        met[2] != NONE
     }
 
     fn has_exhausted_impacts(&self, pair: &Pair) -> bool {
@@ -352,16 +349,16 @@ impl ImpactQueue {
         slot: u32,
         context: &StepContext,
     ) {
-        let places = self.places_of(slot);
-        self.predictions += places.len() as u64;
-        for place in places {
-            let index = self.near_of[place];
+        let range = self.pairs_near(slot);
+        self.predictions += range.len() as u64;
+        for entry in range {
+            let index = self.near_of[entry];
             self.push_next_impact(bodies, index, &pairs[index as usize], context);
         }
     }
 
     /// Where the near pairs of a body are listed; nowhere if nothing pushes it.
-    fn places_of(&self, slot: u32) -> Range<usize> {
+    fn pairs_near(&self, slot: u32) -> Range<usize> {
         let slot = slot as usize;
         self.starts[slot] as usize..self.starts[slot + 1] as usize
     }
@@ -387,9 +384,9 @@ impl ImpactQueue {
         for &index in self.near.iter().rev() {
             let Pair { a, b, .. } = pairs[index as usize];
             for slot in [a, b].into_iter().filter(pushed) {
-                let place = &mut self.starts[slot as usize];
-                *place -= 1;
-                self.near_of[*place as usize] = index;
+                let start = &mut self.starts[slot as usize];
+                *start -= 1;
+                self.near_of[*start as usize] = index;
             }
         }
     }
@@ -426,9 +423,9 @@ impl ImpactQueue {
     ) -> Option<(&'a Pair, Hit)> {
         let mut found: Option<(&Pair, Hit)> = None;
         for slot in [impacting.a, impacting.b] {
-            let places = self.places_of(slot);
-            self.predictions += places.len() as u64;
-            for &index in &self.near_of[places] {
+            let range = self.pairs_near(slot);
+            self.predictions += range.len() as u64;
+            for &index in &self.near_of[range] {
                 let pair = &pairs[index as usize];
                 let hit = self.predict(bodies, pair, time, context);
                 let Some(hit) =

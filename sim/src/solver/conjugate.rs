@@ -39,12 +39,12 @@ use crate::continuous::{held_after_impact, recheck};
 use crate::forces::Move;
 use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
-use crate::shape::shapes;
+use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
     GUARDED_MASS_RATIO, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, LOCAL_MASS_RATIO, SMALL_ISLAND,
     SMALL_ISLAND_SHARE, SPEED_ROUNDING,
 };
-use crate::steady::Steady;
+use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
 use glam::Vec2;
 
@@ -95,14 +95,12 @@ struct IslandLimits {
 
 impl ConjugateSolver {
     /// Begins a step.
-    pub fn begin(&mut self, bodies: &mut Bodies, steady: &mut Steady) {
-        let is_large_world = bodies.moving.len() + steady.count() > LARGE_WORLD;
-        if is_large_world != self.is_large_world {
+    pub fn begin(&mut self, bodies: &mut Bodies, steady: &mut Steady, leaves_out: bool) {
+        if is_large_world(bodies, steady) != self.is_large_world {
             // Their islands are solved in another way.
-            steady.return_all(bodies);
-            self.is_large_world = is_large_world;
+            steady.readmit_all(bodies);
         }
-        steady.begin(bodies);
+        steady.begin(bodies, leaves_out);
     }
 
     /// Finds the contact constraints of a step, once all bounces are done: bounces change
@@ -114,6 +112,7 @@ impl ConjugateSolver {
         steady: &Steady,
         context: &StepContext,
     ) {
+        self.is_large_world = is_large_world(bodies, steady);
         self.impact_queue.begin(bodies.alive.len());
         self.static_clamp.remember(bodies);
         let may_bounce = self.reach(bodies, context, true);
@@ -132,7 +131,7 @@ impl ConjugateSolver {
             self.reach(bodies, context, false);
             pairs.refresh(bodies, context.filter);
         }
-        self.gather(bodies, &pairs.pairs, &steady.is_still, context);
+        self.gather(bodies, &pairs.pairs, &steady.takes_no_part, context);
     }
 
     /// Sets the reach of each moving body; before bounces also for bodies that it may yet meet.
@@ -159,7 +158,7 @@ impl ConjugateSolver {
         &mut self,
         bodies: &Bodies,
         pairs: &[Pair],
-        is_still: &[bool],
+        takes_no_part: &[bool],
         context: &StepContext,
     ) {
         let step = GatherStep {
@@ -176,7 +175,7 @@ impl ConjugateSolver {
         self.has_fast_contacts = gather(
             bodies,
             pairs,
-            is_still,
+            takes_no_part,
             paths,
             step,
             &mut self.contacts,
@@ -269,12 +268,12 @@ impl ConjugateSolver {
         let rounding = self.rounding(&[index], &bodies.velocity, context);
         let (constraint, velocity) =
             (&mut self.contacts.constraints[index as usize], &mut bodies.velocity);
-        match context.features.takes_friction() {
+        let visits = match context.features.takes_friction() {
             true => sweep::solve_single::<true>(constraint, velocity, VISITS, rounding),
             false => sweep::solve_single::<false>(constraint, velocity, VISITS, rounding),
-        }
-        self.work += u64::from(VISITS);
-        self.sweeps = self.sweeps.max(VISITS);
+        };
+        self.work += u64::from(visits);
+        self.sweeps = self.sweeps.max(visits);
     }
 
     /// Adds pairs that these velocities bring together, and solves their islands; returns whether
@@ -411,9 +410,9 @@ impl ConjugateSolver {
     }
 
     /// Stores the impulses for the next step.
-    pub fn store(&mut self, bodies: &Bodies, pairs: &mut [Pair], is_still: &[bool]) {
+    pub fn store(&mut self, bodies: &Bodies, pairs: &mut [Pair], takes_no_part: &[bool]) {
         let (constraints, is_changed) = (&self.contacts.constraints, &mut self.is_changed);
-        contact_constraint::store(bodies, constraints, pairs, is_still, is_changed);
+        contact_constraint::store(bodies, constraints, pairs, takes_no_part, is_changed);
     }
 
     /// Leaves out of the next step what this one has not changed; `touches` are those of this step.
@@ -422,6 +421,7 @@ impl ConjugateSolver {
         bodies: &mut Bodies,
         steady: &mut Steady,
         touches: &[Touch],
+        kill_zone: &Aabb,
         context: &StepContext,
     ) {
         let constraints = &self.contacts.constraints;
@@ -430,7 +430,9 @@ impl ConjugateSolver {
         if is_complete && !impact_queue::still_bodies_may_impact(context) {
             let fall = context.fall_distance();
             let reach = |velocity: Vec2| reach(velocity.length_squared(), fall, context.dt);
-            steady.leave_out(bodies, constraints, &self.islands, &self.is_changed, touches, reach);
+            let contacts =
+                StepContacts { constraints, islands: &self.islands, is_changed: &self.is_changed };
+            steady.leave_out(bodies, contacts, touches, kill_zone, reach);
         }
     }
 
@@ -468,6 +470,11 @@ impl ConjugateSolver {
                 closing: info.closing,
             })
     }
+}
+
+/// Whether more than [`LARGE_WORLD`] bodies can move.
+fn is_large_world(bodies: &Bodies, steady: &Steady) -> bool {
+    bodies.moving.len() + steady.count() > LARGE_WORLD
 }
 
 /// The reach of a body with the square of its speed, which falls by `fall` in a step.

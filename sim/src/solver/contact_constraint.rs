@@ -106,16 +106,18 @@ pub(crate) struct GatherStep {
     pub has_fast_bodies: bool,
 }
 
-/// Gathers the constraints of a step in (a, b) order but of two bodies that are [still], from the present positions and the velocities
-/// before gravity and contacts act, in a world with these [`shapes`] only. A heap at one point has
-/// as many pairs as the square of its bodies; there each body gets [`DEEP_CONTACTS_MAX`] of them,
-/// which separate first. Returns whether a constraint belongs to a fast pair.
+/// Gathers the constraints of a step in (a, b) order, except between two bodies that [take no part],
+/// from the present positions and the velocities before gravity and contacts act, in a world with
+/// these [`shapes`] only. A heap at one point has as many pairs as the square of its bodies; there
+/// each body gets [`DEEP_CONTACTS_MAX`] of them, which separate first. Returns whether a constraint
+/// belongs to a fast pair.
 ///
+/// [take no part]: crate::steady::Steady::takes_no_part
 /// [`shapes`]: crate::shape::shapes
 pub(crate) fn gather<const SHAPES: u8>(
     bodies: &Bodies,
     pairs: &[Pair],
-    is_still: &[bool],
+    takes_no_part: &[bool],
     paths: &Paths,
     step: GatherStep,
     contacts: &mut ContactSet,
@@ -130,7 +132,7 @@ pub(crate) fn gather<const SHAPES: u8>(
     deep_contacts.resize(bodies.alive.len(), 0);
     for (index, pair) in (0u32..).zip(pairs) {
         let (a, b) = (pair.a as usize, pair.b as usize);
-        if is_still[a] && is_still[b] || !near(bodies, pair.a, pair.b) {
+        if takes_no_part[a] && takes_no_part[b] || !near(bodies, pair.a, pair.b) {
             continue;
         }
         let (velocity_a, velocity_b) = (bodies.velocity[a], bodies.velocity[b]);
@@ -313,15 +315,15 @@ impl ContactConstraint {
     }
 }
 
-/// Stores the impulses for the next step, in all pairs but those of two bodies that are [still]; `is_changed` says
-/// of each constraint whether its impulses are others than before.
+/// Stores the impulses for the next step in all pairs except those of two bodies that [take no part];
+/// `is_changed` says of each constraint whether its impulses are others than before.
 ///
-/// [still]: crate::steady::Steady::is_still
+/// [take no part]: crate::steady::Steady::takes_no_part
 pub(crate) fn store(
     bodies: &Bodies,
     constraints: &[ContactConstraint],
     pairs: &mut [Pair],
-    is_still: &[bool],
+    takes_no_part: &[bool],
     is_changed: &mut Vec<bool>,
 ) {
     is_changed.clear();
@@ -332,7 +334,7 @@ pub(crate) fn store(
         bits((before.normal_impulse, before.tangent_impulse, before.axis)) != bits(after)
     }));
     for pair in pairs.iter_mut() {
-        if !(is_still[pair.a as usize] && is_still[pair.b as usize]) {
+        if !(takes_no_part[pair.a as usize] && takes_no_part[pair.b as usize]) {
             pair.clear_impulses();
         }
     }

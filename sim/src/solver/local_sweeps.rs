@@ -16,7 +16,7 @@ use super::contact_constraint::ContactConstraint;
 use super::gauss_seidel::visit_change;
 use super::layers::{self, UNREACHED, movable_ends};
 use super::sweep::{self, Blocks, Sequence, SweepLimits};
-use super::tolerances::{AGITATED, CALM};
+use super::tolerances::{AGITATED, SLOW};
 use glam::Vec2;
 
 /// Sweeps over the whole island, by colour. One that is near its solution is swept as a whole, with
@@ -37,10 +37,11 @@ const ROUNDS_MAX: u32 = 30;
 const FOREST_MAX: usize = 600;
 /// Contacts beyond which an island that is agitated counts as one that moves on.
 const AGITATED_MIN: usize = 100;
-/// The same for one that its budget did not solve, and if it is calm: a heap that was compressed in one place is, and
-/// has to come apart.
+/// Contacts beyond which an island that its budget did not solve counts as one that moves on.
 const UNSOLVED_MIN: usize = 200;
-const UNSOLVED_CALM_MIN: usize = 600;
+/// The same for an island whose bodies hardly move, such as a heap that was compressed in one place and has to come
+/// apart.
+const UNSOLVED_SLOW_MIN: usize = 600;
 /// Share of the work of a visit that looking at a contact takes.
 const LOOKS_PER_VISIT: u32 = 2;
 /// Distance, in contacts, from a body of an unsolved contact within which all contacts are swept.
@@ -70,7 +71,7 @@ pub(crate) struct Work {
     /// Whether its bodies moved past each other at the start.
     pub is_agitated: bool,
     /// Whether they hardly moved.
-    pub is_calm: bool,
+    pub is_slow: bool,
 }
 
 impl Work {
@@ -78,12 +79,12 @@ impl Work {
     pub fn on(count: usize, visits_per_contact: u32, sweeps_max: u32) -> Work {
         let count = count as u32;
         let budget = (count.max(CONTACTS_MIN) * visits_per_contact).min(count * sweeps_max);
-        Work { budget, visits: 0, sweeps: 0, is_agitated: false, is_calm: true }
+        Work { budget, visits: 0, sweeps: 0, is_agitated: false, is_slow: true }
     }
 
     /// Whether the bodies of the island, of `count` contacts, move on after the step.
     pub fn moves_on(&self, is_solved: bool, count: usize) -> bool {
-        let unsolved_min = if self.is_calm { UNSOLVED_CALM_MIN } else { UNSOLVED_MIN };
+        let unsolved_min = if self.is_slow { UNSOLVED_SLOW_MIN } else { UNSOLVED_MIN };
         self.is_agitated && count > AGITATED_MIN || !is_solved && count > unsolved_min
     }
 
@@ -118,7 +119,7 @@ impl LocalSweeps {
             let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
             let speed = mean_speed(constraints, island, velocity) / tolerance;
             work.is_agitated = !is_near && speed > AGITATED;
-            work.is_calm = speed < CALM;
+            work.is_slow = speed < SLOW;
             let (whole_sweeps, sequence) = match is_near {
                 true => (VISITS_PER_CONTACT, Sequence::Forests),
                 false => (WHOLE_SWEEPS, Sequence::Colors),
@@ -145,7 +146,7 @@ impl LocalSweeps {
             if sweeps_max < SWEEPS_MIN {
                 return false;
             }
-            let with_forests = work.is_calm && count < FOREST_MAX;
+            let with_forests = work.is_slow && count < FOREST_MAX;
             let sequence = if with_forests { Sequence::Forests } else { Sequence::Colors };
             match sequence {
                 Sequence::Colors => blocks.chains.find_none(&self.active),

@@ -10,7 +10,7 @@
 //! constraint changes a relative velocity by more than the tolerance. `FRICTION` is false where
 //! nothing has friction: its zeros are then not computed.
 
-use super::gauss_seidel::{Change, limited, solve_contact};
+use super::gauss_seidel::{Change, limited, solve_contact, visit_change};
 use super::graph_coloring::ColoredContacts;
 use crate::features::GENERAL_ONLY;
 use crate::math::max;
@@ -45,7 +45,8 @@ impl Blocks {
 pub(crate) struct SweepLimits {
     /// Change of a relative velocity that is small enough, units/s.
     pub tolerance: f32,
-    /// Residual that is rounding, units/s: it needs no sweep.
+    /// Change of a relative velocity that is rounding, units/s: an island that no visit would change by more needs no
+    /// sweep.
     pub rounding: f32,
     /// Most sweeps.
     pub sweeps_max: u32,
@@ -140,11 +141,12 @@ fn solve_with_forests<const FRICTION: bool>(
     velocity: &mut [Vec2],
     limits: SweepLimits,
 ) -> u32 {
-    let residual = residual(constraints, island, velocity);
-    if residual < limits.rounding {
+    let is_rounding =
+        |&index: &u32| visit_change(&constraints[index as usize], velocity) < limits.rounding;
+    if limits.rounding > 0.0 && island.iter().all(is_rounding) {
         return 0;
     }
-    let is_near_solution = residual < NEAR_SOLUTION * limits.tolerance;
+    let is_near_solution = is_near_solution(constraints, island, velocity, limits.tolerance);
     let (mut forest_at, mut wait) = (if is_near_solution { 2 } else { 1 }, FOREST_SWEEPS);
     let mut squared_before = 0.0;
     blocks.forest.clear();
@@ -189,21 +191,22 @@ pub(crate) fn is_near_solution(
 
 /// The largest residual of a constraint, units/s.
 fn residual(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) -> f32 {
-    let of = |&index: &u32| residual_of(&constraints[index as usize], velocity);
-    island.iter().map(of).fold(0.0, max)
-}
-
-/// The residual of a constraint, units/s.
-#[inline]
-fn residual_of(constraint: &ContactConstraint, velocity: &[Vec2]) -> f32 {
-    let relative = constraint.relative_velocity(velocity);
-    let lack = constraint.min_normal_velocity - constraint.normal.dot(relative);
-    if constraint.normal_impulse <= 0.0 {
-        return lack;
+    let mut worst = 0.0;
+    for &index in island {
+        let constraint = &constraints[index as usize];
+        let relative = constraint.relative_velocity(velocity);
+        let lack = constraint.min_normal_velocity - constraint.normal.dot(relative);
+        if constraint.normal_impulse <= 0.0 {
+            worst = max(worst, lack);
+        } else {
+            worst = max(worst, lack.abs());
+            // Never without friction.
+            if constraint.sticks() {
+                worst = max(worst, constraint.normal.perp().dot(relative).abs());
+            }
+        }
     }
-    // Never without friction.
-    let slip = if constraint.sticks() { constraint.normal.perp().dot(relative) } else { 0.0 };
-    max(lack.abs(), slip.abs())
+    worst
 }
 
 /// Solves the chains, and all other constraints one by one.
@@ -221,21 +224,23 @@ fn sweep<const FRICTION: bool>(
     change
 }
 
-/// Applies the stored impulses of a constraint, and visits it `visits` times.
+/// Applies the stored impulses of a constraint, and visits it `visits` times, unless that would change no relative
+/// velocity by `rounding` or more. Returns the number of visits.
 #[inline]
 pub(crate) fn solve_single<const FRICTION: bool>(
     constraint: &mut ContactConstraint,
     velocity: &mut [Vec2],
     visits: u32,
     rounding: f32,
-) {
+) -> u32 {
     constraint.apply(velocity, constraint.accumulated::<FRICTION>());
-    if residual_of(constraint, velocity) < rounding {
-        return;
+    if visit_change(constraint, velocity) < rounding {
+        return 0;
     }
     for _ in 0..visits {
         solve_contact::<FRICTION>(constraint, velocity);
     }
+    visits
 }
 
 /// A sweep without chains, forest and directions.

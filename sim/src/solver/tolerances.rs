@@ -81,7 +81,7 @@ pub(crate) const LOCAL_MASS_RATIO: f32 = 2000.0;
 /// below it.
 pub(crate) const AGITATED: f32 = 250.0;
 /// The same below which they hardly move: forests pay. With 30 a heavy ball comes to rest later.
-pub(crate) const CALM: f32 = 80.0;
+pub(crate) const SLOW: f32 = 80.0;
 /// Moving bodies beyond which all islands are swept as a whole. A rain of this size is full of shafts
 /// and arches when it lands; one that is not solved to the end goes on collapsing. Nothing else makes
 /// an island depend on the rest of the world.

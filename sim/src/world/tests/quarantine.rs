@@ -26,7 +26,6 @@ enum Plant {
 }
 
 fn plant(world: &mut World, body: BodyId, what: Plant) {
-    world.wake_around(body);
     match what {
         Plant::Position(position) => world.bodies.center[body.index as usize] = position,
         Plant::Speed(speed) => world.bodies.velocity[body.index as usize] = speed,
