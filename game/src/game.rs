@@ -69,7 +69,7 @@ pub struct Game {
     nearby: Vec<BodyId>,
 }
 
-/// What is called after each phase of a tick.
+/// A callback after each phase of a tick.
 type Watch<'a> = dyn FnMut(Phase, &mut World) + 'a;
 
 impl Game {

@@ -3,6 +3,7 @@
 //! enough.
 
 pub(crate) mod held_after_impact;
+pub(crate) mod impact_prediction;
 pub(crate) mod impact_queue;
 pub(crate) mod late_pairs;
 pub(crate) mod paths;

@@ -42,7 +42,7 @@ pub struct World {
     bodies: Bodies,
     pairs: PairList,
     sleep: Sleep,
-    /// What a step of the conjugate solver leaves out; not state.
+    /// Islands that steps of the conjugate solver leave out; not state.
     steady: Steady,
     particles: Particles,
     forces: Option<Forces>,
@@ -345,7 +345,7 @@ impl World {
             self.find_contacts(settings);
             self.find_velocities(settings);
         }
-        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady.takes_no_part);
+        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady);
         watch(StepPhase::Relax, self);
         let context = StepContext::new(settings, &self.settings, self.features);
         self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);
@@ -374,7 +374,7 @@ impl World {
     /// Reports the touches of a step, and leaves what it has not changed out of the next one.
     fn report_touches(&mut self, settings: &Conjugate) {
         self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady.touches);
-        if self.leaves_out() {
+        if self.steady.is_on {
             let context = StepContext::new(settings, &self.settings, self.features);
             let (bodies, touches) = (&mut self.bodies, &self.touches.now);
             let kill_zone = &self.settings.kill_zone;
@@ -382,6 +382,7 @@ impl World {
         }
     }
 
+    /// Wakes or readmits the islands that a moving body met; returns whether the step has to be repeated.
     fn wake_touched(&mut self) -> bool {
         if self.steady.readmit_met(&mut self.bodies, self.conjugate.contacting_pairs()) {
             return true;

@@ -7,7 +7,8 @@
 //! bounced, with the velocity it had there, and has a whole step ahead. It gains t of
 //! simulated time; energy is kept, and no wall is crossed.
 
-use super::impact_queue::{ImpactQueue, gravity_on};
+use super::impact_prediction::gravity_on;
+use super::impact_queue::ImpactQueue;
 use super::paths::Paths;
 use super::recheck;
 use crate::bodies::Bodies;

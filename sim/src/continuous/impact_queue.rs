@@ -4,8 +4,7 @@
 //! at a time keeps energy and momentum exactly. A queue holds the next impacts, ordered by (time,
 //! pair); each gives the two bodies their impulse (Newton's law of restitution, with Coulomb
 //! friction), and their other pairs are predicted again (Alder and Wainwright 1959, "Studies in
-//! molecular dynamics"). Times are exact under gravity: across a separation s, a pair that closes
-//! at speed c with acceleration g touches at the speed w, w^2 = c^2 + 2 g s, after 2 s / (c + w).
+//! molecular dynamics"; see `impact_prediction`).
 //!
 //! A body has one position and one velocity per step. Both belong to its path after its last
 //! impact, extended backwards to the start of the step: an impulse at time t that changes its
@@ -20,13 +19,14 @@
 //! lines; gravity bends it, so before each impact both bodies are checked for obstructions up to
 //! that time.
 
+use super::impact_prediction::{
+    Hit, as_obstruction, bounces, gravity_on, predict, restitution, tunnels,
+};
 use super::paths::Paths;
-use super::thin::{is_fast, overlap_limit, thickness};
+use super::thin::is_fast;
 use crate::bodies::{Bodies, REACH_MIN};
-use crate::body::Motion;
 use crate::broad_phase::pairs::{Pair, near};
-use crate::math::{clamp, clamp_length, max, min};
-use crate::narrow_phase::separation::{self, placed};
+use crate::math::{clamp, clamp_length, max};
 use crate::solver::contact_constraint::ContactSet;
 use crate::solver::step_context::StepContext;
 use glam::Vec2;
@@ -72,7 +72,7 @@ struct Event {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ImpactQueue {
     pub impacts: Vec<Impact>,
-    /// Predictions of impacts of pairs: what a step's impacts cost.
+    /// Number of predictions in this step: the cost of its impacts.
     pub predictions: u64,
     pub paths: Paths,
     /// By slot: number of impacts in this step.
@@ -85,14 +85,16 @@ pub(crate) struct ImpactQueue {
     pub held: Vec<u32>,
     /// By slot: whether it may have an impact.
     may_impact: Vec<bool>,
-    /// By slot: whether it waits for the next round, and the slots that do.
+    /// By slot: whether it waits for the next round.
     waits: Vec<bool>,
+    /// Slots that do.
     waiting: Vec<u32>,
     queue: BinaryHeap<Reverse<Event>>,
     /// Indices of the pairs whose bodies may meet in this round.
     near: Vec<u32>,
-    /// The same by body: where those of each slot begin, and one more entry for the end.
+    /// The same by body.
     near_of: Vec<u32>,
+    /// By slot: where its pairs begin in `near_of`; one more entry for the end.
     starts: Vec<u32>,
 }
 
@@ -103,19 +105,6 @@ pub(crate) enum Progress {
     Done,
     /// There may be more, with bodies that were out of reach.
     BeyondReach,
-}
-
-/// A contact within the step.
-struct Hit {
-    normal: Vec2,
-    /// Closing speed at that time, units/s.
-    closing: f32,
-    /// Its growth by gravity, units/s^2.
-    gain: f32,
-    /// Time of impact, seconds into the step.
-    time: f32,
-    /// Penetration caused by gravity up to then, world units: 0 unless the pair rests.
-    depth: f32,
 }
 
 impl ImpactQueue {
@@ -213,7 +202,7 @@ impl ImpactQueue {
                 // Between closing walls this would never end; the constraints hold both.
                 Some((other, _)) if self.has_exhausted_impacts(other) => continue,
                 Some(found) => found,
-                None => match self.predict(bodies, pair, context.dt, context) {
+                None => match predict(bodies, &self.paths, pair, context.dt, context) {
                     Some(hit) if hit.closing > 0.0 => (pair, hit),
                     Some(_) | None => continue,
                 },
@@ -332,7 +321,7 @@ impl ImpactQueue {
         if !counts || self.has_exhausted_impacts(pair) {
             return;
         }
-        if let Some(hit) = self.predict(bodies, pair, context.dt, context)
+        if let Some(hit) = predict(bodies, &self.paths, pair, context.dt, context)
             && (fast && tunnels(bodies, pair, &hit, context)
                 || bounces(bodies, pair, &hit, context))
         {
@@ -427,7 +416,7 @@ impl ImpactQueue {
             self.predictions += range.len() as u64;
             for &index in &self.near_of[range] {
                 let pair = &pairs[index as usize];
-                let hit = self.predict(bodies, pair, time, context);
+                let hit = predict(bodies, &self.paths, pair, time, context);
                 let Some(hit) =
                     hit.and_then(|hit| as_obstruction(bodies, pair, hit, time, context))
                 else {
@@ -442,51 +431,6 @@ impl ImpactQueue {
             }
         }
         found
-    }
-
-    /// Predicts the next contact of a pair on its present paths, up to a time.
-    fn predict(
-        &self,
-        bodies: &Bodies,
-        pair: &Pair,
-        until: f32,
-        context: &StepContext,
-    ) -> Option<Hit> {
-        let (a, b) = (pair.a as usize, pair.b as usize);
-        let start = max(self.paths.impact_time[a], self.paths.impact_time[b]);
-        let left = until - start;
-        if left <= 0.0 {
-            return None;
-        }
-        let acceleration = gravity_on(bodies, b, context) - gravity_on(bodies, a, context);
-        let first = bodies.velocity[b] - bodies.velocity[a];
-        let velocity = first + acceleration * start;
-        let ahead = (first + velocity) * (0.5 * start);
-        let path = (velocity + acceleration * (0.5 * left)) * left;
-        let (at_a, mut at_b) = (placed(bodies, pair.a), placed(bodies, pair.b));
-        at_b.center += ahead;
-        let apart =
-            (at_b.center - at_a.center).abs() - at_a.shape.half_extent() - at_b.shape.half_extent();
-        // On each axis on which their boxes are apart, they have to close.
-        let toward = (at_a.center - at_b.center).signum() * path;
-        if apart.x > max(toward.x, 0.0) || apart.y > max(toward.y, 0.0) {
-            return None;
-        }
-        let manifold = separation::between(at_a, at_b, path, pair.axis)?;
-        let (distance, closing) = (max(manifold.separation, 0.0), -manifold.normal.dot(velocity));
-        let gain = -manifold.normal.dot(acceleration);
-        let squared = closing * closing + 2.0 * gain * distance;
-        let touching = if squared >= 0.0 { squared.sqrt() } else { return None };
-        let after = if closing > 0.0 {
-            2.0 * distance / (closing + touching)
-        } else if gain > 0.0 {
-            (touching - closing) / gain
-        } else {
-            return None;
-        };
-        let time = start + after;
-        let hit = Hit { normal: manifold.normal, closing: touching, gain, time, depth: 0.0 };
-        (after <= left).then_some(hit)
     }
 
     /// Applies the impulse of an impact, and starts the new paths of both bodies.
@@ -535,61 +479,6 @@ fn bounce_speed(context: &StepContext) -> f32 {
 /// Whether a body without velocity may bounce.
 pub(crate) fn still_bodies_may_impact(context: &StepContext) -> bool {
     context.features.restitution && bounce_speed(context) < 0.0
-}
-
-/// Restitution of a pair: the smaller of the two.
-#[inline]
-fn restitution(bodies: &Bodies, pair: &Pair) -> f32 {
-    let of = |slot: u32| bodies.material[slot as usize].restitution;
-    min(of(pair.a), of(pair.b))
-}
-
-/// Whether a contact bounces.
-#[inline]
-fn bounces(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepContext) -> bool {
-    hit.depth == 0.0
-        && hit.closing > context.settings.bounce_threshold
-        && restitution(bodies, pair) > 0.0
-}
-
-/// Overlap that is left to the constraints, which handle the effect of gravity in a step.
-#[inline]
-fn allowed_overlap(bodies: &Bodies, pair: &Pair, context: &StepContext) -> f32 {
-    overlap_limit(thickness(bodies, pair), context.settings.slop + context.fall_distance())
-}
-
-/// Whether a pair that nothing stops overlaps too far at the end of the step.
-#[inline]
-fn tunnels(bodies: &Bodies, pair: &Pair, hit: &Hit, context: &StepContext) -> bool {
-    (context.dt - hit.time) * hit.closing > allowed_overlap(bodies, pair, context)
-}
-
-/// The contact that stops a pair which would overlap too far by then: its impact or, if only
-/// gravity pulls the bodies further, a resting contact at that time.
-#[inline]
-fn as_obstruction(
-    bodies: &Bodies,
-    pair: &Pair,
-    hit: Hit,
-    time: f32,
-    context: &StepContext,
-) -> Option<Hit> {
-    let (since, allowed) = (time - hit.time, allowed_overlap(bodies, pair, context));
-    if since * hit.closing > allowed {
-        return Some(hit);
-    }
-    let depth = since * (hit.closing + 0.5 * hit.gain * since);
-    let closing = hit.closing + hit.gain * since;
-    (depth > allowed).then_some(Hit { closing, time, depth, ..hit })
-}
-
-/// Acceleration of a body by gravity.
-#[inline]
-pub(crate) fn gravity_on(bodies: &Bodies, slot: usize, context: &StepContext) -> Vec2 {
-    match bodies.motion[slot] {
-        Motion::Dynamic => context.gravity * bodies.gravity_scale[slot],
-        Motion::Static | Motion::Kinematic => Vec2::ZERO,
-    }
 }
 
 #[inline]

@@ -71,7 +71,7 @@ pub(crate) struct ConjugateSolver {
     has_fast_contacts: bool,
     /// Whether more than [`LARGE_WORLD`] bodies can move.
     is_large_world: bool,
-    /// By constraint: whether its impulses are others than before the step.
+    /// By constraint: whether the step changed its impulses, if islands may be left out.
     is_changed: Vec<bool>,
     displacements: Displacements,
     position_correction: PositionCorrection,
@@ -396,7 +396,7 @@ impl ConjugateSolver {
         IslandLimits { sweeps, is_stiff, is_local }
     }
 
-    /// Residual that is rounding in an island that was at rest, units/s; 0 in others, where it counts.
+    /// Change of a relative velocity that is rounding in an island that was at rest, units/s; 0 in other islands.
     fn rounding(&self, island: &[u32], velocity: &[Vec2], context: &StepContext) -> f32 {
         let start_velocity = &self.displacements.start_velocity;
         let was_at_rest = |&index: &u32| {
@@ -410,9 +410,12 @@ impl ConjugateSolver {
     }
 
     /// Stores the impulses for the next step.
-    pub fn store(&mut self, bodies: &Bodies, pairs: &mut [Pair], takes_no_part: &[bool]) {
-        let (constraints, is_changed) = (&self.contacts.constraints, &mut self.is_changed);
-        contact_constraint::store(bodies, constraints, pairs, takes_no_part, is_changed);
+    pub fn store(&mut self, bodies: &Bodies, pairs: &mut [Pair], steady: &Steady) {
+        let constraints = &self.contacts.constraints;
+        if steady.is_on {
+            contact_constraint::find_changed(bodies, constraints, pairs, &mut self.is_changed);
+        }
+        contact_constraint::store(bodies, constraints, pairs, &steady.takes_no_part);
     }
 
     /// Leaves out of the next step what this one has not changed; `touches` are those of this step.

@@ -297,7 +297,7 @@ impl ContactConstraint {
         separation < -DEEP_SHARE * min(thickness(self.a), thickness(self.b))
     }
 
-    /// What its pair keeps for the next step: both impulses, and the axis of the face.
+    /// Values that its pair keeps for the next step: both impulses, and the axis of the face.
     #[inline]
     fn stored(&self, bodies: &Bodies) -> (f32, f32, Axis) {
         if self.normal_impulse <= 0.0 {
@@ -315,15 +315,11 @@ impl ContactConstraint {
     }
 }
 
-/// Stores the impulses for the next step in all pairs except those of two bodies that [take no part];
-/// `is_changed` says of each constraint whether its impulses are others than before.
-///
-/// [take no part]: crate::steady::Steady::takes_no_part
-pub(crate) fn store(
+/// Finds out whether the stored impulses of each constraint will be others than before.
+pub(crate) fn find_changed(
     bodies: &Bodies,
     constraints: &[ContactConstraint],
-    pairs: &mut [Pair],
-    takes_no_part: &[bool],
+    pairs: &[Pair],
     is_changed: &mut Vec<bool>,
 ) {
     is_changed.clear();
@@ -333,6 +329,17 @@ pub(crate) fn store(
             |(normal, tangent, axis): (f32, f32, Axis)| (normal.to_bits(), tangent.to_bits(), axis);
         bits((before.normal_impulse, before.tangent_impulse, before.axis)) != bits(after)
     }));
+}
+
+/// Stores the impulses for the next step in all pairs except those of two bodies that [take no part].
+///
+/// [take no part]: crate::steady::Steady::takes_no_part
+pub(crate) fn store(
+    bodies: &Bodies,
+    constraints: &[ContactConstraint],
+    pairs: &mut [Pair],
+    takes_no_part: &[bool],
+) {
     for pair in pairs.iter_mut() {
         if !(takes_no_part[pair.a as usize] && takes_no_part[pair.b as usize]) {
             pair.clear_impulses();

@@ -35,7 +35,7 @@ impl<'a> StepContext<'a> {
         max(self.gravity.length() * self.dt, GRAVITY_GAIN_MIN) * self.settings.tolerance
     }
 
-    /// Residual of a contact that is rounding, units/s.
+    /// Change of a relative velocity that is rounding in an island at rest, units/s.
     pub fn rounding(&self) -> f32 {
         self.tolerance() * NO_SWEEP_SHARE
     }

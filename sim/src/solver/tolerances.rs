@@ -90,9 +90,10 @@ pub(crate) const LARGE_WORLD: usize = 6000;
 pub(crate) const NEAR_SOLUTION: f32 = 10.0;
 /// Share of the tolerance below which such a first sweep is also the last.
 pub(crate) const FIRST_SWEEP_SHARE: f32 = 0.01;
-/// The same below which there is none: a residual this small is rounding, and sweeps would turn it round for ever.
+/// Share of the world's tolerance below which an island at rest is not swept at all: changes this small are
+/// rounding, and sweeps would repeat them for ever.
 pub(crate) const NO_SWEEP_SHARE: f32 = 0.001;
-/// Velocity, as a share of the tolerance, below which a body that contacts hold comes to rest if it is too slow to
+/// Velocity, as a share of the world's tolerance, below which a body that contacts hold comes to rest if it is too slow to
 /// move at all.
 pub(crate) const REST_SHARE: f32 = 0.01;
 /// Change of a displacement at which the sweeps of a position pass end, as a share of the slop.

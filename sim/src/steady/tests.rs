@@ -1,4 +1,4 @@
-//! What is left out changes no bit, and returns as soon as anything happens to it.
+//! Steady islands change no bit, and are readmitted as soon as anything happens to them.
 
 use crate::rng::Rng;
 use crate::state::bytes::{StateReader, StateWriter};
@@ -250,19 +250,31 @@ fn worlds_that_sleep_or_have_forces_leave_nothing_out() {
 }
 
 #[test]
-fn friction_at_its_limit_moves_no_body_whose_neighbour_is_gone() {
-    let mut world = world();
-    let pushed = add(&mut world, BodyDef { friction: 1.0, ..box_at(0.0, 1.0, 2.0, 2.0) });
-    // A ball that rolls against it, held by its weight on a slope of two corners.
-    let ball = BodyDef { shape: Shape::circle(1.0), mass: 3.0, ..box_at(1.2, 2.6, 2.0, 2.0) };
-    let ball = add(&mut world, ball);
-    (0..120).for_each(|_| world.step());
-    world.remove(ball);
-    let before = world.position(pushed);
-    (0..60).for_each(|_| world.step());
-    assert!(
-        (world.position(pushed) - before).length() < 1e-4,
-        "{}",
-        world.position(pushed) - before
-    );
+fn friction_at_its_limit_ends_with_the_pull_that_needed_it() {
+    // One box, and a stack: a single contact and an island are solved in different ways.
+    for count in [1, 3] {
+        let mut world = World::new(WorldSettings {
+            solver: Some(Solver::Conjugate(Conjugate::default())),
+            // Beyond the share of the limit from which a contact counts as sliding.
+            gravity: Vec2::new(0.4998 * 50.0, -50.0),
+            ..WorldSettings::default()
+        });
+        let rough = |def| BodyDef { friction: 0.5, ..def };
+        let floor = BodyDef { motion: Motion::Static, ..box_at(0.0, -5.0, 140.0, 10.0) };
+        add(&mut world, rough(floor));
+        let boxes: Vec<BodyId> = (0..count)
+            .map(|row| add(&mut world, rough(box_at(0.0, 1.0 + 2.0 * row as f32, 2.0, 2.0))))
+            .collect();
+        (0..120).for_each(|_| world.step());
+        let at_rest = |world: &World| boxes.iter().all(|&id| world.velocity(id) == Vec2::ZERO);
+        assert!(at_rest(&world), "{count}");
+        world.set_gravity(Vec2::new(0.0, -50.0));
+        for step in 0..30 {
+            world.step();
+            for &id in &boxes {
+                let speed = world.velocity(id).length();
+                assert!(speed < 1e-3, "{count} boxes, step {step}: {speed}");
+            }
+        }
+    }
 }

@@ -10,6 +10,9 @@ const GRAVITY: f64 = 50.0;
 const GAP: f64 = 0.05;
 const TALL: usize = 1000;
 
+/// Restitution of everything in the pile that bounces.
+const RESTITUTION: f64 = 0.8;
+
 const SLOP: f64 = crate::stability::SLOP;
 /// An overlap of exactly the slop, as it appears high up in single precision.
 const SLOP_SEEN: f64 = 1.1 * SLOP;
@@ -86,6 +89,11 @@ fn disturbed() -> [Pile; 11] {
         Pile { id, title, scene, script, ticks: 600, full_only: false, bounds }
     };
     let (shaken, blasts) = ("shaken twice a second", "under three blasts a second");
+    let title = "that bounces, shaken twice a second";
+    let mut bouncy = of("bouncy", title, 1000, Script::Shaken, 1.5, 0.5);
+    for body in &mut bouncy.scene.bodies {
+        body.restitution = RESTITUTION;
+    }
     [
         of("shaken", shaken, 1000, Script::Shaken, 1.3, 0.5),
         of("shaken", shaken, 4000, Script::Shaken, 1.6, 0.5),
@@ -102,7 +110,7 @@ fn disturbed() -> [Pile; 11] {
             0.5,
         ),
         of("lift", "over a lift", 1000, Script::Lift, 1.5, 0.5),
-        of("bouncy", "that bounces, shaken twice a second", 1000, Script::Bouncy, 1.5, 0.5),
+        bouncy,
         of("mixer", "in a mixer", 1000, Script::Mixer, 1.5, 0.5),
         of("plough", "that a plough stirs", 1000, Script::Plough, 1.5, 1.0),
     ]

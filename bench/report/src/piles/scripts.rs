@@ -1,5 +1,5 @@
-//! Disturbances of a pile from outside: shaking, with and without bounces, gravity that turns, blasts, a
-//! plough, a crowd, slings, a lift, a mixer.
+//! Disturbances of a pile from outside: shaking, gravity that turns, blasts, a plough, a crowd, slings,
+//! a lift, a mixer.
 
 use crate::engine::Engine;
 use crate::scene::{Body, Mulberry, Scene, Shape};
@@ -12,8 +12,6 @@ pub enum Script {
     Still,
     /// Every 30 ticks each velocity changes by up to 40 units/s in x and in y.
     Shaken,
-    /// The same, with everything of restitution 0.8.
-    Bouncy,
     /// Gravity turns by 90 degrees every 120 ticks.
     Turning,
     /// From tick 240 on, every 20 ticks a blast at a random place near the floor.
@@ -43,8 +41,6 @@ const LIFT: f64 = 2.0;
 /// Speed of the lift, units/s, and the ticks that it rises or sinks.
 const LIFT_SPEED: f64 = 30.0;
 const LIFT_TICKS: u32 = 60;
-/// Restitution of everything that bounces.
-const BOUNCY: f64 = 0.8;
 /// Half-size of the mixer, radius of its circle, and height of the middle of that above the floor, units: the
 /// largest body passes below.
 const MIXER: f64 = 6.0;
@@ -83,11 +79,6 @@ impl Script {
             let mixer = Body::new(Shape::rect(MIXER, MIXER), x, y);
             scene.add(mixer.of_stuff(0.3, 0.0).kinematic());
         }
-        if self == Script::Bouncy {
-            for body in &mut scene.bodies {
-                body.restitution = BOUNCY;
-            }
-        }
     }
 }
 
@@ -112,9 +103,7 @@ impl Driver {
         self.tick += 1;
         match self.script {
             Script::Still => {}
-            Script::Shaken | Script::Bouncy if tick > 0 && tick.is_multiple_of(30) => {
-                self.shake(engine, scene);
-            }
+            Script::Shaken if tick > 0 && tick.is_multiple_of(30) => self.shake(engine, scene),
             Script::Turning if tick.is_multiple_of(120) => {
                 let directions = [-DVec2::Y, DVec2::X, DVec2::Y, -DVec2::X];
                 let direction = directions[(tick / 120 % 4) as usize];
