@@ -17,12 +17,12 @@ use crate::shape::Aabb;
 use glam::Vec2;
 
 /// Smallest margin of a fat box, world units.
-const MARGIN: f32 = 0.4;
+const MARGIN: f32 = 0.25;
 /// Margin of the fat box of a body that does not move, beyond its reach, world units.
 const STATIC_MARGIN: f32 = 0.1;
 
 /// Bodies that are compared with every other one; where more have outgrown their boxes, sorting all is faster.
-const RENEWED_MAX: usize = 64;
+const RENEWED_MAX: usize = 32;
 
 /// The axis of the box face that carried the contact in the last step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

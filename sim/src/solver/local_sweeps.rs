@@ -7,8 +7,9 @@
 //! none changes or the budget of visits is spent. A contact that is not visited is one that a visit
 //! would not change: the solution is the same as that of whole sweeps, and so is its tolerance.
 //!
-//! The whole sweeps go by colour, with chains; the rounds by colour, without them. Small rounds of an
-//! island whose bodies hardly move use forests instead: there the rest of the change has a long way to go.
+//! The whole sweeps go by colour, with chains unless bodies move past each other; the rounds by colour, without
+//! chains. Small rounds of an island whose bodies hardly move use forests instead: there the rest of the change has a
+//! long way to go.
 //!
 //! Stopping anywhere adds no energy, since no visit lowers the objective (see `warm_start`).
 
@@ -27,6 +28,9 @@ const WHOLE_SWEEPS: u32 = 4;
 pub(crate) const VISITS_PER_CONTACT: u32 = 16;
 /// The same when it is solved again with late pairs, from the solution without them.
 pub(crate) const LATE_VISITS_PER_CONTACT: u32 = 6;
+/// Part of its budget by which that of an agitated island is larger: without it overlaps are twice as deep, and what the
+/// sweeps save the position correction takes.
+const AGITATED_BUDGET_SHARE: u32 = 2;
 /// Contacts for which every island may take visits.
 const CONTACTS_MIN: u32 = 400;
 /// Fewest and most sweeps of a round, and most rounds.
@@ -55,6 +59,9 @@ pub(crate) struct LocalSweeps {
     layer: Vec<u8>,
     /// The movable bodies of each contact of the island: see [`layers::movable_ends`].
     ends: Vec<[u32; 2]>,
+    /// By slot: whether the last sweeps visited a contact of the body; a visit would change no other contact than it
+    /// would have before.
+    is_swept: Vec<bool>,
     /// The contacts of the round.
     active: Vec<u32>,
 }
@@ -101,6 +108,7 @@ impl LocalSweeps {
     /// Makes room for `slots` bodies.
     pub fn reserve(&mut self, slots: usize) {
         self.layer.resize(slots, UNREACHED);
+        self.is_swept.resize(slots, false);
     }
 
     /// Solves an island as far as its budget allows; returns whether it is solved. Of the limits the
@@ -117,16 +125,24 @@ impl LocalSweeps {
         let tolerance = limits.tolerance;
         if work.visits == 0 {
             let is_near = sweep::is_near_solution(constraints, island, velocity, tolerance);
-            let speed = mean_speed(constraints, island, velocity) / tolerance;
-            work.is_agitated = !is_near && speed > AGITATED;
-            work.is_slow = speed < SLOW;
+            let (speed, sliding) = mean_speeds(constraints, island, velocity);
+            work.is_agitated = !is_near && sliding > AGITATED * tolerance;
+            work.is_slow = speed < SLOW * tolerance;
+            if work.is_agitated {
+                let most = limits.sweeps_max * island.len() as u32;
+                work.budget = (work.budget + work.budget / AGITATED_BUDGET_SHARE).min(most);
+            }
             let (whole_sweeps, sequence) = match is_near {
                 true => (VISITS_PER_CONTACT, Sequence::Forests),
                 false => (WHOLE_SWEEPS, Sequence::Colors),
             };
             let sweeps_max = whole_sweeps.min(limits.sweeps_max);
             let limits = SweepLimits { sweeps_max, sequence, ..limits };
-            blocks.chains.find(constraints, island);
+            // Where bodies move past each other few loads follow a column.
+            match work.is_agitated {
+                true => blocks.chains.find_none(island),
+                false => blocks.chains.find(constraints, island),
+            }
             let sweeps = sweep::solve(constraints, island, blocks, velocity, limits);
             work.add(sweeps, island.len());
             if sweeps < sweeps_max {
@@ -135,6 +151,9 @@ impl LocalSweeps {
         }
         self.ends.clear();
         self.ends.extend(island.iter().map(|&index| movable_ends(&constraints[index as usize])));
+        for slot in self.ends.as_flattened() {
+            self.is_swept[*slot as usize] = true;
+        }
         for _ in 0..ROUNDS_MAX {
             work.budget = work.budget.saturating_sub(island.len() as u32 / LOOKS_PER_VISIT);
             self.find_active(constraints, island, velocity, tolerance);
@@ -167,11 +186,12 @@ impl LocalSweeps {
         velocity: &[Vec2],
         tolerance: f32,
     ) {
-        let LocalSweeps { layer, ends, active } = self;
+        let LocalSweeps { layer, ends, is_swept, active } = self;
         active.clear();
         let mut any = false;
         for (&index, ends) in island.iter().zip(ends.iter()) {
-            if visit_change(&constraints[index as usize], velocity) > tolerance {
+            let may_change = ends.iter().any(|&slot| is_swept[slot as usize]);
+            if may_change && visit_change(&constraints[index as usize], velocity) > tolerance {
                 any = true;
                 layer[ends[0] as usize] = 0;
                 layer[ends[1] as usize] = 0;
@@ -181,9 +201,13 @@ impl LocalSweeps {
             return;
         }
         layers::spread(layer, ends, LAYERS);
+        for slot in ends.as_flattened() {
+            is_swept[*slot as usize] = false;
+        }
         for (&index, ends) in island.iter().zip(ends.iter()) {
             if ends.iter().any(|&slot| layer[slot as usize] <= LAYERS) {
                 active.push(index);
+                ends.iter().for_each(|&slot| is_swept[slot as usize] = true);
             }
         }
         for slot in ends.as_flattened() {
@@ -192,9 +216,15 @@ impl LocalSweeps {
     }
 }
 
-/// Mean relative velocity of an island's contacts, |x| + |y|, units/s.
-fn mean_speed(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) -> f32 {
-    let relative = |&index: &u32| constraints[index as usize].relative_velocity(velocity).abs();
-    let sum = island.iter().map(relative).fold(0.0, |sum, speed| sum + (speed.x + speed.y));
-    sum / island.len() as f32
+/// Mean relative velocity of an island's contacts, |x| + |y|, and their mean sliding velocity, units/s.
+fn mean_speeds(constraints: &[ContactConstraint], island: &[u32], velocity: &[Vec2]) -> (f32, f32) {
+    let (mut speed, mut sliding) = (0.0, 0.0);
+    for &index in island {
+        let constraint = &constraints[index as usize];
+        let relative = constraint.relative_velocity(velocity);
+        speed += relative.x.abs() + relative.y.abs();
+        sliding += constraint.normal.perp().dot(relative).abs();
+    }
+    let count = island.len() as f32;
+    (speed / count, sliding / count)
 }

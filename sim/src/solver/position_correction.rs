@@ -36,7 +36,8 @@ const LAYERS: u8 = 8;
 /// Passes over an island that moves on; the second is for deep overlaps only. With one a heap at one
 /// point stays in one place, and with four it is not apart after a second.
 const HURRIED_PASSES: u32 = 2;
-/// Overlap that counts as deep there, in slops.
+/// Overlap that is left there, and overlap that counts as deep, in slops.
+const HURRIED_SLOPS: f32 = 1.0;
 const DEEP_SLOPS: f32 = 10.0;
 /// [`LAYERS`] around an overlap that does not.
 const HURRIED_LAYERS: u8 = 2;
@@ -182,7 +183,8 @@ impl PositionCorrection {
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
             let tolerated = match (info.moves_on, pass) {
-                (false, _) | (true, 0) => settings.slop,
+                (false, _) => settings.slop,
+                (true, 0) => HURRIED_SLOPS * settings.slop,
                 (true, pass) if pass < HURRIED_PASSES => deep,
                 (true, _) => f32::INFINITY,
             };

@@ -76,11 +76,11 @@ pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
 pub(crate) const LOCAL_ISLAND: usize = 64;
 /// Mass ratio beyond which an island is swept as a whole: a heavy body moves everything around it.
 pub(crate) const LOCAL_MASS_RATIO: f32 = 2000.0;
-/// Mean relative velocity of an island's contacts, in tolerances, beyond which its bodies move past
-/// each other: a little more than gravity adds in a step. Heaps that were created in one place stay
-/// below it.
-pub(crate) const AGITATED: f32 = 250.0;
-/// The same below which they hardly move: forests pay. With 30 a heavy ball comes to rest later.
+/// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies move past
+/// each other: a pile that lands in one piece stays below it.
+pub(crate) const AGITATED: f32 = 60.0;
+/// Mean relative velocity of its contacts, in tolerances, below which they hardly move: forests pay.
+/// With 30 a heavy ball comes to rest later.
 pub(crate) const SLOW: f32 = 80.0;
 /// Moving bodies beyond which all islands are swept as a whole. A rain of this size is full of shafts
 /// and arches when it lands; one that is not solved to the end goes on collapsing. Nothing else makes
