@@ -11,6 +11,7 @@ use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, near};
 use crate::continuous::paths::predict_manifold;
 use crate::continuous::thin::is_fast;
+use crate::math::max;
 use crate::shape::shapes;
 use crate::solver::contact_constraint::{
     ContactConstraint, ContactInfo, ContactSet, GatherStep, make_contact,
@@ -25,6 +26,9 @@ pub(crate) const ROUNDS_MAX: u32 = 3;
 pub(crate) struct LatePairs {
     /// By slot.
     outruns_reach: Vec<bool>,
+    /// By slot: whether it outruns its reach, or moves by more than the thinnest body's half-size. No pair of two
+    /// others is late.
+    may_be_late: Vec<bool>,
     late: ContactSet,
     /// The constraints before the merge.
     before: ContactSet,
@@ -38,6 +42,8 @@ impl LatePairs {
     pub fn extend_reach(&mut self, bodies: &mut Bodies, dt: f32) -> bool {
         self.outruns_reach.clear();
         self.outruns_reach.resize(bodies.alive.len(), false);
+        self.may_be_late.clear();
+        self.may_be_late.resize(bodies.alive.len(), false);
         let thinnest = bodies.thinnest();
         let Bodies { moving, velocity, reach, .. } = bodies;
         let mut any = false;
@@ -49,6 +55,10 @@ impl LatePairs {
                 reach[slot] = REACH_MIN + path;
                 self.outruns_reach[slot] = true;
             }
+            // The length of a vector may be rounded below its longest component.
+            let speed = velocity[slot].abs();
+            let is_fast = path > thinnest || max(speed.x, speed.y) * dt > thinnest;
+            self.may_be_late[slot] = self.outruns_reach[slot] || is_fast;
             any |= self.outruns_reach[slot] || path > thinnest;
         }
         any
@@ -70,6 +80,9 @@ impl LatePairs {
         for (index, pair) in (0u32..).zip(pairs) {
             let has_constraint = known.next_if_eq(&index).is_some();
             let (a, b) = (pair.a as usize, pair.b as usize);
+            if !(self.may_be_late[a] || self.may_be_late[b]) {
+                continue;
+            }
             let outruns_reach =
                 self.outruns_reach[a] || self.outruns_reach[b] || is_fast(bodies, pair, dt, 1.0);
             if has_constraint || !outruns_reach || !near(bodies, pair.a, pair.b) {
