@@ -41,8 +41,8 @@ use crate::integrate::{self, Displacements};
 use crate::math::{clamp, clamp_length, max, min};
 use crate::shape::{Aabb, shapes};
 use crate::solver::tolerances::{
-    GUARDED_MASS_RATIO, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND, LOCAL_MASS_RATIO, SMALL_ISLAND,
-    SMALL_ISLAND_SHARE, SPEED_ROUNDING,
+    GUARDED_MASS_RATIO, IMPULSE_ROUNDING, LARGE_ISLAND, LARGE_WORLD, LOCAL_ISLAND,
+    LOCAL_MASS_RATIO, SMALL_ISLAND, SMALL_ISLAND_SHARE, SPEED_ROUNDING,
 };
 use crate::steady::{Steady, StepContacts};
 use crate::touches::{Found, Touch};
@@ -406,7 +406,15 @@ impl ConjugateSolver {
                 before[slot as usize] == Vec2::ZERO
             })
         };
-        if island.iter().all(was_at_rest) { context.rounding() } else { 0.0 }
+        if !island.iter().all(was_at_rest) {
+            return 0.0;
+        }
+        let strongest = island.iter().fold(0.0, |strongest, &index| {
+            let constraint = &self.contacts.constraints[index as usize];
+            let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
+            max(strongest, constraint.normal_impulse * inv_mass)
+        });
+        max(context.rounding(), IMPULSE_ROUNDING * strongest)
     }
 
     /// Stores the impulses for the next step.

@@ -144,6 +144,9 @@ fn solve_with_forests<const FRICTION: bool>(
     let is_rounding =
         |&index: &u32| visit_change(&constraints[index as usize], velocity) < limits.rounding;
     if limits.rounding > 0.0 && island.iter().all(is_rounding) {
+        for &index in island {
+            stay_at_rest(&constraints[index as usize], velocity, limits.rounding);
+        }
         return 0;
     }
     let is_near_solution = is_near_solution(constraints, island, velocity, limits.tolerance);
@@ -235,12 +238,25 @@ pub(crate) fn solve_single<const FRICTION: bool>(
 ) -> u32 {
     constraint.apply(velocity, constraint.accumulated::<FRICTION>());
     if visit_change(constraint, velocity) < rounding {
+        stay_at_rest(constraint, velocity, rounding);
         return 0;
     }
     for _ in 0..visits {
         solve_contact::<FRICTION>(constraint, velocity);
     }
     visits
+}
+
+/// Removes the rounding that forces and impulses leave of the velocities of two bodies at rest: they would creep, and
+/// their island would never be the same as a step before.
+#[inline]
+fn stay_at_rest(constraint: &ContactConstraint, velocity: &mut [Vec2], rounding: f32) {
+    for (slot, inv_mass) in constraint.bodies() {
+        let body = &mut velocity[slot as usize];
+        if inv_mass > 0.0 && body.length_squared() < rounding * rounding {
+            *body = Vec2::ZERO;
+        }
+    }
 }
 
 /// A sweep without chains, forest and directions.

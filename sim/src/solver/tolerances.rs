@@ -8,6 +8,9 @@
 pub(crate) const ROUNDING: f32 = 1.2e-7;
 /// Rounding of a velocity after a sweep, as a share of the largest one: some 8 `f32::EPSILON`.
 pub(crate) const SPEED_ROUNDING: f32 = 1e-6;
+/// Rounding of the velocities of bodies at rest, as a share of the largest that a single impulse would give: some 4
+/// `f32::EPSILON`. The impulses on a body under a high pile cancel only up to it.
+pub(crate) const IMPULSE_ROUNDING: f32 = 5e-7;
 /// Rounding of an island's kinetic energy, as a share: squares and sums of rounded velocities.
 pub(crate) const ENERGY_ROUNDING: f64 = 1e-5;
 /// Circle centres closer than this share of the radii count as one centre: below it the squared
