@@ -22,7 +22,7 @@
 //! 6. `position_correction`: removes overlap beyond the slop;
 //! 7. `static_clamp`: no body ends inside an immovable one.
 
-use super::contact_constraint::{self, ContactConstraint, ContactSet, GatherStep};
+use super::contact_constraint::{self, ContactConstraint, ContactSet, Correction, GatherStep};
 use super::energy_guard::EnergyGuard;
 use super::islands::Islands;
 use super::local_sweeps::{LATE_VISITS_PER_CONTACT, LocalSweeps, VISITS_PER_CONTACT, Work};
@@ -87,8 +87,8 @@ pub(crate) struct ConjugateSolver {
 struct IslandLimits {
     /// Limits of its sweeps.
     sweeps: SweepLimits,
-    /// Whether its masses are so different that the result has to be guarded.
-    is_stiff: bool,
+    /// Greatest mass relative to the least.
+    mass_ratio: f32,
     /// Whether contacts are swept only where they still change.
     is_local: bool,
 }
@@ -294,7 +294,7 @@ impl ConjugateSolver {
             let island = &self.islands.constraints[self.islands.range(number)];
             if island.iter().any(|&index| self.late_pairs.is_new[index as usize]) {
                 for &index in island {
-                    self.contacts.infos[index as usize].moves_on = false;
+                    self.contacts.infos[index as usize].correction = Correction::Thorough;
                 }
                 self.solve_island(number, LATE_VISITS_PER_CONTACT, bodies, pairs, context);
             }
@@ -350,7 +350,8 @@ impl ConjugateSolver {
     ) {
         let island = &self.islands.constraints[self.islands.range(number)];
         let (constraints, velocity) = (&mut self.contacts.constraints, &mut bodies.velocity);
-        let IslandLimits { sweeps: limits, is_stiff, is_local } = *island_limits;
+        let IslandLimits { sweeps: limits, mass_ratio, is_local } = *island_limits;
+        let is_stiff = mass_ratio > GUARDED_MASS_RATIO;
         if is_stiff {
             self.energy_guard.remember(constraints, island, velocity);
         }
@@ -373,9 +374,9 @@ impl ConjugateSolver {
             sweep::sweep_immovable(constraints, island, velocity);
         }
         if is_local {
-            let moves_on = work.moves_on(is_solved, island.len());
+            let correction = work.correction(is_solved, island.len(), mass_ratio);
             for &index in island {
-                self.contacts.infos[index as usize].moves_on = moves_on;
+                self.contacts.infos[index as usize].correction = correction;
             }
         }
     }
@@ -385,7 +386,6 @@ impl ConjugateSolver {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
-        let is_stiff = mass_ratio > GUARDED_MASS_RATIO;
         let work_max = context.settings.work_max / island.len() as u32;
         let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
         let is_local =
@@ -393,7 +393,7 @@ impl ConjugateSolver {
         let friction = context.features.takes_friction();
         let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
         let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };
-        IslandLimits { sweeps, is_stiff, is_local }
+        IslandLimits { sweeps, mass_ratio, is_local }
     }
 
     /// Change of a relative velocity that is rounding in an island that was at rest, units/s; 0 in other islands.

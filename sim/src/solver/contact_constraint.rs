@@ -67,9 +67,19 @@ pub(crate) struct ContactInfo {
     pub fast: bool,
     /// Whether the two slid on each other in the last step.
     pub slid: bool,
-    /// Whether its island is large and its bodies move on: the next step sees other overlaps, so
-    /// this one spends little on small ones.
-    pub moves_on: bool,
+    /// How an overlap that is left is corrected.
+    pub correction: Correction,
+}
+
+/// How the positions of an island are corrected; see `position_correction`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Correction {
+    /// In several passes, until only the slop is left.
+    Thorough,
+    /// Its bodies move on: the next step sees other overlaps, so this one spends little on small ones.
+    Light,
+    /// Its bodies slide past each other, and their masses are similar: contact by contact.
+    Singly,
 }
 
 /// The contact constraints of a step in (a, b) order; hot data apart from cold.
@@ -187,7 +197,7 @@ pub(crate) fn make_contact<const SHAPES: u8>(
         bounced: false,
         fast: passes || has_fast_bodies && is_fast(bodies, pair, dt, 1.0),
         slid: constraint.normal_impulse > 0.0 && !constraint.sticks(),
-        moves_on: false,
+        correction: Correction::Thorough,
     };
     (constraint, info)
 }

@@ -13,11 +13,11 @@
 //!
 //! Stopping anywhere adds no energy, since no visit lowers the objective (see `warm_start`).
 
-use super::contact_constraint::ContactConstraint;
+use super::contact_constraint::{ContactConstraint, Correction};
 use super::gauss_seidel::visit_change;
 use super::layers::{self, UNREACHED, movable_ends};
 use super::sweep::{self, Blocks, Sequence, SweepLimits};
-use super::tolerances::{AGITATED, SLOW};
+use super::tolerances::{AGITATED, SIMILAR_MASSES, SLOW};
 use glam::Vec2;
 
 /// Sweeps over the whole island, by colour. One that is near its solution is swept as a whole, with
@@ -28,9 +28,6 @@ const WHOLE_SWEEPS: u32 = 4;
 pub(crate) const VISITS_PER_CONTACT: u32 = 16;
 /// The same when it is solved again with late pairs, from the solution without them.
 pub(crate) const LATE_VISITS_PER_CONTACT: u32 = 6;
-/// Part of its budget by which that of an agitated island is larger: without it overlaps are twice as deep, and what the
-/// sweeps save the position correction takes.
-const AGITATED_BUDGET_SHARE: u32 = 2;
 /// Contacts for which every island may take visits.
 const CONTACTS_MIN: u32 = 400;
 /// Fewest and most sweeps of a round, and most rounds.
@@ -89,10 +86,17 @@ impl Work {
         Work { budget, visits: 0, sweeps: 0, is_agitated: false, is_slow: true }
     }
 
-    /// Whether the bodies of the island, of `count` contacts, move on after the step.
-    pub fn moves_on(&self, is_solved: bool, count: usize) -> bool {
+    /// How the positions of the island, of `count` contacts, are corrected after the step.
+    pub fn correction(&self, is_solved: bool, count: usize, mass_ratio: f32) -> Correction {
         let unsolved_min = if self.is_slow { UNSOLVED_SLOW_MIN } else { UNSOLVED_MIN };
-        self.is_agitated && count > AGITATED_MIN || !is_solved && count > unsolved_min
+        let is_agitated = self.is_agitated && count > AGITATED_MIN;
+        if is_agitated && mass_ratio <= SIMILAR_MASSES {
+            Correction::Singly
+        } else if is_agitated || !is_solved && count > unsolved_min {
+            Correction::Light
+        } else {
+            Correction::Thorough
+        }
     }
 
     /// Counts sweeps over `count` contacts.
@@ -128,10 +132,6 @@ impl LocalSweeps {
             let (speed, sliding) = mean_speeds(constraints, island, velocity);
             work.is_agitated = !is_near && sliding > AGITATED * tolerance;
             work.is_slow = speed < SLOW * tolerance;
-            if work.is_agitated {
-                let most = limits.sweeps_max * island.len() as u32;
-                work.budget = (work.budget + work.budget / AGITATED_BUDGET_SHARE).min(most);
-            }
             let (whole_sweeps, sequence) = match is_near {
                 true => (VISITS_PER_CONTACT, Sequence::Forests),
                 false => (WHOLE_SWEEPS, Sequence::Colors),

@@ -7,14 +7,17 @@
 //! -separation, and so the same sweeps find the least displacements, in the norm of the masses (split
 //! impulses and pseudo velocities; Guendelman, Bridson and Fedkiw 2003), without friction and from
 //! zero.
+//!
+//! Where bodies slide past each other the next step sees other overlaps, and least displacements are not worth
+//! their time: there each overlapping pair is pushed apart by itself (see [`Correction`]).
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::Pair;
-use crate::math::max;
+use crate::math::{clamp, max};
 use crate::narrow_phase::manifold::Manifold;
 use crate::narrow_phase::overlap::spread_manifold;
 use crate::narrow_phase::separation::{self, FAR, placed};
-use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet};
+use crate::solver::contact_constraint::{ContactConstraint, ContactInfo, ContactSet, Correction};
 use crate::solver::islands::Islands;
 use crate::solver::layers::{self, UNREACHED};
 use crate::solver::settings::Conjugate;
@@ -33,16 +36,13 @@ const WORK_SHARE: u32 = 4;
 /// Distance from an overlap, in contacts, within which bodies still give way: so few sweeps reach
 /// no further, and a pile with one deep overlap need not be handled as a whole.
 const LAYERS: u8 = 8;
-/// Passes over an island that moves on; the second is for deep overlaps only. With one a heap at one
-/// point stays in one place, and with four it is not apart after a second.
-const HURRIED_PASSES: u32 = 2;
-/// Overlap that is left there, and overlap that counts as deep, in slops.
-const HURRIED_SLOPS: f32 = 1.0;
-const DEEP_SLOPS: f32 = 10.0;
-/// [`LAYERS`] around an overlap that does not.
-const HURRIED_LAYERS: u8 = 2;
-/// Sweeps of such a pass, by colour: with 6 a heap at one point takes more than a second.
-const HURRIED_SWEEPS: u32 = 12;
+/// Overlap that counts as deep, in slops: a whole pass is worth its time even in an island that moves on. With 10 a heap at
+/// one point takes more than a second to come apart, and with 100 overlaps of bodies are twice as deep.
+const DEEP_SLOPS: f32 = 30.0;
+/// [`LAYERS`] around other overlaps of such an island.
+const LIGHT_LAYERS: u8 = 2;
+/// Sweeps of a pass over it, by colour: with 6 a heap at one point takes more than a second.
+const LIGHT_SWEEPS: u32 = 12;
 
 /// Scratch.
 #[derive(Clone, Debug, Default)]
@@ -59,9 +59,56 @@ pub(crate) struct PositionCorrection {
     islands: Islands,
     /// By slot: the solution of the sweeps.
     displacement: Vec<Vec2>,
-    /// By slot: how far the last pass moved it, and whether any pass did.
-    moved: Vec<Vec2>,
-    was_moved: Vec<bool>,
+    moved: Moved,
+}
+
+/// By slot: how the corrections moved a body.
+#[derive(Clone, Debug, Default)]
+struct Moved {
+    /// Path in the last pass.
+    path: Vec<Vec2>,
+    /// Whether any pass moved it.
+    ever: Vec<bool>,
+}
+
+impl Moved {
+    /// Begins a step.
+    fn begin(&mut self, slots: usize) {
+        self.ever.clear();
+        self.ever.resize(slots, false);
+    }
+
+    /// Begins a pass.
+    fn begin_pass(&mut self) {
+        self.path.clear();
+        self.path.resize(self.ever.len(), Vec2::ZERO);
+    }
+
+    /// Moves a body. Masses far apart may overflow here; a position that is not finite is skipped.
+    fn displace(&mut self, bodies: &mut Bodies, slot: usize, displacement: Vec2) {
+        let position = bodies.center[slot] + displacement;
+        if position.is_finite() {
+            self.ever[slot] |= position != bodies.center[slot];
+            self.path[slot] += position - bodies.center[slot];
+            bodies.center[slot] = position;
+        }
+    }
+
+    /// The separation of a contact after this pass, along its normal.
+    fn separation(&self, constraint: &ContactConstraint, info: &ContactInfo) -> f32 {
+        let path = self.path[constraint.b as usize] - self.path[constraint.a as usize];
+        info.separation_after + constraint.normal.dot(path)
+    }
+
+    /// Updates the separations of the bodies that this pass moved.
+    fn update_separations(&self, contacts: &mut ContactSet) {
+        for (constraint, info) in contacts.constraints.iter().zip(&mut contacts.infos) {
+            if self.path[constraint.a as usize] != self.path[constraint.b as usize] {
+                info.separation_after = self.separation(constraint, info);
+                info.exact = false;
+            }
+        }
+    }
 }
 
 impl PositionCorrection {
@@ -78,29 +125,63 @@ impl PositionCorrection {
     ) {
         let slots = bodies.alive.len();
         self.displacement.resize(slots, Vec2::ZERO);
-        self.was_moved.clear();
-        self.was_moved.resize(slots, false);
+        self.moved.begin(slots);
+        self.push_apart(bodies, contacts, pairs, settings);
         for pass in 0..settings.position_passes {
             if !self.find_overlaps(pass, bodies, contacts, pairs, settings) {
                 break;
             }
             self.gather(bodies, contacts, pairs, settings);
-            self.moved.clear();
-            self.moved.resize(slots, Vec2::ZERO);
+            self.moved.begin_pass();
             self.islands.find(slots, &self.constraints);
             for island in 0..self.islands.count() {
                 self.separate_island(island, bodies, contacts, blocks, settings);
             }
-            self.follow_moved(contacts);
+            self.moved.update_separations(contacts);
         }
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
             let moved =
-                self.was_moved[constraint.a as usize] || self.was_moved[constraint.b as usize];
+                self.moved.ever[constraint.a as usize] || self.moved.ever[constraint.b as usize];
             if moved && info.separation_after < 0.0 {
                 find_exact(bodies, constraint, info, pairs);
             }
         }
+    }
+
+    /// Pushes overlapping pairs apart one by one, each by its whole overlap, in islands whose bodies slide past each
+    /// other; deep overlaps are left to the passes.
+    fn push_apart(
+        &mut self,
+        bodies: &mut Bodies,
+        contacts: &mut ContactSet,
+        pairs: &[Pair],
+        settings: &Conjugate,
+    ) {
+        let (slop, deep) = (settings.slop, DEEP_SLOPS * settings.slop);
+        let is_single = |info: &ContactInfo| info.correction == Correction::Singly;
+        let is_shallow = |separation: f32| separation < -slop && separation >= -deep;
+        if settings.position_passes == 0 || !contacts.infos.iter().any(is_single) {
+            return;
+        }
+        self.moved.begin_pass();
+        for (constraint, info) in contacts.constraints.iter().zip(&contacts.infos) {
+            if !is_single(info) || !is_shallow(self.moved.separation(constraint, info)) {
+                continue;
+            }
+            let pair = &pairs[constraint.pair as usize];
+            let Some(manifold) = current_manifold(bodies, constraint, pair) else { continue };
+            let overlap = -manifold.separation - settings.slop * SLOP_SHARE;
+            let distance = clamp(overlap, 0.0, settings.correction_max);
+            let inv_mass = constraint.inv_mass_a + constraint.inv_mass_b;
+            let displacement = manifold.normal * (distance / inv_mass);
+            for (slot, inv_mass) in
+                [(constraint.a, -constraint.inv_mass_a), (constraint.b, constraint.inv_mass_b)]
+            {
+                self.moved.displace(bodies, slot as usize, displacement * inv_mass);
+            }
+        }
+        self.moved.update_separations(contacts);
     }
 
     /// Makes one pass over an island.
@@ -114,9 +195,9 @@ impl PositionCorrection {
     ) {
         let constraints = &self.islands.constraints[self.islands.range(island)];
         let contact = self.contact_of[constraints[0] as usize];
-        let (sweeps_limit, sequence) = match contacts.infos[contact as usize].moves_on {
-            true => (HURRIED_SWEEPS, Sequence::Colors),
-            false => (SWEEPS_MAX, Sequence::Forests),
+        let (sweeps_limit, sequence) = match contacts.infos[contact as usize].correction {
+            Correction::Thorough => (SWEEPS_MAX, Sequence::Forests),
+            Correction::Light | Correction::Singly => (LIGHT_SWEEPS, Sequence::Colors),
         };
         let visits = settings.work_max / WORK_SHARE / settings.position_passes;
         let sweeps_max = (visits / constraints.len() as u32).clamp(SWEEPS_MIN, sweeps_limit);
@@ -182,11 +263,10 @@ impl PositionCorrection {
         let mut any = false;
         let ContactSet { constraints, infos } = contacts;
         for (constraint, info) in constraints.iter_mut().zip(infos) {
-            let tolerated = match (info.moves_on, pass) {
-                (false, _) => settings.slop,
-                (true, 0) => HURRIED_SLOPS * settings.slop,
-                (true, pass) if pass < HURRIED_PASSES => deep,
-                (true, _) => f32::INFINITY,
+            let tolerated = match (info.correction, pass) {
+                (Correction::Thorough, _) | (Correction::Light, 0) => settings.slop,
+                (Correction::Light, 1) | (Correction::Singly, 0) => deep,
+                (Correction::Light | Correction::Singly, _) => f32::INFINITY,
             };
             if info.separation_after >= -tolerated {
                 continue;
@@ -194,8 +274,9 @@ impl PositionCorrection {
             find_exact(bodies, constraint, info, pairs);
             if info.separation_after < -tolerated {
                 any = true;
-                let is_hurried = info.moves_on && info.separation_after >= -deep;
-                let first = if is_hurried { LAYERS - HURRIED_LAYERS } else { 0 };
+                let is_thorough =
+                    info.correction == Correction::Thorough || info.separation_after < -deep;
+                let first = if is_thorough { 0 } else { LAYERS - LIGHT_LAYERS };
                 for slot in layers::movable_ends(constraint) {
                     let layer = &mut self.layer[slot as usize];
                     *layer = first.min(*layer);
@@ -203,17 +284,6 @@ impl PositionCorrection {
             }
         }
         any
-    }
-
-    /// Updates the separations of the bodies that were moved, along their normals.
-    fn follow_moved(&self, contacts: &mut ContactSet) {
-        for (constraint, info) in contacts.constraints.iter().zip(&mut contacts.infos) {
-            let path = self.moved[constraint.b as usize] - self.moved[constraint.a as usize];
-            if path != Vec2::ZERO {
-                info.separation_after += constraint.normal.dot(path);
-                info.exact = false;
-            }
-        }
     }
 
     /// Moves the bodies of an island, none by more than `limit`: tangents say nothing about
@@ -228,13 +298,7 @@ impl PositionCorrection {
             slots.clone().fold(0.0, |limit, slot| max(limit, self.displacement[slot].length()));
         let share = if furthest > limit { limit / furthest } else { 1.0 };
         for slot in slots {
-            // Masses far apart may overflow here; a position that is not finite is skipped.
-            let position = bodies.center[slot] + self.displacement[slot] * share;
-            if position.is_finite() {
-                self.was_moved[slot] |= position != bodies.center[slot];
-                self.moved[slot] += position - bodies.center[slot];
-                bodies.center[slot] = position;
-            }
+            self.moved.displace(bodies, slot, self.displacement[slot] * share);
             self.displacement[slot] = Vec2::ZERO;
         }
     }

@@ -79,6 +79,9 @@ pub(crate) const LARGE_ISLAND: f32 = 10_000.0;
 pub(crate) const LOCAL_ISLAND: usize = 64;
 /// Mass ratio beyond which an island is swept as a whole: a heavy body moves everything around it.
 pub(crate) const LOCAL_MASS_RATIO: f32 = 2000.0;
+/// Mass ratio up to which bodies of an island in motion are pushed apart one contact at a time: beside a heavy body
+/// that takes many more passes.
+pub(crate) const SIMILAR_MASSES: f32 = 50.0;
 /// Mean sliding velocity of an island's contacts, in tolerances, beyond which its bodies move past
 /// each other: a pile that lands in one piece stays below it.
 pub(crate) const AGITATED: f32 = 60.0;
