@@ -92,6 +92,16 @@ impl Filter<'_> {
     }
 }
 
+/// A fat box as it is swept.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    /// Edges along the axis of the sweep.
+    low: f32,
+    high: f32,
+    /// Edges across it.
+    across: [f32; 2],
+}
+
 /// The list; see the module's description.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PairList {
@@ -107,8 +117,10 @@ pub(crate) struct PairList {
     outgrown: Vec<u32>,
     /// By slot: whether its pairs were found again.
     renewed: Vec<bool>,
-    /// Scratch: slots sorted by lower edge, keys of the pairs found, the previous list.
+    /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found, the previous list.
     order: Vec<u64>,
+    sorted: Vec<Extent>,
+    found: Vec<u32>,
     keys: Vec<u64>,
     before: Vec<Pair>,
 }
@@ -248,22 +260,31 @@ impl PairList {
     }
 
     fn sweep(&mut self, bodies: &Bodies, axis: usize, filter: Filter) {
-        let across = 1 - axis;
-        self.keys.clear();
-        for (rank, &entry) in self.order.iter().enumerate() {
-            let a = entry as u32;
-            let fat_a = self.fat[a as usize];
-            let end = ordered_bits(fat_a.high[axis]);
-            for &other in &self.order[rank + 1..] {
-                if (other >> 32) as u32 >= end {
+        let PairList { order, sorted, found, fat, keys, .. } = self;
+        let extent = |&entry: &u64| {
+            let Aabb { low, high } = fat[entry as u32 as usize];
+            let across = 1 - axis;
+            Extent { low: low[axis], high: high[axis], across: [low[across], high[across]] }
+        };
+        sorted.clear();
+        sorted.extend(order.iter().map(extent));
+        keys.clear();
+        found.resize(order.len(), 0);
+        for (rank, (&a, extent)) in order.iter().zip(sorted.iter()).enumerate() {
+            // Without a branch on what cannot be predicted: few of the boxes beside overlap.
+            let mut count = 0;
+            for (&b, other) in order[rank + 1..].iter().zip(&sorted[rank + 1..]) {
+                if other.low >= extent.high {
                     break;
                 }
-                let b = other as u32;
-                let fat_b = &self.fat[b as usize];
-                let apart = fat_b.low[across] >= fat_a.high[across]
-                    || fat_a.low[across] >= fat_b.high[across];
-                if !apart && filter.takes(bodies, a, b) {
-                    self.keys.push(key(a, b));
+                found[count] = b as u32;
+                let overlaps =
+                    (other.across[0] < extent.across[1]) & (extent.across[0] < other.across[1]);
+                count += usize::from(overlaps);
+            }
+            for &b in &found[..count] {
+                if filter.takes(bodies, a as u32, b) {
+                    keys.push(key(a as u32, b));
                 }
             }
         }
@@ -309,10 +330,17 @@ fn key(a: u32, b: u32) -> u64 {
     u64::from(a.min(b)) << 32 | u64::from(a.max(b))
 }
 
-/// The box of a body, grown by the distance that it may travel in a few steps.
+/// The box of a body, grown by the distance that it may travel in the next step, and ahead by that of one more.
 fn grown(bodies: &Bodies, slot: u32) -> Aabb {
-    let reach = bodies.reach[slot as usize];
-    bodies.bounds(slot as usize, reach + max(MARGIN, reach))
+    let slot = slot as usize;
+    let reach = bodies.reach[slot];
+    let ahead = bodies.velocity[slot].normalize_or_zero() * reach;
+    let Aabb { mut low, mut high } = bodies.bounds(slot, reach + MARGIN);
+    for axis in 0..2 {
+        low[axis] += min(ahead[axis], 0.0);
+        high[axis] += max(ahead[axis], 0.0);
+    }
+    Aabb { low, high }
 }
 
 /// The bodies that are sorted and swept: all, or all that move.

@@ -22,11 +22,12 @@ pub(crate) fn spread(layer: &mut [u8], ends: &[[u32; 2]], distance_max: u8) {
         let mut any = false;
         for &[a, b] in ends {
             let (before_a, before_b) = (layer[a as usize], layer[b as usize]);
-            let after_a = before_a.min(before_b.saturating_add(1));
-            let after_b = before_b.min(before_a.saturating_add(1));
-            layer[a as usize] = after_a;
-            layer[b as usize] = after_b;
-            any |= (after_a, after_b) != (before_a, before_b);
+            if before_a.abs_diff(before_b) > 1 {
+                let nearest = before_a.min(before_b);
+                layer[a as usize] = before_a.min(nearest + 1);
+                layer[b as usize] = before_b.min(nearest + 1);
+                any = true;
+            }
         }
         if !any {
             return;

@@ -201,18 +201,14 @@ impl LocalSweeps {
             return;
         }
         layers::spread(layer, ends, LAYERS);
-        for slot in ends.as_flattened() {
-            is_swept[*slot as usize] = false;
-        }
+        is_swept.fill(false);
         for (&index, ends) in island.iter().zip(ends.iter()) {
             if ends.iter().any(|&slot| layer[slot as usize] <= LAYERS) {
                 active.push(index);
                 ends.iter().for_each(|&slot| is_swept[slot as usize] = true);
             }
         }
-        for slot in ends.as_flattened() {
-            layer[*slot as usize] = UNREACHED;
-        }
+        layer.fill(UNREACHED);
     }
 }
 
