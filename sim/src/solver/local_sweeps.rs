@@ -28,8 +28,8 @@ const WHOLE_SWEEPS: u32 = 4;
 pub(crate) const VISITS_PER_CONTACT: u32 = 16;
 /// The same when it is solved again with late pairs, from the solution without them.
 pub(crate) const LATE_VISITS_PER_CONTACT: u32 = 6;
-/// Contacts for which every island may take visits.
-const CONTACTS_MIN: u32 = 400;
+/// Contacts for which every island may take visits: with 400 a rain of 4000 overlaps by ten slops when it lands.
+const CONTACTS_MIN: u32 = 550;
 /// Fewest and most sweeps of a round, and most rounds.
 const SWEEPS_MIN: u32 = 2;
 const SWEEPS_MAX: u32 = 32;

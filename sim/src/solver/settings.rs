@@ -46,7 +46,7 @@ pub struct Conjugate {
     pub tolerance: f32,
     /// Sweeps over an island per step, 1..=1000. Islands of 64 constraints and more in worlds of up to
     /// 6000 moving bodies, with mass ratios up to 2000, take at most 16 visits of each constraint (or
-    /// 6400 in all), and 6 more (or 2400) when they are solved again with pairs that were found late,
+    /// 8800 in all), and 6 more (or 3300) when they are solved again with pairs that were found late,
     /// within this limit and `work_max`. Default 400.
     pub sweeps_max: u32,
     /// Visits of contact constraints by the sweeps over an island, 1000..=1e9: bounds the time of

@@ -21,8 +21,8 @@ pub struct Pile {
     pub id: String,
     /// Title.
     pub title: String,
-    /// The bodies.
-    pub scene: Scene,
+    /// The bodies, once for each seed.
+    pub scenes: Vec<Scene>,
     /// The disturbance from outside.
     pub script: Script,
     /// Length of the run.
@@ -108,6 +108,16 @@ impl Figure {
             Figure::SpeedLeft => "rms speed after 4 s, share of the largest",
             Figure::Awake => "awake at the end, bodies",
             Figure::Momentum => "momentum error, share",
+        }
+    }
+
+    /// The figure of a pile, from those of its seeds: their largest of what happens once in a run, else their mean.
+    fn over_seeds(self, figures: &[f64]) -> f64 {
+        match self {
+            Figure::Worst | Figure::Escaped | Figure::DeepestEver | Figure::DeepestAtEnd => {
+                largest(figures.iter().copied())
+            }
+            _ => mean(figures),
         }
     }
 
@@ -218,27 +228,47 @@ struct History {
 /// An engine with its run so far, or the reason why it cannot play.
 type Player = Result<(Box<dyn Engine>, History), String>;
 
-/// Runs all solvers on a pile.
+/// Runs all solvers on a pile, with each of its seeds.
 pub fn measure(pile: Pile, methods: &[Method]) -> Heap {
-    let solvers = || methods.iter().filter(|method| method.in_stability);
-    let mut players: Vec<Player> = solvers().map(|method| player(method, &pile)).collect();
-    for _ in 0..pile.ticks / TURN {
-        for (engine, history) in players.iter_mut().flatten() {
-            (0..TURN).for_each(|_| history.step(engine.as_mut(), &pile.scene));
-        }
-    }
-    let figures = |run: &History| pile.bounds.iter().map(|(f, _)| f.of(run, &pile.scene)).collect();
-    let measured = players.into_iter().map(|player| player.map(|(_, run)| figures(&run))).collect();
-    let peer = solvers().position(|method| method.family == Family::Peer);
+    let methods: Vec<&Method> = methods.iter().filter(|method| method.in_stability).collect();
+    let runs: Vec<Vec<Measured>> =
+        (0..pile.scenes.len()).map(|seed| measure_seed(&pile, seed, &methods)).collect();
+    let over_seeds = |solver: usize| {
+        let of_solver: Vec<&Vec<f64>> = runs
+            .iter()
+            .map(|run| run[solver].as_ref())
+            .collect::<Result<_, _>>()
+            .map_err(String::clone)?;
+        let figure = |(index, (figure, _)): (usize, &(Figure, Bound))| {
+            let values: Vec<f64> = of_solver.iter().map(|figures| figures[index]).collect();
+            figure.over_seeds(&values)
+        };
+        Ok(pile.bounds.iter().enumerate().map(figure).collect())
+    };
+    let measured = (0..methods.len()).map(over_seeds).collect();
+    let peer = methods.iter().position(|method| method.family == Family::Peer);
     Heap { pile, measured, peer }
 }
 
-fn player(method: &Method, pile: &Pile) -> Player {
-    let scene = &pile.scene;
+/// Runs all solvers with one seed, in turns.
+fn measure_seed(pile: &Pile, seed: usize, methods: &[&Method]) -> Vec<Measured> {
+    let scene = &pile.scenes[seed];
+    let mut players: Vec<Player> =
+        methods.iter().map(|method| player(method, scene, pile.script, seed)).collect();
+    for _ in 0..pile.ticks / TURN {
+        for (engine, history) in players.iter_mut().flatten() {
+            (0..TURN).for_each(|_| history.step(engine.as_mut(), scene));
+        }
+    }
+    let figures = |run: &History| pile.bounds.iter().map(|(f, _)| f.of(run, scene)).collect();
+    players.into_iter().map(|player| player.map(|(_, run)| figures(&run))).collect()
+}
+
+fn player(method: &Method, scene: &Scene, script: Script, seed: usize) -> Player {
     let engine = (method.build)(scene, method.default.unwrap_or(method.settings[0]))?;
     let (sample, first) = Sample::read(engine.as_ref(), scene, 0.0);
     let last = first.clone();
-    let driver = Driver::new(pile.script);
+    let driver = Driver::new(script, seed as u32);
     let (samples, times_us) = (vec![sample], Vec::new());
     Ok((engine, History { driver, samples, times_us, first, last, awake: 0 }))
 }
@@ -298,7 +328,7 @@ mod tests {
         let samples = rms.iter().enumerate().map(sample).collect();
         let times_us = (0..200).map(|tick| if tick < 60 { 3.0 } else { 1.0 }).collect();
         let (first, last) = (vec![State::default()], vec![State::default()]);
-        History { driver: Driver::new(Script::Still), samples, times_us, first, last, awake: 0 }
+        History { driver: Driver::new(Script::Still, 0), samples, times_us, first, last, awake: 0 }
     }
 
     #[test]

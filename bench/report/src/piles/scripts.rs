@@ -1,6 +1,7 @@
 //! Disturbances of a pile from outside: shaking, gravity that turns, blasts, a plough, a crowd, slings,
 //! a lift, a mixer.
 
+use super::scenes::SEEDS_APART;
 use crate::engine::Engine;
 use crate::scene::{Body, Mulberry, Scene, Shape};
 use glam::DVec2;
@@ -93,8 +94,9 @@ pub struct Driver {
 
 impl Driver {
     /// At tick 0.
-    pub fn new(script: Script) -> Driver {
-        Driver { script, draws: Mulberry(0xA917_A7ED), tick: 0, plough: (1.0, 180) }
+    pub fn new(script: Script, seed: u32) -> Driver {
+        let draws = Mulberry(0xA917_A7ED + SEEDS_APART * seed);
+        Driver { script, draws, tick: 0, plough: (1.0, 180) }
     }
 
     /// Acts before a tick.
