@@ -14,7 +14,7 @@ use crate::bodies::Bodies;
 use crate::body::GROUPS_MAX;
 use crate::math::{max, min, ordered_bits};
 use crate::shape::Aabb;
-use glam::Vec2;
+use glam::{Vec2, Vec2Swizzles};
 
 /// Smallest margin of a fat box, world units.
 const MARGIN: f32 = 0.25;
@@ -92,16 +92,6 @@ impl Filter<'_> {
     }
 }
 
-/// A fat box as it is swept.
-#[derive(Clone, Copy, Debug)]
-struct Extent {
-    /// Edges along the axis of the sweep.
-    low: f32,
-    high: f32,
-    /// Edges across it.
-    across: [f32; 2],
-}
-
 /// The list; see the module's description.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PairList {
@@ -119,7 +109,7 @@ pub(crate) struct PairList {
     renewed: Vec<bool>,
     /// Scratch: slots sorted by lower edge, their boxes in this order, those that overlap one of them, keys of the pairs found, the previous list.
     order: Vec<u64>,
-    sorted: Vec<Extent>,
+    sorted: Vec<Aabb>,
     found: Vec<u32>,
     keys: Vec<u64>,
     before: Vec<Pair>,
@@ -210,13 +200,13 @@ impl PairList {
 
     /// Sorts and sweeps along the axis on which the bodies are spread out further.
     fn rebuild(&mut self, bodies: &Bodies, filter: Filter) {
-        let axis = long_axis(bodies);
+        let is_upright = is_upright(bodies);
         self.fat.resize(bodies.alive.len(), EMPTY_BOX);
         for slot in swept(bodies, self.static_grid.is_some()) {
             self.fat[slot as usize] = grown(bodies, slot);
         }
-        self.sort_by_edge(bodies, axis);
-        self.sweep(bodies, axis, filter);
+        self.sort_by_edge(bodies, is_upright);
+        self.sweep(bodies, filter);
         self.find_static_pairs(bodies, &bodies.moving, filter);
         self.keys.sort_unstable();
         self.renewed.clear();
@@ -250,36 +240,36 @@ impl PairList {
         self.outgrown = outgrown;
     }
 
-    fn sort_by_edge(&mut self, bodies: &Bodies, axis: usize) {
-        let fat = &self.fat;
-        self.order.clear();
-        self.order.extend(swept(bodies, self.static_grid.is_some()).map(|slot| {
-            u64::from(ordered_bits(fat[slot as usize].low[axis])) << 32 | u64::from(slot)
+    /// Sorts by the lower edge along the axis of the sweep, which comes first in `sorted`.
+    fn sort_by_edge(&mut self, bodies: &Bodies, is_upright: bool) {
+        let PairList { order, sorted, fat, static_grid, .. } = self;
+        let turned = |of: Vec2| if is_upright { of.yx() } else { of };
+        order.clear();
+        order.extend(swept(bodies, static_grid.is_some()).map(|slot| {
+            let low = turned(fat[slot as usize].low).x;
+            u64::from(ordered_bits(low)) << 32 | u64::from(slot)
         }));
-        self.order.sort_unstable();
+        order.sort_unstable();
+        sorted.clear();
+        sorted.extend(order.iter().map(|&entry| {
+            let Aabb { low, high } = fat[entry as u32 as usize];
+            Aabb { low: turned(low), high: turned(high) }
+        }));
     }
 
-    fn sweep(&mut self, bodies: &Bodies, axis: usize, filter: Filter) {
-        let PairList { order, sorted, found, fat, keys, .. } = self;
-        let extent = |&entry: &u64| {
-            let Aabb { low, high } = fat[entry as u32 as usize];
-            let across = 1 - axis;
-            Extent { low: low[axis], high: high[axis], across: [low[across], high[across]] }
-        };
-        sorted.clear();
-        sorted.extend(order.iter().map(extent));
+    fn sweep(&mut self, bodies: &Bodies, filter: Filter) {
+        let PairList { order, sorted, found, keys, .. } = self;
         keys.clear();
         found.resize(order.len(), 0);
-        for (rank, (&a, extent)) in order.iter().zip(sorted.iter()).enumerate() {
+        for (rank, (&a, bounds)) in order.iter().zip(sorted.iter()).enumerate() {
             // Without a branch on what cannot be predicted: few of the boxes beside overlap.
             let mut count = 0;
             for (&b, other) in order[rank + 1..].iter().zip(&sorted[rank + 1..]) {
-                if other.low >= extent.high {
+                if other.low.x >= bounds.high.x {
                     break;
                 }
                 found[count] = b as u32;
-                let overlaps =
-                    (other.across[0] < extent.across[1]) & (extent.across[0] < other.across[1]);
+                let overlaps = (other.low.y < bounds.high.y) & (bounds.low.y < other.high.y);
                 count += usize::from(overlaps);
             }
             for &b in &found[..count] {
@@ -350,8 +340,8 @@ fn swept(bodies: &Bodies, moving: bool) -> impl Iterator<Item = u32> + '_ {
     some.iter().copied().chain(all.into_iter().flatten())
 }
 
-/// The axis along which the centres of the moving bodies are spread out further.
-fn long_axis(bodies: &Bodies) -> usize {
+/// Whether the centres of the moving bodies are spread out further along y than along x.
+fn is_upright(bodies: &Bodies) -> bool {
     let mut low = Vec2::splat(f32::INFINITY);
     let mut high = Vec2::splat(f32::NEG_INFINITY);
     for &slot in &bodies.moving {
@@ -362,7 +352,7 @@ fn long_axis(bodies: &Bodies) -> usize {
         }
     }
     let spread = high - low;
-    usize::from(spread.y > spread.x)
+    spread.y > spread.x
 }
 
 /// Whether two bodies are within reach of each other: the exact test behind the list.
