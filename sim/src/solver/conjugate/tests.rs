@@ -123,6 +123,30 @@ fn an_elastic_gas_keeps_its_energy() {
     assert!(dynamic(&world).all(|id| inside(world.position(id))));
 }
 
+/// Discs close to each other meet several others in a step.
+#[test]
+fn a_crowded_elastic_gas_keeps_its_energy() {
+    let mut world = bouncy_world(0.0);
+    for (center, half) in [
+        ((15.0, -10.0), (40.0, 10.0)),
+        ((15.0, 40.0), (40.0, 10.0)),
+        ((-10.0, 15.0), (10.0, 40.0)),
+        ((40.0, 15.0), (10.0, 40.0)),
+    ] {
+        fixed(&mut world, center, half, 0.0);
+    }
+    let mut rng = Rng::new(9, 0);
+    for index in 0..100 {
+        let at = ((index % 10) as f32 * 3.0 + 1.5, (index / 10) as f32 * 3.0 + 1.5);
+        let velocity = Vec2::new(rng.range(-30.0, 30.0), rng.range(-30.0, 30.0));
+        add(&mut world, BodyDef { velocity, restitution: 1.0, ..ball_at(at.0, at.1) });
+    }
+    let before = kinetic(&world);
+    steps(&mut world, 3600);
+    let share = kinetic(&world) / before;
+    assert!((share - 1.0).abs() < 1e-3, "energy times {share}");
+}
+
 #[test]
 fn newtons_cradle_passes_the_impact_exactly() {
     for (gap, reverse) in [(0.0, false), (0.0, true), (0.01, false), (0.01, true)] {
