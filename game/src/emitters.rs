@@ -1,7 +1,7 @@
 //! Emitters: those of the scene that start by themselves, and the report of all.
 
 use crate::event::Event;
-use crate::scene::{Location, Scene};
+use crate::scene::{Condition, Location, Scene, ScheduledEmitter};
 use jostle_sim::Rng;
 use jostle_sim::{BodyId, EmitterDef, Source, World};
 
@@ -11,11 +11,13 @@ pub(crate) fn start_due(
     scene: &Scene,
     placed: &[Option<BodyId>],
     tick: u32,
+    allows: impl Fn(&Condition) -> bool,
     rng: &mut Rng,
     events: &mut Vec<Event>,
 ) {
     let numbered = (0..=u8::MAX).zip(&scene.emitters);
-    for (index, scheduled) in numbered.filter(|(_, scheduled)| scheduled.starts_at(tick)) {
+    let is_due = |of: &ScheduledEmitter| of.starts_at(tick) && allows(&of.condition);
+    for (index, scheduled) in numbered.filter(|(_, scheduled)| is_due(scheduled)) {
         match scheduled.location {
             Location::Point(point) => {
                 let seed = rng.next_u32();

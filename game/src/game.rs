@@ -11,7 +11,9 @@ use crate::phase::Phase;
 use crate::player::{self, Player};
 use crate::rngs::{LAYOUT_STREAM, Rngs};
 use crate::roster::Roster;
-use crate::scene::{Kind, SEATS_MAX, Scene};
+use crate::rules::{RoundInfo, Rules, Table};
+use crate::scene::{Condition, Kind, SEATS_MAX, Scene};
+use crate::side::Standing;
 use crate::{emitters, heroes, impacts, minions, packs, placing, platforms, tools};
 use jostle_sim::Rng;
 use jostle_sim::particles::quantise;
@@ -60,6 +62,8 @@ pub struct Game {
     pub(crate) ticks: u32,
     pub(crate) roster: Roster,
     pub(crate) rngs: Rngs,
+    /// Where the scene has rules.
+    pub(crate) rules: Option<Rules>,
     events: Vec<Event>,
     /// Joins and leaves since the last tick.
     pub(crate) pending: Vec<Event>,
@@ -76,20 +80,32 @@ impl Game {
     /// A game at tick 0 without players. The same scene and seed give the same game.
     pub fn new(scene: Arc<Scene>, seed: u64) -> Game {
         let world = World::new(scene.world_settings());
-        let mut game = Game::of_parts(scene, world, Roster::default(), Rngs::new(seed));
-        let Game { scene, world, roster, .. } = &mut game;
-        placing::fill(world, roster, scene, &mut Rng::new(seed, LAYOUT_STREAM));
+        let mut layouts = Rng::new(seed, LAYOUT_STREAM);
+        let rules = Rules::new(&scene, layouts.clone());
+        let mut game = Game::of_parts(scene, world, Roster::default(), Rngs::new(seed), rules);
+        let Game { scene, world, roster, rules, .. } = &mut game;
+        match rules {
+            Some(rules) => rules.place(scene, world, roster),
+            None => placing::fill(world, roster, scene, &mut layouts, |_| true),
+        }
         game
     }
 
     /// A game at tick 0 of these parts.
-    pub(crate) fn of_parts(scene: Arc<Scene>, world: World, roster: Roster, rngs: Rngs) -> Game {
+    pub(crate) fn of_parts(
+        scene: Arc<Scene>,
+        world: World,
+        roster: Roster,
+        rngs: Rngs,
+        rules: Option<Rules>,
+    ) -> Game {
         Game {
             scene,
             world,
             ticks: 0,
             roster,
             rngs,
+            rules,
             events: Vec::new(),
             pending: Vec::new(),
             prey: Prey::default(),
@@ -122,7 +138,10 @@ impl Game {
             Err(slot) => slot,
         };
         let Game { scene, world, roster, rngs, .. } = self;
-        roster.players.insert(slot, Player::new(seat, roster.first_of(scene, Kind::Hero)));
+        let mut player = Player::new(seat, roster.first_of(scene, Kind::Hero));
+        player.team = roster.team_for(scene);
+        player.standing = Standing::at_start(scene.rules.lives(), true);
+        roster.players.insert(slot, player);
         heroes::spawn(world, roster, scene, slot, &mut rngs.spawn);
         self.pending.push(Event::Joined(seat));
     }
@@ -135,6 +154,7 @@ impl Game {
         };
         let Game { world, roster, .. } = self;
         tools::release(world, &mut roster.players[slot]);
+        roster.players[slot].drop_carried(world);
         roster.players.remove(slot);
         roster.remove_all(world, |actor| actor.owner == Some(seat));
         self.pending.push(Event::Left(seat));
@@ -170,17 +190,27 @@ impl Game {
     ) {
         let ordered = inputs.windows(2).all(|pair| pair[0].0 < pair[1].0);
         debug_assert!(ordered, "inputs must be in seat order, one a seat");
-        let Game { scene, world, roster, rngs, events, prey, .. } = self;
+        let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
+        let tick = self.ticks;
         events.clear();
         events.append(&mut self.pending);
 
+        if let Some(rules) = rules {
+            rules.begin_tick(&mut Table { scene, world, roster, rngs, events });
+        }
         player::take_inputs(&mut roster.players, inputs, scene.size);
-        platforms::drive(world, &roster.placed, scene, self.ticks + 1);
+        let path_tick = |body| rules.as_ref().map_or(tick + 1, |rules| rules.path_tick(body));
+        platforms::drive(world, &roster.placed, scene, path_tick);
         minions::steer(world, &roster.actors, scene.minion_recovery);
-        heroes::spawn_due(world, roster, scene, &mut rngs.spawn);
+        let teams = rules.as_ref().map_or(&[][..], |rules| &rules.teams);
+        heroes::spawn_due(world, roster, scene, teams, &mut rngs.spawn);
         heroes::thrust(world, &roster.players, scene);
         packs::steer(world, roster, scene, prey);
         tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
+        heroes::keep_lanes(world, &roster.players, scene);
+        if let Some(rules) = rules {
+            rules.hold_resting(&mut Table { scene, world, roster, rngs, events });
+        }
         watch(Phase::Inputs, world);
 
         step(world, watch);
@@ -190,8 +220,12 @@ impl Game {
         minions::turn(world, &mut roster.actors);
         packs::take_drift(world, &mut roster.actors);
         packs::burst(world, roster, scene, prey, &mut rngs.emit, events);
+        if let Some(rules) = rules {
+            rules.play(&mut Table { scene, world, roster, rngs, events });
+        }
         tools::make(world, roster, scene, rngs, events, &mut self.nearby);
-        emitters::start_due(world, scene, &roster.placed, self.ticks, &mut rngs.emit, events);
+        let allows = |of: &Condition| rules.as_ref().is_none_or(|rules| rules.allows(of));
+        emitters::start_due(world, scene, &roster.placed, tick, allows, &mut rngs.emit, events);
         watch(Phase::Events, world);
         world.step_particles();
         watch(Phase::Particles, world);
@@ -215,6 +249,20 @@ impl Game {
         })
     }
 
+    /// What players see of the rules; `None` in a scene without any.
+    pub fn round(&self) -> Option<RoundInfo> {
+        self.rules.as_ref().map(|rules| rules.info(&self.scene, &self.roster, self.ticks))
+    }
+
+    /// Hits with packs, in a playground; in a game the points of the player's side, as far as they are not below 0.
+    fn score_of(&self, player: &Player) -> u16 {
+        let Some(rules) = self.rules.as_ref().filter(|_| self.scene.rules.round.is_some()) else {
+            return player.score;
+        };
+        let team = player.team.map(|team| rules.teams[usize::from(team)]);
+        team.unwrap_or(player.standing).score.clamp(0, i32::from(u16::MAX)) as u16
+    }
+
     /// Players in seat order.
     pub fn players(&self) -> impl Iterator<Item = PlayerInfo> + '_ {
         self.roster.players.iter().map(|player| PlayerInfo {
@@ -222,7 +270,7 @@ impl Game {
             hero: player.hero,
             selected: player.selected,
             held: player.held.map(|held| held.body),
-            score: player.score,
+            score: self.score_of(player),
             pointer: player.pointer.map(|pointer| quantise(pointer, self.scene.world.quantum)),
         })
     }

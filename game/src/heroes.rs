@@ -6,7 +6,8 @@ use crate::input::Buttons;
 use crate::placing::is_clear;
 use crate::player::Player;
 use crate::roster::Roster;
-use crate::scene::{HeroSpec, Kind, Scene, Tools};
+use crate::scene::{HeroSpec, Kind, LaneAxis, Scene, Tools};
+use crate::side::Standing;
 use glam::Vec2;
 use jostle_sim::Rng;
 use jostle_sim::math::{clamp_length, max};
@@ -20,12 +21,18 @@ const RETRY_TICKS: u32 = 10;
 const POSITIONS_TRIED: u32 = 16;
 
 /// Spawns the heroes of players who have none and have waited long enough.
-pub(crate) fn spawn_due(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
+pub(crate) fn spawn_due(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    teams: &[Standing],
+    rng: &mut Rng,
+) {
     for slot in 0..roster.players.len() {
         let player = &mut roster.players[slot];
         if player.hero.is_none() && player.hero_wait > 0 {
             player.hero_wait -= 1;
-        } else if player.hero.is_none() {
+        } else if player.hero.is_none() && !is_out(player, teams) {
             spawn(world, roster, scene, slot, rng);
         }
     }
@@ -41,8 +48,9 @@ pub(crate) fn spawn(
 ) {
     let Some(spec) = &scene.hero else { return };
     let seat = roster.players[slot].seat;
-    let hero = clear_position(world, scene, spec, usize::from(seat.0), rng).and_then(|position| {
+    let hero = clear_position(world, roster, scene, spec, slot, rng).and_then(|position| {
         let def = BodyDef { position, ..spec.body };
+        roster.players[slot].home = position;
         roster.add(world, &def, Kind::Hero, Some(seat), Rule::Still)
     });
     let player = &mut roster.players[slot];
@@ -50,18 +58,32 @@ pub(crate) fn spawn(
     player.hero_wait = RETRY_TICKS;
 }
 
-/// A position where a hero touches nothing that it collides with: a spawn point, tried from the
-/// seat's own on, else a random one in the world.
+/// Whether a player's side lost its last life.
+fn is_out(player: &Player, teams: &[Standing]) -> bool {
+    let team = player.team.and_then(|team| teams.get(usize::from(team)));
+    team.map_or(player.standing.out, |team| team.out)
+}
+
+/// A position where a hero touches nothing that it collides with: the checkpoint, else a spawn point,
+/// tried from the player's own on, else a random one in the world.
 fn clear_position(
     world: &World,
+    roster: &Roster,
     scene: &Scene,
     spec: &HeroSpec,
-    first: usize,
+    slot: usize,
     rng: &mut Rng,
 ) -> Option<Vec2> {
     let is_clear = |position| is_clear(world, scene, &spec.body, position, world.ids());
-    let count = spec.spawns.len();
-    let mut points = (0..count).map(|step| spec.spawns[(first + step) % count]);
+    let player = &roster.players[slot];
+    let team = player.team.map(|team| &scene.rules.teams[usize::from(team)].spawns);
+    let (spawns, first) = match team.filter(|spawns| !spawns.is_empty()) {
+        Some(spawns) => (spawns, roster.place_in_team(slot)),
+        None => (&spec.spawns, usize::from(player.seat.0)),
+    };
+    let count = spawns.len();
+    let own = (0..count).map(|step| spawns[(first + step) % count]);
+    let mut points = player.checkpoint.into_iter().chain(own);
     if let Some(point) = points.find(|&point| is_clear(point)) {
         return Some(point);
     }
@@ -88,12 +110,37 @@ pub(crate) fn thrust(world: &mut World, players: &[Player], scene: &Scene) {
     }
 }
 
+/// Keeps heroes on their lanes, and what they carry above them.
+pub(crate) fn keep_lanes(world: &mut World, players: &[Player], scene: &Scene) {
+    for player in players {
+        let Some(hero) = player.hero else { continue };
+        if let Some(lane) = scene.lane(player.team) {
+            let off = (player.home - world.position(hero)) / DT;
+            let velocity = world.velocity(hero);
+            let kept = match lane {
+                LaneAxis::X => Vec2::new(velocity.x, off.y),
+                LaneAxis::Y => Vec2::new(off.x, velocity.y),
+            };
+            world.set_velocity(hero, clamp_length(kept, scene.world.speed_max));
+        }
+        if let Some(carried) = player.carried {
+            let rise =
+                world.shape(hero).half_extent().y + world.shape(carried.body).half_extent().y;
+            let place = world.position(hero) + Vec2::new(0.0, rise);
+            let way = place - world.position(carried.body) + world.velocity(hero) * DT;
+            world.set_velocity(carried.body, clamp_length(way / DT, scene.world.speed_max));
+        }
+    }
+}
+
 /// Reports bodies that left the kill zone; the players of lost heroes wait for the next one.
 pub(crate) fn report_departed(world: &World, roster: &mut Roster, events: &mut Vec<Event>) {
+    roster.players.iter_mut().for_each(|player| player.lost = None);
     for &(body, point) in world.departed() {
         let player = roster.players.iter_mut().find(|player| player.hero == Some(body));
         if let Some(player) = player {
             player.hero_wait = RESPAWN_TICKS;
+            player.lost = Some(body);
         }
         let kind = roster.forget(body).map_or(Kind::Block, |actor| actor.kind);
         events.push(Event::BodyLeft { kind, body, point });

@@ -18,7 +18,9 @@ mod platforms;
 mod player;
 mod rngs;
 mod roster;
+mod rules;
 pub mod scene;
+mod side;
 mod state;
 mod tools;
 
@@ -29,4 +31,6 @@ pub use event::Event;
 pub use game::{BodyInfo, Game, PlayerInfo};
 pub use input::{Buttons, Input, POINTER_MAX, POINTER_QUANTUM, Seat};
 pub use phase::Phase;
+pub use rules::{RoundInfo, RoundPhase, RoundPlayer, SideInfo};
 pub use scene::{Kind, SEATS_MAX, Scene, SceneError, Tools};
+pub use side::Side;

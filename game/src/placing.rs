@@ -2,7 +2,7 @@
 
 use crate::actor::Rule;
 use crate::roster::Roster;
-use crate::scene::{Kind, Layout, Location, Path, Scene};
+use crate::scene::{Kind, Layout, Location, Path, Placed, Scene};
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, BodyId, Motion, Shape, Spring, SpringEnd, World};
 use jostle_sim::{Rng, collide};
@@ -12,11 +12,18 @@ const TRIES: u32 = 256;
 /// Bodies of a layout that find no room one after the other before the layout counts as full.
 const FAILURES_MAX: u32 = 8;
 
-/// Fills the world: first the bodies at fixed positions, then the layouts in file order.
-pub(crate) fn fill(world: &mut World, roster: &mut Roster, scene: &Scene, rng: &mut Rng) {
+/// Fills the world: first the bodies at fixed positions that are `there`, by their numbers, then the
+/// layouts in file order.
+pub(crate) fn fill(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    rng: &mut Rng,
+    there: impl Fn(usize) -> bool,
+) {
     let mut taken = Vec::new();
-    for body in &scene.bodies {
-        let id = place(world, roster, body.kind, body.def, body.start_speed, rng);
+    for (index, body) in scene.bodies.iter().enumerate() {
+        let id = if there(index) { place_body(world, roster, body, rng) } else { None };
         roster.placed.push(id);
         match &body.path {
             Some(path) => taken.extend(swept(path, body.def.shape)),
@@ -59,6 +66,16 @@ fn add_springs(world: &mut World, placed: &[Option<BodyId>], scene: &Scene) {
             });
         }
     }
+}
+
+/// Adds a body of the scene file.
+pub(crate) fn place_body(
+    world: &mut World,
+    roster: &mut Roster,
+    body: &Placed,
+    rng: &mut Rng,
+) -> Option<BodyId> {
+    place(world, roster, body.kind, body.def, body.start_speed, rng)
 }
 
 /// Adds a body; one with a `start_speed` sets off to either side.

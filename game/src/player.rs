@@ -1,9 +1,10 @@
 //! A seated player, as the rules see it.
 
 use crate::input::{Buttons, Input, Seat};
+use crate::side::Standing;
 use glam::Vec2;
-use jostle_sim::BodyId;
 use jostle_sim::state::{StateVisitor, Subject};
+use jostle_sim::{BodyId, World};
 
 /// A body that a player holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,20 @@ pub(crate) struct Player {
     pub selected: Option<BodyId>,
     pub held: Option<Held>,
     pub score: u16,
+    /// The team, in scenes that have teams.
+    pub team: Option<u8>,
+    /// How the player stands in the round, where there are no teams.
+    pub standing: Standing,
+    /// Ticks for which keys do nothing.
+    pub stun: u32,
+    /// Where the hero appeared last.
+    pub home: Vec2,
+    /// Where the hero comes back instead.
+    pub checkpoint: Option<Vec2>,
+    /// The body that hangs on the hero.
+    pub carried: Option<Held>,
+    /// The hero that left the world in this tick.
+    pub lost: Option<BodyId>,
     /// Last pointer inside the world.
     pub pointer: Option<Vec2>,
     /// Pointer of this tick, if inside the world.
@@ -42,6 +57,13 @@ impl Player {
             selected,
             held: None,
             score: 0,
+            team: None,
+            standing: Standing::default(),
+            stun: 0,
+            home: Vec2::ZERO,
+            checkpoint: None,
+            carried: None,
+            lost: None,
             pointer: None,
             aim: None,
             down: Buttons::default(),
@@ -70,11 +92,46 @@ impl Player {
         self.pressed.contains(button)
     }
 
+    /// Forgets the round before.
+    pub fn begin_round(&mut self) {
+        self.stun = 0;
+        self.checkpoint = None;
+        self.hero_wait = 0;
+    }
+
+    /// Hangs a body on the hero, in place of another.
+    pub fn carry(&mut self, body: BodyId, world: &mut World) {
+        if self.carried.is_none_or(|carried| carried.body != body) {
+            self.drop_carried(world);
+            let gravity_scale = world.gravity_scale(body);
+            world.set_gravity_scale(body, 0.0);
+            self.carried = Some(Held { body, gravity_scale });
+        }
+    }
+
+    /// Drops what the hero carries.
+    pub fn drop_carried(&mut self, world: &mut World) {
+        if let Some(carried) = self.carried.take() {
+            world.set_gravity_scale(carried.body, carried.gravity_scale);
+        }
+    }
+
+    /// Lets go of a body that is to be elsewhere.
+    pub fn let_go_of(&mut self, body: BodyId, world: &mut World) {
+        if let Some(held) = self.held.take_if(|held| held.body == body) {
+            world.set_gravity_scale(body, held.gravity_scale);
+        }
+        if self.carried.is_some_and(|carried| carried.body == body) {
+            self.drop_carried(world);
+        }
+    }
+
     /// Drops every reference to a body that is gone.
     pub fn forget(&mut self, body: BodyId) {
         self.hero.take_if(|hero| *hero == body);
         self.selected.take_if(|selected| *selected == body);
         self.held.take_if(|held| held.body == body);
+        self.carried.take_if(|carried| carried.body == body);
     }
 
     pub fn visit(&self, visitor: &mut impl StateVisitor) {
@@ -100,10 +157,14 @@ impl Player {
 /// Gives each player its input of this tick. A seat without an entry is at rest: nothing is down.
 pub(crate) fn take_inputs(players: &mut [Player], inputs: &[(Seat, Input)], world_size: Vec2) {
     for player in players {
-        let input = match inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat) {
+        let mut input = match inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat) {
             Ok(at) => inputs[at].1.rounded(),
             Err(_) => Input::default(),
         };
+        if player.stun > 0 {
+            player.stun -= 1;
+            input.buttons = Buttons::default();
+        }
         player.take(input, world_size);
     }
 }

@@ -4,6 +4,7 @@ use crate::actor::{Actor, Rule};
 use crate::input::Seat;
 use crate::player::Player;
 use crate::scene::{Kind, Scene, Tools};
+use crate::side::Side;
 use jostle_sim::{BodyDef, BodyId, World};
 
 /// Roles of the bodies, and the players.
@@ -60,6 +61,33 @@ impl Roster {
             *placed = None;
         }
         self.actors[id.index as usize].take_if(|actor| actor.id == id)
+    }
+
+    /// The player that a body belongs to; nobody if it is gone.
+    pub fn owner_of(&self, id: BodyId) -> Option<Seat> {
+        let actor = self.actors.get(id.index as usize).copied().flatten();
+        actor.filter(|actor| actor.id == id)?.owner
+    }
+
+    /// The side of a seated player.
+    pub fn side_of(&self, seat: Seat) -> Side {
+        let player = self.players.iter().find(|player| player.seat == seat);
+        player.and_then(|player| player.team).map_or(Side::Player(seat), Side::Team)
+    }
+
+    /// The team with the fewest players, the first of equals, that has a place left.
+    pub fn team_for(&self, scene: &Scene) -> Option<u8> {
+        let teams = (0..).zip(&scene.rules.teams).map(|(index, team): (u8, _)| {
+            let players = self.players.iter().filter(|player| player.team == Some(index)).count();
+            (players >= usize::from(team.players_max), players, index)
+        });
+        teams.min().map(|(_, _, index)| index)
+    }
+
+    /// How many players of the same team sit before this one.
+    pub fn place_in_team(&self, slot: usize) -> usize {
+        let team = self.players[slot].team;
+        self.players[..slot].iter().filter(|player| player.team == team).count()
     }
 
     /// All bodies with a role, in index order.

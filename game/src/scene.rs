@@ -16,6 +16,7 @@ mod parse;
 mod path;
 mod plan;
 mod recipes;
+mod rules;
 mod solver;
 mod spec;
 mod springs;
@@ -35,6 +36,11 @@ pub(crate) use parse::BUILT_IN;
 pub use path::Path;
 pub use plan::{Bodies, Part, Per, Plan};
 pub use recipes::presets;
+pub use rules::{
+    AtTime, Condition, Each, Effects, LaneAxis, Levels, Need, Occasion, OrderSpec, POINTS_MAX,
+    RelaySpec, RoundSpec, RuleSet, RuleSpec, SignalKind, SignalSpec, Stays, Step, TEAMS_MAX, Take,
+    TeamSpec, To, ZONES_MAX, ZoneArea, ZoneSpec,
+};
 pub use spec::{
     Camera, HeroSpec, Layout, Location, MarbleSpec, PackSpec, Placed, PlacedSpring, Scene,
     ScheduledEmitter,

@@ -10,6 +10,7 @@ use crate::input::{Buttons, Seat};
 use crate::player::{Held, Player};
 use crate::rngs::Rngs;
 use crate::roster::Roster;
+use crate::rules::Rules;
 use crate::scene::{Kind, SEATS_MAX, Scene};
 use jostle_sim::Rng;
 use jostle_sim::state::bytes::{StateReader, StateWriter};
@@ -54,6 +55,9 @@ impl Game {
         }
         self.roster.actors().for_each(|actor| actor.visit(visitor));
         self.roster.players.iter().for_each(|player| player.visit(visitor));
+        if let Some(rules) = &self.rules {
+            rules.visit(&self.world, &self.roster, visitor);
+        }
     }
 
     /// The whole state as bytes, between two ticks: at most 64 a body and 8 a contact, particles,
@@ -71,6 +75,9 @@ impl Game {
         self.roster.players.iter().for_each(|player| save_player(player, &mut out));
         out.word(self.pending.len() as u32);
         self.pending.iter().for_each(|event| save_pending(event, &mut out));
+        if let Some(rules) = &self.rules {
+            rules.save(&self.world, &self.roster, &mut out);
+        }
         out.0
     }
 
@@ -90,9 +97,12 @@ impl Game {
         let placed = read_placed(&scene, &world, bytes)?;
         let mut roster = Roster { actors, players: Vec::new(), placed };
         read_players(&scene, &world, &mut roster, bytes)?;
-        let mut game = Game::of_parts(scene, world, roster, rngs);
+        let pending = read_pending(bytes)?;
+        let rules = Rules::new(&scene, Rng::new(0, 0));
+        let rules = rules.map(|rules| rules.restore(&scene, &world, &mut roster, bytes));
+        let mut game = Game::of_parts(scene, world, roster, rngs, rules.transpose()?);
         game.ticks = ticks;
-        game.pending = read_pending(bytes)?;
+        game.pending = pending;
         bytes.end()?;
         Ok(game)
     }
@@ -171,7 +181,7 @@ fn read_pending(bytes: &mut StateReader) -> Result<Vec<Event>, StateError> {
     Ok(pending)
 }
 
-fn read_rng(bytes: &mut StateReader) -> Result<Rng, StateError> {
+pub(crate) fn read_rng(bytes: &mut StateReader) -> Result<Rng, StateError> {
     let halves = [bytes.long("chance")?, bytes.long("chance")?];
     bytes.check(halves[1] & 1 == 1, "chance")?;
     Ok(Rng::from_state(halves))
@@ -281,7 +291,7 @@ fn save_pending(event: &Event, out: &mut StateWriter) {
 }
 
 /// One byte below 128, the usual case; above it two, high bits first; one byte for no seat.
-fn save_seat(seat: Option<Seat>, out: &mut StateWriter) {
+pub(crate) fn save_seat(seat: Option<Seat>, out: &mut StateWriter) {
     match seat {
         None => out.byte(NO_SEAT),
         Some(Seat(low @ 0..LONG_SEATS)) => out.byte(low as u8),
@@ -292,7 +302,10 @@ fn save_seat(seat: Option<Seat>, out: &mut StateWriter) {
     }
 }
 
-fn read_seat(field: &'static str, bytes: &mut StateReader) -> Result<Option<Seat>, StateError> {
+pub(crate) fn read_seat(
+    field: &'static str,
+    bytes: &mut StateReader,
+) -> Result<Option<Seat>, StateError> {
     let first = bytes.byte(field)?;
     let seat = match u16::from(first) {
         _ if first == NO_SEAT => return Ok(None),

@@ -5,6 +5,7 @@ mod heroes;
 mod packs;
 mod plans;
 mod players;
+mod rules;
 mod shipped;
 mod showcases;
 

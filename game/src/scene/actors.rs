@@ -5,11 +5,12 @@ use super::groups::Groups;
 use super::kind::Kind;
 use super::limits::SPEED_MAX;
 use super::recipes::Recipes;
+use super::rules::{self, Names};
 use super::spec::{HeroSpec, Location, MarbleSpec, PackSpec, Placed, ScheduledEmitter};
 use super::springs;
-use super::table::{Range, Table};
+use super::table::{POSITION, Range, Table};
 use super::tools::Tools;
-use super::traits::{Kinds, POSITION, Traits};
+use super::traits::{Kinds, Traits};
 use glam::Vec2;
 use jostle_sim::{BodyDef, Drag};
 
@@ -69,6 +70,7 @@ fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
         body: traits.def(table, groups),
         thrust,
         speed_max,
+        lane: rules::lane(table),
         spawns: spawns.iter().map(|item| item.vector(Vec2::ZERO, POSITION)).collect(),
     }
 }
@@ -88,7 +90,12 @@ fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
 }
 
 /// Reads one entry of `emitters`.
-pub(super) fn emitter(table: &Table, bodies: &[Placed], recipes: &mut Recipes) -> ScheduledEmitter {
+pub(super) fn emitter(
+    table: &Table,
+    bodies: &[Placed],
+    names: &Names,
+    recipes: &mut Recipes,
+) -> ScheduledEmitter {
     let recipe = table.need("recipe", "the name of a recipe");
     let [position, follow] = table.either("position", "follow");
     if !position.is_given() && !follow.is_given() {
@@ -105,5 +112,6 @@ pub(super) fn emitter(table: &Table, bodies: &[Placed], recipes: &mut Recipes) -
         start: table.get("start").whole(0, 0..=TICKS_MAX),
         every: every.is_given().then(|| every.whole(1, 1..=TICKS_MAX)),
         location,
+        condition: names.any_condition(&table.get("while")),
     }
 }

@@ -3,9 +3,10 @@
 use super::groups::Groups;
 use super::limits::{LAYOUT_COUNT_MAX, SIZE_MAX, SPEED_MAX};
 use super::path::Path;
+use super::rules::Names;
 use super::spec::{Layout, Placed};
-use super::table::{Range, Table};
-use super::traits::{Kinds, POSITION, Traits, shape};
+use super::table::{POSITION, Range, Table};
+use super::traits::{Kinds, Traits, shape};
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, DT, Motion, Shape, TICKS_PER_SECOND};
 
@@ -16,7 +17,7 @@ const POINTS_MAX: usize = 64;
 const NAME_CHARS_MAX: usize = 32;
 
 /// Reads one entry of `bodies`.
-pub(super) fn placed(table: &Table, kinds: &Kinds, groups: &Groups) -> Placed {
+pub(super) fn placed(table: &Table, kinds: &Kinds, groups: &Groups, names: &Names) -> Placed {
     let name = table.get("name");
     let mut traits = kinds.read(table, groups);
     let position = table.get("position");
@@ -31,11 +32,18 @@ pub(super) fn placed(table: &Table, kinds: &Kinds, groups: &Groups) -> Placed {
         None => position.vector(Vec2::ZERO, POSITION),
     };
     let (velocity, start_speed) = velocity(table, &traits);
+    let runs = table.get("runs");
+    if runs.is_given() && path.is_none() {
+        runs.refuse("nothing: only a path has it");
+    }
+    let runs = names.any_condition(&runs);
     Placed {
         kind: traits.kind,
         def: BodyDef { position, velocity, ..traits.def(table, groups) },
         start_speed,
         name: name.is_given().then(|| name.text(NAME_CHARS_MAX)),
+        presence: names.any_condition(&table.get("while")),
+        runs,
         path,
     }
 }

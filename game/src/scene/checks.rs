@@ -1,7 +1,7 @@
 //! Checks of a scene that need more than one field. The scene has been read without an error.
 
 use super::drag;
-use super::limits::{MASS_RATIO_MAX, QUANTA_MAX};
+use super::limits::{MASS_RATIO_MAX, QUANTA_MAX, ZONE_LOOKS_MAX};
 use super::spec::{Layout, Placed, Scene};
 use super::table::{Field, Table};
 use super::tools::Tools;
@@ -21,6 +21,18 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_pack_speed(root, scene);
     check_masses(root, scene, &bodies, &layouts);
     check_starts(scene, &bodies, &layouts, &spawns);
+    check_zones(root, scene);
+}
+
+/// Zones look at every body of their groups in every tick.
+fn check_zones(root: &Table, scene: &Scene) {
+    let zones = scene.rules.zones.len();
+    let looks = zones * scene.world.bodies_max;
+    if looks > ZONE_LOOKS_MAX {
+        let found = format!("{zones} zones and up to {} bodies", scene.world.bodies_max);
+        let allowed = format!("at most {ZONE_LOOKS_MAX} as the product of zones and limits.bodies");
+        root.get("zones").refuse_as(found, allowed);
+    }
 }
 
 /// Bodies stay inside the kill zone, and messages carry whole quanta up to [`QUANTA_MAX`].

@@ -43,3 +43,5 @@ pub const SPRINGS_MAX: usize = 1024;
 pub const EMITTERS_MAX: usize = 256;
 /// Tables of `recipes`; presets in use join them.
 pub const RECIPES_MAX: usize = 64;
+/// Zones times bodies of a scene: what zones look at in a tick.
+pub const ZONE_LOOKS_MAX: usize = 262_144;

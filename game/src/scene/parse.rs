@@ -9,10 +9,10 @@ use super::limits::{
 };
 use super::name::{NAME_ALLOWED, is_name};
 use super::recipes::Recipes;
+use super::rules::{Known, Names, RuleSet};
 use super::spec::{Camera, Scene};
-use super::table::{Document, Range, Table};
+use super::table::{Document, POSITION, Range, Table, read_list};
 use super::tools::Tools;
-use super::traits::POSITION;
 use super::{bodies, checks, drag, solver, springs};
 use glam::Vec2;
 use jostle_sim::{Aabb, ForceSettings, WorldSettings};
@@ -83,14 +83,17 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let tools = tools(root);
     let mut recipes = Recipes::read(root);
     let actors = actors::actors(root, tools, &groups, &mut recipes);
-    let placed = |table: &Table| bodies::placed(table, &actors.kinds, &groups);
+    let names = Names::read(root);
+    let placed = |table: &Table| bodies::placed(table, &actors.kinds, &groups, &names);
     let bodies = read_list(root, "bodies", BODIES_MAX as usize, placed);
     let layout = |table: &Table| bodies::layout(table, &actors.kinds, &groups);
     let layouts = read_list(root, "layouts", BODIES_MAX as usize, layout);
     let spring = |table: &Table| springs::spring(table, &bodies);
     let springs = read_list(root, "springs", SPRINGS_MAX, spring);
-    let emitter = |table: &Table| actors::emitter(table, &bodies, &mut recipes);
+    let emitter = |table: &Table| actors::emitter(table, &bodies, &names, &mut recipes);
     let emitters = read_list(root, "emitters", EMITTERS_MAX, emitter);
+    let known = Known { names: &names, groups: &groups };
+    let rules = RuleSet::read(root, &known, &mut recipes);
     let camera = camera(root);
     let wind = drag::wind(&root.get("wind"));
     let mut scene = Scene {
@@ -114,6 +117,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
         minion_recovery: actors.minion_recovery,
         marble: actors.marble,
         pack: actors.pack,
+        rules,
     };
     scene.world.recipes = recipes.list;
     let settings = ForceSettings { wind, springs_max: scene.springs.len() };
@@ -138,21 +142,6 @@ fn world_settings(root: &Table, size: Vec2, groups: &Groups) -> WorldSettings {
         speed_max: root.get("speed_max").number(150.0, Range::from(1.0, SPEED_MAX)),
         ..WorldSettings::default()
     }
-}
-
-/// Reads the tables of a list that has at most `max` of them.
-fn read_list<T>(
-    root: &Table,
-    name: &'static str,
-    max: usize,
-    mut read: impl FnMut(&Table) -> T,
-) -> Vec<T> {
-    let field = root.get(name);
-    let entries = field.items();
-    if entries.len() > max {
-        field.refuse_as(format!("{} entries", entries.len()), format!("at most {max}"));
-    }
-    entries.iter().map(|entry| entry.table(&mut read)).collect()
 }
 
 fn spray(root: &Table, tools: Tools, recipes: &mut Recipes) -> Option<u8> {

@@ -236,12 +236,20 @@ impl Reasons<'_> {
             part("sleeping", "steps at rest, a grid of who lies still", self.sleeping()),
             part("particles", "particle state, emitter events, one pipeline, one sprite", emits),
             part("particles pushed out", "obstacle grid", obstacles),
-            part("emitters", "emitter events", self.emitters()),
+            part(
+                "emitters",
+                "emitter events",
+                self.count_of("emitters", self.scene.emitters.len()),
+            ),
             part(
                 "moves",
                 "moves section",
                 self.source(moves, "is not static", "every body is static"),
             ),
+            part("rounds", "a clock, the round's part of the players section", self.rounds()),
+            part("zones", "who is in each", self.count_of("zones", self.scene.rules.zones.len())),
+            part("signals", "levels", self.count_of("signals", self.scene.rules.signals.len())),
+            part("rules", "occasions", self.count_of("rules", self.scene.rules.rules.len())),
             part("impact events", "events section", self.impacts()),
             part("pack events", "events section", self.pack_hits()),
         ]
@@ -333,10 +341,18 @@ impl Reasons<'_> {
         }
     }
 
-    fn emitters(&self) -> Reason {
-        match self.scene.emitters.len() {
-            0 => Err("emitters has no entry".to_owned()),
-            count => Ok(format!("emitters has {count}")),
+    fn count_of(&self, list: &str, count: usize) -> Reason {
+        match count {
+            0 => Err(format!("{list} has no entry")),
+            count => Ok(format!("{list} has {count}")),
+        }
+    }
+
+    fn rounds(&self) -> Reason {
+        match (&self.scene.rules.round, self.scene.rules.teams.len()) {
+            (Some(_), _) => Ok("the scene has [round]".to_owned()),
+            (None, 0) => Err("no [round] and no [[teams]]".to_owned()),
+            (None, teams) => Ok(format!("teams has {teams}")),
         }
     }
 

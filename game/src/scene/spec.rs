@@ -2,6 +2,7 @@
 
 use super::kind::Kind;
 use super::path::Path;
+use super::rules::{Condition, LaneAxis, RuleSet};
 use super::tools::Tools;
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, Drag, EmitterDef, Shape, Source, WorldSettings};
@@ -61,6 +62,8 @@ pub struct Scene {
     pub marble: Option<MarbleSpec>,
     /// Dye packs, with the launch tool.
     pub pack: Option<PackSpec>,
+    /// Rounds, teams, zones, signals and rules; empty in a plain playground.
+    pub rules: RuleSet,
 }
 
 impl Scene {
@@ -85,6 +88,24 @@ impl Scene {
         all.any(|def| def.drag != Drag::NONE)
     }
 
+    /// Returns whether it has rules, so that bodies come and go and its clock begins again.
+    pub fn is_game(&self) -> bool {
+        !self.rules.is_empty() || self.has_conditions()
+    }
+
+    /// The axis that the heroes of a team stay on.
+    pub fn lane(&self, team: Option<u8>) -> Option<LaneAxis> {
+        let team = team.and_then(|team| self.rules.teams.get(usize::from(team)));
+        team.and_then(|team| team.lane).or(self.hero.as_ref()?.lane)
+    }
+
+    /// Returns whether bodies, paths or emitters depend on a condition.
+    pub(crate) fn has_conditions(&self) -> bool {
+        let bodies = self.bodies.iter().flat_map(|body| [&body.presence, &body.runs]);
+        let emitters = self.emitters.iter().map(|emitter| &emitter.condition);
+        bodies.chain(emitters).any(|condition| !condition.is_none())
+    }
+
     /// Returns whether bodies of the two groups collide.
     pub fn groups_meet(&self, a: u8, b: u8) -> bool {
         self.world.meets[usize::from(a)] >> b & 1 == 1
@@ -104,6 +125,10 @@ pub struct Placed {
     pub name: Option<String>,
     /// The path of a kinematic body.
     pub path: Option<Path>,
+    /// It is there only while this holds.
+    pub presence: Condition,
+    /// It moves along its path only while this holds.
+    pub runs: Condition,
 }
 
 /// Bodies in a grid: at positions that the seed decides, clear of each other and of all fixed ones,
@@ -173,6 +198,8 @@ pub struct HeroSpec {
     pub thrust: Vec2,
     /// Speed past which thrust adds nothing, units/s.
     pub speed_max: f32,
+    /// The axis that they stay on, unless their team has one.
+    pub lane: Option<LaneAxis>,
     /// Spawn points, tried from the seat's own on.
     pub spawns: Vec<Vec2>,
 }
@@ -231,6 +258,8 @@ pub struct ScheduledEmitter {
     pub every: Option<u32>,
     /// Its position.
     pub location: Location,
+    /// It starts only while this holds.
+    pub condition: Condition,
 }
 
 impl ScheduledEmitter {

@@ -2,8 +2,7 @@
 
 use super::limits::SIZE_MAX;
 use super::spec::{Location, Placed, PlacedSpring};
-use super::table::{Field, Range, Table, one_of};
-use super::traits::POSITION;
+use super::table::{Field, POSITION, Range, Table, one_of};
 use glam::Vec2;
 use jostle_sim::Motion;
 

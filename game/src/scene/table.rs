@@ -10,6 +10,7 @@
 //! misspelled field is reported as such rather than as a missing one.
 
 use super::error::SceneError;
+use super::limits::SIZE_MAX;
 use glam::Vec2;
 use std::cell::RefCell;
 use std::fmt;
@@ -34,6 +35,9 @@ pub(super) struct Range {
     above_low: bool,
 }
 
+/// Lowest and highest coordinate of anything in a scene.
+pub(super) const POSITION: Range = Range::from(-2.0 * SIZE_MAX, 2.0 * SIZE_MAX);
+
 /// A table of the file; a missing one reads as empty.
 pub(super) struct Table<'a> {
     document: &'a Document<'a>,
@@ -44,6 +48,7 @@ pub(super) struct Table<'a> {
 }
 
 /// A value of the file, which may be missing.
+#[derive(Clone)]
 pub(super) struct Field<'a> {
     document: &'a Document<'a>,
     path: String,
@@ -282,6 +287,15 @@ impl<'a> Field<'a> {
         items
     }
 
+    /// The value itself, or the values of a list of 1 to `max`.
+    pub fn one_or_more(&self, max: usize) -> Vec<Field<'a>> {
+        match self.value {
+            None => Vec::new(),
+            Some(DeValue::Array(_)) => self.some_items(1..=max, &format!("1 to {max} values")),
+            Some(_) => vec![self.clone()],
+        }
+    }
+
     /// Exactly `N` values of a list, read one by one.
     pub fn array<const N: usize, T: Copy>(
         &self,
@@ -336,6 +350,11 @@ impl<'a> Field<'a> {
         }
     }
 
+    /// Returns whether this table has a field.
+    pub fn has(&self, name: &str) -> bool {
+        self.value.and_then(DeValue::as_table).is_some_and(|entries| entries.contains_key(name))
+    }
+
     /// Names and values of a table whose keys are free, in order of the names.
     pub fn named(&self) -> Vec<(&'a str, Field<'a>)> {
         let table = self.parse(DeValue::as_table, || "a table".to_owned());
@@ -350,6 +369,21 @@ impl<'a> Field<'a> {
     fn inside(&self, path: String, value: &'a toml::Spanned<DeValue<'a>>) -> Field<'a> {
         Field { document: self.document, path, at: value.span(), value: Some(value.get_ref()) }
     }
+}
+
+/// Reads the tables of a list that has at most `max` of them.
+pub(super) fn read_list<T>(
+    root: &Table,
+    name: &'static str,
+    max: usize,
+    mut read: impl FnMut(&Table) -> T,
+) -> Vec<T> {
+    let field = root.get(name);
+    let entries = field.items();
+    if entries.len() > max {
+        field.refuse_as(format!("{} entries", entries.len()), format!("at most {max}"));
+    }
+    entries.iter().map(|entry| entry.table(&mut read)).collect()
 }
 
 fn path_of(table: &str, name: &str) -> String {

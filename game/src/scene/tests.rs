@@ -115,7 +115,7 @@ fn the_fire_preset_is_the_chapters_recipe() {
 #[test]
 fn unknown_names_are_refused_where_they_stand() {
     let fields = "the fields radius, size, mass, restitution, friction, gravity_scale, drag, group, \
-                  thrust, speed_max, spawns";
+                  thrust, speed_max, spawns, lane";
     refused("spawns =", "sapwns =", 13, "hero.sapwns", "an unknown field", fields);
     let groups = "one of platform, block, hero, pack";
     refused(
@@ -506,6 +506,7 @@ fn a_scheduled_emitter_starts_once_or_periodically() {
         start: 3,
         every: None,
         location: Location::Point(Vec2::ZERO),
+        condition: Condition::default(),
     };
     let often = ScheduledEmitter { every: Some(4), ..once };
     let ticks = |scheduled: ScheduledEmitter| {

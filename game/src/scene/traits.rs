@@ -8,8 +8,6 @@ use super::table::{Range, Table, one_of};
 use glam::Vec2;
 use jostle_sim::{BodyDef, Drag, Motion, Shape};
 
-/// Lowest and highest coordinate of anything in a scene.
-pub(super) const POSITION: Range = Range::from(-2.0 * SIZE_MAX, 2.0 * SIZE_MAX);
 const EXTENT: Range = Range::from(EXTENT_MIN, SIZE_MAX);
 const MASS: Range = Range::from(MASS_MIN, MASS_MAX);
 

@@ -158,6 +158,10 @@ fn plans_list_the_parts_that_shipped_scenes_lack() {
         "particles",
         "particles pushed out",
         "emitters",
+        "rounds",
+        "zones",
+        "signals",
+        "rules",
         "pack events",
     ];
     let uses = |plan: &Plan, name: &str| {

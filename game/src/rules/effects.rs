@@ -1,0 +1,217 @@
+//! Effects: what rules do.
+
+use super::book::{Rules, Table};
+use super::notes::{Rest, Start};
+use super::occasions::Occurrence;
+use crate::actor::Rule;
+use crate::scene::{Effects, Levels, RuleSpec, To};
+use crate::side::{Side, Standing};
+use crate::{emitters, placing};
+use glam::Vec2;
+use jostle_sim::{BodyId, EmitterDef, Motion, Source};
+
+/// Particles of a splash.
+const SPLASH_PARTICLES: u16 = 40;
+
+impl Rules {
+    /// Goes over the rules in file order; `before` are the levels of the last tick.
+    pub(super) fn apply(&mut self, before: Levels, table: &mut Table) {
+        self.scratch.claims.won.clear();
+        self.scratch.claims.lost.clear();
+        let mut found = Vec::new();
+        for rule in &table.scene.rules.rules {
+            if !rule.condition.all(self.levels) {
+                continue;
+            }
+            found.clear();
+            self.list_occurrences(rule.occasion, before, table, &mut found);
+            found.retain(|of| rule.team.is_none_or(|team| of.side == Some(Side::Team(team))));
+            for occurrence in &found {
+                self.act(rule, occurrence, table);
+            }
+        }
+    }
+
+    fn act(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut Table) {
+        let effects = &rule.effects;
+        self.act_on_sides(rule, occurrence, table);
+        if let Some(it) = occurrence.it {
+            self.act_on_body(effects, it, occurrence.other, table);
+        }
+        for &body in &effects.reset {
+            self.reset(body, effects.back.unwrap_or(0), table);
+        }
+    }
+
+    fn act_on_sides(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut Table) {
+        let Effects { score, life, end, .. } = rule.effects;
+        if score == 0 && life == 0 && end.is_none() {
+            return;
+        }
+        for side in self.concerned(rule.to, occurrence, table) {
+            let Some(standing) = self.standing(side, table) else { continue };
+            standing.add_score(score);
+            standing.add_lives(life);
+            match end {
+                Some(true) => self.scratch.claims.won.push(side),
+                Some(false) => self.scratch.claims.lost.push(side),
+                None => {}
+            }
+        }
+    }
+
+    /// The sides that an effect concerns.
+    fn concerned(&self, to: To, occurrence: &Occurrence, table: &Table) -> Vec<Side> {
+        match to {
+            To::It if occurrence.it.is_none() => self.sides(table.roster),
+            To::It => occurrence.side.into_iter().collect(),
+            To::By => occurrence.by.into_iter().collect(),
+            To::All => self.sides(table.roster),
+            To::Team(team) => vec![Side::Team(team)],
+            To::Holder(zone) => self.zones[usize::from(zone)].holder.into_iter().collect(),
+            To::Others => {
+                let mut sides = self.sides(table.roster);
+                sides.retain(|&side| Some(side) != occurrence.side);
+                sides
+            }
+        }
+    }
+
+    fn act_on_body(
+        &mut self,
+        effects: &Effects,
+        it: BodyId,
+        other: Option<BodyId>,
+        table: &mut Table,
+    ) {
+        let exists = table.world.contains(it);
+        if let Some(recipe) = effects.splash.filter(|_| exists) {
+            let source = Source::Point(table.world.position(it));
+            let seed = table.rngs.emit.next_u32();
+            let emitter = EmitterDef { recipe, count: SPLASH_PARTICLES, seed, source };
+            emitters::start(table.world, emitter, table.events);
+        }
+        if let Some(player) = table.roster.players.iter_mut().find(|player| player.hero == Some(it))
+        {
+            player.stun = player.stun.max(effects.stun);
+            if effects.checkpoint {
+                player.checkpoint = Some(table.world.position(it));
+            }
+            if effects.drop {
+                player.drop_carried(table.world);
+            }
+            if let Some(other) = other.filter(|_| effects.carry) {
+                player.carry(other, table.world);
+            }
+        }
+        if let Some(ticks) = effects.back {
+            self.send_back(it, ticks, table);
+        }
+        if effects.remove && table.world.contains(it) {
+            table.roster.remove(table.world, it);
+        }
+    }
+
+    /// Puts a body of the scene back to its start, where it rests for so many ticks.
+    fn reset(&mut self, body: usize, ticks: u32, table: &mut Table) {
+        match table.roster.placed[body] {
+            Some(id) => self.send_back(id, ticks, table),
+            None => self.bring_back(body, ticks, table),
+        }
+    }
+
+    /// Puts a body back to its start; one that is gone is made again if it is the scene's.
+    fn send_back(&mut self, id: BodyId, ticks: u32, table: &mut Table) {
+        if !table.world.contains(id) {
+            let placed = self.notes.get(id).and_then(|note| note.placed);
+            if let Some(body) = placed.filter(|&body| table.roster.placed[body].is_none()) {
+                self.bring_back(body, ticks, table);
+            }
+            return;
+        }
+        if table.world.motion(id) == Motion::Static {
+            return;
+        }
+        let Table { world, roster, .. } = table;
+        let home = roster.players.iter().find(|player| player.hero == Some(id));
+        let home = home.map(|player| player.checkpoint.unwrap_or(player.home));
+        for player in &mut roster.players {
+            player.let_go_of(id, world);
+        }
+        let note = self.notes.of(id, world);
+        if let Some(position) = home {
+            note.start = Start { position, velocity: Vec2::ZERO };
+        }
+        world.set_position(id, note.start.position);
+        // Who carries it or scored with it is no longer who touched it last.
+        note.touched_by = None;
+        if ticks > 0 && note.rests.is_none() {
+            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
+        } else if ticks == 0 {
+            set_off(id, note.start, table);
+        }
+    }
+
+    /// Makes a body of the scene that is gone, at its start.
+    fn bring_back(&mut self, body: usize, ticks: u32, table: &mut Table) {
+        let Table { scene, world, roster, rngs, .. } = table;
+        if !self.came[body] {
+            return;
+        }
+        let id = placing::place_body(world, roster, &scene.bodies[body], &mut rngs.spawn);
+        roster.placed[body] = id;
+        let Some(id) = id else { return };
+        let note = self.notes.of(id, world);
+        note.placed = Some(body);
+        if ticks > 0 {
+            note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
+        }
+    }
+
+    /// Before the step: holds bodies that rest at their start, and lets those go whose time is up.
+    pub fn hold_resting(&mut self, table: &mut Table) {
+        for note in self.notes.iter_mut() {
+            let Some(Rest { ticks, gravity_scale }) = note.rests else { continue };
+            let (id, start) = (note.id, note.start);
+            if !table.world.contains(id) {
+                note.rests = None;
+            } else if ticks == 0 {
+                note.rests = None;
+                table.world.set_gravity_scale(id, gravity_scale);
+                set_off(id, start, table);
+            } else {
+                note.rests = Some(Rest { ticks: ticks - 1, gravity_scale });
+                table.world.set_gravity_scale(id, 0.0);
+                table.world.set_position(id, start.position);
+                table.world.set_velocity(id, Vec2::ZERO);
+            }
+        }
+    }
+
+    /// The standing of a side, if it is there.
+    pub(super) fn standing<'a>(
+        &'a mut self,
+        side: Side,
+        table: &'a mut Table,
+    ) -> Option<&'a mut Standing> {
+        match side {
+            Side::Team(team) => self.teams.get_mut(usize::from(team)),
+            Side::Player(seat) => {
+                let mut players = table.roster.players.iter_mut();
+                players.find(|player| player.seat == seat).map(|player| &mut player.standing)
+            }
+        }
+    }
+}
+
+/// A body sets off from its start.
+fn set_off(id: BodyId, start: Start, table: &mut Table) {
+    table.world.set_velocity(id, start.velocity);
+    let speed = start.velocity.length();
+    if let Some(actor) = &mut table.roster.actors[id.index as usize]
+        && let Rule::Wander { heading, speed: wander } = &mut actor.rule
+        && speed > 0.0
+    {
+        (*heading, *wander) = (start.velocity / speed, speed);
+    }
+}

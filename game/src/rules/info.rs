@@ -1,0 +1,104 @@
+//! Public facts of the rules, for snapshots.
+
+use super::book::Rules;
+use super::clock::RoundPhase;
+use crate::input::Seat;
+use crate::roster::Roster;
+use crate::scene::Scene;
+use crate::side::{Side, Standing};
+
+/// What players see of the rules.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RoundInfo {
+    /// What the round is at.
+    pub phase: RoundPhase,
+    /// Ticks of the game before this phase began.
+    pub since: u32,
+    /// The teams, in the order of the file.
+    pub teams: Vec<SideInfo>,
+    /// The players, in seat order.
+    pub players: Vec<RoundPlayer>,
+    /// Who won, once the round is over.
+    pub winners: Vec<Side>,
+    /// Who holds each zone, in the order of the file.
+    pub holders: Vec<Option<Side>>,
+    /// Zones that are on and drawn, a bit each.
+    pub zones: u64,
+}
+
+/// How a side stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SideInfo {
+    /// Points.
+    pub score: i32,
+    /// Lives left; 0 in a scene without lives.
+    pub lives: i32,
+    /// Whether it takes part and can still win.
+    pub is_in: bool,
+}
+
+/// A player in the round.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RoundPlayer {
+    /// The seat.
+    pub seat: Seat,
+    /// The team, in a scene with teams.
+    pub team: Option<u8>,
+    /// How the player stands alone, in a scene without teams.
+    pub side: SideInfo,
+    /// Whether the player's keys do nothing.
+    pub is_stunned: bool,
+}
+
+impl Rules {
+    /// What players see of the rules after this many ticks of the game.
+    pub(crate) fn info(&self, scene: &Scene, roster: &Roster, ticks: u32) -> RoundInfo {
+        let zones = scene.rules.zones.iter().enumerate();
+        let drawn = zones.filter(|(_, zone)| zone.is_drawn());
+        let drawn = drawn.fold(0, |all, (index, _)| all | 1 << index);
+        let players = roster.players.iter().map(|player| RoundPlayer {
+            seat: player.seat,
+            team: player.team,
+            side: SideInfo::of(&player.standing),
+            is_stunned: player.stun > 0,
+        });
+        RoundInfo {
+            phase: self.round.phase,
+            since: ticks - self.round.ticks.min(ticks),
+            teams: self.teams.iter().map(SideInfo::of).collect(),
+            players: players.collect(),
+            winners: self.winners.clone(),
+            holders: self.holders().collect(),
+            zones: self.levels.zones & drawn,
+        }
+    }
+}
+
+impl RoundInfo {
+    /// How a side stands, if it is there.
+    pub fn side(&self, side: Side) -> Option<SideInfo> {
+        match side {
+            Side::Team(team) => self.teams.get(usize::from(team)).copied(),
+            Side::Player(seat) => self.player(seat).map(|player| player.side),
+        }
+    }
+
+    /// A player in the round.
+    pub fn player(&self, seat: Seat) -> Option<&RoundPlayer> {
+        let index = self.players.binary_search_by_key(&seat, |player| player.seat).ok()?;
+        Some(&self.players[index])
+    }
+
+    /// The side of a player.
+    pub fn side_of(&self, seat: Seat) -> Side {
+        let team = self.player(seat).and_then(|player| player.team);
+        team.map_or(Side::Player(seat), Side::Team)
+    }
+}
+
+impl SideInfo {
+    fn of(standing: &Standing) -> SideInfo {
+        let Standing { score, lives, .. } = *standing;
+        SideInfo { score, lives, is_in: standing.is_in() }
+    }
+}

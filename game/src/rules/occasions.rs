@@ -1,0 +1,118 @@
+//! Occasions: what happened in a tick that rules wait for.
+
+use super::book::{Rules, Table};
+use crate::event::Event;
+use crate::scene::{Condition, Levels, Occasion};
+use crate::side::Side;
+use jostle_sim::BodyId;
+
+/// One time that a rule applies.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Occurrence {
+    /// The body that it is about, which may be gone.
+    pub it: Option<BodyId>,
+    /// The other body of a touch.
+    pub other: Option<BodyId>,
+    /// The side of `it`.
+    pub side: Option<Side>,
+    /// The side that caused it.
+    pub by: Option<Side>,
+}
+
+impl Rules {
+    /// Lists the occurrences of an occasion in this tick, in the order in which they were found.
+    pub(super) fn list_occurrences(
+        &self,
+        occasion: Occasion,
+        before: Levels,
+        table: &Table,
+        found: &mut Vec<Occurrence>,
+    ) {
+        let changes = &self.scratch.zones;
+        let of = |zones: u64| move |&&(zone, _): &&(u8, BodyId)| zones >> zone & 1 == 1;
+        match occasion {
+            Occasion::Enter(zones) => {
+                let entered = changes.entered.iter().filter(of(zones));
+                found.extend(entered.map(|&(_, id)| self.about(id, table)));
+            }
+            Occasion::Leave(zones) => {
+                let left = changes.left.iter().filter(of(zones));
+                found.extend(left.map(|&(_, id)| self.about(id, table)));
+            }
+            Occasion::On(condition) => {
+                if !condition.all(before) && condition.all(self.levels) {
+                    self.list_edge(condition, table, found);
+                }
+            }
+            Occasion::Every(ticks) => {
+                if self.round.ticks.is_multiple_of(ticks) {
+                    found.push(Occurrence::default());
+                }
+            }
+            Occasion::Touch(first, second) => self.list_touches(first, second, table, found),
+            Occasion::Burst => {
+                for event in table.events.iter() {
+                    if let Event::PackHit { owner, hero, .. } = *event {
+                        let by = Some(table.roster.side_of(owner));
+                        found.push(Occurrence { by, ..self.about(hero, table) });
+                    }
+                }
+            }
+            Occasion::Lost(group) => {
+                for event in table.events.iter() {
+                    if let Event::BodyLeft { body, .. } = *event
+                        && let Some(note) = self.notes.get(body)
+                        && note.group == group
+                    {
+                        found.push(self.about_gone(body, table));
+                    }
+                }
+            }
+        }
+    }
+
+    /// A condition came to hold: about those who completed an order that it names, else about nobody.
+    fn list_edge(&self, condition: Condition, table: &Table, found: &mut Vec<Occurrence>) {
+        let named = |signal: u8| condition.on.signals >> signal & 1 == 1;
+        let completed = self.scratch.completed.iter().filter(|of| named(of.signal));
+        let before = found.len();
+        found.extend(completed.map(|of| self.about(of.body, table)));
+        if found.len() == before {
+            found.push(Occurrence::default());
+        }
+    }
+
+    fn list_touches(&self, first: u8, second: u8, table: &Table, found: &mut Vec<Occurrence>) {
+        let world = &*table.world;
+        for touch in world.touches().iter().filter(|touch| touch.began) {
+            let groups = [touch.a, touch.b].map(|id| world.contains(id).then(|| world.group(id)));
+            let [Some(group_a), Some(group_b)] = groups else { continue };
+            let (it, other) = if (group_a, group_b) == (first, second) {
+                (touch.a, touch.b)
+            } else if (group_b, group_a) == (first, second) {
+                (touch.b, touch.a)
+            } else {
+                continue;
+            };
+            found.push(Occurrence { other: Some(other), ..self.about(it, table) });
+        }
+    }
+
+    /// Something about a body: it is by its own side, or by who touched it last.
+    fn about(&self, id: BodyId, table: &Table) -> Occurrence {
+        let owner = table.roster.owner_of(id);
+        let touched_by = self.notes.get(id).and_then(|note| note.touched_by);
+        let side = owner.or(touched_by).map(|seat| table.roster.side_of(seat));
+        Occurrence { it: Some(id), other: None, side, by: side }
+    }
+
+    /// Something about a body that left the world: by who touched it last.
+    fn about_gone(&self, id: BodyId, table: &Table) -> Occurrence {
+        let touched_by = self.notes.get(id).and_then(|note| note.touched_by);
+        let owner = table.roster.players.iter().find(|player| player.lost == Some(id));
+        let owner = owner.map(|player| player.seat);
+        let side = |seat| table.roster.side_of(seat);
+        let by = touched_by.map(side);
+        Occurrence { it: Some(id), other: None, side: owner.map(side).or(by), by }
+    }
+}

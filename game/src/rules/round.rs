@@ -1,0 +1,85 @@
+//! Rounds: waiting for players, a countdown, the game, and a pause with the result.
+
+use super::book::{Rules, Table};
+use super::clock::RoundPhase;
+use crate::heroes;
+use crate::placing;
+use crate::roster::Roster;
+use crate::scene::Scene;
+use crate::side::Standing;
+use jostle_sim::World;
+
+impl Rules {
+    /// Moves the clock on to this tick. A new round places everything again.
+    pub fn advance_clock(&mut self, table: &mut Table) {
+        self.round.ticks += 1;
+        self.round.clock += 1;
+        let Some(spec) = &table.scene.rules.round else { return };
+        let players = table.roster.players.len();
+        let enough = players >= usize::from(spec.players_min);
+        let next = if enough { RoundPhase::Countdown } else { RoundPhase::Waiting };
+        match self.round.phase {
+            RoundPhase::Waiting if !enough => return,
+            RoundPhase::Waiting => self.restart(next, table),
+            _ if players == 0 => return self.restart(next, table),
+            RoundPhase::Over if self.round.ticks > spec.pause => self.restart(next, table),
+            _ => {}
+        }
+        if self.round.phase == RoundPhase::Countdown && self.round.ticks > spec.countdown {
+            self.round.enter(RoundPhase::Running, 1);
+            self.count_in(table.scene, table.roster);
+        }
+    }
+
+    /// Removes all but the players and places everything as at the start of a game.
+    fn restart(&mut self, phase: RoundPhase, table: &mut Table) {
+        let Table { scene, world, roster, rngs, .. } = table;
+        self.round.enter(phase, 1);
+        self.round.clock = 1;
+        self.winners.clear();
+        self.count_in(scene, roster);
+        self.settle(scene);
+        roster.players.iter_mut().for_each(|player| player.begin_round());
+        roster.remove_all(world, |_| true);
+        roster.placed.clear();
+        self.place(scene, world, roster);
+        for slot in 0..roster.players.len() {
+            heroes::spawn(world, roster, scene, slot, &mut rngs.spawn);
+        }
+    }
+
+    /// Places the bodies of the scene that are there from the start, and the layouts.
+    pub fn place(&mut self, scene: &Scene, world: &mut World, roster: &mut Roster) {
+        let mut rng = self.layouts.clone();
+        placing::fill(world, roster, scene, &mut rng, |body| self.came[body]);
+        for (body, &id) in roster.placed.iter().enumerate() {
+            if let Some(id) = id {
+                self.notes.of(id, world).placed = Some(body);
+            }
+        }
+        if scene.rules.round.as_ref().is_some_and(|round| round.new_layouts) {
+            self.layouts = rng;
+        }
+    }
+
+    /// Sides that have players now take part in the round that begins, without points.
+    fn count_in(&mut self, scene: &Scene, roster: &mut Roster) {
+        let lives = scene.rules.lives();
+        let has_players = |team| roster.players.iter().any(|player| player.team == Some(team));
+        for (index, team) in (0u8..).zip(&mut self.teams) {
+            *team = Standing::at_start(lives, has_players(index));
+        }
+        self.update_teams();
+        for player in &mut roster.players {
+            player.standing = Standing::at_start(lives, true);
+        }
+        let sides = self.teams.iter().filter(|team| team.plays).count();
+        self.contested = if self.teams.is_empty() { roster.players.len() } else { sides } > 1;
+    }
+
+    /// Notes which teams are in.
+    pub(super) fn update_teams(&mut self) {
+        let teams = self.teams.iter().enumerate().filter(|(_, team)| team.is_in());
+        self.levels.teams = teams.fold(0, |all, (index, _)| all | 1 << index);
+    }
+}

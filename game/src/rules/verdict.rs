@@ -1,0 +1,107 @@
+//! The verdict: whether the round is over, and who won it.
+
+use super::book::{Rules, Table};
+use super::clock::RoundPhase;
+use crate::roster::Roster;
+use crate::scene::{AtTime, RoundSpec};
+use crate::side::{Side, Standing};
+
+impl Rules {
+    /// Ends the round if something decides it: a claim, the goal, lives, then time. No order of rules or
+    /// sides matters: who decides it in the same tick shares it.
+    pub(super) fn judge(&mut self, table: &mut Table) {
+        let Some(spec) = &table.scene.rules.round else { return };
+        let standings = self.standings(table.roster);
+        let winners = self
+            .by_claims(&standings)
+            .or_else(|| by_goal(spec, &standings))
+            .or_else(|| self.by_lives(spec, &standings))
+            .or_else(|| self.by_time(spec, &standings));
+        self.take_out(spec, table);
+        if let Some(winners) = winners {
+            self.winners = winners;
+            self.round.enter(RoundPhase::Over, 0);
+        }
+    }
+
+    /// Sides that take part, in order.
+    pub(super) fn sides(&self, roster: &Roster) -> Vec<Side> {
+        self.standings(roster).into_iter().map(|(side, _)| side).collect()
+    }
+
+    /// Sides that take part and how they stand, in order.
+    pub(super) fn standings(&self, roster: &Roster) -> Vec<(Side, Standing)> {
+        let teams = (0..).zip(&self.teams).map(|(index, team)| (Side::Team(index), *team));
+        let players = roster.players.iter().filter(|player| player.team.is_none());
+        let players = players.map(|player| (Side::Player(player.seat), player.standing));
+        teams.chain(players).filter(|(_, standing)| standing.plays).collect()
+    }
+
+    /// A win beats a loss; where somebody lost, the others won.
+    fn by_claims(&mut self, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
+        let claims = &mut self.scratch.claims;
+        if !claims.won.is_empty() {
+            claims.won.sort_unstable();
+            claims.won.dedup();
+            return Some(claims.won.clone());
+        }
+        let others = standings.iter().map(|(side, _)| *side);
+        let others = others.filter(|side| !claims.lost.contains(side));
+        (!claims.lost.is_empty()).then(|| others.collect())
+    }
+
+    /// The last side with lives; those who lost their last one in the same tick share. A side alone
+    /// loses.
+    fn by_lives(&self, spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
+        spec.lives?;
+        let contenders = standings.iter().filter(|(_, standing)| standing.is_in());
+        let contenders: Vec<&(Side, Standing)> = contenders.collect();
+        let alive: Vec<Side> = contenders
+            .iter()
+            .filter(|(_, standing)| standing.lives > 0)
+            .map(|(side, _)| *side)
+            .collect();
+        match (self.contested, alive.len()) {
+            (true, 0) => Some(contenders.iter().map(|(side, _)| *side).collect()),
+            (true, 1) => Some(alive),
+            (false, 0) => Some(Vec::new()),
+            _ => None,
+        }
+    }
+
+    fn by_time(&self, spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
+        if self.round.ticks < spec.time? {
+            return None;
+        }
+        Some(match spec.at_time {
+            AtTime::Lose => Vec::new(),
+            AtTime::Win => standings.iter().map(|(side, _)| *side).collect(),
+            AtTime::Score => best(standings.iter().filter(|(_, standing)| standing.is_in())),
+        })
+    }
+
+    /// Sides that lost their last life are out.
+    fn take_out(&mut self, spec: &RoundSpec, table: &mut Table) {
+        if spec.lives.is_none() {
+            return;
+        }
+        let players = table.roster.players.iter_mut().map(|player| &mut player.standing);
+        for standing in self.teams.iter_mut().chain(players) {
+            standing.out |= standing.lives == 0;
+        }
+        self.update_teams();
+    }
+}
+
+/// Most points at the goal; equals share.
+fn by_goal(spec: &RoundSpec, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
+    let goal = spec.goal?;
+    let winners = best(standings.iter().filter(|(_, standing)| standing.score >= goal));
+    (!winners.is_empty()).then_some(winners)
+}
+
+/// The sides with most points.
+fn best<'a>(standings: impl Iterator<Item = &'a (Side, Standing)> + Clone) -> Vec<Side> {
+    let most = standings.clone().map(|(_, standing)| standing.score).max();
+    standings.filter(|(_, standing)| Some(standing.score) == most).map(|(side, _)| *side).collect()
+}

@@ -1,0 +1,77 @@
+//! Levels, and conditions on them.
+
+/// What is on: a bit each for zones, signals and what is built in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Levels {
+    /// Zones by their place in the file.
+    pub zones: u64,
+    /// Signals by their place in the file.
+    pub signals: u64,
+    /// Teams that are in, by their place in the file.
+    pub teams: u8,
+}
+
+impl Levels {
+    /// Only this zone.
+    pub fn zone(index: usize) -> Levels {
+        Levels { zones: 1 << index, ..Levels::default() }
+    }
+
+    /// Only this signal.
+    pub fn signal(index: usize) -> Levels {
+        Levels { signals: 1 << index, ..Levels::default() }
+    }
+
+    /// Only this team.
+    pub fn team(index: usize) -> Levels {
+        Levels { teams: 1 << index, ..Levels::default() }
+    }
+
+    /// What is on in either.
+    pub fn or(self, other: Levels) -> Levels {
+        Levels {
+            zones: self.zones | other.zones,
+            signals: self.signals | other.signals,
+            teams: self.teams | other.teams,
+        }
+    }
+
+    fn and(self, other: Levels) -> Levels {
+        Levels {
+            zones: self.zones & other.zones,
+            signals: self.signals & other.signals,
+            teams: self.teams & other.teams,
+        }
+    }
+
+    /// Returns whether nothing is on.
+    pub fn is_none(self) -> bool {
+        self == Levels::default()
+    }
+}
+
+/// Levels that must be on, and others that must be off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Condition {
+    /// These on.
+    pub on: Levels,
+    /// These off.
+    pub off: Levels,
+}
+
+impl Condition {
+    /// Returns whether it asks for nothing.
+    pub fn is_none(&self) -> bool {
+        self.on.is_none() && self.off.is_none()
+    }
+
+    /// Returns whether all of it holds.
+    pub fn all(&self, levels: Levels) -> bool {
+        self.on.and(levels) == self.on && self.off.and(levels).is_none()
+    }
+
+    /// Returns whether any of it holds.
+    pub fn any(&self, levels: Levels) -> bool {
+        !self.on.and(levels).is_none() || self.off.and(levels) != self.off
+    }
+}

@@ -1,0 +1,118 @@
+//! The names that rules use: teams, zones, signals and bodies share one namespace.
+
+use super::condition::{Condition, Levels};
+use crate::scene::name::{NAME_ALLOWED, is_name};
+use crate::scene::table::{Field, Table, one_of};
+
+/// Words with a meaning of their own in rules.
+const RESERVED: [&str; 4] = ["it", "by", "others", "all"];
+/// Names in one condition.
+const CONDITION_NAMES_MAX: usize = 8;
+
+/// Names in the order of the file; those of signals come before the signals are read.
+pub(in crate::scene) struct Names {
+    pub teams: Vec<String>,
+    pub zones: Vec<String>,
+    pub signals: Vec<String>,
+    bodies: Vec<Option<String>>,
+}
+
+impl Names {
+    /// Reads the names alone, and refuses doubled ones.
+    pub fn read(root: &Table) -> Names {
+        let mut known: Vec<String> = RESERVED.map(str::to_owned).to_vec();
+        let mut names_of = |list: &'static str| -> Vec<String> {
+            let field = root.get(list);
+            let entries = if field.is_given() { field.items() } else { Vec::new() };
+            let names = entries.iter().map(|entry| {
+                let field = entry.inner("name");
+                let name = field.word().unwrap_or_default().to_owned();
+                if !is_name(&name) {
+                    field.refuse(NAME_ALLOWED);
+                } else if known.contains(&name) {
+                    field.refuse("a name that nothing else has");
+                }
+                known.push(name.clone());
+                name
+            });
+            names.collect()
+        };
+        let (teams, zones, signals) = (names_of("teams"), names_of("zones"), names_of("signals"));
+        let field = root.get("bodies");
+        let fields = if field.is_given() { field.items() } else { Vec::new() };
+        let has_any = !(teams.is_empty() && zones.is_empty() && signals.is_empty());
+        let bodies = fields.iter().map(|body| {
+            let field = body.inner("name");
+            let name = field.word().map(str::to_owned).filter(|_| body.has("name"));
+            if has_any && name.as_ref().is_some_and(|name| known.contains(name)) {
+                field.refuse("a name that nothing else has");
+            }
+            name
+        });
+        let bodies = bodies.collect();
+        Names { teams, zones, signals, bodies }
+    }
+
+    /// Reads a condition: a name, "!name", or a list of them. Only signals before number `above` are
+    /// known.
+    pub fn condition(&self, field: &Field, above: usize) -> Condition {
+        let mut condition = Condition::default();
+        for word in field.one_or_more(CONDITION_NAMES_MAX) {
+            let Some(text) = word.word() else {
+                word.refuse(self.allowed(above));
+                continue;
+            };
+            let (name, wanted) = match text.strip_prefix('!') {
+                Some(name) => (name, &mut condition.off),
+                None => (text, &mut condition.on),
+            };
+            match self.level(name, above) {
+                Some(level) => *wanted = wanted.or(level),
+                None => word.refuse(self.allowed(above)),
+            }
+        }
+        condition
+    }
+
+    /// [`Names::condition`] where every signal is known.
+    pub fn any_condition(&self, field: &Field) -> Condition {
+        self.condition(field, self.signals.len())
+    }
+
+    fn level(&self, name: &str, above: usize) -> Option<Levels> {
+        let place = |names: &[String]| names.iter().position(|known| known == name);
+        if let Some(team) = name.strip_suffix(".in") {
+            return self.teams.iter().position(|known| known == team).map(Levels::team);
+        }
+        let signals = &self.signals[..above.min(self.signals.len())];
+        place(&self.zones).map(Levels::zone).or_else(|| place(signals).map(Levels::signal))
+    }
+
+    /// What a condition may name, for an error.
+    pub fn allowed(&self, above: usize) -> String {
+        let mut names: Vec<String> = self.zones.clone();
+        let signals = &self.signals[..above.min(self.signals.len())];
+        names.extend_from_slice(signals);
+        names.extend(self.teams.iter().map(|team| format!("{team}.in")));
+        let which =
+            if above < self.signals.len() { "zones, and signals above it" } else { "levels" };
+        format!("{which}: {}; ! before a name for not", names.join(", "))
+    }
+
+    /// The body that a field names.
+    pub fn body(&self, field: &Field) -> Option<usize> {
+        let is_it = |name: &Option<String>| name.is_some() && name.as_deref() == field.word();
+        let index = self.bodies.iter().position(is_it);
+        if index.is_none() {
+            field.refuse(one_of(self.bodies.iter().flatten()));
+        }
+        index
+    }
+
+    /// The zones that a field names, a bit each.
+    pub fn zones(&self, field: &Field) -> u64 {
+        let words = field.one_or_more(CONDITION_NAMES_MAX);
+        let bits = words.iter().filter_map(|word| word.index_in(&self.zones));
+        bits.fold(0, |all, index| all | 1 << index)
+    }
+}
