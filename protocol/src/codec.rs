@@ -5,6 +5,7 @@ mod bodies;
 mod events;
 mod motion;
 mod players;
+mod round;
 mod sections;
 
 pub use bodies::is_same;
@@ -100,7 +101,7 @@ pub fn encode<'a>(
     bodies.write_deaths(writer);
     moves.iter().for_each(|moves| writer.raw(moves));
     bodies.write_births(writer);
-    players.write(writer, &snapshot.players);
+    players.write(writer, snapshot);
     if !particles.is_empty() {
         writer.count(particles.len());
         writer.raw(particles);
@@ -164,7 +165,9 @@ pub fn decode(bytes: &[u8], baseline: Option<Baseline>) -> Result<SnapshotMessag
     let (survivors, mut players) = read_survivors(&mut reader, present, &base)?;
     let bodies = bodies::read(&mut reader, present, survivors)?;
     let of_players = if is_keyframe { present & !sections::INPUTS } else { present };
-    players::read(&mut reader, of_players, &mut players, tick - base.snapshot.tick)?;
+    let distance = tick - base.snapshot.tick;
+    let round = players::read(&mut reader, of_players, &mut players, distance)?;
+    let round = round.unwrap_or_else(|| base.snapshot.round.clone());
     let (mut particles, mut events) = (Vec::new(), Vec::new());
     if is_keyframe && present & sections::PARTICLES != 0 {
         let bytes = reader.some_count(PARTICLES_BYTES_MAX, 1, "particles")?;
@@ -174,7 +177,12 @@ pub fn decode(bytes: &[u8], baseline: Option<Baseline>) -> Result<SnapshotMessag
         events = events::read(&mut reader, base.snapshot.tick, tick)?;
     }
     reader.end()?;
-    Ok(SnapshotMessage { snapshot: Snapshot { tick, bodies, players }, every, events, particles })
+    Ok(SnapshotMessage {
+        snapshot: Snapshot { tick, bodies, players, round },
+        every,
+        events,
+        particles,
+    })
 }
 
 fn read_every(reader: &mut Reader) -> Result<u8, DecodeError> {

@@ -2,7 +2,7 @@
 
 use crate::appearance::Appearance;
 use crate::limits::{BODIES_MAX, QUANTA_MAX};
-use jostle_game::{BodyInfo, Event, Game, Kind, Seat};
+use jostle_game::{BodyInfo, Event, Game, Kind, RoundInfo, Seat};
 use jostle_sim::{BodyId, Shape};
 
 /// The bit of a message's first byte that makes it a coded snapshot; the other bits are its sections.
@@ -66,6 +66,8 @@ pub struct Snapshot {
     pub bodies: Vec<SnapshotBody>,
     /// Players in seat order.
     pub players: Vec<PlayerState>,
+    /// What players see of the scene's rules, if it has any.
+    pub round: Option<RoundInfo>,
 }
 
 impl Snapshot {
@@ -80,6 +82,7 @@ impl Snapshot {
     /// Captures the bodies of a game in the memory of an older snapshot, whose players are up to date.
     pub fn recapture(&mut self, game: &Game) {
         self.tick = game.tick_count();
+        self.round = game.round();
         self.bodies.clear();
         self.bodies.extend(game.bodies().map(visible));
         assert!(

@@ -130,7 +130,10 @@ impl SnapshotStream {
     /// Returns true if nothing moved lately and the next snapshot is the same, so that it need not be sent.
     pub fn is_quiet(&self, next: &Snapshot) -> bool {
         self.newest.as_ref().is_some_and(|newest| {
-            !self.moves() && newest.bodies == next.bodies && newest.players == next.players
+            !self.moves()
+                && newest.bodies == next.bodies
+                && newest.players == next.players
+                && newest.round == next.round
         })
     }
 

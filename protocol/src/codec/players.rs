@@ -1,14 +1,15 @@
-//! Players in a coded snapshot. In a usual tick each player's input number grows by the distance
+//! Players and the round in a coded snapshot. In a usual tick each player's input number grows by the distance
 //! to the baseline, which takes one bit. Other changes name their fields. Moves of pointers are coded by
 //! `motion`.
 
+use super::round;
 use super::sections::{self, bit};
 use crate::appearance::Appearance;
 use crate::error::{DecodeError, check};
 use crate::fields::{read_id, read_leb16, read_seat, write_id, write_seat};
 use crate::snapshot::{PlayerState, Snapshot};
 use crate::wire::{Reader, Writer};
-use jostle_game::{SEATS_MAX, Seat};
+use jostle_game::{RoundInfo, SEATS_MAX, Seat};
 use jostle_sim::BodyId;
 
 /// Parts of the section of players, one bit each.
@@ -16,7 +17,8 @@ mod part {
     pub const GONE: u8 = 1 << 0;
     pub const CHANGED: u8 = 1 << 1;
     pub const NEW: u8 = 1 << 2;
-    pub const ALL: u8 = (1 << 3) - 1;
+    pub const ROUND: u8 = 1 << 3;
+    pub const ALL: u8 = (1 << 4) - 1;
 }
 
 /// Fields of a player that may change, one bit each.
@@ -44,6 +46,8 @@ pub struct Difference {
     stayed: Vec<Stayed>,
     /// Indices into the snapshot's list.
     new: Vec<u32>,
+    /// Whether the round is another one than in the baseline.
+    round: bool,
 }
 
 /// A player of both snapshots.
@@ -63,6 +67,7 @@ impl Difference {
         let (old, players) = (&base.players, &snapshot.players);
         assert!(players.is_sorted_by(|a, b| a.seat < b.seat), "players must be in seat order");
         let distance = snapshot.tick - base.tick;
+        self.round = base.round != snapshot.round;
         let index_in = |list: &[PlayerState], player: &PlayerState| {
             list.binary_search_by_key(&player.seat, |other| other.seat).ok()
         };
@@ -93,14 +98,16 @@ impl Difference {
         bit(!self.gone.is_empty(), part::GONE)
             | bit(self.stayed.iter().any(|stayed| stayed.mask != 0), part::CHANGED)
             | bit(!self.new.is_empty(), part::NEW)
+            | bit(self.round, part::ROUND)
     }
 
     fn any_advanced(&self) -> bool {
         self.stayed.iter().any(|stayed| stayed.advanced)
     }
 
-    /// Writes the sections that are not empty; `players` are the snapshot's.
-    pub fn write(&self, writer: &mut Writer, players: &[PlayerState]) {
+    /// Writes the sections that are not empty.
+    pub fn write(&self, writer: &mut Writer, snapshot: &Snapshot) {
+        let players = &snapshot.players;
         let parts = self.parts();
         if parts != 0 {
             writer.byte(parts);
@@ -117,6 +124,9 @@ impl Difference {
         if parts & part::NEW != 0 {
             writer.count(self.new.len());
             self.new.iter().for_each(|&index| write_new(writer, &players[index as usize]));
+        }
+        if self.round {
+            round::write(writer, snapshot.round.as_ref());
         }
         if self.any_advanced() {
             writer.bits(self.stayed.iter().map(|stayed| stayed.advanced));
@@ -178,13 +188,14 @@ fn write_new(writer: &mut Writer, player: &PlayerState) {
     writer.leb32(player.input_seq);
 }
 
-/// Reads the sections of players, and applies them to the `players` of the baseline.
+/// Reads the sections of players, applies them to the `players` of the baseline, and returns the round if it
+/// changed.
 pub fn read(
     reader: &mut Reader,
     present: u8,
     players: &mut Vec<PlayerState>,
     distance: u32,
-) -> Result<(), DecodeError> {
+) -> Result<Option<Option<RoundInfo>>, DecodeError> {
     let parts = if present & sections::PLAYERS == 0 { 0 } else { read_parts(reader)? };
     if parts & part::GONE != 0 {
         let gone = read_some_bits(reader, players.len(), "players gone")?;
@@ -201,6 +212,8 @@ pub fn read(
     if parts & part::NEW != 0 {
         read_new_players(reader, players)?;
     }
+    let is_new_round = parts & part::ROUND != 0;
+    let round = is_new_round.then(|| round::read(reader)).transpose()?;
     if present & sections::INPUTS != 0 {
         let advanced = read_some_bits(reader, stayed.len(), "inputs advanced")?;
         for player in players {
@@ -209,7 +222,7 @@ pub fn read(
             }
         }
     }
-    Ok(())
+    Ok(round)
 }
 
 fn read_parts(reader: &mut Reader) -> Result<u8, DecodeError> {

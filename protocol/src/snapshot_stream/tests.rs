@@ -3,7 +3,9 @@ use crate::{
     Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotBody, SnapshotStream,
     TimedEvent,
 };
-use jostle_game::{Event, Kind, SEATS_MAX, Seat};
+use jostle_game::{
+    Event, Kind, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Seat, Side, SideInfo,
+};
 use jostle_sim::Rng;
 use jostle_sim::{BodyId, EmitterDef, Shape, Source, Vec2};
 use std::sync::Arc;
@@ -164,7 +166,42 @@ fn advance(rng: &mut Rng, snapshot: &Snapshot, ticks: u32) -> Snapshot {
         next.players.push(player(seat, "Ørsted 🙂"));
         next.players.sort_by_key(|player| player.seat);
     }
+    if rng.below(4) == 0 {
+        next.round = (rng.below(8) > 0).then(|| random_round(rng));
+    }
     next
+}
+
+fn random_round(rng: &mut Rng) -> RoundInfo {
+    let side_info = |rng: &mut Rng| SideInfo {
+        score: rng.below(2_000_001) as i32 - 1_000_000,
+        lives: rng.below(4) as i32,
+        is_in: rng.below(2) == 0,
+    };
+    let teams: Vec<SideInfo> = (0..rng.below(9)).map(|_| side_info(rng)).collect();
+    let team_count = teams.len() as u32;
+    let mut players = Vec::new();
+    for seat in 0..SEATS_MAX as u16 {
+        if rng.below(40) > 0 {
+            continue;
+        }
+        let team = (team_count > 0).then(|| rng.below(team_count.max(1)) as u8);
+        let (side, is_stunned) = (side_info(rng), rng.below(2) == 0);
+        players.push(RoundPlayer { seat: Seat(seat), team, side, is_stunned });
+    }
+    let some_side = |rng: &mut Rng| match rng.below(2) {
+        0 if team_count > 0 => Side::Team(rng.below(team_count) as u8),
+        _ => Side::Player(Seat(rng.below(SEATS_MAX as u32) as u16)),
+    };
+    RoundInfo {
+        phase: RoundPhase::ALL[rng.below(4) as usize],
+        since: rng.next_u32(),
+        winners: (0..rng.below(5)).map(|_| some_side(rng)).collect(),
+        holders: (0..rng.below(64)).map(|_| (rng.below(2) == 0).then(|| some_side(rng))).collect(),
+        zones: u64::from(rng.next_u32()) << 32 | u64::from(rng.next_u32()),
+        teams,
+        players,
+    }
 }
 
 fn random_events(rng: &mut Rng, after: u32, tick: u32) -> Vec<TimedEvent> {
@@ -192,7 +229,7 @@ fn every_snapshot_arrives_with_the_events_since_the_last() {
 fn a_reader_is_given_the_tick_until_which_nothing_changed() {
     let (mut sender, mut reader) = (SnapshotStream::new(3), SnapshotStream::default());
     let mut unchanged_until = |tick: u32, x: i32| {
-        let next = Snapshot { tick, bodies: vec![body(0, x)], players: Vec::new() };
+        let next = Snapshot { tick, bodies: vec![body(0, x)], ..Snapshot::default() };
         reader.decode(&sender.encode(&Arc::new(next), &[])).unwrap().unchanged_until
     };
     assert_eq!(unchanged_until(30, 0), None);
@@ -225,7 +262,7 @@ fn a_late_reader_shares_the_bytes_after_three_messages() {
 
 #[test]
 fn a_body_that_changed_more_than_its_position_counts_as_another() {
-    let base = Snapshot { tick: 1, bodies: vec![body(3, 0), body(4, 0)], players: Vec::new() };
+    let base = Snapshot { tick: 1, bodies: vec![body(3, 0), body(4, 0)], ..Snapshot::default() };
     let same = base.bodies[0];
     let others = [
         SnapshotBody { id: BodyId { index: 3, generation: 1 }, ..same },
@@ -248,6 +285,7 @@ fn steady_motion_costs_a_bit_and_rest_costs_nothing() {
         tick,
         bodies: (0..800).map(|index| body(index, if index < 400 { x } else { 0 })).collect(),
         players: Vec::new(),
+        round: None,
     };
     let mut link = Link::holding(&at(0, 0));
     for tick in 1..4 {
@@ -288,12 +326,13 @@ fn the_fullest_snapshot_fits_a_message() {
     let base = Snapshot {
         tick: 1,
         bodies: (0..BODIES_MAX as u32).map(|index| body(index, QUANTA_MAX)).collect(),
-        players: Vec::new(),
+        ..Snapshot::default()
     };
     let full = Snapshot {
         tick: 200,
         bodies: (0..BODIES_MAX as u32).map(far).collect(),
         players: (0..SEATS_MAX as u16).map(|seat| player(seat, &"🙂".repeat(16))).collect(),
+        round: Some(random_round(&mut rng)),
     };
     let events: Vec<_> =
         (0..EVENTS_MAX).map(|_| TimedEvent { tick: 200, event: random_event(&mut rng) }).collect();
@@ -313,7 +352,7 @@ fn small() -> Snapshot {
         quanta: [-1, 64],
     };
     let players = vec![PlayerState { hero: Some(hero.id), ..player(1, "Ann") }];
-    Snapshot { tick: 300, bodies: vec![body(0, 5), hero], players }
+    Snapshot { tick: 300, bodies: vec![body(0, 5), hero], players, round: None }
 }
 
 #[test]
@@ -353,7 +392,7 @@ fn a_tick_without_change_costs_its_head_and_a_bit_a_player() {
     let mut rng = Rng::new(4, 0);
     let bodies = (0..900).map(|index| random_body(&mut rng, index)).collect();
     let players = (0..8).map(|seat| player(seat, "Ann")).collect();
-    let mut truth = Snapshot { tick: 100, bodies, players };
+    let mut truth = Snapshot { tick: 100, bodies, players, round: None };
     let mut link = Link::holding(&truth);
     truth.tick = 101;
     truth.players.iter_mut().for_each(|player| player.input_seq += 1);
@@ -427,7 +466,10 @@ fn fields_out_of_range_are_named() {
     delta(4, &[1, 1, 0, 6, 0, 0, 0, 0xc0, 0x7f, 10, 0], "body size");
     delta(4, &[1, 1, 0, 6, 32, 0, 0, 0xc0, 0x3f, 10, 0], "group");
     delta(8, &[0], "players");
-    delta(8, &[8], "players");
+    delta(8, &[16], "players");
+    delta(8, &[8, 1, 4], "phase of the round");
+    delta(8, &[8, 1, 2, 0, 0, 1, 0, 2, 0, 0], "team");
+    delta(8, &[8, 1, 2, 0, 0, 0, 1, 3], "side");
     delta(8, &[1, 0], "players gone");
     delta(8, &[1, 2], "players gone");
     delta(8, &[2, 0], "players changed");

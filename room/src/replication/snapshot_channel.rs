@@ -247,7 +247,7 @@ mod tests {
             shape: Shape::circle(1.0),
             quanta: [at as i32 * at as i32, 7],
         };
-        Arc::new(Snapshot { tick, bodies: vec![body], players: Vec::new() })
+        Arc::new(Snapshot { tick, bodies: vec![body], ..Snapshot::default() })
     }
 
     fn event(tick: u32) -> TimedEvent {

@@ -51,5 +51,10 @@ pub fn sample(tick: u32, bodies: i32, way: i32, from: i32) -> Snapshot {
         score: 7,
         pointer: (seat == 1).then_some([from + moved, 0]),
     };
-    Snapshot { tick, bodies: (0..bodies).map(body).collect(), players: vec![player(1), player(4)] }
+    Snapshot {
+        tick,
+        bodies: (0..bodies).map(body).collect(),
+        players: vec![player(1), player(4)],
+        round: None,
+    }
 }

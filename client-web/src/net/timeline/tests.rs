@@ -20,7 +20,7 @@ fn timeline(snapshots: &[(u32, Vec<SnapshotBody>)]) -> Timeline {
 fn timeline_of(speed_max: f32, snapshots: &[(u32, Vec<SnapshotBody>)]) -> Timeline {
     let mut timeline = Timeline::new(QUANTUM, speed_max);
     for (tick, bodies) in snapshots {
-        timeline.file(Snapshot { tick: *tick, bodies: bodies.clone(), players: Vec::new() });
+        timeline.file(Snapshot { tick: *tick, bodies: bodies.clone(), ..Snapshot::default() });
     }
     timeline
 }

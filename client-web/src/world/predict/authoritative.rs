@@ -2,7 +2,8 @@
 
 use super::near::{self, NEAR_MAX, Near, body_of, step_between};
 use super::schedule::Schedule;
-use jostle_game::Scene;
+use jostle_game::scene::LaneAxis;
+use jostle_game::{Buttons, RoundPlayer, Scene, Seat};
 use jostle_protocol::{Snapshot, SnapshotBody};
 use jostle_sim::WorldSettings;
 use jostle_sim::particles::dequantise;
@@ -30,6 +31,8 @@ pub(super) struct AuthoritativeSim {
     others: Vec<Other>,
     /// Snapshots since the velocity was last reset, on each axis.
     known: [u32; 2],
+    /// The player in the round, in a game.
+    player: Option<RoundPlayer>,
 }
 
 /// A body near the hero.
@@ -57,6 +60,7 @@ impl AuthoritativeSim {
     pub fn new(
         scene: &Scene,
         hero: BodyId,
+        seat: Seat,
         newest: &Snapshot,
         before: Option<&Snapshot>,
     ) -> Option<AuthoritativeSim> {
@@ -66,8 +70,9 @@ impl AuthoritativeSim {
         let position = dequantise(shown.quanta, scene.world.quantum);
         let local = world.add(&BodyDef { position, velocity, ..near::traits(scene, shown) })?;
         let (others, known) = (Vec::new(), [1, 1]);
+        let player = player_of(newest, seat);
         let mut authoritative =
-            AuthoritativeSim { world, tick: newest.tick, hero, local, others, known };
+            AuthoritativeSim { world, tick: newest.tick, hero, local, others, known, player };
         authoritative.surround(scene, shown, newest, before);
         Some(authoritative)
     }
@@ -83,6 +88,7 @@ impl AuthoritativeSim {
         &mut self,
         scene: &Scene,
         schedule: &Schedule,
+        seat: Seat,
         newest: &Snapshot,
         before: Option<&Snapshot>,
     ) {
@@ -90,6 +96,7 @@ impl AuthoritativeSim {
         while self.tick < newest.tick {
             self.step(scene, schedule);
         }
+        self.player = player_of(newest, seat);
         let Some(shown) = body_of(newest, self.hero) else { return };
         self.reconcile(scene.world.quantum, shown, ticks);
         self.surround(scene, shown, newest, before);
@@ -166,7 +173,14 @@ impl AuthoritativeSim {
             }
         }
         if let Some(spec) = &scene.hero {
-            let velocity = spec.steered(self.velocity(), schedule.at(self.tick));
+            let is_stunned = self.player.is_some_and(|player| player.is_stunned);
+            let down = if is_stunned { Buttons::default() } else { schedule.at(self.tick) };
+            let velocity = spec.steered(self.velocity(), down);
+            let velocity = match scene.lane(self.player.and_then(|player| player.team)) {
+                None => velocity,
+                Some(LaneAxis::X) => Vec2::new(velocity.x, 0.0),
+                Some(LaneAxis::Y) => Vec2::new(0.0, velocity.y),
+            };
             self.world.set_velocity(self.local, velocity);
         }
         self.world.step();
@@ -198,6 +212,10 @@ impl AuthoritativeSim {
         let (center, step) = (self.world.position(local), self.world.velocity(local) * DT);
         Some(Carrier { id: other.id, center, step })
     }
+}
+
+fn player_of(snapshot: &Snapshot, seat: Seat) -> Option<RoundPlayer> {
+    snapshot.round.as_ref()?.player(seat).copied()
 }
 
 /// Settings of the small world: the scene's, without what concerns no hero.

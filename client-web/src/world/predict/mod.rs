@@ -110,11 +110,12 @@ impl Predictor {
         self.measure(own, newest);
         match (&mut self.authoritative, own.hero) {
             (Some(authoritative), Some(hero)) if authoritative.follows(hero, newest.tick) => {
-                authoritative.advance_to(&self.scene, &self.schedule, newest, before);
+                authoritative.advance_to(&self.scene, &self.schedule, self.seat, newest, before);
             }
             (_, Some(hero)) => {
                 self.lose();
-                self.authoritative = AuthoritativeSim::new(&self.scene, hero, newest, before);
+                self.authoritative =
+                    AuthoritativeSim::new(&self.scene, hero, self.seat, newest, before);
             }
             (_, None) => return self.lose(),
         }

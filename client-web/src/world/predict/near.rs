@@ -88,15 +88,26 @@ pub(super) fn traits(scene: &Scene, body: &SnapshotBody) -> BodyDef {
         _ => None,
     };
     let placed = placed(scene, body.id).filter(|placed| placed.kind == body.kind);
+    let placed = placed.or_else(|| alike(scene, body));
     let placed = placed.map(|placed| placed.def);
     let known = placed.or(layout.map(|layout| layout.def)).or(of_kind);
     let (shape, group) = (body.shape, body.group);
     BodyDef { shape, group, ..known.unwrap_or_default() }
 }
 
-/// The scene's entry of a body: those that it places one by one have the first slots, in its order.
+/// The scene's entry of a body: those that it places one by one have the first slots, in its order. In a game
+/// they come and go, so that slots say nothing.
 pub(crate) fn placed(scene: &Scene, id: BodyId) -> Option<&Placed> {
-    scene.bodies.get(id.index as usize).filter(|_| id.generation == 0)
+    scene.bodies.get(id.index as usize).filter(|_| id.generation == 0 && !scene.is_game())
+}
+
+/// In a game, the first entry that looks like the body.
+fn alike<'a>(scene: &'a Scene, body: &SnapshotBody) -> Option<&'a Placed> {
+    let is_alike = |placed: &&Placed| {
+        let def = &placed.def;
+        placed.kind == body.kind && def.group == body.group && def.shape == body.shape
+    };
+    scene.bodies.iter().filter(|_| scene.is_game()).find(is_alike)
 }
 
 fn grown(region: Aabb, by: f32) -> Aabb {

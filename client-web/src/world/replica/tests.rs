@@ -39,7 +39,7 @@ fn player(seat: u16, hero: Option<u32>) -> PlayerState {
 }
 
 fn snapshot(tick: u32, bodies: Vec<SnapshotBody>, players: Vec<PlayerState>) -> Snapshot {
-    Snapshot { tick, bodies, players }
+    Snapshot { tick, bodies, players, round: None }
 }
 
 fn at(tick: u32, event: Event) -> TimedEvent {

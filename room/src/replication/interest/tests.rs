@@ -45,7 +45,7 @@ fn snapshot(tick: u32, bodies: Vec<SnapshotBody>) -> Snapshot {
         score: 0,
         pointer: None,
     };
-    Snapshot { tick, bodies, players: vec![player] }
+    Snapshot { tick, bodies, players: vec![player], round: None }
 }
 
 /// Bodies that fly about, and a fast hero that turns at 240 units/s^2 and is teleported every four

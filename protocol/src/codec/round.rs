@@ -1,0 +1,132 @@
+//! What players see of a scene's rules. It is coded as a whole when it changed, which is rare: its clock is a
+//! tick that stays the same as long as a phase lasts.
+
+use crate::error::{DecodeError, check};
+use crate::fields::{read_seat, write_seat};
+use crate::wire::{Reader, Writer};
+use jostle_game::scene::{POINTS_MAX, TEAMS_MAX, ZONES_MAX};
+use jostle_game::{RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Side, SideInfo};
+
+/// Bytes of the shortest side and player.
+const SIDE_BYTES_MIN: usize = 2;
+const PLAYER_BYTES_MIN: usize = 4;
+const NO_SIDE: u8 = 0;
+const TEAM: u8 = 1;
+const PLAYER: u8 = 2;
+
+/// Writes a round, or that there is none.
+pub fn write(writer: &mut Writer, round: Option<&RoundInfo>) {
+    writer.option(round, write_round);
+}
+
+fn write_round(writer: &mut Writer, round: &RoundInfo) {
+    writer.byte(round.phase as u8);
+    writer.leb32(round.since);
+    writer.count(round.teams.len());
+    round.teams.iter().for_each(|team| write_side_info(writer, team));
+    writer.count(round.players.len());
+    for player in &round.players {
+        write_seat(writer, player.seat);
+        writer.byte(player.team.map_or(0, |team| team + 1) << 1 | u8::from(player.is_stunned));
+        write_side_info(writer, &player.side);
+    }
+    writer.count(round.winners.len());
+    round.winners.iter().for_each(|&side| write_side(writer, Some(side)));
+    writer.count(round.holders.len());
+    round.holders.iter().for_each(|&side| write_side(writer, side));
+    writer.leb32(round.zones as u32);
+    writer.leb32((round.zones >> 32) as u32);
+}
+
+fn write_side_info(writer: &mut Writer, side: &SideInfo) {
+    writer.leb32(zigzag(side.score));
+    writer.leb32(zigzag(side.lives) << 1 | u32::from(side.is_in));
+}
+
+fn write_side(writer: &mut Writer, side: Option<Side>) {
+    match side {
+        None => writer.byte(NO_SIDE),
+        Some(Side::Team(team)) => {
+            writer.byte(TEAM);
+            writer.byte(team);
+        }
+        Some(Side::Player(seat)) => {
+            writer.byte(PLAYER);
+            write_seat(writer, seat);
+        }
+    }
+}
+
+/// Reads what [`write`] wrote.
+pub fn read(reader: &mut Reader) -> Result<Option<RoundInfo>, DecodeError> {
+    reader.option("round", read_round)
+}
+
+fn read_round(reader: &mut Reader) -> Result<RoundInfo, DecodeError> {
+    let phase = usize::from(reader.byte("phase of the round")?);
+    let phase = RoundPhase::ALL.get(phase).copied();
+    let phase = phase.ok_or(DecodeError::OutOfRange { field: "phase of the round" })?;
+    let since = reader.leb32("start of the phase")?;
+    let mut teams = Vec::new();
+    for _ in 0..reader.count(TEAMS_MAX, SIDE_BYTES_MIN, "teams")? {
+        teams.push(read_side_info(reader)?);
+    }
+    let mut players: Vec<RoundPlayer> = Vec::new();
+    for _ in 0..reader.count(SEATS_MAX, PLAYER_BYTES_MIN, "players of the round")? {
+        let player = read_player(reader, teams.len())?;
+        let ordered = players.last().is_none_or(|last| last.seat < player.seat);
+        check(ordered, "players of the round")?;
+        players.push(player);
+    }
+    let mut winners = Vec::new();
+    for _ in 0..reader.count(SEATS_MAX, 1, "winners")? {
+        let side = read_side(reader, teams.len())?;
+        winners.push(side.ok_or(DecodeError::OutOfRange { field: "winner" })?);
+    }
+    let mut holders = Vec::new();
+    for _ in 0..reader.count(ZONES_MAX, 1, "holders")? {
+        holders.push(read_side(reader, teams.len())?);
+    }
+    let (low, high) = (reader.leb32("zones")?, reader.leb32("zones")?);
+    let zones = u64::from(high) << 32 | u64::from(low);
+    Ok(RoundInfo { phase, since, teams, players, winners, holders, zones })
+}
+
+fn read_player(reader: &mut Reader, teams: usize) -> Result<RoundPlayer, DecodeError> {
+    let seat = read_seat(reader)?;
+    let byte = reader.byte("team")?;
+    let team = (byte >> 1).checked_sub(1);
+    check(team.is_none_or(|team| usize::from(team) < teams), "team")?;
+    Ok(RoundPlayer { seat, team, side: read_side_info(reader)?, is_stunned: byte & 1 == 1 })
+}
+
+fn read_side_info(reader: &mut Reader) -> Result<SideInfo, DecodeError> {
+    let score = unzigzag(reader.leb32("score")?);
+    let word = reader.leb32("lives")?;
+    let lives = unzigzag(word >> 1);
+    let fits = |points: i32| (-POINTS_MAX..=POINTS_MAX).contains(&points);
+    check(fits(score) && fits(lives), "score")?;
+    Ok(SideInfo { score, lives, is_in: word & 1 == 1 })
+}
+
+fn read_side(reader: &mut Reader, teams: usize) -> Result<Option<Side>, DecodeError> {
+    match reader.byte("side")? {
+        NO_SIDE => Ok(None),
+        TEAM => {
+            let team = reader.byte("team")?;
+            check(usize::from(team) < teams, "team")?;
+            Ok(Some(Side::Team(team)))
+        }
+        PLAYER => Ok(Some(Side::Player(read_seat(reader)?))),
+        _ => Err(DecodeError::OutOfRange { field: "side" }),
+    }
+}
+
+/// Small numbers of either sign as small ones without.
+fn zigzag(value: i32) -> u32 {
+    (value << 1 ^ value >> 31) as u32
+}
+
+fn unzigzag(word: u32) -> i32 {
+    (word >> 1) as i32 ^ -((word & 1) as i32)
+}
