@@ -26,7 +26,7 @@ use super::paths::Paths;
 use super::thin::is_fast;
 use crate::bodies::{Bodies, REACH_MIN};
 use crate::broad_phase::pairs::{Pair, near};
-use crate::math::{clamp, clamp_length, max, min};
+use crate::math::{clamp, clamp_length, max};
 use crate::solver::contact_constraint::ContactSet;
 use crate::solver::step_context::StepContext;
 use glam::Vec2;
@@ -44,8 +44,6 @@ const IMPACTS_AMONG_MANY_MAX: u32 = 6;
 /// A pair is fast if one of the two moves in a step by more than this many half-sizes of the
 /// smaller one.
 const FAST: f32 = 4.0;
-/// Half-sizes by which the reach of an elastic body is extended at most.
-const ELASTIC_REACH_MAX: f32 = 1.0;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
 
@@ -135,15 +133,13 @@ impl ImpactQueue {
     /// Finds the bodies that may have an impact: those that bounce (of two that close faster than
     /// the threshold one is faster than half of it) and those that are fast. Returns whether there
     /// are any. Their reach is extended, since a bounce may make them faster: to twice their path,
-    /// and by their own thickness. Bodies that outrun even that take another round, and meet bodies there
-    /// that are ahead of them in time. An elastic gas would lose energy by that, so its bodies reach as far
-    /// as the fastest body may make them go.
+    /// and by their own thickness. Bodies that outrun even that take another round, and meet bodies
+    /// there that are ahead of them in time: in a crowded gas that loses a little energy.
     pub fn extend_reach(&mut self, bodies: &mut Bodies, context: &StepContext) -> bool {
         self.may_impact.clear();
         self.may_impact.resize(bodies.alive.len(), false);
         let bounce_speed = bounce_speed(context);
         let fast_speed = FAST * bodies.thinnest() / context.dt;
-        let fastest = path_of_fastest(bodies, context);
         let mut any = false;
         for index in 0..bodies.moving.len() {
             let slot = bodies.moving[index] as usize;
@@ -154,10 +150,6 @@ impl ImpactQueue {
             let own_fast_speed = FAST * thickness / context.dt;
             if bounces || squared > own_fast_speed * own_fast_speed {
                 bodies.reach[slot] += 0.5 * (squared.sqrt() * context.dt + thickness);
-                let flies_freely = gravity_on(bodies, slot, context) == Vec2::ZERO;
-                if flies_freely && bodies.material[slot].restitution == 1.0 {
-                    bodies.reach[slot] += min(fastest, ELASTIC_REACH_MAX * thickness);
-                }
             }
             if bounces || squared > fast_speed * fast_speed {
                 self.may_impact[slot] = true;
@@ -481,13 +473,6 @@ impl ImpactQueue {
         }
         self.impacts.push(Impact { a: pair.a, b: pair.b, closing: hit.closing });
     }
-}
-
-/// How far the fastest body goes in the step.
-fn path_of_fastest(bodies: &Bodies, context: &StepContext) -> f32 {
-    let squared = |&slot: &u32| bodies.velocity[slot as usize].length_squared();
-    let most = bodies.moving.iter().map(squared).fold(0.0, max);
-    most.sqrt() * context.dt
 }
 
 /// Speed from which a body may bounce: of two that close faster than the threshold one is faster than half of it, but
