@@ -174,7 +174,7 @@ pub fn snapshot(tick: u32, positions: impl Iterator<Item = Position>) -> Snapsho
         shape: Shape::circle(1.0),
         quanta,
     };
-    Snapshot { tick, bodies: (0..).zip(positions).map(body).collect(), players: Vec::new() }
+    Snapshot { tick, bodies: (0..).zip(positions).map(body).collect(), ..Snapshot::default() }
 }
 
 /// The scene in Jostle's World.
