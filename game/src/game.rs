@@ -213,7 +213,10 @@ impl Game {
         }
         watch(Phase::Inputs, world);
 
-        step(world, watch);
+        // Everything stands until the round begins.
+        if !rules.as_ref().is_some_and(Rules::stands_still) {
+            step(world, watch);
+        }
 
         impacts::report(world, scene, &mut self.hard_touches, events);
         heroes::report_departed(world, roster, events);

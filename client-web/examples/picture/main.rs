@@ -24,8 +24,12 @@ const SEED: u64 = 7;
 const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<[f32; 3]>); 9] = [
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 13] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
+    ("hockey", 330, None),
+    ("hill", 600, Some([160.0, 90.0, 130.0])),
+    ("race", 420, None),
+    ("pong", 420, None),
     ("tower", 150, None),
     ("bridge", 1200, None),
     ("hall", 200, Some([220.0, 100.0, 200.0])),

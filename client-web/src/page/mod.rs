@@ -22,6 +22,7 @@ mod pointing;
 mod queue;
 mod replay_screen;
 mod replays;
+mod round;
 #[cfg(target_arch = "wasm32")]
 mod shell;
 mod shown;

@@ -47,6 +47,7 @@ impl ReplayPlayer {
             view,
             world_size: self.scene().size,
             bodies: self.bodies(),
+            zones: &self.replica().zones,
             particles: self.particles(),
             particle_lead: self.rebuilt().map_or(self.particle_lead(), |r| r.particle_lead),
             effects: &self.replica().effects,

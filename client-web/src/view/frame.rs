@@ -33,6 +33,19 @@ pub struct FrameBody {
     pub squash: Option<f32>,
 }
 
+/// A zone of a game.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameZone {
+    /// Outline.
+    pub shape: Shape,
+    /// Centre, world units.
+    pub center: Vec2,
+    /// Palette index of who holds it, or of the zone itself.
+    pub color: Option<u8>,
+    /// Whether it is on.
+    pub on: bool,
+}
+
 /// Something that flares up and fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
@@ -101,6 +114,8 @@ pub struct Frame<'a> {
     pub world_size: Vec2,
     /// Bodies in index order.
     pub bodies: &'a [FrameBody],
+    /// Zones, drawn below everything else.
+    pub zones: &'a [FrameZone],
     /// Particles as of the last applied tick.
     pub particles: &'a Particles,
     /// Seconds since that tick, at most 1/60 either way, to draw particles where they are by now.

@@ -114,6 +114,11 @@ impl Rules {
         self.round.clock - self.stood[body]
     }
 
+    /// Returns whether nothing moves in this tick.
+    pub fn stands_still(&self) -> bool {
+        self.round.phase == RoundPhase::Countdown
+    }
+
     /// Plays the rules of a tick, after the step.
     pub fn play(&mut self, table: &mut Table) {
         self.notes.follow_touches(table.world, table.roster);

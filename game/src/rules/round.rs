@@ -13,7 +13,7 @@ impl Rules {
     /// Moves the clock on to this tick. A new round places everything again.
     pub fn advance_clock(&mut self, table: &mut Table) {
         self.round.ticks += 1;
-        self.round.clock += 1;
+        self.round.clock += u32::from(!self.stands_still());
         let Some(spec) = &table.scene.rules.round else { return };
         let players = table.roster.players.len();
         let enough = players >= usize::from(spec.players_min);

@@ -6,9 +6,10 @@ use super::memory::{OrderState, RelayState, SignalState, Walker, ZoneState};
 use super::notes::{Note, Rest, Start};
 use crate::player::{Held, Player};
 use crate::roster::Roster;
-use crate::scene::{Levels, SEATS_MAX, Scene, SignalKind, SignalSpec};
+use crate::scene::{GRAVITY_SCALE_MAX, Levels, SEATS_MAX, Scene, SignalKind, SignalSpec};
 use crate::side::{Side, Standing};
 use crate::state::{read_rng, read_seat, save_seat};
+use glam::Vec2;
 use jostle_sim::state::bytes::{StateReader, StateWriter};
 use jostle_sim::state::{StateVisitor, Subject};
 use jostle_sim::{BodyId, Motion, StateError, World};
@@ -98,7 +99,7 @@ impl Rules {
         }
         let ids: Vec<BodyId> = roster.actors().map(|actor| actor.id).collect();
         for id in ids {
-            let note = read_note(id, world, bytes)?;
+            let note = read_note(id, scene, world, bytes)?;
             *self.notes.of(id, world) = note;
         }
         for (body, &id) in roster.placed.iter().enumerate() {
@@ -107,7 +108,7 @@ impl Rules {
             }
         }
         for player in &mut roster.players {
-            read_player(player, teams, world, bytes)?;
+            read_player(player, teams, scene, world, bytes)?;
         }
         Ok(self)
     }
@@ -232,14 +233,19 @@ impl Note {
     }
 }
 
-fn read_note(id: BodyId, world: &World, bytes: &mut StateReader) -> Result<Note, StateError> {
-    let position = bytes.plausible("start")?;
+fn read_note(
+    id: BodyId,
+    scene: &Scene,
+    world: &World,
+    bytes: &mut StateReader,
+) -> Result<Note, StateError> {
+    let position = read_place("start", scene, bytes)?;
     let velocity = bytes.plausible("start velocity")?;
     let touched_by = read_seat("touched by", bytes)?;
     let mut rests = None;
     if read_truth("rests", bytes)? {
         bytes.check(world.motion(id) != Motion::Static, "rests")?;
-        let (ticks, gravity_scale) = (bytes.word("rest")?, bytes.plausible_number("gravity")?);
+        let (ticks, gravity_scale) = (bytes.word("rest")?, read_gravity_scale(bytes)?);
         rests = Some(Rest { ticks, gravity_scale });
     }
     let mut note = Note::new(id, world);
@@ -263,6 +269,7 @@ fn save_player(player: &Player, out: &mut StateWriter) {
 fn read_player(
     player: &mut Player,
     teams: usize,
+    scene: &Scene,
     world: &World,
     bytes: &mut StateReader,
 ) -> Result<(), StateError> {
@@ -272,14 +279,14 @@ fn read_player(
     player.team = (teams > 0).then_some(team);
     player.standing = read_standing(bytes)?;
     player.stun = bytes.word("stun")?;
-    player.home = bytes.plausible("home")?;
+    player.home = read_place("home", scene, bytes)?;
     let has_checkpoint = read_truth("checkpoint", bytes)?;
-    let checkpoint = bytes.plausible("checkpoint")?;
+    let checkpoint = read_place("checkpoint", scene, bytes)?;
     player.checkpoint = has_checkpoint.then_some(checkpoint);
     let body = bytes.body("carried body")?;
     let loose = |id| world.contains(id) && world.motion(id) == Motion::Dynamic;
     bytes.check(body.is_none_or(loose), "carried body")?;
-    let gravity_scale = bytes.plausible_number("gravity scale")?;
+    let gravity_scale = read_gravity_scale(bytes)?;
     player.carried = body.map(|body| Held { body, gravity_scale });
     Ok(())
 }
@@ -322,6 +329,24 @@ fn read_side(teams: usize, bytes: &mut StateReader) -> Result<Option<Side>, Stat
         PLAYER => Ok(read_seat("seat", bytes)?.map(Side::Player)),
         _ => Err(bytes.wrong("side")),
     }
+}
+
+/// Reads a place where bodies may be.
+fn read_place(
+    field: &'static str,
+    scene: &Scene,
+    bytes: &mut StateReader,
+) -> Result<Vec2, StateError> {
+    let place = bytes.plausible(field)?;
+    bytes.check(scene.world.kill_zone.contains(place), field)?;
+    Ok(place)
+}
+
+/// Reads a gravity scale that a scene file may give.
+fn read_gravity_scale(bytes: &mut StateReader) -> Result<f32, StateError> {
+    let scale = bytes.plausible_number("gravity scale")?;
+    bytes.check(scale.abs() <= GRAVITY_SCALE_MAX, "gravity scale")?;
+    Ok(scale)
 }
 
 fn read_truth(field: &'static str, bytes: &mut StateReader) -> Result<bool, StateError> {

@@ -23,6 +23,8 @@ pub const MASS_RATIO_MAX: f32 = 1.0e6;
 pub const SPEED_MAX: f32 = 1.0e4;
 /// Each component of gravity, units/s^2.
 pub const GRAVITY_MAX: f32 = 1000.0;
+/// Factor of a body on gravity, either sign.
+pub const GRAVITY_SCALE_MAX: f32 = 10.0;
 /// Each component of the wind, units/s.
 pub const WIND_MAX: f32 = 1000.0;
 /// Least quantum of positions, world units.

@@ -188,11 +188,15 @@ fn emits(scene: &Scene) -> Reason {
     if scene.tools.contains(Tools::SPRAY) {
         return Ok("tools has \"spray\"".to_owned());
     }
+    let rules = scene.rules.rules.iter();
+    if let Some(index) = rules.clone().position(|rule| rule.effects.splash.is_some()) {
+        return Ok(format!("rules[{index}] has splash"));
+    }
     match &scene.pack {
         Some(pack) if pack.burst > 0 && scene.tools.contains(Tools::LAUNCH) => {
             Ok(format!("pack.burst is {}, and tools has \"launch\"", pack.burst))
         }
-        _ => Err("no emitters, no \"spray\" in tools, no pack with a burst".to_owned()),
+        _ => Err("no emitters, no \"spray\" in tools, no pack with a burst, no splash".to_owned()),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::drag;
 use super::groups::Groups;
 use super::kind::Kind;
-use super::limits::{EXTENT_MIN, MASS_MAX, MASS_MIN, SIZE_MAX};
+use super::limits::{EXTENT_MIN, GRAVITY_SCALE_MAX, MASS_MAX, MASS_MIN, SIZE_MAX};
 use super::table::{Range, Table, one_of};
 use glam::Vec2;
 use jostle_sim::{BodyDef, Drag, Motion, Shape};
@@ -87,7 +87,7 @@ impl Traits {
             friction: table.get("friction").number(self.friction, Range::from(0.0, 10.0)),
             gravity_scale: table
                 .get("gravity_scale")
-                .number(self.gravity_scale, Range::from(-10.0, 10.0)),
+                .number(self.gravity_scale, Range::from(-GRAVITY_SCALE_MAX, GRAVITY_SCALE_MAX)),
             drag: drag::drag(&table.get("drag"), self.drag),
             group: groups.given(&table.get("group")).or(self.group),
             ..self

@@ -11,6 +11,7 @@ mod lobby;
 mod network_panel;
 mod players;
 mod replay_controls;
+mod round;
 pub mod stage;
 mod tags;
 mod touchpad;

@@ -3,7 +3,6 @@
 
 use crate::page::dom::list::Item;
 use crate::world::replica::Replica;
-use jostle_game::Seat;
 use jostle_protocol::{Appearance, PlayerState};
 
 /// Players in the list; the rest is counted. A host has to reach all of them.
@@ -19,13 +18,15 @@ pub fn entries(replica: &Replica, host: bool) -> Vec<Item> {
         order.swap(own, most - 1);
     }
     order.truncate(most);
-    let entries = order.into_iter().map(|player| entry(player, replica.seat, host));
+    let entries = order.into_iter().map(|player| entry(replica, player, host));
     let more = (more > 0).then(|| Item::new("more-item", "").text("", format!("and {more} more")));
     entries.chain(more).collect()
 }
 
-fn entry(player: &PlayerState, own: Seat, host: bool) -> Item {
-    let own = player.seat == own;
+fn entry(replica: &Replica, player: &PlayerState, host: bool) -> Item {
+    let own = player.seat == replica.seat;
+    let color = replica.color_of(player);
+    let team = replica.round().and_then(|round| round.player(player.seat)?.team);
     let class = match (own, player.connected) {
         (true, _) => "own",
         (false, true) => "",
@@ -34,7 +35,8 @@ fn entry(player: &PlayerState, own: Seat, host: bool) -> Item {
     let template = if host && !own { "guest-item" } else { "player-item" };
     let item = Item::new(template, player.seat.0)
         .with("", "class", class.to_owned())
-        .with("", "--color", color_of(&player.appearance))
+        .with("", "--color", color_var(color))
+        .with("i", "data-emblem", team.map(|team| team.to_string()))
         .text("bdi", &*player.appearance.name)
         .text(".score", player.score.to_string());
     if template == "player-item" {
@@ -48,5 +50,10 @@ fn entry(player: &PlayerState, own: Seat, host: bool) -> Item {
 
 /// The CSS value of a player colour.
 pub fn color_of(appearance: &Appearance) -> String {
-    format!("var(--player-{})", appearance.color)
+    color_var(appearance.color)
+}
+
+/// The CSS value of a colour of the players' palette.
+pub fn color_var(color: u8) -> String {
+    format!("var(--player-{color})")
 }

@@ -35,7 +35,8 @@ impl Tags {
         for player in players.iter().filter(own).chain(others) {
             let hero = player.hero.and_then(|id| replica.bodies().iter().find(|b| b.id == id));
             let Some(hero) = hero else { continue };
-            let tag = self.take(used, &player.appearance, own(&player));
+            let shown = Appearance { color: replica.color_of(player), ..player.appearance.clone() };
+            let tag = self.take(used, &shown, own(&player));
             used += 1;
             let above = hero.center + Vec2::new(0.0, hero.shape.half_extent().y);
             let at = view.to_pixel(above) * css_per_pixel;

@@ -10,6 +10,7 @@ use crate::page::dom::hud::Hud;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
 use crate::page::dom::replay_controls::ReplayControls;
+use crate::page::dom::round::RoundBoard;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::dom::touchpad::Touchpad;
@@ -28,6 +29,7 @@ pub struct Views {
     hud: Hud,
     network: NetworkPanel,
     replay: ReplayControls,
+    round: RoundBoard,
     tags: Tags,
     touchpad: Touchpad,
     /// Number of the screen.
@@ -49,6 +51,7 @@ impl Views {
             hud: Hud::new(),
             network: NetworkPanel::new(),
             replay: ReplayControls::new(),
+            round: RoundBoard::new(),
             tags: Tags::default(),
             touchpad: Touchpad::new(),
             screen: app.screen,
@@ -96,6 +99,7 @@ impl Views {
         self.hud.clear();
         self.network.clear();
         self.tags.clear();
+        self.round.show(None);
         self.stage.reset();
         if let Some(replay) = app.replay() {
             self.replay.adopt(replay);
@@ -148,6 +152,7 @@ impl Views {
             return;
         };
         self.hud.show_news(&app.news);
+        self.round.show(app.replica());
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());
         }

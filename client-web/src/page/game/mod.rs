@@ -194,6 +194,7 @@ impl GameScreen {
             view: self.view.view,
             world_size: replica.scene.size,
             bodies: replica.bodies(),
+            zones: &replica.zones,
             particles: replica.particles(),
             particle_lead: if frozen { 0.0 } else { replica.particle_lead() },
             effects: &replica.effects,

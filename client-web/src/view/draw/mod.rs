@@ -1,6 +1,6 @@
 //! From a [`Frame`] to vertices: pure code without a GPU, the same for the page and for pictures.
 //!
-//! Order of drawing is order in the list: slabs, shadows, bodies with faces and effects; then all
+//! Order of drawing is order in the list: zones, slabs, shadows, bodies with faces and effects; then all
 //! particles; then what lies over them (bounds, the veil of a lost connection).
 
 mod bodies;
@@ -13,6 +13,7 @@ mod quads;
 pub mod sprite;
 mod stage;
 pub mod vertex;
+mod zones;
 
 pub use light::{LIGHT_CELLS, LightField};
 pub use vertex::{Globals, ParticleVertex, SolidKind, SolidVertex};
@@ -65,6 +66,7 @@ impl DrawList {
         self.motion.begin(frame.time, frame.calm);
 
         let mut stage = Stage { quads: &mut self.quads, light: &mut self.light, frame };
+        zones::fill(&mut stage);
         bodies::fill(&mut stage, &mut self.motion, &mut self.posed);
         effects::fill(&mut stage);
         self.fill_particles(frame.particles, frame.particle_lead);

@@ -29,6 +29,7 @@ fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
         view: VIEW,
         world_size: Vec2::new(200.0, 112.5),
         bodies,
+        zones: &[],
         particles,
         particle_lead: 0.0,
         effects: &[],

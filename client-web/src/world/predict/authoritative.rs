@@ -3,7 +3,7 @@
 use super::near::{self, NEAR_MAX, Near, body_of, step_between};
 use super::schedule::Schedule;
 use jostle_game::scene::LaneAxis;
-use jostle_game::{Buttons, RoundPlayer, Scene, Seat};
+use jostle_game::{Buttons, RoundPhase, RoundPlayer, Scene, Seat};
 use jostle_protocol::{Snapshot, SnapshotBody};
 use jostle_sim::WorldSettings;
 use jostle_sim::particles::dequantise;
@@ -33,6 +33,8 @@ pub(super) struct AuthoritativeSim {
     known: [u32; 2],
     /// The player in the round, in a game.
     player: Option<RoundPlayer>,
+    /// Whether nothing moves yet.
+    stands_still: bool,
 }
 
 /// A body near the hero.
@@ -71,8 +73,16 @@ impl AuthoritativeSim {
         let local = world.add(&BodyDef { position, velocity, ..near::traits(scene, shown) })?;
         let (others, known) = (Vec::new(), [1, 1]);
         let player = player_of(newest, seat);
-        let mut authoritative =
-            AuthoritativeSim { world, tick: newest.tick, hero, local, others, known, player };
+        let mut authoritative = AuthoritativeSim {
+            world,
+            tick: newest.tick,
+            hero,
+            local,
+            others,
+            known,
+            player,
+            stands_still: stands_still(newest),
+        };
         authoritative.surround(scene, shown, newest, before);
         Some(authoritative)
     }
@@ -97,6 +107,7 @@ impl AuthoritativeSim {
             self.step(scene, schedule);
         }
         self.player = player_of(newest, seat);
+        self.stands_still = stands_still(newest);
         let Some(shown) = body_of(newest, self.hero) else { return };
         self.reconcile(scene.world.quantum, shown, ticks);
         self.surround(scene, shown, newest, before);
@@ -162,6 +173,9 @@ impl AuthoritativeSim {
     /// Plays one tick, as the room does.
     pub fn step(&mut self, scene: &Scene, schedule: &Schedule) {
         self.tick += 1;
+        if self.stands_still {
+            return;
+        }
         for other in &self.others {
             let placed = other.path.and_then(|index| scene.bodies.get(index));
             if let Some(path) = placed.and_then(|placed| placed.path.as_ref())
@@ -216,6 +230,10 @@ impl AuthoritativeSim {
 
 fn player_of(snapshot: &Snapshot, seat: Seat) -> Option<RoundPlayer> {
     snapshot.round.as_ref()?.player(seat).copied()
+}
+
+fn stands_still(snapshot: &Snapshot) -> bool {
+    snapshot.round.as_ref().is_some_and(|round| round.phase == RoundPhase::Countdown)
 }
 
 /// Settings of the small world: the scene's, without what concerns no hero.

@@ -13,8 +13,15 @@ use jostle_sim::{BodyId, Motion, Vec2};
 impl Replica {
     /// Turns samples into bodies of the frame.
     pub(super) fn dress(&mut self, eye: Eye) {
-        let players: &[PlayerState] =
-            self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players);
+        let snapshot = self.timeline.at_or_before(self.display);
+        let players: &[PlayerState] = snapshot.map_or(&[], |s| &s.players);
+        let round = snapshot.and_then(|s| s.round.as_ref());
+        let teams = &self.scene.rules.teams;
+        let color_of = |player: &PlayerState| {
+            let team = round.and_then(|round| round.player(player.seat)?.team);
+            let team = team.and_then(|team| teams.get(usize::from(team)));
+            team.map_or(player.appearance.color, |team| team.color)
+        };
         let own = players.iter().find(|p| p.seat == self.seat);
         let selecting = self.scene.tools.contains(Tools::SELECT);
         let selected = own.and_then(|p| p.selected).filter(|_| selecting);
@@ -27,7 +34,7 @@ impl Replica {
             self.bodies.push(FrameBody {
                 id: sample.id,
                 kind: sample.kind,
-                color: player.map(|p| p.appearance.color),
+                color: player.map(color_of),
                 shape: sample.shape,
                 center: sample.center,
                 velocity: sample.velocity,

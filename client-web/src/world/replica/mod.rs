@@ -3,12 +3,13 @@
 
 mod dress;
 mod own_hero;
+mod zones;
 
 use crate::net::clock::Arrival;
 use crate::net::timeline::{Sample, Timeline};
-use crate::view::frame::{Effect, EffectKind, FrameBody};
+use crate::view::frame::{Effect, EffectKind, FrameBody, FrameZone};
 use jostle_game::scene::Plan;
-use jostle_game::{Event, Kind, SEATS_MAX, Scene, Seat, Tools};
+use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
     Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotStream, TimedEvent,
 };
@@ -81,6 +82,8 @@ pub struct Replica {
     /// Bodies of the displayed moment with their owners, in index order.
     pub samples: Vec<Sample>,
     bodies: Vec<FrameBody>,
+    /// Zones of the displayed moment.
+    pub zones: Vec<FrameZone>,
     /// Flashes of the last second.
     pub effects: Vec<Effect>,
     /// The fractional tick on display.
@@ -108,6 +111,7 @@ impl Replica {
             births: Vec::new(),
             samples: Vec::new(),
             bodies: Vec::new(),
+            zones: Vec::new(),
             effects: Vec::new(),
             display: 0.0,
             led_from: None,
@@ -214,6 +218,7 @@ impl Replica {
         self.display = tick;
         self.led_from = None;
         self.dress(eye);
+        self.lay_out_zones();
         self.collect_effects();
     }
 
@@ -366,6 +371,18 @@ impl Replica {
     /// Players of the displayed moment in seat order.
     pub fn players(&self) -> &[PlayerState] {
         self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players)
+    }
+
+    /// What the displayed snapshot says of the round, in a game.
+    pub fn round(&self) -> Option<&RoundInfo> {
+        self.timeline.at_or_before(self.display)?.round.as_ref()
+    }
+
+    /// The colour of a player: the team's, in a game of teams.
+    pub fn color_of(&self, player: &PlayerState) -> u8 {
+        let team = self.round().and_then(|round| round.player(player.seat)?.team);
+        let team = team.and_then(|team| self.scene.rules.teams.get(usize::from(team)));
+        team.map_or(player.appearance.color, |team| team.color)
     }
 
     /// The own player, once it is in a displayed snapshot.

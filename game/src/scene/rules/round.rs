@@ -7,7 +7,7 @@ use crate::scene::table::{Field, POSITION, Range, Table};
 use glam::Vec2;
 
 const SPAWNS_MAX: usize = 64;
-const COLORS: u32 = 9;
+const COLORS: u32 = 8;
 const LIVES_MAX: u32 = 1000;
 
 /// How a round is played. Times are ticks.

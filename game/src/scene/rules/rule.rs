@@ -207,7 +207,8 @@ fn check(table: &Table, rule: &RuleSpec, around: &Around) {
     let about_a_body = ["back", "remove", "stun", "checkpoint", "carry", "drop", "splash", "team"];
     for name in about_a_body {
         let field = table.get(name);
-        if field.is_given() {
+        let is_of_reset = name == "back" && !effects.reset.is_empty();
+        if field.is_given() && !is_of_reset {
             field.refuse("nothing: this occasion is about no body");
         }
     }

@@ -9,7 +9,7 @@ use glam::Vec2;
 use jostle_sim::Aabb;
 
 const SPEED: Range = Range::above(0.0, 1.0e6);
-const COLORS: u32 = 9;
+const COLORS: u32 = 8;
 
 /// A place that knows who is in it.
 #[derive(Clone, Debug, PartialEq)]

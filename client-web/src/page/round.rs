@@ -1,0 +1,241 @@
+//! What the page says of a round, as it follows from a snapshot.
+
+use jostle_game::scene::{AtTime, RoundSpec};
+use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
+use jostle_protocol::PlayerState;
+use jostle_sim::TICKS_PER_SECOND;
+
+/// Ticks for which the page says that a round has begun.
+const GO_TICKS: f64 = TICKS_PER_SECOND as f64;
+/// Ticks for which the task stays large.
+const TASK_TICKS: f64 = 8.0 * TICKS_PER_SECOND as f64;
+/// Lives shown one by one; more are counted.
+pub const LIVES_SHOWN_MAX: i32 = 5;
+
+/// What the page says of a round.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RoundView {
+    /// Minutes and seconds left; empty where no time runs.
+    pub clock: String,
+    /// Whether it is the last ten seconds.
+    pub is_late: bool,
+    /// The task, or what is waited for.
+    pub task: String,
+    /// Whether the task is new.
+    pub is_task_new: bool,
+    /// Sides with their points.
+    pub sides: Vec<SideView>,
+    /// The countdown, in the middle of the picture.
+    pub large: String,
+    /// Once the round is over.
+    pub result: Option<ResultView>,
+    /// For screen readers: it changes when something happens.
+    pub spoken: String,
+}
+
+/// A side on the score board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideView {
+    /// Who it is.
+    pub side: Side,
+    /// Name to show.
+    pub name: String,
+    /// Colour of the players' palette.
+    pub color: u8,
+    /// Points, where the scene counts any.
+    pub score: Option<i32>,
+    /// Lives, where the scene counts them.
+    pub lives: Option<i32>,
+    /// Whether the player belongs to it.
+    pub is_own: bool,
+    /// Whether it can still win.
+    pub is_in: bool,
+}
+
+/// The result of a round.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResultView {
+    /// Who won.
+    pub title: String,
+    /// Stars of three, where the scene gives stars.
+    pub stars: Option<usize>,
+    /// All sides, the best first.
+    pub sides: Vec<SideView>,
+    /// Seconds to the next round.
+    pub next_s: u32,
+}
+
+/// What is looked at.
+#[derive(Clone, Copy)]
+pub struct Looked<'a> {
+    pub scene: &'a Scene,
+    pub round: &'a RoundInfo,
+    pub players: &'a [PlayerState],
+    pub own: Seat,
+    /// The tick on display.
+    pub tick: f64,
+}
+
+impl Looked<'_> {
+    /// What the page says of it; nothing in a scene without rounds.
+    pub fn view(&self) -> Option<RoundView> {
+        let spec = self.scene.rules.round.as_ref()?;
+        let ticks = (self.tick - f64::from(self.round.since)).max(0.0);
+        let is_over = self.round.phase == RoundPhase::Over;
+        let (clock, is_late) = self.clock(spec, ticks);
+        Some(RoundView {
+            clock,
+            is_late,
+            task: self.task(spec),
+            is_task_new: match self.round.phase {
+                RoundPhase::Running => ticks < TASK_TICKS,
+                phase => phase != RoundPhase::Over,
+            },
+            sides: self.board(),
+            large: self.large(spec, ticks),
+            result: is_over.then(|| self.result(spec, ticks)),
+            spoken: self.spoken(spec),
+        })
+    }
+
+    fn clock(&self, spec: &RoundSpec, ticks: f64) -> (String, bool) {
+        let Some(time) = spec.time else { return Default::default() };
+        let left = match self.round.phase {
+            RoundPhase::Running => f64::from(time) - ticks,
+            RoundPhase::Over => return Default::default(),
+            RoundPhase::Waiting | RoundPhase::Countdown => f64::from(time),
+        };
+        let seconds = seconds_of(left);
+        (format!("{}:{:02}", seconds / 60, seconds % 60), seconds <= 10)
+    }
+
+    fn task(&self, spec: &RoundSpec) -> String {
+        let (count, wanted) = (self.players.len(), usize::from(spec.players_min));
+        match self.round.phase {
+            RoundPhase::Waiting if count < wanted => {
+                format!("Waiting for players: {count} of {wanted}")
+            }
+            _ => spec.task.clone(),
+        }
+    }
+
+    fn large(&self, spec: &RoundSpec, ticks: f64) -> String {
+        match self.round.phase {
+            RoundPhase::Countdown => {
+                seconds_of(f64::from(spec.countdown) - ticks).max(1).to_string()
+            }
+            RoundPhase::Running if ticks < GO_TICKS && spec.countdown > 0 => "Go!".to_owned(),
+            _ => String::new(),
+        }
+    }
+
+    /// Teams, or without any the player alone: the list of players has the others.
+    fn board(&self) -> Vec<SideView> {
+        let teams = (0..).zip(&self.round.teams);
+        let has_players = |team| self.round.players.iter().any(|player| player.team == Some(team));
+        let counts = |&(team, info): &(u8, &SideInfo)| info.is_in || has_players(team);
+        let mut sides: Vec<SideView> =
+            teams.filter(counts).map(|(team, info)| self.side(Side::Team(team), *info)).collect();
+        if self.round.teams.is_empty()
+            && let Some(player) = self.round.player(self.own)
+        {
+            sides.push(self.side(Side::Player(self.own), player.side));
+        }
+        sides
+    }
+
+    fn side(&self, side: Side, info: SideInfo) -> SideView {
+        let player = |seat| self.players.iter().find(|player| player.seat == seat);
+        let (name, color) = match side {
+            Side::Team(team) => {
+                let spec = self.scene.rules.teams.get(usize::from(team));
+                spec.map_or_else(Default::default, |spec| (capital(&spec.name), spec.color))
+            }
+            Side::Player(seat) => {
+                let look = player(seat).map(|player| &player.appearance);
+                look.map_or_else(Default::default, |look| (look.name.to_string(), look.color))
+            }
+        };
+        SideView {
+            side,
+            name,
+            color,
+            score: self.scene.rules.counts_points().then_some(info.score),
+            lives: self.scene.rules.lives().map(|_| info.lives),
+            is_own: self.round.side_of(self.own) == side,
+            is_in: info.is_in,
+        }
+    }
+
+    fn result(&self, spec: &RoundSpec, ticks: f64) -> ResultView {
+        let sides = match self.round.teams.is_empty() {
+            false => self.board(),
+            true => {
+                let players = self.round.players.iter();
+                players.map(|player| self.side(Side::Player(player.seat), player.side)).collect()
+            }
+        };
+        let mut sides: Vec<SideView> = sides;
+        let won = |side: &SideView| self.round.winners.contains(&side.side);
+        sides.sort_by_key(|side| std::cmp::Reverse((won(side), side.score, side.lives)));
+        let stars = spec.stars.filter(|_| sides.len() == 1 && won(&sides[0])).map(|stars| {
+            let points = sides[0].score.unwrap_or_default();
+            stars.iter().filter(|&&star| points >= star).count()
+        });
+        let next_s = seconds_of(f64::from(spec.pause) - ticks);
+        ResultView { title: self.title(spec, &sides), stars, sides, next_s }
+    }
+
+    fn title(&self, spec: &RoundSpec, sides: &[SideView]) -> String {
+        let winners: Vec<&SideView> =
+            sides.iter().filter(|side| self.round.winners.contains(&side.side)).collect();
+        let own_won = winners.iter().any(|side| side.is_own);
+        let is_time = spec.at_time == AtTime::Lose;
+        match (&winners[..], sides.len()) {
+            ([], 1) if is_time => "Not this time".to_owned(),
+            ([], 1) => "Lost".to_owned(),
+            ([], _) => "Nobody won".to_owned(),
+            ([_], 1) => "Done!".to_owned(),
+            ([side], _) if own_won && matches!(side.side, Side::Player(_)) => "You won!".to_owned(),
+            ([side], _) => format!("{} won{}", side.name, if own_won { "!" } else { "" }),
+            (several, all) if several.len() == all => "A draw".to_owned(),
+            (several, _) => {
+                let names: Vec<&str> = several.iter().map(|side| side.name.as_str()).collect();
+                format!("{} won", names.join(" and "))
+            }
+        }
+    }
+
+    fn spoken(&self, spec: &RoundSpec) -> String {
+        match self.round.phase {
+            RoundPhase::Waiting => self.task(spec),
+            RoundPhase::Countdown => format!("A round begins. {}", spec.task),
+            RoundPhase::Over => self.result(spec, 0.0).title,
+            RoundPhase::Running => {
+                let sides = self.board().into_iter().map(|side| {
+                    let of = |amount: Option<i32>, what| {
+                        amount.map_or_else(String::new, |amount| format!(" {amount} {what}"))
+                    };
+                    let score = of(side.score, "points");
+                    format!("{}{score}{}", side.name, of(side.lives, "lives"))
+                });
+                sides.collect::<Vec<_>>().join(", ")
+            }
+        }
+    }
+}
+
+/// Whole seconds that are not yet over.
+fn seconds_of(ticks: f64) -> u32 {
+    (ticks / f64::from(TICKS_PER_SECOND)).ceil().max(0.0) as u32
+}
+
+/// A name with a capital.
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    let first = letters.next().map(|letter| letter.to_ascii_uppercase());
+    first.into_iter().chain(letters).collect()
+}
+
+#[cfg(test)]
+mod tests;
