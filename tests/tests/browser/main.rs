@@ -8,6 +8,7 @@ mod particles;
 mod pictures;
 mod playing;
 mod replay;
+mod rounds;
 #[path = "../particles/streams.rs"]
 mod streams;
 mod trouble;
@@ -40,6 +41,10 @@ fn cases() -> Result<Vec<Case>> {
             needs::a_scene_without_particles_loads_nothing_for_them,
         ),
         Case::new("another_room_adds_what_is_missing", needs::another_room_adds_what_is_missing),
+        Case::new(
+            "a_round_is_counted_down_played_and_won",
+            rounds::a_round_is_counted_down_played_and_won,
+        ),
         Case::new(
             "a_key_moves_the_hero_before_the_server_says_so",
             network::a_key_moves_the_hero_before_the_server_says_so,
