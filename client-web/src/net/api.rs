@@ -21,6 +21,9 @@ pub struct Room {
     pub title: String,
     /// Seats taken.
     pub players: u32,
+    /// Of these, players who are there now.
+    #[serde(default)]
+    pub connected: u32,
     /// Seats.
     pub players_max: u32,
 }
@@ -43,6 +46,9 @@ pub struct SceneCard {
     pub about: String,
     /// Seats.
     pub players_max: u32,
+    /// Whether each player has a hero.
+    #[serde(default)]
+    pub heroes: bool,
     /// Address of its picture.
     pub picture: Option<String>,
 }
@@ -156,10 +162,15 @@ impl Request {
 /// The scene that "Play" prefers, and opens when no room has players.
 pub const FIRST_SCENE: &str = "arena";
 
-/// The liveliest room with a free seat and at least one player.
-pub fn liveliest(rooms: &[Room]) -> Option<&Room> {
-    let free = rooms.iter().filter(|room| (1..room.players_max).contains(&room.players));
-    free.max_by_key(|room| (room.players, room.scene == FIRST_SCENE, std::cmp::Reverse(&room.code)))
+/// The liveliest room with a free seat, somebody in it now, and a hero for the newcomer.
+pub fn liveliest<'a>(rooms: &'a [Room], scenes: &[SceneCard]) -> Option<&'a Room> {
+    let has_heroes = |room: &Room| scenes.iter().all(|s| s.name != room.scene || s.heroes);
+    let joinable = rooms
+        .iter()
+        .filter(|room| room.players < room.players_max && room.connected > 0 && has_heroes(room));
+    joinable.max_by_key(|room| {
+        (room.connected, room.scene == FIRST_SCENE, std::cmp::Reverse(&room.code))
+    })
 }
 
 #[cfg(test)]
@@ -168,7 +179,17 @@ mod tests {
 
     fn room(code: &str, players: u32) -> Room {
         let (scene, title) = ("arena".to_owned(), "Arena".to_owned());
-        Room { code: code.to_owned(), scene, title, players, players_max: 8 }
+        Room { code: code.to_owned(), scene, title, players, connected: players, players_max: 8 }
+    }
+
+    fn card(name: &str, heroes: bool) -> SceneCard {
+        let (title, about) = (name.to_owned(), String::new());
+        SceneCard { name: name.to_owned(), title, about, players_max: 8, heroes, picture: None }
+    }
+
+    fn liveliest(rooms: &[Room]) -> Option<&Room> {
+        let scenes = [card("arena", true), card("hill", true), card("bounds", false)];
+        super::liveliest(rooms, &scenes)
     }
 
     #[test]
@@ -181,11 +202,21 @@ mod tests {
 
     #[test]
     fn play_joins_no_empty_room_and_prefers_the_arena() {
-        let elsewhere = |code, players| Room { scene: "bounds".to_owned(), ..room(code, players) };
+        let elsewhere = |code, players| Room { scene: "hill".to_owned(), ..room(code, players) };
         assert_eq!(liveliest(&[room("a", 0), elsewhere("b", 0)]), None);
         let chosen = |rooms: &[Room]| liveliest(rooms).map(|room| room.code.clone());
         assert_eq!(chosen(&[elsewhere("a", 3), room("b", 3)]).as_deref(), Some("b"));
         assert_eq!(chosen(&[elsewhere("a", 4), room("b", 3)]).as_deref(), Some("a"));
+    }
+
+    /// Seats of closed tabs are no company, and a newcomer wants a hero.
+    #[test]
+    fn play_joins_neither_absent_players_nor_a_scene_without_heroes() {
+        let absent = Room { connected: 0, ..room("a", 3) };
+        let bounds = Room { scene: "bounds".to_owned(), ..room("b", 5) };
+        assert_eq!(liveliest(&[absent.clone(), bounds.clone()]), None);
+        let one = room("c", 1);
+        assert_eq!(liveliest(&[absent, bounds, one]).map(|room| room.code.as_str()), Some("c"));
     }
 
     #[test]

@@ -165,7 +165,9 @@ impl App {
             Event::FormChanged(form) => _ = self.read_form(&form),
             Event::PlayClicked(form) => self.play(&form),
             Event::SceneClicked(scene, form) => {
-                self.lobby.open(&mut self.ctx, &scene, form.private);
+                if self.read_form(&form) {
+                    self.lobby.open(&mut self.ctx, &scene, form.private);
+                }
             }
             Event::Socket(session, event) => {
                 self.with_game(|game, ctx| game.on_socket(ctx, session, event));

@@ -83,10 +83,11 @@ impl Lobby {
         }
     }
 
-    /// Joins the liveliest room with a free seat, or opens one with the first scene. Returns the code
-    /// of a room to enter.
+    /// Joins the liveliest room, or opens one with the first scene; a private one is always opened. Returns
+    /// the code of a room to enter.
     pub fn play(&mut self, ctx: &mut Context, private: bool) -> Option<String> {
-        let room = api::liveliest(&self.rooms).map(|room| room.code.clone());
+        let room = api::liveliest(&self.rooms, &self.scenes).filter(|_| !private);
+        let room = room.map(|room| room.code.clone());
         if room.is_none() {
             self.open(ctx, api::FIRST_SCENE, private);
         }

@@ -31,6 +31,8 @@ pub struct RoomInfo {
     pub tick: AtomicU32,
     /// Seats taken.
     pub players: AtomicUsize,
+    /// Of these, players who are there now.
+    pub connected: AtomicUsize,
     /// Bodies in its world.
     pub bodies: AtomicUsize,
 }

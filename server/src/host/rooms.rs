@@ -159,6 +159,7 @@ impl Rooms {
             scene: Arc::clone(scene),
             tick: AtomicU32::new(0),
             players: AtomicUsize::new(0),
+            connected: AtomicUsize::new(0),
             bodies: AtomicUsize::new(0),
         });
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);

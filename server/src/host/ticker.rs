@@ -315,6 +315,7 @@ impl Ticker {
     fn publish(&self, room: &Room) {
         self.info.tick.store(room.game().tick_count(), Ordering::Relaxed);
         self.info.players.store(room.players(), Ordering::Relaxed);
+        self.info.connected.store(self.members.len(), Ordering::Relaxed);
         self.info.bodies.store(room.snapshot().bodies.len(), Ordering::Relaxed);
     }
 

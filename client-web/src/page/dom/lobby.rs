@@ -37,8 +37,15 @@ impl LobbyView {
         } else if self.shown.as_ref().is_some_and(|shown| shown.1 == *lobby) {
             return;
         }
-        self.shown = Some((app.screen, lobby.clone()));
+        let before = self.shown.replace((app.screen, lobby.clone())).map(|(_, lobby)| lobby.note);
         dom::text("lobby-note", &lobby.note.text);
+        // What went wrong is seen wherever the page was scrolled to.
+        if lobby.note.bad && before.as_ref() != Some(&lobby.note) {
+            dom::html("lobby-note").scroll_into_view_with_bool(false);
+            if lobby.name_invalid {
+                let _ = dom::html("name").focus();
+            }
+        }
         let class = if lobby.note.bad { "note bad" } else { "note" };
         dom::set(&dom::html("lobby-note"), "class", Some(class));
         dom::set(&dom::html("name"), "aria-invalid", lobby.name_invalid.then_some("true"));

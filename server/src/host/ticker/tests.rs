@@ -43,6 +43,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
         scene: Arc::new(Scene::built_in().swap_remove(0)),
         tick: AtomicU32::new(0),
         players: AtomicUsize::new(0),
+        connected: AtomicUsize::new(0),
         bodies: AtomicUsize::new(0),
     };
     let ticker = Ticker::new(host(), Arc::new(info), receiver, commands, 1);

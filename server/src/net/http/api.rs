@@ -28,6 +28,7 @@ pub fn scenes(state: &ServerState) -> Value {
             "title": scene.title,
             "about": scene.about,
             "players_max": scene.players_max,
+            "heroes": scene.hero.is_some(),
             "picture": picture.map(|file| format!("/assets/{}", file.name)),
         })
     };
@@ -42,6 +43,7 @@ pub fn rooms(state: &ServerState) -> Value {
             "scene": info.scene.name,
             "title": info.scene.title,
             "players": info.players.load(Ordering::Relaxed),
+            "connected": info.connected.load(Ordering::Relaxed),
             "players_max": info.scene.players_max,
         })
     };

@@ -2,8 +2,7 @@
 
 use super::*;
 
-const ROOMS: &str =
-    r#"{"rooms":[{"code":"abc","scene":"arena","title":"Arena","players":2,"players_max":8}]}"#;
+const ROOMS: &str = r#"{"rooms":[{"code":"abc","scene":"arena","title":"Arena","players":2,"connected":1,"players_max":8}]}"#;
 
 #[test]
 fn the_lobby_asks_for_its_lists_and_asks_again() {
@@ -43,6 +42,23 @@ fn play_joins_the_liveliest_room_or_opens_one() {
     browser.say(Event::Answered(Request::Rooms, Some(ROOMS.into())));
     browser.say(Event::PlayClicked(form("Bea")));
     assert_eq!(browser.address, "/abc");
+}
+
+#[test]
+fn play_opens_a_private_room_where_that_is_chosen() {
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::Answered(Request::Rooms, Some(ROOMS.into())));
+    let asked = browser.say(Event::PlayClicked(Form { private: true, ..form("Bea") }));
+    assert!(has(&asked, "Open { scene: \"arena\", private: true }"), "{asked:?}");
+    assert_eq!(browser.address, "/");
+}
+
+#[test]
+fn a_scene_is_not_opened_under_a_name_that_cannot_be_used() {
+    let mut browser = Browser::open("/", "");
+    let asked = browser.say(Event::SceneClicked("pile".into(), form("  ")));
+    assert!(!has(&asked, "Open {"), "{asked:?}");
+    assert!(browser.app.lobby.name_invalid && browser.app.lobby.note.bad);
 }
 
 #[test]
