@@ -10,8 +10,10 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
     let ada = stage.visit("/", Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
     ada.until_true("document.querySelectorAll('#scene-list > *').length >= 5").await?;
+    // Pictures that are far below are otherwise not loaded yet.
     ada.until_true(
-        "[...document.querySelectorAll('#scene-list img')].every(i => i.complete && i.naturalWidth)",
+        "[...document.querySelectorAll('#scene-list img')].every(i => { i.loading = 'eager'; \
+         return i.complete && i.naturalWidth; })",
     )
     .await?;
     ada.fill("#name", "Ada").await?;
