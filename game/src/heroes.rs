@@ -134,7 +134,7 @@ pub(crate) fn keep_lanes(world: &mut World, players: &[Player], scene: &Scene) {
 }
 
 /// Reports bodies that left the kill zone; the players of lost heroes wait for the next one.
-pub(crate) fn report_departed(world: &World, roster: &mut Roster, events: &mut Vec<Event>) {
+pub(crate) fn report_departed(world: &mut World, roster: &mut Roster, events: &mut Vec<Event>) {
     roster.players.iter_mut().for_each(|player| player.lost = None);
     for &(body, point) in world.departed() {
         let player = roster.players.iter_mut().find(|player| player.hero == Some(body));
@@ -144,6 +144,9 @@ pub(crate) fn report_departed(world: &World, roster: &mut Roster, events: &mut V
         }
         let kind = roster.forget(body).map_or(Kind::Block, |actor| actor.kind);
         events.push(Event::BodyLeft { kind, body, point });
+    }
+    for player in roster.players.iter_mut().filter(|player| player.lost.is_some()) {
+        player.drop_carried(world);
     }
 }
 

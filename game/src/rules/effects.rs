@@ -97,7 +97,7 @@ impl Rules {
             if effects.checkpoint {
                 player.checkpoint = Some(table.world.position(it));
             }
-            if effects.drop {
+            if effects.drop || effects.stun > 0 {
                 player.drop_carried(table.world);
             }
             if let Some(other) = other.filter(|_| effects.carry) {

@@ -9,8 +9,9 @@ impl Rules {
     /// can move is in its place: a door closes on nobody.
     pub fn update_presence(&mut self, table: &mut Table) {
         let Table { scene, world, roster, rngs, .. } = table;
+        let stands_still = self.stands_still();
         for (index, body) in scene.bodies.iter().enumerate() {
-            if !body.runs.is_none() && !body.runs.all(self.levels) {
+            if !stands_still && !body.runs.is_none() && !body.runs.all(self.levels) {
                 self.stood[index] += 1;
             }
             if body.presence.is_none() {

@@ -22,6 +22,17 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_masses(root, scene, &bodies, &layouts);
     check_starts(scene, &bodies, &layouts, &spawns);
     check_zones(root, scene);
+    check_players(root, scene);
+}
+
+/// A round can begin with the players that a scene admits.
+fn check_players(root: &Table, scene: &Scene) {
+    let Some(round) = &scene.rules.round else { return };
+    if round.players_min > scene.players_max {
+        let field = root.get("round").inner("players_min");
+        let allowed = format!("at most limits.players = {}", scene.players_max);
+        field.refuse_as(round.players_min.to_string(), allowed);
+    }
 }
 
 /// Zones look at every body of their groups in every tick.

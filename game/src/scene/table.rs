@@ -235,6 +235,13 @@ impl<'a> Field<'a> {
         self.parse(whole, allowed).unwrap_or(default)
     }
 
+    /// A whole number of either sign, at most `max` in amount.
+    pub fn signed(&self, default: i32, max: i32) -> i32 {
+        let fits = |number: &i32| number.abs() <= max;
+        let signed = |value| i32::try_from(integer_of(value)?).ok().filter(fits);
+        self.parse(signed, || format!("a whole number from -{max} to {max}")).unwrap_or(default)
+    }
+
     /// `true` or `false`.
     pub fn truth(&self, default: bool) -> bool {
         self.parse(DeValue::as_bool, || "true or false".to_owned()).unwrap_or(default)

@@ -92,6 +92,14 @@ fn wrong_rules_are_refused_where_they_stand() {
             "14: rules[0].end: found \"win\"; allowed: an end only in a scene with [round]",
         ),
         (
+            "[round]\nplayers_min = 20",
+            "11: round.players_min: found 20; allowed: at most limits.players = 16",
+        ),
+        (
+            "[[rules]]\nevery = 1\nscore = 1.5",
+            "12: rules[0].score: found 1.5; allowed: a whole number from -1000000 to 1000000",
+        ),
+        (
             "[round]\nstars = [3, 2, 1]",
             "11: round.stars: found [3, 2, 1]; allowed: three numbers of points, the least first",
         ),
@@ -272,6 +280,13 @@ fn value_of(key: &str, game: &Game) -> String {
                     format!("{},{}", at.x.round(), at.y.round())
                 }
             }
+        }
+        "carries" => {
+            let player = &game.roster.players[name.parse::<usize>().expect("a slot")];
+            let names = game.scene.bodies.iter().map(|body| body.name.clone().unwrap_or_default());
+            let carried = player.carried.map(|carried| Some(carried.body));
+            let mut named = names.zip(&game.roster.placed);
+            named.find(|(_, id)| carried == Some(**id)).map_or(String::new(), |(name, _)| name)
         }
         "phase" => match rules.round.phase {
             RoundPhase::Waiting => "waiting",

@@ -8,6 +8,8 @@ use super::zone::ZoneSpec;
 use crate::scene::recipes::Recipes;
 use crate::scene::table::{Field, Range, Table};
 
+/// Lives that one rule may give or take.
+const LIFE_MAX: i32 = 1000;
 /// Bodies that one rule may put back.
 const RESET_MAX: usize = 8;
 const OCCASIONS: [&str; 7] = ["enter", "leave", "on", "every", "touch", "burst", "lost"];
@@ -164,13 +166,11 @@ fn to(field: &Field, names: &Names, around: &Around) -> To {
 }
 
 fn effects(table: &Table, known: &Known, recipes: &mut Recipes) -> Effects {
-    let amount =
-        |field: Field, max: i32| field.number(0.0, Range::from(-(max as f32), max as f32)) as i32;
     let [back, splash] = ["back", "splash"].map(|name| table.get(name));
     let at_once = [("win", true), ("lose", false)];
     Effects {
-        score: amount(table.get("score"), POINTS_MAX),
-        life: amount(table.get("life"), 1000),
+        score: table.get("score").signed(0, POINTS_MAX),
+        life: table.get("life").signed(0, LIFE_MAX),
         end: table.get("end").choice(&at_once),
         back: back.is_given().then(|| match back.is_number() {
             true => ticks(back.number(0.0, SECONDS)),
