@@ -21,8 +21,8 @@ pub enum Event {
     },
     /// A dye pack burst on a hero.
     PackHit {
-        /// The pack's owner.
-        owner: Seat,
+        /// The pack's owner; nobody if a launcher made it.
+        owner: Option<Seat>,
         /// The hero's player, if it has one.
         victim: Option<Seat>,
         /// The hero.

@@ -14,7 +14,7 @@ use crate::roster::Roster;
 use crate::rules::{RoundInfo, Rules, Table};
 use crate::scene::{Condition, Kind, SEATS_MAX, Scene};
 use crate::side::Standing;
-use crate::{emitters, heroes, impacts, minions, packs, placing, platforms, tools};
+use crate::{emitters, heroes, impacts, launchers, minions, packs, placing, platforms, tools};
 use jostle_sim::Rng;
 use jostle_sim::particles::quantise;
 use jostle_sim::{BodyId, Shape, World};
@@ -228,6 +228,9 @@ impl Game {
         }
         tools::make(world, roster, scene, rngs, events, &mut self.nearby);
         let allows = |of: &Condition| rules.as_ref().is_none_or(|rules| rules.allows(of));
+        if let Some(tick) = rules.as_ref().map_or(Some(tick), Rules::launch_tick) {
+            launchers::work(world, roster, scene, prey, tick, allows);
+        }
         emitters::start_due(world, scene, &roster.placed, tick, allows, &mut rngs.emit, events);
         watch(Phase::Events, world);
         world.step_particles();

@@ -105,8 +105,8 @@ pub(crate) fn thrust(world: &mut World, players: &[Player], scene: &Scene) {
     }
     for player in players {
         let Some(hero) = player.hero else { continue };
-        let before = world.velocity(hero);
-        world.set_velocity(hero, spec.steered(before, player.down));
+        let velocity = spec.steered_in(world, scene, hero, player.down);
+        world.set_velocity(hero, velocity);
     }
 }
 
@@ -151,8 +151,8 @@ pub(crate) fn report_departed(world: &mut World, roster: &mut Roster, events: &m
 }
 
 impl HeroSpec {
-    /// The velocity of a hero after a tick with these buttons down, before the world steps.
-    pub fn steered(&self, velocity: Vec2, down: Buttons) -> Vec2 {
+    /// The velocity of a hero that flies, after a tick with these buttons down, before the world steps.
+    pub(crate) fn thrusted(&self, velocity: Vec2, down: Buttons) -> Vec2 {
         let push = Vec2::new(
             down.axis(Buttons::RIGHT, Buttons::LEFT),
             down.axis(Buttons::UP, Buttons::DOWN),

@@ -10,6 +10,7 @@ mod game;
 mod heroes;
 mod impacts;
 mod input;
+mod launchers;
 mod minions;
 mod packs;
 mod phase;
@@ -23,6 +24,7 @@ pub mod scene;
 mod side;
 mod state;
 mod tools;
+mod walk;
 
 #[cfg(test)]
 mod tests;

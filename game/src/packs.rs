@@ -35,15 +35,14 @@ impl Prey {
     }
 
     /// The heroes that a pack may burst on: all but its owner's, unless the owner plays alone.
-    fn of(&self, pack: Actor) -> impl Iterator<Item = &Actor> {
-        self.heroes.iter().filter(move |hero| hero.owner != pack.owner || self.one_player)
+    fn of(&self, owner: Option<Seat>) -> impl Iterator<Item = &Actor> {
+        self.heroes.iter().filter(move |hero| hero.owner != owner || self.one_player)
     }
 
-    /// The centre of the nearest hero that the pack may burst on.
-    fn nearest(&self, pack: Actor, world: &World) -> Option<Vec2> {
-        let position = world.position(pack.id);
+    /// The centre of the hero nearest to a position that a pack of this player may burst on.
+    pub fn nearest_to(&self, position: Vec2, owner: Option<Seat>, world: &World) -> Option<Vec2> {
         let mut nearest: Option<(f32, Vec2)> = None;
-        for hero in self.of(pack) {
+        for hero in self.of(owner) {
             let center = world.position(hero.id);
             let distance = (center - position).length_squared();
             if nearest.is_none_or(|(least, _)| distance < least) {
@@ -60,7 +59,7 @@ impl Prey {
             let (other, position) = (world.shape(hero.id), world.position(hero.id));
             collide(shape, center, other, position, (pack.id.index, hero.id.index)).is_some()
         };
-        let hero = *self.of(pack).find(touched)?;
+        let hero = *self.of(pack.owner).find(touched)?;
         Some((hero, nearest_point(world.shape(hero.id), world.position(hero.id), center)))
     }
 }
@@ -76,8 +75,9 @@ pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey:
             roster.remove(world, actor.id);
             continue;
         }
-        let front = match prey.nearest(actor, world) {
-            Some(target) => turned(front, target - world.position(actor.id), spec.turn),
+        let position = world.position(actor.id);
+        let front = match prey.nearest_to(position, actor.owner, world) {
+            Some(target) => turned(front, target - position, spec.turn),
             None => front,
         };
         let drift = drift * spec.drift;
@@ -115,10 +115,9 @@ pub(crate) fn burst(
         let Some((hero, point)) = prey.touched(pack, world) else { continue };
         let victim = hero.owner;
         roster.remove(world, pack.id);
-        let Some(owner) = pack.owner else { continue };
-        if victim != Some(owner)
-            && let Some(player) = roster.players.iter_mut().find(|player| player.seat == owner)
-        {
+        let owner = pack.owner;
+        let scorer = roster.players.iter_mut().find(|player| Some(player.seat) == owner);
+        if let Some(player) = scorer.filter(|_| victim != owner) {
             player.score = player.score.saturating_add(1);
         }
         events.push(Event::PackHit { owner, victim, hero: hero.id, point });
@@ -145,15 +144,25 @@ pub(crate) fn launch(
     {
         return;
     }
-    let velocity = FRONT_AT_START * spec.speed;
-    let rule = Rule::Chase {
-        front: FRONT_AT_START,
-        drift: Vec2::ZERO,
-        driven: velocity,
-        life: spec.life_ticks,
-    };
+    add(world, roster, scene, Some(seat), position, FRONT_AT_START);
+}
+
+/// Adds a pack that sets off `towards` a side, to the right where that has no direction.
+pub(crate) fn add(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    owner: Option<Seat>,
+    position: Vec2,
+    towards: Vec2,
+) {
+    let Some(spec) = &scene.pack else { return };
+    let front = towards.try_normalize().unwrap_or(FRONT_AT_START);
+    let velocity = front * spec.speed;
+    let (drift, life) = (Vec2::ZERO, spec.life_ticks);
+    let rule = Rule::Chase { front, drift, driven: velocity, life };
     let def = BodyDef { position, velocity, ..spec.body };
-    roster.add(world, &def, Kind::Pack, Some(seat), rule);
+    roster.add(world, &def, Kind::Pack, owner, rule);
 }
 
 /// `front` after turning by a share of the signed angle to `way` (A4.9).

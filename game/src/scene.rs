@@ -10,6 +10,7 @@ mod drag;
 mod error;
 mod groups;
 mod kind;
+mod launchers;
 mod limits;
 mod name;
 mod parse;
@@ -29,6 +30,7 @@ mod tests;
 
 pub use error::SceneError;
 pub use kind::Kind;
+pub use launchers::{LAUNCHERS_MAX, Launcher};
 pub use limits::*;
 pub use name::is_name;
 #[cfg(test)]
@@ -43,6 +45,6 @@ pub use rules::{
 };
 pub use spec::{
     Camera, HeroSpec, Layout, Location, MarbleSpec, PackSpec, Placed, PlacedSpring, Scene,
-    ScheduledEmitter,
+    ScheduledEmitter, WalkSpec,
 };
 pub use tools::Tools;

@@ -114,6 +114,11 @@ impl Rules {
         self.round.clock - self.stood[body]
     }
 
+    /// The tick of the round that launchers go by, from 0; `None` while everything stands.
+    pub fn launch_tick(&self) -> Option<u32> {
+        (!self.stands_still()).then(|| self.round.clock - 1)
+    }
+
     /// Returns whether nothing moves in this tick.
     pub fn stands_still(&self) -> bool {
         self.round.phase == RoundPhase::Countdown

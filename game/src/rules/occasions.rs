@@ -53,7 +53,7 @@ impl Rules {
             Occasion::Burst => {
                 for event in table.events.iter() {
                     if let Event::PackHit { owner, hero, .. } = *event {
-                        let by = Some(table.roster.side_of(owner));
+                        let by = owner.map(|seat| table.roster.side_of(seat));
                         found.push(Occurrence { by, ..self.about(hero, table) });
                     }
                 }

@@ -3,10 +3,11 @@
 use super::drag;
 use super::groups::Groups;
 use super::kind::Kind;
+use super::launchers;
 use super::limits::SPEED_MAX;
 use super::recipes::Recipes;
 use super::rules::{self, Names};
-use super::spec::{HeroSpec, Location, MarbleSpec, PackSpec, Placed, ScheduledEmitter};
+use super::spec::{HeroSpec, Location, MarbleSpec, PackSpec, Placed, ScheduledEmitter, WalkSpec};
 use super::springs;
 use super::table::{POSITION, Range, Table};
 use super::tools::Tools;
@@ -49,10 +50,12 @@ pub(super) fn actors(root: &Table, tools: Tools, groups: &Groups, recipes: &mut 
         traits.speed = table.get("speed").number(traits.speed, SPEED);
         let spec =
             || MarbleSpec { body: traits.def(table, groups), speed: traits.speed, count_max: 0 };
-        (traits, tools.contains(Tools::MARBLE).then(spec))
+        let is_made = tools.contains(Tools::MARBLE) || launchers::make(root, Kind::Marble);
+        (traits, is_made.then(spec))
     });
     let field = root.get("pack");
-    let has_packs = field.is_given() || tools.contains(Tools::LAUNCH);
+    let is_launched = tools.contains(Tools::LAUNCH) || launchers::make(root, Kind::Pack);
+    let has_packs = field.is_given() || is_launched;
     let pack = has_packs.then(|| {
         field.table(|table| read_pack(table, traits(Kind::Pack, table).def(table, groups), recipes))
     });
@@ -70,9 +73,28 @@ fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
         body: traits.def(table, groups),
         thrust,
         speed_max,
+        walk: walk(table),
         lane: rules::lane(table),
         spawns: spawns.iter().map(|item| item.vector(Vec2::ZERO, POSITION)).collect(),
     }
+}
+
+/// `walk`, beside which there is no thrust.
+fn walk(table: &Table) -> Option<WalkSpec> {
+    let field = table.get("walk");
+    if !field.is_given() {
+        return None;
+    }
+    for field in ["thrust", "speed_max"].map(|name| table.get(name)) {
+        if field.is_given() {
+            field.refuse("nothing: a hero that walks has no thrust");
+        }
+    }
+    let speed = Range::above(0.0, SPEED_MAX);
+    Some(field.table_or("{ speed = 25, jump = 40 }", |walk| WalkSpec {
+        speed: walk.need("speed", "its speed along the ground").number(1.0, speed),
+        jump: walk.need("jump", "its speed upwards").number(1.0, speed),
+    }))
 }
 
 fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
@@ -89,6 +111,18 @@ fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
     }
 }
 
+/// Reads `position` or `follow`, one of which must be there.
+pub(super) fn location(table: &Table, bodies: &[Placed]) -> Location {
+    let [position, follow] = table.either("position", "follow");
+    if !position.is_given() && !follow.is_given() {
+        position.refuse("[x, y], or follow = \"name\"");
+    }
+    match follow.is_given() {
+        true => Location::Body(springs::named(&follow, bodies).unwrap_or(0)),
+        false => Location::Point(position.vector(Vec2::ZERO, POSITION)),
+    }
+}
+
 /// Reads one entry of `emitters`.
 pub(super) fn emitter(
     table: &Table,
@@ -97,14 +131,7 @@ pub(super) fn emitter(
     recipes: &mut Recipes,
 ) -> ScheduledEmitter {
     let recipe = table.need("recipe", "the name of a recipe");
-    let [position, follow] = table.either("position", "follow");
-    if !position.is_given() && !follow.is_given() {
-        position.refuse("[x, y], or follow = \"name\"");
-    }
-    let location = match follow.is_given() {
-        true => Location::Body(springs::named(&follow, bodies).unwrap_or(0)),
-        false => Location::Point(position.vector(Vec2::ZERO, POSITION)),
-    };
+    let location = location(table, bodies);
     let every = table.get("every");
     ScheduledEmitter {
         recipe: recipes.index(&recipe, "fire"),

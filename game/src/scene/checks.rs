@@ -22,6 +22,7 @@ pub(super) fn check(root: &Table, scene: &Scene) {
     check_masses(root, scene, &bodies, &layouts);
     check_starts(scene, &bodies, &layouts, &spawns);
     check_zones(root, scene);
+    check_walk(root, scene);
     check_players(root, scene);
 }
 
@@ -32,6 +33,16 @@ fn check_players(root: &Table, scene: &Scene) {
         let field = root.get("round").inner("players_min");
         let allowed = format!("at most limits.players = {}", scene.players_max);
         field.refuse_as(round.players_min.to_string(), allowed);
+    }
+}
+
+/// A hero that walks needs something that keeps it on the ground.
+fn check_walk(root: &Table, scene: &Scene) {
+    let Some(hero) = scene.hero.as_ref().filter(|hero| hero.walk.is_some()) else { return };
+    let fall = scene.world.gravity.y * hero.body.gravity_scale;
+    if fall >= 0.0 {
+        let allowed = "a walk only where gravity pulls the hero down";
+        root.get("hero").inner("walk").refuse_as(format!("gravity of {fall} on y"), allowed);
     }
 }
 

@@ -3,6 +3,7 @@
 use super::actors;
 use super::error::SceneError;
 use super::groups::Groups;
+use super::launchers::{self, LAUNCHERS_MAX};
 use super::limits::{
     BODIES_MAX, EMITTERS_MAX, FOLLOWERS_MAX, GRAVITY_MAX, PACKS_MAX, PARTICLES_MAX, QUANTUM_MIN,
     SCENE_BYTES_MAX, SEATS_MAX, SIZE_MAX, SPEED_MAX, SPRINGS_MAX,
@@ -96,6 +97,8 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let springs = read_list(root, "springs", SPRINGS_MAX, spring);
     let emitter = |table: &Table| actors::emitter(table, &bodies, &names, &mut recipes);
     let emitters = read_list(root, "emitters", EMITTERS_MAX, emitter);
+    let launcher = |table: &Table| launchers::launcher(table, &bodies, &names);
+    let launchers = read_list(root, "launchers", LAUNCHERS_MAX, launcher);
     let known = Known { names: &names, groups: &groups };
     let rules = RuleSet::read(root, &known, &mut recipes);
     let camera = camera(root);
@@ -117,6 +120,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
         layouts,
         springs: springs.into_iter().flatten().collect(),
         emitters,
+        launchers,
         hero: actors.hero,
         minion_recovery: actors.minion_recovery,
         marble: actors.marble,
@@ -204,7 +208,8 @@ fn limits(table: &Table, scene: &mut Scene) {
     let least = scene.bodies.len() as u64 + laid_out + if_any(scene.hero.is_some(), players);
     let launched = if_any(scene.pack.is_some(), players * packs);
     let dropped = if_any(scene.marble.is_some(), marbles);
-    let roomy = (least + launched + dropped).clamp(1, u64::from(BODIES_MAX)) as u32;
+    let made = scene.launchers.iter().map(|launcher| u64::from(launcher.limit)).sum::<u64>();
+    let roomy = (least + launched + dropped + made).clamp(1, u64::from(BODIES_MAX)) as u32;
     let field = table.get("bodies");
     let bodies = field.whole(roomy, 1..=BODIES_MAX);
     if least > u64::from(bodies) {

@@ -132,7 +132,15 @@ fn sources(scene: &Scene) -> Vec<Bodies> {
         let one = Bodies::one("pack".to_owned(), Kind::Pack, pack.body);
         sources.push(Bodies { count: pack.count_max, per: Per::Player, ..one });
     }
-    if let Some(marble) = &scene.marble {
+    for (index, launcher) in scene.launchers.iter().enumerate() {
+        let def = match launcher.makes {
+            Kind::Pack => scene.pack.as_ref().map(|pack| pack.body),
+            _ => scene.marble.as_ref().map(|marble| marble.body),
+        };
+        let one = def.map(|def| Bodies::one(format!("launchers[{index}]"), launcher.makes, def));
+        sources.extend(one.map(|one| Bodies { count: launcher.limit, per: Per::Tool, ..one }));
+    }
+    if let Some(marble) = scene.marble.as_ref().filter(|_| scene.tools.contains(Tools::MARBLE)) {
         let one = Bodies::one("dumb".to_owned(), Kind::Marble, marble.body);
         sources.push(Bodies { count: marble.count_max, per: Per::Tool, ..one });
     }
@@ -180,6 +188,16 @@ fn pairs(scene: &Scene, sources: &[Bodies]) -> Vec<[u8; 2]> {
     pairs
 }
 
+/// The field that launches dye packs.
+fn launches_packs(scene: &Scene) -> Reason {
+    if scene.tools.contains(Tools::LAUNCH) {
+        return Ok("tools has \"launch\"".to_owned());
+    }
+    let launcher = scene.launchers.iter().position(|launcher| launcher.makes == Kind::Pack);
+    let none = || "no \"launch\" in tools, and no launcher of packs".to_owned();
+    launcher.map(|index| format!("launchers[{index}] makes packs")).ok_or_else(none)
+}
+
 /// The field that makes particles.
 fn emits(scene: &Scene) -> Reason {
     if !scene.emitters.is_empty() {
@@ -193,8 +211,9 @@ fn emits(scene: &Scene) -> Reason {
         return Ok(format!("rules[{index}] has splash"));
     }
     match &scene.pack {
-        Some(pack) if pack.burst > 0 && scene.tools.contains(Tools::LAUNCH) => {
-            Ok(format!("pack.burst is {}, and tools has \"launch\"", pack.burst))
+        Some(pack) if pack.burst > 0 && launches_packs(scene).is_ok() => {
+            let why = launches_packs(scene).unwrap_or_default();
+            Ok(format!("pack.burst is {}, and {why}", pack.burst))
         }
         _ => Err("no emitters, no \"spray\" in tools, no pack with a burst, no splash".to_owned()),
     }
@@ -250,6 +269,7 @@ impl Reasons<'_> {
                 "moves section",
                 self.source(moves, "is not static", "every body is static"),
             ),
+            part("launchers", "bodies", self.count_of("launchers", self.scene.launchers.len())),
             part("rounds", "a clock, the round's part of the players section", self.rounds()),
             part("zones", "who is in each", self.count_of("zones", self.scene.rules.zones.len())),
             part("signals", "levels", self.count_of("signals", self.scene.rules.signals.len())),
@@ -369,11 +389,9 @@ impl Reasons<'_> {
     }
 
     fn pack_hits(&self) -> Reason {
-        if !self.scene.tools.contains(Tools::LAUNCH) {
-            return Err("no \"launch\" in tools".to_owned());
-        }
+        let why = launches_packs(self.scene)?;
         match self.sources.iter().find(|source| source.kind == Kind::Hero) {
-            Some(hero) => Ok(format!("tools has \"launch\", and {} can be hit", hero.field)),
+            Some(hero) => Ok(format!("{why}, and {} can be hit", hero.field)),
             None => Err("no hero in the scene".to_owned()),
         }
     }

@@ -10,7 +10,7 @@ mod signal;
 mod zone;
 
 pub use condition::{Condition, Levels};
-pub(super) use known::Known;
+pub(super) use known::{Known, SECONDS, ticks};
 pub use known::{POINTS_MAX, TEAMS_MAX, ZONES_MAX};
 pub(super) use names::Names;
 pub(super) use round::lane;

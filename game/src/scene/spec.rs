@@ -1,6 +1,7 @@
 //! A checked scene: plain data, ready to be played.
 
 use super::kind::Kind;
+use super::launchers::Launcher;
 use super::path::Path;
 use super::rules::{Condition, LaneAxis, RuleSet};
 use super::tools::Tools;
@@ -54,6 +55,8 @@ pub struct Scene {
     pub springs: Vec<PlacedSpring>,
     /// Emitters that start by themselves.
     pub emitters: Vec<ScheduledEmitter>,
+    /// What makes packs and marbles by itself.
+    pub launchers: Vec<Launcher>,
     /// The players' heroes; `None` where players have none.
     pub hero: Option<HeroSpec>,
     /// Acceleration of a minion back to its wander speed, units/s^2.
@@ -103,7 +106,8 @@ impl Scene {
     pub(crate) fn has_conditions(&self) -> bool {
         let bodies = self.bodies.iter().flat_map(|body| [&body.presence, &body.runs]);
         let emitters = self.emitters.iter().map(|emitter| &emitter.condition);
-        bodies.chain(emitters).any(|condition| !condition.is_none())
+        let launchers = self.launchers.iter().map(|launcher| &launcher.condition);
+        bodies.chain(emitters).chain(launchers).any(|condition| !condition.is_none())
     }
 
     /// Returns whether bodies of the two groups collide.
@@ -198,10 +202,21 @@ pub struct HeroSpec {
     pub thrust: Vec2,
     /// Speed past which thrust adds nothing, units/s.
     pub speed_max: f32,
+    /// How they run and jump; `None` where they fly.
+    pub walk: Option<WalkSpec>,
     /// The axis that they stay on, unless their team has one.
     pub lane: Option<LaneAxis>,
     /// Spawn points, tried from the seat's own on.
     pub spawns: Vec<Vec2>,
+}
+
+/// How heroes run and jump.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WalkSpec {
+    /// Speed along what they stand on, units/s.
+    pub speed: f32,
+    /// Speed upwards at the start of a jump, units/s.
+    pub jump: f32,
 }
 
 /// Marbles that players make.

@@ -115,7 +115,7 @@ fn the_fire_preset_is_the_chapters_recipe() {
 #[test]
 fn unknown_names_are_refused_where_they_stand() {
     let fields = "the fields radius, size, mass, restitution, friction, gravity_scale, drag, group, \
-                  thrust, speed_max, spawns, lane";
+                  thrust, speed_max, spawns, walk, lane";
     refused("spawns =", "sapwns =", 13, "hero.sapwns", "an unknown field", fields);
     let groups = "one of platform, block, hero, pack";
     refused(

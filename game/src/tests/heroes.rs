@@ -126,3 +126,59 @@ fn a_hero_that_leaves_the_world_is_reported_and_comes_back() {
     idle(&mut game, crate::heroes::RESPAWN_TICKS + 1);
     assert_ne!(hero_of(&game, FIRST), lost);
 }
+
+/// A hero that walks on the floor of [`FLOOR`], and a lift.
+fn walker(more: &str) -> Game {
+    let text =
+        FLOOR.replace("[hero]\n", "[hero]\nsize = [8, 11]\nwalk = { speed = 25, jump = 40 }\n");
+    game_of(&format!("{text}\n{more}"))
+}
+
+#[test]
+fn a_hero_that_walks_runs_at_its_speed_and_stops() {
+    let mut game = walker("");
+    game.join(FIRST);
+    idle(&mut game, 120);
+    let hero = hero_of(&game, FIRST);
+    (0..30).for_each(|_| play(&mut game, &[Buttons::RIGHT], None));
+    let speed = game.world().velocity(hero).x;
+    assert!((speed - 25.0).abs() < 0.5, "{speed}");
+    idle(&mut game, 30);
+    assert_eq!(game.world().velocity(hero).x, 0.0);
+}
+
+#[test]
+fn a_hero_jumps_only_off_what_it_stands_on_and_16_high() {
+    let mut game = walker("");
+    game.join(FIRST);
+    idle(&mut game, 120);
+    let hero = hero_of(&game, FIRST);
+    let ground = game.world().position(hero).y;
+    let (mut top, mut jumps, mut rising) = (0.0f32, 0, false);
+    for _ in 0..250 {
+        play(&mut game, &[Buttons::UP], None);
+        top = max(top, game.world().position(hero).y - ground);
+        let rises = game.world().velocity(hero).y > 0.0;
+        jumps += u32::from(rises && !rising);
+        rising = rises;
+    }
+    assert!((15.0..16.5).contains(&top), "{top}");
+    assert_eq!(jumps, 3, "each jump takes 1.6 s");
+}
+
+#[test]
+fn a_hero_is_carried_by_what_it_stands_on() {
+    let lift =
+        "[[bodies]]\nkind = \"platform\"\nsize = [30, 3]\npath = [[60, 22], [120, 22]]\nperiod = 6";
+    let mut game = walker(lift);
+    game.join(FIRST);
+    let away = |game: &Game| {
+        let lift = game.roster.placed[1].expect("a lift");
+        game.world().position(hero_of(game, FIRST)).x - game.world().position(lift).x
+    };
+    idle(&mut game, 100);
+    let before = away(&game);
+    idle(&mut game, 500);
+    // It slips by its run-up where the lift turns round, once to either side.
+    assert!((away(&game) - before).abs() < 3.0, "{before} became {}", away(&game));
+}

@@ -9,7 +9,7 @@ fn angle(front: Vec2, way: Vec2) -> f32 {
 
 fn hits(game: &Game) -> Vec<(Seat, Option<Seat>, Vec2)> {
     let hit = |event: &Event| match *event {
-        Event::PackHit { owner, victim, point, .. } => Some((owner, victim, point)),
+        Event::PackHit { owner, victim, point, .. } => Some((owner?, victim, point)),
         _ => None,
     };
     game.events().iter().filter_map(hit).collect()
@@ -251,4 +251,38 @@ fn a_pack_that_meets_a_platform_almost_squarely_skirts_it_too() {
         let left = game.world().position(pack).x - game.world().position(hero).x;
         assert!(left.abs() < aside / 8.0, "{aside}: {left} from the point nearest to the hero");
     }
+}
+
+#[test]
+fn a_launcher_makes_packs_of_nobody_that_chase_every_hero() {
+    let mut game = floor_with(
+        "[[launchers]]\nposition = [160, 60]\nevery = 0.5\nstart = 0.1\nlimit = 3\nvelocity = [0, 1]",
+    );
+    idle(&mut game, 6);
+    assert!(all(&game, Kind::Pack).is_empty(), "the first comes after a tenth of a second");
+    idle(&mut game, 1);
+    let pack = only(&game, Kind::Pack);
+    assert_eq!(game.world().velocity(pack), Vec2::new(0.0, 30.0), "it sets off upwards");
+    idle(&mut game, 200);
+    assert_eq!(all(&game, Kind::Pack).len(), 3, "its limit");
+    game.join(FIRST);
+    let (mut found, mut score) = (0, 0);
+    for _ in 0..400 {
+        idle(&mut game, 1);
+        let hit = |event: &&Event| {
+            matches!(event, Event::PackHit { owner: None, victim: Some(FIRST), .. })
+        };
+        found += game.events().iter().filter(hit).count();
+        score += game.players().map(|player| player.score).sum::<u16>();
+    }
+    assert!(found >= 3, "{found} hits");
+    assert_eq!(score, 0, "nobody scores with them");
+}
+
+#[test]
+fn a_launcher_of_marbles_skips_its_turn_while_its_place_is_taken() {
+    let mut game =
+        floor_with("[[launchers]]\nposition = [260, 11]\nevery = 0.1\nwhat = \"dumb\"\nlimit = 20");
+    idle(&mut game, 60);
+    assert_eq!(all(&game, Kind::Marble).len(), 1, "the first one lies there");
 }

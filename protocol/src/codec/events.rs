@@ -5,7 +5,7 @@ use crate::fields::{kind_of, read_id, read_leb16, read_seat, write_id, write_sea
 use crate::limits::EVENTS_MAX;
 use crate::snapshot::TimedEvent;
 use crate::wire::{Reader, Writer};
-use jostle_game::Event;
+use jostle_game::{Event, Seat};
 use jostle_sim::{EmitterDef, Source};
 
 const IMPACT: u8 = 0;
@@ -15,6 +15,7 @@ const EMITTER_STARTED: u8 = 3;
 const JOINED: u8 = 4;
 const LEFT: u8 = 5;
 const REPEATER_STARTED: u8 = 6;
+const LAUNCHER_HIT: u8 = 7;
 
 /// Bytes of the shortest event: distance, kind and a seat.
 const EVENT_BYTES_MIN: usize = 3;
@@ -44,8 +45,13 @@ fn write_event(writer: &mut Writer, event: &Event) {
             writer.finite(speed);
         }
         Event::PackHit { owner, victim, hero, point } => {
-            writer.byte(PACK_HIT);
-            write_seat(writer, owner);
+            match owner {
+                Some(owner) => {
+                    writer.byte(PACK_HIT);
+                    write_seat(writer, owner);
+                }
+                None => writer.byte(LAUNCHER_HIT),
+            }
             writer.option(victim, write_seat);
             write_id(writer, hero);
             writer.point(point);
@@ -105,6 +111,15 @@ pub fn read(reader: &mut Reader, after: u32, tick: u32) -> Result<Vec<TimedEvent
     Ok(events)
 }
 
+fn read_hit(reader: &mut Reader, owner: Option<Seat>) -> Result<Event, DecodeError> {
+    Ok(Event::PackHit {
+        owner,
+        victim: reader.option("victim", read_seat)?,
+        hero: read_id(reader, "hero")?,
+        point: reader.point("hit point")?,
+    })
+}
+
 fn read_event(reader: &mut Reader) -> Result<Event, DecodeError> {
     match reader.byte("event kind")? {
         IMPACT => Ok(Event::Impact {
@@ -113,12 +128,11 @@ fn read_event(reader: &mut Reader) -> Result<Event, DecodeError> {
             point: reader.point("impact point")?,
             speed: reader.finite("impact speed")?,
         }),
-        PACK_HIT => Ok(Event::PackHit {
-            owner: read_seat(reader)?,
-            victim: reader.option("victim", read_seat)?,
-            hero: read_id(reader, "hero")?,
-            point: reader.point("hit point")?,
-        }),
+        PACK_HIT => {
+            let owner = read_seat(reader)?;
+            read_hit(reader, Some(owner))
+        }
+        LAUNCHER_HIT => read_hit(reader, None),
         BODY_LEFT => Ok(Event::BodyLeft {
             kind: kind_of(reader.byte("body kind")?)?,
             body: read_id(reader, "body")?,

@@ -108,7 +108,7 @@ fn random_event(rng: &mut Rng) -> Event {
         }
         1 => {
             let victim = (rng.below(2) == 0).then_some(Seat(0));
-            Event::PackHit { owner: seat, victim, hero: random_id(rng), point }
+            Event::PackHit { owner: Some(seat), victim, hero: random_id(rng), point }
         }
         2 => Event::BodyLeft { kind: Kind::Marble, body: random_id(rng), point },
         3 => {

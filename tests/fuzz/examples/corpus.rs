@@ -106,8 +106,8 @@ fn events(tick: u32) -> Vec<TimedEvent> {
     let emitter = |source| EmitterDef { recipe: 3, count: 200, seed: 9, source };
     let events = [
         Event::Impact { a: id(1), b: id(2), point, speed: 30.0 },
-        Event::PackHit { owner: Seat(1), victim: Some(Seat(4)), hero: id(2), point },
-        Event::PackHit { owner: Seat(1), victim: None, hero: id(2), point },
+        Event::PackHit { owner: Some(Seat(1)), victim: Some(Seat(4)), hero: id(2), point },
+        Event::PackHit { owner: None, victim: None, hero: id(2), point },
         Event::BodyLeft { kind: Kind::Marble, body: id(0), point },
         Event::EmitterStarted(emitter(Source::Point(point))),
         Event::EmitterStarted(emitter(Source::Body(id(1)))),

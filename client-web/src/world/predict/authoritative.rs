@@ -189,7 +189,7 @@ impl AuthoritativeSim {
         if let Some(spec) = &scene.hero {
             let is_stunned = self.player.is_some_and(|player| player.is_stunned);
             let down = if is_stunned { Buttons::default() } else { schedule.at(self.tick) };
-            let velocity = spec.steered(self.velocity(), down);
+            let velocity = spec.steered_in(&self.world, scene, self.local, down);
             let velocity = match scene.lane(self.player.and_then(|player| player.team)) {
                 None => velocity,
                 Some(LaneAxis::X) => Vec2::new(velocity.x, 0.0),

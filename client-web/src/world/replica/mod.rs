@@ -261,9 +261,10 @@ impl Replica {
                 self.flash(timed.tick, EffectKind::Spark, point, None, speed, Some(body));
             }
             Event::PackHit { owner, victim, hero, point } => {
-                let color = self.name(owner).map(|n| n.color);
+                let by = owner.and_then(|seat| self.name(seat));
+                let color = by.as_ref().map(|n| n.color);
                 self.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
-                if let Some(by) = self.name(owner) {
+                if let Some(by) = by {
                     let whom = victim.and_then(|seat| self.name(seat));
                     self.tell(News::Hit(by, whom));
                 }

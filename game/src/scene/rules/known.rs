@@ -18,7 +18,7 @@ pub const POINTS_MAX: i32 = 1_000_000;
 /// Longest sentence that a scene shows, characters.
 pub(super) const SENTENCE_CHARS_MAX: usize = 80;
 /// Times in seconds.
-pub(super) const SECONDS: Range = Range::from(0.0, 3600.0);
+pub(in crate::scene) const SECONDS: Range = Range::from(0.0, 3600.0);
 
 /// What rules may name.
 pub(in crate::scene) struct Known<'a> {
@@ -27,6 +27,6 @@ pub(in crate::scene) struct Known<'a> {
 }
 
 /// Whole ticks of a time in seconds.
-pub(super) fn ticks(seconds: f32) -> u32 {
+pub(in crate::scene) fn ticks(seconds: f32) -> u32 {
     (seconds * TICKS_PER_SECOND as f32 + 0.5) as u32
 }

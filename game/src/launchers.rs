@@ -1,0 +1,65 @@
+//! Launchers of a scene: packs without an owner, which chase every player's hero, and marbles.
+
+use crate::actor::{Actor, Rule};
+use crate::packs::{self, Prey};
+use crate::placing::is_clear;
+use crate::roster::Roster;
+use crate::scene::{Condition, Kind, Launcher, Location, Scene};
+use glam::Vec2;
+use jostle_sim::{BodyDef, World};
+
+/// Works the launchers that are due in this tick. One whose place is taken skips its turn.
+pub(crate) fn work(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    prey: &Prey,
+    tick: u32,
+    allows: impl Fn(&Condition) -> bool,
+) {
+    for launcher in &scene.launchers {
+        if !launcher.is_due(tick) || !allows(&launcher.condition) {
+            continue;
+        }
+        let is_own = |actor: &&Actor| actor.kind == launcher.makes && actor.owner.is_none();
+        let has_room = roster.has_room(world, scene);
+        if roster.actors().filter(is_own).count() >= launcher.limit as usize || !has_room {
+            continue;
+        }
+        let position = match launcher.location {
+            Location::Point(point) => point,
+            Location::Body(body) => match roster.placed[body] {
+                Some(id) => world.position(id),
+                None => continue,
+            },
+        };
+        launch(world, roster, scene, prey, launcher, position);
+    }
+}
+
+fn launch(
+    world: &mut World,
+    roster: &mut Roster,
+    scene: &Scene,
+    prey: &Prey,
+    launcher: &Launcher,
+    position: Vec2,
+) {
+    match launcher.makes {
+        Kind::Pack => {
+            let towards = launcher.velocity.or_else(|| {
+                let target = prey.nearest_to(position, None, world)?;
+                Some(target - position)
+            });
+            packs::add(world, roster, scene, None, position, towards.unwrap_or_default());
+        }
+        _ => {
+            let Some(marble) = &scene.marble else { return };
+            let velocity = launcher.velocity.unwrap_or_default();
+            let def = BodyDef { position, velocity, ..marble.body };
+            if is_clear(world, scene, &def, position, world.ids()) {
+                roster.add(world, &def, Kind::Marble, None, Rule::Still);
+            }
+        }
+    }
+}
