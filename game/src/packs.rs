@@ -1,4 +1,4 @@
-//! Dye packs: launched by players, they chase a hero and burst on it.
+//! Dye packs: launched or thrown by players, or made by launchers, they chase a hero and burst on it.
 //!
 //! A pack's velocity is its own motion plus its drift. Contacts see its own motion (C21), so a pack
 //! pushes like any body; the change that they make becomes drift, which dies away. So a pack in
@@ -8,12 +8,13 @@ use crate::actor::{Actor, Rule};
 use crate::emitters;
 use crate::event::Event;
 use crate::input::Seat;
+use crate::placing::is_clear;
 use crate::roster::Roster;
-use crate::scene::{Kind, Scene};
+use crate::scene::{Kind, PackSpec, Scene};
 use glam::Vec2;
 use jostle_sim::Rng;
 use jostle_sim::collide;
-use jostle_sim::math::{atan2, clamp, clamp_length, rotate};
+use jostle_sim::math::{atan2, clamp, clamp_length, min, rotate};
 use jostle_sim::{BodyDef, EmitterDef, Shape, Source, World};
 
 /// Packs look to the right when they appear (B3).
@@ -23,20 +24,21 @@ const FRONT_AT_START: Vec2 = Vec2::X;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Prey {
     heroes: Vec<Actor>,
-    one_player: bool,
+    hits_owner: bool,
 }
 
 impl Prey {
     /// Lists all heroes, owned or not, in index order.
-    fn list(&mut self, roster: &Roster) {
+    fn list(&mut self, roster: &Roster, spec: &PackSpec) {
         self.heroes.clear();
         self.heroes.extend(roster.actors().filter(|actor| actor.kind == Kind::Hero));
-        self.one_player = roster.players.len() == 1;
+        self.hits_owner = roster.players.len() == 1 && spec.throw_every.is_none();
     }
 
-    /// The heroes that a pack may burst on: all but its owner's, unless the owner plays alone.
+    /// The heroes that packs of a player may burst on: all but the player's, unless that one plays alone and
+    /// throws none.
     fn of(&self, owner: Option<Seat>) -> impl Iterator<Item = &Actor> {
-        self.heroes.iter().filter(move |hero| hero.owner != owner || self.one_player)
+        self.heroes.iter().filter(move |hero| hero.owner != owner || self.hits_owner)
     }
 
     /// The centre of the hero nearest to a position that a pack of this player may burst on.
@@ -67,7 +69,7 @@ impl Prey {
 /// Turns packs towards their targets, moves them, and removes the worn-out ones.
 pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey: &mut Prey) {
     let Some(spec) = &scene.pack else { return };
-    prey.list(roster);
+    prey.list(roster, spec);
     for index in 0..roster.actors.len() {
         let Some(actor) = roster.actors[index] else { continue };
         let Rule::Chase { front, drift, life, .. } = actor.rule else { continue };
@@ -108,12 +110,15 @@ pub(crate) fn burst(
     events: &mut Vec<Event>,
 ) {
     let Some(spec) = &scene.pack else { return };
-    prey.list(roster);
+    prey.list(roster, spec);
     for index in 0..roster.actors.len() {
         let pack = roster.actors[index].filter(|actor| actor.kind == Kind::Pack);
         let Some(pack) = pack else { continue };
         let Some((hero, point)) = prey.touched(pack, world) else { continue };
         let victim = hero.owner;
+        if let Rule::Chase { front, .. } = pack.rule {
+            world.set_velocity(hero.id, world.velocity(hero.id) + front * spec.push);
+        }
         roster.remove(world, pack.id);
         let owner = pack.owner;
         let scorer = roster.players.iter_mut().find(|player| Some(player.seat) == owner);
@@ -129,22 +134,49 @@ pub(crate) fn burst(
     }
 }
 
-/// Launches a pack at the pointer, within the player's cap.
+/// Launches a pack of a player towards `aim`, within the player's cap: at the pointer, or thrown from the
+/// hero.
 pub(crate) fn launch(
     world: &mut World,
     roster: &mut Roster,
     scene: &Scene,
-    seat: Seat,
-    position: Vec2,
+    slot: usize,
+    aim: Vec2,
 ) {
     let Some(spec) = &scene.pack else { return };
+    let player = &roster.players[slot];
+    let seat = player.seat;
     let own = |actor: &&Actor| actor.kind == Kind::Pack && actor.owner == Some(seat);
     if roster.actors().filter(own).count() >= spec.count_max as usize
         || !roster.has_room(world, scene)
     {
         return;
     }
-    add(world, roster, scene, Some(seat), position, FRONT_AT_START);
+    let Some(ticks) = spec.throw_every else {
+        add(world, roster, scene, Some(seat), aim, FRONT_AT_START);
+        return;
+    };
+    let Some(hero) = player.hero.filter(|_| player.throw_wait == 0) else { return };
+    let center = world.position(hero);
+    let Some(towards) = (aim - center).try_normalize() else { return };
+    let outside = edge(world.shape(hero), towards) + spec.body.shape.half_extent().x;
+    let position = center + towards * outside;
+    // Through no wall that the hero stands at.
+    let is_clear = is_clear(world, scene, &spec.body, position, world.ids());
+    let position = if is_clear { position } else { center };
+    add(world, roster, scene, Some(seat), position, towards);
+    roster.players[slot].throw_wait = ticks;
+}
+
+/// How far the outline of a shape is from its centre, in the direction of a unit vector.
+fn edge(shape: Shape, towards: Vec2) -> f32 {
+    match shape {
+        Shape::Circle { radius } => radius,
+        Shape::Box { half } => {
+            let [x, y] = [half.x / towards.x.abs(), half.y / towards.y.abs()];
+            min(x, y)
+        }
+    }
 }
 
 /// Adds a pack that sets off `towards` a side, to the right where that has no direction.

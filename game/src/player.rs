@@ -30,6 +30,8 @@ pub(crate) struct Player {
     pub standing: Standing,
     /// Ticks for which keys do nothing.
     pub stun: u32,
+    /// Ticks until the next dye pack may be thrown.
+    pub throw_wait: u32,
     /// Where the hero appeared last.
     pub home: Vec2,
     /// Where the hero comes back instead.
@@ -60,6 +62,7 @@ impl Player {
             team: None,
             standing: Standing::default(),
             stun: 0,
+            throw_wait: 0,
             home: Vec2::ZERO,
             checkpoint: None,
             carried: None,
@@ -95,6 +98,7 @@ impl Player {
     /// Forgets the round before.
     pub fn begin_round(&mut self) {
         self.stun = 0;
+        self.throw_wait = 0;
         self.checkpoint = None;
         self.hero_wait = 0;
     }
@@ -161,6 +165,7 @@ pub(crate) fn take_inputs(players: &mut [Player], inputs: &[(Seat, Input)], worl
             Ok(at) => inputs[at].1.rounded(),
             Err(_) => Input::default(),
         };
+        player.throw_wait = player.throw_wait.saturating_sub(1);
         if player.stun > 0 {
             player.stun -= 1;
             input.buttons = Buttons::default();

@@ -55,6 +55,12 @@ impl Game {
         }
         self.roster.actors().for_each(|actor| actor.visit(visitor));
         self.roster.players.iter().for_each(|player| player.visit(visitor));
+        if self.scene.throws_packs() {
+            for player in &self.roster.players {
+                let subject = Subject::OtherNumbered("player", u32::from(player.seat.0));
+                visitor.bits(subject, "wait for a throw", player.throw_wait);
+            }
+        }
         if let Some(rules) = &self.rules {
             rules.visit(&self.world, &self.roster, visitor);
         }
@@ -73,6 +79,9 @@ impl Game {
         self.roster.placed.iter().for_each(|&body| out.body(body));
         out.word(self.roster.players.len() as u32);
         self.roster.players.iter().for_each(|player| save_player(player, &mut out));
+        if self.scene.throws_packs() {
+            self.roster.players.iter().for_each(|player| out.word(player.throw_wait));
+        }
         out.word(self.pending.len() as u32);
         self.pending.iter().for_each(|event| save_pending(event, &mut out));
         if let Some(rules) = &self.rules {
@@ -97,6 +106,11 @@ impl Game {
         let placed = read_placed(&scene, &world, bytes)?;
         let mut roster = Roster { actors, players: Vec::new(), placed };
         read_players(&scene, &world, &mut roster, bytes)?;
+        if scene.throws_packs() {
+            for player in &mut roster.players {
+                player.throw_wait = bytes.word("wait for a throw")?;
+            }
+        }
         let pending = read_pending(bytes)?;
         let rules = Rules::new(&scene, Rng::new(0, 0));
         let rules = rules.map(|rules| rules.restore(&scene, &world, &mut roster, bytes));

@@ -59,10 +59,13 @@ pub(crate) fn make(
     for slot in 0..roster.players.len() {
         let player = &roster.players[slot];
         let Some(aim) = player.aim else { continue };
-        let seat = player.seat;
         let makes = player.holds(Buttons::MAKE);
-        if player.pressed(Buttons::FIRE) && allows(Tools::LAUNCH) {
-            packs::launch(world, roster, scene, seat, aim);
+        let fires = match scene.throws_packs() {
+            true => player.holds(Buttons::FIRE),
+            false => player.pressed(Buttons::FIRE),
+        };
+        if fires && allows(Tools::LAUNCH) {
+            packs::launch(world, roster, scene, slot, aim);
         }
         if makes && allows(Tools::MARBLE) {
             drop_marble(world, roster, scene, aim, &mut rngs.drop, nearby);

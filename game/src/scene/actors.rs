@@ -6,7 +6,7 @@ use super::kind::Kind;
 use super::launchers;
 use super::limits::SPEED_MAX;
 use super::recipes::Recipes;
-use super::rules::{self, Names};
+use super::rules::{self, Names, SECONDS, ticks};
 use super::spec::{HeroSpec, Location, MarbleSpec, PackSpec, Placed, ScheduledEmitter, WalkSpec};
 use super::springs;
 use super::table::{POSITION, Range, Table};
@@ -99,6 +99,7 @@ fn walk(table: &Table) -> Option<WalkSpec> {
 
 fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
     let share = Range::from(0.0, 1.0);
+    let throw_every = table.get("throw_every");
     PackSpec {
         body,
         speed: table.get("speed").number(30.0, Range::from(-SPEED_MAX, SPEED_MAX)),
@@ -107,6 +108,8 @@ fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
         drift: table.get("drift").number(0.9, share),
         burst: table.get("burst").whole(200, 0..=u32::from(u16::MAX)) as u16,
         recipe: recipes.index(&table.get("recipe"), "explosion"),
+        throw_every: throw_every.is_given().then(|| ticks(throw_every.number(0.6, SECONDS)).max(1)),
+        push: table.get("push").number(0.0, SPEED),
         count_max: 0,
     }
 }

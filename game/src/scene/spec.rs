@@ -110,6 +110,11 @@ impl Scene {
         bodies.chain(emitters).chain(launchers).any(|condition| !condition.is_none())
     }
 
+    /// Returns whether players throw dye packs from their heroes.
+    pub fn throws_packs(&self) -> bool {
+        self.pack.as_ref().is_some_and(|pack| pack.throw_every.is_some())
+    }
+
     /// Returns whether bodies of the two groups collide.
     pub fn groups_meet(&self, a: u8, b: u8) -> bool {
         self.world.meets[usize::from(a)] >> b & 1 == 1
@@ -247,6 +252,11 @@ pub struct PackSpec {
     pub burst: u16,
     /// Recipe of the burst.
     pub recipe: u8,
+    /// Players throw packs from their heroes towards the pointer, with at least so many ticks from one to
+    /// the next; `None`: they launch packs at the pointer.
+    pub throw_every: Option<u32>,
+    /// Speed that a burst adds to the hero, along the pack's own motion, units/s.
+    pub push: f32,
     /// Most of one player at a time.
     pub count_max: u32,
 }

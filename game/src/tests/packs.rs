@@ -253,6 +253,64 @@ fn a_pack_that_meets_a_platform_almost_squarely_skirts_it_too() {
     }
 }
 
+/// [`FLOOR`] with packs that are thrown.
+fn throwing() -> Game {
+    let mut game = floor_with("[pack]\nthrow_every = 0.5\npush = 40\nturn = 0.1");
+    game.join(FIRST);
+    game.join(Seat(1));
+    idle(&mut game, 120);
+    game
+}
+
+#[test]
+fn a_thrown_pack_starts_at_the_hero_and_a_click_on_somebody_far_away_hits_nobody() {
+    let mut game = throwing();
+    let (thrower, other) = (hero_of(&game, FIRST), hero_of(&game, Seat(1)));
+    let (from, target) = (game.world().position(thrower), game.world().position(other));
+    play(&mut game, &[Buttons::FIRE], Some(target));
+    let pack = only(&game, Kind::Pack);
+    let way = game.world().position(pack) - from;
+    assert!((way - Vec2::new(9.5, 0.0)).length() < 0.01, "{way}: beside the hero");
+    assert!(hits(&game).is_empty());
+    let distance = target.x - from.x - 9.5 - 9.5;
+    let mut ticks = 0;
+    while hits(&game).is_empty() {
+        play(&mut game, &[], None);
+        ticks += 1;
+        assert!(ticks < 200, "it hits nobody");
+    }
+    assert!((ticks as f32 * 0.5 - distance).abs() < 2.0, "{ticks} ticks for {distance} units");
+    assert!(game.world().velocity(other).x > 35.0, "the hero is pushed");
+}
+
+#[test]
+fn throws_have_a_pause_between_them_also_when_restored() {
+    let mut game = throwing();
+    let mut thrown = Vec::new();
+    for tick in 0..100 {
+        play(&mut game, &[Buttons::FIRE], at(60.0, 190.0));
+        let scene = Arc::clone(game.scene());
+        let restored = Game::restore(scene, &game.save()).expect("its own state");
+        assert_eq!(restored.hash(), game.hash());
+        game = restored;
+        let young = |game: &Game| game.roster.players[0].throw_wait == 30;
+        if young(&game) {
+            thrown.push(tick);
+        }
+    }
+    assert_eq!(thrown, [0, 30, 60, 90]);
+}
+
+#[test]
+fn nobody_is_hit_by_a_pack_that_they_threw() {
+    let mut game = floor_with("[pack]\nthrow_every = 0.5");
+    game.join(FIRST);
+    for _ in 0..400 {
+        play(&mut game, &[Buttons::FIRE], at(60.0, 190.0));
+        assert!(hits(&game).is_empty());
+    }
+}
+
 #[test]
 fn a_launcher_makes_packs_of_nobody_that_chase_every_hero() {
     let mut game = floor_with(

@@ -37,8 +37,13 @@ pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>
     for (index, pose) in posed.iter() {
         shadow(stage, &bodies[*index as usize], pose);
     }
-    for (index, pose) in posed.iter() {
-        toy(stage, &bodies[*index as usize], pose);
+    // Nobody loses sight of a hero in a heap.
+    for heroes in [false, true] {
+        let is_next =
+            |(index, _): &&(u32, Pose)| (bodies[*index as usize].kind == Kind::Hero) == heroes;
+        for (index, pose) in posed.iter().filter(is_next) {
+            toy(stage, &bodies[*index as usize], pose);
+        }
     }
 }
 

@@ -337,3 +337,15 @@ fn every_scene_has_a_picture() {
         assert_eq!(info, (640, 360), "{}", scene.name);
     }
 }
+
+#[test]
+fn heroes_are_drawn_over_the_heap_that_they_stand_in() {
+    let hero = body(0, Kind::Hero, Shape::rect(16.0, 22.0), Vec2::new(50.0, 50.0));
+    let marble = body(1, Kind::Marble, Shape::circle(6.5), Vec2::new(52.0, 50.0));
+    let particles = Particles::new(Vec::new(), 0);
+    let mut list = DrawList::new();
+    list.fill(&frame(&[hero, marble], &particles));
+    let last = list.solids().iter().rposition(|quad| quad.center == [52.0, 50.0]);
+    let first = list.solids().iter().position(|quad| quad.kind == SolidKind::MatteBox as u32);
+    assert!(last < first, "{last:?} and {first:?}");
+}
