@@ -127,8 +127,9 @@ pub(crate) fn keep_lanes(world: &mut World, players: &[Player], scene: &Scene) {
             let rise =
                 world.shape(hero).half_extent().y + world.shape(carried.body).half_extent().y;
             let place = world.position(hero) + Vec2::new(0.0, rise);
-            let way = place - world.position(carried.body) + world.velocity(hero) * DT;
-            world.set_velocity(carried.body, clamp_length(way / DT, scene.world.speed_max));
+            // Driven there it would lift a hero that it comes to lie under.
+            world.set_position(carried.body, place);
+            world.set_velocity(carried.body, world.velocity(hero));
         }
     }
 }

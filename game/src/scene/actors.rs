@@ -69,11 +69,17 @@ fn read_hero(table: &Table, traits: &Traits, groups: &Groups) -> HeroSpec {
     let speed_max = table.get("speed_max").number(80.0, Range::above(0.0, SPEED_MAX));
     let spawns = table.need("spawns", "a list of points [x, y]");
     let spawns = spawns.some_items(1..=SPAWNS_MAX, &format!("1 to {SPAWNS_MAX} points [x, y]"));
+    let walk = walk(table);
+    let mut body = traits.def(table, groups);
+    if walk.is_some() && !table.get("friction").is_given() {
+        // Keys hold it on the ground; friction would hold it on walls that it runs against.
+        body.friction = 0.0;
+    }
     HeroSpec {
-        body: traits.def(table, groups),
+        body,
         thrust,
         speed_max,
-        walk: walk(table),
+        walk,
         lane: rules::lane(table),
         spawns: spawns.iter().map(|item| item.vector(Vec2::ZERO, POSITION)).collect(),
     }

@@ -24,12 +24,16 @@ const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
 /// File and text of every shipped scene.
-pub(crate) const BUILT_IN: [(&str, &str); 13] = [
+pub(crate) const BUILT_IN: [(&str, &str); 17] = [
     ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
     ("hockey.toml", include_str!("../../../assets/scenes/hockey.toml")),
     ("hill.toml", include_str!("../../../assets/scenes/hill.toml")),
     ("race.toml", include_str!("../../../assets/scenes/race.toml")),
     ("pong.toml", include_str!("../../../assets/scenes/pong.toml")),
+    ("flags.toml", include_str!("../../../assets/scenes/flags.toml")),
+    ("herd.toml", include_str!("../../../assets/scenes/herd.toml")),
+    ("roundup.toml", include_str!("../../../assets/scenes/roundup.toml")),
+    ("lock.toml", include_str!("../../../assets/scenes/lock.toml")),
     ("tower.toml", include_str!("../../../assets/scenes/tower.toml")),
     ("bridge.toml", include_str!("../../../assets/scenes/bridge.toml")),
     ("hall.toml", include_str!("../../../assets/scenes/hall.toml")),

@@ -140,6 +140,79 @@ fn the_race_is_won_by_who_makes_three_laps() {
     assert_eq!(won, [Side::Player(Seat(0))]);
 }
 
+/// Where a hero must be to shove a robot to a place, and through it.
+fn shoving(here: Vec2, robot: Vec2, to: Vec2) -> Vec2 {
+    let aim = (to - robot).normalize();
+    let behind = robot - aim * 15.0;
+    let is_behind = (here - robot).normalize().dot(aim) < -0.9;
+    // Around it, not through it.
+    let side = aim.perp() * if aim.perp_dot(here - robot) < 0.0 { -15.0 } else { 15.0 };
+    let is_before = (here - robot).dot(aim) > 0.0;
+    match (is_behind, is_before) {
+        (true, _) => robot + aim * 20.0,
+        (_, true) => robot + side - aim * 4.0,
+        _ => behind,
+    }
+}
+
+/// A place from which one of the robots outside of a pen is shoved into it: each player takes another.
+fn herd(game: &Game, seat: Seat, hero: BodyId, pen: [Vec2; 2]) -> Option<Vec2> {
+    let here = game.world().position(hero);
+    let [low, high] = pen;
+    let outside = |at: &Vec2| at.cmplt(low).any() || at.cmpgt(high).any();
+    let robots = all(game, Kind::Minion).into_iter().map(|id| game.world().position(id));
+    let robots: Vec<Vec2> = robots.filter(outside).collect();
+    let robot = *robots.get(usize::from(seat.0) % robots.len().max(1))?;
+    Some(shoving(here, robot, (low + high) * 0.5))
+}
+
+#[test]
+fn the_herd_is_penned_by_who_shoves_it() {
+    let won = winners("herd", 3, |game, seat, hero| {
+        herd(game, seat, hero, [Vec2::new(136.0, 0.0), Vec2::new(200.0, 62.0)])
+    });
+    assert_eq!(won, [Side::Team(0)]);
+}
+
+#[test]
+fn the_roundup_is_won_by_who_herds() {
+    let won = winners("roundup", 6, |game, seat, hero| {
+        let pen = [Vec2::new(0.0, 0.0), Vec2::new(60.0, 56.0)];
+        if seat.0.is_multiple_of(2) { herd(game, Seat(seat.0 / 2), hero, pen) } else { None }
+    });
+    assert_eq!(won, [Side::Team(0)]);
+}
+
+#[test]
+fn flags_are_won_by_who_fetches_them() {
+    let way =
+        [(60.0, 90.0), (292.0, 92.0), (298.0, 62.0), (284.0, 92.0), (60.0, 92.0), (26.0, 64.0)];
+    let mut next = 0;
+    let won = winners("flags", 2, |game, seat, hero| {
+        let (x, y) = way[next % way.len()];
+        let place = Vec2::new(x, y);
+        if seat == Seat(0) && (game.world().position(hero) - place).length() < 9.0 {
+            next += 1;
+        }
+        (seat == Seat(0)).then_some(place)
+    });
+    assert_eq!(won, [Side::Team(0)]);
+}
+
+#[test]
+fn a_herd_that_nobody_herds_is_lost_when_its_time_is_up() {
+    let (file, source) = BUILT_IN.iter().find(|(name, _)| *name == "herd.toml").expect("a scene");
+    // Dye packs would end it sooner.
+    let quiet = source.replace("every = 12", "every = 3600").replace("start = ", "start = 30");
+    let mut game = Game::new(Arc::new(Scene::parse(file, &quiet).expect("a good scene")), 5);
+    game.join(FIRST);
+    idle(&mut game, 179 + 90 * 60);
+    assert_eq!(game.round().expect("a round").phase, RoundPhase::Running);
+    idle(&mut game, 1);
+    let round = game.round().expect("a round");
+    assert_eq!((round.phase, round.winners.len(), lives(&game)), (RoundPhase::Over, 0, 5));
+}
+
 /// Who does nothing does not win: time decides, and all share.
 #[test]
 fn a_game_in_which_nobody_moves_ends_at_its_time() {
@@ -153,4 +226,198 @@ fn a_game_in_which_nobody_moves_ends_at_its_time() {
         let round = game.round().expect("a round");
         assert_eq!((round.phase, round.winners.len()), (RoundPhase::Over, 2), "{name}");
     }
+}
+
+/// Puts the first player's hero somewhere, at rest.
+fn put(game: &mut Game, x: f32, y: f32) {
+    let hero = hero_of(game, FIRST);
+    game.world.set_position(hero, Vec2::new(x, y));
+    game.world.set_velocity(hero, Vec2::ZERO);
+}
+
+/// A game of the lock with one player, past its countdown.
+fn lock() -> Game {
+    let mut game = built_in("lock", 5);
+    game.join(FIRST);
+    idle(&mut game, 240);
+    assert_eq!(game.round().expect("a round").phase, RoundPhase::Running);
+    game
+}
+
+/// Whether a signal of the scene is on.
+fn is_on(game: &Game, signal: &str) -> bool {
+    let index = game.scene.rules.signals.iter().position(|spec| spec.name == signal);
+    let levels = game.rules.as_ref().expect("rules").levels;
+    levels.signals >> index.expect("a signal") & 1 == 1
+}
+
+fn lives(game: &Game) -> i32 {
+    game.round().expect("a round").teams[0].lives
+}
+
+/// Touches shapes of the lock in an order, and a place between them.
+fn touch_shapes(game: &mut Game, shapes: &[&str]) {
+    for shape in shapes {
+        let (x, y) = match *shape {
+            "top-right" => (185.0, 96.0),
+            "bottom-right" => (185.0, 18.0),
+            _ => (15.0, 96.0),
+        };
+        put(game, x, y);
+        idle(game, 2);
+        put(game, 45.0, 52.0);
+        idle(game, 2);
+    }
+}
+
+#[test]
+fn the_lock_opens_by_its_shapes_in_order_only() {
+    for (shapes, opens) in [
+        (&["top-right", "bottom-right", "top-left"][..], true),
+        (&["bottom-right", "top-right", "top-left"][..], false),
+        (&["top-right", "top-left", "bottom-right", "top-left"][..], false),
+        (&["top-left", "top-right", "bottom-right", "top-left"][..], true),
+    ] {
+        let mut game = lock();
+        put(&mut game, 67.0, 69.6);
+        idle(&mut game, 2);
+        touch_shapes(&mut game, shapes);
+        assert_eq!(is_on(&game, "open"), opens, "{shapes:?}");
+        put(&mut game, 12.0, 17.6);
+        idle(&mut game, 2);
+        assert_eq!(lives(&game), 5, "the field is off");
+        put(&mut game, 28.0, 17.6);
+        (0..240).for_each(|_| play(&mut game, &[Buttons::LEFT], None));
+        let is_over = game.round().expect("a round").phase == RoundPhase::Over;
+        assert!(!opens || is_over, "the barrier is gone");
+    }
+}
+
+#[test]
+fn the_field_is_back_45_seconds_after_the_bulb_was_touched_and_shapes_are_forgotten() {
+    let mut game = lock();
+    assert!(is_on(&game, "field"));
+    put(&mut game, 67.0, 69.6);
+    idle(&mut game, 1);
+    assert!(!is_on(&game, "field"));
+    put(&mut game, 185.0, 96.0);
+    idle(&mut game, 1);
+    put(&mut game, 185.0, 18.0);
+    let mut off = 1;
+    while !is_on(&game, "field") {
+        idle(&mut game, 1);
+        off += 1;
+    }
+    assert_eq!(off, 45 * 60 + 1, "and then the tick in which it comes on");
+    put(&mut game, 67.0, 69.6);
+    idle(&mut game, 1);
+    touch_shapes(&mut game, &["bottom-right", "top-left"]);
+    assert!(!is_on(&game, "open"), "the first shape no longer counts");
+}
+
+#[test]
+fn the_lift_takes_its_rider_into_the_field() {
+    let mut game = lock();
+    let lift = game.roster.placed[9].expect("a lift");
+    let above = game.world().position(lift).y + 8.0;
+    put(&mut game, 100.0, above);
+    let mut furthest = 0.0f32;
+    let mut ticks = 0;
+    while lives(&game) == 5 {
+        let away = game.world().position(hero_of(&game, FIRST)) - game.world().position(lift);
+        furthest = max(furthest, max((away - Vec2::new(0.0, 7.0)).abs().max_element(), 0.0));
+        idle(&mut game, 1);
+        ticks += 1;
+        assert!(ticks < 600, "it never costs a life");
+    }
+    assert_eq!(lives(&game), 4);
+    assert!(furthest < 1.5, "{furthest}: the rider follows the lift");
+    let place = game.world().position(hero_of(&game, FIRST));
+    assert!((place - Vec2::new(45.0, 17.6)).length() < 1.0, "{place}: back at the start");
+}
+
+/// The next level is out of reach of a jump.
+#[test]
+fn without_the_lift_nobody_gets_up() {
+    let file = "lock.toml";
+    let (_, source) = BUILT_IN.iter().find(|(name, _)| *name == file).expect("a scene");
+    let stopped =
+        source.replace("path = [[100, 8.5], [100, 90.5]]\nperiod = 8", "position = [100, 8.5]");
+    assert_ne!(*source, stopped);
+    let scene = Arc::new(Scene::parse(file, &stopped).expect("a good scene"));
+    let mut rng = jostle_sim::Rng::new(11, 3);
+    for seed in 0..12 {
+        let mut game = Game::new(Arc::clone(&scene), seed);
+        game.join(FIRST);
+        let mut down = Buttons::default();
+        for tick in 0..2000 {
+            if tick % (1 + rng.below(20)) == 0 {
+                down = Buttons(rng.below(16) as u16);
+            }
+            game.tick(&[(FIRST, Input { buttons: down, pointer: None })]);
+            let hero = game.players().next().and_then(|player| player.hero);
+            let feet = hero.map_or(0.0, |hero| game.world().position(hero).y - 5.5);
+            assert!(feet < 28.0 || tick < 200, "{feet} in tick {tick} of {seed}");
+        }
+    }
+}
+
+/// Keys of a hero that goes to a place on a level of the lock, by the lift; `None` when it is there.
+/// `boards` is whether it is on its way to the lift.
+fn keys_by_lift(game: &Game, x: f32, top: f32, boards: &mut bool) -> Option<Buttons> {
+    let hero = hero_of(game, FIRST);
+    let at = game.world().position(hero);
+    let lift = game.world().position(game.roster.placed[9].expect("a lift")).y + 1.5;
+    let feet = at.y - 5.5;
+    let walk = |to: f32| match to - at.x {
+        away if away > 1.5 => Buttons::RIGHT,
+        away if away < -1.5 => Buttons::LEFT,
+        _ => Buttons::default(),
+    };
+    let jump = |keys: Buttons| Buttons(keys.0 | Buttons::UP.0);
+    let is_at = |level: f32| (feet - level).abs() < 0.6;
+    let side = |x: f32| if x < 100.0 { -1.0 } else { 1.0 };
+    let on_ledge = is_at(64.0) && (58.0..76.0).contains(&at.x);
+    let on_level = [12.0, 46.0, 90.0].into_iter().any(is_at) && (at.x - 100.0).abs() > 36.0;
+    if (on_ledge || on_level) && is_at(top) && side(at.x) == side(x) {
+        return (walk(x) != Buttons::default()).then(|| walk(x));
+    }
+    Some(if (at.x - 100.0).abs() < 19.0 && (feet - lift).abs() < 1.5 {
+        // Off it from its edge, where the level is within a jump, and the field is not.
+        let edge = 100.0 + side(x) * 16.0;
+        let reach = (top - 13.0..top + 3.0).contains(&lift) && lift < 94.0;
+        *boards = false;
+        match walk(edge) {
+            keys if keys != Buttons::default() => keys,
+            _ if reach => jump(walk(x)),
+            keys => keys,
+        }
+    } else if on_ledge || on_level {
+        // Onto it where it passes.
+        *boards = true;
+        let edge = 100.0 + side(at.x) * if on_ledge { 31.0 } else { 43.0 };
+        let passes = (feet - 10.0..feet + 6.0).contains(&lift);
+        if passes && walk(edge) == Buttons::default() { jump(walk(100.0)) } else { walk(edge) }
+    } else {
+        walk(if *boards { 100.0 } else { x })
+    })
+}
+
+#[test]
+fn the_lock_is_opened_by_who_takes_the_lift() {
+    let mut game = lock();
+    let way = [(67.0, 64.0), (185.0, 90.0), (185.0, 12.0), (15.0, 90.0), (12.0, 12.0)];
+    let (mut next, mut boards) = (0, false);
+    for _ in 0..60 * 120 {
+        let round = game.round().expect("a round");
+        if round.phase == RoundPhase::Over {
+            assert_eq!(round.winners, [Side::Team(0)]);
+            return;
+        }
+        let Some(&(x, top)) = way.get(next) else { break };
+        let keys = keys_by_lift(&game, x, top, &mut boards);
+        next += usize::from(keys.is_none());
+        game.tick(&[(FIRST, Input { buttons: keys.unwrap_or_default(), pointer: None })]);
+    }
+    panic!("not opened: on the way to {next}");
 }
