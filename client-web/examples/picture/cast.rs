@@ -11,8 +11,8 @@ pub fn players(scene: &Scene) -> u16 {
     let wanted = match scene.name.as_str() {
         "arena" => 6,
         "tower" | "bridge" => 4,
-        "hockey" | "pong" => 4,
-        "hill" | "race" => 6,
+        "hockey" | "pong" | "lock" => 4,
+        "hill" | "race" | "flags" | "herd" | "roundup" => 6,
         "hall" => 64,
         _ => 1,
     };

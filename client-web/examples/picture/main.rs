@@ -24,17 +24,23 @@ const SEED: u64 = 7;
 const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<[f32; 3]>); 13] = [
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 19] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
     ("hockey", 330, None),
     ("hill", 600, Some([160.0, 90.0, 130.0])),
     ("race", 420, None),
     ("pong", 420, None),
+    ("flags", 420, Some([160.0, 85.0, 150.0])),
+    ("herd", 420, None),
+    ("roundup", 420, Some([160.0, 56.0, 112.0])),
+    ("lock", 480, None),
     ("tower", 150, None),
     ("bridge", 1200, None),
     ("hall", 200, Some([220.0, 100.0, 200.0])),
     ("bounds", 100, None),
     ("emitters", 330, None),
+    ("bounce", 105, None),
+    ("planets", 60, None),
     ("impulse", 240, None),
     ("particles", 210, None),
     ("pile", 1500, None),

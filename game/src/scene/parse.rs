@@ -24,7 +24,7 @@ const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
 /// File and text of every shipped scene.
-pub(crate) const BUILT_IN: [(&str, &str); 17] = [
+pub(crate) const BUILT_IN: [(&str, &str); 19] = [
     ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
     ("hockey.toml", include_str!("../../../assets/scenes/hockey.toml")),
     ("hill.toml", include_str!("../../../assets/scenes/hill.toml")),
@@ -38,6 +38,8 @@ pub(crate) const BUILT_IN: [(&str, &str); 17] = [
     ("bridge.toml", include_str!("../../../assets/scenes/bridge.toml")),
     ("hall.toml", include_str!("../../../assets/scenes/hall.toml")),
     ("bounds.toml", include_str!("../../../assets/scenes/bounds.toml")),
+    ("bounce.toml", include_str!("../../../assets/scenes/bounce.toml")),
+    ("planets.toml", include_str!("../../../assets/scenes/planets.toml")),
     ("impulse.toml", include_str!("../../../assets/scenes/impulse.toml")),
     ("particles.toml", include_str!("../../../assets/scenes/particles.toml")),
     ("emitters.toml", include_str!("../../../assets/scenes/emitters.toml")),

@@ -167,3 +167,42 @@ fn the_hall_sleeps_but_for_the_pit_in_which_a_hero_wades() {
     assert!((20..=150).contains(&touched), "{touched} bodies moved");
     assert!((20..=150).contains(&most_awake), "{most_awake} bodies awake at a time");
 }
+
+/// Heights that a body reaches between two bounces, without the first fall, above its lowest place.
+fn heights(game: &mut Game, body: usize, ticks: u32) -> Vec<f32> {
+    let id = game.roster.placed[body].expect("a ball");
+    let (mut heights, mut rose, mut before) = (Vec::new(), false, game.world().position(id).y);
+    for _ in 0..ticks {
+        idle(game, 1);
+        let y = game.world().position(id).y;
+        if rose && y < before {
+            heights.push(before - 8.5);
+        }
+        // Neither at the very top.
+        rose = y > before || rose && y == before;
+        before = y;
+    }
+    heights
+}
+
+#[test]
+fn each_ball_of_bounce_comes_back_to_its_share_of_the_height() {
+    for ball in 1..=10u8 {
+        let mut game = built_in("bounce", 3);
+        let restitution = f32::from(ball) / 10.0;
+        let first = heights(&mut game, 4 + usize::from(ball), 400).first().copied().unwrap_or(0.0);
+        let expected = restitution * restitution * 81.5;
+        assert!((first - expected).abs() < 3.0, "{restitution}: {first}, not {expected}");
+    }
+}
+
+#[test]
+fn the_same_throw_goes_higher_where_gravity_is_less() {
+    // 24 units/s up: v^2 / 2g, unless the ceiling is in the way.
+    for (ball, gravity) in [(1, 0.165f32), (2, 0.379), (3, 1.0), (4, 2.53)] {
+        let mut game = built_in("planets", 3);
+        let first = heights(&mut game, 4 + ball, 400)[0] - 1.5;
+        let expected = 24.0 * 24.0 / (2.0 * 50.0 * gravity);
+        assert!((first - expected).abs() < 0.6, "{gravity}: {first}, not {expected}");
+    }
+}
