@@ -30,7 +30,7 @@ mod tests;
 
 pub use error::SceneError;
 pub use kind::Kind;
-pub use launchers::{LAUNCHERS_MAX, Launcher};
+pub use launchers::LAUNCHERS_MAX;
 pub use limits::*;
 pub use name::is_name;
 #[cfg(test)]
@@ -44,7 +44,7 @@ pub use rules::{
     TeamSpec, To, ZONES_MAX, ZoneArea, ZoneSpec,
 };
 pub use spec::{
-    Camera, HeroSpec, Layout, Location, MarbleSpec, PackSpec, Placed, PlacedSpring, Scene,
-    ScheduledEmitter, WalkSpec,
+    Camera, HeroSpec, Launcher, Layout, Location, MarbleSpec, PackSpec, Placed, PlacedSpring,
+    Scene, ScheduledEmitter, WalkSpec,
 };
 pub use tools::Tools;

@@ -1,6 +1,7 @@
 //! A [`Room`] is one game and its members, without sockets, files or time: ticks and messages in,
 //! bytes out. The server and the page run the same one.
 
+mod bots;
 pub mod camera;
 pub mod divergence;
 mod input_queue;

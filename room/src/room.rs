@@ -1,5 +1,6 @@
 //! One game and its members: joins and leaves, inputs, one `tick`, and the snapshots that it sends.
 
+use crate::bots::Bots;
 use crate::members::{Member, Members};
 use crate::recorder::Recorder;
 use crate::replication::{InterestArea, LiveParticles, Rate, Replication, Subscriber, view_of};
@@ -22,6 +23,8 @@ pub struct Room {
     seed: u64,
     game: Game,
     members: Members,
+    /// Where the scene wants some.
+    bots: Option<Bots>,
     /// Serial of the newest claim; each claim of a room has its own.
     serial: u64,
     /// Joins, leaves and changed looks since the last tick, at most three a seat.
@@ -69,12 +72,14 @@ impl Room {
         assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
         let members = Members::new(scene.players_max);
         let game = Game::new(scene, seed);
+        let bots = Bots::of(&game, seed);
         let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
         Room {
             code: code.to_owned(),
             seed,
             game,
             members,
+            bots,
             serial: 0,
             changes: Vec::new(),
             inputs: Vec::new(),
@@ -85,7 +90,7 @@ impl Room {
         }
     }
 
-    /// Takes the lowest free seat, or the claimed one; effective with the next tick.
+    /// Takes the lowest free seat, or the claimed one; effective with the next tick. Bots make room.
     ///
     /// A claim is good once, and again until an input proves that the claim it was exchanged for
     /// arrived, because the welcome may have been lost. Any other is refused as [`Refusal::BadToken`].
@@ -97,7 +102,10 @@ impl Room {
         let seat = match claim {
             Some(claim) if self.is_good(claim) => claim.seat,
             Some(_) => return Err(Refusal::BadToken),
-            None => self.members.free_seat().ok_or(Refusal::RoomFull)?,
+            None => {
+                self.dismiss_bots(self.players() + 1);
+                self.members.free_seat().ok_or(Refusal::RoomFull)?
+            }
         };
         let appearance = self.members.distinct(&appearance, Some(seat));
         self.serial += 1;
@@ -148,8 +156,15 @@ impl Room {
         self.replication.areas.remove(&seat);
     }
 
-    /// Removes a player for good; effective with the next tick. Does nothing if the seat is free.
+    /// Removes a player for good; effective with the next tick. Does nothing if the seat is free, or a
+    /// bot's: bots leave when people come.
     pub fn leave(&mut self, seat: Seat) {
+        if !self.bots.as_ref().is_some_and(|bots| bots.has(seat)) {
+            self.remove(seat);
+        }
+    }
+
+    fn remove(&mut self, seat: Seat) {
         if self.members.seats.remove(&seat).is_none() {
             return;
         }
@@ -176,6 +191,7 @@ impl Room {
     /// Plays one tick, with one input per player in seat order, and encodes its snapshot.
     pub fn tick(&mut self) {
         self.free_abandoned_seats();
+        self.seat_bots();
         let changes = self.apply_changes();
         self.take_inputs();
         self.game.tick(&self.inputs);
@@ -192,6 +208,36 @@ impl Room {
         let abandoned = members.filter(|(_, member)| member.lost_tick.is_some_and(is_over));
         let abandoned: Vec<Seat> = abandoned.map(|(seat, _)| *seat).collect();
         abandoned.into_iter().for_each(|seat| self.leave(seat));
+    }
+
+    /// Has bots leave that are too many beside so many people: those of the largest team, whose place
+    /// the next player then takes. A bot never keeps a seat from anybody.
+    fn dismiss_bots(&mut self, people: usize) {
+        loop {
+            let Some(bots) = &mut self.bots else { return };
+            let is_full = people + bots.count() > usize::from(self.game.scene().players_max);
+            if !is_full && bots.count() <= bots.wanted(people) {
+                return;
+            }
+            let Some(seat) = bots.remove(&self.game) else { return };
+            self.remove(seat);
+        }
+    }
+
+    /// Has bots leave and come, as the scene wants them.
+    fn seat_bots(&mut self) {
+        let people = self.players();
+        self.dismiss_bots(people);
+        while let Some(bots) = &mut self.bots
+            && bots.count() < bots.wanted(people)
+            && let Some(seat) = self.members.free_seat()
+        {
+            let appearance = self.members.distinct(&bots.look(), None);
+            bots.add(seat);
+            self.serial += 1;
+            self.members.seats.insert(seat, Member::new(appearance, self.serial));
+            self.changes.push(Change::Join(seat));
+        }
     }
 
     /// Applies joins and leaves to the game, and returns them for the recorder.
@@ -216,6 +262,14 @@ impl Room {
     }
 
     fn take_inputs(&mut self) {
+        if let Some(bots) = &mut self.bots {
+            let seq = self.game.tick_count() + 1;
+            for (seat, input) in bots.play(&self.game) {
+                if let Some(member) = self.members.seats.get_mut(&seat) {
+                    member.inputs.push(seq, input);
+                }
+            }
+        }
         self.inputs.clear();
         let members = self.members.seats.iter_mut();
         self.inputs
@@ -371,9 +425,14 @@ impl Room {
         &self.game
     }
 
-    /// Number of seats taken, held ones included.
+    /// Number of seats that people took, held ones included.
     pub fn players(&self) -> usize {
-        self.members.seats.len()
+        self.members.seats.len() - self.bots()
+    }
+
+    /// Number of seats that bots fill until people come.
+    pub fn bots(&self) -> usize {
+        self.bots.as_ref().map_or(0, Bots::count)
     }
 
     /// Seats that are held for lost players, the longest lost first.
@@ -387,7 +446,8 @@ impl Room {
 
     /// Number of seats with a socket.
     pub fn connected(&self) -> usize {
-        self.members.seats.values().filter(|member| member.lost_tick.is_none()).count()
+        let members = self.members.seats.values();
+        members.filter(|member| member.lost_tick.is_none()).count() - self.bots()
     }
 }
 

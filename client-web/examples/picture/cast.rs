@@ -12,7 +12,7 @@ pub fn players(scene: &Scene) -> u16 {
         "arena" => 6,
         "tower" | "bridge" => 4,
         "hockey" | "pong" | "lock" => 4,
-        "hill" | "race" | "flags" | "herd" | "roundup" => 6,
+        "hill" | "race" | "splash" | "flags" | "herd" | "roundup" => 6,
         "hall" => 64,
         _ => 1,
     };

@@ -24,8 +24,9 @@ const SEED: u64 = 7;
 const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<[f32; 3]>); 19] = [
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 20] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
+    ("splash", 420, Some([160.0, 80.0, 130.0])),
     ("hockey", 330, None),
     ("hill", 600, Some([160.0, 90.0, 130.0])),
     ("race", 420, None),

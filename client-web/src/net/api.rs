@@ -160,7 +160,7 @@ impl Request {
 }
 
 /// The scene that "Play" prefers, and opens when no room has players.
-pub const FIRST_SCENE: &str = "arena";
+pub const FIRST_SCENE: &str = "splash";
 
 /// The liveliest room with a free seat, somebody in it now, and a hero for the newcomer.
 pub fn liveliest<'a>(rooms: &'a [Room], scenes: &[SceneCard]) -> Option<&'a Room> {

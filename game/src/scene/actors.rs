@@ -7,8 +7,8 @@ use super::launchers;
 use super::limits::SPEED_MAX;
 use super::recipes::Recipes;
 use super::rules::{self, Names, SECONDS, ticks};
-use super::spec::{HeroSpec, Location, MarbleSpec, PackSpec, Placed, ScheduledEmitter, WalkSpec};
-use super::springs;
+use super::spec::{HeroSpec, MarbleSpec, PackSpec, Placed, ScheduledEmitter, WalkSpec};
+use super::springs::location;
 use super::table::{POSITION, Range, Table};
 use super::tools::Tools;
 use super::traits::{Kinds, Traits};
@@ -117,18 +117,6 @@ fn read_pack(table: &Table, body: BodyDef, recipes: &mut Recipes) -> PackSpec {
         throw_every: throw_every.is_given().then(|| ticks(throw_every.number(0.6, SECONDS)).max(1)),
         push: table.get("push").number(0.0, SPEED),
         count_max: 0,
-    }
-}
-
-/// Reads `position` or `follow`, one of which must be there.
-pub(super) fn location(table: &Table, bodies: &[Placed]) -> Location {
-    let [position, follow] = table.either("position", "follow");
-    if !position.is_given() && !follow.is_given() {
-        position.refuse("[x, y], or follow = \"name\"");
-    }
-    match follow.is_given() {
-        true => Location::Body(springs::named(&follow, bodies).unwrap_or(0)),
-        false => Location::Point(position.vector(Vec2::ZERO, POSITION)),
     }
 }
 

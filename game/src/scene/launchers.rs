@@ -1,10 +1,10 @@
 //! Launchers in a scene file: they make dye packs or marbles by themselves.
 
-use super::actors::location;
 use super::kind::Kind;
 use super::limits::SPEED_MAX;
-use super::rules::{Condition, Names, SECONDS, ticks};
-use super::spec::{Location, Placed};
+use super::rules::{Names, SECONDS, ticks};
+use super::spec::{Launcher, Placed};
+use super::springs::location;
 use super::table::{Range, Table};
 use glam::Vec2;
 
@@ -17,33 +17,6 @@ const INTERVAL: Range = Range::from(1.0 / 60.0, 3600.0);
 const VELOCITY: Range = Range::from(-SPEED_MAX, SPEED_MAX);
 /// What launchers make, with its words in scene files.
 const MAKES: [(&str, Kind); 2] = [("pack", Kind::Pack), ("dumb", Kind::Marble)];
-
-/// Makes a body at regular intervals.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Launcher {
-    /// What it makes: a pack or a marble.
-    pub makes: Kind,
-    /// Where.
-    pub location: Location,
-    /// A marble's velocity, units/s; the direction in which a pack sets off, by default the one to its
-    /// target.
-    pub velocity: Option<Vec2>,
-    /// Tick of the first one.
-    pub start: u32,
-    /// Ticks from one to the next.
-    pub every: u32,
-    /// It waits while so many bodies that launchers made are there.
-    pub limit: u32,
-    /// It works only while this holds.
-    pub condition: Condition,
-}
-
-impl Launcher {
-    /// Returns whether it is due in the tick with this number, from 0.
-    pub fn is_due(&self, tick: u32) -> bool {
-        tick >= self.start && (tick - self.start).is_multiple_of(self.every)
-    }
-}
 
 /// Returns whether launchers of the file make bodies of this kind.
 pub(super) fn make(root: &Table, kind: Kind) -> bool {

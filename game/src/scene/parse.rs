@@ -24,8 +24,9 @@ const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
 /// File and text of every shipped scene.
-pub(crate) const BUILT_IN: [(&str, &str); 19] = [
+pub(crate) const BUILT_IN: [(&str, &str); 20] = [
     ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
+    ("splash.toml", include_str!("../../../assets/scenes/splash.toml")),
     ("hockey.toml", include_str!("../../../assets/scenes/hockey.toml")),
     ("hill.toml", include_str!("../../../assets/scenes/hill.toml")),
     ("race.toml", include_str!("../../../assets/scenes/race.toml")),

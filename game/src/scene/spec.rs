@@ -1,7 +1,6 @@
 //! A checked scene: plain data, ready to be played.
 
 use super::kind::Kind;
-use super::launchers::Launcher;
 use super::path::Path;
 use super::rules::{Condition, LaneAxis, RuleSet};
 use super::tools::Tools;
@@ -299,5 +298,32 @@ impl ScheduledEmitter {
     /// The emitter that it starts.
     pub fn emitter(&self, source: Source, seed: u32) -> EmitterDef {
         EmitterDef { recipe: self.recipe, count: self.count, seed, source }
+    }
+}
+
+/// Makes a body at regular intervals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Launcher {
+    /// What it makes: a pack or a marble.
+    pub makes: Kind,
+    /// Where.
+    pub location: Location,
+    /// A marble's velocity, units/s; the direction in which a pack sets off, by default the one to its
+    /// target.
+    pub velocity: Option<Vec2>,
+    /// Tick of the first one.
+    pub start: u32,
+    /// Ticks from one to the next.
+    pub every: u32,
+    /// It waits while so many bodies that launchers made are there.
+    pub limit: u32,
+    /// It works only while this holds.
+    pub condition: Condition,
+}
+
+impl Launcher {
+    /// Returns whether it is due in the tick with this number, from 0.
+    pub fn is_due(&self, tick: u32) -> bool {
+        tick >= self.start && (tick - self.start).is_multiple_of(self.every)
     }
 }

@@ -12,6 +12,18 @@ const DAMPING: Range = Range::from(0.0, 1.0e9);
 const FREQUENCY: Range = Range::above(0.0, 600.0);
 const DAMPING_RATIO: Range = Range::from(0.0, 100.0);
 
+/// Reads `position` or `follow`, one of which must be there.
+pub(super) fn location(table: &Table, bodies: &[Placed]) -> Location {
+    let [position, follow] = table.either("position", "follow");
+    if !position.is_given() && !follow.is_given() {
+        position.refuse("[x, y], or follow = \"name\"");
+    }
+    match follow.is_given() {
+        true => Location::Body(named(&follow, bodies).unwrap_or(0)),
+        false => Location::Point(position.vector(Vec2::ZERO, POSITION)),
+    }
+}
+
 /// Reads one entry of `springs`; nothing where it is wrong.
 pub(super) fn spring(table: &Table, bodies: &[Placed]) -> Option<PlacedSpring> {
     let holder = table.need("body", "the name of a body");

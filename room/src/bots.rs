@@ -1,0 +1,106 @@
+//! Bots: players of the room itself that take seats until people come (`round.fill` of a scene). They
+//! see what players see, and their inputs are recorded like anybody's, so that a replay needs none.
+
+mod aims;
+mod bot;
+mod terrain;
+
+use aims::Aims;
+use bot::Bot;
+use jostle_game::{Game, Input, Seat};
+use jostle_protocol::Appearance;
+use jostle_protocol::limits::COLORS;
+use jostle_sim::Rng;
+use terrain::Terrain;
+
+/// Ticks between two looks at what stands in the way.
+const SURVEY_TICKS: u32 = 30;
+/// The stream of the seed from which bots take their chances.
+const STREAM: u64 = 0x626f_7473;
+const NAMES: [&str; 8] = [
+    "Bot Ada",
+    "Bot Grace",
+    "Bot Alan",
+    "Bot Edsger",
+    "Bot Barbara",
+    "Bot Donald",
+    "Bot Niklaus",
+    "Bot Radia",
+];
+
+/// The bots of a room.
+pub(crate) struct Bots {
+    /// Seats that bots take until people come.
+    fill: usize,
+    aims: Aims,
+    terrain: Terrain,
+    /// In seat order.
+    bots: Vec<Bot>,
+    rng: Rng,
+}
+
+impl Bots {
+    /// The bots of a game; `None` if its scene asks for none.
+    pub fn of(game: &Game, seed: u64) -> Option<Bots> {
+        let scene = game.scene();
+        let fill = usize::from(scene.rules.round.as_ref()?.fill);
+        let hero = scene.hero.as_ref().filter(|_| fill > 0)?;
+        let terrain = Terrain::new(scene.size, hero.body.shape.half_extent());
+        let (aims, rng) = (Aims::of(scene), Rng::new(seed, STREAM));
+        Some(Bots { fill, aims, terrain, bots: Vec::new(), rng })
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.bots.len()
+    }
+
+    /// How many there are to be beside so many people.
+    pub fn wanted(&self, people: usize) -> usize {
+        if people == 0 { 0 } else { self.fill.saturating_sub(people) }
+    }
+
+    /// Returns whether a bot has this seat.
+    pub fn has(&self, seat: Seat) -> bool {
+        self.bots.binary_search_by_key(&seat, |bot| bot.seat).is_ok()
+    }
+
+    /// The look that the next one wishes for.
+    pub fn look(&self) -> Appearance {
+        let number = self.bots.len();
+        let color = ((number + 1) % usize::from(COLORS)) as u8;
+        Appearance { name: NAMES[number % NAMES.len()].to_owned().into(), color }
+    }
+
+    /// Seats one more.
+    pub fn add(&mut self, seat: Seat) {
+        let at = self.bots.partition_point(|bot| bot.seat < seat);
+        let rng = Rng::new(u64::from(self.rng.next_u32()), STREAM);
+        self.bots.insert(at, Bot::new(seat, rng));
+    }
+
+    /// Takes one away, from the team with the most players, and returns its seat.
+    pub fn remove(&mut self, game: &Game) -> Option<Seat> {
+        let round = game.round();
+        let team = |seat| round.as_ref().and_then(|round| round.player(seat)?.team);
+        let size = |bot: &Bot| {
+            let own = team(bot.seat);
+            let players = round.iter().flat_map(|round| &round.players);
+            players.filter(|player| player.team == own).count()
+        };
+        let largest = (0..self.bots.len()).max_by_key(|&index| size(&self.bots[index]))?;
+        Some(self.bots.remove(largest).seat)
+    }
+
+    /// The inputs of all of them for the next tick, in seat order.
+    pub fn play(&mut self, game: &Game) -> impl Iterator<Item = (Seat, Input)> {
+        let Bots { aims, terrain, bots, .. } = self;
+        if !bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS) {
+            terrain.survey(game);
+        }
+        bots.iter_mut().map(|bot| (bot.seat, bot.play(game, aims, terrain)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

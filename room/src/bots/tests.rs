@@ -1,0 +1,177 @@
+//! Bots: they come and go with people, and play whole matches.
+
+use super::*;
+use crate::divergence;
+use crate::{Recorder, Room};
+use jostle_game::{RoundPhase, Scene};
+use jostle_protocol::replay::{Change, Replay, Start, header};
+use std::sync::Arc;
+
+const SECOND: u32 = 60;
+
+fn scene(name: &str) -> Arc<Scene> {
+    let found = Scene::built_in().into_iter().find(|scene| scene.name == name);
+    Arc::new(found.expect("a shipped scene"))
+}
+
+fn look(name: &str) -> Appearance {
+    Appearance::new(name, 0).expect("a good name")
+}
+
+fn join(room: &mut Room) -> Seat {
+    room.join(look("Ann"), None).expect("a seat").claim.seat
+}
+
+fn ticks(room: &mut Room, count: u32) {
+    (0..count).for_each(|_| room.tick());
+}
+
+/// Seats of the players in the game, by team.
+fn teams(room: &Room) -> Vec<Option<u8>> {
+    let round = room.game().round().expect("a round");
+    round.players.iter().map(|player| player.team).collect()
+}
+
+#[test]
+fn bots_come_with_the_first_player_and_go_with_the_last() {
+    let mut room = Room::new("test", scene("hockey"), 1);
+    ticks(&mut room, 10);
+    assert_eq!(room.bots(), 0, "nobody plays with nobody");
+    let ann = join(&mut room);
+    ticks(&mut room, 1);
+    assert_eq!((room.players(), room.bots(), room.connected()), (1, 3, 1));
+    ticks(&mut room, 5 * SECOND);
+    room.leave(ann);
+    ticks(&mut room, 1);
+    assert_eq!((room.players(), room.bots(), room.snapshot().players.len()), (0, 0, 0));
+}
+
+#[test]
+fn bots_make_room_in_the_team_that_needs_a_player() {
+    let mut room = Room::new("test", scene("hockey"), 1);
+    for people in 1..=6usize {
+        join(&mut room);
+        ticks(&mut room, 3);
+        assert_eq!(room.bots(), 4usize.saturating_sub(people), "beside {people}");
+        let teams = teams(&room);
+        let left = teams.iter().filter(|team| **team == Some(0)).count();
+        assert!(teams.len() - left <= left && left <= teams.len() - left + 1, "{teams:?}");
+    }
+}
+
+#[test]
+fn bots_keep_no_seat_from_anybody() {
+    let text =
+        scene("pong").source.replace("players = 8", "players = 2").replace("fill = 2", "fill = 9");
+    let few = Arc::new(Scene::parse("few.toml", &text).unwrap_or_else(|error| panic!("{error}")));
+    let mut room = Room::new("test", few, 1);
+    join(&mut room);
+    ticks(&mut room, 2);
+    assert_eq!((room.players(), room.bots()), (1, 1));
+    let bob = join(&mut room);
+    ticks(&mut room, 2);
+    assert_eq!((room.players(), room.bots()), (2, 0));
+    assert!(room.join(look("Eve"), None).is_err(), "full of people");
+    room.leave(bob);
+    ticks(&mut room, 2);
+    assert_eq!((room.players(), room.bots()), (1, 1), "a bot is back");
+}
+
+#[test]
+fn nobody_makes_a_bot_leave() {
+    let mut room = Room::new("test", scene("pong"), 1);
+    join(&mut room);
+    ticks(&mut room, 2);
+    let before = room.snapshot().players.len();
+    (0..8).map(Seat).filter(|&seat| seat != Seat(0)).for_each(|seat| room.leave(seat));
+    ticks(&mut room, 2);
+    assert_eq!((room.snapshot().players.len(), room.bots()), (before, 1));
+}
+
+#[test]
+fn a_recording_with_bots_verifies_and_the_same_inputs_give_the_same_bytes() {
+    let played = || {
+        let mut room = Room::new("test", scene("splash"), 9);
+        room.record("test", 0);
+        for tick in 0..900u32 {
+            if tick == 100 || tick == 400 {
+                join(&mut room);
+            }
+            if tick == 600 {
+                room.leave(Seat(0));
+            }
+            room.tick();
+        }
+        let mut bytes = header();
+        room.stop_recording().iter().for_each(|record| bytes.extend(record.seal()));
+        bytes
+    };
+    let bytes = played();
+    assert_eq!(bytes, played());
+    verify(bytes);
+}
+
+fn verify(bytes: Vec<u8>) {
+    let replay = Arc::new(Replay::read(bytes).expect("a replay"));
+    let found = divergence::verify(&replay, |_| {}).expect("it can be played");
+    assert!(found.is_none(), "it differs");
+}
+
+/// What became of a match of bots.
+struct Match {
+    ticks: u32,
+    winners: Vec<jostle_game::Side>,
+    bytes: Vec<u8>,
+}
+
+/// Bots play a round to its end, recorded.
+fn play_match(name: &str, players: u16, seed: u64) -> Match {
+    let scene = scene(name);
+    let mut game = Game::new(Arc::clone(&scene), seed);
+    let mut bots = Bots::of(&game, seed).expect("a scene with bots");
+    let (scene_name, source) = (scene.name.clone(), scene.source.clone());
+    let start = Start { scene_name, scene: source, seed, ..Start::default() };
+    let mut recorder = Recorder::new(start, &game, Vec::new());
+    let mut changes = Vec::new();
+    for seat in (0..players).map(Seat) {
+        changes.push(Change::Join(seat, bots.look()));
+        bots.add(seat);
+        game.join(seat);
+    }
+    loop {
+        let inputs: Vec<(Seat, Input)> = bots.play(&game).collect();
+        game.tick(&inputs);
+        recorder.tick(std::mem::take(&mut changes), &inputs, &game, Vec::new);
+        let round = game.round().expect("a round");
+        if round.phase == RoundPhase::Over {
+            let mut bytes = header();
+            recorder.finish(&game).iter().for_each(|record| bytes.extend(record.seal()));
+            return Match { ticks: game.tick_count(), winners: round.winners, bytes };
+        }
+        assert!(game.tick_count() < 1200 * SECOND, "{name} has no end");
+    }
+}
+
+/// Matches of each game; `--nocapture` tells who is favoured.
+const MATCHES: u64 = if cfg!(debug_assertions) { 1 } else { 100 };
+
+#[test]
+fn bots_play_every_game_to_its_end_and_their_replays_verify() {
+    for (name, players) in [("pong", 2), ("hockey", 4), ("hill", 4), ("race", 4), ("splash", 4)] {
+        let (mut ticks, mut won) = (0, vec![0; usize::from(players)]);
+        for seed in 0..MATCHES {
+            let played = play_match(name, players, seed);
+            ticks += u64::from(played.ticks);
+            for side in played.winners {
+                let number = match side {
+                    jostle_game::Side::Team(team) => usize::from(team),
+                    jostle_game::Side::Player(seat) => usize::from(seat.0),
+                };
+                won[number] += 1;
+            }
+            verify(played.bytes);
+        }
+        let seconds = ticks / MATCHES / u64::from(SECOND);
+        println!("{name}: {MATCHES} matches, {seconds} s each, won {won:?}");
+    }
+}
