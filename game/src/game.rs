@@ -209,6 +209,7 @@ impl Game {
         tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
         heroes::keep_lanes(world, &roster.players, scene);
         if let Some(rules) = rules {
+            rules.work_sling(&mut Table { scene, world, roster, rngs, events });
             rules.hold_resting(&mut Table { scene, world, roster, rngs, events });
         }
         watch(Phase::Inputs, world);

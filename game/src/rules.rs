@@ -6,6 +6,7 @@
 //! semantics.
 
 mod book;
+mod breakage;
 mod clock;
 mod effects;
 mod info;
@@ -15,10 +16,12 @@ mod occasions;
 mod presence;
 mod round;
 mod signals;
+mod sling;
 mod state;
 mod verdict;
 mod zones;
 
 pub(crate) use book::{Rules, Table};
 pub use clock::RoundPhase;
-pub use info::{RoundInfo, RoundPlayer, SideInfo};
+pub use info::{RoundInfo, RoundPlayer, SideInfo, SlingInfo};
+pub use sling::sling_path;

@@ -18,6 +18,7 @@ mod path;
 mod plan;
 mod recipes;
 mod rules;
+mod sling;
 mod solver;
 mod spec;
 mod springs;
@@ -44,7 +45,7 @@ pub use rules::{
     TeamSpec, To, ZONES_MAX, ZoneArea, ZoneSpec,
 };
 pub use spec::{
-    Camera, HeroSpec, Launcher, Layout, Location, MarbleSpec, PackSpec, Placed, PlacedSpring,
-    Scene, ScheduledEmitter, WalkSpec,
+    Breakable, Camera, HeroSpec, Launcher, Layout, Location, MarbleSpec, PackSpec, Placed,
+    PlacedSpring, Scene, ScheduledEmitter, SlingSpec, WalkSpec,
 };
 pub use tools::Tools;

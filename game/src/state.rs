@@ -12,6 +12,7 @@ use crate::rngs::Rngs;
 use crate::roster::Roster;
 use crate::rules::Rules;
 use crate::scene::{Kind, SEATS_MAX, Scene};
+use glam::Vec2;
 use jostle_sim::Rng;
 use jostle_sim::state::bytes::{StateReader, StateWriter};
 use jostle_sim::state::{StateDump, StateVisitor};
@@ -249,11 +250,11 @@ fn read_actor(scene: &Scene, id: BodyId, bytes: &mut StateReader) -> Result<Acto
     let rule = match tag >> 4 {
         0 => Rule::Still,
         1 => Rule::Wander {
-            heading: bytes.plausible("heading")?,
+            heading: read_direction("heading", bytes)?,
             speed: bytes.plausible_number("speed")?,
         },
         2 if scene.pack.is_some() => Rule::Chase {
-            front: bytes.plausible("front")?,
+            front: read_direction("front", bytes)?,
             drift: bytes.plausible("drift")?,
             driven: bytes.plausible("driven")?,
             life: bytes.word("ticks left")?,
@@ -261,6 +262,13 @@ fn read_actor(scene: &Scene, id: BodyId, bytes: &mut StateReader) -> Result<Acto
         _ => return Err(bytes.wrong("rule")),
     };
     Ok(Actor { id, kind, owner, rule })
+}
+
+/// Reads a unit vector.
+fn read_direction(field: &'static str, bytes: &mut StateReader) -> Result<Vec2, StateError> {
+    let direction = bytes.plausible(field)?;
+    bytes.check((direction.length_squared() - 1.0).abs() < 0.01, field)?;
+    Ok(direction)
 }
 
 /// Reads the ids of the scene file's bodies; those on a path must be able to follow it.

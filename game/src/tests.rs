@@ -9,6 +9,7 @@ mod players;
 mod rules;
 mod shipped;
 mod showcases;
+mod sling;
 
 use crate::actor::Rule;
 use crate::scene::BUILT_IN;

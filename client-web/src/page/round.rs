@@ -160,7 +160,7 @@ impl Looked<'_> {
             side,
             name,
             color,
-            score: self.scene.rules.counts_points().then_some(info.score),
+            score: self.scene.counts_points().then_some(info.score),
             lives: self.scene.rules.lives().map(|_| info.lives),
             is_own: self.round.side_of(self.own) == side,
             is_in: info.is_in,

@@ -51,6 +51,7 @@ pub fn caps(scene: &Scene) -> Vec<Cap> {
         (Tools::HOLD, cap("X", "grab", Buttons::HOLD, true)),
         (Tools::AGITATE, cap("C", "shake", Buttons::AGITATE, false)),
         (Tools::CLEAR, cap("V", "clear", Buttons::CLEAR, false)),
+        (Tools::SLING, cap("Drag", "pull the ball, let go", Buttons::FIRE, true)),
         (Tools::SELECT, cap("Drag", "move the shape", Buttons::FIRE, true)),
         (Tools::SELECT, cap("H", "hero", Buttons::PICK_HERO, false)),
         (Tools::SELECT, cap("M", "minion", Buttons::PICK_MINION, false)),

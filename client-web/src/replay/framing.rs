@@ -48,6 +48,7 @@ impl ReplayPlayer {
             world_size: self.scene().size,
             bodies: self.bodies(),
             zones: &self.replica().zones,
+            sling: self.replica().sling.as_ref(),
             particles: self.particles(),
             particle_lead: self.rebuilt().map_or(self.particle_lead(), |r| r.particle_lead),
             effects: &self.replica().effects,

@@ -28,6 +28,8 @@ pub struct FrameBody {
     pub hidden: bool,
     /// Under the pointer and can be dragged, or is held.
     pub hot: bool,
+    /// A blow has cracked it.
+    pub cracked: bool,
     /// By what share it is flatter than its outline, or `None` to have the drawing find that out
     /// from how it moves from frame to frame.
     pub squash: Option<f32>,
@@ -44,6 +46,19 @@ pub struct FrameZone {
     pub color: Option<u8>,
     /// Whether it is on.
     pub on: bool,
+}
+
+/// A sling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameSling {
+    /// Where its ball starts, world units.
+    pub start: Vec2,
+    /// The ball, while it is in the sling.
+    pub ball: Option<Vec2>,
+    /// Shots left.
+    pub shots: u8,
+    /// The way that the ball would take, dot by dot.
+    pub path: Vec<Vec2>,
 }
 
 /// Something that flares up and fades.
@@ -116,6 +131,8 @@ pub struct Frame<'a> {
     pub bodies: &'a [FrameBody],
     /// Zones, drawn below everything else.
     pub zones: &'a [FrameZone],
+    /// The sling, where there is one.
+    pub sling: Option<&'a FrameSling>,
     /// Particles as of the last applied tick.
     pub particles: &'a Particles,
     /// Seconds since that tick, at most 1/60 either way, to draw particles where they are by now.

@@ -1,7 +1,7 @@
 //! The state of the rules, and the order in which a tick plays them.
 
 use super::clock::{Round, RoundPhase};
-use super::memory::{Changes, Claims, Completed, SignalState, ZoneState};
+use super::memory::{Broken, Changes, Claims, Completed, SignalState, Sling, ZoneState};
 use super::notes::Notes;
 use crate::event::Event;
 use crate::rngs::Rngs;
@@ -25,6 +25,10 @@ pub(crate) struct Rules {
     pub(super) came: Vec<bool>,
     /// Ticks for which each body of the scene stood still on its path.
     pub(super) stood: Vec<u32>,
+    /// In a scene that has one.
+    pub(super) sling: Option<Sling>,
+    /// Whether anything can break.
+    pub(super) has_breakables: bool,
     /// Whether the round began with two sides or more.
     pub(super) contested: bool,
     /// Who won the round that is over.
@@ -41,6 +45,7 @@ pub(super) struct Scratch {
     pub zones: Changes,
     pub completed: Vec<Completed>,
     pub claims: Claims,
+    pub broken: Vec<Broken>,
 }
 
 /// What rules act on.
@@ -68,6 +73,8 @@ impl Rules {
             notes: Notes::default(),
             came: vec![false; scene.bodies.len()],
             stood: vec![0; scene.bodies.len()],
+            sling: Sling::at_start(scene),
+            has_breakables: scene.has_breakables(),
             contested: false,
             winners: Vec::new(),
             layouts,
@@ -82,6 +89,7 @@ impl Rules {
     pub(super) fn settle(&mut self, scene: &Scene) {
         self.levels = Levels { teams: self.levels.teams, ..Levels::default() };
         self.zones.fill(ZoneState::default());
+        self.sling = Sling::at_start(scene);
         let signals = scene.rules.signals.iter().zip(&mut self.signals);
         for (index, (spec, state)) in signals.enumerate() {
             *state = SignalState::new(spec);
@@ -131,6 +139,8 @@ impl Rules {
             return;
         }
         let before = self.levels;
+        self.levels.sling = self.sling.map_or(0, |sling| sling.levels().sling);
+        self.break_bodies(table);
         self.update_zones(table);
         self.update_signals(table);
         self.apply(before, table);

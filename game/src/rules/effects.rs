@@ -1,7 +1,7 @@
 //! Effects: what rules do.
 
 use super::book::{Rules, Table};
-use super::notes::{Rest, Start};
+use super::notes::{Note, Rest, Start};
 use super::occasions::Occurrence;
 use crate::actor::Rule;
 use crate::scene::{Effects, Levels, RuleSpec, To};
@@ -86,10 +86,7 @@ impl Rules {
     ) {
         let exists = table.world.contains(it);
         if let Some(recipe) = effects.splash.filter(|_| exists) {
-            let source = Source::Point(table.world.position(it));
-            let seed = table.rngs.emit.next_u32();
-            let emitter = EmitterDef { recipe, count: SPLASH_PARTICLES, seed, source };
-            emitters::start(table.world, emitter, table.events);
+            splash(recipe, it, table);
         }
         if let Some(player) = table.roster.players.iter_mut().find(|player| player.hero == Some(it))
         {
@@ -113,7 +110,7 @@ impl Rules {
     }
 
     /// Puts a body of the scene back to its start, where it rests for so many ticks.
-    fn reset(&mut self, body: usize, ticks: u32, table: &mut Table) {
+    pub(super) fn reset(&mut self, body: usize, ticks: u32, table: &mut Table) {
         match table.roster.placed[body] {
             Some(id) => self.send_back(id, ticks, table),
             None => self.bring_back(body, ticks, table),
@@ -148,7 +145,8 @@ impl Rules {
         if ticks > 0 && note.rests.is_none() {
             note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
         } else if ticks == 0 {
-            set_off(id, note.start, table);
+            let note = *note;
+            set_off(id, &note, table);
         }
     }
 
@@ -172,17 +170,17 @@ impl Rules {
     pub fn hold_resting(&mut self, table: &mut Table) {
         for note in self.notes.iter_mut() {
             let Some(Rest { ticks, gravity_scale }) = note.rests else { continue };
-            let (id, start) = (note.id, note.start);
+            let (id, start) = (note.id, note.start.position);
             if !table.world.contains(id) {
                 note.rests = None;
             } else if ticks == 0 {
                 note.rests = None;
                 table.world.set_gravity_scale(id, gravity_scale);
-                set_off(id, start, table);
+                set_off(id, note, table);
             } else {
                 note.rests = Some(Rest { ticks: ticks - 1, gravity_scale });
                 table.world.set_gravity_scale(id, 0.0);
-                table.world.set_position(id, start.position);
+                table.world.set_position(id, start);
                 table.world.set_velocity(id, Vec2::ZERO);
             }
         }
@@ -204,14 +202,27 @@ impl Rules {
     }
 }
 
-/// A body sets off from its start.
-fn set_off(id: BodyId, start: Start, table: &mut Table) {
-    table.world.set_velocity(id, start.velocity);
-    let speed = start.velocity.length();
+/// Particles at a body.
+pub(super) fn splash(recipe: u8, body: BodyId, table: &mut Table) {
+    let source = Source::Point(table.world.position(body));
+    let seed = table.rngs.emit.next_u32();
+    let emitter = EmitterDef { recipe, count: SPLASH_PARTICLES, seed, source };
+    emitters::start(table.world, emitter, table.events);
+}
+
+/// A body sets off from its start; one that began to either side does so again.
+fn set_off(id: BodyId, note: &Note, table: &mut Table) {
+    let start_speed = note.placed.map_or(0.0, |body| table.scene.bodies[body].start_speed);
+    let velocity = match start_speed > 0.0 {
+        true => placing::either_side(start_speed, &mut table.rngs.spawn),
+        false => note.start.velocity,
+    };
+    table.world.set_velocity(id, velocity);
+    let speed = velocity.length();
     if let Some(actor) = &mut table.roster.actors[id.index as usize]
         && let Rule::Wander { heading, speed: wander } = &mut actor.rule
         && speed > 0.0
     {
-        (*heading, *wander) = (start.velocity / speed, speed);
+        (*heading, *wander) = (velocity / speed, speed);
     }
 }

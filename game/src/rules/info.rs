@@ -24,6 +24,19 @@ pub struct RoundInfo {
     pub holders: Vec<Option<Side>>,
     /// Zones that are on and drawn, a bit each.
     pub zones: u64,
+    /// What the sling is at, in a scene that has one.
+    pub sling: Option<SlingInfo>,
+    /// Indices of the bodies that are cracked, in order.
+    pub cracked: Vec<u32>,
+}
+
+/// What a sling is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlingInfo {
+    /// Shots left, the one in the sling included.
+    pub shots: u8,
+    /// Whether the ball flies.
+    pub is_flying: bool,
 }
 
 /// How a side stands.
@@ -53,6 +66,8 @@ pub struct RoundPlayer {
 impl Rules {
     /// What players see of the rules after this many ticks of the game.
     pub(crate) fn info(&self, scene: &Scene, roster: &Roster, ticks: u32) -> RoundInfo {
+        let is_cracked = |id| self.notes.get(id).is_some_and(|note| note.is_cracked);
+        let cracked = roster.actors().filter(|actor| self.has_breakables && is_cracked(actor.id));
         let zones = scene.rules.zones.iter().enumerate();
         let drawn = zones.filter(|(_, zone)| zone.is_drawn());
         let drawn = drawn.fold(0, |all, (index, _)| all | 1 << index);
@@ -70,6 +85,10 @@ impl Rules {
             winners: self.winners.clone(),
             holders: self.holders().collect(),
             zones: self.levels.zones & drawn,
+            sling: self
+                .sling
+                .map(|sling| SlingInfo { shots: sling.shots, is_flying: sling.flight > 0 }),
+            cracked: cracked.map(|actor| actor.id.index).collect(),
         }
     }
 }

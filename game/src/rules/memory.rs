@@ -1,7 +1,7 @@
 //! What zones, signals and a tick of the rules keep in mind.
 
 use crate::input::Seat;
-use crate::scene::{Each, Levels, RelaySpec, SignalKind, SignalSpec, Stays};
+use crate::scene::{Each, Levels, RelaySpec, Scene, SignalKind, SignalSpec, Stays};
 use crate::side::Side;
 use jostle_sim::BodyId;
 
@@ -144,4 +144,44 @@ impl RelayState {
 pub(super) struct Claims {
     pub won: Vec<Side>,
     pub lost: Vec<Side>,
+}
+
+/// A body that broke in this tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Broken {
+    pub body: BodyId,
+    pub group: u8,
+    /// Who broke it.
+    pub by: Option<Seat>,
+}
+
+/// What a sling is at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Sling {
+    /// Shots left, the one in the sling included.
+    pub shots: u8,
+    /// Who pulls, or pulled last.
+    pub shooter: Option<Seat>,
+    /// Whether the shooter holds the ball.
+    pub is_pulled: bool,
+    /// Ticks since the ball was let go; 0 while it is in the sling.
+    pub flight: u32,
+}
+
+impl Sling {
+    /// The sling at the start of a round.
+    pub fn at_start(scene: &Scene) -> Option<Sling> {
+        scene.sling.map(|spec| Sling { shots: spec.shots, ..Sling::default() })
+    }
+
+    /// Returns whether the last shot is over.
+    pub fn is_spent(&self) -> bool {
+        self.shots == 0 && self.flight == 0
+    }
+
+    /// What conditions may ask of it.
+    pub fn levels(&self) -> Levels {
+        let on = |holds, level| if holds { level } else { Levels::default() };
+        on(self.is_spent(), Levels::SPENT).or(on(self.flight > 0, Levels::FLYING))
+    }
 }

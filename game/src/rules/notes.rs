@@ -21,6 +21,8 @@ pub(crate) struct Note {
     pub touched_by: Option<Seat>,
     /// It returned to its start and rests there.
     pub rests: Option<Rest>,
+    /// A blow has cracked it.
+    pub is_cracked: bool,
     /// Where it was before the step; not state.
     before: Vec2,
 }
@@ -116,6 +118,7 @@ impl Note {
             start,
             touched_by: None,
             rests: None,
+            is_cracked: false,
             before: start.position,
         }
     }

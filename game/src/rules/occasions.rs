@@ -68,6 +68,13 @@ impl Rules {
                     }
                 }
             }
+            Occasion::Breaks(group) => {
+                for broken in self.scratch.broken.iter().filter(|broken| broken.group == group) {
+                    let side = broken.by.map(|seat| table.roster.side_of(seat));
+                    let it = Some(broken.body);
+                    found.push(Occurrence { it, other: None, side, by: side });
+                }
+            }
         }
     }
 

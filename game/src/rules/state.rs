@@ -2,7 +2,7 @@
 
 use super::book::Rules;
 use super::clock::{Round, RoundPhase};
-use super::memory::{OrderState, RelayState, SignalState, Walker, ZoneState};
+use super::memory::{OrderState, RelayState, SignalState, Sling, Walker, ZoneState};
 use super::notes::{Note, Rest, Start};
 use crate::player::{Held, Player};
 use crate::roster::Roster;
@@ -79,6 +79,10 @@ impl Rules {
             out.word(stood);
         }
         self.layouts.state().into_iter().for_each(|half| out.long(half));
+        if let Some(sling) = &self.sling {
+            out.byte(self.levels.sling);
+            sling.save(out);
+        }
     }
 
     /// Restores what [`Rules::save`] saved, into rules that have not begun.
@@ -124,6 +128,7 @@ impl Rules {
             zones: bytes.long("zones")?,
             signals: bytes.long("signals")?,
             teams: bytes.byte("teams")?,
+            sling: 0,
         };
         for team in &mut self.teams {
             *team = read_standing(bytes)?;
@@ -142,6 +147,10 @@ impl Rules {
             bytes.check(*stood <= clock, "ticks stood")?;
         }
         self.layouts = read_rng(bytes)?;
+        if let Some(sling) = &mut self.sling {
+            self.levels.sling = bytes.byte("sling")?;
+            *sling = read_sling(sling.shots, bytes)?;
+        }
         Ok(())
     }
 }
@@ -225,12 +234,31 @@ impl Note {
         out.vector(self.start.position);
         out.vector(self.start.velocity);
         save_seat(self.touched_by, out);
-        out.byte(u8::from(self.rests.is_some()));
+        out.byte(u8::from(self.rests.is_some()) | u8::from(self.is_cracked) << 1);
         if let Some(Rest { ticks, gravity_scale }) = self.rests {
             out.word(ticks);
             out.number(gravity_scale);
         }
     }
+}
+
+impl Sling {
+    fn save(&self, out: &mut StateWriter) {
+        out.byte(self.shots);
+        save_seat(self.shooter, out);
+        out.byte(u8::from(self.is_pulled));
+        out.word(self.flight);
+    }
+}
+
+fn read_sling(shots_max: u8, bytes: &mut StateReader) -> Result<Sling, StateError> {
+    let shots = bytes.byte("shots")?;
+    bytes.check(shots <= shots_max, "shots")?;
+    let shooter = read_seat("shooter", bytes)?;
+    let is_pulled = read_truth("pull", bytes)?;
+    let flight = bytes.word("flight")?;
+    bytes.check(flight < u32::MAX, "flight")?;
+    Ok(Sling { shots, shooter, is_pulled, flight })
 }
 
 fn read_note(
@@ -243,7 +271,9 @@ fn read_note(
     let velocity = bytes.plausible("start velocity")?;
     let touched_by = read_seat("touched by", bytes)?;
     let mut rests = None;
-    if read_truth("rests", bytes)? {
+    let flags = bytes.byte("rests")?;
+    bytes.check(flags < 4, "rests")?;
+    if flags & 1 == 1 {
         bytes.check(world.motion(id) != Motion::Static, "rests")?;
         let (ticks, gravity_scale) = (bytes.word("rest")?, read_gravity_scale(bytes)?);
         rests = Some(Rest { ticks, gravity_scale });
@@ -252,6 +282,7 @@ fn read_note(
     note.start = Start { position, velocity };
     note.touched_by = touched_by;
     note.rests = rests;
+    note.is_cracked = flags & 2 == 2;
     Ok(note)
 }
 

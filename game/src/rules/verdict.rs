@@ -19,8 +19,19 @@ impl Rules {
             .or_else(|| self.by_time(spec, &standings));
         self.take_out(spec, table);
         if let Some(winners) = winners {
+            self.reward_spare_shots(&winners, table);
             self.winners = winners;
             self.round.enter(RoundPhase::Over, 0);
+        }
+    }
+
+    /// Each shot that is left is worth something to who won.
+    fn reward_spare_shots(&mut self, winners: &[Side], table: &mut Table) {
+        let (Some(spec), Some(sling)) = (table.scene.sling, self.sling) else { return };
+        for &side in winners {
+            if let Some(standing) = self.standing(side, table) {
+                standing.add_score(spec.spare.saturating_mul(i32::from(sling.shots)));
+            }
         }
     }
 

@@ -3,7 +3,9 @@
 use super::groups::Groups;
 use super::limits::{LAYOUT_COUNT_MAX, SIZE_MAX, SPEED_MAX};
 use super::path::Path;
+use super::recipes::Recipes;
 use super::rules::Names;
+use super::sling;
 use super::spec::{Layout, Placed};
 use super::table::{POSITION, Range, Table};
 use super::traits::{Kinds, Traits, shape};
@@ -17,7 +19,13 @@ const POINTS_MAX: usize = 64;
 const NAME_CHARS_MAX: usize = 32;
 
 /// Reads one entry of `bodies`.
-pub(super) fn placed(table: &Table, kinds: &Kinds, groups: &Groups, names: &Names) -> Placed {
+pub(super) fn placed(
+    table: &Table,
+    kinds: &Kinds,
+    groups: &Groups,
+    names: &Names,
+    recipes: &mut Recipes,
+) -> Placed {
     let name = table.get("name");
     let mut traits = kinds.read(table, groups);
     let position = table.get("position");
@@ -44,6 +52,7 @@ pub(super) fn placed(table: &Table, kinds: &Kinds, groups: &Groups, names: &Name
         name: name.is_given().then(|| name.text(NAME_CHARS_MAX)),
         presence: names.any_condition(&table.get("while")),
         runs,
+        breaks: sling::breakable(table, traits.motion, recipes),
         path,
     }
 }

@@ -14,7 +14,7 @@ use super::rules::{Known, Names, RuleSet};
 use super::spec::{Camera, Scene};
 use super::table::{Document, POSITION, Range, Table, read_list};
 use super::tools::Tools;
-use super::{bodies, checks, drag, solver, springs};
+use super::{bodies, checks, drag, sling, solver, springs};
 use glam::Vec2;
 use jostle_sim::{Aabb, ForceSettings, WorldSettings};
 
@@ -24,7 +24,7 @@ const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
 /// File and text of every shipped scene.
-pub(crate) const BUILT_IN: [(&str, &str); 20] = [
+pub(crate) const BUILT_IN: [(&str, &str); 21] = [
     ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
     ("splash.toml", include_str!("../../../assets/scenes/splash.toml")),
     ("hockey.toml", include_str!("../../../assets/scenes/hockey.toml")),
@@ -35,6 +35,7 @@ pub(crate) const BUILT_IN: [(&str, &str); 20] = [
     ("herd.toml", include_str!("../../../assets/scenes/herd.toml")),
     ("roundup.toml", include_str!("../../../assets/scenes/roundup.toml")),
     ("lock.toml", include_str!("../../../assets/scenes/lock.toml")),
+    ("slingshot.toml", include_str!("../../../assets/scenes/slingshot.toml")),
     ("tower.toml", include_str!("../../../assets/scenes/tower.toml")),
     ("bridge.toml", include_str!("../../../assets/scenes/bridge.toml")),
     ("hall.toml", include_str!("../../../assets/scenes/hall.toml")),
@@ -96,7 +97,8 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let mut recipes = Recipes::read(root);
     let actors = actors::actors(root, tools, &groups, &mut recipes);
     let names = Names::read(root);
-    let placed = |table: &Table| bodies::placed(table, &actors.kinds, &groups, &names);
+    let placed =
+        |table: &Table| bodies::placed(table, &actors.kinds, &groups, &names, &mut recipes);
     let bodies = read_list(root, "bodies", BODIES_MAX as usize, placed);
     let layout = |table: &Table| bodies::layout(table, &actors.kinds, &groups);
     let layouts = read_list(root, "layouts", BODIES_MAX as usize, layout);
@@ -106,6 +108,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let emitters = read_list(root, "emitters", EMITTERS_MAX, emitter);
     let launcher = |table: &Table| launchers::launcher(table, &bodies, &names);
     let launchers = read_list(root, "launchers", LAUNCHERS_MAX, launcher);
+    let sling = sling::sling(root, tools, &bodies, &names);
     let known = Known { names: &names, groups: &groups };
     let rules = RuleSet::read(root, &known, &mut recipes);
     let camera = camera(root);
@@ -132,6 +135,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
         minion_recovery: actors.minion_recovery,
         marble: actors.marble,
         pack: actors.pack,
+        sling,
         rules,
     };
     scene.world.recipes = recipes.list;

@@ -6,7 +6,7 @@
 //! scene widens that (see [`Features`]).
 
 use super::kind::Kind;
-use super::spec::Scene;
+use super::spec::{Placed, Scene};
 use super::tools::Tools;
 use jostle_sim::WorldSettings;
 use jostle_sim::math::min;
@@ -210,6 +210,10 @@ fn emits(scene: &Scene) -> Reason {
     if let Some(index) = rules.clone().position(|rule| rule.effects.splash.is_some()) {
         return Ok(format!("rules[{index}] has splash"));
     }
+    let splashes = |body: &Placed| body.breaks.is_some_and(|breaks| breaks.splash.is_some());
+    if let Some(index) = scene.bodies.iter().position(splashes) {
+        return Ok(format!("bodies[{index}] has splash"));
+    }
     match &scene.pack {
         Some(pack) if pack.burst > 0 && launches_packs(scene).is_ok() => {
             let why = launches_packs(scene).unwrap_or_default();
@@ -274,6 +278,8 @@ impl Reasons<'_> {
             part("zones", "who is in each", self.count_of("zones", self.scene.rules.zones.len())),
             part("signals", "levels", self.count_of("signals", self.scene.rules.signals.len())),
             part("rules", "occasions", self.count_of("rules", self.scene.rules.rules.len())),
+            part("breakage", "a look at each contact", self.breakage()),
+            part("sling", "the ball, its part of the players section", self.sling()),
             part("impact events", "events section", self.impacts()),
             part("pack events", "events section", self.pack_hits()),
         ]
@@ -377,6 +383,19 @@ impl Reasons<'_> {
             (Some(_), _) => Ok("the scene has [round]".to_owned()),
             (None, 0) => Err("no [round] and no [[teams]]".to_owned()),
             (None, teams) => Ok(format!("teams has {teams}")),
+        }
+    }
+
+    fn breakage(&self) -> Reason {
+        let first = self.scene.bodies.iter().position(|body| body.breaks.is_some());
+        let none = || "no strength in bodies".to_owned();
+        first.map(|index| format!("bodies[{index}] has strength")).ok_or_else(none)
+    }
+
+    fn sling(&self) -> Reason {
+        match self.scene.sling {
+            Some(_) => Ok("the scene has [sling]".to_owned()),
+            None => Err("no [sling]".to_owned()),
         }
     }
 

@@ -64,6 +64,8 @@ pub struct Scene {
     pub marble: Option<MarbleSpec>,
     /// Dye packs, with the launch tool.
     pub pack: Option<PackSpec>,
+    /// The sling, with that tool.
+    pub sling: Option<SlingSpec>,
     /// Rounds, teams, zones, signals and rules; empty in a plain playground.
     pub rules: RuleSet,
 }
@@ -92,7 +94,10 @@ impl Scene {
 
     /// Returns whether it has rules, so that bodies come and go and its clock begins again.
     pub fn is_game(&self) -> bool {
-        !self.rules.is_empty() || self.has_conditions()
+        !self.rules.is_empty()
+            || self.has_conditions()
+            || self.sling.is_some()
+            || self.has_breakables()
     }
 
     /// The axis that the heroes of a team stay on.
@@ -107,6 +112,19 @@ impl Scene {
         let emitters = self.emitters.iter().map(|emitter| &emitter.condition);
         let launchers = self.launchers.iter().map(|launcher| &launcher.condition);
         bodies.chain(emitters).chain(launchers).any(|condition| !condition.is_none())
+    }
+
+    /// Returns whether points are given for anything.
+    pub fn counts_points(&self) -> bool {
+        let worth = |body: &Placed| body.breaks.is_some_and(|breaks| breaks.points != 0);
+        self.rules.rules.iter().any(|rule| rule.effects.score != 0)
+            || self.bodies.iter().any(worth)
+            || self.sling.is_some_and(|sling| sling.spare != 0)
+    }
+
+    /// Returns whether hard blows break bodies.
+    pub(crate) fn has_breakables(&self) -> bool {
+        self.bodies.iter().any(|body| body.breaks.is_some())
     }
 
     /// Returns whether players throw dye packs from their heroes.
@@ -137,6 +155,8 @@ pub struct Placed {
     pub presence: Condition,
     /// It moves along its path only while this holds.
     pub runs: Condition,
+    /// What breaks it.
+    pub breaks: Option<Breakable>,
 }
 
 /// Bodies in a grid: at positions that the seed decides, clear of each other and of all fixed ones,
@@ -325,5 +345,44 @@ impl Launcher {
     /// Returns whether it is due in the tick with this number, from 0.
     pub fn is_due(&self, tick: u32) -> bool {
         tick >= self.start && (tick - self.start).is_multiple_of(self.every)
+    }
+}
+
+/// A sling: players pull its ball back and let go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlingSpec {
+    /// Entry of [`Scene::bodies`] that it shoots.
+    pub ball: usize,
+    /// How far the ball can be pulled from its start, world units.
+    pub pull: f32,
+    /// Speed of the ball for each unit that it was pulled, units/s.
+    pub speed: f32,
+    /// Shots in a round.
+    pub shots: u8,
+    /// A shot is over when this comes to hold.
+    pub over: Option<Condition>,
+    /// And after so many ticks in any case.
+    pub over_time: u32,
+    /// Points to the winners for each shot that is left.
+    pub spare: i32,
+}
+
+/// What breaks a body, and what that is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Breakable {
+    /// The largest blow that it survives, units of mass times units/s; it cracks above half of it.
+    pub strength: f32,
+    /// Points for who broke it.
+    pub points: i32,
+    /// Recipe of the particles that are left of it.
+    pub splash: Option<u8>,
+}
+
+impl SlingSpec {
+    /// The velocity with which the ball sets off from where it was pulled to, by the way from its start;
+    /// `None` if that is so short that nobody can have meant it.
+    pub fn launch(&self, pull: Vec2) -> Option<Vec2> {
+        const MEANT: f32 = 1.0;
+        (pull.length() >= MEANT).then(|| pull * -self.speed)
     }
 }

@@ -144,7 +144,7 @@ fn unknown_names_are_refused_where_they_stand() {
         "\"bal\"",
         "one of ball",
     );
-    let tools = "one of steer, launch, dumb, spray, hold, agitate, clear, select";
+    let tools = "one of steer, launch, dumb, spray, hold, agitate, clear, select, sling";
     refused("[\"launch\"]", "[\"lunch\"]", 6, "tools[0]", "\"lunch\"", tools);
     let kinds = "one of hero, minion, dumb, platform, wall, block";
     refused("kind = \"wall\"", "kind = \"pack\"", 17, "bodies[0].kind", "\"pack\"", kinds);

@@ -24,8 +24,11 @@ impl Tools {
     /// H, M and P select the hero, minion and platform; the left button drags the selected one.
     pub const SELECT: Tools = Tools(1 << 7);
 
+    /// A drag pulls the ball of the sling.
+    pub const SLING: Tools = Tools(1 << 8);
+
     /// Every tool with its word in scene files.
-    pub const NAMES: [(&str, Tools); 8] = [
+    pub const NAMES: [(&str, Tools); 9] = [
         ("steer", Tools::STEER),
         ("launch", Tools::LAUNCH),
         ("dumb", Tools::MARBLE),
@@ -34,6 +37,7 @@ impl Tools {
         ("agitate", Tools::AGITATE),
         ("clear", Tools::CLEAR),
         ("select", Tools::SELECT),
+        ("sling", Tools::SLING),
     ];
 
     /// Returns whether all of `other` are allowed.

@@ -164,6 +164,8 @@ fn plans_list_the_parts_that_shipped_scenes_lack() {
         "zones",
         "signals",
         "rules",
+        "breakage",
+        "sling",
         "pack events",
     ];
     let uses = |plan: &Plan, name: &str| {

@@ -1,15 +1,23 @@
 //! What players see of a scene's rules. It is coded as a whole when it changed, which is rare: its clock is a
 //! tick that stays the same as long as a phase lasts.
 
+use super::sections::bit;
 use crate::error::{DecodeError, check};
 use crate::fields::{read_seat, write_seat};
-use crate::wire::{Reader, Writer};
+use crate::limits::BODIES_MAX;
+use crate::wire::{Gaps, Reader, Writer};
 use jostle_game::scene::{POINTS_MAX, TEAMS_MAX, ZONES_MAX};
-use jostle_game::{RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Side, SideInfo};
+use jostle_game::{RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Side, SideInfo, SlingInfo};
 
 /// Bytes of the shortest side and player.
 const SIDE_BYTES_MIN: usize = 2;
 const PLAYER_BYTES_MIN: usize = 4;
+/// Beside the phase: whether there is a sling, whether its ball flies, and whether bodies are cracked.
+const SLING: u8 = 1 << 2;
+const FLYING: u8 = 1 << 3;
+const CRACKED: u8 = 1 << 4;
+const PHASE: u8 = SLING - 1;
+const TAG_ALL: u8 = (1 << 5) - 1;
 const NO_SIDE: u8 = 0;
 const TEAM: u8 = 1;
 const PLAYER: u8 = 2;
@@ -20,7 +28,10 @@ pub fn write(writer: &mut Writer, round: Option<&RoundInfo>) {
 }
 
 fn write_round(writer: &mut Writer, round: &RoundInfo) {
-    writer.byte(round.phase as u8);
+    let is_flying = round.sling.is_some_and(|sling| sling.is_flying);
+    let is_cracked = !round.cracked.is_empty();
+    let has_sling = bit(round.sling.is_some(), SLING) | bit(is_flying, FLYING);
+    writer.byte(round.phase as u8 | has_sling | bit(is_cracked, CRACKED));
     writer.leb32(round.since);
     writer.count(round.teams.len());
     round.teams.iter().for_each(|team| write_side_info(writer, team));
@@ -36,6 +47,14 @@ fn write_round(writer: &mut Writer, round: &RoundInfo) {
     round.holders.iter().for_each(|&side| write_side(writer, side));
     writer.leb32(round.zones as u32);
     writer.leb32((round.zones >> 32) as u32);
+    if let Some(sling) = round.sling {
+        writer.byte(sling.shots);
+    }
+    if is_cracked {
+        writer.count(round.cracked.len());
+        let mut gaps = Gaps::default();
+        round.cracked.iter().for_each(|&index| gaps.write(writer, index));
+    }
 }
 
 fn write_side_info(writer: &mut Writer, side: &SideInfo) {
@@ -63,9 +82,9 @@ pub fn read(reader: &mut Reader) -> Result<Option<RoundInfo>, DecodeError> {
 }
 
 fn read_round(reader: &mut Reader) -> Result<RoundInfo, DecodeError> {
-    let phase = usize::from(reader.byte("phase of the round")?);
-    let phase = RoundPhase::ALL.get(phase).copied();
-    let phase = phase.ok_or(DecodeError::OutOfRange { field: "phase of the round" })?;
+    let tag = reader.byte("phase of the round")?;
+    check(tag & !TAG_ALL == 0, "phase of the round")?;
+    let phase = RoundPhase::ALL[usize::from(tag & PHASE)];
     let since = reader.leb32("start of the phase")?;
     let mut teams = Vec::new();
     for _ in 0..reader.count(TEAMS_MAX, SIDE_BYTES_MIN, "teams")? {
@@ -89,7 +108,20 @@ fn read_round(reader: &mut Reader) -> Result<RoundInfo, DecodeError> {
     }
     let (low, high) = (reader.leb32("zones")?, reader.leb32("zones")?);
     let zones = u64::from(high) << 32 | u64::from(low);
-    Ok(RoundInfo { phase, since, teams, players, winners, holders, zones })
+    let is_flying = tag & FLYING != 0;
+    check(!is_flying || tag & SLING != 0, "phase of the round")?;
+    let mut sling = None;
+    if tag & SLING != 0 {
+        sling = Some(SlingInfo { shots: reader.byte("shots")?, is_flying });
+    }
+    let mut cracked = Vec::new();
+    if tag & CRACKED != 0 {
+        let mut gaps = Gaps::default();
+        for _ in 0..reader.some_count(BODIES_MAX, 1, "cracked bodies")? {
+            cracked.push(gaps.read(reader, BODIES_MAX, "cracked body")?);
+        }
+    }
+    Ok(RoundInfo { phase, since, teams, players, winners, holders, zones, sling, cracked })
 }
 
 fn read_player(reader: &mut Reader, teams: usize) -> Result<RoundPlayer, DecodeError> {

@@ -4,7 +4,7 @@ use crate::{
     TimedEvent,
 };
 use jostle_game::{
-    Event, Kind, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Seat, Side, SideInfo,
+    Event, Kind, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Seat, Side, SideInfo, SlingInfo,
 };
 use jostle_sim::Rng;
 use jostle_sim::{BodyId, EmitterDef, Shape, Source, Vec2};
@@ -199,6 +199,9 @@ fn random_round(rng: &mut Rng) -> RoundInfo {
         winners: (0..rng.below(5)).map(|_| some_side(rng)).collect(),
         holders: (0..rng.below(64)).map(|_| (rng.below(2) == 0).then(|| some_side(rng))).collect(),
         zones: u64::from(rng.next_u32()) << 32 | u64::from(rng.next_u32()),
+        sling: (rng.below(2) == 0)
+            .then(|| SlingInfo { shots: rng.next_u32() as u8, is_flying: rng.below(2) == 0 }),
+        cracked: (0..40).filter(|_| rng.below(8) == 0).collect(),
         teams,
         players,
     }

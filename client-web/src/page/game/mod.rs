@@ -195,6 +195,7 @@ impl GameScreen {
             world_size: replica.scene.size,
             bodies: replica.bodies(),
             zones: &replica.zones,
+            sling: replica.sling.as_ref(),
             particles: replica.particles(),
             particle_lead: if frozen { 0.0 } else { replica.particle_lead() },
             effects: &replica.effects,

@@ -57,6 +57,8 @@ fn round(phase: RoundPhase, teams: usize, scores: [i32; 2]) -> RoundInfo {
         winners: Vec::new(),
         holders: Vec::new(),
         zones: 0,
+        sling: None,
+        cracked: Vec::new(),
     }
 }
 

@@ -88,7 +88,10 @@ fn toy(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     }
     match body.kind {
         Kind::Pack => pack(stage, body, pose),
-        Kind::Block => block(stage, body, pose),
+        Kind::Block => {
+            block(stage, body, pose);
+            cracks(stage, body, pose);
+        }
         _ => {
             let (fill, edge) = skin(body);
             matte(stage, body, pose, fill, edge);
@@ -131,6 +134,23 @@ fn block(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     }
     let quad = SolidVertex::new(SolidKind::Crate, pose.center, pose.half, stage.shade(fill, 1.0));
     stage.quads.push(quad.rounded(corner(body, pose.half)).edged(stage.shade(WOOD[2], 1.0)));
+}
+
+/// Lines across a body that a blow has cracked.
+fn cracks(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    if !body.cracked {
+        return;
+    }
+    const LINES: [[(f32, f32); 4]; 2] = [
+        [(-0.7, 0.6), (-0.2, 0.25), (-0.35, -0.1), (0.15, -0.7)],
+        [(-0.35, -0.1), (0.2, 0.1), (0.35, 0.45), (0.65, 0.7)],
+    ];
+    let ink = stage.shade(INK[0], 0.75);
+    let width = 0.05 * pose.half.x.min(pose.half.y);
+    for line in LINES {
+        let corners = line.map(|(x, y)| pose.center + pose.half * Vec2::new(x, y));
+        corners.windows(2).for_each(|ends| stage.line(ends[0], ends[1], width, ink));
+    }
 }
 
 /// A number in 0..=1 of a body's own: toys of one box are not all of one shade.

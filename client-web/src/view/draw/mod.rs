@@ -10,6 +10,7 @@ mod light;
 pub(crate) mod motion;
 mod outline;
 mod quads;
+mod sling;
 pub mod sprite;
 mod stage;
 pub mod vertex;
@@ -67,6 +68,7 @@ impl DrawList {
 
         let mut stage = Stage { quads: &mut self.quads, light: &mut self.light, frame };
         zones::fill(&mut stage);
+        sling::fill(&mut stage);
         bodies::fill(&mut stage, &mut self.motion, &mut self.posed);
         effects::fill(&mut stage);
         self.fill_particles(frame.particles, frame.particle_lead);

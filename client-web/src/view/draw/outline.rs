@@ -3,7 +3,6 @@
 //! marks each centre (A1.6).
 
 use super::stage::Stage;
-use super::vertex::{SolidKind, SolidVertex};
 use crate::view::frame::FrameBody;
 use jostle_game::Kind;
 use jostle_sim::{Shape, Vec2};
@@ -73,13 +72,8 @@ fn closed(stage: &mut Stage, corners: &[Vec2], color: [u8; 4]) {
     }
 }
 
-/// A straight line with round ends.
 fn line(stage: &mut Stage, from: Vec2, to: Vec2, color: [u8; 4]) {
     let tall = stage.frame.view.pixels[1] as f32 / 720.0;
     let width = 0.5 * LINE_PIXELS * tall.max(1.0) * stage.quads.unit_per_pixel;
-    let span = to - from;
-    let length = span.length();
-    let half = Vec2::new(0.5 * length + width, width);
-    let quad = SolidVertex::new(SolidKind::Box, (from + to) * 0.5, half, color);
-    stage.quads.push(quad.rounded(width).turned(span / length.max(1e-6)));
+    stage.line(from, to, width, color);
 }

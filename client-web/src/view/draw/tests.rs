@@ -20,6 +20,7 @@ fn body(index: u32, kind: Kind, shape: Shape, center: Vec2) -> FrameBody {
         touching: false,
         hidden: false,
         hot: false,
+        cracked: false,
         squash: None,
     }
 }
@@ -30,6 +31,7 @@ fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
         world_size: Vec2::new(200.0, 112.5),
         bodies,
         zones: &[],
+        sling: None,
         particles,
         particle_lead: 0.0,
         effects: &[],

@@ -35,6 +35,7 @@ fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) ->
         world_size: Vec2::new(200.0, 112.5),
         bodies,
         zones: &[],
+        sling: None,
         particles,
         particle_lead: 0.0,
         effects: &[],
@@ -166,6 +167,7 @@ fn body(kind: Kind, shape: Shape) -> FrameBody {
         touching: false,
         hidden: false,
         hot: false,
+        cracked: false,
         squash: None,
     }
 }

@@ -16,6 +16,7 @@ impl Replica {
         let snapshot = self.timeline.at_or_before(self.display);
         let players: &[PlayerState] = snapshot.map_or(&[], |s| &s.players);
         let round = snapshot.and_then(|s| s.round.as_ref());
+        let cracked = round.map_or(&[][..], |round| &round.cracked);
         let teams = &self.scene.rules.teams;
         let color_of = |player: &PlayerState| {
             let team = round.and_then(|round| round.player(player.seat)?.team);
@@ -43,6 +44,7 @@ impl Replica {
                 touching: false,
                 hidden: selected == Some(sample.id),
                 hot: held || hot == Some(sample.id),
+                cracked: cracked.binary_search(&sample.id.index).is_ok(),
                 squash: None,
             });
         }

@@ -3,11 +3,12 @@
 
 mod dress;
 mod own_hero;
+mod sling;
 mod zones;
 
 use crate::net::clock::Arrival;
 use crate::net::timeline::{Sample, Timeline};
-use crate::view::frame::{Effect, EffectKind, FrameBody, FrameZone};
+use crate::view::frame::{Effect, EffectKind, FrameBody, FrameSling, FrameZone};
 use jostle_game::scene::Plan;
 use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
@@ -84,6 +85,8 @@ pub struct Replica {
     bodies: Vec<FrameBody>,
     /// Zones of the displayed moment.
     pub zones: Vec<FrameZone>,
+    /// The sling of the displayed moment.
+    pub sling: Option<FrameSling>,
     /// Flashes of the last second.
     pub effects: Vec<Effect>,
     /// The fractional tick on display.
@@ -112,6 +115,7 @@ impl Replica {
             samples: Vec::new(),
             bodies: Vec::new(),
             zones: Vec::new(),
+            sling: None,
             effects: Vec::new(),
             display: 0.0,
             led_from: None,
@@ -219,6 +223,7 @@ impl Replica {
         self.led_from = None;
         self.dress(eye);
         self.lay_out_zones();
+        self.lay_out_sling();
         self.collect_effects();
     }
 

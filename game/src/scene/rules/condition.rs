@@ -9,6 +9,8 @@ pub struct Levels {
     pub signals: u64,
     /// Teams that are in, by their place in the file.
     pub teams: u8,
+    /// What holds of the sling.
+    pub sling: u8,
 }
 
 impl Levels {
@@ -27,12 +29,18 @@ impl Levels {
         Levels { teams: 1 << index, ..Levels::default() }
     }
 
+    /// Only that the last shot of the sling is over.
+    pub const SPENT: Levels = Levels { zones: 0, signals: 0, teams: 0, sling: 1 };
+    /// Only that the ball of the sling flies.
+    pub const FLYING: Levels = Levels { sling: 2, ..Levels::SPENT };
+
     /// What is on in either.
     pub fn or(self, other: Levels) -> Levels {
         Levels {
             zones: self.zones | other.zones,
             signals: self.signals | other.signals,
             teams: self.teams | other.teams,
+            sling: self.sling | other.sling,
         }
     }
 
@@ -41,6 +49,7 @@ impl Levels {
             zones: self.zones & other.zones,
             signals: self.signals & other.signals,
             teams: self.teams & other.teams,
+            sling: self.sling & other.sling,
         }
     }
 

@@ -6,6 +6,9 @@ use crate::scene::table::{Field, Table, one_of};
 
 /// Words with a meaning of their own in rules.
 const RESERVED: [&str; 4] = ["it", "by", "others", "all"];
+/// What is known of a sling.
+const SLING_LEVELS: [(&str, Levels); 2] =
+    [("sling.spent", Levels::SPENT), ("sling.flying", Levels::FLYING)];
 /// Names in one condition.
 const CONDITION_NAMES_MAX: usize = 8;
 
@@ -15,6 +18,7 @@ pub(in crate::scene) struct Names {
     pub zones: Vec<String>,
     pub signals: Vec<String>,
     bodies: Vec<Option<String>>,
+    has_sling: bool,
 }
 
 impl Names {
@@ -50,7 +54,7 @@ impl Names {
             name
         });
         let bodies = bodies.collect();
-        Names { teams, zones, signals, bodies }
+        Names { teams, zones, signals, bodies, has_sling: root.get("sling").is_given() }
     }
 
     /// Reads a condition: a name, "!name", or a list of them. Only signals before number `above` are
@@ -84,6 +88,10 @@ impl Names {
         if let Some(team) = name.strip_suffix(".in") {
             return self.teams.iter().position(|known| known == team).map(Levels::team);
         }
+        let of_sling = SLING_LEVELS.iter().find(|(known, _)| *known == name);
+        if let Some((_, level)) = of_sling.filter(|_| self.has_sling) {
+            return Some(*level);
+        }
         let signals = &self.signals[..above.min(self.signals.len())];
         place(&self.zones).map(Levels::zone).or_else(|| place(signals).map(Levels::signal))
     }
@@ -94,6 +102,9 @@ impl Names {
         let signals = &self.signals[..above.min(self.signals.len())];
         names.extend_from_slice(signals);
         names.extend(self.teams.iter().map(|team| format!("{team}.in")));
+        if self.has_sling {
+            names.extend(SLING_LEVELS.map(|(name, _)| name.to_owned()));
+        }
         let which =
             if above < self.signals.len() { "zones, and signals above it" } else { "levels" };
         format!("{which}: {}; ! before a name for not", names.join(", "))

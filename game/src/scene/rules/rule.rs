@@ -12,7 +12,7 @@ use crate::scene::table::{Field, Range, Table};
 const LIFE_MAX: i32 = 1000;
 /// Bodies that one rule may put back.
 const RESET_MAX: usize = 8;
-const OCCASIONS: [&str; 7] = ["enter", "leave", "on", "every", "touch", "burst", "lost"];
+const OCCASIONS: [&str; 8] = ["enter", "leave", "on", "every", "touch", "burst", "lost", "breaks"];
 
 /// What happens when.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +46,8 @@ pub enum Occasion {
     Burst,
     /// A body of this group leaves the kill zone.
     Lost(u8),
+    /// A body of this group breaks.
+    Breaks(u8),
 }
 
 /// Whom an effect on sides concerns.
@@ -129,7 +131,7 @@ fn occasion(table: &Table, known: &Known) -> Occasion {
         [_] => {}
         [_, second, ..] => second.refuse("one occasion a rule"),
     }
-    let [enter, leave, on, every, touch, burst, lost] = &fields;
+    let [enter, leave, on, every, touch, burst, lost, breaks] = &fields;
     let group = |field: &Field| groups.given(field).unwrap_or(0);
     if leave.is_given() {
         Occasion::Leave(names.zones(leave))
@@ -148,6 +150,8 @@ fn occasion(table: &Table, known: &Known) -> Occasion {
         Occasion::Burst
     } else if lost.is_given() {
         Occasion::Lost(group(lost))
+    } else if breaks.is_given() {
+        Occasion::Breaks(group(breaks))
     } else {
         Occasion::Enter(names.zones(enter))
     }

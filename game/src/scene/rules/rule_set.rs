@@ -59,11 +59,6 @@ impl RuleSet {
             && self.rules.is_empty()
     }
 
-    /// Returns whether points are given for anything.
-    pub fn counts_points(&self) -> bool {
-        self.rules.iter().any(|rule| rule.effects.score != 0)
-    }
-
     /// Lives of each side at the start of a round, if lives count.
     pub fn lives(&self) -> Option<i32> {
         self.round.as_ref()?.lives

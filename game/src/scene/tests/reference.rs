@@ -16,8 +16,8 @@ fn reference_blocks(language: &str) -> Vec<&'static str> {
 #[test]
 fn the_references_example_parses_and_its_error_is_true() {
     let examples = reference_blocks("toml");
-    let (whole, wall, launcher, game) = match examples[..] {
-        [whole, wall, launcher, game] => (whole, wall, launcher, game),
+    let (whole, wall, launcher, sling, game) = match examples[..] {
+        [whole, wall, launcher, sling, game] => (whole, wall, launcher, sling, game),
         _ => panic!("{} examples", examples.len()),
     };
     let with_wall = Scene::parse("yard.toml", &format!("{whole}\n{wall}"));
@@ -26,6 +26,8 @@ fn the_references_example_parses_and_its_error_is_true() {
     assert_eq!((yard.layouts.len(), yard.emitters.len()), (1, 1));
     let launching = Scene::parse("yard.toml", &format!("{whole}\n{launcher}"));
     assert_eq!(launching.unwrap_or_else(|error| panic!("{error}")).launchers.len(), 1);
+    let range = Scene::parse("range.toml", sling).unwrap_or_else(|error| panic!("{error}"));
+    assert!(range.sling.is_some());
     let push = Scene::parse("push.toml", game).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((push.rules.zones.len(), push.rules.rules.len()), (1, 1));
     let wrong = whole.replace("radius = 5", "radius = -3");
