@@ -52,6 +52,9 @@ fn input(
         pointer = scene.size * Vec2::new(0.42, 0.46);
         buttons = if tick > 5 { Buttons::FIRE } else { Buttons::PICK_HERO };
     }
+    if let Some(sling) = &scene.sling {
+        (buttons, pointer) = shoot(scene.bodies[sling.ball].def.position, tick);
+    }
     if scene.tools.contains(Tools::SPRAY) {
         buttons.0 |= Buttons::MAKE.0;
         pointer = spray_point(scene, tick);
@@ -65,6 +68,14 @@ fn input(
         pointer = drop_point(scene, tick);
     }
     Input { buttons, pointer: Some(pointer) }
+}
+
+/// Shoots once, and pulls the ball again when that shot is over.
+fn shoot(ball: Vec2, tick: u32) -> (Buttons, Vec2) {
+    let pull = if tick < 400 { Vec2::new(-18.0, -8.0) } else { Vec2::new(-15.0, -11.0) };
+    let share = (tick % 400 / 4).saturating_sub(48) as f32 / 4.0;
+    let buttons = if share > 0.0 && tick % 400 < 216 { Buttons::FIRE } else { Buttons::default() };
+    (buttons, ball + pull * (share - 0.25).clamp(0.0, 1.0))
 }
 
 /// Flies towards a place that changes now and then.

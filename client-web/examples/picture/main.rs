@@ -24,7 +24,7 @@ const SEED: u64 = 7;
 const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<[f32; 3]>); 20] = [
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 21] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
     ("splash", 420, Some([160.0, 80.0, 130.0])),
     ("hockey", 330, None),
@@ -35,12 +35,13 @@ const LOBBY: [(&str, u32, Option<[f32; 3]>); 20] = [
     ("herd", 420, None),
     ("roundup", 420, Some([160.0, 56.0, 112.0])),
     ("lock", 480, None),
+    ("slingshot", 612, None),
     ("tower", 150, None),
     ("bridge", 1200, None),
     ("hall", 200, Some([220.0, 100.0, 200.0])),
     ("bounds", 100, None),
     ("emitters", 330, None),
-    ("bounce", 105, None),
+    ("bounce", 190, None),
     ("planets", 60, None),
     ("impulse", 240, None),
     ("particles", 210, None),
