@@ -178,7 +178,7 @@ mod tests {
     use super::*;
 
     fn room(code: &str, players: u32) -> Room {
-        let (scene, title) = ("arena".to_owned(), "Arena".to_owned());
+        let (scene, title) = (FIRST_SCENE.to_owned(), "Splash".to_owned());
         Room { code: code.to_owned(), scene, title, players, connected: players, players_max: 8 }
     }
 
@@ -188,7 +188,7 @@ mod tests {
     }
 
     fn liveliest(rooms: &[Room]) -> Option<&Room> {
-        let scenes = [card("arena", true), card("hill", true), card("bounds", false)];
+        let scenes = [card(FIRST_SCENE, true), card("hill", true), card("bounds", false)];
         super::liveliest(rooms, &scenes)
     }
 
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn play_joins_no_empty_room_and_prefers_the_arena() {
+    fn play_joins_no_empty_room_and_prefers_the_first_scene() {
         let elsewhere = |code, players| Room { scene: "hill".to_owned(), ..room(code, players) };
         assert_eq!(liveliest(&[room("a", 0), elsewhere("b", 0)]), None);
         let chosen = |rooms: &[Room]| liveliest(rooms).map(|room| room.code.clone());
