@@ -17,6 +17,7 @@ use crate::page::replay_screen::OpenReplay;
 use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
 use crate::replay::player::ReplayPlayer;
+use crate::world::replica::News;
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use jostle_game::scene::is_name;
 use jostle_game::{Scene, Seat};
@@ -320,11 +321,22 @@ impl App {
         match &mut self.activity {
             Activity::Game(game) => {
                 game.advance(&mut self.ctx, canvas);
+                let is_frozen = game.is_frozen();
                 let Some(membership) = &mut game.membership else { return };
                 while let Some(news) = membership.replica.news.pop_front() {
                     self.news.push(news);
                 }
                 self.dialogs.withdraw_moot(membership.replica.players());
+                let own_color = membership.replica.own_color();
+                let (wished, worn) = (self.appearance.color, self.own_color);
+                if let Some(color) = own_color.filter(|color| *color != worn && !is_frozen) {
+                    self.own_color = color;
+                    let look = membership.replica.own_look();
+                    // A team's colour is nobody's wish.
+                    if let Some(look) = look.filter(|look| look.color == color && color != wished) {
+                        self.news.push(News::Recolored(look.clone(), wished));
+                    }
+                }
                 let scene = &membership.replica.scene;
                 if self.touch_scene.as_ref() != Some(&scene.source) {
                     self.touch_scene = Some(scene.source.clone());

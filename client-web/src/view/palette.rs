@@ -32,6 +32,9 @@ pub const PLAYERS: [Rgb; 8] = [
     [0xfc, 0xa2, 0xc1],
     [0xe8, 0xff, 0xef],
 ];
+/// Their names, as in `index.html`.
+pub const NAMES: [&str; 8] =
+    ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];
 /// A hero or a pack without an owner.
 pub const NOBODY: Rgb = [0xd8, 0x8f, 0x6c];
 /// A fire that cools: white, yellow, orange, red, as a black body does.

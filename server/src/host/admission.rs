@@ -6,43 +6,59 @@ use jostle_game::Seat;
 use jostle_room::Room;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
+use std::sync::Arc;
 
 /// The addresses of the seats, and those that get no seat for a while.
 #[derive(Debug, Default)]
 pub struct Admission {
-    /// By seat, the network of its last player.
-    addresses: Vec<Option<IpAddr>>,
-    /// With the tick of the kick, the oldest first.
-    kicked: VecDeque<(IpAddr, u32)>,
+    /// By seat, the network of its last player, and the name that this player asked for.
+    seated: Vec<Option<(IpAddr, Arc<str>)>>,
+    /// The oldest first.
+    kicked: VecDeque<Kicked>,
+}
+
+/// A player who gets no seat for a while.
+#[derive(Debug)]
+struct Kicked {
+    network: IpAddr,
+    /// Nobody else of the network is meant: others of it play, and were not kicked.
+    name: Option<Arc<str>>,
+    tick: u32,
 }
 
 impl Admission {
-    /// Notes that a player of this address took a seat.
-    pub fn seated(&mut self, seat: Seat, address: IpAddr) {
+    /// Notes that a player of this address, who asked for this name, took a seat.
+    pub fn seated(&mut self, seat: Seat, address: IpAddr, name: &Arc<str>) {
         let index = usize::from(seat.0);
-        if self.addresses.len() <= index {
-            self.addresses.resize(index + 1, None);
+        if self.seated.len() <= index {
+            self.seated.resize(index + 1, None);
         }
-        self.addresses[index] = Some(network(address));
+        self.seated[index] = Some((network(address), Arc::clone(name)));
     }
 
-    /// Shuts out the seat's address for a while.
-    pub fn kicked(&mut self, seat: Seat, tick: u32) {
-        let Some(address) = self.address(seat) else { return };
-        self.kicked.retain(|&(kicked, _)| kicked != address);
+    /// Shuts out the player of a seat for a while: the whole network, unless it is shared with one of
+    /// the `others` who play. Then only the name is shut out, until somebody else of the network is kicked:
+    /// a party behind one router stays together, and who comes back under another name does so once.
+    pub fn kicked(&mut self, seat: Seat, others: impl Iterator<Item = Seat>, tick: u32) {
+        let Some((network, name)) = self.of(seat).cloned() else { return };
+        let again =
+            self.kicked.iter().any(|kicked| kicked.network == network && kicked.holds(tick));
+        let mut others = others.filter(|&other| other != seat);
+        let is_shared = !again && others.any(|other| self.address(other) == Some(network));
+        self.kicked.retain(|kicked| kicked.network != network);
         if self.kicked.len() == KICKED_MAX {
             self.kicked.pop_front();
         }
-        self.kicked.push_back((address, tick));
+        self.kicked.push_back(Kicked { network, name: is_shared.then_some(name), tick });
     }
 
-    /// Returns whether a player of this address was kicked a short while ago.
-    pub fn is_shut(&self, address: IpAddr, tick: u32) -> bool {
-        let address = network(address);
-        let shut = |&(kicked, since): &(IpAddr, u32)| {
-            kicked == address && tick.saturating_sub(since) < KICKED_TICKS
+    /// Returns whether a player of this address and name was kicked a short while ago.
+    pub fn is_shut(&self, address: IpAddr, name: &str, tick: u32) -> bool {
+        let network = network(address);
+        let is_it = |kicked: &Kicked| {
+            kicked.network == network && kicked.name.as_deref().is_none_or(|known| known == name)
         };
-        self.kicked.iter().any(shut)
+        self.kicked.iter().any(|kicked| is_it(kicked) && kicked.holds(tick))
     }
 
     /// The held seats of a room, with their addresses.
@@ -57,8 +73,18 @@ impl Admission {
         Held { seats, count_by_address, share }
     }
 
+    fn of(&self, seat: Seat) -> Option<&(IpAddr, Arc<str>)> {
+        self.seated.get(usize::from(seat.0))?.as_ref()
+    }
+
     fn address(&self, seat: Seat) -> Option<IpAddr> {
-        self.addresses.get(usize::from(seat.0)).copied().flatten()
+        self.of(seat).map(|&(address, _)| address)
+    }
+}
+
+impl Kicked {
+    fn holds(&self, tick: u32) -> bool {
+        tick.saturating_sub(self.tick) < KICKED_TICKS
     }
 }
 
@@ -91,7 +117,6 @@ mod tests {
     use super::*;
     use jostle_game::{Input, Scene};
     use jostle_protocol::Appearance;
-    use std::sync::Arc;
 
     fn address(last: u8) -> IpAddr {
         IpAddr::from([10, 0, 0, last])
@@ -105,7 +130,7 @@ mod tests {
         while let Ok(welcome) = room.join(Appearance { name: "Ann".into(), color: 0 }, None) {
             let seat = welcome.claim.seat;
             let of = lost.get(usize::from(seat.0)).copied().unwrap_or(200);
-            admission.seated(seat, address(of));
+            admission.seated(seat, address(of), &"Ann".into());
             room.input(seat, 1, Input::default());
         }
         for seat in 0..lost.len() {
@@ -139,21 +164,40 @@ mod tests {
         assert_eq!(admission.held(&room).displaced(address(4)), None);
     }
 
+    /// Everybody is called Ann.
+    fn kick(admission: &mut Admission, of: u8, others: &[u16], tick: u32) {
+        admission.seated(Seat(3), address(of), &"Ann".into());
+        admission.kicked(Seat(3), others.iter().map(|&seat| Seat(seat)), tick);
+    }
+
     #[test]
     fn a_kicked_address_is_shut_out_for_a_while_and_few_are_remembered() {
         let mut admission = Admission::default();
-        admission.seated(Seat(3), address(1));
-        admission.kicked(Seat(3), 100);
-        admission.kicked(Seat(4), 100);
-        assert!(
-            admission.is_shut(address(1), 99 + KICKED_TICKS) && !admission.is_shut(address(2), 100)
-        );
-        assert!(!admission.is_shut(address(1), 100 + KICKED_TICKS));
+        kick(&mut admission, 1, &[3, 4], 100);
+        admission.kicked(Seat(4), std::iter::empty(), 100);
+        let shut = |of: u8, tick| admission.is_shut(address(of), "Bob", tick);
+        assert!(shut(1, 99 + KICKED_TICKS) && !shut(2, 100));
+        assert!(!shut(1, 100 + KICKED_TICKS));
         for other in 2..2 + KICKED_MAX as u8 {
-            admission.seated(Seat(3), address(other));
-            admission.kicked(Seat(3), 101);
+            kick(&mut admission, other, &[], 101);
         }
-        assert!(!admission.is_shut(address(1), 101) && admission.is_shut(address(2), 101));
+        let shut = |of: u8| admission.is_shut(address(of), "Bob", 101);
+        assert!(!shut(1) && shut(2));
         assert_eq!(admission.kicked.len(), KICKED_MAX);
+    }
+
+    #[test]
+    fn a_kick_does_not_hit_others_behind_the_same_router() {
+        let mut admission = Admission::default();
+        admission.seated(Seat(0), address(1), &"Host".into());
+        kick(&mut admission, 1, &[0, 3], 100);
+        assert!(admission.is_shut(address(1), "Ann", 101), "who was kicked");
+        assert!(!admission.is_shut(address(1), "Eve", 101), "who was not");
+        // Back under another name, and kicked again.
+        admission.seated(Seat(3), address(1), &"Anna".into());
+        admission.kicked(Seat(3), [Seat(0)].into_iter(), 200);
+        for name in ["Ann", "Anna", "Eve"] {
+            assert!(admission.is_shut(address(1), name, 201), "{name}");
+        }
     }
 }

@@ -36,6 +36,8 @@ pub struct Ticker {
     admission: Admission,
     /// Whether the host or an operator closed the room.
     closed: bool,
+    /// Whether who made the room left it, so that nobody is awaited once it is empty.
+    abandoned: bool,
 }
 
 /// The reason why a room's thread ended.
@@ -56,7 +58,17 @@ impl Ticker {
         seed: u64,
     ) -> Ticker {
         let (members, admission) = (Vec::new(), Admission::default());
-        Ticker { host, info, joins, commands, seed, members, admission, closed: false }
+        Ticker {
+            host,
+            info,
+            joins,
+            commands,
+            seed,
+            members,
+            admission,
+            closed: false,
+            abandoned: false,
+        }
     }
 
     /// Plays until the room is empty or closed, or the server closes. A panic ends this room alone.
@@ -141,9 +153,12 @@ impl Ticker {
             if self.closed {
                 return End::Closed;
             }
+            let is_awaited = !self.abandoned || room.players() > 0;
             if !self.members.is_empty() {
                 empty_since = now;
-            } else if now - empty_since >= self.host.waits.room_empty && self.retire(room) {
+            } else if (!is_awaited || now - empty_since >= self.host.waits.room_empty)
+                && self.retire(room)
+            {
                 return End::Empty;
             }
         }
@@ -174,7 +189,7 @@ impl Ticker {
                 let seat = claim.seat;
                 // The seat has a new socket; an older one is dropped.
                 self.end_sessions(seat, Refusal::Replaced);
-                self.admission.seated(seat, address);
+                self.admission.seated(seat, address, &name);
                 info!(
                     room = %self.info.code, seat = seat.0, name = %Foreign(name.as_bytes()), %address, resumed, host,
                     "player joined"
@@ -182,6 +197,7 @@ impl Ticker {
                 let token = self.host.signer.seat_token(SeatClaim { room: own, claim });
                 join.outbox.control(room.welcome(seat, token, host));
                 let tick = room.game().tick_count();
+                self.abandoned &= !host;
                 self.members.push(Member::new(seat, host, join.inbox, join.outbox, tick));
             }
             Err(refusal) => join.outbox.end(refusal),
@@ -205,7 +221,8 @@ impl Ticker {
             Some(_) => return seat(room),
             None => {}
         }
-        if !host && self.admission.is_shut(join.address, room.game().tick_count()) {
+        let (name, tick) = (&join.appearance.name, room.game().tick_count());
+        if !host && self.admission.is_shut(join.address, name, tick) {
             return Err(Refusal::Kicked);
         }
         match seat(room) {
@@ -232,7 +249,7 @@ impl Ticker {
     /// Moves the sessions' messages into the room. The inboxes are bounded, so this ends.
     fn empty_inboxes(&mut self, room: &mut Room) {
         let (code, metrics) = (&self.info.code, &self.host.metrics);
-        let (mut kicks, mut closes) = (Vec::new(), false);
+        let (mut kicks, mut closes, mut abandons) = (Vec::new(), false, false);
         self.members.retain_mut(|member| {
             let seat = member.seat.0;
             loop {
@@ -255,6 +272,7 @@ impl Ticker {
                         info!(room = %code, seat, "player left");
                         metrics.left("left");
                         room.leave(member.seat);
+                        abandons |= member.host;
                         return false;
                     }
                     Err(TryRecvError::Empty) => return true,
@@ -275,6 +293,7 @@ impl Ticker {
             }
         }
         self.closed |= closes;
+        self.abandoned |= abandons;
     }
 
     /// Kicks a player, connected or not. Returns whether there was one in this seat.
@@ -286,7 +305,8 @@ impl Ticker {
         }
         info!(room = %self.info.code, seat = seat.0, "player kicked");
         self.host.metrics.left("kicked");
-        self.admission.kicked(seat, room.game().tick_count());
+        let others = self.members.iter().map(|member| member.seat);
+        self.admission.kicked(seat, others, room.game().tick_count());
         self.end_sessions(seat, Refusal::Kicked);
         true
     }

@@ -92,8 +92,13 @@ impl Browser {
 
     /// Accepts the socket of a game in a scene.
     fn accept(&mut self, scene: &str) {
+        self.accept_beside(0, scene);
+    }
+
+    /// Accepts the socket of a game with so many others in it, who have the colours from 1 on.
+    fn accept_beside(&mut self, others: u8, scene: &str) {
         let scene = Scene::built_in().into_iter().find(|known| known.name == scene);
-        self.room = Some(RoomInPage::new(Arc::new(scene.expect("a scene")), 1, 0, false));
+        self.room = Some(RoomInPage::new(Arc::new(scene.expect("a scene")), 1, others, false));
         self.socket(SocketEvent::Opened);
         self.deliver();
     }

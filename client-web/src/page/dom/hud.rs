@@ -10,6 +10,7 @@ use crate::page::dom::players::{self, color_of};
 use crate::page::game::GameScreen;
 use crate::page::news_log::NewsLog;
 use crate::page::tools;
+use crate::view::palette;
 use crate::world::replica::{News, Replica};
 use jostle_game::{Buttons, Kind, Scene};
 
@@ -148,9 +149,15 @@ fn caps(scene: &Scene, (pressed, selected): (Buttons, Option<Kind>)) -> impl Ite
 }
 
 fn line(number: usize, news: &News) -> Item {
+    let recolored;
     let (who, text, whom) = match news {
         News::Joined(who) => (who, " joined", None),
         News::Left(who) => (who, " left", None),
+        News::Recolored(who, wished) => {
+            let name = |color: u8| palette::NAMES[usize::from(color) % palette::NAMES.len()];
+            recolored = format!(" (you) is {} here: {} was taken", name(who.color), name(*wished));
+            (who, recolored.as_str(), None)
+        }
         News::Hit(by, Some(whom)) if by == whom => (by, " splashed themselves", None),
         News::Hit(by, Some(whom)) => (by, " splashed ", Some(whom)),
         News::Hit(by, None) => (by, " hit a bystander", None),

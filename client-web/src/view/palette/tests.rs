@@ -3,10 +3,6 @@
 
 use super::*;
 
-/// Names of the player colours in `index.html`.
-const PLAYER_NAMES: [&str; 8] =
-    ["orange", "sky", "green", "sand", "blue", "vermilion", "pink", "mint"];
-
 type Matrix = [[f32; 3]; 3];
 
 const VISIONS: [(&str, Matrix); 4] = [
@@ -79,7 +75,7 @@ fn player_colours_differ_for_every_kind_of_colour_vision() {
             for j in 0..i {
                 let distance: f32 =
                     (0..3).map(|k| (seen[i][k] - seen[j][k]).powi(2)).sum::<f32>().sqrt();
-                let (a, b) = (PLAYER_NAMES[i], PLAYER_NAMES[j]);
+                let (a, b) = (NAMES[i], NAMES[j]);
                 assert!(distance > 0.1, "{a} and {b} are {distance} apart under {vision}");
             }
         }

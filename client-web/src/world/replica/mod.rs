@@ -41,6 +41,8 @@ pub enum News {
     Hit(Appearance, Option<Appearance>),
     /// A player's hero left the world.
     Fell(Appearance),
+    /// The own player looks like this, because somebody has the colour with this number.
+    Recolored(Appearance, u8),
 }
 
 /// The player's part in a frame.

@@ -4,6 +4,7 @@ use super::Replica;
 use crate::view::frame::{FrameBody, FrameZone};
 use jostle_game::scene::{ZoneArea, ZoneSpec};
 use jostle_game::{RoundInfo, Side};
+use jostle_protocol::Appearance;
 use jostle_sim::{Shape, Vec2};
 
 impl Replica {
@@ -33,6 +34,19 @@ impl Replica {
         let holder = round.holders.get(index).copied().flatten();
         let color = holder.map(|side| self.color_of_side(side)).or(spec.color);
         Some(FrameZone { shape, center: center + offset, color, on: round.zones >> index & 1 == 1 })
+    }
+
+    /// The colour of the own player, or of the player's team, once there is a snapshot.
+    pub fn own_color(&self) -> Option<u8> {
+        let own = self.own_look()?;
+        let team = self.round().and_then(|round| round.player(self.seat)?.team);
+        Some(team.map_or(own.color, |team| self.color_of_side(Side::Team(team))))
+    }
+
+    /// How the room has the own player look, once there is a snapshot.
+    pub fn own_look(&self) -> Option<&Appearance> {
+        let own = self.players().iter().find(|player| player.seat == self.seat)?;
+        Some(&own.appearance)
     }
 
     /// The colour of a side.

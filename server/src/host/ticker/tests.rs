@@ -120,6 +120,28 @@ fn an_empty_room_ends_after_its_time_and_not_a_tick_before() {
 }
 
 #[test]
+fn a_room_ends_when_its_host_leaves_it_empty() {
+    let cases = [(true, false, 1, End::Empty), (false, false, 60, End::Empty)];
+    for (is_host, with_another, ticks, expected) in
+        cases.into_iter().chain([(true, true, 200, End::Closing)])
+    {
+        let (mut ticker, outside) = room("left", Duration::from_secs(1));
+        let (mut host, inbox, _outbox) = join();
+        host.hosted = is_host.then_some(1);
+        outside.joins.send(host).expect("a place");
+        inbox.send(FromSession::Leave).expect("a place");
+        let (other, _other_inbox, _other_outbox) = join();
+        if with_another {
+            outside.joins.send(other).expect("a place");
+        }
+        let mut clock = TestClock { closes: Some((200, outside.phase)), ..TestClock::new() };
+        let (played, end) = play(&mut ticker, &mut clock);
+        assert_eq!(end, expected, "host {is_host}, another {with_another}");
+        assert!(played.abs_diff(ticks) <= 1, "{played} ticks instead of {ticks}");
+    }
+}
+
+#[test]
 fn a_closing_server_ends_a_room_with_players() {
     let (mut ticker, outside) = room("closing", Duration::ZERO);
     let (join, _inbox, _outbox) = join();

@@ -3,6 +3,7 @@
 use super::*;
 use crate::page::event::{Pointer, PointerChange};
 use crate::view::frame::View;
+use crate::world::replica::News;
 use jostle_protocol::{Refusal, Token};
 use jostle_sim::Vec2;
 use std::collections::BTreeMap;
@@ -20,6 +21,29 @@ fn joining_says_hello_and_remembers_the_seat() {
     assert!(browser.effects.iter().any(seat));
     browser.wait(100);
     assert!(browser.app.frame().is_some() && browser.app.world_shown);
+}
+
+#[test]
+fn the_page_wears_the_colour_that_the_room_gave() {
+    for (others, color, told) in [(2, 3, false), (3, 4, true), (7, 0, true)] {
+        let mut browser = Browser::open("/arena", "");
+        browser.accept_beside(others, "arena");
+        browser.wait(200);
+        assert_eq!(browser.app.own_color, color, "beside {others}");
+        let tells = |(_, news): &(usize, News)| matches!(news, News::Recolored(look, 3) if look.color == color);
+        assert_eq!(browser.app.news.lines.iter().any(tells), told, "beside {others}");
+        browser.say(Event::Navigated(Address { path: "/".into(), ..Address::default() }));
+        assert_eq!(browser.app.own_color, 3, "back in the lobby");
+    }
+}
+
+#[test]
+fn the_page_wears_the_colour_of_its_team() {
+    let mut browser = Browser::open("/hockey", "");
+    browser.accept("hockey");
+    browser.wait(200);
+    assert_eq!(browser.app.own_color, 0, "the left team's");
+    assert!(!browser.app.news.lines.iter().any(|(_, news)| matches!(news, News::Recolored(..))));
 }
 
 #[test]
