@@ -108,7 +108,7 @@ impl App {
     pub fn new(startup: &Startup) -> App {
         let Startup { remembered, query, seed, calm } = startup;
         let predicts = remembered.predicts(query_value(query, "predict"));
-        let mut ctx = Context::new(remembered.session.clone(), predicts, *seed);
+        let mut ctx = Context::new(remembered.clone(), predicts, *seed);
         let appearance = recall(&mut ctx, remembered);
         // For tests, and for links to a bad network: `?lag=150,30` or `?lag=300,100,stalls`.
         let conditions = query_value(query, "lag").and_then(NetworkConditions::parse);
@@ -157,6 +157,7 @@ impl App {
             Event::Drawn(drawn) => self.note_drawn(drawn),
             Event::Online => self.with_game(|game, _| game.hurry()),
             Event::FocusLost => self.release_input(),
+            Event::Closing => self.close_tab(),
             Event::KeyDown(key) => self.key_down(&key),
             Event::KeyUp(key) => self.key_up(&key),
             Event::Pointer(pointer) => self.pointer(&pointer),
@@ -248,6 +249,14 @@ impl App {
     fn enter(&mut self, code: Option<String>) {
         if let Some(code) = code {
             self.go(&format!("/{code}"));
+        }
+    }
+
+    /// Whoever opens the room's link in another tab is the same player.
+    fn close_tab(&mut self) {
+        self.release_input();
+        if let Activity::Game(game) = &self.activity {
+            self.ctx.leave_seat_behind(&game.code);
         }
     }
 

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 const NAME_KEY: &str = "jostle.name";
 const COLOR_KEY: &str = "jostle.color";
 const PREDICT_KEY: &str = "jostle.predict";
+const SEAT_PREFIX: &str = "jostle.seat.";
 
 /// Values that the browser remembered, read once when the page is opened.
 #[derive(Clone, Debug, Default)]
@@ -44,6 +45,8 @@ pub struct Context {
     /// The clock itself, for work that is to end in time.
     pub clock: fn() -> f64,
     session: BTreeMap<String, String>,
+    /// Seats that tabs left behind when they were closed, by the keys of their secrets.
+    left: BTreeMap<String, String>,
     rng: Rng,
     last_number: u32,
 }
@@ -59,13 +62,16 @@ pub enum Secret {
 
 impl Context {
     /// A context at time zero.
-    pub fn new(session: BTreeMap<String, String>, predicts: bool, seed: u64) -> Context {
+    pub fn new(remembered: Remembered, predicts: bool, seed: u64) -> Context {
+        let Remembered { mut local, session } = remembered;
+        local.retain(|key, _| key.starts_with(SEAT_PREFIX));
         Context {
             now_ms: 0.0,
             effects: Vec::new(),
             predicts,
             clock: || 0.0,
             session,
+            left: local,
             rng: Rng::new(seed, 0),
             last_number: 0,
         }
@@ -91,18 +97,31 @@ impl Context {
     }
 
     pub fn remember_player(&mut self, name: &str, color: u8) {
-        self.request(Effect::StoreLocal(NAME_KEY, name.to_owned()));
-        self.request(Effect::StoreLocal(COLOR_KEY, color.to_string()));
+        self.store(NAME_KEY, name.to_owned());
+        self.store(COLOR_KEY, color.to_string());
     }
 
     pub fn remember_prediction(&mut self, on: bool) {
         self.predicts = on;
-        self.request(Effect::StoreLocal(PREDICT_KEY, u8::from(on).to_string()));
+        self.store(PREDICT_KEY, u8::from(on).to_string());
     }
 
-    /// A secret of this tab for a room.
+    fn store(&mut self, key: &str, value: String) {
+        self.request(Effect::StoreLocal(key.to_owned(), Some(value)));
+    }
+
+    /// A secret of this tab for a room, or of one that was closed.
     pub fn secret(&self, kind: Secret, room: &str) -> Option<Token> {
-        Token::parse(self.session.get(&kind.key(room))?)
+        let key = kind.key(room);
+        Token::parse(self.session.get(&key).or_else(|| self.left.get(&key))?)
+    }
+
+    /// Leaves the seat in a room behind for the next tab that comes to it.
+    pub fn leave_seat_behind(&mut self, room: &str) {
+        let key = Secret::Seat.key(room);
+        if let Some(token) = self.session.get(&key).cloned() {
+            self.request(Effect::StoreLocal(key, Some(token)));
+        }
     }
 
     /// Remembers a secret of this tab for a room, or forgets it.
@@ -112,6 +131,10 @@ impl Context {
             Some(text) => self.session.insert(key.clone(), text.clone()),
             None => self.session.remove(&key),
         };
+        // Once it is taken, or given up, no other tab may come with it.
+        if self.left.remove(&key).is_some() {
+            self.request(Effect::StoreLocal(key.clone(), None));
+        }
         self.request(Effect::StoreSession(key, text));
     }
 }
@@ -119,7 +142,7 @@ impl Context {
 impl Secret {
     fn key(self, room: &str) -> String {
         match self {
-            Secret::Seat => format!("jostle.seat.{room}"),
+            Secret::Seat => format!("{SEAT_PREFIX}{room}"),
             Secret::Host => format!("jostle.host.{room}"),
         }
     }

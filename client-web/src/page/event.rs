@@ -109,6 +109,8 @@ pub enum Event {
     Online,
     /// The page lost the focus: releases of keys and buttons may not arrive.
     FocusLost,
+    /// The tab is closed, or loaded again.
+    Closing,
     KeyDown(Key),
     KeyUp(Key),
     /// A pointer over the canvas changed.
@@ -191,8 +193,8 @@ pub enum Effect {
     /// Fetches a shipped scene by its name.
     FetchScene(String),
     FetchReplay(String),
-    /// Remembers a value for later visits.
-    StoreLocal(&'static str, String),
+    /// Remembers a value for later visits, or forgets it.
+    StoreLocal(String, Option<String>),
     /// Remembers a value for this tab, or forgets it.
     StoreSession(String, Option<String>),
     /// Drops everything that was made with the lost drawing context.

@@ -194,7 +194,9 @@ impl Page {
                     events.push(Event::ReplayFetched(name, fetched));
                 });
             }
-            Effect::StoreLocal(key, value) => store(browser::local_storage(), key, Some(&value)),
+            Effect::StoreLocal(key, value) => {
+                store(browser::local_storage(), &key, value.as_deref());
+            }
             Effect::StoreSession(key, value) => {
                 store(browser::session_storage(), &key, value.as_deref());
             }

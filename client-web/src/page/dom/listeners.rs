@@ -28,7 +28,9 @@ pub fn all(events: Events) {
 fn window(events: Events) {
     let lost = move |_: web_sys::Event| events.push(Event::FocusLost);
     dom::listen(&browser::window(), "blur", lost);
-    dom::listen(&browser::window(), "pagehide", lost);
+    dom::listen(&browser::window(), "pagehide", move |_: web_sys::Event| {
+        events.push(Event::Closing);
+    });
     dom::listen(&dom::document(), "visibilitychange", lost);
     dom::listen(&browser::window(), "online", move |_: web_sys::Event| events.push(Event::Online));
     let stage = dom::html("stage");

@@ -1,6 +1,7 @@
 //! Games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
 
 use super::*;
+use crate::page::context::Secret;
 use crate::page::event::{Pointer, PointerChange};
 use crate::view::frame::View;
 use crate::world::replica::News;
@@ -54,6 +55,24 @@ fn a_seat_is_reclaimed_after_a_reload() {
         Browser::open_with("/arena", "", Remembered { session, ..Default::default() });
     browser.accept("arena");
     assert!(matches!(&browser.sent[0], ClientMessage::Hello { token: Some(t), .. } if *t == token));
+}
+
+#[test]
+fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
+    let mut browser = Browser::playing();
+    let token = Token([7; limits::TOKEN_BYTES]).text();
+    browser.app.ctx.set_secret(Secret::Seat, "arena", Token::parse(&token));
+    let key = "jostle.seat.arena".to_owned();
+    browser.say(Event::Closing);
+    assert!(browser.effects.contains(&Effect::StoreLocal(key.clone(), Some(token.clone()))));
+
+    let local = BTreeMap::from([(key.clone(), token.clone())]);
+    let mut browser = Browser::open_with("/arena", "", Remembered { local, ..Default::default() });
+    browser.accept("arena");
+    let claims = |message: &ClientMessage| matches!(message, ClientMessage::Hello { token: Some(claim), .. } if claim.text() == token);
+    assert!(claims(&browser.sent[0]), "{:?}", browser.sent[0]);
+    // With the welcome.
+    assert!(browser.effects.contains(&Effect::StoreLocal(key, None)));
 }
 
 #[test]
@@ -391,7 +410,7 @@ fn prediction_and_simulated_networks_are_chosen_in_the_panel() {
     };
     assert!(predicts(&browser));
     let done = browser.say(Event::PredictionChosen(false));
-    assert!(!predicts(&browser) && has(&done, "\"jostle.predict\", \"0\""), "{done:?}");
+    assert!(!predicts(&browser) && has(&done, "\"jostle.predict\", Some(\"0\")"), "{done:?}");
     let bad = NetworkConditions { trip_ms: 150.0, jitter_ms: 30.0, stalls: false };
     browser.say(Event::ConditionsChosen(bad));
     assert!(browser.effects.contains(&Effect::SetConditions(bad)));

@@ -69,7 +69,7 @@ fn a_name_that_cannot_be_used_is_explained_and_joins_nothing() {
     assert!(browser.app.lobby.name_invalid && browser.app.lobby.note.bad);
     assert_eq!(browser.app.own_color, 5, "the colour is worn all the same");
     let stored = browser.say(Event::FormChanged(form("Bea")));
-    assert!(has(&stored, "\"jostle.name\", \"Bea\""), "{stored:?}");
+    assert!(has(&stored, "\"jostle.name\", Some(\"Bea\")"), "{stored:?}");
     assert!(!browser.app.lobby.name_invalid && browser.app.lobby.note.text.is_empty());
 }
 
@@ -90,5 +90,7 @@ fn a_new_visitor_gets_a_name_that_is_remembered() {
     let browser = Browser::open_with("/", "", Remembered::default());
     let name = &browser.app.appearance.name;
     assert!(name.contains(' '), "{name}");
-    assert!(browser.effects.contains(&Effect::StoreLocal("jostle.name", name.to_string())));
+    assert!(
+        browser.effects.contains(&Effect::StoreLocal("jostle.name".into(), Some(name.to_string())))
+    );
 }
