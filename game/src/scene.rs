@@ -46,6 +46,6 @@ pub use rules::{
 };
 pub use spec::{
     Breakable, Camera, HeroSpec, Launcher, Layout, Location, MarbleSpec, PackSpec, Placed,
-    PlacedSpring, Scene, ScheduledEmitter, SlingSpec, WalkSpec,
+    PlacedSpring, Scene, ScheduledEmitter, Shelf, SlingSpec, WalkSpec,
 };
 pub use tools::Tools;

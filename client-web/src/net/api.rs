@@ -46,6 +46,15 @@ pub struct SceneCard {
     pub about: String,
     /// Seats.
     pub players_max: u32,
+    /// Where it is shown: `games`, `playgrounds` or `book`.
+    #[serde(default)]
+    pub shelf: String,
+    /// Teams; 0 if each player plays alone.
+    #[serde(default)]
+    pub teams: u32,
+    /// Length of a round, seconds; 0 where none ends by itself.
+    #[serde(default)]
+    pub round_s: u32,
     /// Whether each player has a hero.
     #[serde(default)]
     pub heroes: bool,
@@ -184,7 +193,19 @@ mod tests {
 
     fn card(name: &str, heroes: bool) -> SceneCard {
         let (title, about) = (name.to_owned(), String::new());
-        SceneCard { name: name.to_owned(), title, about, players_max: 8, heroes, picture: None }
+        let (shelf, teams, round_s) = ("games".to_owned(), 0, 0);
+        let name = name.to_owned();
+        SceneCard {
+            name,
+            title,
+            about,
+            players_max: 8,
+            shelf,
+            teams,
+            round_s,
+            heroes,
+            picture: None,
+        }
     }
 
     fn liveliest(rooms: &[Room]) -> Option<&Room> {

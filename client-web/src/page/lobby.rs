@@ -24,6 +24,8 @@ pub struct Note {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lobby {
     pub rooms: Vec<Room>,
+    /// Whether the server has told of them.
+    pub rooms_known: bool,
     pub scenes: Vec<SceneCard>,
     /// Replays, the newest first.
     pub replays: Vec<ReplayCard>,
@@ -114,7 +116,7 @@ impl Lobby {
         match request {
             Request::Rooms => match parse::<Rooms>(answer) {
                 Some(Rooms { rooms }) => {
-                    self.rooms = rooms;
+                    (self.rooms, self.rooms_known) = (rooms, true);
                     if self.note.text == strings::UNANSWERED {
                         self.note = Note::default();
                     }

@@ -7,6 +7,28 @@ use super::tools::Tools;
 use glam::Vec2;
 use jostle_sim::{Aabb, BodyDef, Drag, EmitterDef, Shape, Source, WorldSettings};
 
+/// Where a lobby shows a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shelf {
+    /// With what can be won.
+    Games,
+    /// With what is there to play around in.
+    Playgrounds,
+    /// With what teaches one thing each.
+    Book,
+}
+
+impl Shelf {
+    /// Every shelf with its word in scene files.
+    pub const NAMES: [(&str, Shelf); 3] =
+        [("games", Shelf::Games), ("playgrounds", Shelf::Playgrounds), ("book", Shelf::Book)];
+
+    /// Its word in scene files.
+    pub fn name(self) -> &'static str {
+        Shelf::NAMES.iter().find(|(_, shelf)| *shelf == self).map_or("", |(name, _)| name)
+    }
+}
+
 /// Framing of the world by the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Camera {
@@ -28,6 +50,8 @@ pub struct Scene {
     pub title: String,
     /// One sentence for the lobby.
     pub about: String,
+    /// Where a lobby shows it.
+    pub shelf: Shelf,
     /// The TOML text that it was made from.
     pub source: String,
     /// The world spans (0, 0) to this, world units.

@@ -240,7 +240,7 @@ fn bodies_go_only_by_a_blow_above_their_strength() {
                     (_, true) => Some(blow(touch.a, touch.closing)),
                     _ => None,
                 });
-                assert!(blows.fold(0.0, f32::max) > breaks.strength, "{id:?} broke for nothing");
+                assert!(blows.fold(0.0, max) > breaks.strength, "{id:?} broke for nothing");
             }
         }
     }

@@ -100,7 +100,7 @@ pub async fn a_host_closes_the_room(stage: Arc<Stage>) -> Result<()> {
 async fn open_private_room(stage: &Stage) -> Result<Tab> {
     let ada = stage.visit("/", Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
-    ada.until_true("document.querySelector('#scene-list [data-value=arena]')").await?;
+    ada.until_true("document.querySelector('#scenes [data-value=arena]')").await?;
     ada.fill("#name", "Ada").await?;
     ada.eval::<bool>("(document.querySelector('#private').focus(), true)").await?;
     ada.key_down(" ").await?;
@@ -108,7 +108,7 @@ async fn open_private_room(stage: &Stage) -> Result<Tab> {
     ada.until_true("document.querySelector('#private').checked").await?;
     ada.until_true("document.querySelector('#private-note').checkVisibility()").await?;
     ada.keep("host-lobby").await?;
-    ada.click_on("#scene-list [data-value=arena]").await?;
+    ada.click_on("#scenes [data-value=arena]").await?;
     ada.until("a hero of one's own", State::plays).await?;
     Ok(ada)
 }

@@ -9,15 +9,15 @@ use std::sync::Arc;
 pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Result<()> {
     let ada = stage.visit("/", Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
-    ada.until_true("document.querySelectorAll('#scene-list > *').length >= 5").await?;
+    ada.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
     // Pictures that are far below are otherwise not loaded yet.
     ada.until_true(
-        "[...document.querySelectorAll('#scene-list img')].every(i => { i.loading = 'eager'; \
+        "[...document.querySelectorAll('#game-list img')].every(i => { i.loading = 'eager'; \
          return i.complete && i.naturalWidth; })",
     )
     .await?;
     ada.fill("#name", "Ada").await?;
-    ada.click_on("#scene-list button, #scene-list a").await?;
+    ada.click_on("#playground-list [data-value=arena]").await?;
     ada.until("a hero of one's own", State::plays).await?;
     let link = ada.link().await?;
     ensure!(link.len() > stage.server.link("/").len(), "{link} names a room");

@@ -12,19 +12,25 @@ use crate::page::{name, strings};
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlInputElement, InputEvent, PointerEvent};
 
+/// Shelves and the lists that show them.
+const SHELVES: [(&str, &str); 3] =
+    [("games", "game-list"), ("playgrounds", "playground-list"), ("book", "book-list")];
+
 /// The lobby as it was shown last.
 pub struct LobbyView {
     /// With the number of the screen.
     shown: Option<(u32, Lobby)>,
     rooms: List,
-    scenes: List,
+    /// One a shelf.
+    scenes: [(&'static str, List); 3],
     replays: List,
 }
 
 impl LobbyView {
     /// Nothing was shown yet.
     pub fn new() -> LobbyView {
-        let [rooms, scenes, replays] = ["room-list", "scene-list", "replay-list"].map(List::new);
+        let [rooms, replays] = ["room-list", "replay-list"].map(List::new);
+        let scenes = SHELVES.map(|(shelf, id)| (shelf, List::new(id)));
         LobbyView { shown: None, rooms, scenes, replays }
     }
 
@@ -50,8 +56,11 @@ impl LobbyView {
         dom::set(&dom::html("lobby-note"), "class", Some(class));
         dom::set(&dom::html("name"), "aria-invalid", lobby.name_invalid.then_some("true"));
         dom::set(&dom::html("play"), "aria-busy", lobby.busy.then_some("true"));
-        dom::show("no-rooms", lobby.rooms.is_empty());
-        self.scenes.show(lobby.scenes.iter().map(scene_entry));
+        dom::show("no-rooms", lobby.rooms_known && lobby.rooms.is_empty());
+        for (shelf, list) in &mut self.scenes {
+            let on_it = lobby.scenes.iter().filter(|scene| shelf_of(scene) == *shelf);
+            list.show(on_it.map(scene_entry));
+        }
         self.rooms.show(lobby.rooms.iter().map(|room| room_entry(lobby, room)));
         self.replays.show(lobby.replays.iter().map(|replay| replay_entry(lobby, replay)));
     }
@@ -141,11 +150,24 @@ fn link(item: Item, word: &str, scene: Option<&SceneCard>) -> Item {
     item.with(".thumb", "--picture", picture.map(|picture| format!("url({picture:?})")))
 }
 
+/// The shelf that a scene is shown on; a server may know more of them.
+fn shelf_of(scene: &SceneCard) -> &'static str {
+    let known = SHELVES.iter().map(|(shelf, _)| *shelf).find(|shelf| *shelf == scene.shelf);
+    known.unwrap_or("playgrounds")
+}
+
 fn scene_entry(scene: &SceneCard) -> Item {
-    let seats = match scene.players_max {
+    let mut seats = match scene.players_max {
         1 => "1 player".to_owned(),
-        many => format!("up to {many} players"),
+        many => format!("Up to {many} players"),
     };
+    if scene.teams > 1 {
+        seats.push_str(&format!(", {} teams", scene.teams));
+    }
+    if scene.round_s > 0 {
+        let minutes = scene.round_s.div_ceil(60);
+        seats.push_str(&format!(", {minutes} min"));
+    }
     let pictured = scene.picture.is_some();
     Item::new("scene-item", &scene.name)
         .with("button", "data-value", scene.name.clone())

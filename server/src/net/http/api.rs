@@ -11,6 +11,7 @@ use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
+use jostle_sim::TICKS_PER_SECOND;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::net::IpAddr;
@@ -23,11 +24,15 @@ pub fn scenes(state: &ServerState) -> Value {
     let entry = |scene: &Arc<Scene>| {
         let picture = format!("pictures/{}.png", scene.name);
         let picture = assets::find(state.config.files, &picture);
+        let round_ticks = scene.rules.round.as_ref().and_then(|round| round.time);
         json!({
             "name": scene.name,
             "title": scene.title,
             "about": scene.about,
             "players_max": scene.players_max,
+            "shelf": scene.shelf.name(),
+            "teams": scene.rules.teams.len(),
+            "round_s": round_ticks.unwrap_or(0) / TICKS_PER_SECOND,
             "heroes": scene.hero.is_some(),
             "picture": picture.map(|file| format!("/assets/{}", file.name)),
         })
