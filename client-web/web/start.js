@@ -4,7 +4,7 @@ const play = document.getElementById("play");
 play.disabled = true;
 
 try {
-  const { default: init, drop_socket, own_place, particle_digests, state, to_page } = await import("/assets/client.js");
+  const { default: init, drop_socket, own_place, particle_digests, state, to_page } = await import("./client.js");
   await init();
   window.jostle = { drop_socket, own_place, particle_digests, state, to_page };
   play.disabled = false;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 const PLAYERS: u8 = 16;
 /// Ticks until every list has reached its length.
-const WARM_UP_TICKS: u32 = 900;
+const WARM_UP_TICKS: u32 = 2000;
 const TICKS: u32 = 300;
 
 /// Players who walk to and fro, and point.

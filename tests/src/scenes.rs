@@ -68,3 +68,51 @@ kind = "wall"
 position = [400, 0]
 size = [800, 4]
 "#;
+
+/// A game of two sides in which a ball flies to the right again and again: the right side loses.
+pub const DUEL: &str = r#"title = "Duel"
+size = [200, 100]
+gravity = [0, 0]
+tools = ["steer"]
+groups = ["hero", "ball", "wall"]
+pairs = [["hero", "wall"], ["ball", "wall"]]
+
+[round]
+task = "Keep the ball out of your side"
+lives = 3
+players_min = 2
+
+[[teams]]
+name = "left"
+color = 0
+spawns = [[30, 20], [50, 20]]
+
+[[teams]]
+name = "right"
+color = 1
+spawns = [[170, 20], [150, 20]]
+
+[hero]
+size = [9, 12]
+spawns = [[100, 20]]
+
+[[bodies]]
+kind = "block"
+name = "ball"
+group = "ball"
+position = [60, 60]
+radius = 4
+velocity = [90, 0]
+
+[[zones]]
+name = "goal"
+area = [[180, 40], [220, 80]]
+who = ["ball"]
+color = 1
+
+[[rules]]
+enter = "goal"
+life = -1
+to = "right"
+back = 1
+"#;

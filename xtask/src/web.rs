@@ -8,6 +8,7 @@ use crate::shell::{cargo, root, run, say};
 use anyhow::{Context, Result, ensure};
 use std::collections::BTreeMap;
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -47,7 +48,8 @@ pub fn build(profile: Profile) -> Result<()> {
     let bound = bind(&wasm)?;
     say("web", "gather and compress client-web/dist");
     let dist = root().join("client-web/dist");
-    let files = gather(&bound)?;
+    let mut files = gather(&bound)?;
+    stamp(&mut files)?;
     write_changed(&dist, &files, profile)?;
     remove_others(&dist, &files)?;
     let packed_bytes = report(&dist, &files)?;
@@ -122,6 +124,19 @@ fn gather(bound: &Path) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
     add_tree(&mut files, &root.join("assets/pictures"), Path::new("pictures"))?;
     add_tree(&mut files, &root.join("assets/scenes"), Path::new("scenes"))?;
     Ok(files)
+}
+
+/// Puts a digest of everything into the addresses that the document names, and beside it for the server:
+/// browsers keep what has such an address for good.
+fn stamp(files: &mut BTreeMap<PathBuf, Vec<u8>>) -> Result<()> {
+    let mut digest = DefaultHasher::new();
+    files.hash(&mut digest);
+    let version = format!("v-{:016x}", digest.finish());
+    let document = files.get_mut(Path::new("index.html")).context("no index.html")?;
+    let text = std::str::from_utf8(document).context("index.html")?;
+    *document = text.replace("=\"/assets/", &format!("=\"/assets/{version}/")).into_bytes();
+    files.insert("version.txt".into(), version.into_bytes());
+    Ok(())
 }
 
 /// Adds all files below `dir`, if it exists, under `prefix`.

@@ -16,7 +16,9 @@ use jostle_protocol::replay::{Change, Start, header};
 use jostle_room::Recorder;
 use jostle_sim::Vec2;
 use std::error::Error;
+use std::io::Write;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 
 const SEED: u64 = 7;
@@ -67,10 +69,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut list = DrawList::new();
         list.fill(&film.frame(view));
         let bytes = headless.picture(SIZE, &list)?.png()?;
-        std::fs::write(folder.join(format!("{name}.png")), &bytes)?;
-        println!("{name}: {} bytes, by {}", bytes.len(), headless.adapter);
+        let bytes = webp(&bytes, &folder.join(format!("{name}.webp")))?;
+        println!("{name}: {bytes} bytes, by {}", headless.adapter);
     }
     Ok(())
+}
+
+/// Packs a PNG by Google's own encoder; returns the bytes that it wrote.
+fn webp(png: &[u8], path: &Path) -> Result<u64, Box<dyn Error>> {
+    let arguments = ["-quiet", "-q", "70", "-m", "6", "-o"];
+    let mut command = Command::new("cwebp");
+    command.args(arguments).arg(path).args(["--", "-"]).stdin(Stdio::piped());
+    let mut child = command.spawn().map_err(|error| format!("cwebp (package webp): {error}"))?;
+    child.stdin.take().ok_or("no input")?.write_all(png)?;
+    if !child.wait()?.success() {
+        return Err("cwebp failed".into());
+    }
+    Ok(std::fs::metadata(path)?.len())
 }
 
 /// A replay of the scene with its bots.

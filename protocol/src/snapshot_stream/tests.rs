@@ -470,7 +470,8 @@ fn fields_out_of_range_are_named() {
     delta(4, &[1, 1, 0, 6, 32, 0, 0, 0xc0, 0x3f, 10, 0], "group");
     delta(8, &[0], "players");
     delta(8, &[16], "players");
-    delta(8, &[8, 1, 4], "phase of the round");
+    delta(8, &[8, 1, 0x20], "phase of the round");
+    delta(8, &[8, 1, 8, 0, 0, 0, 0, 0, 0, 0], "phase of the round");
     delta(8, &[8, 1, 2, 0, 0, 1, 0, 2, 0, 0], "team");
     delta(8, &[8, 1, 2, 0, 0, 0, 1, 3], "side");
     delta(8, &[1, 0], "players gone");
@@ -484,7 +485,7 @@ fn fields_out_of_range_are_named() {
     delta(32, &[0], "events");
     delta(32, &[1, 0, 4, 1], "event tick");
     delta(32, &[1, 2, 4, 1], "event tick");
-    delta(32, &[1, 1, 7, 1], "event kind");
+    delta(32, &[1, 1, 8, 1], "event kind");
     let kind = Err(DecodeError::OutOfRange { field: "sections" });
     assert_eq!(decode(&[4, 45], Some(&base)), kind);
     let trailing = decode(&[0x80, 45, 0], Some(&base));

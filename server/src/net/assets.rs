@@ -22,6 +22,18 @@ pub fn find(files: &'static [File], name: &str) -> Option<&'static File> {
     files.binary_search_by(|file| file.name.cmp(name)).ok().map(|index| &files[index])
 }
 
+/// The word that stands before the names of files in the addresses of this build.
+pub fn version(files: &'static [File]) -> Option<&'static str> {
+    std::str::from_utf8(find(files, "version.txt")?.bytes).ok()
+}
+
+/// The address under which browsers keep a file for good, or have to ask again each time if the page has
+/// no version.
+pub fn address(files: &'static [File], file: &File) -> String {
+    let version = version(files).map_or(String::new(), |version| format!("{version}/"));
+    format!("/assets/{version}{}", file.name)
+}
+
 /// Finds the brotli variant of a file, if there is one.
 pub fn find_brotli(files: &'static [File], name: &str) -> Option<&'static File> {
     find(files, &format!("{name}.br"))
@@ -31,6 +43,7 @@ pub fn find_brotli(files: &'static [File], name: &str) -> Option<&'static File> 
 pub fn content_type(name: &str) -> &'static str {
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
     match extension {
+        "webp" => "image/webp",
         "css" => "text/css; charset=utf-8",
         "html" => "text/html; charset=utf-8",
         "js" => "text/javascript; charset=utf-8",

@@ -108,3 +108,28 @@ pub async fn a_phone_has_a_stick_and_nothing_scrolls(stage: Arc<Stage>) -> Resul
     tab.click_on("#net-close").await?;
     tab.until_true("document.querySelector('#network').hidden").await
 }
+
+/// Bytes of everything that a first visit to the lobby downloads, at most.
+const COLD_BYTES_MAX: u64 = 1_000_000;
+
+/// A first visit is small, and a second one asks for the document and the lists alone.
+pub async fn the_lobby_is_downloaded_once(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/", Screen::LAPTOP).await?;
+    let loaded = "document.querySelectorAll('#game-list img').length > 5 && [...document.images]\
+                  .filter(i => i.getBoundingClientRect().top < innerHeight).every(i => i.complete)";
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    tab.until_true(loaded).await?;
+    let bytes = "['navigation', 'resource'].flatMap(t => performance.getEntriesByType(t))\
+                 .reduce((sum, entry) => sum + entry.encodedBodySize, 0)";
+    let cold: u64 = tab.eval(bytes).await?;
+    ensure!((700_000..=COLD_BYTES_MAX).contains(&cold), "{cold} bytes");
+    tab.go(&stage.server.link("/")).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    tab.until_true(loaded).await?;
+    let asked = "performance.getEntriesByType('resource').filter(entry => entry.transferSize > 0)\
+                 .map(entry => new URL(entry.name).pathname).filter(path => !path.startsWith('/api/'))";
+    let asked: Vec<String> = tab.eval(asked).await?;
+    ensure!(asked.is_empty(), "asked again for {asked:?}");
+    println!("    {cold} bytes cold");
+    Ok(())
+}

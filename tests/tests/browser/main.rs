@@ -77,6 +77,8 @@ fn cases() -> Result<Vec<Case>> {
             "the_lobby_opens_a_room_and_copies_its_link",
             lobby::the_lobby_opens_a_room_and_copies_its_link,
         ),
+        Case::new("the_lobby_is_downloaded_once", lobby::the_lobby_is_downloaded_once),
+        Case::new("play_begins_a_game_with_bots", rounds::play_begins_a_game_with_bots),
         Case::new("play_joins_the_room_with_players", lobby::play_joins_the_room_with_players),
         Case::new(
             "the_help_takes_the_focus_and_gives_it_back",

@@ -1,7 +1,12 @@
 //! Rounds on the page: the countdown, the score board, the result, and the next round.
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
+use jostle_game::Scene;
+use jostle_server::Config;
 use jostle_tests::runner::Stage;
+use jostle_tests::scenes::DUEL;
+use jostle_tests::server::{Server, patient};
+use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 
@@ -10,11 +15,18 @@ async fn text(tab: &Tab, id: &str) -> Result<String> {
     tab.eval(&format!("document.getElementById('{id}').textContent.trim()")).await
 }
 
-/// Nobody defends: the ball flies to the right, and the right side loses its five lives.
+/// Nobody defends: the ball flies to the right, and the right side loses its lives.
 pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result<()> {
-    let ada = stage.play("pong", Screen::SMALL).await?;
+    let duel = Scene::parse("duel.toml", DUEL).map_err(|error| anyhow!("{error}"))?;
+    let server = Server::start(Config { scenes: vec![duel], ..patient() }).await?;
+    let join = async |screen| {
+        let tab = stage.visit_link(&server.link("/duel"), screen).await?;
+        tab.until("a hero of one's own", State::plays).await?;
+        anyhow::Ok(tab)
+    };
+    let ada = join(Screen::SMALL).await?;
     assert_eq!(text(&ada, "round-task").await?, "Waiting for players: 1 of 2");
-    let bob = stage.play("pong", Screen::PHONE).await?;
+    let bob = join(Screen::PHONE).await?;
     for tab in [&ada, &bob] {
         tab.until_true("/^[123]$/.test(document.getElementById('round-large').textContent)")
             .await?;
@@ -28,7 +40,7 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
     }
     let lives =
         "[...document.querySelectorAll('#sides .lives')].map(l => l.textContent.length).join()";
-    ada.until_true(&format!("{lives} === '5,3'")).await?;
+    ada.until_true(&format!("{lives} === '3,2'")).await?;
     for (tab, title) in [(&ada, "Left won!"), (&bob, "Left won")] {
         tab.until_true("!document.getElementById('result').hidden").await?;
         assert_eq!(text(tab, "result-title").await?, title);
@@ -37,5 +49,17 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
                       return r.left >= 0 && r.right <= innerWidth && r.top >= 0 && r.bottom <= innerHeight; })()";
         assert!(tab.eval::<bool>(inside).await?, "the result is on the screen");
     }
-    ada.until_true(&format!("document.getElementById('result').hidden && {lives} === '5,5'")).await
+    ada.until_true(&format!("document.getElementById('result').hidden && {lives} === '3,3'")).await
+}
+
+/// Whoever presses Play in an empty lobby is in a game with somebody to beat.
+pub async fn play_begins_a_game_with_bots(stage: Arc<Stage>) -> Result<()> {
+    let server = Server::start(patient()).await?;
+    let ada = stage.visit_link(&server.link("/"), Screen::LAPTOP).await?;
+    ada.until("the lobby", |s| s.state == "lobby").await?;
+    ada.click_on("#play").await?;
+    ada.until("a hero of one's own", State::plays).await?;
+    ada.until_true("document.querySelectorAll('#players li').length > 1").await?;
+    ada.until_true("document.getElementById('round-task').textContent.trim() !== ''").await?;
+    Ok(())
 }

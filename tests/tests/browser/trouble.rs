@@ -118,7 +118,7 @@ pub async fn a_wrong_room_is_explained(stage: Arc<Stage>) -> Result<()> {
     tab.until("a refusal", |s| s.state == "refused").await?;
     tab.click_on("#notice-button").await?;
     tab.until("a hero of one's own", State::plays).await?;
-    assert_eq!(tab.link().await?, stage.server.link("/arena"));
+    assert_eq!(tab.link().await?, stage.server.link("/splash"));
     tab.go(&stage.server.link("/Impulse/")).await?;
     tab.until("a hero of one's own", State::plays).await?;
     assert_eq!(tab.link().await?, stage.server.link("/impulse"));

@@ -185,6 +185,27 @@ async fn embedded_files_are_cached_by_their_etag() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_the_document_names_is_kept_for_good() {
+    let server = Server::start().await;
+    let Some(version) = assets::version(assets::FILES) else { return };
+    let document = get(server.address, "/").await;
+    assert_eq!(document.header("cache-control"), Some("no-cache"));
+    let text = String::from_utf8(document.body).expect("UTF-8");
+    let named: Vec<&str> = text.split("=\"/assets/").skip(1).collect();
+    assert!(named.len() > 4, "{} files", named.len());
+    for rest in named {
+        let path = format!("/assets/{}", rest.split('"').next().expect("an end"));
+        assert!(path.contains(version), "{path}");
+        let answer = get(server.address, &path).await;
+        assert_eq!(answer.status, 200, "{path}");
+        assert_eq!(answer.header("cache-control"), Some("public, max-age=31536000, immutable"));
+        let other = get(server.address, &path.replace(version, "v-0")).await;
+        assert_eq!((other.status, other.header("cache-control")), (200, Some("no-cache")));
+    }
+    assert_eq!(get(server.address, &format!("/assets/{version}/nothing")).await.status, 404);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn scenes_are_listed_with_everything_that_the_lobby_shows() {
     let server = Server::start().await;
     let answer = get(server.address, "/api/scenes").await;
@@ -197,8 +218,10 @@ async fn scenes_are_listed_with_everything_that_the_lobby_shows() {
         assert!(scene["about"].as_str().is_some_and(|about| !about.is_empty()), "{scene}");
         assert!(scene["players_max"].as_u64().is_some_and(|players| players > 0), "{scene}");
         let picture = &scene["picture"];
-        let expected = format!("/assets/pictures/{}.png", scene["name"].as_str().expect("a name"));
-        assert!(picture.is_null() || *picture == expected.as_str(), "{scene}");
+        let name = format!("/pictures/{}.webp", scene["name"].as_str().expect("a name"));
+        let address = picture.as_str().unwrap_or_default();
+        let is_its_own = address.starts_with("/assets/") && address.ends_with(&name);
+        assert!(picture.is_null() || is_its_own, "{scene}");
     }
 }
 

@@ -330,13 +330,13 @@ fn icons_are_small_squares() {
 fn every_scene_has_a_picture() {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/pictures"));
     for scene in jostle_game::Scene::built_in() {
-        let path = folder.join(format!("{}.png", scene.name));
-        let file = std::fs::File::open(&path).expect("run the example `picture` to draw it");
-        let bytes = file.metadata().expect("a file has metadata").len();
-        assert!(bytes < 200_000, "{}: {bytes} bytes, at most 200000", scene.name);
-        let decoder = png::Decoder::new(std::io::BufReader::new(file));
-        let info = decoder.read_info().expect("a PNG").info().size();
-        assert_eq!(info, (640, 360), "{}", scene.name);
+        let path = folder.join(format!("{}.webp", scene.name));
+        let file = std::fs::read(&path).expect("run the example `picture` to draw it");
+        let bytes = file.len();
+        assert!(bytes < 32_000, "{}: {bytes} bytes, at most 32000", scene.name);
+        assert_eq!((&file[..4], &file[8..16]), (&b"RIFF"[..], &b"WEBPVP8 "[..]), "{}", scene.name);
+        let side = |at: usize| u16::from_le_bytes([file[at], file[at + 1]]);
+        assert_eq!([side(26), side(28)], [640, 360], "{}", scene.name);
     }
 }
 

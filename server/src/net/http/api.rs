@@ -22,7 +22,7 @@ use tokio::time::timeout;
 /// The body of `GET /api/scenes`. A scene without a picture has `null` for its path.
 pub fn scenes(state: &ServerState) -> Value {
     let entry = |scene: &Arc<Scene>| {
-        let picture = format!("pictures/{}.png", scene.name);
+        let picture = format!("pictures/{}.webp", scene.name);
         let picture = assets::find(state.config.files, &picture);
         let round_ticks = scene.rules.round.as_ref().and_then(|round| round.time);
         json!({
@@ -34,7 +34,7 @@ pub fn scenes(state: &ServerState) -> Value {
             "teams": scene.rules.teams.len(),
             "round_s": round_ticks.unwrap_or(0) / TICKS_PER_SECOND,
             "heroes": scene.hero.is_some(),
-            "picture": picture.map(|file| format!("/assets/{}", file.name)),
+            "picture": picture.map(|file| assets::address(state.config.files, file)),
         })
     };
     json!({ "scenes": state.rooms.scenes().iter().map(entry).collect::<Vec<_>>() })

@@ -9,6 +9,9 @@ use hyper::body::Bytes;
 use hyper::header::{self, HeaderMap, HeaderValue};
 use percent_encoding::percent_decode_str;
 
+/// A year is as long as browsers keep anything.
+const FOR_GOOD: &str = "public, max-age=31536000, immutable";
+
 /// Serves the link of a room, or a mistyped one. The page itself shows when there is no such room;
 /// the status shows it to others.
 pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer {
@@ -43,13 +46,20 @@ pub fn page(files: &'static [File], headers: &HeaderMap, status: StatusCode) -> 
     }
 }
 
-/// Serves a file of the page.
+/// Serves a file of the page. Under an address with the version of this build browsers keep it for good.
+/// A document of another build gets the file of this one, as without a version.
 pub fn asset(files: &'static [File], headers: &HeaderMap, name: &str) -> Answer {
-    let found = assets::find(files, name);
-    found.map_or_else(not_found, |file| served(files, headers, file, StatusCode::OK))
+    let versioned = name.split_once('/').filter(|(word, _)| word.starts_with("v-"));
+    let (version, name) = versioned.map_or((None, name), |(word, name)| (Some(word), name));
+    let Some(file) = assets::find(files, name) else { return not_found() };
+    let mut answer = served(files, headers, file, StatusCode::OK);
+    if version.is_some() && version == assets::version(files) {
+        answer.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static(FOR_GOOD));
+    }
+    answer
 }
 
-/// Serves a file. Names carry no hash, so browsers must revalidate each time; the ETag makes that cheap.
+/// Serves a file. Browsers must revalidate it each time; the ETag makes that cheap.
 fn served(
     files: &'static [File],
     headers: &HeaderMap,
