@@ -6,6 +6,7 @@ mod heroes;
 mod packs;
 mod plans;
 mod players;
+mod random;
 mod rules;
 mod shipped;
 mod showcases;

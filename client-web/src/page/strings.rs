@@ -79,11 +79,7 @@ const fn card_or(mut card: Card, label: &'static str, action: CardAction) -> Car
 }
 
 const fn elsewhere(title: &'static str, text: &'static str) -> Card {
-    card_or(
-        card(title, text, "Play in the arena", CardAction::Arena),
-        "All rooms",
-        CardAction::Lobby,
-    )
+    card_or(card(title, text, "Play", CardAction::Arena), "All rooms", CardAction::Lobby)
 }
 
 /// Shown while the lists of the lobby cannot be refreshed.

@@ -14,21 +14,21 @@ use jostle_sim::{BodyId, EmitterDef, Motion, Source};
 const SPLASH_PARTICLES: u16 = 40;
 
 impl Rules {
-    /// Goes over the rules in file order; `before` are the levels of the last tick.
+    /// Goes over the rules in file order; `before` are the levels of the last tick. What happened is listed
+    /// before anything acts on it, so that no rule takes an occasion from another.
     pub(super) fn apply(&mut self, before: Levels, table: &mut Table) {
         self.scratch.claims.won.clear();
         self.scratch.claims.lost.clear();
-        let mut found = Vec::new();
-        for rule in &table.scene.rules.rules {
-            if !rule.condition.all(self.levels) {
-                continue;
-            }
-            found.clear();
-            self.list_occurrences(rule.occasion, before, table, &mut found);
-            found.retain(|of| rule.team.is_none_or(|team| of.side == Some(Side::Team(team))));
-            for occurrence in &found {
-                self.act(rule, occurrence, table);
-            }
+        let scene = table.scene;
+        let (mut found, mut of_rule) = (Vec::new(), Vec::new());
+        for rule in scene.rules.rules.iter().filter(|rule| rule.condition.all(self.levels)) {
+            of_rule.clear();
+            self.list_occurrences(rule.occasion, before, table, &mut of_rule);
+            of_rule.retain(|of| rule.team.is_none_or(|team| of.side == Some(Side::Team(team))));
+            found.extend(of_rule.iter().map(|&occurrence| (rule, occurrence)));
+        }
+        for (rule, occurrence) in &found {
+            self.act(rule, occurrence, table);
         }
     }
 

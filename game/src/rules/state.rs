@@ -96,7 +96,7 @@ impl Rules {
         self.read_round(bytes)?;
         let teams = self.teams.len();
         for zone in &mut self.zones {
-            *zone = read_zone(roster, teams, bytes)?;
+            *zone = read_zone(scene, teams, bytes)?;
         }
         for (signal, spec) in self.signals.iter_mut().zip(&scene.rules.signals) {
             *signal = read_signal(spec, teams, bytes)?;
@@ -166,12 +166,12 @@ impl ZoneState {
 }
 
 fn read_zone(
-    roster: &Roster,
+    scene: &Scene,
     teams: usize,
     bytes: &mut StateReader,
 ) -> Result<ZoneState, StateError> {
-    let slots = roster.actors.len();
-    let count = bytes.count(slots, BODY_BYTES, "bodies in a zone")?;
+    // Some may be gone by now.
+    let count = bytes.count(scene.world.bodies_max, BODY_BYTES, "bodies in a zone")?;
     let mut inside = Vec::new();
     for _ in 0..count {
         let id = bytes.body("body in a zone")?.ok_or_else(|| bytes.wrong("body in a zone"))?;
