@@ -104,6 +104,8 @@ impl App {
             "ArrowDown" => player.shift_speed(false),
             "Home" => player.aim(player.first_tick()),
             "End" => player.aim(player.last_tick()),
+            "g" => player.skip_to_goal(true),
+            "G" => player.skip_to_goal(false),
             "0" => player.follow(None),
             digit => match digit.parse::<usize>() {
                 Ok(number @ 1..) => {

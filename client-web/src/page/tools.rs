@@ -25,11 +25,12 @@ pub const TOUCH_HELP: [(&str, &str); 2] =
 /// Help for the keys of the page itself.
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
-pub const REPLAY_HELP: [(&str, &str); 10] = [
+pub const REPLAY_HELP: [(&str, &str); 11] = [
     ("Space", "play, pause"),
     (", .", "step back / forward one tick"),
     ("\u{2190} \u{2192}", "skip back / forward one second"),
     ("Home End", "jump to start / end"),
+    ("G", "next goal; with Shift the one before"),
     ("\u{2191} \u{2193}", "faster, slower"),
     ("1 to 9", "follow a player; press again to stop"),
     ("0", "the whole world"),

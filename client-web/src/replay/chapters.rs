@@ -1,6 +1,6 @@
 //! Events of a replay by tick, for marks on its timeline.
 
-use jostle_game::Event;
+use jostle_game::{Event, Game, RoundInfo, RoundPhase, Side};
 use jostle_protocol::replay::{Block, Change};
 
 /// Marks kept; what comes later has none.
@@ -15,6 +15,19 @@ pub enum Chapter {
     Leave,
     /// A pack bursts.
     Burst,
+    /// A round begins.
+    Round,
+    /// A side gets points, or loses some or a life.
+    Goal,
+    /// A round is over.
+    Result,
+}
+
+impl Chapter {
+    /// Whether it is one of the moments that matter in a game.
+    pub fn is_of_game(self) -> bool {
+        matches!(self, Chapter::Round | Chapter::Goal | Chapter::Result)
+    }
 }
 
 /// Chapters found so far, in the order in which they were found.
@@ -22,6 +35,8 @@ pub enum Chapter {
 pub struct Chapters {
     /// With their ticks.
     pub known: Vec<(u32, Chapter)>,
+    /// As it was in the last tick that was looked at.
+    round: Option<RoundInfo>,
 }
 
 impl Chapters {
@@ -38,11 +53,15 @@ impl Chapters {
         }
     }
 
-    /// Finds bursts in a tick.
-    pub(super) fn note(&mut self, tick: u32, events: &[Event]) {
-        if events.iter().any(|event| matches!(event, Event::PackHit { .. })) {
+    /// Finds bursts, goals, and beginnings and ends of rounds in a tick. Ticks come in order.
+    pub(super) fn note(&mut self, tick: u32, game: &Game) {
+        if game.events().iter().any(|event| matches!(event, Event::PackHit { .. })) {
             self.add(tick, Chapter::Burst);
         }
+        let round = game.round().filter(|_| game.scene().rules.round.is_some());
+        let found = self.round.as_ref().zip(round.as_ref()).and_then(|(a, b)| between(a, b));
+        self.round = round;
+        found.into_iter().for_each(|chapter| self.add(tick, chapter));
     }
 
     fn add(&mut self, tick: u32, chapter: Chapter) {
@@ -50,4 +69,23 @@ impl Chapters {
             self.known.push((tick, chapter));
         }
     }
+}
+
+/// What happened from one tick to the next.
+fn between(before: &RoundInfo, now: &RoundInfo) -> Option<Chapter> {
+    if before.phase != now.phase {
+        return match now.phase {
+            RoundPhase::Running => Some(Chapter::Round),
+            RoundPhase::Over => Some(Chapter::Result),
+            RoundPhase::Waiting | RoundPhase::Countdown => None,
+        };
+    }
+    let teams = (0..).zip(&now.teams).map(|(team, info)| (Side::Team(team), *info));
+    let players = now.players.iter().map(|player| (Side::Player(player.seat), player.side));
+    let mut sides = teams.chain(players);
+    let changed = sides.any(|(side, info)| {
+        let earlier = before.side(side);
+        earlier.is_some_and(|earlier| (earlier.score, earlier.lives) != (info.score, info.lives))
+    });
+    (changed && now.phase == RoundPhase::Running).then_some(Chapter::Goal)
 }

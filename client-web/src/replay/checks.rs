@@ -107,7 +107,7 @@ impl Ahead {
             chapters.scan(self.block.as_ref()?);
         }
         let played = self.moment.step(self.block.as_ref()?, &mut |_, _| {}).ok()?;
-        chapters.note(played.tick, self.moment.game.events());
+        chapters.note(played.tick, &self.moment.game);
         Some(played)
     }
 }

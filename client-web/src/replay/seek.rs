@@ -3,6 +3,7 @@
 
 use super::display::ReplayDisplay;
 use super::player::{LEAD_TICKS, Rebuilt, ReplayPlayer, Seek};
+use jostle_sim::TICKS_PER_SECOND;
 
 /// A seek with more than this left to play is given up for a new one; a shorter one is finished
 /// first, so that something is seen while the slider is dragged.
@@ -39,6 +40,22 @@ impl ReplayPlayer {
         let goal = i64::from(self.goal()) + ticks;
         let (first, last) = (i64::from(self.first_tick()), i64::from(self.last_tick()));
         self.aim(goal.clamp(first, last) as u32);
+    }
+
+    /// Goes to shortly before the next goal, or beginning or end of a round, that is known; or to the one
+    /// before.
+    pub fn skip_to_goal(&mut self, forward: bool) {
+        /// From where a goal can be seen to come.
+        const BEFORE: u32 = 2 * TICKS_PER_SECOND;
+        let (here, first) = (self.goal(), self.first_tick());
+        let known = self.chapters.known.iter().filter(|(_, chapter)| chapter.is_of_game());
+        let mut ticks = known.map(|&(tick, _)| tick.saturating_sub(BEFORE).max(first));
+        let found = match forward {
+            true => ticks.filter(|&tick| tick > here).min(),
+            // Who plays on has passed the last one by a moment.
+            false => ticks.rfind(|&tick| tick + TICKS_PER_SECOND / 2 < here),
+        };
+        found.into_iter().for_each(|tick| self.aim(tick));
     }
 
     /// Whether it is on its way to a tick.

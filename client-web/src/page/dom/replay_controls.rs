@@ -90,14 +90,18 @@ impl ReplayControls {
         let first = f64::from(player.first_tick());
         let scale = MARKS_WIDTH / (f64::from(player.last_tick()) - first).max(1.0);
         let at = |tick: u32| (f64::from(tick) - first) * scale;
-        let (mut checked, mut players, mut bursts) = (String::new(), String::new(), String::new());
+        let [mut checked, mut players, mut bursts, mut goals] = [const { String::new() }; 4];
         for &[from, to] in &checks.ranges {
             let (from, to) = (at(from - 1), at(to));
             // Writing to a string cannot fail.
             let _ = write!(checked, "M{from:.1} 0V8H{to:.1}V0z");
         }
         for &(tick, chapter) in chapters {
-            let marks = if chapter == Chapter::Burst { &mut bursts } else { &mut players };
+            let marks = match chapter {
+                Chapter::Burst => &mut bursts,
+                Chapter::Join | Chapter::Leave => &mut players,
+                Chapter::Round | Chapter::Goal | Chapter::Result => &mut goals,
+            };
             let _ = write!(marks, "M{:.1} 0V8", at(tick));
         }
         let wrong = checks.differs_at.map_or(String::new(), |t| format!("M{:.1} 0V8", at(t)));
@@ -105,6 +109,7 @@ impl ReplayControls {
             ("mark-checked", checked),
             ("mark-players", players),
             ("mark-bursts", bursts),
+            ("mark-goals", goals),
             ("mark-wrong", wrong),
         ] {
             dom::set(&dom::by_id(id), "d", Some(&path));

@@ -177,6 +177,28 @@ fn unwatched_ticks_are_compared_in_spare_time() {
 }
 
 #[test]
+fn goals_and_rounds_are_chapters_and_can_be_skipped_to() {
+    let mut film = ReplayPlayer::open(file(&records("hill", 900))).expect("a replay");
+    film.look_ahead(|| true);
+    let of_game = film.chapters.known.iter().filter(|(_, chapter)| chapter.is_of_game());
+    let known: Vec<(u32, Chapter)> = of_game.copied().collect();
+    assert_eq!(known.first(), Some(&(181, Chapter::Round)), "{known:?}");
+    let goals: Vec<u32> = known[1..].iter().map(|&(tick, _)| tick).collect();
+    assert!(!goals.is_empty(), "nobody held the hill");
+    film.skip_to_goal(true);
+    film.work(|| true);
+    assert_eq!(film.tick(), 61, "two seconds before the round");
+    for &goal in &goals[..3] {
+        film.skip_to_goal(true);
+        film.work(|| true);
+        assert_eq!(film.tick(), goal - 120);
+    }
+    film.skip_to_goal(false);
+    film.work(|| true);
+    assert_eq!(film.tick(), goals[1] - 120);
+}
+
+#[test]
 fn ticks_played_ahead_are_reached_sooner() {
     let file = file(&records("arena", 1400));
     let way = |mut film: ReplayPlayer| {
