@@ -4,7 +4,7 @@ use crate::input::{Buttons, Input, Seat};
 use crate::side::Standing;
 use glam::Vec2;
 use jostle_sim::state::{StateVisitor, Subject};
-use jostle_sim::{BodyId, World};
+use jostle_sim::{BodyId, Motion, World};
 
 /// A body that a player holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,8 +103,11 @@ impl Player {
         self.hero_wait = 0;
     }
 
-    /// Hangs a body on the hero, in place of another.
+    /// Hangs a body on the hero, in place of another; one that nothing moves stays where it is.
     pub fn carry(&mut self, body: BodyId, world: &mut World) {
+        if world.motion(body) != Motion::Dynamic {
+            return;
+        }
         if self.carried.is_none_or(|carried| carried.body != body) {
             self.drop_carried(world);
             let gravity_scale = world.gravity_scale(body);

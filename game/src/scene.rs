@@ -45,7 +45,7 @@ pub use rules::{
     TeamSpec, To, ZONES_MAX, ZoneArea, ZoneSpec,
 };
 pub use spec::{
-    Breakable, Camera, HeroSpec, Launcher, Layout, Location, MarbleSpec, PackSpec, Placed,
-    PlacedSpring, Scene, ScheduledEmitter, Shelf, SlingSpec, WalkSpec,
+    Breakable, Camera, Category, HeroSpec, Launcher, Layout, Location, MarbleSpec, PackSpec,
+    Placed, PlacedSpring, Scene, ScheduledEmitter, SlingSpec, WalkSpec,
 };
 pub use tools::Tools;

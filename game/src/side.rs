@@ -36,10 +36,17 @@ impl Standing {
     }
 
     pub fn add_score(&mut self, points: i32) {
-        self.score = self.score.saturating_add(points).clamp(-POINTS_MAX, POINTS_MAX);
+        self.score = self.score.saturating_add(points);
     }
 
     pub fn add_lives(&mut self, lives: i32) {
-        self.lives = self.lives.saturating_add(lives).clamp(0, POINTS_MAX);
+        self.lives = self.lives.saturating_add(lives);
+    }
+
+    /// Keeps points and lives in their limits once all of a tick were added: lives that were given and
+    /// taken in one tick add up, whichever rule comes first.
+    pub fn settle(&mut self) {
+        self.score = self.score.clamp(-POINTS_MAX, POINTS_MAX);
+        self.lives = self.lives.clamp(0, POINTS_MAX);
     }
 }

@@ -48,7 +48,7 @@ pub struct SceneCard {
     pub players_max: u32,
     /// Where it is shown: `games`, `playgrounds` or `book`.
     #[serde(default)]
-    pub shelf: String,
+    pub category: String,
     /// Teams; 0 if each player plays alone.
     #[serde(default)]
     pub teams: u32,
@@ -193,14 +193,14 @@ mod tests {
 
     fn card(name: &str, heroes: bool) -> SceneCard {
         let (title, about) = (name.to_owned(), String::new());
-        let (shelf, teams, round_s) = ("games".to_owned(), 0, 0);
+        let (category, teams, round_s) = ("games".to_owned(), 0, 0);
         let name = name.to_owned();
         SceneCard {
             name,
             title,
             about,
             players_max: 8,
-            shelf,
+            category,
             teams,
             round_s,
             heroes,

@@ -30,6 +30,8 @@ impl Rules {
         for (rule, occurrence) in &found {
             self.act(rule, occurrence, table);
         }
+        let players = table.roster.players.iter_mut().map(|player| &mut player.standing);
+        self.teams.iter_mut().chain(players).for_each(Standing::settle);
     }
 
     fn act(&mut self, rule: &RuleSpec, occurrence: &Occurrence, table: &mut Table) {
@@ -161,7 +163,7 @@ impl Rules {
         let Some(id) = id else { return };
         let note = self.notes.of(id, world);
         note.placed = Some(body);
-        if ticks > 0 {
+        if ticks > 0 && world.motion(id) != Motion::Static {
             note.rests = Some(Rest { ticks, gravity_scale: world.gravity_scale(id) });
         }
     }

@@ -31,6 +31,7 @@ impl Rules {
         for &side in winners {
             if let Some(standing) = self.standing(side, table) {
                 standing.add_score(spec.spare.saturating_mul(i32::from(sling.shots)));
+                standing.settle();
             }
         }
     }

@@ -11,7 +11,7 @@ use super::limits::{
 use super::name::{NAME_ALLOWED, is_name};
 use super::recipes::Recipes;
 use super::rules::{Known, Names, RuleSet};
-use super::spec::{Camera, Scene, Shelf};
+use super::spec::{Camera, Category, Scene};
 use super::table::{Document, POSITION, Range, Table, read_list};
 use super::tools::Tools;
 use super::{bodies, checks, drag, sling, solver, springs};
@@ -117,7 +117,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
         name,
         title,
         about,
-        shelf: shelf(root),
+        category: category(root),
         source: source.to_owned(),
         size,
         world,
@@ -148,9 +148,9 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
 }
 
 /// By default what has a round is a game.
-fn shelf(root: &Table) -> Shelf {
-    let base = if root.get("round").is_given() { Shelf::Games } else { Shelf::Playgrounds };
-    root.get("shelf").choice(&Shelf::NAMES).unwrap_or(base)
+fn category(root: &Table) -> Category {
+    let base = if root.get("round").is_given() { Category::Games } else { Category::Playgrounds };
+    root.get("category").choice(&Category::NAMES).unwrap_or(base)
 }
 
 /// Reads the settings of the world, except for those that follow from the rest of the scene.

@@ -9,7 +9,7 @@ use jostle_sim::{Aabb, BodyDef, Drag, EmitterDef, Shape, Source, WorldSettings};
 
 /// Where a lobby shows a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shelf {
+pub enum Category {
     /// With what can be won.
     Games,
     /// With what is there to play around in.
@@ -18,14 +18,17 @@ pub enum Shelf {
     Book,
 }
 
-impl Shelf {
-    /// Every shelf with its word in scene files.
-    pub const NAMES: [(&str, Shelf); 3] =
-        [("games", Shelf::Games), ("playgrounds", Shelf::Playgrounds), ("book", Shelf::Book)];
+impl Category {
+    /// Every category with its word in scene files.
+    pub const NAMES: [(&str, Category); 3] = [
+        ("games", Category::Games),
+        ("playgrounds", Category::Playgrounds),
+        ("book", Category::Book),
+    ];
 
     /// Its word in scene files.
     pub fn name(self) -> &'static str {
-        Shelf::NAMES.iter().find(|(_, shelf)| *shelf == self).map_or("", |(name, _)| name)
+        Category::NAMES.iter().find(|(_, category)| *category == self).map_or("", |(name, _)| name)
     }
 }
 
@@ -51,7 +54,7 @@ pub struct Scene {
     /// One sentence for the lobby.
     pub about: String,
     /// Where a lobby shows it.
-    pub shelf: Shelf,
+    pub category: Category,
     /// The TOML text that it was made from.
     pub source: String,
     /// The world spans (0, 0) to this, world units.

@@ -13,7 +13,7 @@ use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlInputElement, InputEvent, PointerEvent};
 
 /// Shelves and the lists that show them.
-const SHELVES: [(&str, &str); 3] =
+const CATEGORIES: [(&str, &str); 3] =
     [("games", "game-list"), ("playgrounds", "playground-list"), ("book", "book-list")];
 
 /// The lobby as it was shown last.
@@ -21,7 +21,7 @@ pub struct LobbyView {
     /// With the number of the screen.
     shown: Option<(u32, Lobby)>,
     rooms: List,
-    /// One a shelf.
+    /// One a category.
     scenes: [(&'static str, List); 3],
     replays: List,
 }
@@ -30,7 +30,7 @@ impl LobbyView {
     /// Nothing was shown yet.
     pub fn new() -> LobbyView {
         let [rooms, replays] = ["room-list", "replay-list"].map(List::new);
-        let scenes = SHELVES.map(|(shelf, id)| (shelf, List::new(id)));
+        let scenes = CATEGORIES.map(|(category, id)| (category, List::new(id)));
         LobbyView { shown: None, rooms, scenes, replays }
     }
 
@@ -57,8 +57,8 @@ impl LobbyView {
         dom::set(&dom::html("name"), "aria-invalid", lobby.name_invalid.then_some("true"));
         dom::set(&dom::html("play"), "aria-busy", lobby.busy.then_some("true"));
         dom::show("no-rooms", lobby.rooms_known && lobby.rooms.is_empty());
-        for (shelf, list) in &mut self.scenes {
-            let on_it = lobby.scenes.iter().filter(|scene| shelf_of(scene) == *shelf);
+        for (category, list) in &mut self.scenes {
+            let on_it = lobby.scenes.iter().filter(|scene| category_of(scene) == *category);
             list.show(on_it.map(scene_entry));
         }
         self.rooms.show(lobby.rooms.iter().map(|room| room_entry(lobby, room)));
@@ -150,9 +150,12 @@ fn link(item: Item, word: &str, scene: Option<&SceneCard>) -> Item {
     item.with(".thumb", "--picture", picture.map(|picture| format!("url({picture:?})")))
 }
 
-/// The shelf that a scene is shown on; a server may know more of them.
-fn shelf_of(scene: &SceneCard) -> &'static str {
-    let known = SHELVES.iter().map(|(shelf, _)| *shelf).find(|shelf| *shelf == scene.shelf);
+/// The category that a scene is shown on; a server may know more of them.
+fn category_of(scene: &SceneCard) -> &'static str {
+    let known = CATEGORIES
+        .iter()
+        .map(|(category, _)| *category)
+        .find(|category| *category == scene.category);
     known.unwrap_or("playgrounds")
 }
 

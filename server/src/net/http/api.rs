@@ -30,7 +30,7 @@ pub fn scenes(state: &ServerState) -> Value {
             "title": scene.title,
             "about": scene.about,
             "players_max": scene.players_max,
-            "shelf": scene.shelf.name(),
+            "category": scene.category.name(),
             "teams": scene.rules.teams.len(),
             "round_s": round_ticks.unwrap_or(0) / TICKS_PER_SECOND,
             "heroes": scene.hero.is_some(),
