@@ -48,8 +48,12 @@ pub(crate) struct Rest {
 pub(crate) struct Notes(Vec<Option<Note>>);
 
 impl Notes {
-    /// Notes where everybody is before a step, and who is new.
+    /// Notes where everybody is before a step, and who is new; forgets who was gone before it, whom a saved
+    /// state does not have either.
     pub fn observe(&mut self, world: &World, roster: &Roster) {
+        for note in &mut self.0 {
+            note.take_if(|note| !world.contains(note.id));
+        }
         for actor in roster.actors() {
             let position = world.position(actor.id);
             self.of(actor.id, world).before = position;
