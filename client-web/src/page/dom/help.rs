@@ -7,12 +7,15 @@ use jostle_game::Scene;
 
 /// Fills the help of a game, and the hint on the stage.
 pub fn fill_for_game(keys: &mut List, scene: &Scene) {
-    let hint = tools::hint(scene, dom::is_touched());
+    let is_touched = dom::is_touched();
+    let hint = tools::hint(scene, is_touched);
     dom::text_or_hide("hint", hint);
     dom::text_or_hide("help-hint", hint);
-    let touch = tools::TOUCH_HELP.into_iter().filter(|_| dom::is_touched());
+    // Who has no keys is told of none.
+    let touch = tools::TOUCH_HELP.into_iter().filter(|_| is_touched);
     let caps = tools::caps(scene).into_iter().map(|cap| (cap.key, cap.does));
-    let help = touch.chain(caps).chain(tools::PAGE_HELP);
+    let keys_of_page = caps.chain(tools::PAGE_HELP).filter(|_| !is_touched);
+    let help = touch.chain(keys_of_page);
     fill(keys, ["How to play", &scene.about, "Back to the game"], help);
 }
 
