@@ -103,9 +103,9 @@ impl Player {
         self.hero_wait = 0;
     }
 
-    /// Hangs a body on the hero, in place of another; one that nothing moves stays where it is.
+    /// Hangs a body on the hero, in place of another, if it is still there and something moves it.
     pub fn carry(&mut self, body: BodyId, world: &mut World) {
-        if world.motion(body) != Motion::Dynamic {
+        if !world.contains(body) || world.motion(body) != Motion::Dynamic {
             return;
         }
         if self.carried.is_none_or(|carried| carried.body != body) {
