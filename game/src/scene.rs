@@ -12,6 +12,7 @@ mod groups;
 mod kind;
 mod launchers;
 mod limits;
+mod marks;
 mod name;
 mod parse;
 mod path;
@@ -33,6 +34,7 @@ pub use error::SceneError;
 pub use kind::Kind;
 pub use launchers::LAUNCHERS_MAX;
 pub use limits::*;
+pub use marks::MARKS_MAX;
 pub use name::is_name;
 #[cfg(test)]
 pub(crate) use parse::BUILT_IN;
@@ -45,7 +47,7 @@ pub use rules::{
     TeamSpec, To, ZONES_MAX, ZoneArea, ZoneSpec,
 };
 pub use spec::{
-    Breakable, Camera, Category, HeroSpec, Launcher, Layout, Location, MarbleSpec, PackSpec,
+    Breakable, Camera, Category, HeroSpec, Launcher, Layout, Location, MarbleSpec, Mark, PackSpec,
     Placed, PlacedSpring, Scene, ScheduledEmitter, SlingSpec, WalkSpec,
 };
 pub use tools::Tools;

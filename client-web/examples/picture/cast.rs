@@ -11,7 +11,7 @@ pub fn players(scene: &Scene) -> u16 {
     let wanted = match scene.name.as_str() {
         "arena" => 6,
         "tower" | "bridge" => 4,
-        "hockey" | "pong" | "lock" => 4,
+        "hockey" | "pong" | "lock" | "lamp" => 4,
         "hill" | "race" | "splash" | "flags" | "herd" | "roundup" => 6,
         "hall" => 64,
         _ => 1,

@@ -26,7 +26,7 @@ const SEED: u64 = 7;
 const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<[f32; 3]>); 21] = [
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 22] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
     ("splash", 420, Some([160.0, 80.0, 130.0])),
     ("hockey", 330, None),
@@ -37,6 +37,7 @@ const LOBBY: [(&str, u32, Option<[f32; 3]>); 21] = [
     ("herd", 420, None),
     ("roundup", 420, Some([160.0, 56.0, 112.0])),
     ("lock", 480, None),
+    ("lamp", 420, None),
     ("slingshot", 612, None),
     ("tower", 150, None),
     ("bridge", 1200, None),

@@ -48,6 +48,8 @@ impl ReplayPlayer {
             world_size: self.scene().size,
             bodies: self.bodies(),
             zones: &self.replica().zones,
+            marks: &self.replica().marks,
+            lamps: &self.replica().lamps,
             sling: self.replica().sling.as_ref(),
             particles: self.particles(),
             particle_lead: self.rebuilt().map_or(self.particle_lead(), |r| r.particle_lead),

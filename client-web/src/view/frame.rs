@@ -48,6 +48,28 @@ pub struct FrameZone {
     pub on: bool,
 }
 
+/// Dots on the wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameMark {
+    /// Its centre, world units.
+    pub center: Vec2,
+    /// How many, 1 to 6.
+    pub dots: u8,
+    /// Width and height, world units.
+    pub size: f32,
+    /// How well it is lit, 0..=1.
+    pub light: f32,
+}
+
+/// A body that shines on marks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameLamp {
+    /// Its centre, world units.
+    pub center: Vec2,
+    /// How far it shines, world units.
+    pub reach: f32,
+}
+
 /// A sling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameSling {
@@ -131,6 +153,10 @@ pub struct Frame<'a> {
     pub bodies: &'a [FrameBody],
     /// Zones, drawn below everything else.
     pub zones: &'a [FrameZone],
+    /// Marks on the wall that are to be seen.
+    pub marks: &'a [FrameMark],
+    /// Lamps that shine on some.
+    pub lamps: &'a [FrameLamp],
     /// The sling, where there is one.
     pub sling: Option<&'a FrameSling>,
     /// Particles as of the last applied tick.

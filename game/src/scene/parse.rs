@@ -8,6 +8,7 @@ use super::limits::{
     BODIES_MAX, EMITTERS_MAX, FOLLOWERS_MAX, GRAVITY_MAX, PACKS_MAX, PARTICLES_MAX, QUANTUM_MIN,
     SCENE_BYTES_MAX, SEATS_MAX, SIZE_MAX, SPEED_MAX, SPRINGS_MAX,
 };
+use super::marks::{self, MARKS_MAX};
 use super::name::{NAME_ALLOWED, is_name};
 use super::recipes::Recipes;
 use super::rules::{Known, Names, RuleSet};
@@ -24,7 +25,7 @@ const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
 /// File and text of every shipped scene.
-pub(crate) const BUILT_IN: [(&str, &str); 21] = [
+pub(crate) const BUILT_IN: [(&str, &str); 22] = [
     ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
     ("splash.toml", include_str!("../../../assets/scenes/splash.toml")),
     ("hockey.toml", include_str!("../../../assets/scenes/hockey.toml")),
@@ -35,6 +36,7 @@ pub(crate) const BUILT_IN: [(&str, &str); 21] = [
     ("herd.toml", include_str!("../../../assets/scenes/herd.toml")),
     ("roundup.toml", include_str!("../../../assets/scenes/roundup.toml")),
     ("lock.toml", include_str!("../../../assets/scenes/lock.toml")),
+    ("lamp.toml", include_str!("../../../assets/scenes/lamp.toml")),
     ("slingshot.toml", include_str!("../../../assets/scenes/slingshot.toml")),
     ("tower.toml", include_str!("../../../assets/scenes/tower.toml")),
     ("bridge.toml", include_str!("../../../assets/scenes/bridge.toml")),
@@ -108,6 +110,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let emitters = read_list(root, "emitters", EMITTERS_MAX, emitter);
     let launcher = |table: &Table| launchers::launcher(table, &bodies, &names);
     let launchers = read_list(root, "launchers", LAUNCHERS_MAX, launcher);
+    let marks = read_list(root, "marks", MARKS_MAX, |table: &Table| marks::mark(table, &names));
     let sling = sling::sling(root, tools, &bodies, &names);
     let known = Known { names: &names, groups: &groups };
     let rules = RuleSet::read(root, &known, &mut recipes);
@@ -131,6 +134,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
         layouts,
         springs: springs.into_iter().flatten().collect(),
         emitters,
+        marks,
         launchers,
         hero: actors.hero,
         minion_recovery: actors.minion_recovery,

@@ -273,6 +273,7 @@ impl Reasons<'_> {
                 "moves section",
                 self.source(moves, "is not static", "every body is static"),
             ),
+            part("marks", "drawn on the page", self.count_of("marks", self.scene.marks.len())),
             part("launchers", "bodies", self.count_of("launchers", self.scene.launchers.len())),
             part("rounds", "a clock, the round's part of the players section", self.rounds()),
             part("zones", "who is in each", self.count_of("zones", self.scene.rules.zones.len())),

@@ -81,6 +81,8 @@ pub struct Scene {
     pub springs: Vec<PlacedSpring>,
     /// Emitters that start by themselves.
     pub emitters: Vec<ScheduledEmitter>,
+    /// Dots that are drawn on the wall.
+    pub marks: Vec<Mark>,
     /// What makes packs and marbles by itself.
     pub launchers: Vec<Launcher>,
     /// The players' heroes; `None` where players have none.
@@ -412,4 +414,19 @@ impl SlingSpec {
         const MEANT: f32 = 1.0;
         (pull.length() >= MEANT).then(|| pull * -self.speed)
     }
+}
+
+/// Dots on the wall, as on dice. Nothing but the page knows them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mark {
+    /// Its centre.
+    pub position: Vec2,
+    /// How many dots, 1 to 6.
+    pub dots: u8,
+    /// Width and height, world units.
+    pub size: f32,
+    /// Entry of [`Scene::bodies`] in whose light alone it is seen.
+    pub lamp: Option<usize>,
+    /// How far that light reaches, world units.
+    pub reach: f32,
 }

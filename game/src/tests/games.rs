@@ -423,3 +423,45 @@ fn the_lock_is_opened_by_who_takes_the_lift() {
     }
     panic!("not opened: on the way to {next}");
 }
+
+/// Where the plates of the dark room are, by their dots, and the treasure.
+fn plates(game: &Game) -> Vec<Vec2> {
+    let mut marks = game.scene.marks.clone();
+    marks.sort_by_key(|mark| mark.dots);
+    let treasure = Vec2::new(221.0, 113.0);
+    marks.iter().map(|mark| mark.position).chain([treasure]).collect()
+}
+
+#[test]
+fn the_dark_room_is_left_by_who_touches_the_plates_in_order() {
+    let mut next = 0;
+    let won = winners("lamp", 1, |game, _, hero| {
+        let plates = plates(game);
+        if game.world().position(hero).distance(plates[next]) < 6.0 && next + 1 < plates.len() {
+            next += 1;
+        }
+        Some(plates[next])
+    });
+    assert_eq!((won, next), (vec![Side::Team(0)], 5));
+}
+
+#[test]
+fn another_order_opens_no_bar_of_the_dark_room() {
+    let mut game = built_in("lamp", 1);
+    game.join(Seat(0));
+    (0..200).for_each(|_| game.tick(&[]));
+    let bodies = game.bodies().count();
+    let hero = game.roster.players[0].hero.expect("a hero");
+    for plate in [4, 3, 2, 1] {
+        let place = plates(&game)[plate];
+        game.world.set_position(hero, place);
+        (0..3).for_each(|_| game.tick(&[]));
+        assert_eq!(game.bodies().count(), bodies, "plate {}", plate + 1);
+    }
+    for plate in 0..5 {
+        let place = plates(&game)[plate];
+        game.world.set_position(hero, place);
+        (0..3).for_each(|_| game.tick(&[]));
+        assert_eq!(game.bodies().count(), bodies - plate - 1, "plate {}", plate + 1);
+    }
+}

@@ -159,6 +159,7 @@ fn plans_list_the_parts_that_shipped_scenes_lack() {
         "particles",
         "particles pushed out",
         "emitters",
+        "marks",
         "launchers",
         "rounds",
         "zones",

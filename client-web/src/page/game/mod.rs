@@ -195,6 +195,8 @@ impl GameScreen {
             world_size: replica.scene.size,
             bodies: replica.bodies(),
             zones: &replica.zones,
+            marks: &replica.marks,
+            lamps: &replica.lamps,
             sling: replica.sling.as_ref(),
             particles: replica.particles(),
             particle_lead: if frozen { 0.0 } else { replica.particle_lead() },

@@ -7,6 +7,7 @@ mod bodies;
 mod effects;
 mod faces;
 mod light;
+mod marks;
 pub(crate) mod motion;
 mod outline;
 mod quads;
@@ -68,6 +69,7 @@ impl DrawList {
 
         let mut stage = Stage { quads: &mut self.quads, light: &mut self.light, frame };
         zones::fill(&mut stage);
+        marks::fill(&mut stage);
         sling::fill(&mut stage);
         bodies::fill(&mut stage, &mut self.motion, &mut self.posed);
         effects::fill(&mut stage);

@@ -31,6 +31,8 @@ fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
         world_size: Vec2::new(200.0, 112.5),
         bodies,
         zones: &[],
+        marks: &[],
+        lamps: &[],
         sling: None,
         particles,
         particle_lead: 0.0,

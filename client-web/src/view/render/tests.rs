@@ -35,6 +35,8 @@ fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) ->
         world_size: Vec2::new(200.0, 112.5),
         bodies,
         zones: &[],
+        marks: &[],
+        lamps: &[],
         sling: None,
         particles,
         particle_lead: 0.0,

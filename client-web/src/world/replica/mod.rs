@@ -2,13 +2,16 @@
 //! events, flashes, news, and from all of these the contents of a frame.
 
 mod dress;
+mod marks;
 mod own_hero;
 mod sling;
 mod zones;
 
 use crate::net::clock::Arrival;
 use crate::net::timeline::{Sample, Timeline};
-use crate::view::frame::{Effect, EffectKind, FrameBody, FrameSling, FrameZone};
+use crate::view::frame::{
+    Effect, EffectKind, FrameBody, FrameLamp, FrameMark, FrameSling, FrameZone,
+};
 use jostle_game::scene::Plan;
 use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
@@ -87,6 +90,10 @@ pub struct Replica {
     bodies: Vec<FrameBody>,
     /// Zones of the displayed moment.
     pub zones: Vec<FrameZone>,
+    /// Marks that are to be seen at the displayed moment.
+    pub marks: Vec<FrameMark>,
+    /// Lamps of the displayed moment.
+    pub lamps: Vec<FrameLamp>,
     /// The sling of the displayed moment.
     pub sling: Option<FrameSling>,
     /// Flashes of the last second.
@@ -117,6 +124,8 @@ impl Replica {
             samples: Vec::new(),
             bodies: Vec::new(),
             zones: Vec::new(),
+            marks: Vec::new(),
+            lamps: Vec::new(),
             sling: None,
             effects: Vec::new(),
             display: 0.0,
@@ -225,6 +234,7 @@ impl Replica {
         self.led_from = None;
         self.dress(eye);
         self.lay_out_zones();
+        self.lay_out_marks();
         self.lay_out_sling();
         self.collect_effects();
     }

@@ -1,7 +1,6 @@
 //! The sling of the displayed moment, with the way that its ball would take.
 
 use super::Replica;
-use crate::net::timeline::Sample;
 use crate::view::frame::FrameSling;
 use jostle_game::sling_path;
 
@@ -17,14 +16,10 @@ impl Replica {
 
     fn find_sling(&self) -> Option<FrameSling> {
         let (spec, info) = (self.scene.sling?, self.round()?.sling?);
-        let placed = &self.scene.bodies[spec.ball];
-        let (def, start) = (placed.def, placed.def.position);
-        let is_ball = |sample: &&Sample| {
-            (sample.kind, sample.group, sample.shape) == (placed.kind, def.group, def.shape)
-        };
-        let ball = self.samples.iter().find(is_ball).filter(|_| !info.is_flying);
+        let start = self.scene.bodies[spec.ball].def.position;
+        let ball = self.find_placed(spec.ball).filter(|_| !info.is_flying);
         // A ball that was just let go is on its way already in the newest snapshot.
-        let ball = ball.map(|ball| ball.center).filter(|at| at.distance(start) <= spec.pull + 0.5);
+        let ball = ball.filter(|at| at.distance(start) <= spec.pull + 0.5);
         let path = ball.map(|ball| sling_path(&self.scene, ball - start, PATH_TICKS));
         let path = path.unwrap_or_default().into_iter().step_by(DOT_TICKS).collect();
         Some(FrameSling { start, ball, shots: info.shots, path })
