@@ -1,25 +1,27 @@
-//! The players of a picture: bots that use the tools of the scene.
+//! The players of a picture: they use the tools of the scene.
 
 use jostle_game::{Buttons, Game, Input, Scene, Seat, Tools};
 use jostle_sim::Vec2;
 
-/// Ticks between two shots of one bot.
+/// Ticks between two shots of one player.
 const SHOT_TICKS: u32 = 75;
 
-/// How many bots a scene gets.
+/// How many players a scene gets.
 pub fn players(scene: &Scene) -> u16 {
     let wanted = match scene.name.as_str() {
         "arena" => 6,
         "tower" | "bridge" => 4,
-        "hockey" | "pong" | "lock" | "lamp" => 4,
-        "hill" | "race" | "splash" | "flags" | "herd" | "roundup" => 6,
+        // The room seats its own bots beside one player.
+        "hockey" | "race" => 1,
+        "pong" | "lock" | "lamp" => 4,
+        "hill" | "splash" | "flags" | "herd" | "roundup" => 6,
         "hall" => 64,
         _ => 1,
     };
     scene.players_max.min(wanted)
 }
 
-/// Inputs of the bots in a tick, in seat order.
+/// Inputs of all players in a tick, in seat order.
 pub fn inputs(game: &Game, tick: u32) -> Vec<(Seat, Input)> {
     let heroes: Vec<(Seat, Option<Vec2>)> = game
         .players()

@@ -1,7 +1,8 @@
 //! Draws the lobby's pictures, of every scene, into `assets/pictures`, without a window:
 //! `cargo run -p jostle-client-web --example picture`.
 //!
-//! Players are bots that fly about and shoot; the pictures are the same each time.
+//! Players are scripted: they fly about and shoot, or are the bots of the room. The pictures are the same each
+//! time.
 
 mod cast;
 
@@ -9,11 +10,11 @@ use jostle_client_web::replay::player::ReplayPlayer;
 use jostle_client_web::view::draw::DrawList;
 use jostle_client_web::view::frame::View;
 use jostle_client_web::view::render::headless::Headless;
-use jostle_game::{Game, Scene, Seat};
+use jostle_game::Scene;
 use jostle_protocol::Appearance;
 use jostle_protocol::limits::COLORS;
-use jostle_protocol::replay::{Change, Start, header};
-use jostle_room::Recorder;
+use jostle_protocol::replay::header;
+use jostle_room::Room;
 use jostle_sim::Vec2;
 use std::error::Error;
 use std::io::Write;
@@ -28,15 +29,15 @@ const SIZE: [u32; 2] = [640, 360];
 /// The lobby's pictures: a moment and a place in which something happens.
 const LOBBY: [(&str, u32, Option<[f32; 3]>); 22] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
-    ("splash", 420, Some([160.0, 80.0, 130.0])),
-    ("hockey", 330, None),
+    ("splash", 300, Some([160.0, 80.0, 130.0])),
+    ("hockey", 540, Some([120.0, 60.0, 130.0])),
     ("hill", 600, Some([160.0, 90.0, 130.0])),
-    ("race", 420, None),
+    ("race", 420, Some([190.0, 62.0, 115.0])),
     ("pong", 420, None),
     ("flags", 420, Some([160.0, 85.0, 150.0])),
-    ("herd", 420, None),
-    ("roundup", 420, Some([160.0, 56.0, 112.0])),
-    ("lock", 480, None),
+    ("herd", 660, None),
+    ("roundup", 780, Some([102.0, 56.0, 112.0])),
+    ("lock", 260, Some([80.0, 55.0, 100.0])),
     ("lamp", 420, None),
     ("slingshot", 612, None),
     ("tower", 150, None),
@@ -89,26 +90,28 @@ fn webp(png: &[u8], path: &Path) -> Result<u64, Box<dyn Error>> {
     Ok(std::fs::metadata(path)?.len())
 }
 
-/// A replay of the scene with its bots.
+/// A replay of a room with the players of [`cast`], and with the room's own bots where the scene asks for
+/// them.
 fn played(scene: Scene, ticks: u32) -> Result<Vec<u8>, Box<dyn Error>> {
-    let (name, source) = (scene.name.clone(), scene.source.clone());
-    let start = Start { scene_name: name, scene: source, seed: SEED, ..Start::default() };
-    let mut game = Game::new(Arc::new(scene), SEED);
-    let mut recorder = Recorder::new(start, &game, Vec::new());
-    for tick in 0..ticks {
-        let mut changes = Vec::new();
-        for seat in (0..cast::players(game.scene())).filter(|_| tick == 0) {
-            changes.push(Change::Join(
-                Seat(seat),
-                Appearance::new("Bot", (seat % u16::from(COLORS)) as u8)?,
-            ));
-            game.join(Seat(seat));
-        }
-        let inputs = cast::inputs(&game, tick);
-        game.tick(&inputs);
-        recorder.tick(changes, &inputs, &game, Vec::new);
+    let players = cast::players(&scene);
+    let mut room = Room::new("picture", Arc::new(scene), SEED);
+    room.record("", 0);
+    for seat in 0..players {
+        let appearance = Appearance::new("Player", (seat % u16::from(COLORS)) as u8)?;
+        room.join(appearance, None).map_err(|refusal| format!("{refusal:?}"))?;
     }
+    let mut records = Vec::new();
+    for tick in 0..ticks {
+        for (seat, input) in cast::inputs(room.game(), tick) {
+            if seat.0 < players {
+                room.input(seat, tick + 1, input);
+            }
+        }
+        room.tick();
+        records.extend(room.take_records());
+    }
+    records.extend(room.stop_recording());
     let mut bytes = header();
-    recorder.finish(&game).iter().for_each(|record| bytes.extend(record.seal()));
+    records.iter().for_each(|record| bytes.extend(record.seal()));
     Ok(bytes)
 }
