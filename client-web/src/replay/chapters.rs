@@ -3,7 +3,7 @@
 use jostle_game::{Event, Game, RoundInfo, RoundPhase, Side};
 use jostle_protocol::replay::{Block, Change};
 
-/// Marks kept; what comes later has none.
+/// Marks kept of what happens in a game, and as many of everything else; what comes later has none.
 const CHAPTERS_MAX: usize = 4096;
 
 /// Something that happens at a tick.
@@ -65,7 +65,8 @@ impl Chapters {
     }
 
     fn add(&mut self, tick: u32, chapter: Chapter) {
-        if self.known.len() < CHAPTERS_MAX {
+        let alike = |&&(_, known): &&(u32, Chapter)| known.is_of_game() == chapter.is_of_game();
+        if self.known.iter().filter(alike).count() < CHAPTERS_MAX {
             self.known.push((tick, chapter));
         }
     }
@@ -88,4 +89,18 @@ fn between(before: &RoundInfo, now: &RoundInfo) -> Option<Chapter> {
         earlier.is_some_and(|earlier| (earlier.score, earlier.lives) != (info.score, info.lives))
     });
     (changed && now.phase == RoundPhase::Running).then_some(Chapter::Goal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bursts_take_no_marks_from_goals() {
+        let mut chapters = Chapters::default();
+        (0..=CHAPTERS_MAX as u32).for_each(|tick| chapters.add(tick, Chapter::Burst));
+        assert_eq!(chapters.known.len(), CHAPTERS_MAX);
+        chapters.add(9000, Chapter::Goal);
+        assert_eq!(chapters.known.last(), Some(&(9000, Chapter::Goal)));
+    }
 }
