@@ -60,9 +60,16 @@ async fn a_kicked_player_cannot_return_at_once() {
     again.hello(VERSION, "Guest", Some(guest.token)).await;
     again.is_refused(Refusal::BadToken).await;
     let mut again = Client::connect(server.address, &code).await;
-    again.hello(VERSION, "Other", None).await;
+    again.hello(VERSION, "Guest", None).await;
     again.is_refused(Refusal::Kicked).await;
     server.counts("jostle_refusals_total{reason=\"kicked\"}", 2).await;
+    // The host plays at this address too: a bystander may come in, until one of them is kicked as well.
+    let mut other = Client::join(server.address, &code, "Other").await;
+    host.send(&ClientMessage::Kick { seat: Seat(other.seat) }).await;
+    other.is_refused(Refusal::Kicked).await;
+    let mut again = Client::connect(server.address, &code).await;
+    again.hello(VERSION, "Third", None).await;
+    again.is_refused(Refusal::Kicked).await;
     // Other rooms still admit this address, and this room admits its host from it.
     let mut elsewhere = Client::join(server.address, "arena", "Guest").await;
     let mut second = Client::host(server.address, &code, "Host", key).await;
