@@ -25,6 +25,10 @@ impl Rules {
                 self.end_shot(&spec, sling, table);
             }
         }
+        let is_gone = table.roster.placed[spec.ball].is_none();
+        if is_gone && sling.flight == 0 && sling.shots > 0 {
+            self.reset(spec.ball, 0, table);
+        }
         if let Some(ball) = table.roster.placed[spec.ball].filter(|_| sling.flight == 0) {
             let start = table.scene.bodies[spec.ball].def.position;
             let pull = if self.round.is_running() {

@@ -344,3 +344,14 @@ fn a_sling_whose_shooter_leaves_is_free_again() {
     game.tick(&[]);
     assert_eq!(shots(&game), 4);
 }
+
+#[test]
+fn a_ball_that_is_taken_from_the_sling_comes_back() {
+    let mut game = range(0.0, "position = [100, 60]\nmass = 1");
+    let taken = ball(&game).expect("a ball");
+    game.roster.remove(&mut game.world, taken);
+    game.tick(&[]);
+    let there = ball(&game).expect("another ball");
+    assert_eq!(game.world().position(there), start(&game));
+    assert_eq!(shots(&game), 5);
+}
