@@ -446,7 +446,7 @@ impl App {
     fn act(&mut self, action: Option<CardAction>) {
         match action {
             Some(CardAction::Lobby) => self.go("/"),
-            Some(CardAction::Arena) => self.go(&format!("/{}", api::FIRST_SCENE)),
+            Some(CardAction::Play) => self.go(&format!("/{}", api::FIRST_SCENE)),
             Some(CardAction::Reload) => self.ctx.request(Effect::Reload),
             Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),
             Some(CardAction::Stay) => self.dialogs.card = None,

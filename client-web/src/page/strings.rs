@@ -31,8 +31,8 @@ pub enum CardAction {
     Again,
     /// Loads the page again.
     Reload,
-    /// Into the arena.
-    Arena,
+    /// Into a game.
+    Play,
     /// Takes the card away.
     Stay,
     /// Asks for a replay file.
@@ -79,7 +79,7 @@ const fn card_or(mut card: Card, label: &'static str, action: CardAction) -> Car
 }
 
 const fn elsewhere(title: &'static str, text: &'static str) -> Card {
-    card_or(card(title, text, "Play", CardAction::Arena), "All rooms", CardAction::Lobby)
+    card_or(card(title, text, "Play", CardAction::Play), "All rooms", CardAction::Lobby)
 }
 
 /// Shown while the lists of the lobby cannot be refreshed.
@@ -299,7 +299,7 @@ mod tests {
     #[test]
     fn a_player_without_a_room_is_offered_others() {
         for notice in [refused(Refusal::NoSuchRoom).expect("an end"), ROOM_GONE] {
-            assert_eq!(notice.action, CardAction::Arena);
+            assert_eq!(notice.action, CardAction::Play);
             assert_eq!(notice.other.map(|(_, action)| action), Some(CardAction::Lobby));
         }
     }
