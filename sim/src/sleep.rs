@@ -186,11 +186,14 @@ impl Sleep {
         settings: &WorldSettings,
     ) {
         let enough = steps_to_sleep(settings);
+        // Bodies that left the world at the end of the step belong to no island any more.
+        let lives = |slot: u32| bodies.alive[slot as usize];
+        let both_live = |c: &&ContactConstraint| lives(c.a) && lives(c.b);
         for &slot in &bodies.moving {
             self.parent[slot as usize] = slot;
             self.states[slot as usize] = IslandState { still: true, held: true, sleeping: AWAKE };
         }
-        for constraint in constraints {
+        for constraint in constraints.iter().filter(both_live) {
             if constraint.is_free() {
                 self.join(constraint.a, constraint.b);
             } else {
@@ -213,7 +216,7 @@ impl Sleep {
             self.states[root].held &=
                 kinematic || gravity_gain(bodies, slot as usize, settings) == 0.0;
         }
-        for constraint in constraints {
+        for constraint in constraints.iter().filter(both_live) {
             if constraint.normal_impulse > 0.0 && !constraint.is_free() {
                 let movable = if constraint.inv_mass_a > 0.0 { constraint.a } else { constraint.b };
                 self.states[root(&mut self.parent, movable) as usize].held = true;

@@ -8,6 +8,9 @@ use std::fmt::Write;
 
 /// Scenes that a run plays; a release build plays a million in a quarter of an hour.
 const SCENES: u64 = if cfg!(debug_assertions) { 1500 } else { 1_000_000 };
+/// Further seeds that once were wrong: a pack left the world at the end of a step and joined those that
+/// it had touched to another island, so that a restored world fell asleep at another time.
+const FAULTY: [u64; 1] = [612_616];
 const TICKS: u32 = 90;
 const PLAYERS: u16 = 3;
 const GROUPS: [&str; 4] = ["hero", "ball", "wall", "block"];
@@ -320,7 +323,7 @@ fn reversed(scene: &Scene) -> Arc<Scene> {
 #[test]
 fn random_scenes_are_sound_and_no_order_of_rules_decides() {
     let (mut played, mut ended) = (0, 0);
-    for seed in 0..SCENES {
+    for seed in (0..SCENES).chain(FAULTY) {
         let mut rng = Rng::new(seed, 77);
         let text = random_scene(&mut rng);
         let Ok(scene) = Scene::parse("random.toml", &text) else { continue };
