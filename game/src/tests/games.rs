@@ -2,6 +2,7 @@
 //! does nothing loses.
 
 use super::*;
+use crate::actor::Rule;
 use crate::rules::RoundPhase;
 use crate::side::Side;
 
@@ -91,6 +92,31 @@ fn four_play_pong_and_the_last_one_wins() {
         (seat == Seat(2)).then_some(place)
     });
     assert_eq!(won, [Side::Team(2)]);
+}
+
+#[test]
+fn a_ball_between_two_walls_of_pong_comes_back_after_eight_seconds() {
+    let mut game = built_in("pong", 5);
+    (0..2).for_each(|seat| game.join(Seat(seat)));
+    let start = game.scene.bodies[0].def.position;
+    while game.round().is_none_or(|round| round.phase != RoundPhase::Running) {
+        game.tick(&[]);
+    }
+    let ball = game.roster.placed[0].expect("a ball");
+    game.world.set_position(ball, Vec2::new(65.0, 100.0));
+    game.world.set_velocity(ball, Vec2::new(0.0, 80.0));
+    let actor = game.roster.actors[ball.index as usize].as_mut().expect("it heads somewhere");
+    actor.rule = Rule::Wander { heading: Vec2::Y, speed: 80.0 };
+    let ticks = (1..=600).find(|_| {
+        game.tick(&[]);
+        game.roster.placed[0].is_none_or(|ball| (game.world().position(ball).x - 65.0).abs() > 5.0)
+    });
+    assert!((480..=482).contains(&ticks.expect("it comes back")), "after {ticks:?} ticks");
+    for _ in 0..61 {
+        game.tick(&[]);
+    }
+    let way = puck(&game) - start;
+    assert!(way.length() < 5.0, "it starts where it began, not {way} from there");
 }
 
 #[test]
