@@ -36,3 +36,4 @@ pub use phase::Phase;
 pub use rules::{RoundInfo, RoundPhase, RoundPlayer, SideInfo, SlingInfo, sling_path};
 pub use scene::{Kind, SEATS_MAX, Scene, SceneError, Tools};
 pub use side::Side;
+pub use tools::selectable_at;

@@ -42,6 +42,8 @@ pub(crate) struct Player {
     pub lost: Option<BodyId>,
     /// Last pointer inside the world.
     pub pointer: Option<Vec2>,
+    /// The same, a tick before.
+    pub pointer_before: Option<Vec2>,
     /// Pointer of this tick, if inside the world.
     pub aim: Option<Vec2>,
     /// Buttons that are down.
@@ -68,6 +70,7 @@ impl Player {
             carried: None,
             lost: None,
             pointer: None,
+            pointer_before: None,
             aim: None,
             down: Buttons::default(),
             pressed: Buttons::default(),
@@ -80,6 +83,7 @@ impl Player {
             (0.0..=world_size.x).contains(&pointer.x) && (0.0..=world_size.y).contains(&pointer.y)
         };
         self.aim = input.pointer.filter(inside);
+        self.pointer_before = self.pointer;
         self.pointer = self.aim.or(self.pointer);
         self.pressed = Buttons(input.buttons.0 & !self.down.0);
         self.down = input.buttons;

@@ -36,7 +36,7 @@ pub(crate) fn act_on_bodies(world: &mut World, roster: &mut Roster, scene: &Scen
     }
     for slot in 0..roster.players.len() {
         if allows(Tools::SELECT) {
-            select(roster, scene, slot);
+            select(world, roster, scene, slot);
             drag(world, &roster.players[slot]);
         }
         if allows(Tools::HOLD) {
@@ -139,7 +139,8 @@ fn free_place(
     })
 }
 
-fn select(roster: &mut Roster, scene: &Scene, slot: usize) {
+/// Selects a body by its key, or by a press on it.
+fn select(world: &World, roster: &mut Roster, scene: &Scene, slot: usize) {
     let keys = [
         (Buttons::PICK_HERO, Kind::Hero),
         (Buttons::PICK_MINION, Kind::Minion),
@@ -152,16 +153,41 @@ fn select(roster: &mut Roster, scene: &Scene, slot: usize) {
             roster.players[slot].selected = Some(body);
         }
     }
+    let player = &roster.players[slot];
+    if let Some(aim) = player.aim.filter(|_| player.pressed(Buttons::FIRE)) {
+        let bodies = roster
+            .actors()
+            .map(|actor| (actor.id, actor.kind, world.shape(actor.id), world.position(actor.id)));
+        let hit = selectable_at(bodies, player.selected, aim);
+        roster.players[slot].selected = hit.or(player.selected);
+    }
 }
 
-/// Puts the centre of the selected body at the pointer, which need not hit it (B2).
+/// Returns the body that a press at a point selects, of bodies with their kinds, shapes and centres:
+/// the one that is selected already, else the one that is drawn over the others.
+pub fn selectable_at(
+    bodies: impl Iterator<Item = (BodyId, Kind, Shape, Vec2)>,
+    selected: Option<BodyId>,
+    point: Vec2,
+) -> Option<BodyId> {
+    let layer = |kind| [Kind::Platform, Kind::Minion, Kind::Hero].iter().position(|&k| k == kind);
+    let hits = bodies.filter(|(.., shape, center)| shape.contains(point - *center));
+    let hits = hits.filter_map(|(id, kind, ..)| Some((selected == Some(id), layer(kind)?, id)));
+    hits.max().map(|(.., id)| id)
+}
+
+/// Moves the selected body with the pointer. If the pointer does not hit it, its centre comes to the
+/// pointer (B2).
 fn drag(world: &mut World, player: &Player) {
-    if let (Some(body), Some(aim)) = (player.selected, player.aim)
-        && player.holds(Buttons::FIRE)
-    {
-        world.set_position(body, aim);
-        world.set_velocity(body, Vec2::ZERO);
+    let (Some(body), Some(aim)) = (player.selected, player.aim) else { return };
+    if !player.holds(Buttons::FIRE) {
+        return;
     }
+    let before = if player.pressed(Buttons::FIRE) { Some(aim) } else { player.pointer_before };
+    let center = world.position(body);
+    let grip = before.filter(|&before| world.shape(body).contains(before - center));
+    world.set_position(body, grip.map_or(aim, |before| center + (aim - before)));
+    world.set_velocity(body, Vec2::ZERO);
 }
 
 /// Holds the first body that comes under the pointer while X is down, until X goes up (C44): it is

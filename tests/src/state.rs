@@ -139,7 +139,7 @@ pub struct Player {
     pub name: String,
     /// Whether there is a socket.
     pub connected: bool,
-    /// The body that H, M or P has selected.
+    /// The body that H, M, P or a press has selected.
     pub selected: Option<u32>,
     /// The body that X holds.
     pub held: Option<u32>,

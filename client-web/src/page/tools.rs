@@ -64,8 +64,8 @@ pub fn caps(scene: &Scene) -> Vec<Cap> {
 /// A line that explains a scene's picture; most scenes explain themselves.
 pub fn hint(scene: &Scene, by_touch: bool) -> Option<&'static str> {
     let text = match by_touch {
-        false => "Press H, M or P to choose a shape and drag it. Whatever it touches turns red.",
-        true => "Tap a button to choose a shape, then drag. Whatever it touches turns red.",
+        false => "Drag a shape, or choose one with H, M or P. Whatever it touches turns red.",
+        true => "Drag a shape, or choose one with a button. Whatever it touches turns red.",
     };
     scene.tools.contains(Tools::SELECT).then_some(text)
 }

@@ -24,7 +24,7 @@ pub struct FrameBody {
     pub gaze: Option<Vec2>,
     /// Overlaps another body now (bounds are red then).
     pub touching: bool,
-    /// The sprite is hidden, only its bounds are drawn (the selected body of the bounds scene).
+    /// Its picture is hidden, its bounds are filled (the selected body of the bounds scene).
     pub hidden: bool,
     /// Under the pointer and can be dragged, or is held.
     pub hot: bool,

@@ -21,7 +21,7 @@ impl Tools {
     pub const AGITATE: Tools = Tools(1 << 5);
     /// V removes all marbles.
     pub const CLEAR: Tools = Tools(1 << 6);
-    /// H, M and P select the hero, minion and platform; the left button drags the selected one.
+    /// A press selects a body and drags it; H, M and P select the hero, minion and platform.
     pub const SELECT: Tools = Tools(1 << 7);
 
     /// A drag pulls the ball of the sling.

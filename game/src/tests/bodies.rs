@@ -50,6 +50,56 @@ fn the_left_drag_puts_the_selected_body_at_the_pointer_and_reports_its_contacts(
     assert!(!touches(&game, minion));
 }
 
+#[test]
+fn a_press_on_any_body_selects_it_and_keeps_its_grip() {
+    let mut game = built_in("bounds", 3);
+    game.join(FIRST);
+    let bodies: Vec<BodyId> = game.bodies().map(|info| info.id).collect();
+    assert_eq!(bodies.len(), 15);
+    let mut alone = 0;
+    for &body in &bodies {
+        let places = |game: &Game| bodies.iter().map(|&id| game.world().position(id)).collect();
+        let before: Vec<Vec2> = places(&game);
+        let grip = (game.world().position(body) + 2.0).round();
+        let hits =
+            |id: &&BodyId| game.world().shape(**id).contains(grip - game.world().position(**id));
+        if bodies.iter().filter(hits).count() > 1 {
+            continue;
+        }
+        alone += 1;
+        play(&mut game, &[Buttons::FIRE], Some(grip));
+        assert_eq!(only_selected(&game), body);
+        assert_eq!(places(&game), before, "nothing moves before the pointer does");
+        play(&mut game, &[Buttons::FIRE], Some(grip - Vec2::new(3.0, 1.0)));
+        play(&mut game, &[Buttons::FIRE], Some(grip - Vec2::new(8.0, 2.0)));
+        play(&mut game, &[], Some(grip));
+        let moves = places(&game).into_iter().zip(before).zip(&bodies);
+        for ((now, before), &id) in moves {
+            let way = if id == body { Vec2::new(-8.0, -2.0) } else { Vec2::ZERO };
+            assert!((now - before - way).length() < 1e-4, "{id:?}: {before} to {now}");
+        }
+    }
+    assert!(alone >= 10, "{alone} bodies lie alone");
+}
+
+#[test]
+fn a_press_takes_the_selected_body_of_those_under_the_pointer_else_the_hero() {
+    let mut game = built_in("bounds", 3);
+    game.join(FIRST);
+    let place = at(20.0, 30.0);
+    play(&mut game, &[Buttons::PICK_PLATFORM], None);
+    let platform = only_selected(&game);
+    play(&mut game, &[Buttons::FIRE], place);
+    assert_eq!(only_selected(&game), platform, "it stays selected");
+    play(&mut game, &[Buttons::PICK_MINION], None);
+    play(&mut game, &[Buttons::FIRE], place);
+    assert_eq!(
+        Some(only_selected(&game)),
+        game.roster.placed[0],
+        "the hero lies above the platform"
+    );
+}
+
 fn only_selected(game: &Game) -> BodyId {
     game.players().next().and_then(|player| player.selected).expect("a selected body")
 }

@@ -34,6 +34,7 @@ fn cases() -> Result<Vec<Case>> {
         ),
         Case::new("impulse_z_drops_x_grabs_c_shakes_v_clears", playing::impulse_tools),
         Case::new("bounds_h_m_p_select_and_the_mouse_drags", playing::bounds_selection),
+        Case::new("bounds_shows_the_selected_shape_on_a_touch_screen", playing::bounds_by_touch),
         Case::new("bounds_are_red_where_the_selected_body_touches", playing::bounds_colors),
         Case::new("particles_z_sprays_and_the_spray_dies_out", playing::particles_spray),
         Case::new(

@@ -226,7 +226,7 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
         let selected = picked(&before).context("it is picked")?;
 
         let there = |s: &State| picked(s).is_some_and(|body| distance(&body, goal) < 1.0);
-        let start = tab.aim([goal[0] - 10.0, goal[1]]).await?;
+        let start = tab.aim(selected.pos).await?;
         tab.mouse_down(start).await?;
         let wanted = format!("the {kind} at the pointer");
         let after = tab.until_aimed(goal, true, &wanted, there).await?;
@@ -238,6 +238,44 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
         tab.aim([30.0, 60.0]).await?;
         let later = tab.ticks(10).await?;
         assert!(there(&later), "it stays when the button is up; before {after:?}, now {later:?}");
+    }
+    // A press on any body selects that one.
+    let state = tab.state().await?;
+    let chosen = state.own_player().and_then(|player| player.selected);
+    let other = |body: &&Body| {
+        let apart = state.bodies.iter().filter(|near| distance(near, body.pos) < 25.0).count();
+        apart == 1 && Some(body.id) != chosen
+    };
+    let other = state.bodies.iter().find(other).context("a body by itself")?.clone();
+    let start = tab.aim(other.pos).await?;
+    tab.mouse_down(start).await?;
+    let is_selected = |s: &State| s.own_player().is_some_and(|p| p.selected == Some(other.id));
+    let after = tab.until("the pressed body selected", is_selected).await?;
+    for body in &after.bodies {
+        let old = state.bodies.iter().find(|old| old.id == body.id).context("it was there")?;
+        assert!(distance(old, body.pos) < 0.1, "a press moves nothing: {body:?}");
+    }
+    tab.mouse_up(start).await?;
+    Ok(())
+}
+
+/// On a touch screen the buttons show which shape is selected.
+pub async fn bounds_by_touch(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/bounds", Screen::PHONE).await?;
+    tab.until("the scene", |s| s.state == "playing" && s.bodies.len() >= 15).await?;
+    let pressed = "[...document.querySelectorAll('#tools [aria-pressed=\"true\"]')]\
+                   .map(button => button.textContent).join()";
+    tab.until_true(&format!("{pressed} === 'hero'")).await?;
+    for kind in ["minion", "platform", "hero"] {
+        let button = format!(
+            "(() => {{ for (const button of document.querySelectorAll('#tools button')) \
+             button.toggleAttribute('data-wanted', button.textContent === '{kind}'); \
+             return true; }})()"
+        );
+        tab.until_true(&button).await?;
+        tab.touch(tab.middle_of("#tools [data-wanted]").await?, false).await?;
+        tab.until_true(&format!("{pressed} === '{kind}'")).await?;
+        tab.lift().await?;
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use crate::page::dom::list::{Item, List};
 use crate::page::event::Event;
 use crate::page::queue::Events;
 use crate::page::tools;
-use jostle_game::{Buttons, Scene};
+use jostle_game::{Buttons, Kind, Scene};
 use jostle_sim::Vec2;
 use web_sys::{Element, MouseEvent, PointerEvent};
 
@@ -20,7 +20,7 @@ const CLICK_MS: i32 = 120;
 /// Stick and tool buttons as they were shown last.
 pub struct Touchpad {
     scene: Option<String>,
-    armed: Buttons,
+    chosen: (Buttons, Option<Kind>),
     tools: List,
     stick: Option<(Vec2, Vec2)>,
 }
@@ -28,20 +28,20 @@ pub struct Touchpad {
 impl Touchpad {
     /// No buttons yet.
     pub fn new() -> Touchpad {
-        let armed = Buttons::default();
-        Touchpad { scene: None, armed, tools: List::new("tools"), stick: None }
+        let chosen = (Buttons::default(), None);
+        Touchpad { scene: None, chosen, tools: List::new("tools"), stick: None }
     }
 
     /// Shows stick and buttons.
     pub fn show(&mut self, app: &App) {
-        let armed = app.fingers.armed;
-        if let Some(replica) = app.game().and_then(|game| game.replica())
-            && (self.scene.as_ref(), self.armed) != (Some(&replica.scene.source), armed)
-        {
-            self.scene = Some(replica.scene.source.clone());
-            self.armed = armed;
-            dom::show("stick", tools::fingers(&replica.scene).steers);
-            self.tools.show(tool_buttons(&replica.scene, armed));
+        if let Some(replica) = app.game().and_then(|game| game.replica()) {
+            let chosen = (app.fingers.armed, replica.selected_kind());
+            if (self.scene.as_ref(), self.chosen) != (Some(&replica.scene.source), chosen) {
+                self.scene = Some(replica.scene.source.clone());
+                self.chosen = chosen;
+                dom::show("stick", tools::fingers(&replica.scene).steers);
+                self.tools.show(tool_buttons(&replica.scene, chosen));
+            }
         }
         let stick = app.fingers.stick();
         if self.stick != stick {
@@ -54,20 +54,28 @@ impl Touchpad {
     }
 }
 
-/// The buttons of a scene. A lone aimed tool needs none: touching the world is it.
-fn tool_buttons(scene: &Scene, armed: Buttons) -> impl Iterator<Item = Item> {
+/// The buttons of a scene, with the tool that is armed and the kind of body that is selected. A lone
+/// aimed tool needs none: touching the world is it.
+fn tool_buttons(
+    scene: &Scene,
+    (armed, selected): (Buttons, Option<Kind>),
+) -> impl Iterator<Item = Item> {
     let tools = tools::touch_tools(scene);
     let lone = tools.iter().filter(|cap| cap.aimed).count() == 1;
     tools.into_iter().filter(move |cap| !(lone && cap.aimed)).map(move |cap| {
-        let pressed = cap.aimed.then(|| (cap.buttons == armed).to_string());
+        let is_chosen = match tools::picks(cap.buttons) {
+            Some(kind) => Some(selected == Some(kind)),
+            None => cap.aimed.then_some(cap.buttons == armed),
+        };
         Item::new("tool-item", cap.buttons.0)
             .with("", "data-buttons", cap.buttons.0.to_string())
-            .with("", "aria-pressed", pressed)
+            .with("", "data-arms", cap.aimed.then(String::new))
+            .with("", "aria-pressed", is_chosen.map(|chosen| chosen.to_string()))
             .text("", cap.does)
     })
 }
 
-/// Listens to the tool buttons. Those that are armed can be pressed, in the words of `aria-pressed`.
+/// Listens to the tool buttons: those with `data-arms` arm a tool, the others are keys.
 pub fn listen(events: Events) {
     let tool = |event: &web_sys::Event| -> Option<(Element, Buttons)> {
         let button = dom::target_within(event, "[data-buttons]")?;
@@ -79,7 +87,7 @@ pub fn listen(events: Events) {
         dom::listen(&tools, kind, move |event: PointerEvent| {
             let Some((button, buttons)) = tool(&event) else { return };
             let down = kind == "pointerdown";
-            if !button.has_attribute("aria-pressed") {
+            if !button.has_attribute("data-arms") {
                 let _ = button.class_list().toggle_with_force("down", down);
                 events.push(Event::ToolPressed(buttons, down));
             } else if down {
@@ -89,7 +97,7 @@ pub fn listen(events: Events) {
     }
     dom::listen(&tools, "click", move |event: MouseEvent| {
         let Some((button, buttons)) = tool(&event) else { return };
-        if button.has_attribute("aria-pressed") {
+        if button.has_attribute("data-arms") {
             events.push(Event::ToolArmed(buttons));
         } else if event.detail() == 0 {
             events.push(Event::ToolPressed(buttons, true));

@@ -3,7 +3,9 @@
 //! marks each centre (A1.6).
 
 use super::stage::Stage;
+use super::vertex::{SolidKind, SolidVertex, rgba};
 use crate::view::frame::FrameBody;
+use crate::view::palette::PAPER;
 use jostle_game::Kind;
 use jostle_sim::{Shape, Vec2};
 
@@ -13,6 +15,9 @@ pub const SEGMENTS: usize = 16;
 const MARK_HALF: f32 = 0.25;
 /// Width of a line in pixels of a view 720 pixels high; it grows with the view.
 const LINE_PIXELS: f32 = 1.5;
+
+/// How opaque the inside of the selected body is.
+const CHOSEN_ALPHA: f32 = 0.4;
 
 const NORMAL: [u8; 4] = [0, 255, 0, 255];
 const MARBLE: [u8; 4] = [255, 255, 255, 255];
@@ -31,10 +36,12 @@ pub fn fill(stage: &mut Stage) {
         let color = color(body, selecting);
         match body.shape {
             Shape::Circle { radius } => {
+                chosen(stage, body, SolidKind::Oval);
                 let corners = ring.map(|corner| body.center + corner * radius);
                 closed(stage, &corners, color);
             }
             Shape::Box { half } => {
+                chosen(stage, body, SolidKind::Box);
                 let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
                     .map(|(x, y)| body.center + half * Vec2::new(x, y));
                 closed(stage, &corners, color);
@@ -44,6 +51,14 @@ pub fn fill(stage: &mut Stage) {
             let arm = Vec2::new(MARK_HALF, MARK_HALF * slope);
             line(stage, body.center - arm, body.center + arm, color);
         }
+    }
+}
+
+/// Fills the bounds of the selected body, whose picture is hidden.
+fn chosen(stage: &mut Stage, body: &FrameBody, kind: SolidKind) {
+    if body.hidden {
+        let fill = rgba(PAPER[0], CHOSEN_ALPHA);
+        stage.quads.push(SolidVertex::new(kind, body.center, body.shape.half_extent(), fill));
     }
 }
 

@@ -136,7 +136,10 @@ fn a_hidden_body_keeps_only_its_bounds() {
     let mut list = DrawList::new();
     list.fill(&Frame { bounds: true, ..frame(&[shown], &particles) });
     assert_eq!(list.overlay_start, 0, "nothing under the bounds");
-    assert!(!list.solids().is_empty());
+    let quads = list.solids();
+    let is_fill = |quad: &&SolidVertex| quad.half == [9.0, 9.0];
+    let fill = quads.iter().find(is_fill).expect("its inside is filled");
+    assert!(fill.fill[3] < 128, "lightly: {:?}", fill.fill);
 }
 
 #[test]

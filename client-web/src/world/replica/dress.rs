@@ -1,14 +1,14 @@
 //! Samples become the bodies of a frame: their age, the gaze of heroes, and which of them are
-//! hot or marked. The body that X would grab is lit before the key is pressed.
+//! hot or marked. The body that X would grab, or a press would select, is lit before that.
 
 use super::{Eye, Replica, age};
 use crate::net::timeline::Sample;
 use crate::view::frame::FrameBody;
 use crate::world::overlap;
 use crate::world::predict::placed;
-use jostle_game::{Kind, Scene, Seat, Tools};
+use jostle_game::{Kind, Scene, Seat, Tools, selectable_at};
 use jostle_protocol::PlayerState;
-use jostle_sim::{BodyId, Motion, Vec2};
+use jostle_sim::{BodyId, Motion, Shape, Vec2};
 
 impl Replica {
     /// Turns samples into bodies of the frame.
@@ -26,7 +26,10 @@ impl Replica {
         let own = players.iter().find(|p| p.seat == self.seat);
         let selecting = self.scene.tools.contains(Tools::SELECT);
         let selected = own.and_then(|p| p.selected).filter(|_| selecting);
-        let hot = eye.pointer.and_then(|at| hot_body(&self.scene, &self.samples, players, own, at));
+        let hot = eye.pointer.and_then(|at| match selecting {
+            true => selectable_at(self.samples.iter().map(outline), selected, at),
+            false => hot_body(&self.scene, &self.samples, players, own, at),
+        });
         self.bodies.clear();
         for sample in &self.samples {
             let player = sample.owner.and_then(|seat| players.iter().find(|p| p.seat == seat));
@@ -72,6 +75,10 @@ impl Replica {
             bodies[j].touching = true;
         });
     }
+}
+
+fn outline(sample: &Sample) -> (BodyId, Kind, Shape, Vec2) {
+    (sample.id, sample.kind, sample.shape, sample.center)
 }
 
 /// Gaze of a hero. The player's own follows the pointer without a round trip to the server.
