@@ -207,7 +207,9 @@ impl Game {
         heroes::thrust(world, &roster.players, scene);
         packs::steer(world, roster, scene, prey);
         tools::act_on_bodies(world, roster, scene, &mut rngs.agitate);
-        heroes::keep_lanes(world, &roster.players, scene);
+        if rules.is_some() || scene.lane(None).is_some() {
+            heroes::keep_lanes(world, &roster.players, scene);
+        }
         if let Some(rules) = rules {
             rules.work_sling(&mut Table { scene, world, roster, rngs, events });
             rules.hold_resting(&mut Table { scene, world, roster, rngs, events });

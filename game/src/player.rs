@@ -83,6 +83,7 @@ impl Player {
             (0.0..=world_size.x).contains(&pointer.x) && (0.0..=world_size.y).contains(&pointer.y)
         };
         self.aim = input.pointer.filter(inside);
+        self.lost = None;
         self.pointer_before = self.pointer;
         self.pointer = self.aim.or(self.pointer);
         self.pressed = Buttons(input.buttons.0 & !self.down.0);

@@ -11,7 +11,7 @@ mod record;
 
 pub use block::{Block, Change, FULL_HASH_TICKS, Tick, keeps_full_hash};
 pub use read::{Ending, Problem, Replay, ReplayError, START_BYTES_MAX, Sizes};
-pub use record::{FORMAT, Keyframe, MAGIC, Record, Start, frame, header};
+pub use record::{END_BYTES_MAX, FORMAT, Keyframe, MAGIC, Record, Start, frame, header};
 
 #[cfg(test)]
 mod tests;

@@ -189,6 +189,9 @@ pub struct Waits {
     pub hearing: Duration,
     /// Time for which a room stays open without players.
     pub room_empty: Duration,
+    /// Time for which a room is still recorded without players; somebody who comes back sooner is in the
+    /// same replay.
+    pub record_empty: Duration,
     /// Time in which a room answers an operator, or all of them together where all are asked.
     pub command: Duration,
     /// Time between warning the players of the server's end and closing their sockets.
@@ -209,6 +212,7 @@ impl Waits {
         stall: Duration::from_secs(20),
         hearing: Duration::from_secs(20),
         room_empty: Duration::from_secs(120),
+        record_empty: Duration::from_secs(10),
         command: Duration::from_secs(1),
         drain_notice: Duration::from_secs(2),
         drain: Duration::from_secs(3),

@@ -82,6 +82,9 @@ pub struct ReplayCard {
     pub unix_s: u64,
     /// Length of the file by now.
     pub bytes: u64,
+    /// Length of the game by now, seconds; unknown if its end is missing.
+    #[serde(default)]
+    pub seconds: Option<u32>,
     /// Whether it still grows.
     pub recording: bool,
 }

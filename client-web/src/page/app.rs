@@ -252,12 +252,15 @@ impl App {
         }
     }
 
-    /// Whoever opens the room's link in another tab is the same player.
+    /// Whoever opens the room's link in another tab is the same player. A browser that keeps the page for
+    /// the way back would keep its socket too, and the others would see a player who does nothing; a
+    /// page that comes back reconnects.
     fn close_tab(&mut self) {
         self.release_input();
         if let Activity::Game(game) = &self.activity {
             self.ctx.leave_seat_behind(&game.code);
         }
+        self.with_game(|game, ctx| game.drop_socket(ctx));
     }
 
     /// Leaves game or replay.

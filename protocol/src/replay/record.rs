@@ -19,6 +19,10 @@ pub const MAGIC: [u8; 8] = *b"jostle\x1a\n";
 pub const FORMAT: u16 = 1;
 /// Bytes of a record's kind, length and checksum.
 pub(super) const FRAME_BYTES: usize = 9;
+/// Most bytes of a sealed end record, the last of a file: frame, tick and hash.
+pub const END_BYTES_MAX: usize = FRAME_BYTES + END_PAYLOAD_BYTES[1];
+/// Least and most bytes of its payload.
+const END_PAYLOAD_BYTES: [usize; 2] = [1 + 8, 5 + 8];
 
 /// The start of a replay.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
@@ -99,6 +103,19 @@ impl Record {
             }
         }
         frame(self.kind(), &writer.finish())
+    }
+
+    /// Finds the tick of the end record in the last [`END_BYTES_MAX`] bytes of a file, or fewer; `None` if
+    /// the file does not end with one.
+    pub fn last_tick(tail: &[u8]) -> Option<u32> {
+        (END_PAYLOAD_BYTES[0]..=END_PAYLOAD_BYTES[1]).find_map(|bytes| {
+            let at = tail.len().checked_sub(FRAME_BYTES + bytes)?;
+            let payload = &tail[at + FRAME_BYTES..];
+            match Record::read(4, payload) {
+                Ok(end @ Record::End { tick, .. }) if end.seal() == tail[at..] => Some(tick),
+                _ => None,
+            }
+        })
     }
 
     /// Decodes the payload of a sealed record, whose checksum was compared before.

@@ -285,3 +285,25 @@ fn records_in_the_wrong_order_end_the_replay() {
     let Ok(Ending::Damaged(error)) = ending(&[&late, &all[2]]) else { panic!("needs a keyframe") };
     assert!(error.to_string().contains("must begin with a keyframe"));
 }
+
+#[test]
+fn the_end_record_is_found_in_the_last_bytes_of_a_file() {
+    let mut rng = Rng::new(9, 0);
+    for bits in 0..32 {
+        let tick = 1 << bits | rng.below(1 << bits);
+        let hash = u64::from(rng.next_u32()) << 32 | u64::from(rng.next_u32());
+        let end = Record::End { tick, hash }.seal();
+        assert!(end.len() <= END_BYTES_MAX);
+        let file = [&Record::Ticks(play(1, 30, &mut rng)).seal()[..], &end[..]].concat();
+        assert_eq!(Record::last_tick(&file[file.len() - END_BYTES_MAX..]), Some(tick));
+        assert_eq!(Record::last_tick(&file), Some(tick));
+        assert_eq!(Record::last_tick(&end), Some(tick));
+        for cut in 1..=END_BYTES_MAX {
+            assert_eq!(Record::last_tick(&file[..file.len() - cut]), None);
+        }
+        let mut changed = end;
+        let at = rng.below(changed.len() as u32) as usize;
+        changed[at] ^= 1 << rng.below(8);
+        assert_eq!(Record::last_tick(&changed), None);
+    }
+}

@@ -147,18 +147,22 @@ impl Ticker {
             let skipped = schedule.missed() - missed_before;
             self.host.metrics.ticks.woke(due, skipped, late, watch.laps);
             self.publish(room);
+            if !self.members.is_empty() {
+                empty_since = now;
+            }
+            let empty = now - empty_since;
             if let Some(room_recording) = &mut room_recording {
-                room_recording.after_ticks(room, now);
+                match empty < self.host.waits.record_empty {
+                    true => room_recording.after_ticks(room, now),
+                    false => room_recording.pause(room, now),
+                }
             }
             if self.closed {
                 return End::Closed;
             }
             let is_awaited = !self.abandoned || room.players() > 0;
-            if !self.members.is_empty() {
-                empty_since = now;
-            } else if (!is_awaited || now - empty_since >= self.host.waits.room_empty)
-                && self.retire(room)
-            {
+            let is_over = !is_awaited || empty >= self.host.waits.room_empty;
+            if self.members.is_empty() && is_over && self.retire(room) {
                 return End::Empty;
             }
         }

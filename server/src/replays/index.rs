@@ -3,6 +3,7 @@
 
 use crate::limits::REPLAY_FILE_CHARGE_MIN;
 use jostle_protocol::replay::Start;
+use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Bound;
@@ -32,6 +33,8 @@ pub struct IndexedFile {
     pub is_readable: bool,
     /// Time of the last write.
     pub modified: SystemTime,
+    /// Ticks played before the first recorded one.
+    pub first_tick: u32,
 }
 
 /// A replay as lists show it.
@@ -47,6 +50,8 @@ pub struct Entry {
     pub unix_s: u64,
     /// Length of the file, whole records alone.
     pub bytes: u64,
+    /// Length of the game so far, seconds; `None` if its end is missing.
+    pub seconds: Option<u32>,
     /// Whether it is still being recorded.
     pub recording: bool,
 }
@@ -57,7 +62,14 @@ impl IndexedFile {
         self.entry.scene.clone_from(&start.scene_name);
         self.entry.room.clone_from(&start.room);
         self.entry.unix_s = start.unix_s;
+        self.first_tick = start.first_tick;
         self.is_readable = true;
+    }
+
+    /// Shows the file with a game that has reached this tick.
+    pub fn set_last_tick(&mut self, tick: u32) {
+        let ticks = tick.saturating_sub(self.first_tick);
+        self.entry.seconds = Some(ticks.div_ceil(TICKS_PER_SECOND));
     }
 }
 
@@ -150,7 +162,7 @@ mod tests {
     fn file(name: &str, at_s: u64, bytes: u64, recording: bool) -> IndexedFile {
         let (name, modified) = (name.to_owned(), UNIX_EPOCH + Duration::from_secs(at_s));
         let entry = Entry { name, unix_s: at_s, bytes, recording, ..Entry::default() };
-        IndexedFile { entry, is_readable: true, modified }
+        IndexedFile { entry, is_readable: true, modified, first_tick: 0 }
     }
 
     fn filled(count: usize) -> ReplayIndex {

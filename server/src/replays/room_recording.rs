@@ -25,6 +25,8 @@ enum State {
     },
     /// Recording failed; a new file is begun at this time.
     Off { retry_at: Instant },
+    /// Nobody is there; a new file is begun for whoever comes.
+    Paused,
 }
 
 impl RoomRecording {
@@ -35,11 +37,20 @@ impl RoomRecording {
         room_recording
     }
 
+    /// Ends the file while nobody is in the room, until [`after_ticks`](RoomRecording::after_ticks) is called.
+    pub fn pause(&mut self, room: &mut Room, now: Instant) {
+        if let State::On { .. } = self.state {
+            let last = room.stop_recording();
+            self.hand_over(room, last, true, now);
+        }
+        self.state = State::Paused;
+    }
+
     /// Hands new records to the writer. To be called after ticks were played.
     pub fn after_ticks(&mut self, room: &mut Room, now: Instant) {
         match &self.state {
             State::Off { retry_at } if now < *retry_at => {}
-            State::Off { .. } => self.begin(room, now),
+            State::Off { .. } | State::Paused => self.begin(room, now),
             State::On { recording_file, .. } if recording_file.failed.load(Ordering::Relaxed) => {
                 self.switch_off(room, now);
             }

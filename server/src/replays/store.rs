@@ -5,10 +5,10 @@ use super::index::{Entry, IndexedFile, ReplayIndex, Stamp};
 use super::name::{ENDING, is_name, name, numbered};
 use super::settings::{Counters, Settings};
 use crate::limits;
-use jostle_protocol::replay::{START_BYTES_MAX, Start};
+use jostle_protocol::replay::{END_BYTES_MAX, Record, START_BYTES_MAX, Start};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -94,7 +94,7 @@ impl ReplayStore {
                 Ok(file) => {
                     let modified = (self.settings.wall)();
                     let entry = Entry { name: name.clone(), recording: true, ..Entry::default() };
-                    let mut new = IndexedFile { entry, is_readable: false, modified };
+                    let mut new = new_file(entry, modified);
                     new.set_start(start);
                     self.lock().insert(new);
                     return Ok((name, file));
@@ -111,6 +111,11 @@ impl ReplayStore {
             file.entry.bytes += bytes;
             file.modified = modified;
         });
+    }
+
+    /// Notes that the game of a file has reached this tick.
+    pub(super) fn reach(&self, name: &str, tick: u32) {
+        self.lock().update(name, |file| file.set_last_tick(tick));
     }
 
     /// Marks a file as finished.
@@ -163,7 +168,11 @@ impl ReplayStore {
         // Only now, so that files which go at once are not read.
         for name in new.iter().filter(|name| self.knows(name)) {
             if let Some(start) = self.start_of(name) {
-                self.lock().update(name, |file| file.set_start(&start));
+                let last_tick = self.last_tick_of(name);
+                self.lock().update(name, |file| {
+                    file.set_start(&start);
+                    last_tick.into_iter().for_each(|tick| file.set_last_tick(tick));
+                });
             }
         }
         Ok(())
@@ -224,7 +233,7 @@ impl ReplayStore {
                 }
                 None => {
                     let entry = Entry { name: name.clone(), bytes, ..Entry::default() };
-                    index.insert(IndexedFile { entry, is_readable: false, modified });
+                    index.insert(new_file(entry, modified));
                     new.push(name);
                 }
             }
@@ -258,7 +267,21 @@ impl ReplayStore {
         Start::find(&bytes).ok()
     }
 
+    fn last_tick_of(&self, name: &str) -> Option<u32> {
+        let mut file = File::open(self.path(name)).ok()?;
+        let bytes = file.metadata().ok()?.len();
+        file.seek(SeekFrom::Start(bytes.saturating_sub(END_BYTES_MAX as u64))).ok()?;
+        let mut tail = Vec::new();
+        file.take(END_BYTES_MAX as u64).read_to_end(&mut tail).ok()?;
+        Record::last_tick(&tail)
+    }
+
     fn lock(&self) -> MutexGuard<'_, ReplayIndex> {
         self.index.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// A file of which nothing is known yet but what the directory tells.
+fn new_file(entry: Entry, modified: SystemTime) -> IndexedFile {
+    IndexedFile { entry, is_readable: false, modified, first_tick: 0 }
 }

@@ -164,6 +164,36 @@ fn a_long_game_goes_on_in_another_file() {
 }
 
 #[test]
+fn while_nobody_is_in_a_room_it_is_not_recorded() {
+    let dir = Dir::new("paused");
+    let mut stage = Stage::new(dir.settings());
+    stage.play(360);
+    stage.idle(40);
+    for _ in 0..7200 {
+        stage.room.tick();
+        stage.room_recording.pause(&mut stage.room, Instant::now());
+    }
+    stage.play(120);
+    let recording = stage.end();
+    let replays = dir.replays();
+    let mut spans: Vec<_> =
+        replays.iter().map(|replay| (replay.first_tick(), replay.last_tick())).collect();
+    spans.sort();
+    // Tick 401 ends the first file, and the second begins after the first tick with somebody there.
+    assert_eq!(spans, [(0, 401), (7601, 7720)]);
+    assert!(replays.iter().all(|replay| replay.ending() == Ending::Whole));
+    let mut seconds: Vec<_> = recording.store().list().iter().map(|entry| entry.seconds).collect();
+    seconds.sort();
+    assert_eq!(seconds, [Some(2), Some(7)]);
+    // A server that starts over these files finds the same.
+    let later = Recording::start(dir.settings()).expect("a thread");
+    later.close();
+    let mut found: Vec<_> = later.store().list().iter().map(|entry| entry.seconds).collect();
+    found.sort();
+    assert_eq!(found, seconds);
+}
+
+#[test]
 fn a_room_that_fails_leaves_a_replay_up_to_its_last_record() {
     let dir = Dir::new("failed");
     let mut stage = Stage::new(dir.settings());

@@ -132,6 +132,7 @@ impl Writer {
         self.store.counters().bytes.fetch_add(count, Ordering::Relaxed);
         if let Record::Ticks(block) = record {
             open.has_inputs |= block.ticks.iter().any(|tick| !tick.inputs.is_empty());
+            self.store.reach(&open.name, block.first + block.ticks.len() as u32 - 1);
             self.succeed();
         }
         Ok(())

@@ -528,10 +528,10 @@ fn solve_normal<const RESTITUTION: bool>(
 /// impulse in this step (C08 to C14).
 #[inline]
 fn solve_friction(bodies: &mut Bodies, constraint: &mut RelaxationConstraint) -> bool {
-    // Without friction the limit is 0 even where an impulse is infinite.
-    let held = constraint.normal_impulse + constraint.bounce_impulse;
-    let limit = if constraint.friction > 0.0 { constraint.friction * held } else { 0.0 };
-    if limit <= 0.0 && constraint.tangent_impulse == 0.0 {
+    let limit = constraint.friction * (constraint.normal_impulse + constraint.bounce_impulse);
+    // Without friction the limit is no number where an impulse is infinite.
+    let acts = limit > 0.0 || constraint.tangent_impulse != 0.0;
+    if !acts {
         return false;
     }
     let along = constraint.normal.perp();

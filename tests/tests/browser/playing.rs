@@ -291,8 +291,9 @@ pub async fn bounds_colors(stage: Arc<Stage>) -> Result<()> {
     tab.hold_key("h", 3).await?;
     tab.until_seen("red bounds where the picked hero touches", |p| red(p) > 30).await?;
     tab.hold_key("p", 3).await?;
-    let away = tab.aim([100.0, 60.0]).await?;
-    tab.mouse_down(away).await?;
+    tab.mouse_down(tab.aim([20.0, 30.0]).await?).await?;
+    let away = tab.to_page([100.0, 60.0]).await?;
+    tab.move_to(away, true).await?;
     tab.ticks(5).await?;
     tab.mouse_up(away).await?;
     tab.hold_key("h", 3).await?;

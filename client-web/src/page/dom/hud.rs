@@ -12,7 +12,7 @@ use crate::page::news_log::NewsLog;
 use crate::page::tools;
 use crate::view::palette;
 use crate::world::replica::{News, Replica};
-use jostle_game::{Buttons, Kind, Scene};
+use jostle_game::{Buttons, Kind, Scene, Tools};
 
 /// Key caps are large for this long after joining, milliseconds.
 const CAPS_LARGE_MS: f64 = 10_000.0;
@@ -98,6 +98,7 @@ impl Hud {
             return;
         }
         self.scene = Some(scene.source.clone());
+        dom::show("turn", !scene.tools.contains(Tools::STEER));
         dom::text("room-title", &scene.title);
         dom::document().set_title(&format!("{} \u{b7} Jostle", scene.title));
         let code = format!("/{}", game.code);

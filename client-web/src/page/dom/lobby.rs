@@ -9,12 +9,16 @@ use crate::page::event::{Event, Form};
 use crate::page::lobby::Lobby;
 use crate::page::queue::Events;
 use crate::page::{name, strings};
+use jostle_sim::TICKS_PER_SECOND;
 use wasm_bindgen::JsCast;
-use web_sys::{Element, HtmlInputElement, InputEvent, PointerEvent};
+use web_sys::{Element, HtmlElement, HtmlInputElement, InputEvent, MouseEvent, PointerEvent};
 
 /// Shelves and the lists that show them.
 const CATEGORIES: [(&str, &str); 3] =
     [("games", "game-list"), ("playgrounds", "playground-list"), ("book", "book-list")];
+
+/// Replays that a folded list shows: the style sheet hides the others.
+const FOLDED: usize = 6;
 
 /// The lobby as it was shown last.
 pub struct LobbyView {
@@ -63,6 +67,8 @@ impl LobbyView {
         }
         self.rooms.show(lobby.rooms.iter().map(|room| room_entry(lobby, room)));
         self.replays.show(lobby.replays.iter().map(|replay| replay_entry(lobby, replay)));
+        let is_folded = dom::html("replay-list").class_list().contains("folded");
+        dom::show("all-replays", is_folded && lobby.replays.len() > FOLDED);
     }
 }
 
@@ -89,6 +95,12 @@ pub fn listen(events: Events) {
         events.push(Event::FormChanged(form()));
     });
     dom::listen(&dom::html("name"), "compositionend", |_: web_sys::Event| fit_name());
+    dom::listen(&dom::html("all-replays"), "click", |_: MouseEvent| {
+        let _ = dom::html("replay-list").class_list().remove_1("folded");
+        dom::show("all-replays", false);
+        let next = dom::query::<HtmlElement>("#replay-list li:nth-child(7) a");
+        next.into_iter().for_each(|link| drop(link.focus()));
+    });
     dom::listen(&dom::html("lobby"), "pointermove", |event: PointerEvent| follow(&event));
 }
 
@@ -121,11 +133,15 @@ fn replay_entry(lobby: &Lobby, replay: &ReplayCard) -> Item {
     let scene = lobby.scenes.iter().find(|scene| scene.name == replay.scene);
     let title = scene.map_or(&replay.scene, |scene| &scene.title);
     let ago = strings::ago(js_sys::Date::now() / 1000.0 - replay.unix_s as f64);
+    let length = match replay.seconds {
+        Some(seconds) => strings::clock(f64::from(seconds) * f64::from(TICKS_PER_SECOND), false),
+        None => strings::size(replay.bytes),
+    };
     let when = if replay.unix_s == 0 { &replay.name } else { &ago };
     link(Item::new("replay-item", &replay.name), &format!("replay/{}", replay.name), scene)
         .text("strong", title)
         .text(".code", format!("/{} \u{b7} {when}", replay.room))
-        .text(".seats span", strings::size(replay.bytes))
+        .text(".seats span", length)
         .with(".live", "hidden", (!replay.recording).then(String::new))
 }
 

@@ -63,8 +63,10 @@ fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
     let token = Token([7; limits::TOKEN_BYTES]).text();
     browser.app.ctx.set_secret(Secret::Seat, "arena", Token::parse(&token));
     let key = "jostle.seat.arena".to_owned();
-    browser.say(Event::Closing);
+    let done = browser.say(Event::Closing);
     assert!(browser.effects.contains(&Effect::StoreLocal(key.clone(), Some(token.clone()))));
+    assert!(has(&done, "Disconnect { leaving: false }"), "{done:?}");
+    assert_eq!(browser.app.state(), "reconnecting", "in case the browser shows the page again");
 
     let local = BTreeMap::from([(key.clone(), token.clone())]);
     let mut browser = Browser::open_with("/arena", "", Remembered { local, ..Default::default() });
