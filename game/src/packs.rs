@@ -121,8 +121,9 @@ pub(crate) fn burst(
         }
         roster.remove(world, pack.id);
         let owner = pack.owner;
+        let counts = victim != owner && !roster.is_away(victim);
         let scorer = roster.players.iter_mut().find(|player| Some(player.seat) == owner);
-        if let Some(player) = scorer.filter(|_| victim != owner) {
+        if let Some(player) = scorer.filter(|_| counts) {
             player.score = player.score.saturating_add(1);
         }
         events.push(Event::PackHit { owner, victim, hero: hero.id, point });

@@ -38,6 +38,8 @@ pub(crate) struct Player {
     pub checkpoint: Option<Vec2>,
     /// The body that hangs on the hero.
     pub carried: Option<Held>,
+    /// No input came for this tick: nobody is at the keys. Nothing is won by hitting such a player.
+    pub is_away: bool,
     /// The hero that left the world in this tick.
     pub lost: Option<BodyId>,
     /// Last pointer inside the world.
@@ -68,6 +70,7 @@ impl Player {
             home: Vec2::ZERO,
             checkpoint: None,
             carried: None,
+            is_away: false,
             lost: None,
             pointer: None,
             pointer_before: None,
@@ -169,10 +172,9 @@ impl Player {
 /// Gives each player its input of this tick. A seat without an entry is at rest: nothing is down.
 pub(crate) fn take_inputs(players: &mut [Player], inputs: &[(Seat, Input)], world_size: Vec2) {
     for player in players {
-        let mut input = match inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat) {
-            Ok(at) => inputs[at].1.rounded(),
-            Err(_) => Input::default(),
-        };
+        let found = inputs.binary_search_by_key(&player.seat, |&(seat, _)| seat);
+        player.is_away = found.is_err();
+        let mut input = found.map_or(Input::default(), |at| inputs[at].1.rounded());
         player.throw_wait = player.throw_wait.saturating_sub(1);
         if player.stun > 0 {
             player.stun -= 1;

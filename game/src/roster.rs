@@ -19,6 +19,11 @@ pub(crate) struct Roster {
 }
 
 impl Roster {
+    /// Returns whether this is a player at whose keys nobody is.
+    pub fn is_away(&self, seat: Option<Seat>) -> bool {
+        self.players.iter().any(|player| Some(player.seat) == seat && player.is_away)
+    }
+
     /// Adds a body with its role; `None` when the world is full.
     pub fn add(
         &mut self,

@@ -52,7 +52,9 @@ impl Rules {
             Occasion::Touch(first, second) => self.list_touches(first, second, table, found),
             Occasion::Burst => {
                 for event in table.events.iter() {
-                    if let Event::PackHit { owner, hero, .. } = *event {
+                    if let Event::PackHit { owner, victim, hero, .. } = *event
+                        && !table.roster.is_away(victim)
+                    {
                         let by = owner.map(|seat| table.roster.side_of(seat));
                         found.push(Occurrence { by, ..self.about(hero, table) });
                     }

@@ -146,6 +146,37 @@ fn one_pack_moves_a_minion_a_little_and_three_move_it_more() {
     assert!(one < 10.0, "a pack is light: {one}");
 }
 
+/// The score of a hit on a player at the keys, and on one of whom nothing is heard.
+fn points_for_a_hit(rules: &str) -> [u16; 2] {
+    [true, false].map(|is_there| {
+        let mut game = floor_with(rules);
+        for seat in 0..3 {
+            game.join(Seat(seat));
+        }
+        let rest = [Seat(1), Seat(2)].map(|seat| (seat, Input::default()));
+        let mut tick = |buttons: &[Buttons], pointer| {
+            let all = [&[(FIRST, input(buttons, pointer))], &rest[..]].concat();
+            game.tick(if is_there { &all } else { &all[..1] });
+            hits(&game).len()
+        };
+        (0..120).for_each(|_| _ = tick(&[], None));
+        tick(&[Buttons::FIRE], at(75.0, 40.0));
+        assert_eq!((0..299).map(|_| tick(&[], None)).sum::<usize>(), 1);
+        game.players().next().expect("a player").score
+    })
+}
+
+#[test]
+fn a_hit_on_a_player_who_is_not_there_gives_no_point() {
+    assert_eq!(points_for_a_hit(""), [1, 0]);
+    assert_eq!(
+        points_for_a_hit(
+            "[round]\ncountdown = 0\n[[rules]]\nburst = true\nscore = 3\nto = \"by\"\n"
+        ),
+        [3, 0]
+    );
+}
+
 #[test]
 fn packs_chase_the_nearest_hero_of_another_player() {
     let mut game = floor_with("");
@@ -163,7 +194,6 @@ fn packs_chase_the_nearest_hero_of_another_player() {
     }
     assert_eq!(struck.len(), 1);
     assert_eq!((struck[0].0, struck[0].1), (FIRST, Some(Seat(1))));
-    assert_eq!(game.players().next().expect("a player").score, 1);
 }
 
 #[test]
