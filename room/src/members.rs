@@ -109,13 +109,19 @@ impl Members {
 
     /// Makes an appearance distinct from those of all members but the one at `own`: a namesake gets a
     /// number after the name, a taken colour becomes the next one that no connected player has. When all
-    /// colours are taken, the wanted one is shared.
-    pub fn distinct(&self, wanted: &Appearance, own: Option<Seat>) -> Appearance {
-        let others =
-            || self.seats.iter().filter(|(seat, _)| Some(**seat) != own).map(|(_, member)| member);
-        let names = || others().map(|other| &*other.appearance.name);
+    /// colours are taken, the wanted one is shared. The colours of those who `yield_to` the member are free.
+    pub fn distinct(
+        &self,
+        wanted: &Appearance,
+        own: Option<Seat>,
+        yield_to: impl Fn(Seat) -> bool,
+    ) -> Appearance {
+        let others = || self.seats.iter().filter(|(seat, _)| Some(**seat) != own);
+        let names = || others().map(|(_, other)| &*other.appearance.name);
         let colored = |color: u8| {
-            others().any(|other| other.lost_tick.is_none() && other.appearance.color == color)
+            let wears =
+                |other: &Member| other.lost_tick.is_none() && other.appearance.color == color;
+            others().any(|(seat, other)| wears(other) && !yield_to(*seat))
         };
         let mut appearance = wanted.clone();
         if names().any(|name| *name == *wanted.name) {
@@ -170,13 +176,13 @@ mod tests {
     #[test]
     fn namesakes_get_a_number() {
         let members = members(&[(0, "Ann", 0), (1, "Ann 2", 1), (2, "Bob", 2)]);
-        assert_eq!(members.distinct(&look("Ann", 5), None), look("Ann 3", 5));
-        assert_eq!(members.distinct(&look("Ann 2", 5), None), look("Ann 2 2", 5));
-        assert_eq!(members.distinct(&look("Bob", 5), Some(Seat(2))), look("Bob", 5));
+        assert_eq!(members.distinct(&look("Ann", 5), None, |_| false), look("Ann 3", 5));
+        assert_eq!(members.distinct(&look("Ann 2", 5), None, |_| false), look("Ann 2 2", 5));
+        assert_eq!(members.distinct(&look("Bob", 5), Some(Seat(2)), |_| false), look("Bob", 5));
         let mut members = Members::new(40);
         let long = look("Twenty characters ab", 0);
         for seat in 0..40 {
-            let look = members.distinct(&long, None);
+            let look = members.distinct(&long, None, |_| false);
             let name = if seat == 0 { long.name.clone() } else { long.numbered(seat + 1).name };
             assert_eq!(look.name, name);
             members.seats.insert(Seat(seat as u16), Member::new(look, 0));
@@ -186,11 +192,11 @@ mod tests {
     #[test]
     fn a_taken_colour_gives_the_next_free_one() {
         let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
-        assert_eq!(seated.distinct(&look("D", 6), None).color, 1);
-        assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0))).color, 6);
+        assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 1);
+        assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0)), |_| false).color, 6);
         // A player without a socket does not hold the colour.
         seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
-        assert_eq!(seated.distinct(&look("D", 6), None).color, 7);
+        assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 7);
     }
 
     #[test]
@@ -198,7 +204,7 @@ mod tests {
         let names = ["A", "B", "C", "D", "E", "F", "G", "H"];
         let seated: Vec<_> =
             (0..COLORS).map(|c| (u16::from(c), names[usize::from(c)], c)).collect();
-        assert_eq!(members(&seated).distinct(&look("I", 3), None), look("I", 3));
+        assert_eq!(members(&seated).distinct(&look("I", 3), None, |_| false), look("I", 3));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::recorder::Recorder;
 use crate::replication::{InterestArea, LiveParticles, Rate, Replication, Subscriber, view_of};
 use bytes::Bytes;
 use jostle_game::{Game, Input, Scene, Seat};
-use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use jostle_protocol::limits::{COLORS, ROOM_CODE_BYTES_MAX};
 use jostle_protocol::replay::{self, Record};
 use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, Token};
 use jostle_sim::Vec2;
@@ -107,7 +107,8 @@ impl Room {
                 self.members.free_seat().ok_or(Refusal::RoomFull)?
             }
         };
-        let appearance = self.members.distinct(&appearance, Some(seat));
+        let appearance = self.members.distinct(&appearance, Some(seat), |seat| self.is_bot(seat));
+        self.recolor_bot(appearance.color);
         self.serial += 1;
         match (claim, self.members.seats.get_mut(&seat)) {
             (Some(claim), Some(member)) => {
@@ -122,6 +123,25 @@ impl Room {
             }
         }
         Ok(Welcome { claim: Claim { seat, serial: self.serial }, resumed: claim.is_some() })
+    }
+
+    pub(crate) fn is_bot(&self, seat: Seat) -> bool {
+        self.bots.as_ref().is_some_and(|bots| bots.has(seat))
+    }
+
+    /// Gives the bot of this colour, if there is one, another: people keep the one that they chose.
+    fn recolor_bot(&mut self, color: u8) {
+        let seats = self.members.seats.iter();
+        let mut bots = seats.filter(|(seat, _)| self.is_bot(**seat));
+        let Some((&seat, bot)) = bots.find(|(_, bot)| bot.appearance.color == color) else {
+            return;
+        };
+        let next = Appearance { color: (color + 1) % COLORS, ..bot.appearance.clone() };
+        let appearance = self.members.distinct(&next, Some(seat), |_| false);
+        if let Some(bot) = self.members.seats.get_mut(&seat) {
+            bot.appearance = appearance;
+            self.changes.push(Change::Look(seat));
+        }
     }
 
     fn is_good(&self, claim: Claim) -> bool {
@@ -159,7 +179,7 @@ impl Room {
     /// Removes a player for good; effective with the next tick. Does nothing if the seat is free, or a
     /// bot's: bots leave when people come.
     pub fn leave(&mut self, seat: Seat) {
-        if !self.bots.as_ref().is_some_and(|bots| bots.has(seat)) {
+        if !self.is_bot(seat) {
             self.remove(seat);
         }
     }
@@ -232,7 +252,7 @@ impl Room {
             && bots.count() < bots.wanted(people)
             && let Some(seat) = self.members.free_seat()
         {
-            let appearance = self.members.distinct(&bots.look(), None);
+            let appearance = self.members.distinct(&bots.look(), None, |_| false);
             bots.add(seat);
             self.serial += 1;
             self.members.seats.insert(seat, Member::new(appearance, self.serial));

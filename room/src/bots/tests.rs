@@ -47,6 +47,31 @@ fn bots_come_with_the_first_player_and_go_with_the_last() {
 }
 
 #[test]
+fn a_bot_leaves_its_colour_to_whoever_chose_it() {
+    let mut room = Room::new("test", scene("hill"), 1);
+    room.record("test", 0);
+    join(&mut room);
+    ticks(&mut room, 30);
+    let colors = |room: &Room| -> Vec<(Seat, u8)> {
+        room.snapshot().players.iter().map(|p| (p.seat, p.appearance.color)).collect()
+    };
+    for _ in 0..2 {
+        let bot = colors(&room).into_iter().find(|(seat, _)| room.is_bot(*seat)).expect("a bot");
+        let bob = Appearance::new("Bob", bot.1).expect("a good name");
+        let seat = room.join(bob, None).expect("a seat").claim.seat;
+        ticks(&mut room, 30);
+        assert!(colors(&room).contains(&(seat, bot.1)), "{bot:?}: {:?}", colors(&room));
+        let mut worn: Vec<u8> = colors(&room).iter().map(|(_, color)| *color).collect();
+        worn.sort_unstable();
+        worn.dedup();
+        assert_eq!(worn.len(), 4, "nobody looks like another");
+    }
+    let mut bytes = header();
+    room.stop_recording().iter().for_each(|record| bytes.extend(record.seal()));
+    verify(bytes);
+}
+
+#[test]
 fn bots_make_room_in_the_team_that_needs_a_player() {
     let mut room = Room::new("test", scene("hockey"), 1);
     for people in 1..=6usize {
