@@ -38,7 +38,8 @@ pub(crate) struct Player {
     pub checkpoint: Option<Vec2>,
     /// The body that hangs on the hero.
     pub carried: Option<Held>,
-    /// No input came for this tick: nobody is at the keys. Nothing is won by hitting such a player.
+    /// No input arrived for this tick: the connection is closed or silent. Hits on such a player score
+    /// nothing.
     pub is_away: bool,
     /// The hero that left the world in this tick.
     pub lost: Option<BodyId>,

@@ -19,7 +19,7 @@ pub(crate) struct Roster {
 }
 
 impl Roster {
-    /// Returns whether this is a player at whose keys nobody is.
+    /// Returns whether this seat has a player whose connection is closed or silent.
     pub fn is_away(&self, seat: Option<Seat>) -> bool {
         self.players.iter().any(|player| Some(player.seat) == seat && player.is_away)
     }

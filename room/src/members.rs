@@ -109,19 +109,20 @@ impl Members {
 
     /// Makes an appearance distinct from those of all members but the one at `own`: a namesake gets a
     /// number after the name, a taken colour becomes the next one that no connected player has. When all
-    /// colours are taken, the wanted one is shared. The colours of those who `yield_to` the member are free.
+    /// colours are taken, the wanted one is shared. Seats for
+    /// which `yields` is true give up their colours.
     pub fn distinct(
         &self,
         wanted: &Appearance,
         own: Option<Seat>,
-        yield_to: impl Fn(Seat) -> bool,
+        yields: impl Fn(Seat) -> bool,
     ) -> Appearance {
         let others = || self.seats.iter().filter(|(seat, _)| Some(**seat) != own);
         let names = || others().map(|(_, other)| &*other.appearance.name);
         let colored = |color: u8| {
             let wears =
                 |other: &Member| other.lost_tick.is_none() && other.appearance.color == color;
-            others().any(|(seat, other)| wears(other) && !yield_to(*seat))
+            others().any(|(seat, other)| wears(other) && !yields(*seat))
         };
         let mut appearance = wanted.clone();
         if names().any(|name| *name == *wanted.name) {

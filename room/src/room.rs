@@ -113,9 +113,7 @@ impl Room {
         match (claim, self.members.seats.get_mut(&seat)) {
             (Some(claim), Some(member)) => {
                 member.resume(appearance, claim.serial, self.serial);
-                if !self.changes.contains(&Change::Look(seat)) {
-                    self.changes.push(Change::Look(seat));
-                }
+                self.note_look(seat);
             }
             _ => {
                 self.members.seats.insert(seat, Member::new(appearance, self.serial));
@@ -140,6 +138,13 @@ impl Room {
         let appearance = self.members.distinct(&next, Some(seat), |_| false);
         if let Some(bot) = self.members.seats.get_mut(&seat) {
             bot.appearance = appearance;
+            self.note_look(seat);
+        }
+    }
+
+    /// Has the next tick announce a changed appearance, once.
+    fn note_look(&mut self, seat: Seat) {
+        if !self.changes.contains(&Change::Look(seat)) {
             self.changes.push(Change::Look(seat));
         }
     }

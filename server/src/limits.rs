@@ -189,8 +189,8 @@ pub struct Waits {
     pub hearing: Duration,
     /// Time for which a room stays open without players.
     pub room_empty: Duration,
-    /// Time for which a room is still recorded without players; somebody who comes back sooner is in the
-    /// same replay.
+    /// Time for which an empty room is still recorded; a player who reconnects sooner continues the same
+    /// replay.
     pub record_empty: Duration,
     /// Time in which a room answers an operator, or all of them together where all are asked.
     pub command: Duration,

@@ -252,9 +252,9 @@ impl App {
         }
     }
 
-    /// Whoever opens the room's link in another tab is the same player. A browser that keeps the page for
-    /// the way back would keep its socket too, and the others would see a player who does nothing; a
-    /// page that comes back reconnects.
+    /// Leaves the seat to the next tab that opens the room's link, and closes the socket: a browser may
+    /// keep the page in its back/forward cache with the socket open, as an idle player in the room. When
+    /// the page is shown again, it reconnects.
     fn close_tab(&mut self) {
         self.release_input();
         if let Activity::Game(game) = &self.activity {

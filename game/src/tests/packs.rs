@@ -146,7 +146,7 @@ fn one_pack_moves_a_minion_a_little_and_three_move_it_more() {
     assert!(one < 10.0, "a pack is light: {one}");
 }
 
-/// The score of a hit on a player at the keys, and on one of whom nothing is heard.
+/// The score of a hit on a player who sends inputs, and on one who sends none.
 fn points_for_a_hit(rules: &str) -> [u16; 2] {
     [true, false].map(|is_there| {
         let mut game = floor_with(rules);
@@ -167,7 +167,7 @@ fn points_for_a_hit(rules: &str) -> [u16; 2] {
 }
 
 #[test]
-fn a_hit_on_a_player_who_is_not_there_gives_no_point() {
+fn a_hit_on_an_absent_player_scores_nothing() {
     assert_eq!(points_for_a_hit(""), [1, 0]);
     assert_eq!(
         points_for_a_hit(

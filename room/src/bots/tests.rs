@@ -47,7 +47,7 @@ fn bots_come_with_the_first_player_and_go_with_the_last() {
 }
 
 #[test]
-fn a_bot_leaves_its_colour_to_whoever_chose_it() {
+fn a_bot_gives_up_the_colour_that_a_player_chose() {
     let mut room = Room::new("test", scene("hill"), 1);
     room.record("test", 0);
     join(&mut room);
@@ -64,7 +64,7 @@ fn a_bot_leaves_its_colour_to_whoever_chose_it() {
         let mut worn: Vec<u8> = colors(&room).iter().map(|(_, color)| *color).collect();
         worn.sort_unstable();
         worn.dedup();
-        assert_eq!(worn.len(), 4, "nobody looks like another");
+        assert_eq!(worn.len(), 4, "four colours");
     }
     let mut bytes = header();
     room.stop_recording().iter().for_each(|record| bytes.extend(record.seal()));

@@ -25,7 +25,7 @@ enum State {
     },
     /// Recording failed; a new file is begun at this time.
     Off { retry_at: Instant },
-    /// Nobody is there; a new file is begun for whoever comes.
+    /// The room is empty; the next player starts a new file.
     Paused,
 }
 
@@ -37,7 +37,8 @@ impl RoomRecording {
         room_recording
     }
 
-    /// Ends the file while nobody is in the room, until [`after_ticks`](RoomRecording::after_ticks) is called.
+    /// Ends the file of a room that has become empty. [`after_ticks`](RoomRecording::after_ticks) starts a
+    /// new one.
     pub fn pause(&mut self, room: &mut Room, now: Instant) {
         if let State::On { .. } = self.state {
             let last = room.stop_recording();

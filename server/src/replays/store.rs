@@ -104,18 +104,14 @@ impl ReplayStore {
         Err(io::Error::other(format!("all names from {plain}{ENDING} on are taken")))
     }
 
-    /// Adds bytes that were written to a file.
-    pub(super) fn grow(&self, name: &str, bytes: u64) {
+    /// Adds bytes that were written to a file, with the last tick that is in them, if any.
+    pub(super) fn grow(&self, name: &str, bytes: u64, last_tick: Option<u32>) {
         let modified = (self.settings.wall)();
         self.lock().update(name, |file| {
             file.entry.bytes += bytes;
             file.modified = modified;
+            last_tick.into_iter().for_each(|tick| file.set_last_tick(tick));
         });
-    }
-
-    /// Notes that the game of a file has reached this tick.
-    pub(super) fn reach(&self, name: &str, tick: u32) {
-        self.lock().update(name, |file| file.set_last_tick(tick));
     }
 
     /// Marks a file as finished.

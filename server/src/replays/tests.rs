@@ -164,7 +164,7 @@ fn a_long_game_goes_on_in_another_file() {
 }
 
 #[test]
-fn while_nobody_is_in_a_room_it_is_not_recorded() {
+fn an_empty_room_is_not_recorded() {
     let dir = Dir::new("paused");
     let mut stage = Stage::new(dir.settings());
     stage.play(360);
@@ -179,7 +179,7 @@ fn while_nobody_is_in_a_room_it_is_not_recorded() {
     let mut spans: Vec<_> =
         replays.iter().map(|replay| (replay.first_tick(), replay.last_tick())).collect();
     spans.sort();
-    // Tick 401 ends the first file, and the second begins after the first tick with somebody there.
+    // Tick 401 ends the first file, and the second begins after the first tick with a player.
     assert_eq!(spans, [(0, 401), (7601, 7720)]);
     assert!(replays.iter().all(|replay| replay.ending() == Ending::Whole));
     let mut seconds: Vec<_> = recording.store().list().iter().map(|entry| entry.seconds).collect();

@@ -128,11 +128,14 @@ impl Writer {
             .and_then(|()| open.file.write_all(&bytes));
         written.map_err(|error| (self.store.path(&open.name), error))?;
         recording_file.bytes.fetch_add(count, Ordering::Relaxed);
-        self.store.grow(&open.name, count);
+        let last_tick = match record {
+            Record::Ticks(block) => Some(block.first + block.ticks.len() as u32 - 1),
+            _ => None,
+        };
+        self.store.grow(&open.name, count, last_tick);
         self.store.counters().bytes.fetch_add(count, Ordering::Relaxed);
         if let Record::Ticks(block) = record {
             open.has_inputs |= block.ticks.iter().any(|tick| !tick.inputs.is_empty());
-            self.store.reach(&open.name, block.first + block.ticks.len() as u32 - 1);
             self.succeed();
         }
         Ok(())

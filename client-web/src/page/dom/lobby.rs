@@ -98,7 +98,8 @@ pub fn listen(events: Events) {
     dom::listen(&dom::html("all-replays"), "click", |_: MouseEvent| {
         let _ = dom::html("replay-list").class_list().remove_1("folded");
         dom::show("all-replays", false);
-        let next = dom::query::<HtmlElement>("#replay-list li:nth-child(7) a");
+        let next =
+            dom::query::<HtmlElement>(&format!("#replay-list li:nth-child({}) a", FOLDED + 1));
         next.into_iter().for_each(|link| drop(link.focus()));
     });
     dom::listen(&dom::html("lobby"), "pointermove", |event: PointerEvent| follow(&event));
