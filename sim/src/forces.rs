@@ -4,7 +4,8 @@
 //! A step asks for the [`Move`]s of all bodies that feel a force: where free flight through the
 //! whole step leads, and the velocity at its end. Contacts act on that. One file for each method:
 //! - `flight`: a single body, in closed form: drag, wind, springs of zero length to fixed points;
-//! - `network`: bodies joined by springs, by an implicit step, solved by `elimination`.
+//! - `network`: bodies joined by springs, by an implicit step, solved by `elimination`;
+//! - `euler`: bodies of the groups that a scene names, by one of Euler's methods, for comparison.
 //!
 //! Computed in double precision, which is as exact on every target as single: a stiff spring
 //! multiplies the rounding of the positions that it joins by its stiffness.
@@ -12,6 +13,7 @@
 mod air;
 pub(crate) mod drag;
 mod elimination;
+pub(crate) mod euler;
 mod flight;
 mod network;
 pub(crate) mod springs;
@@ -22,18 +24,21 @@ use crate::body::{BodyId, Motion};
 use air::Air;
 pub(crate) use air::Move;
 use drag::{Drag, FORCE_MAX};
+use euler::{EulerBody, EulerGroups};
 use flight::Flight;
 use glam::Vec2;
 use network::Network;
 use springs::{Spring, SpringEnd};
 
 /// Settings of a world with forces.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceSettings {
     /// Velocity of the air, units/s.
     pub wind: Vec2,
     /// Most springs at a time.
     pub springs_max: usize,
+    /// Groups that move by one of Euler's methods.
+    pub euler: EulerGroups,
 }
 
 /// Constants of a step.
@@ -49,11 +54,13 @@ pub(crate) struct Surroundings {
 pub(crate) struct Forces {
     wind: Vec2,
     springs_max: usize,
+    euler: EulerGroups,
     /// Bodies with drag, by ascending slot.
     dragged: Vec<(u32, Drag)>,
     springs: Vec<Spring>,
-    /// Whether `flights` and `network` are up to date.
+    /// Whether the three below are up to date.
     is_classified: bool,
+    euler_bodies: Vec<EulerBody>,
     flights: Vec<Flight>,
     network: Network,
     /// Moves of this step.
@@ -62,13 +69,14 @@ pub(crate) struct Forces {
 
 impl Forces {
     pub fn new(settings: &ForceSettings) -> Forces {
-        let ForceSettings { wind, springs_max } = *settings;
-        Forces { wind, springs_max, ..Forces::default() }
+        let ForceSettings { wind, springs_max, euler } = *settings;
+        Forces { wind, springs_max, euler, ..Forces::default() }
     }
 
     /// Registers a new body.
-    pub fn added(&mut self, slot: u32, drag: Drag) {
+    pub fn added(&mut self, slot: u32, group: u8, drag: Drag) {
         assert!(drag.is_valid(), "{drag:?} not in 0..={FORCE_MAX}");
+        self.is_classified &= !self.euler.have(group);
         if drag != Drag::NONE {
             let at = self.dragged.partition_point(|&(other, _)| other < slot);
             self.dragged.insert(at, (slot, drag));
@@ -115,15 +123,20 @@ impl Forces {
             dt: f64::from(around.dt),
             speed_max: f64::from(around.speed_max),
         };
+        for body in &self.euler_bodies {
+            self.moves.push(body.fly(bodies, &air));
+        }
         for flight in &mut self.flights {
             self.moves.push(flight.fly(bodies, &air));
         }
         self.network.fly(bodies, &air, &mut self.moves);
     }
 
-    /// Sorts bodies into those that fly alone and those joined by springs.
+    /// Sorts bodies into those that Euler's methods move, those that fly alone and those joined by springs.
     fn classify(&mut self, bodies: &Bodies) {
         let is_dynamic = |slot: u32| bodies.motion[slot as usize] == Motion::Dynamic;
+        let has_euler = |slot: u32| self.euler.have(bodies.group[slot as usize]);
+        let is_exact = |slot: u32| is_dynamic(slot) && !has_euler(slot);
         let mut tied: Vec<u32> = Vec::new();
         for spring in &self.springs {
             match spring.end {
@@ -132,15 +145,21 @@ impl Forces {
                 SpringEnd::Body(other) => tied.extend([spring.body.index, other.index]),
             }
         }
-        tied.retain(|&slot| is_dynamic(slot));
+        tied.retain(|&slot| is_exact(slot));
         tied.sort_unstable();
         tied.dedup();
         let anchored = self.springs.iter().map(|spring| spring.body.index);
         let mut alone: Vec<u32> = self.dragged.iter().map(|&(slot, _)| slot).collect();
         alone.extend(anchored);
-        alone.retain(|&slot| is_dynamic(slot) && tied.binary_search(&slot).is_err());
+        alone.retain(|&slot| is_exact(slot) && tied.binary_search(&slot).is_err());
         alone.sort_unstable();
         alone.dedup();
+        let by_euler = |slot: u32| {
+            let is_explicit = self.euler.explicit >> bodies.group[slot as usize] & 1 == 1;
+            EulerBody::new(slot, self.drag(slot), is_explicit, &self.springs)
+        };
+        let euler_slots = bodies.slots().filter(|&slot| is_dynamic(slot) && has_euler(slot));
+        self.euler_bodies = euler_slots.map(by_euler).collect();
         let flight = |&slot: &u32| Flight::new(slot, self.drag(slot), &self.springs);
         self.flights = alone.iter().map(flight).collect();
         let drag: Vec<Drag> = tied.iter().map(|&slot| self.drag(slot)).collect();

@@ -30,6 +30,7 @@ pub use body::{BodyDef, BodyId, GROUPS_MAX, Motion};
 pub use features::Features;
 pub use forces::ForceSettings;
 pub use forces::drag::{Drag, FORCE_MAX};
+pub use forces::euler::EulerGroups;
 pub use forces::springs::{Spring, SpringEnd};
 pub use glam::Vec2;
 pub use hash::StateHasher;

@@ -96,7 +96,7 @@ impl World {
         self.widen(Features::of(def));
         let id = self.bodies.add(def);
         match &mut self.forces {
-            Some(forces) => forces.added(id.index, def.drag),
+            Some(forces) => forces.added(id.index, def.group, def.drag),
             None => assert!(def.drag == Drag::NONE, "drag in a world without forces"),
         }
         self.body_placed(id);

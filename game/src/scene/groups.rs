@@ -2,7 +2,7 @@
 
 use super::kind::Kind;
 use super::table::{Field, Table, one_of};
-use jostle_sim::GROUPS_MAX;
+use jostle_sim::{EulerGroups, GROUPS_MAX};
 
 const NAME_CHARS_MAX: usize = 32;
 
@@ -27,6 +27,27 @@ impl Groups {
             groups.meets_particles |= 1 << groups.index(&field);
         }
         groups
+    }
+
+    /// Reads `integrators`: the groups that one of Euler's methods moves.
+    pub fn euler(&self, field: &Field) -> EulerGroups {
+        let allowed = "{ explicit = [\"group\"], symplectic = [\"group\"] }";
+        let mut euler = EulerGroups::NONE;
+        if !field.is_given() {
+            return euler;
+        }
+        field.table_or(allowed, |methods| {
+            let masks = [("explicit", &mut euler.explicit), ("symplectic", &mut euler.symplectic)];
+            for (method, mask) in masks {
+                for item in methods.get(method).items() {
+                    *mask |= 1 << self.index(&item);
+                }
+            }
+        });
+        if euler.explicit & euler.symplectic != 0 {
+            field.refuse_as("a group with both methods", "each group once");
+        }
+        euler
     }
 
     /// Index of the group that a field names, if the file has it.

@@ -17,7 +17,7 @@ use super::table::{Document, POSITION, Range, Table, read_list};
 use super::tools::Tools;
 use super::{bodies, checks, drag, sling, solver, springs};
 use glam::Vec2;
-use jostle_sim::{Aabb, ForceSettings, WorldSettings};
+use jostle_sim::{Aabb, EulerGroups, ForceSettings, WorldSettings};
 
 /// A component of gravity.
 const GRAVITY: Range = Range::from(-GRAVITY_MAX, GRAVITY_MAX);
@@ -116,6 +116,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let rules = RuleSet::read(root, &known, &mut recipes);
     let camera = camera(root);
     let wind = drag::wind(&root.get("wind"));
+    let euler = groups.euler(&root.get("integrators"));
     let mut scene = Scene {
         name,
         title,
@@ -144,8 +145,8 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
         rules,
     };
     scene.world.recipes = recipes.list;
-    let settings = ForceSettings { wind, springs_max: scene.springs.len() };
-    let has_forces = !scene.springs.is_empty() || scene.has_drag();
+    let settings = ForceSettings { wind, springs_max: scene.springs.len(), euler };
+    let has_forces = !scene.springs.is_empty() || scene.has_drag() || euler != EulerGroups::NONE;
     scene.world.forces = has_forces.then_some(settings);
     root.get("limits").table(|table| limits(table, &mut scene));
     scene

@@ -342,10 +342,11 @@ impl Reasons<'_> {
     }
 
     fn forces(&self) -> Reason {
-        let none = "no springs, and drag is 0 for every body";
+        let none = "no springs, no integrators, and drag is 0 for every body";
         let dragged = self.source(|source| source.def.drag != Drag::NONE, "has drag", none);
         match dragged {
             Err(_) if !self.scene.springs.is_empty() => Ok("springs[0]".to_owned()),
+            Err(_) if self.scene.world.forces.is_some() => Ok("integrators".to_owned()),
             reason => reason,
         }
     }

@@ -18,7 +18,7 @@ fn solvers() -> [Solver; 2] {
 fn settings(gravity: f32, wind: Vec2, solver: Solver) -> WorldSettings {
     WorldSettings {
         gravity: Vec2::new(0.0, -gravity),
-        forces: Some(ForceSettings { wind, springs_max: 100 }),
+        forces: Some(ForceSettings { wind, springs_max: 100, ..ForceSettings::default() }),
         solver: Some(solver),
         speed_max: 1e6,
         ..WorldSettings::default()
@@ -288,7 +288,7 @@ fn the_hash_covers_drag_and_springs_only_where_there_are_some() {
         add(&mut world, ball(0.0, 0.0));
         world
     };
-    let some = Some(ForceSettings { wind: Vec2::ZERO, springs_max: 1 });
+    let some = Some(ForceSettings { springs_max: 1, ..ForceSettings::default() });
     assert_ne!(plain(None).hash(), plain(some).hash());
     let mut sprung = plain(some);
     let id = sprung.ids().next().expect("one body");
@@ -357,6 +357,77 @@ fn a_stack_rests_under_drag_wind_and_springs() {
                     assert!(speed < 0.02, "{drag:?} {wind} {solver:?}: at {speed}");
                 }
             }
+        }
+    }
+}
+
+/// A ball that oscillates about a point with this method, once a second: its energy over that of the
+/// start, at the end of each second.
+fn orbit(euler: EulerGroups, solver: Solver) -> Vec<f64> {
+    let mut settings = settings(0.0, Vec2::ZERO, solver);
+    settings.forces = Some(ForceSettings { springs_max: 1, euler, ..ForceSettings::default() });
+    let mut world = World::new(settings);
+    let def = ball(10.0, 0.0);
+    let id = add(&mut world, BodyDef { group: 3, velocity: Vec2::new(0.0, 40.0), ..def });
+    world.add_spring(Spring::tuned(id, SpringEnd::Point(Vec2::ZERO), 1.0, 0.0, def.mass));
+    let turn = std::f64::consts::TAU;
+    let energy = |world: &World| {
+        let (x, v) = (world.position(id).as_dvec2(), world.velocity(id).as_dvec2());
+        v.length_squared() + turn * turn * x.length_squared()
+    };
+    let start = energy(&world);
+    let mut second = || {
+        (0..60).for_each(|_| world.step());
+        energy(&world) / start
+    };
+    (0..10).map(|_| second()).collect()
+}
+
+#[test]
+fn the_explicit_method_gains_energy_the_symplectic_one_keeps_it() {
+    let turn = std::f64::consts::TAU * DT;
+    for solver in solvers() {
+        let explicit = orbit(EulerGroups { explicit: 1 << 3, symplectic: 0 }, solver);
+        for (second, energy) in (1..).zip(explicit) {
+            // Each step multiplies it by 1 + (w h)^2.
+            let expected = (1.0 + turn * turn).powi(60 * second);
+            assert!((energy / expected - 1.0).abs() < 1e-3, "{second} s: {energy} {expected}");
+        }
+        let symplectic = orbit(EulerGroups { explicit: 0, symplectic: 1 << 3 }, solver);
+        assert!(symplectic.iter().all(|energy| (energy - 1.0).abs() < turn), "{symplectic:?}");
+        assert!(symplectic.iter().any(|energy| (energy - 1.0).abs() > 1e-4), "{symplectic:?}");
+        let other_group = orbit(EulerGroups { explicit: 1 << 4, symplectic: 1 << 2 }, solver);
+        assert!(other_group.iter().all(|energy| (energy - 1.0).abs() < 1e-4), "{other_group:?}");
+    }
+}
+
+#[test]
+fn euler_bodies_feel_gravity_drag_wind_and_springs() {
+    let euler = EulerGroups { explicit: 1 << 1, symplectic: 1 << 2 };
+    let forces = ForceSettings { wind: Vec2::new(6.0, 0.0), springs_max: 2, euler };
+    for solver in solvers() {
+        let mut settings = settings(50.0, Vec2::ZERO, solver);
+        settings.forces = Some(forces);
+        let mut world = World::new(settings);
+        let drag = Drag { linear: 0.5, quadratic: 0.25 };
+        let velocity = Vec2::new(2.0, 3.0);
+        let def = |group, x| BodyDef { group, drag, velocity, mass: 2.0, ..ball(x, 0.0) };
+        let [a, b] = [def(1, 0.0), def(2, 20.0)].map(|def| add(&mut world, def));
+        let end = SpringEnd::Body(b);
+        let spring = Spring { body: a, end, rest_length: 15.0, stiffness: 8.0, damping: 1.0 };
+        assert!(world.add_spring(spring));
+        world.step();
+        let through_air = DVec2::new(-4.0, 3.0);
+        let slowed = -through_air * (0.5 + 0.25 * 5.0);
+        let acceleration = |pull: f64| DVec2::new(pull / 2.0, -50.0) + slowed;
+        let gain = [acceleration(40.0), acceleration(-40.0)].map(|gained| gained * DT);
+        for ((id, gain), weight) in [a, b].into_iter().zip(gain).zip([0.0, 1.0]) {
+            let start = if id == a { DVec2::ZERO } else { DVec2::new(20.0, 0.0) };
+            let before = velocity.as_dvec2();
+            let (x, v) = (world.position(id).as_dvec2(), world.velocity(id).as_dvec2());
+            assert!((v - before - gain).length() < 1e-5, "{v}");
+            let path = (before + gain * weight) * DT;
+            assert!((x - start - path).length() < 1e-5, "{x}");
         }
     }
 }

@@ -257,7 +257,7 @@ fn worlds_that_sleep_or_have_forces_leave_nothing_out() {
         forces,
         ..WorldSettings::default()
     };
-    let windless = ForceSettings { wind: Vec2::ZERO, springs_max: 0 };
+    let windless = ForceSettings::default();
     for settings in [settings(true, None), settings(false, Some(windless))] {
         let mut world = World::new(settings);
         add(&mut world, BodyDef { motion: Motion::Static, ..box_at(0.0, -5.0, 140.0, 10.0) });

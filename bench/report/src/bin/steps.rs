@@ -112,7 +112,7 @@ impl Bare {
             }
             "forces" => {
                 self.first.drag = Drag { linear: 0.1, ..Drag::NONE };
-                self.settings.forces = Some(ForceSettings { wind: Vec2::ZERO, springs_max: 0 });
+                self.settings.forces = Some(ForceSettings::default());
             }
             "sleeping" => self.settings.sleeping = true,
             "kinematic" => self.peg = Motion::Kinematic,

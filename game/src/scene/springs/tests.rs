@@ -55,7 +55,8 @@ frequency = 1
 #[test]
 fn springs_and_drag_become_those_of_the_world() {
     let scene = Scene::parse("small.toml", SMALL).expect("it is right");
-    let settings = ForceSettings { wind: Vec2::new(3.0, 0.0), springs_max: 3 };
+    let settings =
+        ForceSettings { wind: Vec2::new(3.0, 0.0), springs_max: 3, ..ForceSettings::default() };
     assert_eq!(scene.world_settings().forces, Some(settings));
     let game = Game::new(Arc::new(scene), 1);
     let world = game.world();
