@@ -30,7 +30,11 @@ impl Jostle {
             return Err("only the conjugate solver knows who may sleep".into());
         }
         let any = scene.drag != Drag::None || !scene.springs.is_empty();
-        let air = ForceSettings { wind: scene.wind.as_vec2(), springs_max: scene.springs.len(), ..ForceSettings::default() };
+        let air = ForceSettings {
+            wind: scene.wind.as_vec2(),
+            springs_max: scene.springs.len(),
+            ..ForceSettings::default()
+        };
         let settings = WorldSettings {
             dt: step_of(scene, steps),
             gravity: scene.gravity.as_vec2(),
