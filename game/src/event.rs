@@ -49,6 +49,15 @@ pub enum Event {
         /// Seed of everything random about its particles this time.
         seed: u32,
     },
+    /// A rule says its line, [`Effects::say`](crate::scene::Effects::say).
+    Said {
+        /// Index into the scene's rules.
+        rule: u8,
+        /// The player whose hero it is about, or who touched that body last.
+        it: Option<Seat>,
+        /// The player who caused it.
+        by: Option<Seat>,
+    },
     /// A player took a seat.
     Joined(Seat),
     /// A player left a seat; hero and packs are gone.

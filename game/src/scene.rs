@@ -42,9 +42,9 @@ pub use path::Path;
 pub use plan::{Bodies, Part, Per, Plan};
 pub use recipes::presets;
 pub use rules::{
-    AtTime, Condition, Each, Effects, LaneAxis, Levels, Need, Occasion, OrderSpec, POINTS_MAX,
-    RelaySpec, RoundSpec, RuleSet, RuleSpec, SignalKind, SignalSpec, Stays, Step, TEAMS_MAX, Take,
-    TeamSpec, To, ZONES_MAX, ZoneArea, ZoneSpec,
+    AtTime, Condition, Each, Effects, LaneAxis, Levels, Line, Need, Occasion, OrderSpec,
+    POINTS_MAX, RelaySpec, RoundSpec, RuleSet, RuleSpec, SIGNALS_MAX, SignalKind, SignalSpec,
+    Stays, Step, TEAMS_MAX, Take, TeamSpec, To, Whose, ZONES_MAX, ZoneArea, ZoneSpec,
 };
 pub use spec::{
     Breakable, Camera, Category, HeroSpec, Launcher, Layout, Location, MarbleSpec, Mark, PackSpec,

@@ -4,6 +4,8 @@ use super::book::{Rules, Table};
 use super::notes::{Note, Rest, Start};
 use super::occasions::Occurrence;
 use crate::actor::Rule;
+use crate::event::Event;
+use crate::input::Seat;
 use crate::scene::{Effects, Levels, RuleSpec, To};
 use crate::side::{Side, Standing};
 use crate::{emitters, placing};
@@ -21,10 +23,19 @@ impl Rules {
         self.scratch.claims.lost.clear();
         let scene = table.scene;
         let (mut found, mut of_rule) = (Vec::new(), Vec::new());
-        for rule in scene.rules.rules.iter().filter(|rule| rule.condition.all(self.levels)) {
+        let rules = (0..).zip(&scene.rules.rules);
+        for (index, rule) in rules.filter(|(_, rule)| rule.condition.all(self.levels)) {
             of_rule.clear();
             self.list_occurrences(rule.occasion, before, table, &mut of_rule);
-            of_rule.retain(|of| rule.team.is_none_or(|team| of.side == Some(Side::Team(team))));
+            of_rule.retain(|of| {
+                let side = of.player.map(|seat| table.roster.side_of(seat));
+                rule.team.is_none_or(|team| side == Some(Side::Team(team)))
+            });
+            if let Some(&Occurrence { player, by, .. }) = of_rule.first()
+                && rule.effects.say.is_some()
+            {
+                table.events.push(Event::Said { rule: index, it: player, by });
+            }
             found.extend(of_rule.iter().map(|&occurrence| (rule, occurrence)));
         }
         for (rule, occurrence) in &found {
@@ -64,16 +75,19 @@ impl Rules {
 
     /// The sides that an effect concerns.
     fn concerned(&self, to: To, occurrence: &Occurrence, table: &Table) -> Vec<Side> {
+        let side = |seat| table.roster.side_of(seat);
+        let of = |player: Option<Seat>| player.map(side).into_iter().collect();
         match to {
             To::It if occurrence.it.is_none() => self.sides(table.roster),
-            To::It => occurrence.side.into_iter().collect(),
-            To::By => occurrence.by.into_iter().collect(),
+            To::It => of(occurrence.player),
+            To::By => of(occurrence.by),
             To::All => self.sides(table.roster),
             To::Team(team) => vec![Side::Team(team)],
             To::Holder(zone) => self.zones[usize::from(zone)].holder.into_iter().collect(),
             To::Others => {
                 let mut sides = self.sides(table.roster);
-                sides.retain(|&side| Some(side) != occurrence.side);
+                let own = occurrence.player.map(side);
+                sides.retain(|&side| Some(side) != own);
                 sides
             }
         }

@@ -2,8 +2,8 @@
 
 use super::book::{Rules, Table};
 use crate::event::Event;
+use crate::input::Seat;
 use crate::scene::{Condition, Levels, Occasion};
-use crate::side::Side;
 use jostle_sim::BodyId;
 
 /// One time that a rule applies.
@@ -13,10 +13,10 @@ pub(super) struct Occurrence {
     pub it: Option<BodyId>,
     /// The other body of a touch.
     pub other: Option<BodyId>,
-    /// The side of `it`.
-    pub side: Option<Side>,
-    /// The side that caused it.
-    pub by: Option<Side>,
+    /// The player whose body it is, or who touched it last.
+    pub player: Option<Seat>,
+    /// The player who caused it.
+    pub by: Option<Seat>,
 }
 
 impl Rules {
@@ -55,8 +55,7 @@ impl Rules {
                     if let Event::PackHit { owner, victim, hero, .. } = *event
                         && !table.roster.is_away(victim)
                     {
-                        let by = owner.map(|seat| table.roster.side_of(seat));
-                        found.push(Occurrence { by, ..self.about(hero, table) });
+                        found.push(Occurrence { by: owner, ..self.about(hero, table) });
                     }
                 }
             }
@@ -72,9 +71,8 @@ impl Rules {
             }
             Occasion::Breaks(group) => {
                 for broken in self.scratch.broken.iter().filter(|broken| broken.group == group) {
-                    let side = broken.by.map(|seat| table.roster.side_of(seat));
-                    let it = Some(broken.body);
-                    found.push(Occurrence { it, other: None, side, by: side });
+                    let (it, by) = (Some(broken.body), broken.by);
+                    found.push(Occurrence { it, other: None, player: by, by });
                 }
             }
         }
@@ -107,21 +105,19 @@ impl Rules {
         }
     }
 
-    /// Something about a body: it is by its own side, or by who touched it last.
+    /// Something about a body: it is by its own player, or by who touched it last.
     fn about(&self, id: BodyId, table: &Table) -> Occurrence {
         let owner = table.roster.owner_of(id);
         let touched_by = self.notes.get(id).and_then(|note| note.touched_by);
-        let side = owner.or(touched_by).map(|seat| table.roster.side_of(seat));
-        Occurrence { it: Some(id), other: None, side, by: side }
+        let player = owner.or(touched_by);
+        Occurrence { it: Some(id), other: None, player, by: player }
     }
 
     /// Something about a body that left the world: by who touched it last.
     fn about_gone(&self, id: BodyId, table: &Table) -> Occurrence {
         let touched_by = self.notes.get(id).and_then(|note| note.touched_by);
         let owner = table.roster.players.iter().find(|player| player.lost == Some(id));
-        let owner = owner.map(|player| player.seat);
-        let side = |seat| table.roster.side_of(seat);
-        let by = touched_by.map(side);
-        Occurrence { it: Some(id), other: None, side: owner.map(side).or(by), by }
+        let player = owner.map(|player| player.seat).or(touched_by);
+        Occurrence { it: Some(id), other: None, player, by: touched_by }
     }
 }

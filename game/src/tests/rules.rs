@@ -73,7 +73,7 @@ fn wrong_rules_are_refused_where_they_stand() {
         (
             "[[zones]]\nname = \"a\"\n[[rules]]\nenter = \"a\"",
             "12: rules[0].score: found nothing; allowed: an effect: one of score, life, end, back, reset, \
-             remove, stun, checkpoint, carry, drop, splash",
+             remove, stun, checkpoint, carry, drop, splash, say",
         ),
         (
             "[[rules]]\nevery = 1\nback = true",

@@ -16,6 +16,7 @@ const JOINED: u8 = 4;
 const LEFT: u8 = 5;
 const REPEATER_STARTED: u8 = 6;
 const LAUNCHER_HIT: u8 = 7;
+const SAID: u8 = 8;
 
 /// Bytes of the shortest event: distance, kind and a seat.
 const EVENT_BYTES_MIN: usize = 3;
@@ -70,6 +71,12 @@ fn write_event(writer: &mut Writer, event: &Event) {
             writer.byte(REPEATER_STARTED);
             writer.byte(index);
             writer.fixed32(seed);
+        }
+        Event::Said { rule, it, by } => {
+            writer.byte(SAID);
+            writer.byte(rule);
+            writer.option(it, write_seat);
+            writer.option(by, write_seat);
         }
         Event::Joined(seat) => {
             writer.byte(JOINED);
@@ -142,6 +149,11 @@ fn read_event(reader: &mut Reader) -> Result<Event, DecodeError> {
         REPEATER_STARTED => Ok(Event::ScheduledEmitterStarted {
             index: reader.byte("emitter")?,
             seed: reader.fixed32("emitter seed")?,
+        }),
+        SAID => Ok(Event::Said {
+            rule: reader.byte("rule")?,
+            it: reader.option("player", read_seat)?,
+            by: reader.option("player", read_seat)?,
         }),
         JOINED => Ok(Event::Joined(read_seat(reader)?)),
         LEFT => Ok(Event::Left(read_seat(reader)?)),

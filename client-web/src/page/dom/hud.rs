@@ -152,21 +152,22 @@ fn caps(scene: &Scene, (pressed, selected): (Buttons, Option<Kind>)) -> impl Ite
 fn line(number: usize, news: &News) -> Item {
     let recolored;
     let (who, text, whom) = match news {
-        News::Joined(who) => (who, " joined", None),
-        News::Left(who) => (who, " left", None),
+        News::Said(who, text, whom) => (who.as_ref(), text.as_str(), whom.as_ref()),
+        News::Joined(who) => (Some(who), " joined", None),
+        News::Left(who) => (Some(who), " left", None),
         News::Recolored(who, wished) => {
             let name = |color: u8| palette::NAMES[usize::from(color) % palette::NAMES.len()];
             recolored = format!(" (you) is {} here: {} was taken", name(who.color), name(*wished));
-            (who, recolored.as_str(), None)
+            (Some(who), recolored.as_str(), None)
         }
-        News::Hit(by, Some(whom)) if by == whom => (by, " splashed themselves", None),
-        News::Hit(by, Some(whom)) => (by, " splashed ", Some(whom)),
-        News::Hit(by, None) => (by, " hit a bystander", None),
-        News::Fell(who) => (who, " fell out of the world", None),
+        News::Hit(by, Some(whom)) if by == whom => (Some(by), " splashed themselves", None),
+        News::Hit(by, Some(whom)) => (Some(by), " splashed ", Some(whom)),
+        News::Hit(by, None) => (Some(by), " hit a bystander", None),
+        News::Fell(who) => (Some(who), " fell out of the world", None),
     };
     Item::new("news-item", number)
-        .text("bdi", &*who.name)
-        .with("bdi", "--color", color_of(who))
+        .text("bdi", who.map_or("", |who| &who.name))
+        .with("bdi", "--color", who.map(color_of))
         .text("span", text)
         .text("bdi:last-child", whom.map_or("", |whom| &whom.name))
         .with("bdi:last-child", "--color", whom.map(color_of))

@@ -12,7 +12,7 @@ use crate::net::timeline::{Sample, Timeline};
 use crate::view::frame::{
     Effect, EffectKind, FrameBody, FrameLamp, FrameMark, FrameSling, FrameZone,
 };
-use jostle_game::scene::Plan;
+use jostle_game::scene::{Plan, Whose};
 use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
     Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotStream, TimedEvent,
@@ -44,6 +44,8 @@ pub enum News {
     Hit(Appearance, Option<Appearance>),
     /// A player's hero left the world.
     Fell(Appearance),
+    /// A rule of the scene says this between the names of two players.
+    Said(Option<Appearance>, String, Option<Appearance>),
     /// The own player looks like this, because somebody has the colour with this number.
     Recolored(Appearance, u8),
 }
@@ -294,6 +296,7 @@ impl Replica {
                     self.tell(News::Fell(name));
                 }
             }
+            Event::Said { rule, it, by } => self.say(rule, it, by),
             Event::Joined(seat) => {
                 if let Some(name) = self.name(seat).filter(|_| seat != self.seat) {
                     self.tell(News::Joined(name));
@@ -304,6 +307,20 @@ impl Replica {
                     self.tell(News::Left(name));
                 }
             }
+        }
+    }
+
+    /// A rule says its line, unless a player whom it names is not known.
+    fn say(&mut self, rule: u8, it: Option<Seat>, by: Option<Seat>) {
+        let rule = self.scene.rules.rules.get(usize::from(rule));
+        let Some(line) = rule.and_then(|rule| rule.effects.say.clone()) else { return };
+        let name = |whose| match whose {
+            None => Some(None),
+            Some(Whose::It) => self.name(it?).map(Some),
+            Some(Whose::By) => self.name(by?).map(Some),
+        };
+        if let (Some(first), Some(last)) = (name(line.first), name(line.last)) {
+            self.tell(News::Said(first, line.text, last));
         }
     }
 

@@ -3,6 +3,7 @@
 use super::condition::Condition;
 use super::known::{Known, POINTS_MAX, SECONDS, ticks};
 use super::names::Names;
+use super::say::Line;
 use super::signal::{Each, SignalKind, SignalSpec};
 use super::zone::ZoneSpec;
 use crate::scene::recipes::Recipes;
@@ -92,6 +93,8 @@ pub struct Effects {
     pub drop: bool,
     /// Particles of this recipe at the body.
     pub splash: Option<u8>,
+    /// A line for the feed, once a tick.
+    pub say: Option<Line>,
 }
 
 /// What rules are checked against.
@@ -192,6 +195,7 @@ fn effects(table: &Table, known: &Known, recipes: &mut Recipes) -> Effects {
         carry: table.get("carry").truth(false),
         drop: table.get("drop").truth(false),
         splash: splash.is_given().then(|| recipes.index(&splash, "spark")),
+        say: Line::read(&table.get("say")),
     }
 }
 
@@ -199,7 +203,8 @@ fn effects(table: &Table, known: &Known, recipes: &mut Recipes) -> Effects {
 fn check(table: &Table, rule: &RuleSpec, around: &Around) {
     let effects = &rule.effects;
     if *effects == Effects::default() {
-        let names = "score, life, end, back, reset, remove, stun, checkpoint, carry, drop, splash";
+        let names =
+            "score, life, end, back, reset, remove, stun, checkpoint, carry, drop, splash, say";
         table.get("score").refuse(format!("an effect: one of {names}"));
     }
     if effects.end.is_some() && !around.has_round {
@@ -215,6 +220,9 @@ fn check(table: &Table, rule: &RuleSpec, around: &Around) {
         if field.is_given() && !is_of_reset {
             field.refuse("nothing: this occasion is about no body");
         }
+    }
+    if effects.say.as_ref().is_some_and(Line::has_names) {
+        table.get("say").refuse("a text without names: this occasion is about no body");
     }
 }
 
