@@ -10,7 +10,7 @@ name, port = host.rsplit(":", 1)
 wire = socket.create_connection((name, int(port))).makefile("rwb")
 wire.write(f"GET /{room} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
            "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: YW55IHNpeHRlZW4gYnl0ZQ==\r\n\r\n".encode())
-hello = struct.pack("<BHB", 0, 3, 6) + b"Python" + bytes(3)  # version 3, a name, colour 0, no tokens
+hello = struct.pack("<BHB", 0, 4, 6) + b"Python" + bytes(3)  # version 4, a name, colour 0, no tokens
 wire.write(bytes([0x82, 0x80 | len(hello)]) + bytes(4) + hello)  # a frame, masked with zeros
 wire.flush()
 while len(wire.readline()) > 2: pass  # the response headers

@@ -199,6 +199,9 @@ impl Game {
             rules.begin_tick(&mut Table { scene, world, roster, rngs, events });
         }
         player::take_inputs(&mut roster.players, inputs, scene.size);
+        if let Some(rules) = rules {
+            rules.change_teams(&mut Table { scene, world, roster, rngs, events });
+        }
         let path_tick = |body| rules.as_ref().map_or(tick + 1, |rules| rules.path_tick(body));
         platforms::drive(world, &roster.placed, scene, path_tick);
         minions::steer(world, &roster.actors, scene.minion_recovery);

@@ -36,8 +36,14 @@ impl Buttons {
     pub const PICK_MINION: Buttons = Buttons(1 << 10);
     /// P: select the platform.
     pub const PICK_PLATFORM: Buttons = Buttons(1 << 11);
+    /// T: change over to the next team.
+    pub const TEAM: Buttons = Buttons(1 << 12);
+    /// Return, once a round is over: on with the next one.
+    pub const AGAIN: Buttons = Buttons(1 << 13);
+    /// Those that a stunned player may press too.
+    pub const OF_ROUND: Buttons = Buttons(Buttons::TEAM.0 | Buttons::AGAIN.0);
     /// All bits with a meaning.
-    pub const ALL: Buttons = Buttons((1 << 12) - 1);
+    pub const ALL: Buttons = Buttons((1 << 14) - 1);
 
     /// Returns whether all of `other` are down.
     pub fn contains(self, other: Buttons) -> bool {

@@ -33,7 +33,9 @@ pub use event::Event;
 pub use game::{BodyInfo, Game, PlayerInfo};
 pub use input::{Buttons, Input, POINTER_MAX, POINTER_QUANTUM, Seat};
 pub use phase::Phase;
-pub use rules::{RoundInfo, RoundPhase, RoundPlayer, SideInfo, SlingInfo, sling_path};
+pub use rules::{
+    OrderProgress, RoundInfo, RoundPhase, RoundPlayer, SideInfo, SlingInfo, Taking, sling_path,
+};
 pub use scene::{Kind, SEATS_MAX, Scene, SceneError, Tools};
 pub use side::Side;
 pub use tools::selectable_at;

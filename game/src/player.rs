@@ -179,7 +179,7 @@ pub(crate) fn take_inputs(players: &mut [Player], inputs: &[(Seat, Input)], worl
         player.throw_wait = player.throw_wait.saturating_sub(1);
         if player.stun > 0 {
             player.stun -= 1;
-            input.buttons = Buttons::default();
+            input.buttons.0 &= Buttons::OF_ROUND.0;
         }
         player.take(input, world_size);
     }

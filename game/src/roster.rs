@@ -89,6 +89,18 @@ impl Roster {
         teams.min().map(|(_, _, index)| index)
     }
 
+    /// The team after that of this player, in the order of the file, that has a place left.
+    pub fn team_after(&self, scene: &Scene, slot: usize) -> Option<u8> {
+        let own = self.players[slot].team?;
+        let teams = &scene.rules.teams;
+        let count = teams.len() as u8;
+        let has_place = |team: &u8| {
+            let players = self.players.iter().filter(|player| player.team == Some(*team)).count();
+            players < usize::from(teams[usize::from(*team)].players_max)
+        };
+        (1..count).map(|step| (own + step) % count).find(has_place)
+    }
+
     /// How many players of the same team sit before this one.
     pub fn place_in_team(&self, slot: usize) -> usize {
         let team = self.players[slot].team;

@@ -23,5 +23,5 @@ mod zones;
 
 pub(crate) use book::{Rules, Table};
 pub use clock::RoundPhase;
-pub use info::{RoundInfo, RoundPlayer, SideInfo, SlingInfo};
+pub use info::{OrderProgress, RoundInfo, RoundPlayer, SideInfo, SlingInfo, Taking};
 pub use sling::sling_path;

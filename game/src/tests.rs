@@ -7,6 +7,7 @@ mod packs;
 mod plans;
 mod players;
 mod random;
+mod rounds;
 mod rules;
 mod shipped;
 mod showcases;

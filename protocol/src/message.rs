@@ -17,7 +17,7 @@ use jostle_game::{Buttons, Input, Seat};
 use jostle_sim::Vec2;
 
 /// Version of the protocol; both ends must agree.
-pub const VERSION: u16 = 3;
+pub const VERSION: u16 = 4;
 
 const HELLO: u8 = 0;
 const INPUT: u8 = 1;

@@ -7,7 +7,7 @@ mod terrain;
 
 use aims::Aims;
 use bot::Bot;
-use jostle_game::{Game, Input, Seat};
+use jostle_game::{Buttons, Game, Input, Seat};
 use jostle_protocol::Appearance;
 use jostle_protocol::limits::COLORS;
 use jostle_sim::Rng;
@@ -92,13 +92,44 @@ impl Bots {
         Some(self.bots.remove(largest).seat)
     }
 
+    /// Takes this one away for good: from now on bots fill one seat less than now, beside so many people.
+    pub fn dismiss(&mut self, seat: Seat, people: usize) -> bool {
+        let Ok(index) = self.bots.binary_search_by_key(&seat, |bot| bot.seat) else { return false };
+        self.bots.remove(index);
+        self.fill = people + self.bots.len();
+        true
+    }
+
+    /// The bot that is to change over to another team: the first of the largest one, where that has two players
+    /// more than the smallest.
+    fn out_of_balance(&self, game: &Game) -> Option<Seat> {
+        let round = game.round()?;
+        let size = |team| round.players.iter().filter(|player| player.team == Some(team)).count();
+        let teams = 0..round.teams.len() as u8;
+        let smallest = teams.clone().map(size).min()?;
+        let largest = teams.max_by_key(|&team| size(team))?;
+        let mut of_largest =
+            self.bots.iter().map(|bot| bot.seat).filter(|&seat| {
+                round.player(seat).is_some_and(|player| player.team == Some(largest))
+            });
+        of_largest.next().filter(|_| size(largest) >= smallest + 2)
+    }
+
     /// The inputs of all of them for the next tick, in seat order.
     pub fn play(&mut self, game: &Game) -> impl Iterator<Item = (Seat, Input)> {
+        let surveys = !self.bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS);
+        let changes_over = if surveys { self.out_of_balance(game) } else { None };
         let Bots { aims, terrain, bots, .. } = self;
-        if !bots.is_empty() && game.tick_count().is_multiple_of(SURVEY_TICKS) {
+        if surveys {
             terrain.survey(game);
         }
-        bots.iter_mut().map(|bot| (bot.seat, bot.play(game, aims, terrain)))
+        bots.iter_mut().map(move |bot| {
+            let mut input = bot.play(game, aims, terrain);
+            if Some(bot.seat) == changes_over {
+                input.buttons.0 |= Buttons::TEAM.0;
+            }
+            (bot.seat, input)
+        })
     }
 }
 

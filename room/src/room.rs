@@ -189,6 +189,16 @@ impl Room {
         }
     }
 
+    /// Removes a bot for good: no other takes its place. Returns whether there was one in this seat.
+    pub fn dismiss_bot(&mut self, seat: Seat) -> bool {
+        let people = self.players();
+        let is_gone = self.bots.as_mut().is_some_and(|bots| bots.dismiss(seat, people));
+        if is_gone {
+            self.remove(seat);
+        }
+        is_gone
+    }
+
     fn remove(&mut self, seat: Seat) {
         if self.members.seats.remove(&seat).is_none() {
             return;

@@ -19,7 +19,7 @@ pub const PLACES: [(&str, Buttons); 9] = [
 ];
 /// Keys by their letter (`KeyboardEvent.key`), as the page prints it. Each with its position on the
 /// keyboard of the United States, for keyboards that lack the letter.
-pub const LETTERS: [(&str, &str, Buttons); 7] = [
+pub const LETTERS: [(&str, &str, Buttons); 8] = [
     ("z", "KeyZ", Buttons::MAKE),
     ("x", "KeyX", Buttons::HOLD),
     ("c", "KeyC", Buttons::AGITATE),
@@ -27,6 +27,7 @@ pub const LETTERS: [(&str, &str, Buttons); 7] = [
     ("h", "KeyH", Buttons::PICK_HERO),
     ("m", "KeyM", Buttons::PICK_MINION),
     ("p", "KeyP", Buttons::PICK_PLATFORM),
+    ("t", "KeyT", Buttons::TEAM),
 ];
 
 /// The button of the key at a place with a letter on it. Where they disagree the places to steer

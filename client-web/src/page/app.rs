@@ -17,10 +17,10 @@ use crate::page::replay_screen::OpenReplay;
 use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
 use crate::replay::player::ReplayPlayer;
-use crate::world::replica::News;
+use crate::world::replica::{News, Replica};
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
 use jostle_game::scene::is_name;
-use jostle_game::{Scene, Seat};
+use jostle_game::{Buttons, RoundPhase, Scene, Seat};
 use jostle_protocol::{Appearance, limits};
 use std::sync::Arc;
 
@@ -430,6 +430,11 @@ impl App {
                 None => {}
             },
             "cancel" => self.dialogs.question = None,
+            "again" => self.go_on(),
+            "switch-team" => {
+                self.press(Buttons::TEAM, true);
+                self.press(Buttons::TEAM, false);
+            }
             "notice" => self.act(self.notice().map(|card| card.action)),
             "notice-other" => {
                 let other = self.notice().and_then(|card| card.other);
@@ -459,6 +464,16 @@ impl App {
             }),
             None => {}
         }
+    }
+
+    /// Asks for the next round, until it begins.
+    pub(super) fn go_on(&mut self) {
+        self.press(Buttons::AGAIN, true);
+    }
+
+    pub(super) fn is_round_over(&self) -> bool {
+        let round = self.replica().and_then(Replica::round);
+        round.is_some_and(|round| round.phase == RoundPhase::Over)
     }
 
     pub(super) fn toggle_help(&mut self) {

@@ -65,6 +65,9 @@ impl App {
     /// Command of a key to the page itself.
     fn command_of(&self, key: &Key) -> Option<fn(&mut App)> {
         match (key.code.as_str(), key.letter.as_str(), self.top()) {
+            ("Enter", _, Layer::Page) if key.focus != Focus::Button && self.is_round_over() => {
+                Some(App::go_on)
+            }
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),
             ("F4", ..) => Some(|app| app.panels.network = !app.panels.network),

@@ -1,6 +1,6 @@
 //! What the page says of a round, as it follows from a snapshot.
 
-use jostle_game::scene::{AtTime, RoundSpec};
+use jostle_game::scene::{AtTime, Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_protocol::PlayerState;
 use jostle_sim::TICKS_PER_SECOND;
@@ -23,8 +23,12 @@ pub struct RoundView {
     pub task: String,
     /// Whether the task is new.
     pub is_task_new: bool,
+    /// Steps that all together have taken of an order, and of how many.
+    pub progress: Option<(usize, usize)>,
     /// Sides with their points.
     pub sides: Vec<SideView>,
+    /// Whether the player may change over to another team.
+    pub switches: bool,
     /// The countdown, in the middle of the picture.
     pub large: String,
     /// Once the round is over.
@@ -46,6 +50,8 @@ pub struct SideView {
     pub score: Option<i32>,
     /// Lives, where the scene counts them.
     pub lives: Option<i32>,
+    /// Steps that it, or the player of a team, has taken of an order, and of how many.
+    pub progress: Option<(usize, usize)>,
     /// Whether the player belongs to it.
     pub is_own: bool,
     /// Whether it can still win.
@@ -63,6 +69,8 @@ pub struct ResultView {
     pub sides: Vec<SideView>,
     /// Seconds to the next round.
     pub next_s: u32,
+    /// Whether the player is done with the result, and waits for others.
+    pub goes_on: bool,
 }
 
 /// What is looked at.
@@ -91,6 +99,8 @@ impl Looked<'_> {
                 RoundPhase::Running => ticks < TASK_TICKS,
                 phase => phase != RoundPhase::Over,
             },
+            progress: self.progress(None),
+            switches: self.round.teams.len() > 1 && self.round.player(self.own).is_some(),
             sides: self.board(),
             large: self.large(spec, ticks),
             result: is_over.then(|| self.result(spec, ticks)),
@@ -162,9 +172,28 @@ impl Looked<'_> {
             color,
             score: self.scene.counts_points().then_some(info.score),
             lives: self.scene.rules.lives().map(|_| info.lives),
+            progress: self.progress(Some(side)),
             is_own: self.round.side_of(self.own) == side,
             is_in: info.is_in,
         }
+    }
+
+    /// Steps of the first order that this side makes progress in, all together for `None`, and of how many.
+    fn progress(&self, side: Option<Side>) -> Option<(usize, usize)> {
+        let own = Side::Player(self.own);
+        let signals = (0..).zip(&self.scene.rules.signals);
+        let mut orders = signals.filter_map(|(index, signal)| Some((index, signal.order()?)));
+        orders.find_map(|(index, order)| {
+            let walker = match (order.each, side) {
+                (Each::All, None) => None,
+                (Each::Side, Some(_)) => side,
+                // The board of a team shows how far the player is, no other.
+                (Each::Player, Some(_)) if self.round.side_of(self.own) == side? => Some(own),
+                (Each::Player, Some(Side::Player(_))) => side,
+                _ => return None,
+            };
+            Some((usize::from(self.round.steps(index, walker)), order.steps.len()))
+        })
     }
 
     fn result(&self, spec: &RoundSpec, ticks: f64) -> ResultView {
@@ -183,7 +212,8 @@ impl Looked<'_> {
             stars.iter().filter(|&&star| points >= star).count()
         });
         let next_s = seconds_of(f64::from(spec.pause) - ticks);
-        ResultView { title: self.title(spec, &sides), stars, sides, next_s }
+        let goes_on = self.round.player(self.own).is_some_and(|player| player.goes_on);
+        ResultView { title: self.title(spec, &sides), stars, sides, next_s, goes_on }
     }
 
     fn title(&self, spec: &RoundSpec, sides: &[SideView]) -> String {

@@ -46,6 +46,8 @@ pub struct FrameZone {
     pub color: Option<u8>,
     /// Whether it is on.
     pub on: bool,
+    /// Palette index of who is taking it, and how much of the time for that has passed, 0..=1.
+    pub taken: Option<(u8, f32)>,
 }
 
 /// Dots on the wall.

@@ -2,7 +2,8 @@
 
 use super::book::Rules;
 use super::clock::RoundPhase;
-use crate::input::Seat;
+use super::memory::{OrderState, SignalState};
+use crate::input::{Buttons, Seat};
 use crate::roster::Roster;
 use crate::scene::Scene;
 use crate::side::{Side, Standing};
@@ -24,10 +25,36 @@ pub struct RoundInfo {
     pub holders: Vec<Option<Side>>,
     /// Zones that are on and drawn, a bit each.
     pub zones: u64,
+    /// Sides that are about to take a zone, in the order of the zones.
+    pub takings: Vec<Taking>,
+    /// How far players got in the orders, in the order of the file.
+    pub orders: Vec<OrderProgress>,
     /// What the sling is at, in a scene that has one.
     pub sling: Option<SlingInfo>,
     /// Indices of the bodies that are cracked, in order.
     pub cracked: Vec<u32>,
+}
+
+/// A side that is alone in a zone which it does not hold yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Taking {
+    /// Index of the zone.
+    pub zone: u8,
+    /// The side.
+    pub side: Side,
+    /// Ticks of the game before it was alone there.
+    pub since: u32,
+}
+
+/// Steps of an order that were taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OrderProgress {
+    /// Index of the signal.
+    pub signal: u8,
+    /// Who took them; `None` for all together.
+    pub side: Option<Side>,
+    /// How many, from 1.
+    pub steps: u8,
 }
 
 /// What a sling is at.
@@ -61,9 +88,35 @@ pub struct RoundPlayer {
     pub side: SideInfo,
     /// Whether the player's keys do nothing.
     pub is_stunned: bool,
+    /// Whether the player is done with the result, and waits for the next round.
+    pub goes_on: bool,
 }
 
 impl Rules {
+    /// Sides that are about to take a zone. Outside of a running round zones rest.
+    fn takings(&self, ticks: u32) -> impl Iterator<Item = Taking> {
+        let zones = (0..).zip(&self.zones).filter(|_| self.round.is_running());
+        zones.filter_map(move |(zone, state)| {
+            let (side, alone) = state.taking?;
+            let since = ticks - alone.min(ticks);
+            (state.holder != Some(side)).then_some(Taking { zone, side, since })
+        })
+    }
+
+    fn orders(&self) -> Vec<OrderProgress> {
+        let mut orders = Vec::new();
+        for (signal, state) in (0..).zip(&self.signals) {
+            if let SignalState::Order(OrderState { done }) = state {
+                orders.extend(done.iter().map(|&(walker, steps)| OrderProgress {
+                    signal,
+                    side: walker.side(),
+                    steps,
+                }));
+            }
+        }
+        orders
+    }
+
     /// What players see of the rules after this many ticks of the game.
     pub(crate) fn info(&self, scene: &Scene, roster: &Roster, ticks: u32) -> RoundInfo {
         let is_cracked = |id| self.notes.get(id).is_some_and(|note| note.is_cracked);
@@ -76,6 +129,7 @@ impl Rules {
             team: player.team,
             side: SideInfo::of(&player.standing),
             is_stunned: player.stun > 0,
+            goes_on: self.round.phase == RoundPhase::Over && player.holds(Buttons::AGAIN),
         });
         RoundInfo {
             phase: self.round.phase,
@@ -85,6 +139,8 @@ impl Rules {
             winners: self.winners.clone(),
             holders: self.holders().collect(),
             zones: self.levels.zones & drawn,
+            takings: self.takings(ticks).collect(),
+            orders: self.orders(),
             sling: self
                 .sling
                 .map(|sling| SlingInfo { shots: sling.shots, is_flying: sling.flight > 0 }),
@@ -94,6 +150,12 @@ impl Rules {
 }
 
 impl RoundInfo {
+    /// Steps of an order that a side has taken; `None` for all together.
+    pub fn steps(&self, signal: u8, side: Option<Side>) -> u8 {
+        let found = self.orders.iter().find(|order| (order.signal, order.side) == (signal, side));
+        found.map_or(0, |order| order.steps)
+    }
+
     /// How a side stands, if it is there.
     pub fn side(&self, side: Side) -> Option<SideInfo> {
         match side {

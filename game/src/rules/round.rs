@@ -3,11 +3,16 @@
 use super::book::{Rules, Table};
 use super::clock::RoundPhase;
 use crate::heroes;
+use crate::input::Buttons;
 use crate::placing;
 use crate::roster::Roster;
 use crate::scene::Scene;
 use crate::side::Standing;
+use crate::tools;
 use jostle_sim::World;
+
+/// Ticks for which a result stands at least.
+const RESULT_TICKS: u32 = 60;
 
 impl Rules {
     /// Moves the clock on to this tick. A new round places everything again.
@@ -22,12 +27,45 @@ impl Rules {
             RoundPhase::Waiting if !enough => return,
             RoundPhase::Waiting => self.restart(next, table),
             _ if players == 0 => return self.restart(next, table),
-            RoundPhase::Over if self.round.ticks > spec.pause => self.restart(next, table),
+            RoundPhase::Over if self.round.ticks > spec.pause || self.all_go_on(table.roster) => {
+                self.restart(next, table)
+            }
             _ => {}
         }
         if self.round.phase == RoundPhase::Countdown && self.round.ticks > spec.countdown {
             self.round.enter(RoundPhase::Running, 1);
             self.count_in(table.scene, table.roster);
+        }
+    }
+
+    /// Returns whether all players hold the key for the next round, once the result stood for a moment. Those
+    /// who are away are not waited for.
+    fn all_go_on(&self, roster: &Roster) -> bool {
+        let mut present = roster.players.iter().filter(|player| !player.is_away).peekable();
+        self.round.ticks > RESULT_TICKS
+            && present.peek().is_some()
+            && present.all(|player| player.holds(Buttons::AGAIN))
+    }
+
+    /// Players who press the key for it change over to another team. Their heroes come back there.
+    pub fn change_teams(&self, table: &mut Table) {
+        let Table { scene, world, roster, .. } = table;
+        if scene.rules.teams.len() < 2 {
+            return;
+        }
+        for slot in 0..roster.players.len() {
+            if !roster.players[slot].pressed(Buttons::TEAM) {
+                continue;
+            }
+            let Some(team) = roster.team_after(scene, slot) else { continue };
+            let player = &mut roster.players[slot];
+            tools::release(world, player);
+            player.drop_carried(world);
+            let seat = player.seat;
+            roster.remove_all(world, |actor| actor.owner == Some(seat));
+            let player = &mut roster.players[slot];
+            (player.team, player.checkpoint) = (Some(team), None);
+            player.hero_wait = heroes::RESPAWN_TICKS;
         }
     }
 

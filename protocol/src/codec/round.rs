@@ -6,18 +6,29 @@ use crate::error::{DecodeError, check};
 use crate::fields::{read_seat, write_seat};
 use crate::limits::BODIES_MAX;
 use crate::wire::{Gaps, Reader, Writer};
-use jostle_game::scene::{POINTS_MAX, TEAMS_MAX, ZONES_MAX};
-use jostle_game::{RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Side, SideInfo, SlingInfo};
+use jostle_game::scene::{POINTS_MAX, SIGNALS_MAX, TEAMS_MAX, ZONES_MAX};
+use jostle_game::{
+    OrderProgress, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Side, SideInfo, SlingInfo, Taking,
+};
 
 /// Bytes of the shortest side and player.
 const SIDE_BYTES_MIN: usize = 2;
 const PLAYER_BYTES_MIN: usize = 4;
-/// Beside the phase: whether there is a sling, whether its ball flies, and whether bodies are cracked.
+/// Bytes of the shortest side that takes a zone, and of the shortest progress.
+const TAKING_BYTES_MIN: usize = 4;
+const ORDER_BYTES_MIN: usize = 3;
+/// Beside the phase: whether there is a sling, whether its ball flies, whether bodies are cracked, and whether
+/// zones are being taken or orders begun.
 const SLING: u8 = 1 << 2;
 const FLYING: u8 = 1 << 3;
 const CRACKED: u8 = 1 << 4;
 const PHASE: u8 = SLING - 1;
-const TAG_ALL: u8 = (1 << 5) - 1;
+const PROGRESS: u8 = 1 << 5;
+const TAG_ALL: u8 = (1 << 6) - 1;
+/// Beside a player's team.
+const STUNNED: u8 = 1;
+const GOES_ON: u8 = 2;
+const TEAM_SHIFT: u8 = 2;
 const NO_SIDE: u8 = 0;
 const TEAM: u8 = 1;
 const PLAYER: u8 = 2;
@@ -31,14 +42,17 @@ fn write_round(writer: &mut Writer, round: &RoundInfo) {
     let is_flying = round.sling.is_some_and(|sling| sling.is_flying);
     let is_cracked = !round.cracked.is_empty();
     let has_sling = bit(round.sling.is_some(), SLING) | bit(is_flying, FLYING);
-    writer.byte(round.phase as u8 | has_sling | bit(is_cracked, CRACKED));
+    let has_progress = !(round.takings.is_empty() && round.orders.is_empty());
+    let extras = bit(is_cracked, CRACKED) | bit(has_progress, PROGRESS);
+    writer.byte(round.phase as u8 | has_sling | extras);
     writer.leb32(round.since);
     writer.count(round.teams.len());
     round.teams.iter().for_each(|team| write_side_info(writer, team));
     writer.count(round.players.len());
     for player in &round.players {
         write_seat(writer, player.seat);
-        writer.byte(player.team.map_or(0, |team| team + 1) << 1 | u8::from(player.is_stunned));
+        let flags = bit(player.is_stunned, STUNNED) | bit(player.goes_on, GOES_ON);
+        writer.byte(player.team.map_or(0, |team| team + 1) << TEAM_SHIFT | flags);
         write_side_info(writer, &player.side);
     }
     writer.count(round.winners.len());
@@ -54,6 +68,24 @@ fn write_round(writer: &mut Writer, round: &RoundInfo) {
         writer.count(round.cracked.len());
         let mut gaps = Gaps::default();
         round.cracked.iter().for_each(|&index| gaps.write(writer, index));
+    }
+    if has_progress {
+        write_progress(writer, round);
+    }
+}
+
+fn write_progress(writer: &mut Writer, round: &RoundInfo) {
+    writer.count(round.takings.len());
+    for taking in &round.takings {
+        writer.byte(taking.zone);
+        write_side(writer, Some(taking.side));
+        writer.leb32(taking.since);
+    }
+    writer.count(round.orders.len());
+    for order in &round.orders {
+        writer.byte(order.signal);
+        write_side(writer, order.side);
+        writer.byte(order.steps);
     }
 }
 
@@ -99,8 +131,7 @@ fn read_round(reader: &mut Reader) -> Result<RoundInfo, DecodeError> {
     }
     let mut winners = Vec::new();
     for _ in 0..reader.count(SEATS_MAX, 1, "winners")? {
-        let side = read_side(reader, teams.len())?;
-        winners.push(side.ok_or(DecodeError::OutOfRange { field: "winner" })?);
+        winners.push(read_some_side(reader, teams.len(), "winner")?);
     }
     let mut holders = Vec::new();
     for _ in 0..reader.count(ZONES_MAX, 1, "holders")? {
@@ -121,15 +152,56 @@ fn read_round(reader: &mut Reader) -> Result<RoundInfo, DecodeError> {
             cracked.push(gaps.read(reader, BODIES_MAX, "cracked body")?);
         }
     }
-    Ok(RoundInfo { phase, since, teams, players, winners, holders, zones, sling, cracked })
+    let (mut takings, mut orders) = (Vec::new(), Vec::new());
+    if tag & PROGRESS != 0 {
+        takings = read_takings(reader, teams.len())?;
+        orders = read_orders(reader, teams.len())?;
+    }
+    let round = RoundInfo {
+        phase,
+        since,
+        teams,
+        players,
+        winners,
+        holders,
+        zones,
+        takings,
+        orders,
+        sling,
+        cracked,
+    };
+    Ok(round)
+}
+
+fn read_takings(reader: &mut Reader, teams: usize) -> Result<Vec<Taking>, DecodeError> {
+    let mut takings = Vec::new();
+    for _ in 0..reader.count(ZONES_MAX, TAKING_BYTES_MIN, "zones that are taken")? {
+        let zone = reader.byte("zone")?;
+        check(usize::from(zone) < ZONES_MAX, "zone")?;
+        let side = read_some_side(reader, teams, "side that takes a zone")?;
+        takings.push(Taking { zone, side, since: reader.leb32("start of a taking")? });
+    }
+    Ok(takings)
+}
+
+fn read_orders(reader: &mut Reader, teams: usize) -> Result<Vec<OrderProgress>, DecodeError> {
+    let mut orders = Vec::new();
+    for _ in 0..reader.count(SIGNALS_MAX * SEATS_MAX, ORDER_BYTES_MIN, "orders")? {
+        let signal = reader.byte("signal")?;
+        check(usize::from(signal) < SIGNALS_MAX, "signal")?;
+        let side = read_side(reader, teams)?;
+        orders.push(OrderProgress { signal, side, steps: reader.byte("steps")? });
+    }
+    Ok(orders)
 }
 
 fn read_player(reader: &mut Reader, teams: usize) -> Result<RoundPlayer, DecodeError> {
     let seat = read_seat(reader)?;
     let byte = reader.byte("team")?;
-    let team = (byte >> 1).checked_sub(1);
+    let team = (byte >> TEAM_SHIFT).checked_sub(1);
     check(team.is_none_or(|team| usize::from(team) < teams), "team")?;
-    Ok(RoundPlayer { seat, team, side: read_side_info(reader)?, is_stunned: byte & 1 == 1 })
+    let (is_stunned, goes_on) = (byte & STUNNED != 0, byte & GOES_ON != 0);
+    Ok(RoundPlayer { seat, team, side: read_side_info(reader)?, is_stunned, goes_on })
 }
 
 fn read_side_info(reader: &mut Reader) -> Result<SideInfo, DecodeError> {
@@ -139,6 +211,14 @@ fn read_side_info(reader: &mut Reader) -> Result<SideInfo, DecodeError> {
     let fits = |points: i32| (-POINTS_MAX..=POINTS_MAX).contains(&points);
     check(fits(score) && fits(lives), "score")?;
     Ok(SideInfo { score, lives, is_in: word & 1 == 1 })
+}
+
+fn read_some_side(
+    reader: &mut Reader,
+    teams: usize,
+    field: &'static str,
+) -> Result<Side, DecodeError> {
+    read_side(reader, teams)?.ok_or(DecodeError::OutOfRange { field })
 }
 
 fn read_side(reader: &mut Reader, teams: usize) -> Result<Option<Side>, DecodeError> {

@@ -159,7 +159,7 @@ fn hello(version: u16) -> ClientMessage {
 
 #[test]
 fn client_messages_have_the_documented_bytes() {
-    let bytes = [&[0, 3, 0, 3, b'A', b'n', b'n', 3, 1][..], &counted().0, &[0]];
+    let bytes = [&[0, 4, 0, 3, b'A', b'n', b'n', 3, 1][..], &counted().0, &[0]];
     assert_eq!(hello(VERSION).encode(), bytes.concat());
 
     let input = Input { buttons: Buttons(0x90), pointer: Some(Vec2::new(1.0, -2.5)) };
@@ -213,13 +213,13 @@ fn fields_out_of_range_are_named() {
         assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
     refused(&[6], "kind");
-    refused(&[0, 3, 0, 1, b' ', 0, 0], "name");
-    refused(&[0, 3, 0, 2, b' ', b'A', 0, 0], "name");
-    refused(&[0, 3, 0, 1, b'A', 8, 0], "color");
-    refused(&[0, 3, 0, 1, b'A', 0, 2], "token");
-    refused(&[0, 3, 0, 1, b'A', 0, 0, 2], "host key");
-    refused(&[0, 3, 0, 65], "name");
-    refused(&[1, 1, 0, 0, 0x80, 0x20, 0], "buttons");
+    refused(&[0, 4, 0, 1, b' ', 0, 0], "name");
+    refused(&[0, 4, 0, 2, b' ', b'A', 0, 0], "name");
+    refused(&[0, 4, 0, 1, b'A', 8, 0], "color");
+    refused(&[0, 4, 0, 1, b'A', 0, 2], "token");
+    refused(&[0, 4, 0, 1, b'A', 0, 0, 2], "host key");
+    refused(&[0, 4, 0, 65], "name");
+    refused(&[1, 1, 0, 0, 0x80, 0x80, 1, 0], "buttons");
     refused(&[1, 1, 0, 0, 0, 1, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0], "pointer");
     refused(&[1, 1, 0, 0, 0, 1, 0, 0, 0, 0x4a, 0, 0, 0, 0], "pointer");
     refused(&[1, 0x80, 0, 0, 0, 0, 0], "seq");

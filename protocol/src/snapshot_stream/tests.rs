@@ -4,7 +4,8 @@ use crate::{
     TimedEvent,
 };
 use jostle_game::{
-    Event, Kind, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Seat, Side, SideInfo, SlingInfo,
+    Event, Kind, OrderProgress, RoundInfo, RoundPhase, RoundPlayer, SEATS_MAX, Seat, Side,
+    SideInfo, SlingInfo, Taking,
 };
 use jostle_sim::Rng;
 use jostle_sim::{BodyId, EmitterDef, Shape, Source, Vec2};
@@ -101,7 +102,7 @@ fn random_body(rng: &mut Rng, index: u32) -> SnapshotBody {
 fn random_event(rng: &mut Rng) -> Event {
     let seat = Seat(rng.below(SEATS_MAX as u32) as u16);
     let point = random_point(rng);
-    match rng.below(7) {
+    match rng.below(8) {
         0 => {
             let (a, b) = (random_id(rng), random_id(rng));
             Event::Impact { a, b, point, speed: rng.range(0.0, 90.0) }
@@ -110,6 +111,7 @@ fn random_event(rng: &mut Rng) -> Event {
             let victim = (rng.below(2) == 0).then_some(Seat(0));
             Event::PackHit { owner: Some(seat), victim, hero: random_id(rng), point }
         }
+        7 => Event::Said { rule: 3, it: Some(seat), by: (rng.below(2) == 0).then_some(Seat(0)) },
         2 => Event::BodyLeft { kind: Kind::Marble, body: random_id(rng), point },
         3 => {
             let source = match rng.below(2) {
@@ -186,14 +188,27 @@ fn random_round(rng: &mut Rng) -> RoundInfo {
             continue;
         }
         let team = (team_count > 0).then(|| rng.below(team_count.max(1)) as u8);
-        let (side, is_stunned) = (side_info(rng), rng.below(2) == 0);
-        players.push(RoundPlayer { seat: Seat(seat), team, side, is_stunned });
+        let side = side_info(rng);
+        let (is_stunned, goes_on) = (rng.below(2) == 0, rng.below(2) == 0);
+        players.push(RoundPlayer { seat: Seat(seat), team, side, is_stunned, goes_on });
     }
     let some_side = |rng: &mut Rng| match rng.below(2) {
         0 if team_count > 0 => Side::Team(rng.below(team_count) as u8),
         _ => Side::Player(Seat(rng.below(SEATS_MAX as u32) as u16)),
     };
+    let takings = (0..rng.below(3)).map(|zone| {
+        let (side, since) = (some_side(rng), rng.next_u32());
+        Taking { zone: zone as u8, side, since }
+    });
+    let takings = takings.collect();
+    let orders = (0..rng.below(3)).map(|signal| {
+        let side = (rng.below(2) == 0).then(|| some_side(rng));
+        OrderProgress { signal: signal as u8, side, steps: rng.next_u32() as u8 }
+    });
+    let orders = orders.collect();
     RoundInfo {
+        takings,
+        orders,
         phase: RoundPhase::ALL[rng.below(4) as usize],
         since: rng.next_u32(),
         winners: (0..rng.below(5)).map(|_| some_side(rng)).collect(),
@@ -470,9 +485,9 @@ fn fields_out_of_range_are_named() {
     delta(4, &[1, 1, 0, 6, 32, 0, 0, 0xc0, 0x3f, 10, 0], "group");
     delta(8, &[0], "players");
     delta(8, &[16], "players");
-    delta(8, &[8, 1, 0x20], "phase of the round");
+    delta(8, &[8, 1, 0x40], "phase of the round");
     delta(8, &[8, 1, 8, 0, 0, 0, 0, 0, 0, 0], "phase of the round");
-    delta(8, &[8, 1, 2, 0, 0, 1, 0, 2, 0, 0], "team");
+    delta(8, &[8, 1, 2, 0, 0, 1, 0, 4, 0, 0], "team");
     delta(8, &[8, 1, 2, 0, 0, 0, 1, 3], "side");
     delta(8, &[1, 0], "players gone");
     delta(8, &[1, 2], "players gone");

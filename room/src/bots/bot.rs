@@ -56,7 +56,10 @@ impl Bot {
         }
         let Some(own) = self.own(game, round.as_ref()).filter(|_| plays) else {
             self.wait = 0;
-            return Input::default();
+            // Nobody has to wait for a bot.
+            let is_over = round.is_some_and(|round| round.phase == RoundPhase::Over);
+            let buttons = if is_over { Buttons::AGAIN } else { Buttons::default() };
+            return Input { buttons, pointer: None };
         };
         self.pass_gate(game, aims, own.at);
         if self.wait > 0 {

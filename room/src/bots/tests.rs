@@ -114,6 +114,61 @@ fn nobody_makes_a_bot_leave() {
 }
 
 #[test]
+fn a_bot_that_the_host_removes_stays_away() {
+    let mut room = Room::new("test", scene("hockey"), 1);
+    let ann = join(&mut room);
+    ticks(&mut room, 2);
+    assert!(!room.dismiss_bot(ann), "no bot");
+    assert!(room.dismiss_bot(Seat(2)));
+    ticks(&mut room, 2);
+    assert_eq!((room.bots(), room.snapshot().players.len()), (2, 3));
+    room.leave(ann);
+    ticks(&mut room, 2);
+    join(&mut room);
+    ticks(&mut room, 2);
+    assert_eq!(room.bots(), 2, "the room keeps to it");
+}
+
+#[test]
+fn a_bot_changes_over_where_a_player_left_a_team_too_small() {
+    let mut room = Room::new("test", scene("hockey"), 1);
+    let people = [join(&mut room), join(&mut room)];
+    ticks(&mut room, 2);
+    assert_eq!(teams(&room), [Some(0), Some(1), Some(0), Some(1)]);
+    let mut seq = 0;
+    let mut hold = |room: &mut Room, buttons| {
+        seq += 1;
+        room.input(people[0], seq, Input { buttons, pointer: None });
+        ticks(room, 1);
+    };
+    hold(&mut room, Buttons::TEAM);
+    hold(&mut room, Buttons::default());
+    assert_eq!(teams(&room), [Some(1), Some(1), Some(0), Some(1)]);
+    ticks(&mut room, 2 * SURVEY_TICKS);
+    assert_eq!(teams(&room), [Some(1), Some(1), Some(0), Some(0)], "the bot of three, once");
+}
+
+#[test]
+fn bots_keep_nobody_from_the_next_round() {
+    let mut room = Room::new("test", scene("splash"), 1);
+    let ann = join(&mut room);
+    let phase = |room: &Room| room.game().round().expect("a round").phase;
+    let mut seq = 0;
+    let mut hold = |room: &mut Room, buttons| {
+        seq += 1;
+        room.input(ann, seq, Input { buttons, pointer: None });
+        ticks(room, 1);
+    };
+    while phase(&room) != RoundPhase::Over {
+        hold(&mut room, Buttons::default());
+    }
+    (0..70).for_each(|_| hold(&mut room, Buttons::default()));
+    assert_eq!(phase(&room), RoundPhase::Over, "not before the player is done with the result");
+    (0..3).for_each(|_| hold(&mut room, Buttons::AGAIN));
+    assert_ne!(phase(&room), RoundPhase::Over);
+}
+
+#[test]
 fn a_recording_with_bots_verifies_and_the_same_inputs_give_the_same_bytes() {
     let played = || {
         let mut room = Room::new("test", scene("splash"), 9);

@@ -302,6 +302,9 @@ impl Ticker {
 
     /// Kicks a player, connected or not. Returns whether there was one in this seat.
     fn kick(&mut self, room: &mut Room, seat: Seat) -> bool {
+        if room.dismiss_bot(seat) {
+            return true;
+        }
         let players = room.players();
         room.leave(seat);
         if room.players() == players {

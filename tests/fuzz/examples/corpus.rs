@@ -112,6 +112,7 @@ fn events(tick: u32) -> Vec<TimedEvent> {
         Event::EmitterStarted(emitter(Source::Point(point))),
         Event::EmitterStarted(emitter(Source::Body(id(1)))),
         Event::ScheduledEmitterStarted { index: 200, seed: 9 },
+        Event::Said { rule: 127, it: Some(Seat(3)), by: None },
         Event::Joined(Seat(511)),
         Event::Left(Seat(0)),
     ];

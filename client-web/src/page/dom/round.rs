@@ -30,6 +30,8 @@ impl RoundBoard {
         dom::text("round-clock", &round.clock);
         dom::set(&dom::html("round-clock"), "data-late", round.is_late.then_some("yes"));
         dom::text("round-task", &round.task);
+        dom::text_or_hide("round-progress", round.progress.map(steps).as_deref());
+        dom::show("switch-team", round.switches);
         dom::set(&dom::html("round"), "data-task", round.is_task_new.then_some("new"));
         dom::text("round-said", &round.spoken);
         dom::text_or_hide("round-large", Some(&*round.large).filter(|large| !large.is_empty()));
@@ -45,7 +47,9 @@ impl RoundBoard {
         let stars =
             result.stars.map(|stars| "\u{2605}".repeat(stars) + &"\u{2606}".repeat(3 - stars));
         dom::text_or_hide("result-stars", stars.as_deref());
-        dom::text("result-next", &format!("Next round in {} s", result.next_s));
+        let waits = if result.goes_on { "Waiting for the others" } else { "Next round" };
+        dom::text("result-next", &format!("{waits}: {} s", result.next_s));
+        dom::set(&dom::html("again"), "disabled", result.goes_on.then_some(""));
         self.result.show(result.sides.iter().map(|side| entry("result-item", side)));
     }
 }
@@ -78,8 +82,14 @@ fn entry(template: &'static str, side: &SideView) -> Item {
         .with("", "--color", color_var(side.color))
         .with("i", "data-emblem", emblem)
         .text("bdi", &*side.name)
+        .text(".steps", side.progress.map_or_else(String::new, steps))
         .text(".score", score)
         .text(".lives", side.lives.map_or_else(String::new, lives))
+}
+
+/// A full dot for each step that was taken, and an empty one for each that is left.
+fn steps((done, all): (usize, usize)) -> String {
+    "\u{25cf}".repeat(done.min(all)) + &"\u{25cb}".repeat(all.saturating_sub(done))
 }
 
 /// A heart for each life, as long as they can be seen at a glance.

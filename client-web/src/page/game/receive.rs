@@ -8,7 +8,7 @@ use crate::net::meter::Traffic;
 use crate::page::context::{Context, Secret};
 use crate::page::event::Effect;
 use crate::world::replica::Replica;
-use jostle_game::{Scene, Seat};
+use jostle_game::{Buttons, RoundPhase, Scene, Seat};
 use jostle_protocol::{DecodeError, Refusal, ServerMessage, Snapshot};
 use std::sync::Arc;
 
@@ -80,6 +80,10 @@ impl GameScreen {
                     predictor.heard(newest, before);
                 }
                 self.meter.snapshot(&Snapshot::section_names(coded).unwrap_or_default(), emitters);
+                let round = replica.round();
+                if round.is_none_or(|round| round.phase != RoundPhase::Over) {
+                    self.controls.press(Buttons::AGAIN, false);
+                }
                 self.prove(ctx.now_ms);
             }
             Err(error) => self.misunderstood(ctx, &error),

@@ -48,6 +48,7 @@ fn round(phase: RoundPhase, teams: usize, scores: [i32; 2]) -> RoundInfo {
         team: (teams > 0).then_some(index as u8 % teams.max(1) as u8),
         side: info(scores[usize::from(index)]),
         is_stunned: false,
+        goes_on: false,
     });
     RoundInfo {
         phase,
@@ -57,6 +58,8 @@ fn round(phase: RoundPhase, teams: usize, scores: [i32; 2]) -> RoundInfo {
         winners: Vec::new(),
         holders: Vec::new(),
         zones: 0,
+        takings: Vec::new(),
+        orders: Vec::new(),
         sling: None,
         cracked: Vec::new(),
     }

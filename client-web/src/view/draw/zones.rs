@@ -3,11 +3,25 @@
 
 use super::stage::Stage;
 use super::vertex::{SolidKind, SolidVertex, rgba};
-use crate::view::palette::{self, PAPER};
-use jostle_sim::Shape;
+use crate::view::frame::FrameZone;
+use crate::view::palette::{self, PAPER, Rgb};
+use jostle_sim::{Shape, Vec2};
 
 /// Width of the edge, pixels.
 const EDGE_PIXELS: f32 = 2.0;
+
+/// Adds how far a zone is taken: it fills from the floor up, or from the middle.
+fn fill_up(stage: &mut Stage, zone: &FrameZone, color: Rgb, share: f32) {
+    let half = zone.shape.half_extent();
+    let (kind, center, half) = match zone.shape {
+        Shape::Box { .. } => {
+            let part = Vec2::new(half.x, half.y * share);
+            (SolidKind::Box, zone.center - Vec2::new(0.0, half.y - part.y), part)
+        }
+        Shape::Circle { .. } => (SolidKind::Oval, zone.center, half * share),
+    };
+    stage.quads.push(SolidVertex::new(kind, center, half, rgba(color, 0.3)));
+}
 
 /// Adds all zones in view.
 pub fn fill(stage: &mut Stage) {
@@ -24,6 +38,9 @@ pub fn fill(stage: &mut Stage) {
         };
         let width = EDGE_PIXELS * stage.quads.unit_per_pixel;
         stage.quads.push(SolidVertex::new(fill, zone.center, half, rgba(color, inside)));
+        if let Some((taker, share)) = zone.taken {
+            fill_up(stage, zone, palette::player(taker), share);
+        }
         let ring = SolidVertex::new(ring, zone.center, half, rgba(color, edge));
         stage.quads.push(ring.soft(width).edged([255; 4]));
         if zone.on {

@@ -2,7 +2,7 @@
 
 use super::Replica;
 use crate::view::frame::{FrameBody, FrameZone};
-use jostle_game::scene::{ZoneArea, ZoneSpec};
+use jostle_game::scene::{Each, Step, ZoneArea, ZoneSpec};
 use jostle_game::{RoundInfo, Side};
 use jostle_protocol::Appearance;
 use jostle_sim::{Shape, Vec2};
@@ -32,8 +32,38 @@ impl Replica {
             }
         };
         let holder = round.holders.get(index).copied().flatten();
-        let color = holder.map(|side| self.color_of_side(side)).or(spec.color);
-        Some(FrameZone { shape, center: center + offset, color, on: round.zones >> index & 1 == 1 })
+        let mut color = holder.map(|side| self.color_of_side(side)).or(spec.color);
+        let mut on = round.zones >> index & 1 == 1;
+        if self.is_next(index as u8, round) {
+            (color, on) = (self.own_color().or(color), true);
+        }
+        let taken = self.taken(index as u8, spec, round);
+        Some(FrameZone { shape, center: center + offset, color, on, taken })
+    }
+
+    /// Returns whether a zone is the next step of the own player, or of the player's team, in an order such as
+    /// a lap. An order that all take together may be there to be found out.
+    fn is_next(&self, zone: u8, round: &RoundInfo) -> bool {
+        let signals = (0..).zip(&self.scene.rules.signals);
+        signals.filter_map(|(index, signal)| signal.order().map(|order| (index, order))).any(
+            |(index, order)| {
+                let side = match order.each {
+                    Each::All => return false,
+                    Each::Side => round.side_of(self.seat),
+                    Each::Player => Side::Player(self.seat),
+                };
+                let next = order.steps.get(usize::from(round.steps(index, Some(side))));
+                next == Some(&Step::Zone(zone))
+            },
+        )
+    }
+
+    /// Who is taking a zone, and how much of the time for that has passed.
+    fn taken(&self, zone: u8, spec: &ZoneSpec, round: &RoundInfo) -> Option<(u8, f32)> {
+        let taking = round.takings.iter().find(|taking| taking.zone == zone)?;
+        let ticks = self.display - f64::from(taking.since);
+        let share = ticks / f64::from(spec.take?.ticks.max(1));
+        Some((self.color_of_side(taking.side), share.clamp(0.0, 1.0) as f32))
     }
 
     /// The colour of the own player, or of the player's team, once there is a snapshot.

@@ -19,6 +19,16 @@ pub struct SignalSpec {
     pub until: Option<Condition>,
 }
 
+impl SignalSpec {
+    /// The order, if it is one.
+    pub fn order(&self) -> Option<&OrderSpec> {
+        match &self.kind {
+            SignalKind::Order(order) => Some(order),
+            SignalKind::Relay(_) => None,
+        }
+    }
+}
+
 /// What makes a signal.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SignalKind {

@@ -1,0 +1,254 @@
+//! What players do about a round: they change teams, go on to the next one, and read what rules say.
+
+use super::*;
+use crate::player::Player;
+use crate::rules::{OrderProgress, RoundPhase, Taking};
+use crate::side::Side;
+
+const ROUND: &str = r#"
+title = "Round"
+size = [400, 200]
+gravity = [0, 0]
+tools = ["steer"]
+groups = ["hero", "ball"]
+pairs = [["hero", "ball"]]
+[round]
+task = "Be first"
+goal = 5
+countdown = 1
+pause = 10
+[hero]
+spawns = [[40, 40], [80, 40], [120, 40], [160, 40]]
+"#;
+const TEAMS: &str = r#"
+[[teams]]
+name = "red"
+spawns = [[40, 100], [40, 130], [40, 160]]
+[[teams]]
+name = "green"
+spawns = [[200, 100], [200, 130]]
+players = 2
+[[teams]]
+name = "blue"
+spawns = [[360, 100], [360, 130], [360, 160]]
+"#;
+const BALL: &str = r#"
+[[bodies]]
+kind = "block"
+group = "ball"
+name = "ball"
+position = [300, 40]
+radius = 4
+"#;
+
+fn round_of(more: &str, players: u16) -> Game {
+    let mut game = game_of(&format!("{ROUND}{more}"));
+    (0..players).for_each(|seat| game.join(Seat(seat)));
+    game
+}
+
+fn phase(game: &Game) -> RoundPhase {
+    game.round().expect("a round").phase
+}
+
+fn team_of(game: &Game, seat: u16) -> Option<u8> {
+    game.round().expect("a round").player(Seat(seat)).expect("a player").team
+}
+
+/// A tick in which every player of a game of so many holds these buttons.
+fn all_hold(game: &mut Game, players: u16, buttons: Buttons) {
+    let inputs = (0..players).map(|seat| (Seat(seat), Input { buttons, pointer: None }));
+    game.tick(&inputs.collect::<Vec<_>>());
+}
+
+fn player(game: &Game, seat: u16) -> &Player {
+    &game.roster.players[usize::from(seat)]
+}
+
+#[test]
+fn a_press_changes_the_team_once_and_the_hero_comes_back_there() {
+    let mut game = round_of(TEAMS, 2);
+    assert_eq!([team_of(&game, 0), team_of(&game, 1)], [Some(0), Some(1)]);
+    idle(&mut game, 70);
+    let before = hero_of(&game, FIRST);
+    for _ in 0..3 {
+        play(&mut game, &[Buttons::TEAM], None);
+        assert_eq!(team_of(&game, 0), Some(1), "held, it changes nothing more");
+    }
+    assert!(!game.world().contains(before));
+    assert_eq!(player(&game, 0).hero, None, "it takes a moment");
+    idle(&mut game, 40);
+    let hero = hero_of(&game, FIRST);
+    assert_eq!(game.world().position(hero), Vec2::new(200.0, 100.0));
+    play(&mut game, &[Buttons::TEAM], None);
+    assert_eq!(team_of(&game, 0), Some(2));
+    idle(&mut game, 1);
+    play(&mut game, &[Buttons::TEAM], None);
+    assert_eq!(team_of(&game, 0), Some(0), "after the last one comes the first");
+}
+
+#[test]
+fn a_full_team_is_passed_over_and_a_change_is_possible_in_a_countdown() {
+    let mut game = round_of(TEAMS, 6);
+    let teams = |game: &Game| -> Vec<u8> {
+        (0..6).map(|seat| team_of(game, seat).expect("a team")).collect()
+    };
+    assert_eq!(teams(&game), [0, 1, 2, 0, 1, 2]);
+    idle(&mut game, 3);
+    assert_eq!(phase(&game), RoundPhase::Countdown, "everybody stands");
+    play(&mut game, &[Buttons::TEAM, Buttons::RIGHT], None);
+    assert_eq!(teams(&game), [2, 1, 2, 0, 1, 2], "the second team is full");
+    let copy = Game::restore(Arc::clone(game.scene()), &game.save()).expect("what it saved");
+    assert_eq!(game.first_difference(&copy), None);
+}
+
+#[test]
+fn what_a_player_carried_stays_when_the_team_changes() {
+    let carrying = "[[rules]]\ntouch = [\"hero\", \"ball\"]\ncarry = true\n";
+    let ball = BALL.replace("[300, 40]", "[40, 126]");
+    let mut game = round_of(&format!("{TEAMS}{ball}{carrying}"), 1);
+    idle(&mut game, 62);
+    let to_the_ball = |game: &mut Game| play(game, &[Buttons::UP], None);
+    while player(&game, 0).carried.is_none() {
+        to_the_ball(&mut game);
+        assert!(game.tick_count() < 200, "the hero meets the ball");
+    }
+    play(&mut game, &[Buttons::TEAM], None);
+    assert_eq!(player(&game, 0).carried, None);
+    let ball = game.roster.placed[0].expect("the ball");
+    assert_eq!(game.world().gravity_scale(ball), 1.0);
+}
+
+#[test]
+fn players_without_teams_have_none_to_change_to() {
+    let mut game = round_of("", 1);
+    idle(&mut game, 70);
+    let hero = hero_of(&game, FIRST);
+    play(&mut game, &[Buttons::TEAM], None);
+    assert_eq!((hero_of(&game, FIRST), team_of(&game, 0)), (hero, None));
+}
+
+#[test]
+fn the_next_round_begins_when_all_who_are_there_go_on() {
+    let mut game = round_of("[[rules]]\nevery = 1\nend = \"win\"\n", 3);
+    while phase(&game) != RoundPhase::Over {
+        all_hold(&mut game, 3, Buttons::AGAIN);
+        assert!(game.tick_count() < 200, "it ends after a second");
+    }
+    let over = game.tick_count();
+    // The third is away: no input of it comes.
+    while game.tick_count() < over + 59 {
+        all_hold(&mut game, 2, Buttons::AGAIN);
+        assert_eq!(phase(&game), RoundPhase::Over, "the result stands for a second");
+    }
+    all_hold(&mut game, 2, Buttons::default());
+    assert!(game.round().expect("a round").players.iter().all(|player| !player.goes_on));
+    for _ in 0..30 {
+        game.tick(&[(FIRST, input(&[Buttons::AGAIN], None)), (Seat(1), Input::default())]);
+        assert_eq!(phase(&game), RoundPhase::Over, "the other does not");
+    }
+    let players = game.round().expect("a round").players;
+    assert_eq!([players[0].goes_on, players[1].goes_on], [true, false]);
+    all_hold(&mut game, 2, Buttons::AGAIN);
+    all_hold(&mut game, 2, Buttons::AGAIN);
+    assert_eq!(phase(&game), RoundPhase::Countdown);
+}
+
+#[test]
+fn a_result_that_nobody_reads_stands_for_its_pause() {
+    let mut game = round_of("[[rules]]\nevery = 1\nend = \"win\"\n", 1);
+    while phase(&game) != RoundPhase::Over {
+        idle(&mut game, 1);
+    }
+    idle(&mut game, 600);
+    assert_eq!(phase(&game), RoundPhase::Over);
+    idle(&mut game, 1);
+    assert_eq!(phase(&game), RoundPhase::Countdown);
+}
+
+/// What rules said in the last tick.
+fn said(game: &Game) -> Vec<(u8, Option<Seat>, Option<Seat>)> {
+    let said = |event: &Event| match *event {
+        Event::Said { rule, it, by } => Some((rule, it, by)),
+        _ => None,
+    };
+    game.events().iter().filter_map(said).collect()
+}
+
+#[test]
+fn a_rule_says_its_line_once_a_tick_and_names_who_did_it() {
+    let zone =
+        "[[zones]]\nname = \"box\"\narea = [[0, 0], [400, 200]]\nwho = [\"hero\", \"ball\"]\n";
+    let rules =
+        "[[rules]]\nenter = \"box\"\nsay = \"{it} is in\"\n[[rules]]\nevery = 1\nsay = \"Tick\"\n";
+    let mut game = round_of(&format!("{BALL}{zone}{rules}"), 2);
+    while phase(&game) != RoundPhase::Running {
+        idle(&mut game, 1);
+    }
+    assert_eq!(said(&game), [(0, None, None)], "three bodies enter: one line, about the first");
+    idle(&mut game, 59);
+    assert_eq!(said(&game), [(1, None, None)], "about nobody");
+    let scene = game.scene();
+    let line = scene.rules.rules[0].effects.say.clone().expect("a line");
+    assert_eq!((line.first.is_some(), line.text.as_str(), line.last), (true, " is in", None));
+}
+
+#[test]
+fn lines_with_wrong_names_are_refused() {
+    let refused = |rule: &str| {
+        let text = format!("{ROUND}[[rules]]\n{rule}\n");
+        Scene::parse("test.toml", &text).expect_err("a wrong line").to_string()
+    };
+    let nobody = refused("every = 1\nsay = \"{it} was late\"");
+    assert!(nobody.contains("a text without names: this occasion is about no body"), "{nobody}");
+    for wrong in ["\"a {it} b\"", "\"{who} won\"", "\"{it}\"", "\"\"", "7"] {
+        let error = refused(&format!("burst = true\nsay = {wrong}"));
+        assert!(error.contains("rules[0].say"), "{error}");
+    }
+}
+
+#[test]
+fn progress_is_shown_while_a_zone_is_taken_and_orders_are_walked() {
+    let zones = r#"
+[[zones]]
+name = "one"
+area = [[0, 0], [60, 60]]
+take = 1
+color = 1
+[[zones]]
+name = "two"
+area = [[200, 0], [260, 60]]
+[[signals]]
+name = "together"
+order = ["one", "two"]
+[[signals]]
+name = "lap"
+order = ["one", "two"]
+each = "player"
+[[rules]]
+on = "lap"
+score = 1
+"#;
+    let mut game = round_of(zones, 1);
+    while phase(&game) != RoundPhase::Running {
+        idle(&mut game, 1);
+    }
+    let since = game.tick_count() - 1;
+    let own = Side::Player(FIRST);
+    for _ in 0..60 {
+        let round = game.round().expect("a round");
+        assert_eq!(round.takings, [Taking { zone: 0, side: own, since }]);
+        let progress = [(0, None), (1, Some(own))];
+        let progress = progress.map(|(signal, side)| OrderProgress { signal, side, steps: 1 });
+        assert_eq!(round.orders, progress);
+        assert_eq!((round.steps(1, Some(own)), round.steps(0, None)), (1, 1));
+        idle(&mut game, 1);
+    }
+    let round = game.round().expect("a round");
+    assert_eq!((round.takings, round.holders[0]), (vec![], Some(own)), "it is taken");
+    let hero = hero_of(&game, FIRST);
+    game.world.set_position(hero, Vec2::new(230.0, 30.0));
+    idle(&mut game, 1);
+    let round = game.round().expect("a round");
+    assert_eq!((round.steps(1, Some(own)), round.steps(0, None)), (0, 2), "a lap starts over");
+}
