@@ -198,6 +198,9 @@ impl Game {
         if let Some(rules) = rules {
             rules.begin_tick(&mut Table { scene, world, roster, rngs, events });
         }
+        if let Some(listed) = &scene.listed {
+            world.set_listed(rules.as_ref().is_none_or(|rules| rules.allows(listed)));
+        }
         player::take_inputs(&mut roster.players, inputs, scene.size);
         if let Some(rules) = rules {
             rules.change_teams(&mut Table { scene, world, roster, rngs, events });

@@ -8,6 +8,7 @@ mod gauss_seidel;
 mod graph_coloring;
 pub(crate) mod islands;
 mod layers;
+pub(crate) mod listing;
 mod local_sweeps;
 mod pava;
 mod position_correction;

@@ -1,5 +1,7 @@
 //! The World: bodies as plain vectors by id, their contacts, particles, and one `step`.
 
+#[cfg(test)]
+mod inspect;
 pub(crate) mod settings;
 mod state;
 
@@ -17,6 +19,7 @@ use crate::shape::Shape;
 use crate::sleep::{Awake, Sleep};
 use crate::solver::Solver;
 use crate::solver::conjugate::ConjugateSolver;
+use crate::solver::listing;
 use crate::solver::relaxation::RelaxationSolver;
 use crate::solver::settings::{Conjugate, Relaxation};
 use crate::solver::step_context::StepContext;
@@ -48,6 +51,8 @@ pub struct World {
     forces: Option<Forces>,
     touches: Touches,
     departed: Departed,
+    /// Steps follow the chapter's listing.
+    listed: bool,
     /// Features that a step has to handle: widens, never narrows, and is not state.
     features: Features,
     /// Scratch of the two solvers, one of which is used, and of the particles.
@@ -80,6 +85,7 @@ impl World {
             steady: Steady::default(),
             touches: Touches::default(),
             departed: Departed::default(),
+            listed: false,
             relaxation: RelaxationSolver::default(),
             conjugate: ConjugateSolver::default(),
             obstacles: Vec::new(),
@@ -256,6 +262,12 @@ impl World {
         }
     }
 
+    /// Switches from the relaxation to the chapter's solver as it is printed, or back; other solvers stay. Forces
+    /// do not act meanwhile. It is a setting, not state.
+    pub fn set_listed(&mut self, listed: bool) {
+        self.listed = listed;
+    }
+
     /// Changes gravity, units/s^2, and wakes all bodies. It is a setting, not state: to restore
     /// such a world, pass the settings that it had. Panics unless finite.
     pub fn set_gravity(&mut self, gravity: Vec2) {
@@ -292,6 +304,7 @@ impl World {
     fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
         match self.settings.solver {
             Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
+            Some(Solver::Relaxation(settings)) if self.listed => self.step_listed(&settings, watch),
             Some(Solver::Relaxation(settings)) => self.step_relaxation(Some(&settings), watch),
             None => self.step_relaxation(None, watch),
         }
@@ -322,6 +335,24 @@ impl World {
         watch(StepPhase::Pairs, self);
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
         self.relaxation.solve(bodies, pairs, settings, self.features, &self.settings);
+        watch(StepPhase::Relax, self);
+        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
+    }
+
+    /// The same, as the chapter lists it.
+    fn step_listed(&mut self, settings: &Relaxation, watch: &mut dyn FnMut(StepPhase, &mut World)) {
+        let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
+        let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
+        self.relaxation.start(bodies, pairs, &[], None, &self.settings);
+        listing::weigh(&mut self.bodies, gravity * dt, speed_max);
+        self.relaxation.advance(&mut self.bodies, &[], dt);
+        watch(StepPhase::Integrate, self);
+        self.pairs.refresh(&self.bodies, self.settings.filter());
+        self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
+        watch(StepPhase::Pairs, self);
+        self.relaxation.drop_non_finite(&self.bodies);
+        let (constraints, pairs) = (&mut self.relaxation.constraints, &mut self.pairs.pairs);
+        self.relaxation.passes = listing::solve(&mut self.bodies, constraints, pairs, settings);
         watch(StepPhase::Relax, self);
         self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
     }
@@ -552,47 +583,6 @@ fn awake<'a>(
 
 fn moves(forces: &Option<Forces>) -> &[Move] {
     forces.as_ref().map_or(&[], |forces| &forces.moves)
-}
-
-#[cfg(test)]
-impl World {
-    pub(crate) fn body_arrays(&self) -> &Bodies {
-        &self.bodies
-    }
-
-    pub(crate) fn asleep_count(&self) -> usize {
-        self.sleep.islands.iter().map(|island| island.bodies.len()).sum()
-    }
-
-    pub(crate) fn steady_count(&self) -> usize {
-        self.steady.count()
-    }
-
-    pub(crate) fn leave_nothing_out(&mut self) {
-        self.steady.is_off = true;
-        self.steady.readmit_all(&mut self.bodies);
-    }
-
-    pub(crate) fn pair_list(&self) -> &PairList {
-        &self.pairs
-    }
-
-    pub(crate) fn constraint_count(&self) -> usize {
-        self.conjugate.contacts.constraints.len()
-    }
-
-    pub(crate) fn refresh_pairs(&mut self) {
-        self.pairs.refresh(&self.bodies, self.settings.filter());
-    }
-
-    pub(crate) fn wake_all(&mut self) {
-        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
-        self.sleep.wake_all(&mut awake);
-    }
-
-    pub(crate) fn invalidate_pairs(&mut self) {
-        self.pairs.invalidate();
-    }
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ const SEED: u64 = 7;
 const SIZE: [u32; 2] = [640, 360];
 
 /// The lobby's pictures: a moment and a place in which something happens.
-const LOBBY: [(&str, u32, Option<[f32; 3]>); 22] = [
+const LOBBY: [(&str, u32, Option<[f32; 3]>); 24] = [
     ("arena", 480, Some([178.0, 98.0, 100.0])),
     ("splash", 300, Some([160.0, 80.0, 130.0])),
     ("hockey", 540, Some([120.0, 60.0, 130.0])),
@@ -47,6 +47,8 @@ const LOBBY: [(&str, u32, Option<[f32; 3]>); 22] = [
     ("emitters", 330, None),
     ("bounce", 190, None),
     ("planets", 60, None),
+    ("euler", 500, None),
+    ("listing", 44, None),
     ("impulse", 240, None),
     ("particles", 210, None),
     ("pile", 1500, None),

@@ -17,7 +17,7 @@ use super::table::{Document, POSITION, Range, Table, read_list};
 use super::tools::Tools;
 use super::{bodies, checks, drag, sling, solver, springs};
 use glam::Vec2;
-use jostle_sim::{Aabb, EulerGroups, ForceSettings, WorldSettings};
+use jostle_sim::{Aabb, EulerGroups, ForceSettings, Solver, WorldSettings};
 
 /// A component of gravity.
 const GRAVITY: Range = Range::from(-GRAVITY_MAX, GRAVITY_MAX);
@@ -25,7 +25,7 @@ const TITLE_CHARS_MAX: usize = 40;
 const ABOUT_CHARS_MAX: usize = 200;
 
 /// File and text of every shipped scene.
-pub(crate) const BUILT_IN: [(&str, &str); 22] = [
+pub(crate) const BUILT_IN: [(&str, &str); 24] = [
     ("arena.toml", include_str!("../../../assets/scenes/arena.toml")),
     ("splash.toml", include_str!("../../../assets/scenes/splash.toml")),
     ("hockey.toml", include_str!("../../../assets/scenes/hockey.toml")),
@@ -44,6 +44,8 @@ pub(crate) const BUILT_IN: [(&str, &str); 22] = [
     ("bounds.toml", include_str!("../../../assets/scenes/bounds.toml")),
     ("bounce.toml", include_str!("../../../assets/scenes/bounce.toml")),
     ("planets.toml", include_str!("../../../assets/scenes/planets.toml")),
+    ("euler.toml", include_str!("../../../assets/scenes/euler.toml")),
+    ("listing.toml", include_str!("../../../assets/scenes/listing.toml")),
     ("impulse.toml", include_str!("../../../assets/scenes/impulse.toml")),
     ("particles.toml", include_str!("../../../assets/scenes/particles.toml")),
     ("emitters.toml", include_str!("../../../assets/scenes/emitters.toml")),
@@ -117,6 +119,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let camera = camera(root);
     let wind = drag::wind(&root.get("wind"));
     let euler = groups.euler(&root.get("integrators"));
+    let listed = root.get("listed");
     let mut scene = Scene {
         name,
         title,
@@ -141,6 +144,7 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
         minion_recovery: actors.minion_recovery,
         marble: actors.marble,
         pack: actors.pack,
+        listed: listed.is_given().then(|| names.any_condition(&listed)),
         sling,
         rules,
     };
@@ -148,6 +152,10 @@ fn read(name: String, source: &str, root: &Table) -> Scene {
     let settings = ForceSettings { wind, springs_max: scene.springs.len(), euler };
     let has_forces = !scene.springs.is_empty() || scene.has_drag() || euler != EulerGroups::NONE;
     scene.world.forces = has_forces.then_some(settings);
+    let is_plain = matches!(scene.world.solver, Some(Solver::Relaxation(_))) && !has_forces;
+    if scene.listed.is_some() && !is_plain {
+        listed.refuse_as("another solver, or forces", "only the relaxation, without forces");
+    }
     root.get("limits").table(|table| limits(table, &mut scene));
     scene
 }

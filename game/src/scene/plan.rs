@@ -260,6 +260,7 @@ impl Reasons<'_> {
             part("kinematic bodies", "paths", self.source(is_moved, by_path, no_path)),
             part("continuous collision", "doubts", self.continuous()),
             part("forces", "force state, paths of their own", self.forces()),
+            part("listing", "the chapter's solver as it is printed", self.listing()),
             part("sleeping", "steps at rest, a grid of who lies still", self.sleeping()),
             part("particles", "particle state, emitter events, one pipeline, one sprite", emits),
             part("particles pushed out", "obstacle grid", obstacles),
@@ -348,6 +349,13 @@ impl Reasons<'_> {
             Err(_) if !self.scene.springs.is_empty() => Ok("springs[0]".to_owned()),
             Err(_) if self.scene.world.forces.is_some() => Ok("integrators".to_owned()),
             reason => reason,
+        }
+    }
+
+    fn listing(&self) -> Reason {
+        match self.scene.listed {
+            Some(_) => Ok("the scene has listed".to_owned()),
+            None => Err("no listed".to_owned()),
         }
     }
 

@@ -93,6 +93,8 @@ pub struct Scene {
     pub marble: Option<MarbleSpec>,
     /// Dye packs, with the launch tool.
     pub pack: Option<PackSpec>,
+    /// While this holds, the solver is the chapter's as it is printed.
+    pub listed: Option<Condition>,
     /// The sling, with that tool.
     pub sling: Option<SlingSpec>,
     /// Rounds, teams, zones, signals and rules; empty in a plain playground.

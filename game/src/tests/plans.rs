@@ -155,6 +155,7 @@ fn plans_list_the_parts_that_shipped_scenes_lack() {
         "kinematic bodies",
         "continuous collision",
         "forces",
+        "listing",
         "sleeping",
         "particles",
         "particles pushed out",

@@ -206,3 +206,54 @@ fn the_same_throw_goes_higher_where_gravity_is_less() {
         assert!((first - expected).abs() < 0.6, "{gravity}: {first}, not {expected}");
     }
 }
+
+#[test]
+fn of_three_orbits_only_the_explicit_one_grows() {
+    let mut game = built_in("euler", 1);
+    let middles = [34.0, 100.0, 166.0].map(|x| Vec2::new(x, 56.0));
+    idle(&mut game, 480);
+    let radius = |index: usize| {
+        let world = game.world();
+        let id = game.roster.placed[6 + index].expect("a ball");
+        let turn = std::f32::consts::TAU * 0.4;
+        let (offset, speed) = (world.position(id) - middles[index], world.velocity(id) / turn);
+        // Of the circle that it would go round exactly from here.
+        ((offset.length_squared() + speed.length_squared()) / 2.0).sqrt()
+    };
+    let [explicit, symplectic, exact] = [0, 1, 2].map(radius);
+    assert!(explicit > 20.0, "after eight seconds: {explicit}");
+    assert!((symplectic - 14.0).abs() < 0.5, "{symplectic}");
+    assert!((exact - 14.0).abs() < 0.05, "{exact}");
+}
+
+#[test]
+fn the_puck_corrects_what_the_chapter_lists() {
+    let mut game = built_in("listing", 1);
+    game.join(FIRST);
+    let body = |game: &Game, name: &str| {
+        let named = game.scene().bodies.iter().position(|body| body.name.as_deref() == Some(name));
+        game.roster.placed[named.expect("a named body")].expect("it is there")
+    };
+    let state = |game: &Game, name| {
+        let id = body(game, name);
+        (game.world().position(id), game.world().velocity(id))
+    };
+    idle(&mut game, 40);
+    assert!(state(&game, "ball-1").0.y < 72.0, "light: {}", state(&game, "ball-1").0);
+    assert!(state(&game, "ball-5").0.y > 98.0, "heavy: {}", state(&game, "ball-5").0);
+    assert!(state(&game, "box").1.x > 24.0, "it speeds up: {}", state(&game, "box").1);
+    let rider = state(&game, "rider").1.x;
+    assert!(rider.abs() < 0.1, "it stays where the platform leaves it: {rider}");
+
+    for pointer in [at(30.0, 7.6), at(30.0, 18.0), at(74.0, 18.0), at(74.0, 8.0)] {
+        (0..30).for_each(|_| play(&mut game, &[Buttons::HOLD], pointer));
+    }
+    while !game.tick_count().is_multiple_of(360) {
+        idle(&mut game, 1);
+    }
+    idle(&mut game, 40);
+    let [light, heavy] = ["ball-1", "ball-5"].map(|name| state(&game, name).0.y);
+    assert!((light - heavy).abs() < 0.01, "all fall alike: {light} {heavy}");
+    assert!(state(&game, "box").1.x < 8.0, "friction brakes: {}", state(&game, "box").1);
+    assert!((state(&game, "rider").1.x - 18.7).abs() < 0.5, "{}", state(&game, "rider").1);
+}

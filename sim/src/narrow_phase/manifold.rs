@@ -13,7 +13,7 @@ pub struct Manifold {
 
 impl Manifold {
     /// Returns the manifold of the same two shapes in the other order.
-    pub(super) fn flipped(self) -> Manifold {
+    pub(crate) fn flipped(self) -> Manifold {
         Manifold { normal: -self.normal, ..self }
     }
 }

@@ -202,7 +202,7 @@ impl RelaxationSolver {
 
     /// Drops the constraints of bodies whose position or velocity is not finite; these are removed
     /// with the departed.
-    fn drop_non_finite(&mut self, bodies: &Bodies) {
+    pub fn drop_non_finite(&mut self, bodies: &Bodies) {
         if !bodies.moving.iter().all(|&slot| bodies.is_finite(slot as usize)) {
             let finite = |slot: u32| bodies.is_finite(slot as usize);
             self.constraints.retain(|constraint| finite(constraint.a) && finite(constraint.b));

@@ -84,6 +84,7 @@ fn a_scene_without_them_has_no_forces() {
         // The puck and the paddles have drag.
         let expected = match scene.name.as_str() {
             "bridge" => Some(26),
+            "euler" => Some(3),
             "hockey" | "pong" => Some(0),
             _ => None,
         };

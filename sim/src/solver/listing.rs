@@ -1,0 +1,173 @@
+//! The chapter's solver as it is printed, defects included, for scenes that show what they do
+//! ([docs/physics.md](../../../docs/physics.md) names them, C01 to C22). What divides by zero is left out (C03, C15), and so is a loop for
+//! each rule of pairs (C22f): all pairs are relaxed together.
+//!
+//! It takes from the settings of the relaxation the number of iterations and the correction, nothing else.
+
+use crate::bodies::Bodies;
+use crate::broad_phase::pairs::Pair;
+use crate::math::{clamp_length, max, min};
+use crate::narrow_phase::manifold::Manifold;
+use crate::shape::Shape;
+use crate::solver::relaxation::RelaxationConstraint;
+use crate::solver::settings::Relaxation;
+use glam::Vec2;
+
+/// Tangential speed below which nothing brakes, units/s (A2.20).
+const SLIDE_MIN: f32 = 0.01;
+/// Share of the radii that is the depth of two circles with one centre (C04).
+const SAME_CENTER_DEPTH: f32 = 0.1;
+
+/// Gives each body gravity times its inverse mass, where it already has the gravity of all (C18).
+pub(crate) fn weigh(bodies: &mut Bodies, gain: Vec2, speed_max: f32) {
+    let Bodies { moving, velocity, gravity_scale, inverse_mass, motion, .. } = bodies;
+    for &slot in moving.iter() {
+        let slot = slot as usize;
+        if Bodies::is_pushed(motion[slot]) {
+            let more = gain * gravity_scale[slot] * (inverse_mass[slot] - 1.0);
+            velocity[slot] = clamp_length(velocity[slot] + more, speed_max);
+        }
+    }
+}
+
+/// Makes the passes, and returns how many: one less than asked for (C22a). Nothing rests from one step to the
+/// next.
+pub(crate) fn solve(
+    bodies: &mut Bodies,
+    constraints: &mut [RelaxationConstraint],
+    pairs: &mut [Pair],
+    settings: &Relaxation,
+) -> u32 {
+    for pair in pairs {
+        (pair.normal_impulse, pair.tangent_impulse) = (0.0, 0.0);
+    }
+    for pass in 1..settings.iterations {
+        let mut hits = false;
+        for constraint in constraints.iter_mut() {
+            let slots = (constraint.a as usize, constraint.b as usize);
+            if let Some(manifold) = contact(bodies, slots) {
+                hits = true;
+                let closing = resolve(bodies, slots, manifold, settings);
+                constraint.closing = max(constraint.closing, closing);
+            }
+        }
+        if !hits {
+            return pass;
+        }
+    }
+    settings.iterations - 1
+}
+
+/// The contact of two bodies.
+fn contact(bodies: &Bodies, (a, b): (usize, usize)) -> Option<Manifold> {
+    let offset = bodies.center[b] - bodies.center[a];
+    match (bodies.shape[a], bodies.shape[b]) {
+        (Shape::Circle { radius: radius_a }, Shape::Circle { radius: radius_b }) => {
+            circles(offset, radius_a + radius_b)
+        }
+        (Shape::Box { half: half_a }, Shape::Box { half: half_b }) => {
+            boxes(offset, half_a + half_b)
+        }
+        (Shape::Box { half }, Shape::Circle { radius }) => box_circle(offset, half, radius),
+        (Shape::Circle { radius }, Shape::Box { half }) => {
+            box_circle(-offset, half, radius).map(Manifold::flipped)
+        }
+    }
+}
+
+/// Two circles: touching counts (C01), and those with one centre overlap by a tenth (C04).
+fn circles(offset: Vec2, reach: f32) -> Option<Manifold> {
+    let distance = offset.length();
+    if distance > reach {
+        None
+    } else if distance == 0.0 {
+        Some(Manifold { normal: Vec2::Y, separation: -reach * SAME_CENTER_DEPTH })
+    } else {
+        Some(Manifold { normal: offset / distance, separation: distance - reach })
+    }
+}
+
+/// Two boxes. In double precision, as in the chapter, passes shrink an overlap without end (C19). Here it soon is
+/// 0, so touching has to count.
+fn boxes(offset: Vec2, reach: Vec2) -> Option<Manifold> {
+    let Vec2 { x, y } = offset.abs() - reach;
+    if x > 0.0 || y > 0.0 {
+        None
+    } else if x > y {
+        Some(Manifold { normal: Vec2::new(side(offset.x), 0.0), separation: x })
+    } else {
+        Some(Manifold { normal: Vec2::new(0.0, side(offset.y)), separation: y })
+    }
+}
+
+/// A box and a circle, where touching counts too. A centre inside leaves by the axis on which it is nearest to
+/// the upper or right side, which is the wrong one for many points left of the middle or below it (C02).
+fn box_circle(offset: Vec2, half: Vec2, radius: f32) -> Option<Manifold> {
+    let outside = offset.abs() - half;
+    let outside = Vec2::new(max(outside.x, 0.0), max(outside.y, 0.0));
+    let distance = outside.length();
+    if distance > radius {
+        return None;
+    }
+    if distance > 0.0 {
+        let normal = outside / distance * Vec2::new(side(offset.x), side(offset.y));
+        return Some(Manifold { normal, separation: distance - radius });
+    }
+    let away = (offset - half).abs();
+    let (normal, inside) = if away.x < away.y {
+        (Vec2::new(side(offset.x), 0.0), half.x - offset.x.abs())
+    } else {
+        (Vec2::new(0.0, side(offset.y)), half.y - offset.y.abs())
+    };
+    Some(Manifold { normal, separation: -(radius + inside) })
+}
+
+fn side(offset: f32) -> f32 {
+    if offset >= 0.0 { 1.0 } else { -1.0 }
+}
+
+/// Corrects the positions, brakes, then bounces (A2.19 to A2.21); returns the closing speed.
+fn resolve(
+    bodies: &mut Bodies,
+    (a, b): (usize, usize),
+    manifold: Manifold,
+    settings: &Relaxation,
+) -> f32 {
+    let Manifold { normal, separation } = manifold;
+    let (inv_mass_a, inv_mass_b) = (bodies.inverse_mass[a], bodies.inverse_mass[b]);
+    let inv_mass = inv_mass_a + inv_mass_b;
+    if inv_mass <= 0.0 {
+        return 0.0;
+    }
+    let correction = normal * (-separation / inv_mass * settings.correction);
+    bodies.shift(a, correction * -inv_mass_a);
+    bodies.shift(b, correction * inv_mass_b);
+    // The second one gains what it should lose (C08).
+    let share = 1.0 / settings.iterations as f32;
+    brake(bodies, a, normal, share);
+    brake(bodies, b, normal, -share);
+    let speed = (bodies.velocity[b] - bodies.velocity[a]).dot(normal);
+    if speed > 0.0 {
+        return 0.0;
+    }
+    // However slowly they meet they bounce (C16).
+    let (material_a, material_b) = (bodies.material[a], bodies.material[b]);
+    let restitution = min(material_a.restitution, material_b.restitution);
+    let impulse = normal * (-(1.0 + restitution) * speed / inv_mass);
+    bodies.velocity[a] -= impulse * inv_mass_a;
+    bodies.velocity[b] += impulse * inv_mass_b;
+    -speed
+}
+
+/// Takes a fixed speed off the body's own tangential velocity: however much is left (C09), whatever presses it
+/// (C10), however fast the other one moves (C11), of whatever that is made (C12), and also while they separate
+/// (C13), once a pass (C14).
+fn brake(bodies: &mut Bodies, slot: usize, normal: Vec2, share: f32) {
+    let along = normal.perp();
+    let slide = bodies.velocity[slot].dot(along);
+    if slide.abs() < SLIDE_MIN {
+        return;
+    }
+    let loss = bodies.material[slot].friction * bodies.inverse_mass[slot] * share;
+    bodies.velocity[slot] -= along * if slide < 0.0 { -loss } else { loss };
+}
