@@ -89,16 +89,22 @@ impl Roster {
         teams.min().map(|(_, _, index)| index)
     }
 
-    /// The team after that of this player, in the order of the file, that has a place left.
-    pub fn team_after(&self, scene: &Scene, slot: usize) -> Option<u8> {
+    /// The team after that of this player, in the order of the file, that is open and has a place left.
+    pub fn team_after(
+        &self,
+        scene: &Scene,
+        slot: usize,
+        is_open: impl Fn(u8) -> bool,
+    ) -> Option<u8> {
         let own = self.players[slot].team?;
         let teams = &scene.rules.teams;
         let count = teams.len() as u8;
-        let has_place = |team: &u8| {
-            let players = self.players.iter().filter(|player| player.team == Some(*team)).count();
-            players < usize::from(teams[usize::from(*team)].players_max)
+        let has_place = |team: u8| {
+            let players = self.players.iter().filter(|player| player.team == Some(team)).count();
+            players < usize::from(teams[usize::from(team)].players_max)
         };
-        (1..count).map(|step| (own + step) % count).find(has_place)
+        let others = (1..count).map(|step| (own + step) % count);
+        others.into_iter().find(|&team| is_open(team) && has_place(team))
     }
 
     /// How many players of the same team sit before this one.

@@ -105,9 +105,9 @@ impl Bots {
     fn out_of_balance(&self, game: &Game) -> Option<Seat> {
         let round = game.round()?;
         let size = |team| round.players.iter().filter(|player| player.team == Some(team)).count();
-        let teams = 0..round.teams.len() as u8;
-        let smallest = teams.clone().map(size).min()?;
-        let largest = teams.max_by_key(|&team| size(team))?;
+        let teams = (0..).zip(&round.teams).filter(|(_, info)| info.is_in);
+        let sizes: Vec<(usize, u8)> = teams.map(|(team, _)| (size(team), team)).collect();
+        let (&(smallest, _), &(_, largest)) = (sizes.iter().min()?, sizes.iter().max()?);
         let mut of_largest =
             self.bots.iter().map(|bot| bot.seat).filter(|&seat| {
                 round.player(seat).is_some_and(|player| player.team == Some(largest))

@@ -58,6 +58,12 @@ pub struct SceneCard {
     /// Whether each player has a hero.
     #[serde(default)]
     pub heroes: bool,
+    /// Players without whom no round begins.
+    #[serde(default)]
+    pub players_min: u32,
+    /// Seats that bots take.
+    #[serde(default)]
+    pub fill: u32,
     /// Address of its picture.
     pub picture: Option<String>,
 }
@@ -174,9 +180,11 @@ impl Request {
 /// The scene that "Play" prefers, and opens when no room has players.
 pub const FIRST_SCENE: &str = "splash";
 
-/// The liveliest room with a free seat, somebody in it now, and a hero for the newcomer.
+/// The liveliest room with a free seat and somebody in it now, in which a newcomer plays against others at
+/// once: not a scene of the book, nor one that a crew is in the middle of.
 pub fn liveliest<'a>(rooms: &'a [Room], scenes: &[SceneCard]) -> Option<&'a Room> {
-    let has_heroes = |room: &Room| scenes.iter().all(|s| s.name != room.scene || s.heroes);
+    let is_open = |s: &SceneCard| s.heroes && s.teams != 1 && s.category != "book";
+    let has_heroes = |room: &Room| scenes.iter().all(|s| s.name != room.scene || is_open(s));
     let joinable = rooms
         .iter()
         .filter(|room| room.players < room.players_max && room.connected > 0 && has_heroes(room));
@@ -207,12 +215,15 @@ mod tests {
             teams,
             round_s,
             heroes,
+            players_min: 1,
+            fill: 0,
             picture: None,
         }
     }
 
     fn liveliest(rooms: &[Room]) -> Option<&Room> {
-        let scenes = [card(FIRST_SCENE, true), card("hill", true), card("bounds", false)];
+        let crew = SceneCard { teams: 1, ..card("lock", true) };
+        let scenes = [card(FIRST_SCENE, true), card("hill", true), card("bounds", false), crew];
         super::liveliest(rooms, &scenes)
     }
 
@@ -238,7 +249,8 @@ mod tests {
     fn play_joins_neither_absent_players_nor_a_scene_without_heroes() {
         let absent = Room { connected: 0, ..room("a", 3) };
         let bounds = Room { scene: "bounds".to_owned(), ..room("b", 5) };
-        assert_eq!(liveliest(&[absent.clone(), bounds.clone()]), None);
+        let lock = Room { scene: "lock".to_owned(), ..room("d", 2) };
+        assert_eq!(liveliest(&[absent.clone(), bounds.clone(), lock]), None);
         let one = room("c", 1);
         assert_eq!(liveliest(&[absent, bounds, one]).map(|room| room.code.as_str()), Some("c"));
     }

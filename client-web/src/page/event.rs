@@ -24,7 +24,8 @@ pub struct Address {
 pub struct Canvas {
     /// Width and height, neither zero.
     pub pixels: [u32; 2],
-    /// The part at the bottom that controls cover.
+    /// The parts at the top and at the bottom that the hud covers.
+    pub top: u32,
     pub bottom: u32,
 }
 

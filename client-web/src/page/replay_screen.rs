@@ -109,7 +109,7 @@ impl OpenReplay {
             self.aimed = aimed;
             self.camera = self.player.camera();
         }
-        let Canvas { pixels, bottom } = canvas;
+        let Canvas { pixels, bottom, .. } = canvas;
         // The camera keeps up with the replay's speed.
         let elapsed_s = elapsed_s * self.player.speed.max(1.0) as f32;
         self.view = self.player.view(&mut self.camera, pixels, bottom, elapsed_s);

@@ -48,6 +48,8 @@ pub struct SideView {
     pub color: u8,
     /// Points, where the scene counts any.
     pub score: Option<i32>,
+    /// Points that win.
+    pub goal: Option<i32>,
     /// Lives, where the scene counts them.
     pub lives: Option<i32>,
     /// Steps that it, or the player of a team, has taken of an order, and of how many.
@@ -123,7 +125,7 @@ impl Looked<'_> {
         let (count, wanted) = (self.players.len(), usize::from(spec.players_min));
         match self.round.phase {
             RoundPhase::Waiting if count < wanted => {
-                format!("Waiting for players: {count} of {wanted}")
+                format!("Waiting for players: {count} of {wanted}. Send the link to a friend")
             }
             _ => spec.task.clone(),
         }
@@ -171,6 +173,7 @@ impl Looked<'_> {
             name,
             color,
             score: self.scene.counts_points().then_some(info.score),
+            goal: self.scene.rules.round.as_ref().and_then(|round| round.goal),
             lives: self.scene.rules.lives().map(|_| info.lives),
             progress: self.progress(Some(side)),
             is_own: self.round.side_of(self.own) == side,
@@ -222,7 +225,8 @@ impl Looked<'_> {
         let own_won = winners.iter().any(|side| side.is_own);
         let is_time = spec.at_time == AtTime::Lose;
         match (&winners[..], sides.len()) {
-            ([], 1) if is_time => "Not this time".to_owned(),
+            ([], 1) if sides[0].lives == Some(0) => "Out of lives".to_owned(),
+            ([], 1) if is_time => "Time is up".to_owned(),
             ([], 1) => "Lost".to_owned(),
             ([], _) => "Nobody won".to_owned(),
             ([_], 1) => "Done!".to_owned(),

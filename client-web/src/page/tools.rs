@@ -39,13 +39,37 @@ pub const REPLAY_HELP: [(&str, &str); 11] = [
     ("Drop a .jostle file", "watch it"),
 ];
 
+/// The caps that steer: what they do depends on how heroes move.
+fn steering(scene: &Scene) -> Vec<Cap> {
+    let Some(hero) = scene.hero.as_ref().filter(|_| scene.tools.contains(Tools::STEER)) else {
+        return Vec::new();
+    };
+    let key = |key, does, buttons| cap(key, does, buttons, false);
+    if hero.walk.is_some() {
+        return vec![
+            key("W", "jump", Buttons::UP),
+            key("A", "", Buttons::LEFT),
+            key("D", "run", Buttons::RIGHT),
+        ];
+    }
+    let has_lanes = hero.lane.is_some() || scene.rules.teams.iter().any(|team| team.lane.is_some());
+    let falls = scene.world.gravity.y * hero.body.gravity_scale < 0.0;
+    let does = match (has_lanes, falls) {
+        (true, _) => "move along your side",
+        (false, true) => "fly",
+        (false, false) => "move",
+    };
+    vec![
+        key("W", "", Buttons::UP),
+        key("A", "", Buttons::LEFT),
+        key("S", "", Buttons::DOWN),
+        key("D", does, Buttons::RIGHT),
+    ]
+}
+
 /// The caps of a scene, in reading order.
 pub fn caps(scene: &Scene) -> Vec<Cap> {
     let table = [
-        (Tools::STEER, cap("W", "", Buttons::UP, false)),
-        (Tools::STEER, cap("A", "", Buttons::LEFT, false)),
-        (Tools::STEER, cap("S", "", Buttons::DOWN, false)),
-        (Tools::STEER, cap("D", "move", Buttons::RIGHT, false)),
         (Tools::LAUNCH, cap("Click", "throw dye", Buttons::FIRE, true)),
         (Tools::MARBLE, cap("Z", "drop marbles", Buttons::MAKE, true)),
         (Tools::SPRAY, cap("Z", "spray sparks", Buttons::MAKE, true)),
@@ -58,16 +82,23 @@ pub fn caps(scene: &Scene) -> Vec<Cap> {
         (Tools::SELECT, cap("M", "minion", Buttons::PICK_MINION, false)),
         (Tools::SELECT, cap("P", "platform", Buttons::PICK_PLATFORM, false)),
     ];
-    table.into_iter().filter(|(tool, _)| scene.tools.contains(*tool)).map(|(_, cap)| cap).collect()
+    let tools = table.into_iter().filter(|(tool, _)| scene.tools.contains(*tool));
+    steering(scene).into_iter().chain(tools.map(|(_, cap)| cap)).collect()
 }
 
-/// A line that explains a scene's picture; most scenes explain themselves.
+/// A line that explains a scene's picture; most scenes explain themselves. Fingers have no key caps.
 pub fn hint(scene: &Scene, by_touch: bool) -> Option<&'static str> {
-    let text = match by_touch {
-        false => "Drag a shape, or choose one with H, M or P. Whatever it touches turns red.",
-        true => "Drag a shape, or choose one with a button. Whatever it touches turns red.",
-    };
-    scene.tools.contains(Tools::SELECT).then_some(text)
+    let has = |tool| scene.tools.contains(tool);
+    match by_touch {
+        _ if !by_touch && !has(Tools::SELECT) => None,
+        false => Some("Drag a shape, or choose one with H, M or P. Whatever it touches turns red."),
+        true if has(Tools::SELECT) => {
+            Some("Drag a shape, or choose one with a button. Whatever it touches turns red.")
+        }
+        true if has(Tools::SLING) => Some("Pull the ball back, then let go."),
+        true if has(Tools::LAUNCH) => Some("Tap to throw dye packs."),
+        true => None,
+    }
 }
 
 /// The kind of body that a button selects.
@@ -102,9 +133,10 @@ mod tests {
         for scene in Scene::built_in() {
             let keys: Vec<&str> = caps(&scene).iter().map(|cap| cap.key).collect();
             let picks = ["H", "M", "P"].iter().all(|key| keys.contains(key));
-            for by_touch in [false, true] {
-                assert_eq!(hint(&scene, by_touch).is_some(), picks, "{}", scene.name);
-            }
+            assert_eq!(hint(&scene, false).is_some(), picks, "{}", scene.name);
+            let aims = [Tools::SELECT, Tools::SLING, Tools::LAUNCH];
+            let aims = aims.iter().any(|tool| scene.tools.contains(*tool));
+            assert_eq!(hint(&scene, true).is_some(), aims, "{}", scene.name);
         }
     }
 }

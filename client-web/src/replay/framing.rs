@@ -35,7 +35,8 @@ impl ReplayPlayer {
         let [width, height] = pixels;
         let free = height - bottom.min(height / 2);
         let hero = self.followed_hero();
-        let above = camera.view(Target { pixels: [width, free], hero, bottom: 0, elapsed_s });
+        let above =
+            camera.view(Target { pixels: [width, free], hero, top: 0, bottom: 0, elapsed_s });
         let unit = above.unit_per_pixel();
         let down = Vec2::new(0.0, 0.5 * unit * (height - free) as f32);
         View { center: above.center - down, height: unit * height as f32, pixels }

@@ -12,7 +12,8 @@ const MARGIN: f32 = 0.01;
 const LOOK_AHEAD_S: f32 = AHEAD_TICKS as f32 / TICKS_PER_SECOND as f32;
 /// A following view is at least this many times its nominal height wide.
 const FOLLOW_WIDTH_MIN: f32 = 0.9;
-/// A screen on which the whole world leaves more than this much of its height free is upright.
+/// A screen that is higher than wide, and on which the whole world leaves more than this much of the height free,
+/// is upright.
 const UPRIGHT: f32 = 1.5;
 /// Height of an upright view that walks behind a hero, as a multiple of the world's.
 const UPRIGHT_HEIGHT: f32 = 1.32;
@@ -36,6 +37,8 @@ pub struct Target {
     pub pixels: [u32; 2],
     /// Centre and velocity of the hero to follow.
     pub hero: Option<(Vec2, Vec2)>,
+    /// Device pixels at the top that belong to the hud when the whole world is shown.
+    pub top: u32,
     /// Device pixels at the bottom that belong to the hud when the whole world is shown.
     pub bottom: u32,
     /// Seconds since the last frame.
@@ -64,10 +67,11 @@ impl Camera {
 
     fn fit(&mut self, target: Target, aspect: f32) -> View {
         let needed = self.world * (1.0 + 2.0 * MARGIN);
-        let free = 1.0 - (target.bottom as f32 / target.pixels[1] as f32).min(0.5);
-        let height = (needed.y / free).max(needed.x / aspect);
-        if height <= needed.y * UPRIGHT {
-            let center = self.world * 0.5 - Vec2::new(0.0, 0.5 * (1.0 - free) * height);
+        let share = |pixels: u32| (pixels as f32 / target.pixels[1] as f32).min(0.25);
+        let (top, bottom) = (share(target.top), share(target.bottom));
+        let height = (needed.y / (1.0 - top - bottom)).max(needed.x / aspect);
+        if height <= needed.y * UPRIGHT || aspect >= 1.0 {
+            let center = self.world * 0.5 + Vec2::new(0.0, 0.5 * (top - bottom) * height);
             return View { center, height, pixels: target.pixels };
         }
         // On an upright phone the whole width would make everything tiny: with a hero to walk

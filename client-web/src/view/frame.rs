@@ -30,6 +30,8 @@ pub struct FrameBody {
     pub hot: bool,
     /// A blow has cracked it.
     pub cracked: bool,
+    /// Palette index of the ring around what a game is about: a ball, a robot, a pot.
+    pub ring: Option<u8>,
     /// By what share it is flatter than its outline, or `None` to have the drawing find that out
     /// from how it moves from frame to frame.
     pub squash: Option<f32>,
@@ -38,6 +40,8 @@ pub struct FrameBody {
 /// A zone of a game.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameZone {
+    /// Index into the scene's zones.
+    pub index: u8,
     /// Outline.
     pub shape: Shape,
     /// Centre, world units.

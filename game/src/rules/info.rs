@@ -25,6 +25,8 @@ pub struct RoundInfo {
     pub holders: Vec<Option<Side>>,
     /// Zones that are on and drawn, a bit each.
     pub zones: u64,
+    /// Zones that are drawn and not in force, a bit each.
+    pub resting: u64,
     /// Sides that are about to take a zone, in the order of the zones.
     pub takings: Vec<Taking>,
     /// How far players got in the orders, in the order of the file.
@@ -124,6 +126,9 @@ impl Rules {
         let zones = scene.rules.zones.iter().enumerate();
         let drawn = zones.filter(|(_, zone)| zone.is_drawn());
         let drawn = drawn.fold(0, |all, (index, _)| all | 1 << index);
+        let zones = (0..64u64).zip(&scene.rules.zones);
+        let resting = zones.filter(|(_, zone)| !zone.condition.all(self.levels));
+        let resting = resting.fold(0, |all, (index, _)| all | 1 << index);
         let players = roster.players.iter().map(|player| RoundPlayer {
             seat: player.seat,
             team: player.team,
@@ -139,6 +144,7 @@ impl Rules {
             winners: self.winners.clone(),
             holders: self.holders().collect(),
             zones: self.levels.zones & drawn,
+            resting: resting & drawn,
             takings: self.takings(ticks).collect(),
             orders: self.orders(),
             sling: self

@@ -47,7 +47,8 @@ impl Rules {
             && present.all(|player| player.holds(Buttons::AGAIN))
     }
 
-    /// Players who press the key for it change over to another team. Their heroes come back there.
+    /// Players who press the key for it change over to another team, while a round is on to one that is in it.
+    /// Their heroes come back there.
     pub fn change_teams(&self, table: &mut Table) {
         let Table { scene, world, roster, .. } = table;
         if scene.rules.teams.len() < 2 {
@@ -57,7 +58,9 @@ impl Rules {
             if !roster.players[slot].pressed(Buttons::TEAM) {
                 continue;
             }
-            let Some(team) = roster.team_after(scene, slot) else { continue };
+            let is_open =
+                |team: u8| !self.round.is_running() || self.teams[usize::from(team)].is_in();
+            let Some(team) = roster.team_after(scene, slot, is_open) else { continue };
             let player = &mut roster.players[slot];
             tools::release(world, player);
             player.drop_carried(world);

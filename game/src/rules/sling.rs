@@ -63,20 +63,24 @@ impl Rules {
 /// The way from its start to where the ball is pulled in this tick.
 fn pull(spec: &SlingSpec, sling: &mut Sling, start: Vec2, ball: BodyId, table: &Table) -> Vec2 {
     let players = &table.roster.players;
-    if !sling.is_pulled {
+    let is_held = sling.is_pulled && !table.roster.is_away(sling.shooter);
+    if !is_held {
         let grabs = players.iter().find(|player| {
             let near = |aim: Vec2| aim.distance(start) <= GRAB * spec.pull;
             player.pressed(Buttons::FIRE) && player.aim.is_some_and(near)
         });
-        sling.shooter = grabs.map(|player| player.seat);
-        sling.is_pulled = grabs.is_some();
+        if !sling.is_pulled || grabs.is_some() {
+            sling.shooter = grabs.map(|player| player.seat);
+            sling.is_pulled = grabs.is_some();
+        }
     }
     let Some(shooter) = players.iter().find(|player| Some(player.seat) == sling.shooter) else {
         // Nobody pulls, or who did is gone.
         (sling.shooter, sling.is_pulled) = (None, false);
         return Vec2::ZERO;
     };
-    sling.is_pulled = shooter.holds(Buttons::FIRE);
+    // Silence of the connection lets nothing go.
+    sling.is_pulled = shooter.holds(Buttons::FIRE) || shooter.is_away;
     let pulled = shooter.pointer.filter(|_| sling.is_pulled);
     clamp_length(pulled.unwrap_or_else(|| table.world.position(ball)) - start, spec.pull)
 }

@@ -67,8 +67,8 @@ fn player(game: &Game, seat: u16) -> &Player {
 
 #[test]
 fn a_press_changes_the_team_once_and_the_hero_comes_back_there() {
-    let mut game = round_of(TEAMS, 2);
-    assert_eq!([team_of(&game, 0), team_of(&game, 1)], [Some(0), Some(1)]);
+    let mut game = round_of(TEAMS, 3);
+    assert_eq!([0, 1, 2].map(|seat| team_of(&game, seat)), [Some(0), Some(1), Some(2)]);
     idle(&mut game, 70);
     let before = hero_of(&game, FIRST);
     for _ in 0..3 {
@@ -85,6 +85,17 @@ fn a_press_changes_the_team_once_and_the_hero_comes_back_there() {
     idle(&mut game, 1);
     play(&mut game, &[Buttons::TEAM], None);
     assert_eq!(team_of(&game, 0), Some(0), "after the last one comes the first");
+}
+
+#[test]
+fn a_team_that_is_not_in_the_round_is_passed_over() {
+    let mut game = round_of(TEAMS, 2);
+    idle(&mut game, 70);
+    for team in [1, 0, 1] {
+        play(&mut game, &[Buttons::TEAM], None);
+        idle(&mut game, 1);
+        assert_eq!(team_of(&game, 0), Some(team), "blue had no players");
+    }
 }
 
 #[test]
@@ -106,7 +117,7 @@ fn a_full_team_is_passed_over_and_a_change_is_possible_in_a_countdown() {
 fn what_a_player_carried_stays_when_the_team_changes() {
     let carrying = "[[rules]]\ntouch = [\"hero\", \"ball\"]\ncarry = true\n";
     let ball = BALL.replace("[300, 40]", "[40, 126]");
-    let mut game = round_of(&format!("{TEAMS}{ball}{carrying}"), 1);
+    let mut game = round_of(&format!("{TEAMS}{ball}{carrying}"), 2);
     idle(&mut game, 62);
     let to_the_ball = |game: &mut Game| play(game, &[Buttons::UP], None);
     while player(&game, 0).carried.is_none() {

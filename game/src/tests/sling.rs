@@ -328,6 +328,41 @@ fn a_sling_is_restored_in_mid_pull_and_in_flight() {
 }
 
 #[test]
+fn silence_of_the_connection_shoots_nothing() {
+    let mut game = range(0.0, "position = [20, 120]\nmass = 1");
+    let (at, pull) = (start(&game), Vec2::new(-12.0, -4.0));
+    let sling = |game: &Game| game.round().expect("a round").sling.expect("a sling");
+    game.tick(&input(false, at));
+    (0..3).for_each(|_| game.tick(&input(true, at + pull)));
+    let pulled = game.world().position(ball(&game).expect("a ball"));
+    let before = shots(&game);
+    idle(&mut game, 40);
+    assert_eq!(game.world().position(ball(&game).expect("a ball")), pulled);
+    assert_eq!((sling(&game).is_flying, shots(&game)), (false, before));
+    game.tick(&input(true, at + pull));
+    game.tick(&input(false, at + pull));
+    assert_eq!((sling(&game).is_flying, shots(&game)), (true, before - 1), "let go on purpose");
+}
+
+#[test]
+fn another_player_may_take_the_ball_from_one_who_is_away() {
+    let mut game = range(0.0, "position = [20, 120]\nmass = 1");
+    game.join(Seat(1));
+    let at = start(&game);
+    let of_bob = |fires: bool, pointer: Vec2| [(Seat(1), input(fires, pointer)[0].1)];
+    game.tick(&input(false, at));
+    game.tick(&input(true, at));
+    let both = [input(true, at - Vec2::X)[0], of_bob(true, at + Vec2::Y)[0]];
+    game.tick(&both);
+    game.tick(&both);
+    let place = |game: &Game| game.world().position(ball(game).expect("a ball"));
+    assert_eq!(place(&game), at - Vec2::X, "the first one pulls");
+    game.tick(&of_bob(false, at));
+    game.tick(&of_bob(true, at + Vec2::Y));
+    assert_eq!(place(&game), at + Vec2::Y, "the first one is away");
+}
+
+#[test]
 fn a_sling_whose_shooter_leaves_is_free_again() {
     let mut game = range(0.0, "position = [100, 60]\nmass = 1");
     game.join(Seat(1));
@@ -341,7 +376,7 @@ fn a_sling_whose_shooter_leaves_is_free_again() {
     game.tick(&[(Seat(1), Input { buttons, pointer: Some(at) })]);
     let pointer = Some(at + Vec2::new(-10.0, 0.0));
     game.tick(&[(Seat(1), Input { buttons, pointer })]);
-    game.tick(&[]);
+    game.tick(&[(Seat(1), Input { buttons: Buttons::default(), pointer })]);
     assert_eq!(shots(&game), 4);
 }
 

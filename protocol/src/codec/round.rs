@@ -17,14 +17,15 @@ const PLAYER_BYTES_MIN: usize = 4;
 /// Bytes of the shortest side that takes a zone, and of the shortest progress.
 const TAKING_BYTES_MIN: usize = 4;
 const ORDER_BYTES_MIN: usize = 3;
-/// Beside the phase: whether there is a sling, whether its ball flies, whether bodies are cracked, and whether
-/// zones are being taken or orders begun.
+/// Beside the phase: whether there is a sling, whether its ball flies, whether bodies are cracked, whether zones
+/// are being taken or orders begun, and whether zones are not in force.
 const SLING: u8 = 1 << 2;
 const FLYING: u8 = 1 << 3;
 const CRACKED: u8 = 1 << 4;
 const PHASE: u8 = SLING - 1;
 const PROGRESS: u8 = 1 << 5;
-const TAG_ALL: u8 = (1 << 6) - 1;
+const RESTING: u8 = 1 << 6;
+const TAG_ALL: u8 = (1 << 7) - 1;
 /// Beside a player's team.
 const STUNNED: u8 = 1;
 const GOES_ON: u8 = 2;
@@ -43,7 +44,8 @@ fn write_round(writer: &mut Writer, round: &RoundInfo) {
     let is_cracked = !round.cracked.is_empty();
     let has_sling = bit(round.sling.is_some(), SLING) | bit(is_flying, FLYING);
     let has_progress = !(round.takings.is_empty() && round.orders.is_empty());
-    let extras = bit(is_cracked, CRACKED) | bit(has_progress, PROGRESS);
+    let extras =
+        bit(is_cracked, CRACKED) | bit(has_progress, PROGRESS) | bit(round.resting != 0, RESTING);
     writer.byte(round.phase as u8 | has_sling | extras);
     writer.leb32(round.since);
     writer.count(round.teams.len());
@@ -59,8 +61,10 @@ fn write_round(writer: &mut Writer, round: &RoundInfo) {
     round.winners.iter().for_each(|&side| write_side(writer, Some(side)));
     writer.count(round.holders.len());
     round.holders.iter().for_each(|&side| write_side(writer, side));
-    writer.leb32(round.zones as u32);
-    writer.leb32((round.zones >> 32) as u32);
+    write_zones(writer, round.zones);
+    if round.resting != 0 {
+        write_zones(writer, round.resting);
+    }
     if let Some(sling) = round.sling {
         writer.byte(sling.shots);
     }
@@ -72,6 +76,16 @@ fn write_round(writer: &mut Writer, round: &RoundInfo) {
     if has_progress {
         write_progress(writer, round);
     }
+}
+
+fn write_zones(writer: &mut Writer, zones: u64) {
+    writer.leb32(zones as u32);
+    writer.leb32((zones >> 32) as u32);
+}
+
+fn read_zones(reader: &mut Reader) -> Result<u64, DecodeError> {
+    let (low, high) = (reader.leb32("zones")?, reader.leb32("zones")?);
+    Ok(u64::from(high) << 32 | u64::from(low))
 }
 
 fn write_progress(writer: &mut Writer, round: &RoundInfo) {
@@ -137,8 +151,8 @@ fn read_round(reader: &mut Reader) -> Result<RoundInfo, DecodeError> {
     for _ in 0..reader.count(ZONES_MAX, 1, "holders")? {
         holders.push(read_side(reader, teams.len())?);
     }
-    let (low, high) = (reader.leb32("zones")?, reader.leb32("zones")?);
-    let zones = u64::from(high) << 32 | u64::from(low);
+    let zones = read_zones(reader)?;
+    let resting = if tag & RESTING != 0 { read_zones(reader)? } else { 0 };
     let is_flying = tag & FLYING != 0;
     check(!is_flying || tag & SLING != 0, "phase of the round")?;
     let mut sling = None;
@@ -165,6 +179,7 @@ fn read_round(reader: &mut Reader) -> Result<RoundInfo, DecodeError> {
         winners,
         holders,
         zones,
+        resting,
         takings,
         orders,
         sling,

@@ -209,6 +209,7 @@ fn random_round(rng: &mut Rng) -> RoundInfo {
     RoundInfo {
         takings,
         orders,
+        resting: u64::from(rng.below(2) * rng.next_u32()) << rng.below(30),
         phase: RoundPhase::ALL[rng.below(4) as usize],
         since: rng.next_u32(),
         winners: (0..rng.below(5)).map(|_| some_side(rng)).collect(),
@@ -485,7 +486,7 @@ fn fields_out_of_range_are_named() {
     delta(4, &[1, 1, 0, 6, 32, 0, 0, 0xc0, 0x3f, 10, 0], "group");
     delta(8, &[0], "players");
     delta(8, &[16], "players");
-    delta(8, &[8, 1, 0x40], "phase of the round");
+    delta(8, &[8, 1, 0x80], "phase of the round");
     delta(8, &[8, 1, 8, 0, 0, 0, 0, 0, 0, 0], "phase of the round");
     delta(8, &[8, 1, 2, 0, 0, 1, 0, 4, 0, 0], "team");
     delta(8, &[8, 1, 2, 0, 0, 0, 1, 3], "side");

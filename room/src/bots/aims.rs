@@ -76,12 +76,3 @@ pub fn middle(zone: &ZoneSpec, size: Vec2) -> Vec2 {
         ZoneArea::Circle { center, .. } => center,
     }
 }
-
-/// Returns whether a point is in a zone that stays where it is.
-pub fn holds(zone: &ZoneSpec, point: Vec2) -> bool {
-    match zone.area {
-        ZoneArea::Everywhere => true,
-        ZoneArea::Box(area) => area.contains(point),
-        ZoneArea::Circle { center, radius } => point.distance_squared(center) <= radius * radius,
-    }
-}

@@ -1,7 +1,7 @@
 //! One bot: it looks now and then, decides where to be and what to shoot at, and holds its keys until it
 //! looks again. It is late and inexact, as people are.
 
-use super::aims::{Aims, Goal, holds, middle};
+use super::aims::{Aims, Goal, middle};
 use super::terrain::Terrain;
 use jostle_game::scene::LaneAxis;
 use jostle_game::{Buttons, Game, Input, RoundInfo, RoundPhase, Seat};
@@ -86,7 +86,7 @@ impl Bot {
     /// The next gate is the one after that which the hero is in.
     fn pass_gate(&mut self, game: &Game, aims: &Aims, at: Vec2) {
         let Some(&zone) = aims.gates.get(self.gate) else { return };
-        if holds(&game.scene().rules.zones[usize::from(zone)], at) {
+        if game.scene().rules.zones[usize::from(zone)].holds(at) {
             self.gate = (self.gate + 1) % aims.gates.len();
         }
     }
@@ -102,7 +102,9 @@ impl Bot {
             LaneAxis::Y => (1, 0),
         };
         let comes = (own.at[across] - ball[across]) * velocity[across] > 0.0;
-        let wanted = if comes { ball[along] + velocity[along] * 0.15 } else { ball[along] };
+        // It goes back to the middle while the ball is on its way to the others.
+        let middle = game.scene().size[along] * 0.5;
+        let wanted = if comes { ball[along] + velocity[along] * 0.15 } else { middle };
         // Once in a while it misjudges where the ball goes.
         let miss = if self.rng.below(4) == 0 { 6.0 * MISS } else { MISS };
         let off = wanted + self.rng.range(-miss, miss) - own.at[along];

@@ -23,7 +23,7 @@ struct Browser {
     address: String,
 }
 
-const CANVAS: Canvas = Canvas { pixels: [800, 600], bottom: 0 };
+const CANVAS: Canvas = Canvas { pixels: [800, 600], top: 0, bottom: 0 };
 
 /// The server's answer to a request for a scene's file.
 fn scene_fetched(name: &str) -> Event {

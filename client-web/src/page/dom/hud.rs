@@ -29,8 +29,8 @@ pub struct Hud {
     players: List,
     /// Keys of the help, of a game or of a replay.
     pub help: List,
-    /// CSS pixels at the bottom of the canvas that the key caps cover.
-    pub bottom_css: f32,
+    /// CSS pixels of the canvas that the score board covers at the top, and the key caps at the bottom.
+    pub covered_css: [f32; 2],
 }
 
 impl Hud {
@@ -43,14 +43,14 @@ impl Hud {
             feed: List::new("feed"),
             players: List::new("players"),
             help: List::new("help-keys"),
-            bottom_css: 0.0,
+            covered_css: [0.0; 2],
         }
     }
 
     /// Forgets the last screen.
     pub fn clear(&mut self) {
         self.scene = None;
-        self.bottom_css = 0.0;
+        self.covered_css = [0.0; 2];
         for list in [&mut self.caps, &mut self.feed, &mut self.players] {
             list.show([]);
         }
@@ -127,7 +127,7 @@ impl Hud {
         let simulated = app.conditions.is_on() && !game.is_in_page();
         let badge = format!("Simulated bad connection: {}", app.conditions.words());
         dom::text_or_hide("lag-badge", simulated.then_some(&badge));
-        self.bottom_css = dom::html("caps").offset_height() as f32;
+        self.covered_css = ["board", "caps"].map(|id| dom::html(id).offset_height() as f32);
     }
 }
 

@@ -177,10 +177,14 @@ fn category_of(scene: &SceneCard) -> &'static str {
 }
 
 fn scene_entry(scene: &SceneCard) -> Item {
-    let mut seats = match scene.players_max {
-        1 => "1 player".to_owned(),
-        many => format!("Up to {many} players"),
+    let mut seats = match (scene.players_min, scene.players_max) {
+        (_, 1) => "1 player".to_owned(),
+        (..=1, many) => format!("Up to {many} players"),
+        (few, many) => format!("{few} to {many} players"),
     };
+    if scene.fill > 0 {
+        seats.push_str(" and bots");
+    }
     if scene.teams > 1 {
         seats.push_str(&format!(", {} teams", scene.teams));
     }

@@ -16,6 +16,7 @@ pub mod stage;
 mod tags;
 mod touchpad;
 pub mod views;
+mod zone_labels;
 
 use crate::browser;
 use wasm_bindgen::closure::Closure;

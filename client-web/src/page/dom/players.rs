@@ -38,7 +38,8 @@ fn entry(replica: &Replica, player: &PlayerState, host: bool) -> Item {
         .with("", "--color", color_var(color))
         .with("i", "data-emblem", team.map(|team| team.to_string()))
         .text("bdi", &*player.appearance.name)
-        .text(".score", player.score.to_string());
+        // The score of a team stands on the board.
+        .text(".score", team.map_or_else(|| player.score.to_string(), |_| String::new()));
     if template == "player-item" {
         return item;
     }

@@ -35,7 +35,10 @@ impl RoundBoard {
         dom::set(&dom::html("round"), "data-task", round.is_task_new.then_some("new"));
         dom::text("round-said", &round.spoken);
         dom::text_or_hide("round-large", Some(&*round.large).filter(|large| !large.is_empty()));
-        self.sides.show(round.sides.iter().map(|side| entry("side-item", side)));
+        let goal =
+            |side: &SideView| side.goal.map_or_else(String::new, |goal| format!(" / {goal}"));
+        let sides = round.sides.iter();
+        self.sides.show(sides.map(|side| entry("side-item", side).text(".goal", goal(side))));
         self.show_result(round.result.as_ref());
         self.shown = view;
     }

@@ -44,9 +44,9 @@ impl Stage {
         self.quality = Quality::default();
     }
 
-    /// The canvas of the next frame, of which controls cover `bottom_css` pixels; `None` while nothing
-    /// can be drawn.
-    pub fn canvas(&mut self, app: &App, bottom_css: f32) -> Option<Canvas> {
+    /// The canvas of the next frame, of which the hud covers so many CSS pixels at the top and at the bottom;
+    /// `None` while nothing can be drawn.
+    pub fn canvas(&mut self, app: &App, covered_css: [f32; 2]) -> Option<Canvas> {
         if app.game().is_none() && app.replay().is_none() {
             return None;
         }
@@ -62,8 +62,8 @@ impl Stage {
         let full = still || self.sharp;
         let share = if full { 1.0 } else { self.quality.frame(browser::now_ms()) };
         let pixels = self.graphics.as_mut()?.fit(share)?;
-        let bottom = (bottom_css / css_per_pixel(pixels)) as u32;
-        app.graphics.lost_ms.is_none().then_some(Canvas { pixels, bottom })
+        let [top, bottom] = covered_css.map(|css| (css / css_per_pixel(pixels)) as u32);
+        app.graphics.lost_ms.is_none().then_some(Canvas { pixels, top, bottom })
     }
 
     fn set_up(&mut self, app: &App) {

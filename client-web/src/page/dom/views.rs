@@ -14,6 +14,7 @@ use crate::page::dom::round::RoundBoard;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::dom::touchpad::Touchpad;
+use crate::page::dom::zone_labels::ZoneLabels;
 use crate::page::event::Canvas;
 use crate::page::queue::Events;
 use crate::view::frame::View;
@@ -31,6 +32,7 @@ pub struct Views {
     replay: ReplayControls,
     round: RoundBoard,
     tags: Tags,
+    zone_labels: ZoneLabels,
     touchpad: Touchpad,
     /// Number of the screen.
     screen: u32,
@@ -53,6 +55,7 @@ impl Views {
             replay: ReplayControls::new(),
             round: RoundBoard::new(),
             tags: Tags::default(),
+            zone_labels: ZoneLabels::default(),
             touchpad: Touchpad::new(),
             screen: app.screen,
             text_ms: 0.0,
@@ -99,6 +102,7 @@ impl Views {
         self.hud.clear();
         self.network.clear();
         self.tags.clear();
+        self.zone_labels.clear();
         self.round.show(None);
         self.stage.reset();
         if let Some(replay) = app.replay() {
@@ -112,24 +116,26 @@ impl Views {
 
     /// The canvas of the next frame; `None` while nothing can be drawn.
     pub fn canvas(&mut self, app: &App) -> Option<Canvas> {
-        let bottom_css = match app.replay() {
+        let covered_css = match app.replay() {
             Some(_) => {
                 let covered = dom::html("deck").get_bounding_client_rect();
                 let stage_css = f64::from(dom::html("stage").client_height());
-                (stage_css - covered.top()).max(0.0) as f32
+                [0.0, (stage_css - covered.top()).max(0.0) as f32]
             }
             // The style hides the controls only after the first picture.
-            None if app.frozen_hud == Some(false) => 0.0,
-            None => self.hud.bottom_css,
+            None if app.frozen_hud == Some(false) => [0.0; 2],
+            None => self.hud.covered_css,
         };
-        self.stage.canvas(app, bottom_css)
+        self.stage.canvas(app, covered_css)
     }
 
     /// Draws the picture if it has changed: `None` if not, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
         let drawn = self.stage.draw(app)?;
         if let (Some(replica), Some(view)) = (app.replica(), view(app)) {
-            self.tags.update(replica, view, stage::css_per_pixel(view.pixels));
+            let css_per_pixel = stage::css_per_pixel(view.pixels);
+            self.tags.update(replica, view, css_per_pixel);
+            self.zone_labels.update(replica, view, css_per_pixel);
         }
         Some(drawn)
     }

@@ -152,9 +152,9 @@ impl GameScreen {
             self.receive_in_page(ctx);
             self.move_display(now_ms);
         }
-        if let Some(Canvas { pixels, bottom }) = canvas {
+        if let Some(Canvas { pixels, top, bottom }) = canvas {
             let replica = self.membership.as_ref().map(|membership| &membership.replica);
-            self.view.aim(replica, Target { pixels, hero: None, bottom, elapsed_s });
+            self.view.aim(replica, Target { pixels, hero: None, top, bottom, elapsed_s });
         }
         self.send_due(ctx);
     }

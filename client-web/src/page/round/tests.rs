@@ -58,6 +58,7 @@ fn round(phase: RoundPhase, teams: usize, scores: [i32; 2]) -> RoundInfo {
         winners: Vec::new(),
         holders: Vec::new(),
         zones: 0,
+        resting: 0,
         takings: Vec::new(),
         orders: Vec::new(),
         sling: None,
@@ -152,6 +153,6 @@ fn who_waits_is_told_for_whom() {
     let waiting = view(&scene, &round(RoundPhase::Waiting, 0, [0, 0]), 0, 160.0);
     assert_eq!(
         (waiting.task.as_str(), waiting.clock.as_str()),
-        ("Waiting for players: 2 of 3", "1:30")
+        ("Waiting for players: 2 of 3. Send the link to a friend", "1:30")
     );
 }

@@ -3,7 +3,7 @@ use super::*;
 const WORLD: Vec2 = Vec2::new(200.0, 112.5);
 
 fn target(pixels: [u32; 2], hero: Option<(Vec2, Vec2)>) -> Target {
-    Target { pixels, hero, bottom: 0, elapsed_s: 1.0 / 60.0 }
+    Target { pixels, hero, top: 0, bottom: 0, elapsed_s: 1.0 / 60.0 }
 }
 
 #[test]

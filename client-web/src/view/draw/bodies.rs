@@ -85,6 +85,8 @@ fn shadow(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
 fn toy(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
     if body.hot {
         ring(stage, body, pose);
+    } else if let Some(color) = body.ring {
+        colored_ring(stage, body, pose, palette::player(color));
     }
     match body.kind {
         Kind::Pack => pack(stage, body, pose),
@@ -199,9 +201,13 @@ fn pack(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
 
 /// A soft outline around what can be dragged.
 fn ring(stage: &mut Stage, body: &FrameBody, pose: &Pose) {
+    colored_ring(stage, body, pose, PAPER[0]);
+}
+
+fn colored_ring(stage: &mut Stage, body: &FrameBody, pose: &Pose, color: Rgb) {
     let kind = if is_round(body) { SolidKind::RingOval } else { SolidKind::RingBox };
     let grown = pose.half + Vec2::splat(0.9);
-    let quad = SolidVertex::new(kind, pose.center, grown, rgba(PAPER[0], 0.75));
+    let quad = SolidVertex::new(kind, pose.center, grown, rgba(color, 0.75));
     let width = SolidVertex { edge: [0, 0, 0, 70], ..quad };
     stage.quads.push(width.rounded(corner(body, pose.half) + 0.9).soft(0.8));
 }

@@ -21,6 +21,7 @@ fn body(index: u32, kind: Kind, shape: Shape, center: Vec2) -> FrameBody {
         hidden: false,
         hot: false,
         cracked: false,
+        ring: None,
         squash: None,
     }
 }

@@ -171,6 +171,7 @@ fn body(kind: Kind, shape: Shape) -> FrameBody {
         hidden: false,
         hot: false,
         cracked: false,
+        ring: None,
         squash: None,
     }
 }

@@ -6,9 +6,12 @@ use crate::net::timeline::Sample;
 use crate::view::frame::FrameBody;
 use crate::world::overlap;
 use crate::world::predict::placed;
-use jostle_game::{Kind, Scene, Seat, Tools, selectable_at};
+use jostle_game::{Kind, RoundInfo, Scene, Seat, Tools, selectable_at};
 use jostle_protocol::PlayerState;
 use jostle_sim::{BodyId, Motion, Shape, Vec2};
+
+/// Palette index of rings: the palest colour.
+const PIECE: u8 = 7;
 
 impl Replica {
     /// Turns samples into bodies of the frame.
@@ -48,6 +51,7 @@ impl Replica {
                 hidden: selected == Some(sample.id),
                 hot: held || hot == Some(sample.id),
                 cracked: cracked.binary_search(&sample.id.index).is_ok(),
+                ring: round.and_then(|round| ring(&self.scene, round, sample)),
                 squash: None,
             });
         }
@@ -75,6 +79,25 @@ impl Replica {
             bodies[j].touching = true;
         });
     }
+}
+
+/// The ring around what a game is about: bodies other than heroes that one of its zones counts. In a zone that
+/// is drawn it has the colour of that.
+fn ring(scene: &Scene, round: &RoundInfo, sample: &Sample) -> Option<u8> {
+    if sample.kind == Kind::Hero {
+        return None;
+    }
+    let zones = (0..).zip(&scene.rules.zones);
+    let counting = zones.filter(|(_, zone)| zone.who >> sample.group & 1 == 1);
+    let mut is_counted = false;
+    for (index, zone) in counting.filter(|(_, zone)| zone.slower.is_none()) {
+        is_counted = true;
+        let is_in_force = round.resting >> index & 1 == 0;
+        if is_in_force && zone.is_drawn() && zone.follow.is_none() && zone.holds(sample.center) {
+            return zone.color.or(Some(PIECE));
+        }
+    }
+    is_counted.then_some(PIECE)
 }
 
 fn outline(sample: &Sample) -> (BodyId, Kind, Shape, Vec2) {

@@ -7,6 +7,8 @@ mod own_hero;
 mod sling;
 mod zones;
 
+pub use zones::ZoneLabel;
+
 use crate::net::clock::Arrival;
 use crate::net::timeline::{Sample, Timeline};
 use crate::view::frame::{
@@ -283,7 +285,9 @@ impl Replica {
                 let by = owner.and_then(|seat| self.name(seat));
                 let color = by.as_ref().map(|n| n.color);
                 self.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
-                if let Some(by) = by {
+                // What others do to each other is seen, and too much to be read.
+                let is_own = owner == Some(self.seat) || victim == Some(self.seat);
+                if let Some(by) = by.filter(|_| is_own || self.scene.rules.round.is_none()) {
                     let whom = victim.and_then(|seat| self.name(seat));
                     self.tell(News::Hit(by, whom));
                 }

@@ -2,10 +2,23 @@
 
 use super::Replica;
 use crate::view::frame::{FrameBody, FrameZone};
-use jostle_game::scene::{Each, Step, ZoneArea, ZoneSpec};
+use jostle_game::scene::{Each, Need, Step, ZoneArea, ZoneSpec};
 use jostle_game::{RoundInfo, Side};
 use jostle_protocol::Appearance;
 use jostle_sim::{Shape, Vec2};
+
+/// What is written on a zone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ZoneLabel {
+    /// The text.
+    pub text: String,
+    /// Centre of the zone, world units.
+    pub center: Vec2,
+    /// Half extent of the zone, world units.
+    pub half: Vec2,
+    /// Palette index.
+    pub color: Option<u8>,
+}
 
 impl Replica {
     /// Lists the zones of the displayed moment.
@@ -14,7 +27,8 @@ impl Replica {
         zones.clear();
         if let Some(round) = self.round() {
             let specs = self.scene.rules.zones.iter().enumerate();
-            let drawn = specs.filter(|(_, spec)| spec.is_drawn());
+            let drawn =
+                specs.filter(|(index, spec)| spec.is_drawn() && round.resting >> index & 1 == 0);
             zones.extend(drawn.filter_map(|(index, spec)| self.zone(index, spec, round)));
         }
         self.zones = zones;
@@ -38,7 +52,33 @@ impl Replica {
             (color, on) = (self.own_color().or(color), true);
         }
         let taken = self.taken(index as u8, spec, round);
-        Some(FrameZone { shape, center: center + offset, color, on, taken })
+        Some(FrameZone { index: index as u8, shape, center: center + offset, color, on, taken })
+    }
+
+    /// What is written on the zones of the displayed moment: a label, and how many of how many are in, where a
+    /// zone needs several.
+    pub fn zone_labels(&self) -> impl Iterator<Item = ZoneLabel> {
+        self.zones.iter().filter_map(|zone| {
+            let spec = &self.scene.rules.zones[usize::from(zone.index)];
+            let (mut text, count) = (spec.label.clone(), self.count_in(spec));
+            if let Some((inside, needed)) = count {
+                text = format!("{text} {inside} / {needed}");
+            }
+            let half = zone.shape.half_extent();
+            let color = zone.color;
+            (!text.is_empty()).then_some(ZoneLabel { text, center: zone.center, half, color })
+        })
+    }
+
+    /// How many bodies are in a zone, and how many it needs, where that is more than one.
+    fn count_in(&self, spec: &ZoneSpec) -> Option<(usize, usize)> {
+        let counted = self.samples.iter().filter(|sample| spec.who >> sample.group & 1 == 1);
+        let needed = match spec.need {
+            Need::All => counted.clone().count(),
+            Need::Count(needed) => needed as usize,
+        };
+        let inside = counted.filter(|sample| spec.follow.is_none() && spec.holds(sample.center));
+        (needed > 1).then(|| (inside.count(), needed))
     }
 
     /// Returns whether a zone is the next step of the own player, or of the player's team, in an order such as

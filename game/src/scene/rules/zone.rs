@@ -39,6 +39,17 @@ pub struct ZoneSpec {
 }
 
 impl ZoneSpec {
+    /// Returns whether a point is in it, relative to the body that it follows, if it follows one.
+    pub fn holds(&self, point: Vec2) -> bool {
+        match self.area {
+            ZoneArea::Everywhere => true,
+            ZoneArea::Box(area) => area.contains(point),
+            ZoneArea::Circle { center, radius } => {
+                (point - center).length_squared() <= radius * radius
+            }
+        }
+    }
+
     /// Returns whether players see it.
     pub fn is_drawn(&self) -> bool {
         self.color.is_some() || !self.label.is_empty()

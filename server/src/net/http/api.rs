@@ -24,7 +24,8 @@ pub fn scenes(state: &ServerState) -> Value {
     let entry = |scene: &Arc<Scene>| {
         let picture = format!("pictures/{}.webp", scene.name);
         let picture = assets::find(state.config.files, &picture);
-        let round_ticks = scene.rules.round.as_ref().and_then(|round| round.time);
+        let round = scene.rules.round.as_ref();
+        let round_ticks = round.and_then(|round| round.time);
         json!({
             "name": scene.name,
             "title": scene.title,
@@ -34,6 +35,8 @@ pub fn scenes(state: &ServerState) -> Value {
             "teams": scene.rules.teams.len(),
             "round_s": round_ticks.unwrap_or(0) / TICKS_PER_SECOND,
             "heroes": scene.hero.is_some(),
+            "players_min": round.map_or(1, |round| round.players_min),
+            "fill": round.map_or(0, |round| round.fill),
             "picture": picture.map(|file| assets::address(state.config.files, file)),
         })
     };
