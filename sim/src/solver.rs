@@ -1,5 +1,6 @@
 //! Solvers of the contacts of a world.
 
+pub(crate) mod as_listed;
 pub(crate) mod chains;
 pub(crate) mod conjugate;
 pub(crate) mod contact_constraint;
@@ -8,7 +9,7 @@ mod gauss_seidel;
 mod graph_coloring;
 pub(crate) mod islands;
 mod layers;
-pub(crate) mod listing;
+
 mod local_sweeps;
 mod pava;
 mod position_correction;

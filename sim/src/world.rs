@@ -18,8 +18,8 @@ use crate::particles::{EmitterDef, Obstacle, Particles, dequantise, quantise};
 use crate::shape::Shape;
 use crate::sleep::{Awake, Sleep};
 use crate::solver::Solver;
+use crate::solver::as_listed;
 use crate::solver::conjugate::ConjugateSolver;
-use crate::solver::listing;
 use crate::solver::relaxation::RelaxationSolver;
 use crate::solver::settings::{Conjugate, Relaxation};
 use crate::solver::step_context::StepContext;
@@ -344,7 +344,7 @@ impl World {
         let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
         self.relaxation.start(bodies, pairs, &[], None, &self.settings);
-        listing::weigh(&mut self.bodies, gravity * dt, speed_max);
+        as_listed::weigh(&mut self.bodies, gravity * dt, speed_max);
         self.relaxation.advance(&mut self.bodies, &[], dt);
         watch(StepPhase::Integrate, self);
         self.pairs.refresh(&self.bodies, self.settings.filter());
@@ -352,7 +352,7 @@ impl World {
         watch(StepPhase::Pairs, self);
         self.relaxation.drop_non_finite(&self.bodies);
         let (constraints, pairs) = (&mut self.relaxation.constraints, &mut self.pairs.pairs);
-        self.relaxation.passes = listing::solve(&mut self.bodies, constraints, pairs, settings);
+        self.relaxation.passes = as_listed::solve(&mut self.bodies, constraints, pairs, settings);
         watch(StepPhase::Relax, self);
         self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
     }

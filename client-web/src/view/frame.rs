@@ -54,6 +54,19 @@ pub struct FrameZone {
     pub taken: Option<(u8, f32)>,
 }
 
+/// What is written on a zone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ZoneLabel {
+    /// The text.
+    pub text: String,
+    /// Centre of the zone, world units.
+    pub center: Vec2,
+    /// Half extent of the zone, world units.
+    pub half: Vec2,
+    /// Palette index.
+    pub color: Option<u8>,
+}
+
 /// Dots on the wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameMark {

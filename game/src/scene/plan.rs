@@ -260,7 +260,7 @@ impl Reasons<'_> {
             part("kinematic bodies", "paths", self.source(is_moved, by_path, no_path)),
             part("continuous collision", "doubts", self.continuous()),
             part("forces", "force state, paths of their own", self.forces()),
-            part("listing", "the chapter's solver as it is printed", self.listing()),
+            part("as listed", "the chapter's solver as it is printed", self.as_listed()),
             part("sleeping", "steps at rest, a grid of who lies still", self.sleeping()),
             part("particles", "particle state, emitter events, one pipeline, one sprite", emits),
             part("particles pushed out", "obstacle grid", obstacles),
@@ -352,7 +352,7 @@ impl Reasons<'_> {
         }
     }
 
-    fn listing(&self) -> Reason {
+    fn as_listed(&self) -> Reason {
         match self.scene.listed {
             Some(_) => Ok("the scene has listed".to_owned()),
             None => Err("no listed".to_owned()),

@@ -155,7 +155,7 @@ fn plans_list_the_parts_that_shipped_scenes_lack() {
         "kinematic bodies",
         "continuous collision",
         "forces",
-        "listing",
+        "as listed",
         "sleeping",
         "particles",
         "particles pushed out",

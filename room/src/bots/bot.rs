@@ -106,7 +106,7 @@ impl Bot {
         let middle = game.scene().size[along] * 0.5;
         let wanted = if comes { ball[along] + velocity[along] * 0.15 } else { middle };
         // Once in a while it misjudges where the ball goes.
-        let miss = if self.rng.below(4) == 0 { 6.0 * MISS } else { MISS };
+        let miss = if self.rng.below(3) == 0 { 6.0 * MISS } else { MISS };
         let off = wanted + self.rng.range(-miss, miss) - own.at[along];
         let mut way = Vec2::ZERO;
         way[along] = off * 4.0 - own.velocity[along] * 0.5;

@@ -1,8 +1,8 @@
 //! Movement (A0.5), the relaxation (A0.10, A0.11, A0.13, A0.14, A2.18 to A2.23), bodies
 //! (A2.7 to A2.11, A2.29), and the defects of solver and loop (C08 to C20, C22a to C22m, C23a).
 
+mod as_listed;
 mod contacts;
-mod listing;
 mod quarantine;
 mod squeezed;
 

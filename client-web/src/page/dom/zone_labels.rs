@@ -2,8 +2,8 @@
 
 use crate::page::dom;
 use crate::page::dom::players::color_var;
-use crate::view::frame::View;
-use crate::world::replica::{Replica, ZoneLabel};
+use crate::view::frame::{View, ZoneLabel};
+use crate::world::replica::Replica;
 use jostle_sim::Vec2;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;

@@ -7,8 +7,6 @@ mod own_hero;
 mod sling;
 mod zones;
 
-pub use zones::ZoneLabel;
-
 use crate::net::clock::Arrival;
 use crate::net::timeline::{Sample, Timeline};
 use crate::view::frame::{

@@ -1,24 +1,12 @@
 //! Zones as they are drawn: where the scene has them, with the colour of who holds them.
 
 use super::Replica;
-use crate::view::frame::{FrameBody, FrameZone};
+use crate::net::timeline::Sample;
+use crate::view::frame::{FrameZone, ZoneLabel};
 use jostle_game::scene::{Each, Need, Step, ZoneArea, ZoneSpec};
 use jostle_game::{RoundInfo, Side};
 use jostle_protocol::Appearance;
 use jostle_sim::{Shape, Vec2};
-
-/// What is written on a zone.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ZoneLabel {
-    /// The text.
-    pub text: String,
-    /// Centre of the zone, world units.
-    pub center: Vec2,
-    /// Half extent of the zone, world units.
-    pub half: Vec2,
-    /// Palette index.
-    pub color: Option<u8>,
-}
 
 impl Replica {
     /// Lists the zones of the displayed moment.
@@ -41,8 +29,11 @@ impl Replica {
             None => Vec2::ZERO,
             Some(body) => {
                 let placed = &self.scene.bodies[body];
-                let is_it = |b: &&FrameBody| b.kind == placed.kind && b.shape == placed.def.shape;
-                self.bodies.iter().find(is_it)?.center
+                let is_it = |sample: &&Sample| {
+                    (sample.kind, sample.group) == (placed.kind, placed.def.group)
+                        && sample.shape == placed.def.shape
+                };
+                self.samples.iter().find(is_it)?.center
             }
         };
         let holder = round.holders.get(index).copied().flatten();

@@ -1,5 +1,5 @@
 //! The chapter's solver as it is printed, defects included, for scenes that show what they do
-//! ([docs/physics.md](../../../docs/physics.md) names them, C01 to C22). What divides by zero is left out (C03, C15), and so is a loop for
+//! ([docs/physics.md](../../../docs/physics.md) names them, C01 to C22a). What divides by zero is left out (C03, C15), and so is a loop for
 //! each rule of pairs (C22f): all pairs are relaxed together.
 //!
 //! It takes from the settings of the relaxation the number of iterations and the correction, nothing else.
