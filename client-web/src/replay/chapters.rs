@@ -6,6 +6,9 @@ use jostle_protocol::replay::{Block, Change};
 /// Marks kept of what happens in a game, and as many of everything else; what comes later has none.
 const CHAPTERS_MAX: usize = 4096;
 
+/// Points that follow each other within so many ticks have one mark: those of whoever holds a hill, say.
+const GOALS_APART_TICKS: u32 = 90;
+
 /// Something that happens at a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chapter {
@@ -37,6 +40,8 @@ pub struct Chapters {
     pub known: Vec<(u32, Chapter)>,
     /// As it was in the last tick that was looked at.
     round: Option<RoundInfo>,
+    /// The newest goal, marked or not.
+    goal_tick: Option<u32>,
 }
 
 impl Chapters {
@@ -61,7 +66,18 @@ impl Chapters {
         let round = game.round().filter(|_| game.scene().rules.round.is_some());
         let found = self.round.as_ref().zip(round.as_ref()).and_then(|(a, b)| between(a, b));
         self.round = round;
-        found.into_iter().for_each(|chapter| self.add(tick, chapter));
+        match found {
+            Some(Chapter::Goal) => self.add_goal(tick),
+            Some(chapter) => self.add(tick, chapter),
+            None => {}
+        }
+    }
+
+    fn add_goal(&mut self, tick: u32) {
+        if self.goal_tick.is_none_or(|before| tick - before > GOALS_APART_TICKS) {
+            self.add(tick, Chapter::Goal);
+        }
+        self.goal_tick = Some(tick);
     }
 
     fn add(&mut self, tick: u32, chapter: Chapter) {
@@ -94,6 +110,13 @@ fn between(before: &RoundInfo, now: &RoundInfo) -> Option<Chapter> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_in_quick_succession_have_one_mark() {
+        let mut chapters = Chapters::default();
+        [10, 70, 130, 221, 300].into_iter().for_each(|tick| chapters.add_goal(tick));
+        assert_eq!(chapters.known, [(10, Chapter::Goal), (221, Chapter::Goal)]);
+    }
 
     #[test]
     fn bursts_take_no_marks_from_goals() {

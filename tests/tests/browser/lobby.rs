@@ -43,7 +43,7 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
 }
 
 pub async fn play_joins_the_room_with_players(stage: Arc<Stage>) -> Result<()> {
-    let bob = stage.play("particles", Screen::SMALL).await?;
+    let bob = stage.play("arena", Screen::SMALL).await?;
     let ada = stage.visit("/", Screen::PHONE).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
     ada.until_true("document.querySelector('#room-list').innerText.includes('1')").await?;

@@ -80,6 +80,10 @@ fn cases() -> Result<Vec<Case>> {
         ),
         Case::new("the_lobby_is_downloaded_once", lobby::the_lobby_is_downloaded_once),
         Case::new("play_begins_a_game_with_bots", rounds::play_begins_a_game_with_bots),
+        Case::new(
+            "a_zone_says_what_it_is_and_how_many_are_in",
+            rounds::a_zone_says_what_it_is_and_how_many_are_in,
+        ),
         Case::new("play_joins_the_room_with_players", lobby::play_joins_the_room_with_players),
         Case::new(
             "the_help_takes_the_focus_and_gives_it_back",

@@ -25,7 +25,10 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
         anyhow::Ok(tab)
     };
     let ada = join(Screen::SMALL).await?;
-    assert_eq!(text(&ada, "round-task").await?, "Waiting for players: 1 of 2");
+    assert_eq!(
+        text(&ada, "round-task").await?,
+        "Waiting for players: 1 of 2. Send the link to a friend"
+    );
     let bob = join(Screen::PHONE).await?;
     for tab in [&ada, &bob] {
         tab.until_true("/^[123]$/.test(document.getElementById('round-large').textContent)")
@@ -49,7 +52,27 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
                       return r.left >= 0 && r.right <= innerWidth && r.top >= 0 && r.bottom <= innerHeight; })()";
         assert!(tab.eval::<bool>(inside).await?, "the result is on the screen");
     }
-    ada.until_true(&format!("document.getElementById('result').hidden && {lives} === '3,3'")).await
+    // The next round begins when both go on, by button and by key.
+    ada.click_on("#again").await?;
+    ada.until_true("document.getElementById('again').disabled").await?;
+    bob.key_down("Enter").await?;
+    bob.key_up("Enter").await?;
+    ada.until_true(&format!("document.getElementById('result').hidden && {lives} === '3,3'"))
+        .await?;
+    let emblem = "document.querySelector('#players .own i').dataset.emblem";
+    ada.until_true(&format!("{emblem} === '0'")).await?;
+    ada.key_down("t").await?;
+    ada.key_up("t").await?;
+    ada.until_true(&format!("{emblem} === '1'")).await?;
+    ada.click_on("#switch-team").await?;
+    ada.until_true(&format!("{emblem} === '0'")).await
+}
+
+/// The pen of the herd says how many robots are in it.
+pub async fn a_zone_says_what_it_is_and_how_many_are_in(stage: Arc<Stage>) -> Result<()> {
+    let ada = stage.play("herd", Screen::LAPTOP).await?;
+    let labels = "[...document.querySelectorAll('.tag.zone')].map(tag => tag.textContent).join()";
+    ada.until_true(&format!("{labels} === 'pen 0 / 5'")).await
 }
 
 /// Whoever presses Play in an empty lobby is in a game with somebody to beat.
