@@ -203,7 +203,7 @@ impl Game {
         }
         player::take_inputs(&mut roster.players, inputs, scene.size);
         if let Some(rules) = rules {
-            rules.change_teams(&mut Table { scene, world, roster, rngs, events });
+            rules.take_wishes(&mut Table { scene, world, roster, rngs, events });
         }
         let path_tick = |body| rules.as_ref().map_or(tick + 1, |rules| rules.path_tick(body));
         platforms::drive(world, &roster.placed, scene, path_tick);

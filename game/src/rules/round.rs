@@ -27,9 +27,7 @@ impl Rules {
             RoundPhase::Waiting if !enough => return,
             RoundPhase::Waiting => self.restart(next, table),
             _ if players == 0 => return self.restart(next, table),
-            RoundPhase::Over if self.round.ticks > spec.pause || self.all_go_on(table.roster) => {
-                self.restart(next, table)
-            }
+            RoundPhase::Over if self.round.ticks > spec.pause => self.restart(next, table),
             _ => {}
         }
         if self.round.phase == RoundPhase::Countdown && self.round.ticks > spec.countdown {
@@ -38,18 +36,22 @@ impl Rules {
         }
     }
 
-    /// Returns whether all players hold the key for the next round, once the result stood for a moment. Those
-    /// who are away are not waited for.
-    fn all_go_on(&self, roster: &Roster) -> bool {
-        let mut present = roster.players.iter().filter(|player| !player.is_away).peekable();
-        self.round.ticks > RESULT_TICKS
-            && present.peek().is_some()
-            && present.all(|player| player.holds(Buttons::AGAIN))
+    /// What players ask of the round in this tick: another team, or the next round.
+    pub fn take_wishes(&mut self, table: &mut Table) {
+        self.change_teams(table);
+        let Some(spec) = &table.scene.rules.round else { return };
+        if self.round.phase == RoundPhase::Over
+            && self.round.ticks >= RESULT_TICKS
+            && all_go_on(table.roster)
+        {
+            // The next tick begins the next round.
+            self.round.ticks = self.round.ticks.max(spec.pause);
+        }
     }
 
     /// Players who press the key for it change over to another team, while a round is on to one that is in it.
     /// Their heroes come back there.
-    pub fn change_teams(&self, table: &mut Table) {
+    fn change_teams(&self, table: &mut Table) {
         let Table { scene, world, roster, .. } = table;
         if scene.rules.teams.len() < 2 {
             return;
@@ -123,4 +125,10 @@ impl Rules {
         let teams = self.teams.iter().enumerate().filter(|(_, team)| team.is_in());
         self.levels.teams = teams.fold(0, |all, (index, _)| all | 1 << index);
     }
+}
+
+/// Returns whether all players hold the key for the next round. Those who are away are not waited for.
+fn all_go_on(roster: &Roster) -> bool {
+    let mut present = roster.players.iter().filter(|player| !player.is_away).peekable();
+    present.peek().is_some() && present.all(|player| player.holds(Buttons::AGAIN))
 }

@@ -160,9 +160,18 @@ fn the_next_round_begins_when_all_who_are_there_go_on() {
     }
     let players = game.round().expect("a round").players;
     assert_eq!([players[0].goes_on, players[1].goes_on], [true, false]);
-    all_hold(&mut game, 2, Buttons::AGAIN);
-    all_hold(&mut game, 2, Buttons::AGAIN);
-    assert_eq!(phase(&game), RoundPhase::Countdown);
+    let restored = Game::restore(Arc::clone(game.scene()), &game.save()).expect("what it saved");
+    let mut games = [game, restored];
+    for game in &mut games {
+        all_hold(game, 2, Buttons::AGAIN);
+        all_hold(game, 2, Buttons::AGAIN);
+        assert_eq!(phase(game), RoundPhase::Countdown);
+    }
+    assert_eq!(
+        games[0].first_difference(&games[1]),
+        None,
+        "nobody waits for the third there either"
+    );
 }
 
 #[test]
