@@ -165,6 +165,9 @@ pub const REPLAY_LOOK_EVERY: Duration = Duration::from_secs(60);
 pub const REPLAY_NAMESAKES_MAX: u32 = 1000;
 /// Replays that are listed; older ones are still there by name.
 pub const REPLAYS_LISTED_MAX: usize = 100;
+/// Bytes after the start of a replay that are looked at for its players when the server finds it: minutes of
+/// play, and a thousand files are 64 MiB.
+pub const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
 /// Replays that are being downloaded at a time.
 pub const REPLAY_READERS_MAX: usize = 64;
 

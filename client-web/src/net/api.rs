@@ -91,6 +91,9 @@ pub struct ReplayCard {
     /// Length of the game by now, seconds; unknown if its end is missing.
     #[serde(default)]
     pub seconds: Option<u32>,
+    /// Most players at a time; 0 if unknown.
+    #[serde(default)]
+    pub players: u32,
     /// Whether it still grows.
     pub recording: bool,
 }

@@ -1,6 +1,7 @@
 //! The reader of replays: it checks every record once, and keeps those before the first damaged one.
 
 use super::block::{Block, keeps_full_hash};
+use super::players::PlayerCount;
 use super::record::{FORMAT, FRAME_BYTES, Keyframe, MAGIC, Record, Start, checksum};
 use crate::error::DecodeError;
 use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX, SCENE_BYTES_MAX};
@@ -339,6 +340,19 @@ impl Start {
             (Record::Start(start), _) => Ok(start),
             _ => Err(wrong(HEADER_BYTES, "a replay must begin with its start record")),
         }
+    }
+}
+
+impl PlayerCount {
+    /// Counts the players in the whole records of the beginning of a file.
+    pub fn of_beginning(bytes: &[u8]) -> PlayerCount {
+        let mut count = PlayerCount::default();
+        let mut at = HEADER_BYTES;
+        while let Ok((record, end)) = next(bytes, at) {
+            count.note(&record);
+            at = end;
+        }
+        count
     }
 }
 

@@ -52,6 +52,8 @@ pub struct Entry {
     pub bytes: u64,
     /// Length of the game so far, seconds; `None` if its end is missing.
     pub seconds: Option<u32>,
+    /// Most players at a time, bots included; 0 if unknown.
+    pub players: u32,
     /// Whether it is still being recorded.
     pub recording: bool,
 }

@@ -5,7 +5,7 @@ use super::index::{Entry, IndexedFile, ReplayIndex, Stamp};
 use super::name::{ENDING, is_name, name, numbered};
 use super::settings::{Counters, Settings};
 use crate::limits;
-use jostle_protocol::replay::{END_BYTES_MAX, Record, START_BYTES_MAX, Start};
+use jostle_protocol::replay::{END_BYTES_MAX, PlayerCount, Record, START_BYTES_MAX, Start};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -104,11 +104,13 @@ impl ReplayStore {
         Err(io::Error::other(format!("all names from {plain}{ENDING} on are taken")))
     }
 
-    /// Adds bytes that were written to a file, with the last tick that is in them, if any.
-    pub(super) fn grow(&self, name: &str, bytes: u64, last_tick: Option<u32>) {
+    /// Adds bytes that were written to a file, with the last tick that is in them, if any, and the most players
+    /// so far.
+    pub(super) fn grow(&self, name: &str, bytes: u64, last_tick: Option<u32>, players: u32) {
         let modified = (self.settings.wall)();
         self.lock().update(name, |file| {
             file.entry.bytes += bytes;
+            file.entry.players = players;
             file.modified = modified;
             last_tick.into_iter().for_each(|tick| file.set_last_tick(tick));
         });
@@ -163,10 +165,11 @@ impl ReplayStore {
         self.delete_while("too many files", |index, _| index.len() > limits::REPLAY_FILES_MAX);
         // Only now, so that files which go at once are not read.
         for name in new.iter().filter(|name| self.knows(name)) {
-            if let Some(start) = self.start_of(name) {
+            if let Some((start, players)) = self.start_of(name) {
                 let last_tick = self.last_tick_of(name);
                 self.lock().update(name, |file| {
                     file.set_start(&start);
+                    file.entry.players = players.most;
                     last_tick.into_iter().for_each(|tick| file.set_last_tick(tick));
                 });
             }
@@ -256,11 +259,13 @@ impl ReplayStore {
         Ok(found)
     }
 
-    fn start_of(&self, name: &str) -> Option<Start> {
+    /// The start of a file, and the players in its beginning: whoever comes later is not counted.
+    fn start_of(&self, name: &str) -> Option<(Start, PlayerCount)> {
         let mut bytes = Vec::new();
         let file = File::open(self.path(name)).ok()?;
-        file.take(START_BYTES_MAX as u64).read_to_end(&mut bytes).ok()?;
-        Start::find(&bytes).ok()
+        let looked_at = (START_BYTES_MAX + limits::REPLAY_BEGINNING_BYTES) as u64;
+        file.take(looked_at).read_to_end(&mut bytes).ok()?;
+        Some((Start::find(&bytes).ok()?, PlayerCount::of_beginning(&bytes)))
     }
 
     fn last_tick_of(&self, name: &str) -> Option<u32> {

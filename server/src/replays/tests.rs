@@ -182,15 +182,18 @@ fn an_empty_room_is_not_recorded() {
     // Tick 401 ends the first file, and the second begins after the first tick with a player.
     assert_eq!(spans, [(0, 401), (7601, 7720)]);
     assert!(replays.iter().all(|replay| replay.ending() == Ending::Whole));
-    let mut seconds: Vec<_> = recording.store().list().iter().map(|entry| entry.seconds).collect();
-    seconds.sort();
-    assert_eq!(seconds, [Some(2), Some(7)]);
+    let facts = |recording: &Recording| {
+        let list = recording.store().list();
+        let mut facts: Vec<_> = list.iter().map(|entry| (entry.seconds, entry.players)).collect();
+        facts.sort();
+        facts
+    };
+    let listed = facts(&recording);
+    assert_eq!(listed, [(Some(2), 1), (Some(7), 1)]);
     // A server that starts over these files finds the same.
     let later = Recording::start(dir.settings()).expect("a thread");
     later.close();
-    let mut found: Vec<_> = later.store().list().iter().map(|entry| entry.seconds).collect();
-    found.sort();
-    assert_eq!(found, seconds);
+    assert_eq!(facts(&later), listed);
 }
 
 #[test]

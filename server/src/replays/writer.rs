@@ -4,7 +4,7 @@
 use super::queue::{Batch, Job, RecordingFile};
 use super::store::ReplayStore;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
-use jostle_protocol::replay::{Record, Start, header};
+use jostle_protocol::replay::{PlayerCount, Record, Start, header};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,6 +53,7 @@ struct Open {
     file: Box<dyn Write + Send>,
     /// Whether a player sent an input; a file without any is of no use.
     has_inputs: bool,
+    players: PlayerCount,
 }
 
 impl Writer {
@@ -132,7 +133,8 @@ impl Writer {
             Record::Ticks(block) => Some(block.first + block.ticks.len() as u32 - 1),
             _ => None,
         };
-        self.store.grow(&open.name, count, last_tick);
+        open.players.note(record);
+        self.store.grow(&open.name, count, last_tick, open.players.most);
         self.store.counters().bytes.fetch_add(count, Ordering::Relaxed);
         if let Record::Ticks(block) = record {
             open.has_inputs |= block.ticks.iter().any(|tick| !tick.inputs.is_empty());
@@ -149,6 +151,7 @@ impl Writer {
             name,
             file,
             has_inputs: false,
+            players: PlayerCount::default(),
         });
         Ok(())
     }

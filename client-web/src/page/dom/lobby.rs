@@ -138,6 +138,11 @@ fn replay_entry(lobby: &Lobby, replay: &ReplayCard) -> Item {
         Some(seconds) => strings::clock(f64::from(seconds) * f64::from(TICKS_PER_SECOND), false),
         None => strings::size(replay.bytes),
     };
+    let length = match replay.players {
+        0 => length,
+        1 => format!("1 player, {length}"),
+        many => format!("{many} players, {length}"),
+    };
     let when = if replay.unix_s == 0 { &replay.name } else { &ago };
     link(Item::new("replay-item", &replay.name), &format!("replay/{}", replay.name), scene)
         .text("strong", title)
