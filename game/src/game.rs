@@ -266,7 +266,20 @@ impl Game {
 
     /// What players see of the rules; `None` in a scene without any.
     pub fn round(&self) -> Option<RoundInfo> {
-        self.rules.as_ref().map(|rules| rules.info(&self.scene, &self.roster, self.ticks))
+        let mut round = None;
+        self.capture_round(&mut round);
+        round
+    }
+
+    /// [`Game::round`], in the memory of an earlier one.
+    pub fn capture_round(&self, round: &mut Option<RoundInfo>) {
+        match &self.rules {
+            Some(rules) => {
+                let info = round.get_or_insert_default();
+                rules.capture(&self.scene, &self.roster, self.ticks, info);
+            }
+            None => *round = None,
+        }
     }
 
     /// Hits with packs, in a playground; in a game the points of the player's side, as far as they are not below 0.

@@ -82,7 +82,7 @@ impl Snapshot {
     /// Captures the bodies of a game in the memory of an older snapshot, whose players are up to date.
     pub fn recapture(&mut self, game: &Game) {
         self.tick = game.tick_count();
-        self.round = game.round();
+        game.capture_round(&mut self.round);
         self.bodies.clear();
         self.bodies.extend(game.bodies().map(visible));
         assert!(

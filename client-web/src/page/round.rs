@@ -226,6 +226,9 @@ impl Looked<'_> {
         let is_time = spec.at_time == AtTime::Lose;
         match (&winners[..], sides.len()) {
             ([], 1) if sides[0].lives == Some(0) => "Out of lives".to_owned(),
+            ([], 1) if self.round.sling.is_some_and(|sling| sling.shots == 0) => {
+                "Out of shots".to_owned()
+            }
             ([], 1) if is_time => "Time is up".to_owned(),
             ([], 1) => "Lost".to_owned(),
             ([], _) => "Nobody won".to_owned(),

@@ -46,6 +46,7 @@ pub(super) struct Scratch {
     pub completed: Vec<Completed>,
     pub claims: Claims,
     pub broken: Vec<Broken>,
+    pub standings: Vec<(Side, Standing)>,
 }
 
 /// What rules act on.

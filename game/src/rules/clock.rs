@@ -1,10 +1,11 @@
 //! The clock of a round.
 
 /// What a round is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RoundPhase {
     /// Players are missing; nothing counts.
+    #[default]
     Waiting,
     /// Everything is in place, and heroes stand.
     Countdown,

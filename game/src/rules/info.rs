@@ -2,14 +2,15 @@
 
 use super::book::Rules;
 use super::clock::RoundPhase;
-use super::memory::{OrderState, SignalState};
+use super::memory::{OrderState, SignalState, Sling};
 use crate::input::{Buttons, Seat};
+use crate::player::Player;
 use crate::roster::Roster;
-use crate::scene::Scene;
+use crate::scene::{Scene, ZoneSpec};
 use crate::side::{Side, Standing};
 
 /// What players see of the rules.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RoundInfo {
     /// What the round is at.
     pub phase: RoundPhase,
@@ -105,8 +106,8 @@ impl Rules {
         })
     }
 
-    fn orders(&self) -> Vec<OrderProgress> {
-        let mut orders = Vec::new();
+    fn list_orders(&self, orders: &mut Vec<OrderProgress>) {
+        orders.clear();
         for (signal, state) in (0..).zip(&self.signals) {
             if let SignalState::Order(OrderState { done }) = state {
                 orders.extend(done.iter().map(|&(walker, steps)| OrderProgress {
@@ -116,43 +117,45 @@ impl Rules {
                 }));
             }
         }
-        orders
     }
 
-    /// What players see of the rules after this many ticks of the game.
-    pub(crate) fn info(&self, scene: &Scene, roster: &Roster, ticks: u32) -> RoundInfo {
+    /// Fills in what players see of the rules after this many ticks of the game, in the memory of an earlier one.
+    pub(crate) fn capture(&self, scene: &Scene, roster: &Roster, ticks: u32, info: &mut RoundInfo) {
+        let zones = (0..64u64).zip(&scene.rules.zones);
+        let drawn = zones.filter(|(_, zone)| zone.is_drawn());
+        let mask = |all: u64, (index, _): (u64, &ZoneSpec)| all | 1 << index;
+        let resting = drawn.clone().filter(|(_, zone)| !zone.condition.all(self.levels));
+        info.phase = self.round.phase;
+        info.since = ticks - self.round.ticks.min(ticks);
+        info.zones = self.levels.zones & drawn.fold(0, mask);
+        info.resting = resting.fold(0, mask);
+        refill(&mut info.teams, self.teams.iter().map(SideInfo::of));
+        refill(&mut info.players, roster.players.iter().map(|player| self.player_info(player)));
+        refill(&mut info.winners, self.winners.iter().copied());
+        refill(&mut info.holders, self.holders());
+        refill(&mut info.takings, self.takings(ticks));
+        self.list_orders(&mut info.orders);
+        let sling = |sling: Sling| SlingInfo { shots: sling.shots, is_flying: sling.flight > 0 };
+        info.sling = self.sling.map(sling);
         let is_cracked = |id| self.notes.get(id).is_some_and(|note| note.is_cracked);
         let cracked = roster.actors().filter(|actor| self.has_breakables && is_cracked(actor.id));
-        let zones = scene.rules.zones.iter().enumerate();
-        let drawn = zones.filter(|(_, zone)| zone.is_drawn());
-        let drawn = drawn.fold(0, |all, (index, _)| all | 1 << index);
-        let zones = (0..64u64).zip(&scene.rules.zones);
-        let resting = zones.filter(|(_, zone)| !zone.condition.all(self.levels));
-        let resting = resting.fold(0, |all, (index, _)| all | 1 << index);
-        let players = roster.players.iter().map(|player| RoundPlayer {
+        refill(&mut info.cracked, cracked.map(|actor| actor.id.index));
+    }
+
+    fn player_info(&self, player: &Player) -> RoundPlayer {
+        RoundPlayer {
             seat: player.seat,
             team: player.team,
             side: SideInfo::of(&player.standing),
             is_stunned: player.stun > 0,
             goes_on: self.round.phase == RoundPhase::Over && player.holds(Buttons::AGAIN),
-        });
-        RoundInfo {
-            phase: self.round.phase,
-            since: ticks - self.round.ticks.min(ticks),
-            teams: self.teams.iter().map(SideInfo::of).collect(),
-            players: players.collect(),
-            winners: self.winners.clone(),
-            holders: self.holders().collect(),
-            zones: self.levels.zones & drawn,
-            resting: resting & drawn,
-            takings: self.takings(ticks).collect(),
-            orders: self.orders(),
-            sling: self
-                .sling
-                .map(|sling| SlingInfo { shots: sling.shots, is_flying: sling.flight > 0 }),
-            cracked: cracked.map(|actor| actor.id.index).collect(),
         }
     }
+}
+
+fn refill<T>(list: &mut Vec<T>, with: impl Iterator<Item = T>) {
+    list.clear();
+    list.extend(with);
 }
 
 impl RoundInfo {

@@ -11,12 +11,15 @@ impl Rules {
     /// sides matters: who decides it in the same tick shares it.
     pub(super) fn judge(&mut self, table: &mut Table) {
         let Some(spec) = &table.scene.rules.round else { return };
-        let standings = self.standings(table.roster);
+        let mut standings = std::mem::take(&mut self.scratch.standings);
+        standings.clear();
+        standings.extend(self.standings(table.roster));
         let winners = self
             .by_claims(&standings)
             .or_else(|| by_goal(spec, &standings))
             .or_else(|| self.by_lives(spec, &standings))
             .or_else(|| self.by_time(spec, &standings));
+        self.scratch.standings = standings;
         self.take_out(spec, table);
         if let Some(winners) = winners {
             self.reward_spare_shots(&winners, table);
@@ -38,15 +41,15 @@ impl Rules {
 
     /// Sides that take part, in order.
     pub(super) fn sides(&self, roster: &Roster) -> Vec<Side> {
-        self.standings(roster).into_iter().map(|(side, _)| side).collect()
+        self.standings(roster).map(|(side, _)| side).collect()
     }
 
     /// Sides that take part and how they stand, in order.
-    pub(super) fn standings(&self, roster: &Roster) -> Vec<(Side, Standing)> {
+    pub(super) fn standings(&self, roster: &Roster) -> impl Iterator<Item = (Side, Standing)> {
         let teams = (0..).zip(&self.teams).map(|(index, team)| (Side::Team(index), *team));
         let players = roster.players.iter().filter(|player| player.team.is_none());
         let players = players.map(|player| (Side::Player(player.seat), player.standing));
-        teams.chain(players).filter(|(_, standing)| standing.plays).collect()
+        teams.chain(players).filter(|(_, standing)| standing.plays)
     }
 
     /// A win beats a loss; where somebody lost, the others won.

@@ -501,7 +501,7 @@ fn fields_out_of_range_are_named() {
     delta(32, &[0], "events");
     delta(32, &[1, 0, 4, 1], "event tick");
     delta(32, &[1, 2, 4, 1], "event tick");
-    delta(32, &[1, 1, 8, 1], "event kind");
+    delta(32, &[1, 1, 9, 1], "event kind");
     let kind = Err(DecodeError::OutOfRange { field: "sections" });
     assert_eq!(decode(&[4, 45], Some(&base)), kind);
     let trailing = decode(&[0x80, 45, 0], Some(&base));

@@ -219,7 +219,10 @@ impl CameraArea {
         seen.bodies.clear();
         seen.bodies.extend(newest.bodies.iter().filter(is_seen));
         seen.players.clone_from(&newest.players);
-        seen.round.clone_from(&newest.round);
+        // It seldom changes, and a copy takes memory.
+        if seen.round != newest.round {
+            seen.round.clone_from(&newest.round);
+        }
     }
 
     fn touches(&self, body: &SnapshotBody, margin: i32) -> bool {

@@ -143,7 +143,12 @@ fn the_result_ranks_and_gives_stars_to_one_side() {
     let result = view(&scene(""), &over, 0, 160.0).result.expect("a result");
     assert_eq!((result.title.as_str(), result.stars), ("Done!", Some(2)));
     over.winners.clear();
-    assert_eq!(view(&scene(""), &over, 0, 160.0).result.expect("a result").title, "Lost");
+    let title = |over: &RoundInfo| view(&scene(""), over, 0, 160.0).result.expect("a result").title;
+    assert_eq!(title(&over), "Lost");
+    over.sling = Some(jostle_game::SlingInfo { shots: 0, is_flying: false });
+    assert_eq!(title(&over), "Out of shots");
+    over.players[0].side.lives = 0;
+    assert_eq!(title(&over), "Out of lives");
 }
 
 #[test]

@@ -356,8 +356,10 @@ impl Replica {
         self.news.push_back(news);
     }
 
+    /// Name of a player who is here or was, in the colour of the team.
     fn name(&self, seat: Seat) -> Option<Appearance> {
-        self.names.get(usize::from(seat.0)).cloned().flatten()
+        let name = self.names.get(usize::from(seat.0)).cloned().flatten()?;
+        Some(Appearance { color: self.team_color(seat).unwrap_or(name.color), ..name })
     }
 
     /// The sample of a body at the last sampled moment.
@@ -417,9 +419,12 @@ impl Replica {
 
     /// The colour of a player: the team's, in a game of teams.
     pub fn color_of(&self, player: &PlayerState) -> u8 {
-        let team = self.round().and_then(|round| round.player(player.seat)?.team);
-        let team = team.and_then(|team| self.scene.rules.teams.get(usize::from(team)));
-        team.map_or(player.appearance.color, |team| team.color)
+        self.team_color(player.seat).unwrap_or(player.appearance.color)
+    }
+
+    fn team_color(&self, seat: Seat) -> Option<u8> {
+        let team = self.round().and_then(|round| round.player(seat)?.team)?;
+        Some(self.scene.rules.teams.get(usize::from(team))?.color)
     }
 
     /// The own player, once it is in a displayed snapshot.
