@@ -92,7 +92,7 @@ impl Bots {
         Some(self.bots.remove(largest).seat)
     }
 
-    /// Takes this one away for good: from now on bots fill one seat less than now, beside so many people.
+    /// Removes this bot for good: from now on bots fill one seat less.
     pub fn dismiss(&mut self, seat: Seat, people: usize) -> bool {
         let Ok(index) = self.bots.binary_search_by_key(&seat, |bot| bot.seat) else { return false };
         self.bots.remove(index);

@@ -6,7 +6,7 @@ use jostle_protocol::replay::{Block, Change};
 /// Marks kept of what happens in a game, and as many of everything else; what comes later has none.
 const CHAPTERS_MAX: usize = 4096;
 
-/// Points that follow each other within so many ticks have one mark: those of whoever holds a hill, say.
+/// Points that follow each other within this many ticks share a mark, such as those for holding a hill.
 const GOALS_APART_TICKS: u32 = 90;
 
 /// Something that happens at a tick.

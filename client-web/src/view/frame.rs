@@ -54,7 +54,7 @@ pub struct FrameZone {
     pub taken: Option<(u8, f32)>,
 }
 
-/// What is written on a zone.
+/// The label of a zone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZoneLabel {
     /// The text.

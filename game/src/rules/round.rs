@@ -36,7 +36,7 @@ impl Rules {
         }
     }
 
-    /// What players ask of the round in this tick: another team, or the next round.
+    /// Carries out the requests of players in this tick: for another team, or for the next round.
     pub fn take_wishes(&mut self, table: &mut Table) {
         self.change_teams(table);
         let Some(spec) = &table.scene.rules.round else { return };

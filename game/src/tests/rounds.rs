@@ -1,4 +1,4 @@
-//! What players do about a round: they change teams, go on to the next one, and read what rules say.
+//! Players in a round: they change teams, go on to the next one, and read the lines of rules.
 
 use super::*;
 use crate::player::Player;
@@ -55,7 +55,7 @@ fn team_of(game: &Game, seat: u16) -> Option<u8> {
     game.round().expect("a round").player(Seat(seat)).expect("a player").team
 }
 
-/// A tick in which every player of a game of so many holds these buttons.
+/// Plays a tick in which the first `players` players hold these buttons.
 fn all_hold(game: &mut Game, players: u16, buttons: Buttons) {
     let inputs = (0..players).map(|seat| (Seat(seat), Input { buttons, pointer: None }));
     game.tick(&inputs.collect::<Vec<_>>());
@@ -186,7 +186,7 @@ fn a_result_that_nobody_reads_stands_for_its_pause() {
     assert_eq!(phase(&game), RoundPhase::Countdown);
 }
 
-/// What rules said in the last tick.
+/// The lines of rules in the last tick.
 fn said(game: &Game) -> Vec<(u8, Option<Seat>, Option<Seat>)> {
     let said = |event: &Event| match *event {
         Event::Said { rule, it, by } => Some((rule, it, by)),

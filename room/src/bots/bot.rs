@@ -56,7 +56,7 @@ impl Bot {
         }
         let Some(own) = self.own(game, round.as_ref()).filter(|_| plays) else {
             self.wait = 0;
-            // Nobody has to wait for a bot.
+            // A bot never keeps people from the next round.
             let is_over = round.is_some_and(|round| round.phase == RoundPhase::Over);
             let buttons = if is_over { Buttons::AGAIN } else { Buttons::default() };
             return Input { buttons, pointer: None };

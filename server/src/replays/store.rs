@@ -259,7 +259,7 @@ impl ReplayStore {
         Ok(found)
     }
 
-    /// The start of a file, and the players in its beginning: whoever comes later is not counted.
+    /// The start of a file, and the players in its beginning; players who join later are not counted.
     fn start_of(&self, name: &str) -> Option<(Start, PlayerCount)> {
         let mut bytes = Vec::new();
         let file = File::open(self.path(name)).ok()?;

@@ -1,4 +1,4 @@
-//! What tests look at and change inside of a world.
+//! Access for tests to the inside of a world.
 
 use super::{World, awake};
 use crate::bodies::Bodies;

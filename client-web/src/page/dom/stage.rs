@@ -44,8 +44,8 @@ impl Stage {
         self.quality = Quality::default();
     }
 
-    /// The canvas of the next frame, of which the hud covers so many CSS pixels at the top and at the bottom;
-    /// `None` while nothing can be drawn.
+    /// The canvas of the next frame; `None` while nothing can be drawn. `covered_css` are the CSS pixels that the
+    /// hud covers at the top and at the bottom.
     pub fn canvas(&mut self, app: &App, covered_css: [f32; 2]) -> Option<Canvas> {
         if app.game().is_none() && app.replay().is_none() {
             return None;

@@ -1,4 +1,4 @@
-//! What is written on zones.
+//! Labels of zones, over the canvas.
 
 use crate::page::dom;
 use crate::page::dom::players::color_var;

@@ -46,7 +46,7 @@ impl Replica {
         Some(FrameZone { index: index as u8, shape, center: center + offset, color, on, taken })
     }
 
-    /// What is written on the zones of the displayed moment: a label, and how many of how many are in, where a
+    /// The labels of the zones of the displayed moment: their text, and how many of how many are in, where a
     /// zone needs several.
     pub fn zone_labels(&self) -> impl Iterator<Item = ZoneLabel> {
         self.zones.iter().filter_map(|zone| {
