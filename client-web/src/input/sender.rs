@@ -49,19 +49,14 @@ impl Default for InputSender {
 }
 
 impl InputSender {
-    /// Notes the intent of this moment. A change of buttons is kept, so that a tap shorter than a
-    /// tick still counts; a mere move gives way to whatever comes after it.
+    /// Notes the intent of this moment. A change of buttons is kept with its pointer, so that a tap
+    /// shorter than a tick still counts and a press acts where it was made; a mere move gives way to
+    /// whatever comes after it.
     pub fn note(&mut self, input: Input) {
         if self.ends_in_a_move() {
             self.waiting.pop_back();
         }
-        if let Some(newest) = self.waiting.back_mut()
-            && newest.buttons == input.buttons
-        {
-            *newest = input;
-            return;
-        }
-        if self.waiting.is_empty() && self.last == Some(input) {
+        if self.waiting.back().copied().or(self.last) == Some(input) {
             return;
         }
         if self.waiting.len() == WAITING_MAX {

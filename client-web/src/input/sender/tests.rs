@@ -30,6 +30,25 @@ fn a_tap_within_a_tick_is_not_lost() {
 }
 
 #[test]
+fn a_press_that_waits_keeps_its_place_when_the_pointer_moves_on() {
+    let mut sender = InputSender::default();
+    let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+    for buttons in [Buttons::PICK_HERO, Buttons::default(), Buttons::PICK_HERO] {
+        sender.note(moved(0.0, buttons));
+    }
+    assert_eq!(sent(&mut sender, 1000.0).len(), BURST as usize, "no more may leave at once");
+    let press = moved(1.0, Buttons::FIRE);
+    sender.note(press);
+    let moves = [moved(50.0, Buttons::FIRE), moved(80.0, Buttons::FIRE)];
+    for later in moves {
+        sender.note(later);
+        assert!(sent(&mut sender, 1000.0).is_empty());
+    }
+    assert_eq!(sent(&mut sender, 1020.0), [(4, press)]);
+    assert_eq!(sent(&mut sender, 1060.0), [(5, moves[1])], "only moves are merged");
+}
+
+#[test]
 fn moves_are_merged_and_the_rate_is_bounded() {
     let mut sender = InputSender::default();
     let mut count = 0;
