@@ -226,6 +226,12 @@ impl Tab {
         .await
     }
 
+    /// Whether a press on a world point meets the world, and not a part of the page above it.
+    pub async fn is_open(&self, point: [f32; 2]) -> Result<bool> {
+        let [x, y] = self.to_page(point).await?;
+        self.eval(&format!("document.elementFromPoint({x}, {y})?.id === 'stage'")).await
+    }
+
     /// Presses a key and keeps it down: a letter, or a name such as `Escape`, `F3`.
     pub async fn key_down(&self, key: &str) -> Result<()> {
         self.key(key, "rawKeyDown").await

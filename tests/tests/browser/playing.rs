@@ -239,14 +239,18 @@ pub async fn bounds_selection(stage: Arc<Stage>) -> Result<()> {
         let later = tab.ticks(10).await?;
         assert!(there(&later), "it stays when the button is up; before {after:?}, now {later:?}");
     }
-    // A press on any body selects that one.
+    // A press on any body selects that one. Places are random: some are under the page's buttons.
     let state = tab.state().await?;
     let chosen = state.own_player().and_then(|player| player.selected);
-    let other = |body: &&Body| {
+    let mut other = None;
+    for body in state.bodies.iter().filter(|body| Some(body.id) != chosen) {
         let apart = state.bodies.iter().filter(|near| distance(near, body.pos) < 25.0).count();
-        apart == 1 && Some(body.id) != chosen
-    };
-    let other = state.bodies.iter().find(other).context("a body by itself")?.clone();
+        if apart == 1 && tab.is_open(body.pos).await? {
+            other = Some(body.clone());
+            break;
+        }
+    }
+    let other = other.context("a body by itself")?;
     let start = tab.aim(other.pos).await?;
     tab.mouse_down(start).await?;
     let is_selected = |s: &State| s.own_player().is_some_and(|p| p.selected == Some(other.id));
