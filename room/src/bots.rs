@@ -50,6 +50,16 @@ impl Bots {
         Some(Bots { fill, aims, terrain, bots: Vec::new(), rng })
     }
 
+    /// Seats that bots take until people come.
+    pub fn fill(&self) -> usize {
+        self.fill
+    }
+
+    /// Has bots take so many seats, at most as many as the scene says.
+    pub fn set_fill(&mut self, fill: usize) {
+        self.fill = self.fill.min(fill);
+    }
+
     /// How many there are.
     pub fn count(&self) -> usize {
         self.bots.len()

@@ -17,4 +17,4 @@ pub use input_queue::{
 pub use playback::{Playback, PlaybackError, Played};
 pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
 pub use replication::{BufferPool, InterestArea, Rate, Subscriber, view_of};
-pub use room::{Claim, Room, SEAT_HELD_TICKS, VIEW_EVERY_TICKS, Welcome};
+pub use room::{Claim, Room, SEAT_HELD_TICKS, SavedMembers, SavedSeat, VIEW_EVERY_TICKS, Welcome};

@@ -147,6 +147,11 @@ impl Playback {
         &self.moment
     }
 
+    /// Ends the playback, and returns the game and its members in their present state.
+    pub fn into_moment(self) -> Moment {
+        self.moment
+    }
+
     /// Number of the last tick played.
     pub fn tick(&self) -> u32 {
         self.moment.game.tick_count()

@@ -5,8 +5,10 @@ use jostle_game::{Game, Input, Seat};
 use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Block, Change, Keyframe, Record, Start, Tick, keeps_full_hash};
 
-/// Ticks in a record: the most that a crash can lose.
+/// Ticks in a record of a replay: the most that a crash can lose.
 pub const BLOCK_TICKS: usize = 300;
+/// Ticks in a record of a recording from which a room is restored: half a second.
+const RESTORE_BLOCK_TICKS: usize = 30;
 /// Least ticks between keyframes.
 pub const KEYFRAME_TICKS_MIN: u32 = 30 * 60;
 /// Budget of keyframe bytes per tick, before packing: large keyframes are rarer. Packed, an hour of them is
@@ -20,6 +22,8 @@ pub struct Recorder {
     ticks: Vec<Tick>,
     /// The last tick in the block.
     newest: u32,
+    /// Ticks in a full block.
+    block_ticks: usize,
     next_keyframe: u32,
     records: Vec<Record>,
 }
@@ -30,30 +34,39 @@ impl Recorder {
         let first_tick = game.tick_count();
         let records = vec![Record::Start(Start { first_tick, ..start })];
         let next_keyframe = first_tick + KEYFRAME_TICKS_MIN;
+        let (ticks, block_ticks) = (Vec::new(), BLOCK_TICKS);
         let mut recorder =
-            Recorder { ticks: Vec::new(), newest: first_tick, next_keyframe, records };
+            Recorder { ticks, newest: first_tick, block_ticks, next_keyframe, records };
         if first_tick > 0 {
             recorder.keyframe(game, members);
         }
         recorder
     }
 
+    /// Starts a recording from which the room is to be restored after its process ends: blocks are short, so
+    /// that little is lost, and there is no keyframe but the first.
+    pub fn for_restoring(start: Start, game: &Game, members: Vec<(Seat, Appearance)>) -> Recorder {
+        let recorder = Recorder::new(start, game, members);
+        Recorder { block_ticks: RESTORE_BLOCK_TICKS, next_keyframe: u32::MAX, ..recorder }
+    }
+
     /// Records the tick that the game has just played, with its inputs and the changes applied before it.
-    /// `members` is called only for a keyframe.
+    /// `hash` is the game's, and `members` is called only for a keyframe.
     pub fn tick(
         &mut self,
         changes: Vec<Change>,
         inputs: &[(Seat, Input)],
         game: &Game,
+        hash: u64,
         members: impl FnOnce() -> Vec<(Seat, Appearance)>,
     ) {
-        let (number, hash) = (game.tick_count(), game.hash());
+        let number = game.tick_count();
         let hash = if keeps_full_hash(number) { hash } else { hash & 0xffff };
         let inputs = inputs.iter().map(|&(seat, input)| (seat, input.rounded())).collect();
         self.ticks.push(Tick { changes, inputs, hash });
         self.newest = number;
         let is_keyframe = number >= self.next_keyframe;
-        if self.ticks.len() == BLOCK_TICKS || is_keyframe {
+        if self.ticks.len() == self.block_ticks || is_keyframe {
             self.close_block(number);
         }
         if is_keyframe {
@@ -75,6 +88,11 @@ impl Recorder {
         let ticks = (state.len() / KEYFRAME_BYTES_PER_TICK) as u32;
         self.next_keyframe = tick + ticks.max(KEYFRAME_TICKS_MIN);
         self.records.push(Record::Keyframe(Keyframe { tick, hash, members, state }));
+    }
+
+    /// Closes the block that is being filled, so that [`Recorder::take`] returns all that was recorded.
+    pub fn flush(&mut self) {
+        self.close_block(self.newest);
     }
 
     /// Returns the last ticks of a game that cannot go on, without an end record.

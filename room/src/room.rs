@@ -1,5 +1,9 @@
 //! One game and its members: joins and leaves, inputs, one `tick`, and the snapshots that it sends.
 
+mod restore;
+
+pub use restore::{SavedMembers, SavedSeat};
+
 use crate::bots::Bots;
 use crate::members::{Member, Members};
 use crate::recorder::Recorder;
@@ -36,6 +40,10 @@ pub struct Room {
     spare: Arc<Snapshot>,
     replication: Replication,
     recorder: Option<Recorder>,
+    /// The recording from which the room can be restored.
+    restorable: Option<Recorder>,
+    /// Grows with every change of what [`Room::saved_members`] returns.
+    members_revision: u64,
 }
 
 /// A join, a leave or a new look that waits for the next tick.
@@ -70,8 +78,12 @@ impl Room {
     /// `ROOM_CODE_BYTES_MAX`.
     pub fn new(code: &str, scene: Arc<Scene>, seed: u64) -> Room {
         assert!(code.len() <= ROOM_CODE_BYTES_MAX, "room code {code:?} is too long");
-        let members = Members::new(scene.players_max);
-        let game = Game::new(scene, seed);
+        Room::of(code, Game::new(scene, seed), seed)
+    }
+
+    /// A room without members around a game.
+    fn of(code: &str, game: Game, seed: u64) -> Room {
+        let members = Members::new(game.scene().players_max);
         let bots = Bots::of(&game, seed);
         let newest = Arc::new(Snapshot::capture(&game, Vec::new()));
         Room {
@@ -87,6 +99,8 @@ impl Room {
             newest,
             replication: Replication::default(),
             recorder: None,
+            restorable: None,
+            members_revision: 0,
         }
     }
 
@@ -109,6 +123,7 @@ impl Room {
         };
         let appearance = self.members.distinct(&appearance, Some(seat), |seat| self.is_bot(seat));
         self.recolor_bot(appearance.color);
+        self.members_revision += 1;
         self.serial += 1;
         match (claim, self.members.seats.get_mut(&seat)) {
             (Some(claim), Some(member)) => {
@@ -176,6 +191,7 @@ impl Room {
         if !member.played {
             return self.leave(seat);
         }
+        self.members_revision += 1;
         member.lost_tick.get_or_insert(self.game.tick_count());
         member.inputs.rest();
         self.replication.areas.remove(&seat);
@@ -203,6 +219,7 @@ impl Room {
         if self.members.seats.remove(&seat).is_none() {
             return;
         }
+        self.members_revision += 1;
         self.replication.areas.remove(&seat);
         self.changes.retain(|&change| change != Change::Look(seat));
         // A player who leaves before the tick of joining was never in the game.
@@ -217,6 +234,9 @@ impl Room {
     pub fn input(&mut self, seat: Seat, seq: u32, input: Input) -> bool {
         let member = self.members.seats.get_mut(&seat).filter(|member| member.lost_tick.is_none());
         member.is_some_and(|member| {
+            if member.serial_before.is_some() || !member.played {
+                self.members_revision += 1;
+            }
             member.serial_before = None;
             member.played = true;
             member.inputs.push(seq, input)
@@ -269,6 +289,7 @@ impl Room {
         {
             let appearance = self.members.distinct(&bots.look(), None, |_| false);
             bots.add(seat);
+            self.members_revision += 1;
             self.serial += 1;
             self.members.seats.insert(seat, Member::new(appearance, self.serial));
             self.changes.push(Change::Join(seat));
@@ -312,8 +333,16 @@ impl Room {
     }
 
     fn record_tick(&mut self, changes: Vec<replay::Change>) {
-        if let Some(recorder) = &mut self.recorder {
-            recorder.tick(changes, &self.inputs, &self.game, || self.members.appearances());
+        let Room { game, inputs, members, recorder, restorable, .. } = self;
+        if recorder.is_none() && restorable.is_none() {
+            return;
+        }
+        let hash = game.hash();
+        if let Some(restorable) = restorable {
+            restorable.tick(changes.clone(), inputs, game, hash, || members.appearances());
+        }
+        if let Some(recorder) = recorder {
+            recorder.tick(changes, inputs, game, hash, || members.appearances());
         }
     }
 
@@ -348,6 +377,16 @@ impl Room {
 
     /// Starts recording. `program` is the version that plays, `unix_s` the time, 0 if unknown.
     pub fn record(&mut self, program: &str, unix_s: u64) {
+        let (start, members) = self.recording_start(program, unix_s);
+        self.recorder = Some(Recorder::new(start, &self.game, members));
+    }
+
+    /// The start of a recording, and the players who are in the game.
+    fn recording_start(
+        &self,
+        program: &str,
+        unix_s: u64,
+    ) -> (replay::Start, Vec<(Seat, Appearance)>) {
         let scene = self.game.scene();
         let start = replay::Start {
             program: program.to_owned(),
@@ -362,7 +401,7 @@ impl Room {
         let joins = |seat| self.changes.contains(&Change::Join(seat));
         let mut members = self.members.appearances();
         members.retain(|&(seat, _)| !joins(seat));
-        self.recorder = Some(Recorder::new(start, &self.game, members));
+        (start, members)
     }
 
     /// Takes the records that are ready, in order; none without a recording.

@@ -51,7 +51,7 @@ impl ReplayFile {
             let seats = game.players().map(|player| player.seat);
             seats.map(|seat| (seat, appearance(seat))).collect()
         };
-        self.recorder.tick(changes, inputs, game, members);
+        self.recorder.tick(changes, inputs, game, game.hash(), members);
         let records = self.recorder.take();
         self.append(&records)
     }

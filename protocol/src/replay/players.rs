@@ -26,7 +26,7 @@ impl PlayerCount {
                     self.most = self.most.max(self.now);
                 }
             }
-            Record::Start(_) | Record::End { .. } => {}
+            Record::Start(_) | Record::End { .. } | Record::Host(_) => {}
         }
         self.most = self.most.max(self.now);
     }

@@ -92,6 +92,8 @@ pub struct Replay {
     blocks: Vec<Payload>,
     /// Payloads of the keyframes, by tick.
     keyframes: Vec<Payload>,
+    /// Payload of the host's last record, with the tick before it.
+    host: Option<Payload>,
     last_tick: u32,
     end_hash: Option<u64>,
     ending: Ending,
@@ -112,7 +114,7 @@ pub struct Sizes {
     pub inputs: usize,
     /// Keyframes.
     pub keyframes: usize,
-    /// The end record.
+    /// The end record, and notes of the host.
     pub end: usize,
     /// Bytes after the last whole record.
     pub lost: usize,
@@ -146,6 +148,7 @@ impl Replay {
             start,
             blocks,
             keyframes,
+            host: None,
             last_tick,
             end_hash: None,
             ending,
@@ -225,6 +228,7 @@ impl Replay {
                 return Err(wrong(at, "an end at another tick"));
             }
             Record::End { hash, .. } => self.end_hash = Some(hash),
+            Record::Host(_) => self.host = Some(payload(self.last_tick)),
         }
         Ok(end)
     }
@@ -324,6 +328,12 @@ impl Replay {
             Record::Keyframe(keyframe) => Some(keyframe),
             _ => None,
         }
+    }
+
+    /// The last notes of the host, with the tick after which it made them.
+    pub fn host(&self) -> Option<(u32, &[u8])> {
+        let Payload { tick, at, bytes } = self.host?;
+        Some((tick, self.bytes.get(at..at + bytes)?))
     }
 
     /// Decodes a record again that was found whole before.

@@ -17,6 +17,8 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 pub const MAGIC: [u8; 8] = *b"jostle\x1a\n";
 /// Version of the format.
 pub const FORMAT: u16 = 1;
+/// Kind of a host's record.
+const HOST: u8 = 5;
 /// Bytes of a record's kind, length and checksum.
 pub(super) const FRAME_BYTES: usize = 9;
 /// Most bytes of a sealed end record, the last of a file: frame, tick and hash.
@@ -72,6 +74,9 @@ pub enum Record {
         /// All bits of the state hash after them.
         hash: u64,
     },
+    /// What a host notes about a room beside its game, in a form of its own; players of replays pass
+    /// over it.
+    Host(Vec<u8>),
 }
 
 /// The beginning of a file: magic and format version.
@@ -86,6 +91,7 @@ impl Record {
             Record::Ticks(_) => 2,
             Record::Keyframe(_) => 3,
             Record::End { .. } => 4,
+            Record::Host(_) => HOST,
         }
     }
 
@@ -101,6 +107,7 @@ impl Record {
                 writer.leb32(*tick);
                 writer.fixed64(*hash);
             }
+            Record::Host(notes) => return frame(HOST, notes),
         }
         frame(self.kind(), &writer.finish())
     }
@@ -120,6 +127,9 @@ impl Record {
 
     /// Decodes the payload of a sealed record, whose checksum was compared before.
     pub(super) fn read(kind: u8, payload: &[u8]) -> Result<Record, DecodeError> {
+        if kind == HOST {
+            return Ok(Record::Host(payload.to_vec()));
+        }
         let mut reader = Reader::new(payload);
         let record = match kind {
             1 => Record::Start(Start::read(&mut reader)?),

@@ -95,6 +95,25 @@ fn replays_round_trip() {
 }
 
 #[test]
+fn the_last_notes_of_the_host_are_found_and_change_nothing_else() {
+    let mut records = records();
+    records.insert(1, Record::Host(b"early".to_vec()));
+    let at = records.iter().position(|record| matches!(record, Record::Keyframe(_)));
+    records.insert(at.unwrap(), Record::Host(b"late".to_vec()));
+    let noted = Replay::read(file(&records)).unwrap();
+    let Record::Keyframe(keyframe) = &records[at.unwrap() + 1] else { panic!("a keyframe") };
+    assert_eq!(noted.host(), Some((keyframe.tick, &b"late"[..])));
+    assert_eq!(noted.ending(), Ending::Whole);
+    records.retain(|record| !matches!(record, Record::Host(_)));
+    let plain = Replay::read(file(&records)).unwrap();
+    assert_eq!(plain.host(), None);
+    assert_eq!(plain.last_tick(), noted.last_tick());
+    for tick in 1..=plain.last_tick() {
+        assert_eq!(plain.block_with(tick), noted.block_with(tick), "{tick}");
+    }
+}
+
+#[test]
 fn the_start_is_read_alone_and_the_sizes_add_up() {
     let records = records();
     let whole = file(&records);

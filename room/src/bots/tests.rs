@@ -221,7 +221,7 @@ fn play_match(name: &str, players: u16, seed: u64) -> Match {
     loop {
         let inputs: Vec<(Seat, Input)> = bots.play(&game).collect();
         game.tick(&inputs);
-        recorder.tick(std::mem::take(&mut changes), &inputs, &game, Vec::new);
+        recorder.tick(std::mem::take(&mut changes), &inputs, &game, game.hash(), Vec::new);
         let round = game.round().expect("a round");
         if round.phase == RoundPhase::Over {
             let mut bytes = header();

@@ -33,7 +33,7 @@ fn recorded_with(replay: &Arc<Replay>, at: u32, nudge: Nudge, records: &[Record]
                 keyframe.state = moment.game.save();
             }
             Record::End { hash, .. } => *hash = moment.game.hash(),
-            Record::Start(_) => {}
+            Record::Start(_) | Record::Host(_) => {}
         }
     }
     Arc::new(Replay::read(file(&records)).unwrap())

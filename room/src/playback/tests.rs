@@ -144,6 +144,7 @@ fn records_are_ready_while_the_game_runs() {
             Record::Ticks(block) => format!("{}..={}", block.first, block.last()),
             Record::Keyframe(keyframe) => format!("keyframe {}", keyframe.tick),
             Record::End { tick, .. } => format!("end {tick}"),
+            Record::Host(_) => "host".to_owned(),
         })
         .collect();
     assert_eq!(kinds, ["start", "1..=300", "301..=600", "601..=900", "901..=910", "end 910"]);

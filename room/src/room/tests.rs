@@ -3,6 +3,7 @@
 
 mod clients;
 mod extremes;
+mod restore;
 
 use super::*;
 use crate::{SEQ_AHEAD_MAX, SILENCE_TICKS};

@@ -39,5 +39,6 @@ pub fn memory_bytes(record: &Record) -> usize {
             block.ticks.iter().map(|tick| size_of_val(tick) + size_of_val(&tick.inputs[..])).sum()
         }
         Record::End { .. } => 0,
+        Record::Host(notes) => notes.len(),
     }
 }
