@@ -3,6 +3,7 @@
 use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
 use jostle_game::Scene;
+use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::net::tls::Tls;
 use jostle_server::replays::{Settings, days};
 use jostle_server::{Config, limits, run_with_ops};
@@ -68,6 +69,21 @@ pub struct Serve {
     #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_DAYS, requires = "replays",
         value_parser = clap::value_parser!(u32).range(1..=36_500))]
     replays_days: u32,
+    /// Keep the open rooms in this directory, which is made if it is missing: after a restart or a crash they go on
+    /// where they were, and players get their seats back. Each server needs its own
+    #[arg(long, value_name = "DIR")]
+    state: Option<PathBuf>,
+    /// When what is kept is synced with the disk: `second` loses a second of play at most when the power fails,
+    /// `system` leaves it to the system. If only the server dies, half a second is lost at most in both cases
+    #[arg(long, value_name = "WHEN", default_value = "second", requires = "state")]
+    state_sync: StateSync,
+}
+
+/// When the state directory is synced with the disk.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum StateSync {
+    Second,
+    System,
 }
 
 impl Serve {
@@ -92,6 +108,11 @@ impl Serve {
             age_max: days(self.replays_days),
             ..Settings::new(dir)
         });
+        let sync = match self.state_sync {
+            StateSync::Second => Sync::Second,
+            StateSync::System => Sync::System,
+        };
+        config.state = self.state.map(|dir| StateSettings { dir, sync });
         let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
         let runtime = runtime.or_check("runtime")?;
         let served = runtime.block_on(serve(self.listen, self.ops, config));

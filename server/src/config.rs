@@ -1,5 +1,6 @@
 //! The configuration of a server.
 
+use crate::durable::StateSettings;
 use crate::limits;
 use crate::net::{assets, tls};
 use crate::replays;
@@ -30,10 +31,13 @@ pub struct Config {
     pub log_drops: Option<ErrorCounter>,
     /// Directory and limits of recordings; `None` records nothing.
     pub replays: Option<replays::Settings>,
+    /// Where rooms are kept, so that they outlive the process; `None` lets them end with it.
+    pub state: Option<StateSettings>,
 }
 
 impl Default for Config {
-    /// The embedded page, the built-in scenes, pages of this site only, no proxies, no TLS, nothing recorded.
+    /// The embedded page, the built-in scenes, pages of this site only, no proxies, no TLS, nothing recorded or
+    /// kept.
     fn default() -> Config {
         Config {
             files: assets::FILES,
@@ -46,6 +50,7 @@ impl Default for Config {
             tls: None,
             log_drops: None,
             replays: None,
+            state: None,
         }
     }
 }

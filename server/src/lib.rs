@@ -5,10 +5,12 @@
 //! configured, [`net::http`] answers or upgrades it, [`net::session`] runs the game session. A session meets
 //! its room at two bounded queues: the inbox that it fills and the [`host::outbox`] that it empties.
 //! [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the rooms.
-//! [`replays`] records games on a thread of its own. [`limits`] bounds what an address, a network and a socket
+//! [`replays`] records games on a thread of its own, and [`durable`] keeps rooms on another, so that they outlive
+//! the process. [`limits`] bounds what an address, a network and a socket
 //! may do. [`ops`] counts events, shows them to operators on a port of their own and logs refusals.
 
 pub mod config;
+pub mod durable;
 pub mod host;
 pub mod limits;
 pub mod net;
@@ -20,6 +22,7 @@ pub use config::Config;
 pub use host::phase::Phase;
 pub use state::ServerState;
 
+use durable::StateWriter;
 use net::listen::accept;
 use replays::Recording;
 use std::convert::Infallible;
@@ -52,7 +55,11 @@ pub async fn run_with_ops(
     let limits::Waits { drain_notice, drain, .. } = config.waits;
     let (phase, followed) = watch::channel(Phase::Running);
     let recording = config.replays.clone().map(Recording::start).transpose()?;
-    let state = Arc::new(ServerState::new(config, followed, recording.clone()));
+    let state_writer = config.state.as_ref().map(StateWriter::start).transpose()?;
+    let saved = state_writer.as_ref().map(|writer| writer.saved_rooms()).transpose()?;
+    let state =
+        Arc::new(ServerState::new(config, followed, recording.clone(), state_writer.clone()));
+    state.rooms.restore(saved.unwrap_or_default());
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
@@ -79,6 +86,11 @@ pub async fn run_with_ops(
         && timeout(drain, spawn_blocking(move || recording.close())).await.is_err()
     {
         warn!("some replays were not written to their end in time");
+    }
+    if let Some(writer) = state_writer
+        && timeout(drain, spawn_blocking(move || writer.close())).await.is_err()
+    {
+        warn!("some rooms were not kept to their end in time");
     }
     ops.inspect(JoinHandle::abort);
     info!("closed");

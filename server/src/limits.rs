@@ -171,6 +171,19 @@ pub const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
 /// Replays that are being downloaded at a time.
 pub const REPLAY_READERS_MAX: usize = 64;
 
+// The state directory.
+
+/// Ticks after which a room's file gives way to a new one: as many as a restart has to play again, a third of a
+/// second of a busy room.
+pub const STATE_FILE_TICKS: u32 = 20 * TICKS_PER_SECOND;
+/// Time between two syncs of the files with the disk.
+pub const STATE_SYNC_EVERY: Duration = Duration::from_millis(400);
+/// Jobs that wait for the writer of the files. Each room has some two a second, so that [`ROOMS_MAX`] of them can
+/// wait out a disk that stands still for eight seconds.
+pub const STATE_QUEUE_MAX: usize = 1024;
+/// Time after which a room whose file was given up begins a new one.
+pub const STATE_RETRY: Duration = Duration::from_secs(5);
+
 /// The times after which a peer, a room or the server itself is given up; tests shorten and lengthen them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waits {

@@ -1,6 +1,7 @@
 //! The state that all connections of a server share.
 
 use crate::config::Config;
+use crate::durable::StateWriter;
 use crate::host::phase::Phase;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
@@ -35,20 +36,27 @@ pub struct ServerState {
 
 impl ServerState {
     /// The state of a server with this configuration and no open rooms. Games are recorded if `recording`
-    /// is given.
+    /// is given, and rooms outlive the process if `state_writer` is.
     pub fn new(
         config: Config,
         phase: watch::Receiver<Phase>,
         recording: Option<Arc<Recording>>,
+        state_writer: Option<Arc<StateWriter>>,
     ) -> ServerState {
         let address_max = config.address_sessions_max;
         let connections_max = limits::ADDRESS_CONNECTIONS_SPARE + address_max;
+        // With the key of the process before, its tokens go on giving seats back.
+        let signer = match &state_writer {
+            Some(writer) => TokenSigner::new(writer.dir().key()),
+            None => TokenSigner::with_random_key(),
+        };
         let host = Arc::new(Host {
             waits: config.waits,
             phase,
             recording,
+            state_writer,
             metrics: Arc::new(Metrics::default()),
-            signer: TokenSigner::with_random_key(),
+            signer,
             open: Mutex::default(),
         });
         ServerState {

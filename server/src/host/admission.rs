@@ -4,36 +4,40 @@ use crate::limits::connection_limits::network;
 use crate::limits::{HELD_SHARE, KICKED_MAX, KICKED_TICKS};
 use jostle_game::Seat;
 use jostle_room::Room;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
-use std::sync::Arc;
 
 /// The addresses of the seats, and those that get no seat for a while.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Admission {
     /// By seat, the network of its last player, and the name that this player asked for.
-    seated: Vec<Option<(IpAddr, Arc<str>)>>,
+    seated: Vec<Option<(IpAddr, String)>>,
     /// The oldest first.
     kicked: VecDeque<Kicked>,
+    /// Grows with every change.
+    #[serde(skip)]
+    revision: u64,
 }
 
 /// A player who gets no seat for a while.
-#[derive(Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Kicked {
     network: IpAddr,
     /// Nobody else of the network is meant: others of it play, and were not kicked.
-    name: Option<Arc<str>>,
+    name: Option<String>,
     tick: u32,
 }
 
 impl Admission {
     /// Notes that a player of this address, who asked for this name, took a seat.
-    pub fn seated(&mut self, seat: Seat, address: IpAddr, name: &Arc<str>) {
+    pub fn seated(&mut self, seat: Seat, address: IpAddr, name: &str) {
+        self.revision += 1;
         let index = usize::from(seat.0);
         if self.seated.len() <= index {
             self.seated.resize(index + 1, None);
         }
-        self.seated[index] = Some((network(address), Arc::clone(name)));
+        self.seated[index] = Some((network(address), name.to_owned()));
     }
 
     /// Shuts out the player of a seat for a while: the whole network, unless it is shared with one of
@@ -45,11 +49,17 @@ impl Admission {
             self.kicked.iter().any(|kicked| kicked.network == network && kicked.holds(tick));
         let mut others = others.filter(|&other| other != seat);
         let is_shared = !again && others.any(|other| self.address(other) == Some(network));
+        self.revision += 1;
         self.kicked.retain(|kicked| kicked.network != network);
         if self.kicked.len() == KICKED_MAX {
             self.kicked.pop_front();
         }
         self.kicked.push_back(Kicked { network, name: is_shared.then_some(name), tick });
+    }
+
+    /// Grows with every change.
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// Returns whether a player of this address and name was kicked a short while ago.
@@ -73,12 +83,12 @@ impl Admission {
         Held { seats, count_by_address, share }
     }
 
-    fn of(&self, seat: Seat) -> Option<&(IpAddr, Arc<str>)> {
+    fn of(&self, seat: Seat) -> Option<&(IpAddr, String)> {
         self.seated.get(usize::from(seat.0))?.as_ref()
     }
 
     fn address(&self, seat: Seat) -> Option<IpAddr> {
-        self.of(seat).map(|&(address, _)| address)
+        self.of(seat).map(|(address, _)| *address)
     }
 }
 
@@ -117,6 +127,7 @@ mod tests {
     use super::*;
     use jostle_game::{Input, Scene};
     use jostle_protocol::Appearance;
+    use std::sync::Arc;
 
     fn address(last: u8) -> IpAddr {
         IpAddr::from([10, 0, 0, last])
@@ -130,7 +141,7 @@ mod tests {
         while let Ok(welcome) = room.join(Appearance { name: "Ann".into(), color: 0 }, None) {
             let seat = welcome.claim.seat;
             let of = lost.get(usize::from(seat.0)).copied().unwrap_or(200);
-            admission.seated(seat, address(of), &"Ann".into());
+            admission.seated(seat, address(of), "Ann");
             room.input(seat, 1, Input::default());
         }
         for seat in 0..lost.len() {
@@ -166,7 +177,7 @@ mod tests {
 
     /// Everybody is called Ann.
     fn kick(admission: &mut Admission, of: u8, others: &[u16], tick: u32) {
-        admission.seated(Seat(3), address(of), &"Ann".into());
+        admission.seated(Seat(3), address(of), "Ann");
         admission.kicked(Seat(3), others.iter().map(|&seat| Seat(seat)), tick);
     }
 
@@ -189,12 +200,12 @@ mod tests {
     #[test]
     fn a_kick_does_not_hit_others_behind_the_same_router() {
         let mut admission = Admission::default();
-        admission.seated(Seat(0), address(1), &"Host".into());
+        admission.seated(Seat(0), address(1), "Host");
         kick(&mut admission, 1, &[0, 3], 100);
         assert!(admission.is_shut(address(1), "Ann", 101), "who was kicked");
         assert!(!admission.is_shut(address(1), "Eve", 101), "who was not");
         // Back under another name, and kicked again.
-        admission.seated(Seat(3), address(1), &"Anna".into());
+        admission.seated(Seat(3), address(1), "Anna");
         admission.kicked(Seat(3), [Seat(0)].into_iter(), 200);
         for name in ["Ann", "Anna", "Eve"] {
             assert!(admission.is_shut(address(1), name, 201), "{name}");

@@ -1,5 +1,6 @@
 //! The handle of a room: everything that is known of it and sent to it from outside its thread.
 
+use crate::durable::StateWriter;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
@@ -25,6 +26,8 @@ pub struct RoomInfo {
     pub number: u64,
     /// Whether it is reached by its link only: it is in no list, and is not recorded.
     pub private: bool,
+    /// Network of the creator; `None` for a standing room.
+    pub creator: Option<IpAddr>,
     /// Its scene.
     pub scene: Arc<Scene>,
     /// Newest tick.
@@ -35,6 +38,29 @@ pub struct RoomInfo {
     pub connected: AtomicUsize,
     /// Bodies in its world.
     pub bodies: AtomicUsize,
+}
+
+impl RoomInfo {
+    /// The info of a room that has not played yet.
+    pub fn new(
+        code: &str,
+        number: u64,
+        private: bool,
+        creator: Option<IpAddr>,
+        scene: &Arc<Scene>,
+    ) -> RoomInfo {
+        RoomInfo {
+            code: code.to_owned(),
+            number,
+            private,
+            creator,
+            scene: Arc::clone(scene),
+            tick: AtomicU32::new(0),
+            players: AtomicUsize::new(0),
+            connected: AtomicUsize::new(0),
+            bodies: AtomicUsize::new(0),
+        }
+    }
 }
 
 /// A session that asks for a seat. The answer comes through its outbox: a welcome or the end.
@@ -100,8 +126,6 @@ pub struct RoomHandle {
     pub joins: SyncSender<Join>,
     /// Commands of operators.
     pub commands: SyncSender<AdminCommand>,
-    /// Network of the creator; `None` for a standing room.
-    pub creator: Option<IpAddr>,
     /// The room's thread.
     pub thread: JoinHandle<()>,
 }
@@ -114,6 +138,8 @@ pub struct Host {
     pub phase: watch::Receiver<Phase>,
     /// The writer of replays, if rooms are recorded.
     pub recording: Option<Arc<Recording>>,
+    /// The writer of the rooms' state, if rooms outlive the process.
+    pub state_writer: Option<Arc<StateWriter>>,
     /// The server's metrics.
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.

@@ -1,10 +1,11 @@
 //! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
+use crate::durable::{Notes, SavedRoom};
 use crate::host::clock::SystemClock;
 use crate::host::phase::Phase;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
-use crate::host::ticker::Ticker;
+use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
 use crate::limits::connection_limits::network;
 use jostle_game::Scene;
@@ -12,7 +13,6 @@ use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Refusal, Token};
 use std::net::IpAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, AtomicUsize};
 use std::sync::mpsc::{TrySendError, sync_channel};
 use tracing::error;
 
@@ -85,7 +85,7 @@ impl Rooms {
         };
         let creator = network(creator);
         let mut rooms = self.host.lock();
-        let created = rooms.values().filter_map(|room| room.creator);
+        let created = rooms.values().filter_map(|room| room.info.creator);
         if created.clone().filter(|address| *address == creator).count()
             >= limits::ADDRESS_ROOMS_MAX
         {
@@ -152,25 +152,39 @@ impl Rooms {
         if *self.host.phase.borrow() != Phase::Running {
             return None;
         }
-        let info = Arc::new(RoomInfo {
-            code: code.to_owned(),
-            number: random(),
-            private,
-            scene: Arc::clone(scene),
-            tick: AtomicU32::new(0),
-            players: AtomicUsize::new(0),
-            connected: AtomicUsize::new(0),
-            bodies: AtomicUsize::new(0),
-        });
+        let info = RoomInfo::new(code, random(), private, creator, scene);
+        self.start(info, |room| Ticker::new(room, random()))
+    }
+
+    /// Opens the rooms of the process before; they play up to where they were on threads of their own.
+    pub fn restore(&self, saved: Vec<SavedRoom>) {
+        let mut rooms = self.host.lock();
+        for saved in saved {
+            let Notes { number, private, creator, .. } = saved.notes;
+            let info = RoomInfo::new(&saved.code, number, private, creator, &saved.scene);
+            let code = saved.code.clone();
+            if let Some(room) = self.start(info, |room| Ticker::restored(room, saved)) {
+                rooms.insert(code, room);
+            }
+        }
+    }
+
+    /// Starts the thread of a room; `None` if that is not possible.
+    fn start(&self, info: RoomInfo, ticker: impl FnOnce(Ends) -> Ticker) -> Option<RoomHandle> {
+        let info = Arc::new(info);
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
         let (commands, commanded) = sync_channel(limits::COMMANDS_WAITING_MAX);
-        let ticker =
-            Ticker::new(Arc::clone(&self.host), Arc::clone(&info), receiver, commanded, random());
+        let ticker = ticker(Ends {
+            host: Arc::clone(&self.host),
+            info: Arc::clone(&info),
+            joins: receiver,
+            commands: commanded,
+        });
         let spawned = std::thread::Builder::new()
-            .name(format!("room {code}"))
+            .name(format!("room {}", info.code))
             .spawn(move || ticker.run(&mut SystemClock::of_this_thread()))
-            .inspect_err(|error| error!(room = %code, %error, "no thread for a room"));
-        Some(RoomHandle { info, joins: sender, commands, creator, thread: spawned.ok()? })
+            .inspect_err(|error| error!(room = %info.code, %error, "no thread for a room"));
+        Some(RoomHandle { info, joins: sender, commands, thread: spawned.ok()? })
     }
 }
 

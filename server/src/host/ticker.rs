@@ -1,11 +1,13 @@
 //! The thread of one room: it owns the [`Room`], plays its ticks on schedule and hands snapshots to
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
+use crate::durable::{RoomState, SavedRoom};
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
 use crate::host::member::Member;
 use crate::host::phase::Phase;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
+use crate::host::rooms::random;
 use crate::host::schedule::Schedule;
 use crate::host::token_signer::SeatClaim;
 use crate::limits;
@@ -23,6 +25,18 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 use tracing::{error, info, warn};
 
+/// What a room's thread has of the world outside.
+pub struct Ends {
+    /// Shared by all rooms.
+    pub host: Arc<Host>,
+    /// The room's public state.
+    pub info: Arc<RoomInfo>,
+    /// Sessions that ask for a seat.
+    pub joins: Receiver<Join>,
+    /// Commands of operators.
+    pub commands: Receiver<AdminCommand>,
+}
+
 /// State of a room's thread.
 pub struct Ticker {
     host: Arc<Host>,
@@ -31,6 +45,8 @@ pub struct Ticker {
     commands: Receiver<AdminCommand>,
     /// Seed of the game.
     seed: u64,
+    /// The room of the process before, until it is restored.
+    saved: Option<SavedRoom>,
     /// Players with a socket.
     members: Vec<Member>,
     admission: Admission,
@@ -50,13 +66,8 @@ enum End {
 
 impl Ticker {
     /// A room without players, which has not played yet.
-    pub fn new(
-        host: Arc<Host>,
-        info: Arc<RoomInfo>,
-        joins: Receiver<Join>,
-        commands: Receiver<AdminCommand>,
-        seed: u64,
-    ) -> Ticker {
+    pub fn new(ends: Ends, seed: u64) -> Ticker {
+        let Ends { host, info, joins, commands } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
         Ticker {
             host,
@@ -64,6 +75,7 @@ impl Ticker {
             joins,
             commands,
             seed,
+            saved: None,
             members,
             admission,
             closed: false,
@@ -71,15 +83,19 @@ impl Ticker {
         }
     }
 
+    /// The room of the process before.
+    pub fn restored(ends: Ends, saved: SavedRoom) -> Ticker {
+        Ticker { saved: Some(saved), ..Ticker::new(ends, random()) }
+    }
+
     /// Plays until the room is empty or closed, or the server closes. A panic ends this room alone.
     pub fn run(mut self, clock: &mut impl Clock) {
         let code = self.info.code.clone();
-        info!(room = %code, scene = %self.info.scene.name, seed = self.seed, "room opened");
-        // Kept out here, they survive a panic, and the last ticks before it can still be recorded.
+        // Kept out here, it survives a panic, and the last ticks before it can still be recorded.
         let mut opened = None;
         let played = catch_unwind(AssertUnwindSafe(|| {
-            let (room, room_recording) = opened.insert(self.open(clock.now()));
-            self.play(room, room_recording.as_mut(), clock)
+            let opened = opened.insert(self.open(clock.now()));
+            self.play(opened, clock)
         }));
         let refusal = match &played {
             Ok(end) => {
@@ -93,30 +109,68 @@ impl Ticker {
             }
         };
         refusal.into_iter().for_each(|refusal| self.end_all_sessions(refusal));
-        if let Some((mut room, Some(room_recording))) = opened {
-            // A tick that failed halfway is left out.
-            let last = match played {
-                Ok(_) => room.stop_recording(),
-                Err(_) => room.break_off_recording(),
-            };
-            room_recording.end(&mut room, last, clock.now());
+        match (opened, &self.host.state_writer) {
+            (Some(opened), _) => self.end(opened, played.ok().as_ref(), clock.now()),
+            (None, Some(writer)) => writer.set_aside(&code, "the room failed as it was restored"),
+            (None, None) => {}
         }
     }
 
-    fn open(&self, now: Instant) -> (Room, Option<RoomRecording>) {
-        let mut room = Room::new(&self.info.code, Arc::clone(&self.info.scene), self.seed);
-        let recording = self.host.recording.clone().filter(|_| !self.info.private);
-        let room_recording =
-            recording.map(|recording| RoomRecording::start(recording, &mut room, now));
-        (room, room_recording)
+    /// Ends the files of a room, which failed if `end` is `None`.
+    fn end(&self, opened: Opened, end: Option<&End>, now: Instant) {
+        let Opened { mut room, recording, state } = opened;
+        if let Some(state) = state {
+            match end {
+                Some(End::Closing) => state.close(&mut room, &self.admission),
+                _ => state.remove(),
+            }
+        }
+        if let Some(recording) = recording {
+            // A tick that failed halfway is left out.
+            let last = match end {
+                Some(_) => room.stop_recording(),
+                None => room.break_off_recording(),
+            };
+            recording.end(&mut room, last, now);
+        }
     }
 
-    fn play(
-        &mut self,
-        room: &mut Room,
-        mut room_recording: Option<&mut RoomRecording>,
-        clock: &mut impl Clock,
-    ) -> End {
+    fn open(&mut self, now: Instant) -> Opened {
+        let mut room = self.restore().unwrap_or_else(|| self.new_room());
+        let recording = self.host.recording.clone().filter(|_| !self.info.private);
+        let recording = recording.map(|recording| RoomRecording::start(recording, &mut room, now));
+        let writer = self.host.state_writer.clone();
+        let state = writer.map(|writer| {
+            RoomState::begin(writer, Arc::clone(&self.info), &mut room, &self.admission, now)
+        });
+        Opened { room, recording, state }
+    }
+
+    fn new_room(&self) -> Room {
+        let (code, seed) = (&self.info.code, self.seed);
+        info!(room = %code, scene = %self.info.scene.name, seed, "room opened");
+        Room::new(code, Arc::clone(&self.info.scene), seed)
+    }
+
+    /// The room of the process before. One that cannot be restored begins anew, under the same link.
+    fn restore(&mut self) -> Option<Room> {
+        let saved = self.saved.take()?;
+        match saved.restore(random() as u32) {
+            Ok(room) => {
+                (self.seed, self.admission) = (saved.seed(), saved.notes.admission);
+                Some(room)
+            }
+            Err(reason) => {
+                if let Some(writer) = &self.host.state_writer {
+                    writer.set_aside(&self.info.code, &reason);
+                }
+                None
+            }
+        }
+    }
+
+    fn play(&mut self, opened: &mut Opened, clock: &mut impl Clock) -> End {
+        let Opened { room, recording, state } = opened;
         let mut empty_since = clock.now();
         let mut schedule = Schedule::new(empty_since);
         let mut missed = Missed::default();
@@ -151,11 +205,14 @@ impl Ticker {
                 empty_since = now;
             }
             let empty = now - empty_since;
-            if let Some(room_recording) = &mut room_recording {
+            if let Some(recording) = recording {
                 match empty < self.host.waits.record_empty {
-                    true => room_recording.after_ticks(room, now),
-                    false => room_recording.pause(room, now),
+                    true => recording.after_ticks(room, now),
+                    false => recording.pause(room, now),
                 }
+            }
+            if let Some(state) = state {
+                state.after_ticks(room, &self.admission, now);
             }
             if self.closed {
                 return End::Closed;
@@ -369,6 +426,13 @@ impl Ticker {
             join.outbox.end(refusal);
         }
     }
+}
+
+/// An open room and its files.
+struct Opened {
+    room: Room,
+    recording: Option<RoomRecording>,
+    state: Option<RoomState>,
 }
 
 /// Time by phase of a wakeup.

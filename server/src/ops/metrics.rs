@@ -95,6 +95,8 @@ pub struct Gauges {
     pub bodies: i64,
     /// Bytes of replays written so far, and files given up.
     pub replays: Option<[u64; 2]>,
+    /// Times that the file of a room in the state directory was given up.
+    pub state_errors: u64,
     /// Log lines dropped so far.
     pub log_drops: u64,
 }
@@ -221,6 +223,8 @@ fn counted_elsewhere(gauges: Gauges) -> Registry {
     let [bytes, errors] = gauges.replays.unwrap_or_default().map(ConstCounter::new);
     registry.register_with_unit("replay", "Replays written", Unit::Bytes, bytes);
     registry.register("replay_errors", "Replay files abandoned after an error", errors);
+    let about = "Times that the file of a room in the state directory was abandoned after an error";
+    registry.register("state_errors", about, ConstCounter::new(gauges.state_errors));
     let about = "Log lines dropped because the log was read too slowly";
     registry.register("log_dropped", about, ConstCounter::new(gauges.log_drops));
     registry
@@ -340,8 +344,14 @@ mod tests {
         let [raw, queued] = [380, 340].map(Duration::from_micros);
         metrics.ticks.woke(2, 1, Late { raw, queued: Some(queued) }, phases);
         metrics.ticks.woke(0, 0, Late { raw, queued: None }, phases);
-        let gauges =
-            Gauges { rooms: 1, players: 2, bodies: 30, replays: Some([4000, 1]), log_drops: 9 };
+        let gauges = Gauges {
+            rooms: 1,
+            players: 2,
+            bodies: 30,
+            replays: Some([4000, 1]),
+            state_errors: 3,
+            log_drops: 9,
+        };
         let text = metrics.text(gauges);
         for line in [
             "jostle_ticks_total 2",
@@ -362,6 +372,7 @@ mod tests {
             "jostle_client_lag_ticks_bucket{le=\"8.0\"} 1",
             "jostle_bodies 30",
             "jostle_replay_bytes_total 4000",
+            "jostle_state_errors_total 3",
             "jostle_log_dropped_total 9",
         ] {
             assert!(text.lines().any(|found| found == line), "{line} is missing in\n{text}");

@@ -90,6 +90,7 @@ fn gauges(state: &ServerState) -> Gauges {
         players: sum(|info| info.players.load(Ordering::Relaxed)),
         bodies: sum(|info| info.bodies.load(Ordering::Relaxed)),
         replays,
+        state_errors: state.host.state_writer.as_ref().map_or(0, |writer| writer.errors()),
         log_drops: state.config.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
     }
 }

@@ -153,7 +153,8 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
         }
     }
 
-    fn read(&mut self, bytes: &[u8]) -> ServerMessage {
+    /// Reads a message, and decodes it into `newest` if it is a snapshot.
+    pub fn read(&mut self, bytes: &[u8]) -> ServerMessage {
         self.bytes += bytes.len();
         let message = ServerMessage::decode(bytes).expect("a readable message");
         if let ServerMessage::Snapshot(coded) = &message {

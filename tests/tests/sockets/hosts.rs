@@ -9,7 +9,7 @@ use jostle_server::limits::PRIVATE_CODE_CHARS;
 use std::net::SocketAddr;
 
 /// Opens a room; returns its code and host key.
-async fn open(server: SocketAddr, body: &str) -> (String, Token) {
+pub async fn open(server: SocketAddr, body: &str) -> (String, Token) {
     let created = post(server, "/api/rooms", body).await;
     assert_eq!(created.status, 201);
     let created = created.json();

@@ -13,6 +13,7 @@ mod ops;
 mod play;
 mod process;
 mod replays;
+mod restarts;
 mod server;
 mod slow_reader;
 mod soak;

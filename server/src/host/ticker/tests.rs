@@ -10,7 +10,6 @@ use jostle_protocol::Appearance;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use std::net::IpAddr;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, AtomicUsize};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use tokio::sync::watch;
 
@@ -28,6 +27,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             waits: Waits { room_empty: empty_grace, ..Waits::default() },
             phase: followed.clone(),
             recording: None,
+            state_writer: None,
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
@@ -36,17 +36,9 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let rooms = Rooms::new(&Scene::built_in(), host());
     let (joins, receiver) = sync_channel(4);
     let (_commands, commands) = sync_channel(1);
-    let info = RoomInfo {
-        code: code.to_owned(),
-        number: 1,
-        private: false,
-        scene: Arc::new(Scene::built_in().swap_remove(0)),
-        tick: AtomicU32::new(0),
-        players: AtomicUsize::new(0),
-        connected: AtomicUsize::new(0),
-        bodies: AtomicUsize::new(0),
-    };
-    let ticker = Ticker::new(host(), Arc::new(info), receiver, commands, 1);
+    let info = RoomInfo::new(code, 1, false, None, &Arc::new(Scene::built_in().swap_remove(0)));
+    let ticker =
+        Ticker::new(Ends { host: host(), info: Arc::new(info), joins: receiver, commands }, 1);
     (ticker, Outside { rooms, phase, joins })
 }
 
@@ -105,9 +97,9 @@ impl Clock for TestClock {
 
 /// Plays a room to its end; returns the ticks played and the reason.
 fn play(ticker: &mut Ticker, clock: &mut TestClock) -> (u32, End) {
-    let (mut room, mut recording) = ticker.open(clock.now);
-    let end = ticker.play(&mut room, recording.as_mut(), clock);
-    (room.game().tick_count(), end)
+    let mut opened = ticker.open(clock.now);
+    let end = ticker.play(&mut opened, clock);
+    (opened.room.game().tick_count(), end)
 }
 
 #[test]
@@ -219,7 +211,7 @@ fn control_messages(outbox: &Outbox) -> Vec<ServerMessage> {
 #[test]
 fn a_host_kicks_players_but_no_host() {
     let (mut ticker, _outside) = room("hosts", Duration::MAX);
-    let (mut room, _) = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(Instant::now());
     let people = [Some(1), Some(1), None].map(|hosted| {
         let (join, inbox, outbox) = join();
         ticker.seat(&mut room, Join { hosted, ..join }, &mut None);
@@ -241,7 +233,7 @@ fn a_host_kicks_players_but_no_host() {
 #[test]
 fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
     let (mut ticker, _outside) = room("queue", Duration::MAX);
-    let (mut room, _) = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(Instant::now());
     let (joins, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
     ticker.joins = receiver;
     let waiting: Vec<_> = (0..limits::JOINS_PER_WAKEUP + 1)

@@ -14,7 +14,7 @@ const PIPE_BYTES: usize = 64;
 async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option<Upgrade>>) {
     let config = Config { files: &FILES, ..Config::default() };
     let (sender, phase) = watch::channel(Phase::Running);
-    let state = Arc::new(ServerState::new(config, phase, None));
+    let state = Arc::new(ServerState::new(config, phase, None, None));
     let (mut peer, server) = duplex(PIPE_BYTES);
     let request = b"GET /assets/big.bin HTTP/1.1\r\nHost: jostle\r\n\r\n";
     peer.write_all(request).await.expect("a pipe in memory");

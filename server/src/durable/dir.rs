@@ -1,0 +1,182 @@
+//! The directory of `--state`: the key that seals tokens, and a file for each open room. One server at a time
+//! uses it.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Bytes of the key.
+const KEY_BYTES: usize = 32;
+const KEY: &str = "key";
+const LOCK: &str = "lock";
+const ROOMS: &str = "rooms";
+/// Ending of the files of rooms.
+const ENDING: &str = ".jostle";
+/// Ending of a file that takes the place of a room's file when it is complete.
+const NEW_ENDING: &str = ".new";
+/// Ending of a file from which no room could be restored; it is kept for whom it may help.
+const DAMAGED_ENDING: &str = ".damaged";
+
+/// When files are synced with the disk.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sync {
+    /// Every half a second: a power cut loses a second of play at most.
+    #[default]
+    Second,
+    /// When the system sees fit: if the process is killed nothing more is lost than with [`Sync::Second`], but a
+    /// power cut may lose half a minute.
+    System,
+}
+
+/// Where and how the state of rooms is kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StateSettings {
+    /// The directory; it is made if it is missing, closed to other users.
+    pub dir: PathBuf,
+    /// When its files are synced with the disk.
+    pub sync: Sync,
+}
+
+/// An open state directory, locked against other servers until it is dropped.
+#[derive(Debug)]
+pub struct StateDir {
+    dir: PathBuf,
+    key: [u8; KEY_BYTES],
+    _lock: File,
+}
+
+impl StateDir {
+    /// Opens or makes the directory. Errors name the file: it is used by another server, cannot be read or
+    /// written, or holds something else.
+    pub fn open(dir: &Path) -> io::Result<StateDir> {
+        let rooms = dir.join(ROOMS);
+        make_closed_dir(&rooms).map_err(|error| about(&rooms, error))?;
+        let lock = dir.join(LOCK);
+        let lock = lock_file(&lock).map_err(|error| about(&lock, error))?;
+        let key = dir.join(KEY);
+        let key = read_or_make_key(&key).map_err(|error| about(&key, error))?;
+        Ok(StateDir { dir: dir.to_owned(), key, _lock: lock })
+    }
+
+    /// The key that seals tokens.
+    pub fn key(&self) -> &[u8; KEY_BYTES] {
+        &self.key
+    }
+
+    /// The files of rooms, in the order of the rooms' codes, with those codes. Files that were not complete when the
+    /// process ended are deleted.
+    pub fn rooms(&self) -> io::Result<Vec<(String, PathBuf)>> {
+        let mut rooms = Vec::new();
+        for entry in fs::read_dir(self.dir.join(ROOMS))? {
+            let path = entry?.path();
+            let Some(name) = path.file_name().and_then(|name| name.to_str()) else { continue };
+            if name.ends_with(NEW_ENDING) {
+                fs::remove_file(&path).map_err(|error| about(&path, error))?;
+            } else if let Some(code) = name.strip_suffix(ENDING) {
+                rooms.push((code.to_owned(), path));
+            }
+        }
+        rooms.sort();
+        Ok(rooms)
+    }
+
+    /// The file of a room.
+    pub fn room(&self, code: &str) -> PathBuf {
+        self.file(code, ENDING)
+    }
+
+    /// Creates the file that is to take the place of a room's file.
+    pub fn create(&self, code: &str) -> io::Result<File> {
+        closed_file().truncate(true).open(self.file(code, NEW_ENDING))
+    }
+
+    /// Puts that file in its place; with `sync` this outlives a power cut.
+    pub fn replace(&self, code: &str, sync: bool) -> io::Result<()> {
+        fs::rename(self.file(code, NEW_ENDING), self.room(code))?;
+        if sync { sync_dir(&self.dir.join(ROOMS)) } else { Ok(()) }
+    }
+
+    /// Removes the file of a room, if there is one.
+    pub fn remove(&self, code: &str) -> io::Result<()> {
+        match fs::remove_file(self.room(code)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// Puts the file of a room aside from which it cannot be restored, and returns its new name.
+    pub fn set_aside(&self, code: &str) -> io::Result<PathBuf> {
+        let aside = self.file(code, DAMAGED_ENDING);
+        fs::rename(self.room(code), &aside)?;
+        Ok(aside)
+    }
+
+    fn file(&self, code: &str, ending: &str) -> PathBuf {
+        self.dir.join(ROOMS).join(format!("{code}{ending}"))
+    }
+}
+
+/// Names the file in an error.
+fn about(path: &Path, error: io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
+
+fn lock_file(path: &Path) -> io::Result<File> {
+    let file = closed_file().open(path)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => {
+            let text = "another server uses this directory; each needs its own";
+            Err(io::Error::new(io::ErrorKind::ResourceBusy, text))
+        }
+        Err(TryLockError::Error(error)) => Err(error),
+    }
+}
+
+fn read_or_make_key(path: &Path) -> io::Result<[u8; KEY_BYTES]> {
+    let mut key = [0; KEY_BYTES];
+    match File::open(path) {
+        Ok(mut file) => {
+            let bytes = file.metadata()?.len();
+            if bytes != KEY_BYTES as u64 {
+                let text = format!("found {bytes} bytes; allowed: a key of {KEY_BYTES} bytes");
+                return Err(io::Error::new(io::ErrorKind::InvalidData, text));
+            }
+            file.read_exact(&mut key)?;
+        }
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            getrandom::fill(&mut key).map_err(io::Error::other)?;
+            // Under its name it is complete, whenever the power goes.
+            let new = path.with_extension("new");
+            let mut file = closed_file().truncate(true).open(&new)?;
+            file.write_all(&key)?;
+            file.sync_all()?;
+            fs::rename(new, path)?;
+            path.parent().map_or(Ok(()), sync_dir)?;
+        }
+        Err(error) => return Err(error),
+    }
+    Ok(key)
+}
+
+/// Opens for writing, and creates files that only their owner can read: they tell the addresses of players.
+fn closed_file() -> fs::OpenOptions {
+    let mut options = File::options();
+    options.write(true).create(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options
+}
+
+fn make_closed_dir(path: &Path) -> io::Result<()> {
+    let mut builder = fs::DirBuilder::new();
+    builder.recursive(true);
+    #[cfg(unix)]
+    std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+    builder.create(path)
+}
+
+/// Makes the names in a directory outlive a power cut.
+fn sync_dir(path: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::open(path)?.sync_all() } else { Ok(()) }
+}

@@ -1,0 +1,116 @@
+//! The queue from the rooms to the writer of their files.
+
+use super::dir::{StateDir, StateSettings};
+use super::restore::SavedRoom;
+use super::writer;
+use crate::limits;
+use jostle_protocol::replay::Record;
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+/// One room's file, shared by the room and the writer.
+#[derive(Debug)]
+pub struct RoomFile {
+    /// The room's code.
+    pub code: String,
+    /// Whether the writer gave it up.
+    pub failed: AtomicBool,
+}
+
+/// A job of the writer. Those of one room are done in order.
+pub enum Job {
+    /// Begins a new file with these records, and puts it in the place of the old one.
+    Begin(Arc<RoomFile>, Vec<Record>),
+    /// Appends records.
+    Append(Arc<RoomFile>, Vec<Record>),
+    /// Syncs the file with the disk and closes it: the server ends, and the room is to be restored.
+    Close(Arc<RoomFile>),
+    /// Removes the file: the room is over.
+    Remove(Arc<RoomFile>),
+    /// Ends the writer.
+    End,
+}
+
+/// The thread that writes the files of all rooms, as the rooms see it.
+pub struct StateWriter {
+    dir: Arc<StateDir>,
+    queue: SyncSender<Job>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    /// Files that were given up.
+    errors: Arc<AtomicU64>,
+}
+
+impl StateWriter {
+    /// Opens the directory and starts the writer. See [`StateDir::open`] for the errors.
+    pub fn start(settings: &StateSettings) -> io::Result<Arc<StateWriter>> {
+        let dir = Arc::new(StateDir::open(&settings.dir)?);
+        let (queue, jobs) = sync_channel(limits::STATE_QUEUE_MAX);
+        let errors = Arc::new(AtomicU64::new(0));
+        let writer = writer::Writer::new(Arc::clone(&dir), settings.sync, Arc::clone(&errors));
+        let thread = std::thread::Builder::new().name("state".to_owned());
+        let thread = Mutex::new(Some(thread.spawn(move || writer.run(&jobs))?));
+        Ok(Arc::new(StateWriter { dir, queue, thread, errors }))
+    }
+
+    /// The directory.
+    pub fn dir(&self) -> &StateDir {
+        &self.dir
+    }
+
+    /// Files that could not be written, so far.
+    pub fn errors(&self) -> u64 {
+        self.errors.load(Ordering::Relaxed)
+    }
+
+    /// The rooms that were open when the last process ended. Files that cannot be read are set aside, and logged.
+    pub fn saved_rooms(&self) -> io::Result<Vec<SavedRoom>> {
+        let files = self.dir.rooms()?;
+        Ok(files.into_iter().filter_map(|(code, path)| self.read(code, &path)).collect())
+    }
+
+    fn read(&self, code: String, path: &std::path::Path) -> Option<SavedRoom> {
+        match SavedRoom::read(code.clone(), path) {
+            Ok(saved) => Some(saved),
+            Err(error) => {
+                self.set_aside(&code, &error);
+                None
+            }
+        }
+    }
+
+    /// Puts the file of a room aside from which it cannot be restored, and logs the reason.
+    pub fn set_aside(&self, code: &str, reason: &str) {
+        let to = match self.dir.set_aside(code) {
+            Ok(path) => path.display().to_string(),
+            Err(error) => format!("nowhere ({error})"),
+        };
+        tracing::error!(room = %code, reason, file = %to, "a room cannot be restored; its file was set aside");
+    }
+
+    /// Queues a job without waiting; `false` if the writer is too far behind.
+    pub(super) fn try_send(&self, job: Job) -> bool {
+        match self.queue.try_send(job) {
+            Ok(()) => true,
+            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
+        }
+    }
+
+    /// Queues a job, and waits for a place in the queue.
+    pub(super) fn send(&self, job: Job) {
+        // A writer that is gone has logged why.
+        let _ = self.queue.send(job);
+    }
+
+    /// Waits until everything that was handed over is written and synced, and ends the writer.
+    pub fn close(&self) {
+        self.send(Job::End);
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(thread) = thread {
+            // One that panicked has logged it.
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Rooms of the process before, as their files say.
+
+use super::notes::Notes;
+use jostle_game::Scene;
+use jostle_protocol::replay::{Change, Replay};
+use jostle_room::{Playback, Room};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+use tracing::{info, warn};
+
+/// A room whose file was read, and whose game waits to be played up to its last tick.
+#[derive(Debug)]
+pub struct SavedRoom {
+    /// The code in its link.
+    pub code: String,
+    /// Its scene, as it was when the room opened.
+    pub scene: Arc<Scene>,
+    /// What the file says beside the game.
+    pub notes: Notes,
+    replay: Arc<Replay>,
+}
+
+impl SavedRoom {
+    /// Reads the file of a room. An error is a sentence that says why that is not possible.
+    pub fn read(code: String, path: &Path) -> Result<SavedRoom, String> {
+        let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+        let replay = Replay::read(bytes).map_err(|error| error.to_string())?;
+        let start = replay.start();
+        if start.room != code {
+            return Err(format!("it is the file of room {:?}", start.room));
+        }
+        let scene = Scene::parse(&format!("{}.toml", start.scene_name), &start.scene);
+        let scene = scene.map_err(|error| error.to_string())?;
+        let (noted_tick, json) = replay.host().ok_or("it does not say who has which seat")?;
+        let mut notes: Notes = serde_json::from_slice(json).map_err(|error| error.to_string())?;
+        forget_changed_seats(&mut notes, &replay, noted_tick);
+        Ok(SavedRoom { code, scene: Arc::new(scene), notes, replay: Arc::new(replay) })
+    }
+
+    /// Seed of the game.
+    pub fn seed(&self) -> u64 {
+        self.replay.start().seed
+    }
+
+    /// Plays the game up to its last recorded tick. `epoch` is a random number: see [`Room::restore`].
+    /// An error is a sentence that says why that is not possible.
+    pub fn restore(&self, epoch: u32) -> Result<Room, String> {
+        let began = Instant::now();
+        let mut playback =
+            Playback::new(Arc::clone(&self.replay)).map_err(|error| error.to_string())?;
+        let mut diverged = None;
+        while let Some(played) = playback.step().map_err(|error| error.to_string())? {
+            if !played.agrees {
+                diverged.get_or_insert(played.tick);
+            }
+        }
+        let (code, tick) = (&self.code, playback.tick());
+        if let Some(diverged) = diverged {
+            let recorded_by = &self.replay.start().program;
+            warn!(
+                room = %code, tick = diverged, %recorded_by,
+                "this program plays the game otherwise than the one before; players may see a jump"
+            );
+        }
+        if let Some(error) = self.replay.ending().error().filter(|_| !self.ends_whole()) {
+            warn!(room = %code, tick, %error, "the file of a room lost its tail; the last whole tick counts");
+        }
+        let played = tick - self.replay.first_tick();
+        let ms = began.elapsed().as_millis() as u64;
+        info!(room = %code, tick, played, ms, "room restored");
+        let moment = playback.into_moment();
+        Ok(Room::restore(code, self.seed(), moment, &self.notes.members, epoch))
+    }
+
+    /// Whether nothing but an end record is missing, which such files never have.
+    fn ends_whole(&self) -> bool {
+        self.replay.sizes().lost == 0
+    }
+}
+
+/// Forgets who had the seats that were given up or taken after the notes were made.
+fn forget_changed_seats(notes: &mut Notes, replay: &Replay, noted_tick: u32) {
+    let mut tick = noted_tick + 1;
+    while let Some(block) = replay.block_with(tick) {
+        let later = (block.first..).zip(&block.ticks).filter(|&(number, _)| number > noted_tick);
+        for change in later.flat_map(|(_, tick)| &tick.changes) {
+            if let Change::Join(seat, _) | Change::Leave(seat) = change {
+                notes.members.seats.retain(|saved| saved.seat != seat.0);
+            }
+        }
+        tick = block.last() + 1;
+    }
+}

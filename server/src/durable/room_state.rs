@@ -1,0 +1,140 @@
+//! The file of one room, as its thread sees it. It waits for nothing: if the writer is too far behind, the file is
+//! given up, and a new one begins after a while.
+
+use super::notes::Notes;
+use super::queue::{Job, RoomFile, StateWriter};
+use crate::host::admission::Admission;
+use crate::host::room_handle::RoomInfo;
+use crate::limits;
+use jostle_protocol::replay::Record;
+use jostle_room::Room;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use tracing::warn;
+
+/// The state of one room in its file.
+pub struct RoomState {
+    writer: Arc<StateWriter>,
+    info: Arc<RoomInfo>,
+    phase: Phase,
+}
+
+enum Phase {
+    On {
+        room_file: Arc<RoomFile>,
+        /// Ticks played before the file began.
+        first_tick: u32,
+        /// What the notes in the file are of.
+        noted: Revision,
+    },
+    /// The file was given up; a new one begins at this time.
+    Off { retry_at: Instant },
+}
+
+/// Revisions of what the notes say.
+type Revision = (u64, u64);
+
+impl RoomState {
+    /// Begins the file of a room.
+    pub fn begin(
+        writer: Arc<StateWriter>,
+        info: Arc<RoomInfo>,
+        room: &mut Room,
+        admission: &Admission,
+        now: Instant,
+    ) -> RoomState {
+        let phase = Phase::Off { retry_at: now };
+        let mut state = RoomState { writer, info, phase };
+        state.begin_file(room, admission, now);
+        state
+    }
+
+    /// Hands new records to the writer. To be called after ticks were played.
+    pub fn after_ticks(&mut self, room: &mut Room, admission: &Admission, now: Instant) {
+        match &mut self.phase {
+            Phase::Off { retry_at } if now < *retry_at => {}
+            Phase::Off { .. } => self.begin_file(room, admission, now),
+            Phase::On { room_file, .. } if room_file.failed.load(Ordering::Relaxed) => {
+                self.phase = Phase::Off { retry_at: now + limits::STATE_RETRY };
+            }
+            Phase::On { first_tick, .. }
+                if room.game().tick_count() - *first_tick >= limits::STATE_FILE_TICKS =>
+            {
+                self.begin_file(room, admission, now);
+            }
+            Phase::On { .. } => {
+                if let Some(job) = self.append(room, admission, false) {
+                    self.hand_over(job, room, now);
+                }
+            }
+        }
+    }
+
+    /// Writes everything and closes the file, from which the next process restores the room.
+    pub fn close(mut self, room: &mut Room, admission: &Admission) {
+        let Phase::On { room_file, .. } = &self.phase else { return };
+        let room_file = Arc::clone(room_file);
+        if let Some(job) = self.append(room, admission, true) {
+            self.writer.send(job);
+        }
+        self.writer.send(Job::Close(room_file));
+    }
+
+    /// Removes the file: the room is over.
+    pub fn remove(self) {
+        let room_file = match self.phase {
+            Phase::On { room_file, .. } => room_file,
+            Phase::Off { .. } => new_file(&self.info.code),
+        };
+        self.writer.send(Job::Remove(room_file));
+    }
+
+    /// The job that appends what is new, if anything is; with `flush` all ticks up to now are.
+    fn append(&mut self, room: &mut Room, admission: &Admission, flush: bool) -> Option<Job> {
+        let Phase::On { room_file, noted, .. } = &mut self.phase else { return None };
+        let now = revision(room, admission);
+        let changed = *noted != now;
+        // Notes are of the last tick before them.
+        let mut records = room.take_restorable(flush || changed);
+        if changed {
+            *noted = now;
+            records.push(notes(&self.info, room, admission));
+        }
+        (!records.is_empty()).then(|| Job::Append(Arc::clone(room_file), records))
+    }
+
+    fn begin_file(&mut self, room: &mut Room, admission: &Admission, now: Instant) {
+        let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
+        room.record_for_restoring(env!("CARGO_PKG_VERSION"), unix.as_secs());
+        let mut records = room.take_restorable(false);
+        records.push(notes(&self.info, room, admission));
+        let room_file = new_file(room.code());
+        let job = Job::Begin(Arc::clone(&room_file), records);
+        let (first_tick, noted) = (room.game().tick_count(), revision(room, admission));
+        self.phase = Phase::On { room_file, first_tick, noted };
+        self.hand_over(job, room, now);
+    }
+
+    fn hand_over(&mut self, job: Job, room: &Room, now: Instant) {
+        if !self.writer.try_send(job) {
+            warn!(room = room.code(), "the disk is too slow to keep this room; the game goes on");
+            self.phase = Phase::Off { retry_at: now + limits::STATE_RETRY };
+        }
+    }
+}
+
+fn notes(info: &RoomInfo, room: &Room, admission: &Admission) -> Record {
+    let RoomInfo { number, private, creator, .. } = *info;
+    let (members, admission) = (room.saved_members(), admission.clone());
+    let notes = Notes { number, private, creator, members, admission };
+    Record::Host(serde_json::to_vec(&notes).expect("notes hold numbers, names and addresses"))
+}
+
+fn new_file(code: &str) -> Arc<RoomFile> {
+    Arc::new(RoomFile { code: code.to_owned(), failed: AtomicBool::new(false) })
+}
+
+fn revision(room: &Room, admission: &Admission) -> Revision {
+    (room.members_revision(), admission.revision())
+}

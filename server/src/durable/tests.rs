@@ -1,0 +1,289 @@
+use super::dir::StateDir;
+use super::restore::SavedRoom;
+use super::room_state::RoomState;
+use super::*;
+use crate::host::admission::Admission;
+use crate::host::room_handle::RoomInfo;
+use crate::limits;
+use jostle_game::{Input, Scene};
+use jostle_protocol::Appearance;
+use jostle_room::{Claim, Room};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A directory of its own, deleted when dropped.
+struct TestDir(PathBuf);
+
+impl TestDir {
+    fn new(name: &str) -> TestDir {
+        let number = crate::host::rooms::random();
+        TestDir(std::env::temp_dir().join(format!("jostle-state-{name}-{number:016x}")))
+    }
+
+    fn settings(&self) -> StateSettings {
+        StateSettings { dir: self.0.clone(), sync: Sync::Second }
+    }
+}
+
+impl Drop for TestDir {
+    fn drop(&mut self) {
+        // A test that failed before it made the directory leaves none.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A room whose state is written.
+struct Written {
+    writer: Arc<StateWriter>,
+    room: Room,
+    admission: Admission,
+    state: RoomState,
+    now: Instant,
+}
+
+impl Written {
+    fn new(dir: &TestDir, code: &str) -> Written {
+        let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
+        let scene = Arc::new(scene.expect("a shipped scene"));
+        let info = Arc::new(RoomInfo::new(code, 77, true, Some([10, 0, 0, 1].into()), &scene));
+        Written::of(dir, info, Room::new(code, scene, 5), Admission::default())
+    }
+
+    fn of(dir: &TestDir, info: Arc<RoomInfo>, mut room: Room, admission: Admission) -> Written {
+        let writer = StateWriter::start(&dir.settings()).expect("a directory");
+        let now = Instant::now();
+        let state = RoomState::begin(Arc::clone(&writer), info, &mut room, &admission, now);
+        Written { writer, room, admission, state, now }
+    }
+
+    fn join(&mut self, name: &str) -> Claim {
+        let look = Appearance::new(name, 0).expect("a name");
+        let claim = self.room.join(look, None).expect("a seat").claim;
+        self.admission.seated(claim.seat, [10, 0, 0, 2].into(), name);
+        claim
+    }
+
+    fn play(&mut self, ticks: u32) {
+        for _ in 0..ticks {
+            self.room.tick();
+            self.now += std::time::Duration::from_secs(1) / 60;
+            self.state.after_ticks(&mut self.room, &self.admission, self.now);
+        }
+    }
+
+    /// Ends as a process does that is told to; returns tick and hash of the game.
+    fn close(mut self) -> (u32, u64) {
+        self.state.close(&mut self.room, &self.admission);
+        self.writer.close();
+        (self.room.game().tick_count(), self.room.game().hash())
+    }
+
+    /// Ends as a process does that is killed, except that what waited for the writer is written.
+    fn kill(self) -> (u32, u64) {
+        self.writer.close();
+        (self.room.game().tick_count(), self.room.game().hash())
+    }
+}
+
+fn until(wanted: &str, test: impl Fn() -> bool) {
+    let deadline = Instant::now() + std::time::Duration::from_secs(60);
+    while !test() {
+        assert!(Instant::now() < deadline, "not in a minute: {wanted}");
+        std::thread::yield_now();
+    }
+}
+
+fn saved(dir: &TestDir) -> SavedRoom {
+    let writer = StateWriter::start(&dir.settings()).expect("the directory is free again");
+    let mut rooms = writer.saved_rooms().expect("a directory");
+    writer.close();
+    assert_eq!(rooms.len(), 1);
+    rooms.remove(0)
+}
+
+fn restored(dir: &TestDir) -> Room {
+    saved(dir).restore(3).expect("a room")
+}
+
+fn file(dir: &TestDir, name: &str) -> PathBuf {
+    dir.0.join("rooms").join(name)
+}
+
+#[test]
+fn a_closed_room_loses_no_tick_and_a_killed_one_half_a_second_at_most() {
+    for ticks in [0, 1, 29, 30, 200, limits::STATE_FILE_TICKS + 45, 2 * limits::STATE_FILE_TICKS] {
+        let dir = TestDir::new("closed");
+        let mut written = Written::new(&dir, "oak");
+        let ann = written.join("Ann");
+        written.play(ticks);
+        let (tick, hash) = written.close();
+        let saved = saved(&dir);
+        assert_eq!((saved.notes.number, saved.notes.private), (77, true));
+        assert_eq!(saved.notes.creator, Some([10, 0, 0, 1].into()));
+        assert_eq!(saved.seed(), 5);
+        let mut room = saved.restore(3).expect("a room");
+        assert_eq!((room.game().tick_count(), room.game().hash()), (tick, hash));
+        let comes_back = room.join(Appearance::new("Ann", 0).expect("a name"), Some(ann));
+        assert_eq!(comes_back.is_ok(), ticks > 0, "who joined in no tick was never there");
+
+        let dir = TestDir::new("killed");
+        let mut written = Written::new(&dir, "oak");
+        written.join("Ann");
+        written.play(ticks);
+        let (tick, _) = written.kill();
+        let lost = tick - restored(&dir).game().tick_count();
+        assert!(lost <= 30, "{lost} ticks");
+    }
+}
+
+#[test]
+fn a_file_without_its_tail_is_restored_up_to_its_last_whole_record() {
+    let dir = TestDir::new("tail");
+    let mut written = Written::new(&dir, "oak");
+    let path = file(&dir, "oak.jostle");
+    // It comes into its place as a whole, with the first notes.
+    until("a file", || path.exists());
+    let begun = fs::read(&path).expect("a file").len();
+    written.join("Ann");
+    written.play(50);
+    written.join("Bob");
+    written.play(50);
+    let (last, _) = written.kill();
+    let whole = fs::read(&path).expect("a file");
+    let mut ticks = Vec::new();
+    for length in (begun..=whole.len()).step_by(7) {
+        fs::write(&path, &whole[..length]).expect("a place");
+        let mut room = restored(&dir);
+        let tick = room.game().tick_count();
+        assert!(tick <= last && room.players() <= 2);
+        // Who joined in ticks whose notes are lost leaves.
+        room.tick();
+        assert_eq!(room.game().players().count(), room.players(), "at tick {tick}");
+        ticks.push(tick);
+    }
+    assert!(ticks.is_sorted() && ticks.iter().any(|&tick| tick < 60), "{ticks:?}");
+}
+
+#[test]
+fn who_was_kicked_stays_out_and_seats_keep_their_networks() {
+    let dir = TestDir::new("kicked");
+    let mut written = Written::new(&dir, "oak");
+    let ann = written.join("Ann");
+    written.play(10);
+    written.room.leave(ann.seat);
+    written.admission.kicked(ann.seat, std::iter::empty(), 10);
+    written.play(5);
+    written.kill();
+    let saved = saved(&dir);
+    assert!(saved.notes.admission.is_shut([10, 0, 0, 2].into(), "Ann", 20));
+    assert!(saved.notes.members.seats.is_empty());
+}
+
+#[test]
+fn a_room_that_is_over_leaves_no_file_and_not_that_of_the_next_room() {
+    let dir = TestDir::new("over");
+    let Written { writer, room, admission, state, now } = Written::new(&dir, "oak");
+    let info = Arc::new(RoomInfo::new("oak", 78, false, None, room.scene()));
+    let mut next = Room::new("oak", Arc::clone(room.scene()), 6);
+    let next_state = RoomState::begin(Arc::clone(&writer), info, &mut next, &admission, now);
+    state.remove();
+    next_state.close(&mut next, &admission);
+    writer.close();
+    drop(writer);
+    assert_eq!(saved(&dir).notes.number, 78);
+
+    let dir = TestDir::new("gone");
+    let Written { writer, state, .. } = Written::new(&dir, "oak");
+    state.remove();
+    writer.close();
+    assert_eq!(fs::read_dir(dir.0.join("rooms")).expect("a directory").count(), 0);
+}
+
+#[test]
+fn a_disk_that_fails_costs_the_file_and_not_the_game_and_a_new_file_begins() {
+    let dir = TestDir::new("disk");
+    let mut written = Written::new(&dir, "oak");
+    written.play(40);
+    fs::remove_dir_all(dir.0.join("rooms")).expect("a directory");
+    written.play(limits::STATE_FILE_TICKS);
+    // The writer is behind the room: it is to have met the error before the room goes on.
+    until("an error", || written.writer.errors() > 0);
+    written.play(30);
+    fs::create_dir(dir.0.join("rooms")).expect("a place");
+    written.play(60 * limits::STATE_RETRY.as_secs() as u32 + 10);
+    let (tick, hash) = written.close();
+    let room = restored(&dir);
+    assert_eq!((room.game().tick_count(), room.game().hash()), (tick, hash));
+}
+
+#[test]
+fn one_server_at_a_time_uses_a_directory() {
+    let dir = TestDir::new("lock");
+    let first = StateDir::open(&dir.0).expect("a directory");
+    let error = StateDir::open(&dir.0).expect_err("it is in use").to_string();
+    assert!(error.contains("lock: another server uses this directory"), "{error}");
+    let key = *first.key();
+    drop(first);
+    assert_eq!(*StateDir::open(&dir.0).expect("free again").key(), key, "the key stays");
+    assert_ne!(*StateDir::open(&TestDir::new("other").0).expect("another").key(), key);
+}
+
+#[cfg(unix)]
+#[test]
+fn only_the_owner_can_read_what_is_kept() {
+    use std::os::unix::fs::PermissionsExt;
+    let dir = TestDir::new("mode");
+    let mut written = Written::new(&dir, "oak");
+    written.play(30);
+    written.close();
+    let mode = |path: &Path| fs::metadata(path).expect("a file").permissions().mode() & 0o777;
+    assert_eq!(mode(&dir.0.join("key")), 0o600);
+    assert_eq!(mode(&file(&dir, "oak.jostle")), 0o600);
+    assert_eq!(mode(&dir.0.join("rooms")), 0o700);
+}
+
+#[test]
+fn files_of_something_else_are_named_and_set_aside() {
+    let dir = TestDir::new("damaged");
+    Written::new(&dir, "oak").close();
+    let whole = fs::read(file(&dir, "oak.jostle")).expect("a file");
+    fs::write(dir.0.join("key"), [1; 31]).expect("a place");
+    let error = StateDir::open(&dir.0).expect_err("no key").to_string();
+    assert!(error.contains("key: found 31 bytes; allowed: a key of 32 bytes"), "{error}");
+    fs::remove_file(dir.0.join("key")).expect("a file");
+
+    fs::write(file(&dir, "elm.jostle"), &whole).expect("a place");
+    fs::write(file(&dir, "ash.jostle"), b"GIF89a").expect("a place");
+    fs::write(file(&dir, "yew.new"), b"half").expect("a place");
+    fs::write(file(&dir, "fir.jostle"), &whole[..whole.len() - 3]).expect("a place");
+    assert_eq!(saved(&dir).code, "oak");
+    let names = fs::read_dir(dir.0.join("rooms")).expect("a directory");
+    let mut names: Vec<_> = names.map(|entry| entry.expect("an entry").file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["ash.damaged", "elm.damaged", "fir.damaged", "oak.jostle"]);
+}
+
+#[test]
+fn a_restored_room_is_written_and_restored_again() {
+    let dir = TestDir::new("again");
+    let mut written = Written::new(&dir, "oak");
+    let mut claim = written.join("Ann");
+    written.room.input(claim.seat, 1, Input::default());
+    written.play(100);
+    written.kill();
+    for round in 0..3 {
+        let saved = saved(&dir);
+        let info = Arc::new(RoomInfo::new("oak", 77, true, None, &saved.scene));
+        let room = saved.restore(round).expect("a room");
+        let mut written = Written::of(&dir, info, room, saved.notes.admission);
+        let look = Appearance::new("Ann", 0).expect("a name");
+        let welcome = written.room.join(look, Some(claim)).expect("the seat is held");
+        assert!(welcome.resumed);
+        claim = welcome.claim;
+        written.play(100);
+        written.kill();
+    }
+    assert_eq!(restored(&dir).players(), 1);
+}

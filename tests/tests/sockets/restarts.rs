@@ -1,0 +1,241 @@
+//! Rooms that outlive their process: killed in the middle, or told to end.
+
+use crate::client::{Client, LONG};
+use crate::hosts::open;
+use crate::http::get;
+use crate::process::Process;
+use crate::replays::Dir;
+use futures_util::future::join_all;
+use jostle_game::Buttons;
+use jostle_protocol::replay::Replay;
+use jostle_protocol::{ServerMessage, Token, VERSION};
+use jostle_room::Playback;
+use jostle_sim::{Rng, TICKS_PER_SECOND, Vec2};
+use std::collections::BTreeMap;
+use std::fs;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::time::{sleep, timeout};
+use tokio_tungstenite::tungstenite::Message;
+
+/// Players in each room.
+const PLAYERS: usize = 8;
+/// Time between two kills, at least, and how much longer it may be.
+const LIFE: Duration = Duration::from_millis(1000);
+const LIFE_MORE: u32 = 2500;
+/// Most ticks that a killed process may lose.
+const LOST_TICKS_MAX: u32 = TICKS_PER_SECOND;
+
+/// Kills of the process; `JOSTLE_KILLS` may ask for more.
+fn kills() -> u32 {
+    let kills = std::env::var("JOSTLE_KILLS").ok();
+    kills.map_or(2, |text| text.parse().expect("JOSTLE_KILLS is a whole number"))
+}
+
+/// What a player knows when its socket is gone.
+#[derive(Clone)]
+struct Player {
+    room: String,
+    name: String,
+    token: Option<Token>,
+    seat: u16,
+    /// Its newest tick.
+    tick: u32,
+}
+
+impl Player {
+    /// Takes a seat, or the one that it had.
+    async fn enter(&mut self, server: SocketAddr) -> Client {
+        let mut client = Client::connect(server, &self.room).await;
+        client.hello(VERSION, &self.name, self.token).await;
+        match client.message().await {
+            ServerMessage::Welcome { seat, token, .. } => {
+                assert!(self.token.is_none() || seat == self.seat, "{}: seat {seat}", self.name);
+                (self.seat, self.token) = (seat, Some(token));
+            }
+            other => panic!("{} in {}: {other:?} instead of a welcome", self.name, self.room),
+        }
+        client.snapshot().await;
+        client
+    }
+
+    /// Plays until the socket is gone, and returns whether the server announced its end.
+    async fn play(&mut self, mut client: Client, seed: u64) -> bool {
+        let mut rng = Rng::new(seed, u64::from(self.seat));
+        let mut announced = false;
+        loop {
+            let keys = [Buttons::RIGHT, Buttons::LEFT, Buttons::UP, Buttons::FIRE];
+            let pointer = Vec2::new(rng.range(10.0, 150.0), rng.range(10.0, 80.0));
+            let held = keys[rng.below(4) as usize];
+            for _ in 0..8 {
+                client.seq += 1;
+                let input = jostle_game::Input { buttons: held, pointer: Some(pointer) };
+                let (seq, ack_tick) = (client.seq, client.newest.tick as u16);
+                let input = jostle_protocol::ClientMessage::Input { seq, ack_tick, input };
+                let sent = futures_util::SinkExt::send(
+                    &mut client.socket,
+                    Message::Binary(input.encode().into()),
+                );
+                // A socket that is gone is seen below.
+                let _ = timeout(LONG, sent).await.expect("a send in time");
+                let until = Instant::now() + Duration::from_millis(16);
+                while let Ok(frame) = tokio::time::timeout_at(until.into(), client.frame()).await {
+                    match frame {
+                        Some(Ok(Message::Binary(bytes))) => match client.read(&bytes) {
+                            ServerMessage::Draining { .. } => announced = true,
+                            ServerMessage::Snapshot(_) => self.tick = client.newest.tick,
+                            _ => {}
+                        },
+                        _ => return announced,
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The files of rooms, by code.
+fn files(state: &Path) -> BTreeMap<String, PathBuf> {
+    let entries = fs::read_dir(state.join("rooms")).expect("a directory");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let rooms = paths.filter(|path| path.extension().is_some_and(|ending| ending == "jostle"));
+    rooms.map(|path| (path.file_stem().expect("a code").to_string_lossy().into(), path)).collect()
+}
+
+/// The last tick of a file and the hash of the game there; every tick is played again and compared.
+fn verified(bytes: Vec<u8>) -> (u32, u64) {
+    let replay = Replay::read(bytes).expect("a file of a room");
+    let mut playback = Playback::new(Arc::new(replay)).expect("a scene and a state");
+    while let Some(played) = playback.step().expect("a tick") {
+        assert!(played.agrees, "tick {}", played.tick);
+    }
+    (playback.tick(), playback.game().hash())
+}
+
+/// Tick and hash with which a room goes on: those of the first state in the file that takes the place of the one of
+/// before.
+async fn restored(path: &Path, before: &[u8]) -> (u32, u64) {
+    let replaced = async {
+        loop {
+            let bytes = fs::read(path).expect("a file");
+            if !bytes.starts_with(before) {
+                return bytes;
+            }
+            sleep(Duration::from_millis(10)).await;
+        }
+    };
+    let replay = Replay::read(timeout(LONG, replaced).await.expect("a restored room in time"));
+    let replay = replay.expect("a file of a room");
+    let keyframe = replay.keyframe_before(replay.first_tick()).expect("its first state");
+    (keyframe.tick, keyframe.hash)
+}
+
+async fn serve(state: &Path) -> Process {
+    let dir = state.to_str().expect("a readable path").to_owned();
+    let serve = move || Process::serve(&["--state", &dir], Stdio::inherit());
+    tokio::task::spawn_blocking(serve).await.expect("a server")
+}
+
+/// Eight rooms, two of them private, and the players that are to play in them.
+async fn rooms(server: SocketAddr) -> Vec<Player> {
+    let mut codes: Vec<String> = ["arena", "pile", "hill", "race"].map(str::to_owned).to_vec();
+    for (scene, private) in [("arena", false), ("splash", false), ("arena", true), ("hill", true)] {
+        let body = format!(r#"{{"scene":"{scene}","private":{private}}}"#);
+        codes.push(open(server, &body).await.0);
+    }
+    let players = codes.iter().flat_map(|room| {
+        (0..PLAYERS).map(|index| {
+            let (room, name) = (room.clone(), format!("P{index}"));
+            Player { room, name, token: None, seat: 0, tick: 0 }
+        })
+    });
+    players.collect()
+}
+
+/// All players take their seats and play, until `end` ends the process. Returns how long it took until all had
+/// their seats, how many heard of the end beforehand, and the process's exit status.
+async fn play(
+    process: Process,
+    players: &mut [Player],
+    life: Duration,
+    end: impl FnOnce(&Process),
+) -> (Duration, usize, Option<i32>) {
+    let (began, server) = (Instant::now(), process.address);
+    let entered = join_all(players.iter_mut().map(|player| player.enter(server))).await;
+    let seated = began.elapsed();
+    let seed = u64::from(server.port());
+    let playing = players.iter_mut().zip(entered).map(|(player, client)| player.play(client, seed));
+    let ending = async {
+        sleep(life).await;
+        end(&process);
+    };
+    let (heard, ()) = tokio::join!(join_all(playing), ending);
+    let heard = heard.into_iter().filter(|heard| *heard).count();
+    (seated, heard, process.exit_status().await)
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_killed_process_loses_a_second_at_most_and_no_seat() {
+    let dir = Dir::new("killed");
+    let state = dir.path();
+    let mut process = serve(state).await;
+    let mut players = rooms(process.address).await;
+    let mut rng = Rng::new(u64::from(process.address.port()), 0);
+    for kill in 0..kills() {
+        let life = LIFE + Duration::from_millis(rng.below(LIFE_MORE).into());
+        play(process, &mut players, life, |process| process.signal("KILL")).await;
+        let kept: BTreeMap<String, Vec<u8>> = files(state)
+            .into_iter()
+            .map(|(code, path)| (code, fs::read(path).expect("a file")))
+            .collect();
+        assert_eq!(kept.len(), 8, "{:?}", kept.keys());
+
+        let began = Instant::now();
+        process = serve(state).await;
+        let listed = get(process.address, "/api/rooms").await.json().to_string();
+        // Every file is a whole chain of ticks, and the room goes on at its end.
+        let mut lost_most = 0;
+        for (code, bytes) in kept {
+            let is_private = code.len() == jostle_server::limits::PRIVATE_CODE_CHARS;
+            assert_eq!(listed.contains(&format!("{code:?}")), !is_private, "{code} in {listed}");
+            let (last, hash) = verified(bytes.clone());
+            let known = players.iter().filter(|player| player.room == code);
+            for player in known {
+                lost_most = lost_most.max(player.tick.saturating_sub(last));
+            }
+            let path = state.join("rooms").join(format!("{code}.jostle"));
+            assert_eq!(restored(&path, &bytes).await, (last, hash), "{code}");
+        }
+        let up = began.elapsed();
+        assert!(lost_most <= LOST_TICKS_MAX, "kill {kill}: {lost_most} ticks");
+        println!(
+            "kill {kill} after {life:?}: {lost_most} ticks lost, all rooms play on after {up:?}"
+        );
+    }
+    let (seated, ..) = play(process, &mut players, LIFE, |process| process.signal("TERM")).await;
+    println!("all seats taken again in {seated:?}");
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_process_that_is_told_to_end_loses_nothing() {
+    let dir = Dir::new("ended");
+    let state = dir.path();
+    let process = serve(state).await;
+    let mut players = rooms(process.address).await;
+    let (_, heard, status) =
+        play(process, &mut players, LIFE, |process| process.signal("TERM")).await;
+    assert_eq!((heard, status), (players.len(), Some(0)));
+    for (code, path) in files(state) {
+        let (last, _) = verified(fs::read(path).expect("a file"));
+        for player in players.iter().filter(|player| player.room == code) {
+            assert!(player.tick <= last, "{code}: {} after {last}", player.tick);
+        }
+    }
+    let process = serve(state).await;
+    play(process, &mut players, LIFE, |process| process.signal("TERM")).await;
+}
