@@ -10,6 +10,7 @@ pub mod playback;
 mod recorder;
 mod replication;
 mod room;
+mod saved;
 
 pub use input_queue::{
     INPUTS_QUEUED_MAX, INPUTS_WAITING_GOAL, LONG_QUEUE_TICKS, SEQ_AHEAD_MAX, SILENCE_TICKS,
@@ -17,4 +18,5 @@ pub use input_queue::{
 pub use playback::{Playback, PlaybackError, Played};
 pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
 pub use replication::{BufferPool, InterestArea, Rate, Subscriber, view_of};
-pub use room::{Claim, Room, SEAT_HELD_TICKS, SavedMembers, SavedSeat, VIEW_EVERY_TICKS, Welcome};
+pub use room::{Claim, Room, SEAT_HELD_TICKS, VIEW_EVERY_TICKS, Welcome};
+pub use saved::{SavedMembers, SavedSeat};

@@ -2,8 +2,6 @@
 
 mod restore;
 
-pub use restore::{SavedMembers, SavedSeat};
-
 use crate::bots::Bots;
 use crate::members::{Member, Members};
 use crate::recorder::Recorder;

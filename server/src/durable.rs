@@ -7,17 +7,14 @@
 //! up to its last whole record.
 
 mod dir;
+mod job;
 mod notes;
 mod queue;
 mod restore;
-mod room_state;
 mod writer;
 
 pub use dir::{StateDir, StateSettings, Sync};
+pub use job::{Job, RoomFile};
 pub use notes::Notes;
 pub use queue::StateWriter;
 pub use restore::SavedRoom;
-pub use room_state::RoomState;
-
-#[cfg(test)]
-mod tests;

@@ -5,33 +5,9 @@ use super::{Change, Room};
 use crate::members::Member;
 use crate::playback::Moment;
 use crate::recorder::Recorder;
+use crate::saved::{SavedMembers, SavedSeat};
 use jostle_game::Seat;
 use jostle_protocol::replay::Record;
-use serde::{Deserialize, Serialize};
-
-/// Who has which seat, and by which claims.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SavedMembers {
-    /// Seats that bots fill; less than the scene says once some were dismissed.
-    pub bots: usize,
-    /// The seats that are taken, in order.
-    pub seats: Vec<SavedSeat>,
-}
-
-/// A seat that is taken.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SavedSeat {
-    /// The seat.
-    pub seat: u16,
-    /// Serial of the claim that gives it back.
-    pub serial: u64,
-    /// Serial of the claim before, while that is good too.
-    pub serial_before: Option<u64>,
-    /// Tick at which its player's socket was lost.
-    pub lost_tick: Option<u32>,
-    /// Whether a bot has it.
-    pub is_bot: bool,
-}
 
 impl Room {
     /// Starts the recording from which the room can be restored. See [`Recorder::for_restoring`].

@@ -1,38 +1,15 @@
 //! The queue from the rooms to the writer of their files.
 
 use super::dir::{StateDir, StateSettings};
+use super::job::Job;
 use super::restore::SavedRoom;
-use super::writer;
+use super::writer::Writer;
 use crate::limits;
-use jostle_protocol::replay::Record;
 use std::io;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-
-/// One room's file, shared by the room and the writer.
-#[derive(Debug)]
-pub struct RoomFile {
-    /// The room's code.
-    pub code: String,
-    /// Whether the writer gave it up.
-    pub failed: AtomicBool,
-}
-
-/// A job of the writer. Those of one room are done in order.
-pub enum Job {
-    /// Begins a new file with these records, and puts it in the place of the old one.
-    Begin(Arc<RoomFile>, Vec<Record>),
-    /// Appends records.
-    Append(Arc<RoomFile>, Vec<Record>),
-    /// Syncs the file with the disk and closes it: the server ends, and the room is to be restored.
-    Close(Arc<RoomFile>),
-    /// Removes the file: the room is over.
-    Remove(Arc<RoomFile>),
-    /// Ends the writer.
-    End,
-}
 
 /// The thread that writes the files of all rooms, as the rooms see it.
 pub struct StateWriter {
@@ -49,7 +26,7 @@ impl StateWriter {
         let dir = Arc::new(StateDir::open(&settings.dir)?);
         let (queue, jobs) = sync_channel(limits::STATE_QUEUE_MAX);
         let errors = Arc::new(AtomicU64::new(0));
-        let writer = writer::Writer::new(Arc::clone(&dir), settings.sync, Arc::clone(&errors));
+        let writer = Writer::new(Arc::clone(&dir), settings.sync, Arc::clone(&errors));
         let thread = std::thread::Builder::new().name("state".to_owned());
         let thread = Mutex::new(Some(thread.spawn(move || writer.run(&jobs))?));
         Ok(Arc::new(StateWriter { dir, queue, thread, errors }))
@@ -91,7 +68,7 @@ impl StateWriter {
     }
 
     /// Queues a job without waiting; `false` if the writer is too far behind.
-    pub(super) fn try_send(&self, job: Job) -> bool {
+    pub fn try_send(&self, job: Job) -> bool {
         match self.queue.try_send(job) {
             Ok(()) => true,
             Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
@@ -99,7 +76,7 @@ impl StateWriter {
     }
 
     /// Queues a job, and waits for a place in the queue.
-    pub(super) fn send(&self, job: Job) {
+    pub fn send(&self, job: Job) {
         // A writer that is gone has logged why.
         let _ = self.queue.send(job);
     }

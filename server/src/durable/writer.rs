@@ -1,7 +1,7 @@
 //! The thread that writes the files of rooms, and syncs them with the disk.
 
 use super::dir::{StateDir, Sync};
-use super::queue::{Job, RoomFile};
+use super::job::{Job, RoomFile};
 use crate::limits;
 use jostle_protocol::replay::{Record, header};
 use std::collections::BTreeMap;

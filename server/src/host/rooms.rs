@@ -4,6 +4,7 @@
 use crate::durable::{Notes, SavedRoom};
 use crate::host::clock::SystemClock;
 use crate::host::phase::Phase;
+use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
 use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
@@ -192,11 +193,6 @@ impl Rooms {
 pub fn is_code(text: &str) -> bool {
     let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
     (1..=ROOM_CODE_BYTES_MAX).contains(&text.len()) && text.bytes().all(allowed)
-}
-
-/// An unpredictable random number.
-pub fn random() -> u64 {
-    getrandom::u64().expect("the system's random source worked when the server started")
 }
 
 fn random_code(chars: usize, mut random: impl FnMut() -> u64) -> String {

@@ -1,13 +1,14 @@
 //! The thread of one room: it owns the [`Room`], plays its ticks on schedule and hands snapshots to
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
-use crate::durable::{RoomState, SavedRoom};
+use crate::durable::SavedRoom;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
 use crate::host::member::Member;
 use crate::host::phase::Phase;
+use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
-use crate::host::rooms::random;
+use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
 use crate::host::token_signer::SeatClaim;
 use crate::limits;

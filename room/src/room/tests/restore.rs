@@ -1,6 +1,7 @@
 //! A room that is restored from its recording goes on where that ends, and its players get their seats back.
 
 use super::*;
+use crate::SavedMembers;
 use crate::playback::{Moment, Playback};
 use jostle_protocol::replay::{Replay, header};
 

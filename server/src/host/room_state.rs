@@ -1,8 +1,7 @@
 //! The file of one room, as its thread sees it. It waits for nothing: if the writer is too far behind, the file is
 //! given up, and a new one begins after a while.
 
-use super::notes::Notes;
-use super::queue::{Job, RoomFile, StateWriter};
+use crate::durable::{Job, Notes, RoomFile, StateWriter};
 use crate::host::admission::Admission;
 use crate::host::room_handle::RoomInfo;
 use crate::limits;
@@ -138,3 +137,6 @@ fn new_file(code: &str) -> Arc<RoomFile> {
 fn revision(room: &Room, admission: &Admission) -> Revision {
     (room.members_revision(), admission.revision())
 }
+
+#[cfg(test)]
+mod tests;

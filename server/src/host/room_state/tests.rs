@@ -1,10 +1,5 @@
-use super::dir::StateDir;
-use super::restore::SavedRoom;
-use super::room_state::RoomState;
 use super::*;
-use crate::host::admission::Admission;
-use crate::host::room_handle::RoomInfo;
-use crate::limits;
+use crate::durable::{SavedRoom, StateDir, StateSettings, Sync};
 use jostle_game::{Input, Scene};
 use jostle_protocol::Appearance;
 use jostle_room::{Claim, Room};
@@ -18,7 +13,7 @@ struct TestDir(PathBuf);
 
 impl TestDir {
     fn new(name: &str) -> TestDir {
-        let number = crate::host::rooms::random();
+        let number = crate::host::random::random();
         TestDir(std::env::temp_dir().join(format!("jostle-state-{name}-{number:016x}")))
     }
 
@@ -68,7 +63,7 @@ impl Written {
     fn play(&mut self, ticks: u32) {
         for _ in 0..ticks {
             self.room.tick();
-            self.now += std::time::Duration::from_secs(1) / 60;
+            self.now += Duration::from_secs(1) / 60;
             self.state.after_ticks(&mut self.room, &self.admission, self.now);
         }
     }
@@ -88,7 +83,7 @@ impl Written {
 }
 
 fn until(wanted: &str, test: impl Fn() -> bool) {
-    let deadline = Instant::now() + std::time::Duration::from_secs(60);
+    let deadline = Instant::now() + Duration::from_secs(60);
     while !test() {
         assert!(Instant::now() < deadline, "not in a minute: {wanted}");
         std::thread::yield_now();
