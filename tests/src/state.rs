@@ -115,7 +115,7 @@ pub struct ShownView {
 }
 
 /// A body as shown.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Body {
     /// Its index, which may be reused by a later body of the next generation.
     pub id: u32,
@@ -131,7 +131,7 @@ pub struct Body {
 }
 
 /// A player as shown.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct Player {
     /// Seat in the room.
     pub seat: u16,

@@ -63,6 +63,7 @@ fn cases() -> Result<Vec<Case>> {
             trouble::a_lost_socket_gives_the_same_seat_back,
         ),
         Case::new("a_restarted_server_is_found_again", trouble::a_restarted_server_is_found_again),
+        Case::new("a_room_outlives_its_server", trouble::a_room_outlives_its_server),
         Case::new(
             "a_lost_webgl_context_is_drawn_again",
             trouble::a_lost_webgl_context_is_drawn_again,

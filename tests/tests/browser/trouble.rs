@@ -3,10 +3,14 @@
 
 use anyhow::{Context, Result};
 use jostle_protocol::Refusal;
+use jostle_server::Config;
+use jostle_server::durable::{StateSettings, Sync};
 use jostle_tests::runner::Stage;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
+use std::fs;
+use std::path::Path;
 use std::sync::Arc;
 
 /// Messages that Chromium itself logs when a request or a socket fails, as these tests cause.
@@ -57,6 +61,40 @@ pub async fn a_restarted_server_is_found_again(stage: Arc<Stage>) -> Result<()> 
     tab.ignore_errors(network_noise);
     stage.clear().await?;
     server.stop().await
+}
+
+pub async fn a_room_outlives_its_server(stage: Arc<Stage>) -> Result<()> {
+    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("kept-rooms");
+    // What a run before left, if it failed.
+    let _ = fs::remove_dir_all(&dir);
+    let state = StateSettings { dir: dir.clone(), sync: Sync::Second };
+    let config = || Config { state: Some(state.clone()), ..patient() };
+    let server = Server::start(config()).await?;
+    let address = server.address;
+    let tab = stage.visit_link(&server.link("/bounds"), Screen::SMALL).await?;
+    tab.until("the scene", |s| s.state == "playing" && s.bodies.len() >= 15).await?;
+    tab.hold_key("p", 3).await?;
+    let picked = |s: &State| {
+        let selected = s.own_player().and_then(|player| player.selected);
+        s.bodies.iter().any(|body| Some(body.id) == selected && body.kind == "platform")
+    };
+    let before = tab.until("a platform picked", picked).await?;
+    server.stop().await?;
+    tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
+    assert_notice(&tab, "reconnect automatically").await?;
+    let server = Server::start_at(address, config()).await?;
+    // Without any action the page has its seat again, and what it picked. Another room would have its
+    // shapes, whose places are random, elsewhere.
+    let after = tab.until("playing on", |s| s.state == "playing" && picked(s)).await?;
+    let later = tab.ticks(30).await?;
+    for state in [after, later] {
+        assert_eq!(state.own_player(), before.own_player());
+        assert_eq!(state.bodies, before.bodies);
+    }
+    tab.ignore_errors(network_noise);
+    stage.clear().await?;
+    server.stop().await?;
+    Ok(fs::remove_dir_all(dir)?)
 }
 
 /// Waits until the card in the middle of the page shows this text.
