@@ -103,6 +103,8 @@ pub enum ServerMessage {
     Draining {
         /// Seconds left.
         seconds: u8,
+        /// Whether the room goes on after the restart where it is then.
+        keeps_room: bool,
     },
     /// The answer to a ping.
     Pong {
@@ -245,9 +247,10 @@ impl ServerMessage {
                 writer.byte(REFUSED);
                 writer.byte(*refusal as u8);
             }
-            ServerMessage::Draining { seconds } => {
+            ServerMessage::Draining { seconds, keeps_room } => {
                 writer.byte(DRAINING);
                 writer.byte(*seconds);
+                writer.flag(*keeps_room);
             }
             ServerMessage::Pong { stamp, tick } => {
                 writer.byte(PONG);
@@ -270,7 +273,10 @@ impl ServerMessage {
                 let refusal = *refusal.ok_or(DecodeError::OutOfRange { field: "refusal" })?;
                 ServerMessage::Refused { refusal }
             }
-            DRAINING => ServerMessage::Draining { seconds: reader.byte("seconds")? },
+            DRAINING => {
+                let seconds = reader.byte("seconds")?;
+                ServerMessage::Draining { seconds, keeps_room: reader.flag("keeps room")? }
+            }
             PONG => {
                 let stamp = reader.fixed32("stamp")?;
                 ServerMessage::Pong { stamp, tick: reader.leb32("tick")? }

@@ -133,6 +133,13 @@ pub const RESTARTING: Card = passing(card(
     "Try now",
     CardAction::Again,
 ));
+/// The server restarts, and the room goes on.
+pub const BACK_SOON: Card = passing(card(
+    "Back in a moment",
+    "The server is restarting. The game goes on where it was, and we hold your spot.",
+    "Try now",
+    CardAction::Again,
+));
 /// The host closed the room.
 pub const CLOSED_BY_YOU: Card = card(
     "Room closed",

@@ -66,7 +66,8 @@ fn server_messages() -> impl Strategy<Value = ServerMessage> {
         welcome,
         proptest::sample::select(&Refusal::ALL[..])
             .prop_map(|refusal| ServerMessage::Refused { refusal }),
-        any::<u8>().prop_map(|seconds| ServerMessage::Draining { seconds }),
+        any::<(u8, bool)>()
+            .prop_map(|(seconds, keeps_room)| ServerMessage::Draining { seconds, keeps_room }),
         (any::<u32>(), any::<u32>()).prop_map(|(stamp, tick)| ServerMessage::Pong { stamp, tick }),
         Just(ServerMessage::Denied),
         any::<Vec<u8>>().prop_map(|mut bytes| {
@@ -191,7 +192,8 @@ fn server_messages_have_the_documented_bytes() {
     assert_eq!(welcome.encode(), bytes.concat());
     let refused = ServerMessage::Refused { refusal: Refusal::Closing };
     assert_eq!(refused.encode(), [1, 10]);
-    assert_eq!(ServerMessage::Draining { seconds: 5 }.encode(), [2, 5]);
+    let draining = ServerMessage::Draining { seconds: 5, keeps_room: true };
+    assert_eq!(draining.encode(), [2, 5, 1]);
     assert_eq!(ServerMessage::Pong { stamp: 7, tick: 128 }.encode(), [3, 7, 0, 0, 0, 0x80, 1]);
     assert_eq!(ServerMessage::Denied.encode(), [4]);
     assert_eq!(ServerMessage::Snapshot(vec![0x89, 8]).encode(), [0x89, 8]);

@@ -79,6 +79,8 @@ struct Seated {
     inbox: SyncSender<FromSession>,
     outbox: Arc<Outbox>,
     waits: limits::Waits,
+    /// Whether rooms outlive the process.
+    keeps_room: bool,
 }
 
 impl Seated {
@@ -103,7 +105,8 @@ impl Seated {
             outbox: Arc::clone(&outbox),
         };
         let info = state.rooms.join(code, join)?;
-        Ok(Seated { info, inbox: sender, outbox, waits: state.config.waits })
+        let (waits, keeps_room) = (state.config.waits, state.host.state_writer.is_some());
+        Ok(Seated { info, inbox: sender, outbox, waits, keeps_room })
     }
 
     /// Reads and writes concurrently until one side ends.
@@ -197,7 +200,8 @@ impl Seated {
         // An error means that the server is gone already, which is an end as well.
         if phase.wait_for(|phase| *phase != Phase::Running).await.is_ok() {
             let seconds = self.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
-            self.outbox.control(ServerMessage::Draining { seconds }.encode());
+            let keeps_room = self.keeps_room;
+            self.outbox.control(ServerMessage::Draining { seconds, keeps_room }.encode());
             let _ = phase.wait_for(|phase| *phase == Phase::Closing).await;
         }
         End::Refused(Refusal::Closing)

@@ -91,7 +91,7 @@ fn server_messages() -> Vec<Vec<u8>> {
     };
     let refused = Refusal::ALL.map(|refusal| ServerMessage::Refused { refusal });
     let others = [
-        ServerMessage::Draining { seconds: 2 },
+        ServerMessage::Draining { seconds: 2, keeps_room: true },
         ServerMessage::Pong { stamp: 7, tick: 1 << 20 },
         ServerMessage::Denied,
         ServerMessage::Snapshot(vec![0x80, 1]),

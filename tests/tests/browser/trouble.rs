@@ -81,7 +81,7 @@ pub async fn a_room_outlives_its_server(stage: Arc<Stage>) -> Result<()> {
     let before = tab.until("a platform picked", picked).await?;
     server.stop().await?;
     tab.until("the loss noticed", |s| s.state == "reconnecting").await?;
-    assert_notice(&tab, "reconnect automatically").await?;
+    assert_notice(&tab, "The game goes on where it was").await?;
     let server = Server::start_at(address, config()).await?;
     // Without any action the page has its seat again, and what it picked. Another room would have its
     // shapes, whose places are random, elsewhere.

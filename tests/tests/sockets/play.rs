@@ -187,7 +187,8 @@ async fn a_shutdown_is_announced_and_every_socket_closed() {
     silent.is_refused(Refusal::Closing).await;
     server.counts("jostle_refusals_total{reason=\"closing\"}", 1).await;
     let seconds = loop {
-        if let ServerMessage::Draining { seconds } = ann.message().await {
+        if let ServerMessage::Draining { seconds, keeps_room } = ann.message().await {
+            assert!(!keeps_room);
             break seconds;
         }
     };

@@ -85,7 +85,7 @@ impl Player {
                 while let Ok(frame) = tokio::time::timeout_at(until.into(), client.frame()).await {
                     match frame {
                         Some(Ok(Message::Binary(bytes))) => match client.read(&bytes) {
-                            ServerMessage::Draining { .. } => announced = true,
+                            ServerMessage::Draining { keeps_room, .. } => announced = keeps_room,
                             ServerMessage::Snapshot(_) => self.tick = client.newest.tick,
                             _ => {}
                         },

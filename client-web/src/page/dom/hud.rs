@@ -120,7 +120,8 @@ impl Hud {
         }
         let closing = game.status.closing_ms.map(|closing_ms| {
             let seconds = ((closing_ms - app.now_ms()) / 1000.0).ceil().max(0.0);
-            format!("Server restarting in {seconds:.0} s")
+            let after = if game.status.is_kept { ": the game goes on right after" } else { "" };
+            format!("Server restarting in {seconds:.0} s{after}")
         });
         dom::text_or_hide("banner", closing.as_deref());
         // A simulated network is never mistaken for the real one.

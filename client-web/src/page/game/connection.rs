@@ -131,7 +131,11 @@ impl GameScreen {
 
     /// The notice to show while the page reconnects.
     pub fn loss(&self) -> Card {
-        if self.status.restarting { strings::RESTARTING } else { strings::RECONNECTING }
+        match (self.status.restarting, self.status.is_kept) {
+            (true, true) => strings::BACK_SOON,
+            (true, false) => strings::RESTARTING,
+            (false, _) => strings::RECONNECTING,
+        }
     }
 
     /// Attempts since the last good connection.

@@ -44,7 +44,8 @@ impl GameScreen {
                 }
             }
             Ok(ServerMessage::Refused { refusal }) => self.end(ctx, refusal),
-            Ok(ServerMessage::Draining { seconds }) => {
+            Ok(ServerMessage::Draining { seconds, keeps_room }) => {
+                self.status.is_kept = keeps_room;
                 self.status.closing_ms = Some(now_ms + f64::from(seconds) * 1000.0);
             }
             Ok(ServerMessage::Pong { stamp, .. }) => {
@@ -65,6 +66,7 @@ impl GameScreen {
         self.set_prediction(ctx.predicts);
         self.status.closing_ms = None;
         self.status.restarting = false;
+        self.status.is_kept = false;
         self.status.joined_ms.get_or_insert(ctx.now_ms);
         self.status.state = State::Playing;
     }

@@ -42,6 +42,8 @@ pub struct Status {
     pub closing_ms: Option<f64>,
     /// The server closed, and is tried until it is back.
     pub restarting: bool,
+    /// Whether the room goes on after the restart where it was.
+    pub is_kept: bool,
     /// The server took this page for the room's host.
     pub host: bool,
     /// The player closed the room.

@@ -229,11 +229,13 @@ fn a_page_that_stood_still_keeps_its_socket() {
 
 #[test]
 fn a_server_that_closes_is_announced_and_waited_for() {
-    let mut browser = Browser::playing();
-    browser.server_says(&ServerMessage::Draining { seconds: 2 });
-    assert!(browser.app.game().is_some_and(|game| game.status.closing_ms.is_some()));
-    browser.socket(SocketEvent::Closed { code: 1006 });
-    assert_eq!((browser.app.state(), browser.title()), ("reconnecting", strings::RESTARTING.title));
+    for (keeps_room, card) in [(false, strings::RESTARTING), (true, strings::BACK_SOON)] {
+        let mut browser = Browser::playing();
+        browser.server_says(&ServerMessage::Draining { seconds: 2, keeps_room });
+        assert!(browser.app.game().is_some_and(|game| game.status.closing_ms.is_some()));
+        browser.socket(SocketEvent::Closed { code: 1006 });
+        assert_eq!((browser.app.state(), browser.title()), ("reconnecting", card.title));
+    }
 }
 
 #[test]
