@@ -2,8 +2,10 @@
 
 use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
+use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
+use jostle_server::net::http::Hosts;
 use jostle_server::net::tls::Tls;
 use jostle_server::replays::{Settings, days};
 use jostle_server::{Config, limits, run_with_ops};
@@ -48,10 +50,16 @@ pub struct Serve {
     /// May be given more than once; pages of this server always may
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     allow_origin: Vec<String>,
-    /// Address of a proxy in front of this server, which is believed about whom it speaks for
-    /// (X-Forwarded-For), so that limits count players and not the proxy. May be given more than once
-    #[arg(long, value_name = "ADDRESS")]
-    trusted_proxy: Vec<IpAddr>,
+    /// Name by which browsers may address this server, such as play.example.org; requests with another one are
+    /// refused. Addresses and localhost are always allowed. May be given more than once. Without it any name is,
+    /// unless --listen is an address of this machine alone and there is no --trusted-proxy
+    #[arg(long, value_name = "NAME", value_parser = host)]
+    host: Vec<String>,
+    /// Address of a proxy in front of this server, or a network of them such as 10.0.0.0/8, which is believed
+    /// about whom it speaks for (X-Forwarded-For), so that limits count players and not the proxy. May be given
+    /// more than once
+    #[arg(long, value_name = "ADDRESS[/BITS]", value_parser = proxies)]
+    trusted_proxy: Vec<IpNet>,
     /// Game sockets that one address may hold at a time (IPv6: one /64); more for a party or a class
     /// behind one address, or for a load test
     #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
@@ -100,7 +108,8 @@ impl Serve {
             config.tls = Some(tls.map_err(|error| Failure::Usage(error.to_string()))?);
         }
         config.origins = self.allow_origin;
-        config.trusted_proxies = self.trusted_proxy.iter().map(IpAddr::to_canonical).collect();
+        config.hosts = hosts(self.host, self.listen, !self.trusted_proxy.is_empty());
+        config.trusted_proxies = self.trusted_proxy;
         config.address_sessions_max = self.address_sockets as usize;
         self.replays.as_deref().map_or(Ok(()), check_replays)?;
         config.replays = self.replays.map(|dir| Settings {
@@ -222,6 +231,34 @@ fn socket_address(text: &str) -> Result<SocketAddr, String> {
     })
 }
 
+/// The names by which the server may be addressed. One for this machine alone has none: a page that is opened
+/// here could reach it under the name of its own site (DNS rebinding).
+fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
+    match names.is_empty() && (has_proxy || !listen.ip().is_loopback()) {
+        true => Hosts::Any,
+        false => Hosts::Listed(names),
+    }
+}
+
+/// Parses the name of a host, without a scheme and a port.
+fn host(text: &str) -> Result<String, String> {
+    let is_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'.' | b'_');
+    match !text.is_empty() && text.bytes().all(is_name) {
+        true => Ok(text.to_ascii_lowercase()),
+        false => {
+            Err("allowed: a name without scheme and port, such as play.example.org".to_owned())
+        }
+    }
+}
+
+/// Parses a proxy's address, or a network of proxies.
+fn proxies(text: &str) -> Result<IpNet, String> {
+    let address = || text.parse().ok().map(|ip: IpAddr| IpNet::from(ip.to_canonical()));
+    text.parse().ok().or_else(address).ok_or_else(|| {
+        "allowed: an IP address or a network, such as 10.0.0.9 or 10.0.0.0/8".to_owned()
+    })
+}
+
 /// Checks that a path is free or a directory.
 fn check_replays(dir: &Path) -> Result<(), Failure> {
     if dir.exists() && !dir.is_dir() {
@@ -268,7 +305,7 @@ fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{check_replays, origin, socket_address};
+    use super::{Hosts, check_replays, host, hosts, origin, proxies, socket_address};
     use std::path::Path;
 
     #[test]
@@ -276,6 +313,38 @@ mod tests {
         let package = Path::new(env!("CARGO_MANIFEST_DIR"));
         assert!(check_replays(package).is_ok() && check_replays(&package.join("none")).is_ok());
         assert!(check_replays(&package.join("Cargo.toml")).is_err());
+    }
+
+    #[test]
+    fn a_server_for_this_machine_alone_goes_by_no_name_of_another_site() {
+        let [local, open] = ["127.0.0.1:80", "0.0.0.0:80"].map(|text| text.parse().unwrap());
+        let names = || vec![host("Play.Example.org").unwrap()];
+        let listed = Hosts::Listed(vec!["play.example.org".to_owned()]);
+        assert_eq!(hosts(Vec::new(), local, false), Hosts::Listed(Vec::new()));
+        assert_eq!(hosts(Vec::new(), open, false), Hosts::Any);
+        assert_eq!(hosts(Vec::new(), local, true), Hosts::Any, "the proxy knows the names");
+        assert_eq!(
+            [hosts(names(), local, true), hosts(names(), open, false)],
+            [listed.clone(), listed]
+        );
+        for text in ["https://a.example", "a.example:80", "a b", ""] {
+            assert!(host(text).is_err_and(|error| error.contains("play.example.org")), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn proxies_are_addresses_or_networks() {
+        for (text, network) in [
+            ("10.0.0.9", "10.0.0.9/32"),
+            ("::ffff:10.0.0.9", "10.0.0.9/32"),
+            ("10.0.0.0/8", "10.0.0.0/8"),
+            ("2001:db8::/32", "2001:db8::/32"),
+        ] {
+            assert_eq!(proxies(text).map(|network| network.to_string()).as_deref(), Ok(network));
+        }
+        for text in ["10.0.0.0/33", "proxy", "10.0.0.9:80", ""] {
+            assert!(proxies(text).is_err_and(|error| error.contains("10.0.0.0/8")), "{text:?}");
+        }
     }
 
     #[test]

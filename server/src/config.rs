@@ -2,10 +2,11 @@
 
 use crate::durable::StateSettings;
 use crate::limits;
+use crate::net::http::Hosts;
 use crate::net::{assets, tls};
 use crate::replays;
+use ipnet::IpNet;
 use jostle_game::Scene;
-use std::net::IpAddr;
 use tracing_appender::non_blocking::ErrorCounter;
 
 /// Settings that a server starts with.
@@ -19,8 +20,10 @@ pub struct Config {
     pub waits: limits::Waits,
     /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
     pub origins: Vec<String>,
-    /// Proxies whose `X-Forwarded-For` header is trusted, in canonical form.
-    pub trusted_proxies: Vec<IpAddr>,
+    /// Names by which requests may address this server.
+    pub hosts: Hosts,
+    /// Networks of proxies whose `X-Forwarded-For` header is trusted.
+    pub trusted_proxies: Vec<IpNet>,
     /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
     pub address_sessions_max: usize,
     /// Token that operators need for the admin paths; `None` closes these.
@@ -44,6 +47,7 @@ impl Default for Config {
             scenes: Scene::built_in(),
             waits: limits::Waits::default(),
             origins: Vec::new(),
+            hosts: Hosts::Any,
             trusted_proxies: Vec::new(),
             address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
             ops_token: None,

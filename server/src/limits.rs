@@ -3,6 +3,7 @@
 
 pub mod connect_rate_limiter;
 pub mod connection_limits;
+pub mod networks;
 pub mod rate_limited_stream;
 pub mod token_bucket;
 
@@ -17,9 +18,12 @@ use std::time::Duration;
 
 /// TCP connections at a time; one more is closed at once.
 pub const CONNECTIONS_MAX: usize = 4096;
-/// TCP connections of one address at a time (IPv6: of one /64). A school behind one address loads
+/// TCP connections of one address at a time (IPv6: of one /64); a /56 may hold twice as many, a /48 four times,
+/// and a /24 of IPv4 twice ([`networks::shares`]). A school behind one address loads
 /// the page over some six connections a browser, and plays over one.
 pub const ADDRESS_CONNECTIONS_MAX: usize = 512;
+/// A part of all connections, of game sockets, of rooms, one in so many, that is left to networks which hold few.
+pub const RESERVE_SHARE: usize = 8;
 /// Game sockets of one address at a time, unless `--address-sockets` says otherwise; one more is refused
 /// with `TooManySockets`.
 pub const ADDRESS_SESSIONS_MAX: usize = 128;
@@ -170,6 +174,8 @@ pub const REPLAYS_LISTED_MAX: usize = 100;
 pub const REPLAY_BEGINNING_BYTES: usize = 64 << 10;
 /// Replays that are being downloaded at a time.
 pub const REPLAY_READERS_MAX: usize = 64;
+/// Of these, of one address.
+pub const ADDRESS_REPLAY_READERS_MAX: usize = 4;
 
 // The state directory.
 

@@ -1,6 +1,6 @@
 //! Admission to a room: seats for newcomers in a full room, and the addresses of kicked players.
 
-use crate::limits::connection_limits::network;
+use crate::limits::networks::network;
 use crate::limits::{HELD_SHARE, KICKED_MAX, KICKED_TICKS};
 use jostle_game::Seat;
 use jostle_room::Room;

@@ -8,7 +8,7 @@ use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
 use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
-use crate::limits::connection_limits::network;
+use crate::limits::networks::{LEVELS, network, networks, shares};
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Refusal, Token};
@@ -84,17 +84,9 @@ impl Rooms {
         let Some(scene) = self.scene(scene) else {
             return Err(CreateError::NoSuchScene(scene.to_owned()));
         };
-        let creator = network(creator);
         let mut rooms = self.host.lock();
-        let created = rooms.values().filter_map(|room| room.info.creator);
-        if created.clone().filter(|address| *address == creator).count()
-            >= limits::ADDRESS_ROOMS_MAX
-        {
-            return Err(CreateError::TooManyOfAddress);
-        }
-        if created.count() >= limits::ROOMS_MAX {
-            return Err(CreateError::TooMany);
-        }
+        check_shares(rooms.values().filter_map(|room| room.info.creator), creator)?;
+        let creator = network(creator);
         let chars = if private { limits::PRIVATE_CODE_CHARS } else { CODE_CHARS };
         let code = loop {
             let code = random_code(chars, random);
@@ -189,6 +181,26 @@ impl Rooms {
     }
 }
 
+/// Checks that the networks of a creator may have one more room beside those of these creators. The last eighth
+/// of all rooms is for networks that have none.
+fn check_shares(
+    created: impl Iterator<Item = IpAddr> + Clone,
+    creator: IpAddr,
+) -> Result<(), CreateError> {
+    let of = networks(creator);
+    let held: [usize; LEVELS] = std::array::from_fn(|level| {
+        created.clone().filter(|&other| networks(other)[level] == of[level]).count()
+    });
+    if held.iter().zip(shares(limits::ADDRESS_ROOMS_MAX)).any(|(&held, share)| held >= share) {
+        return Err(CreateError::TooManyOfAddress);
+    }
+    let reserve = if held[LEVELS - 1] == 0 { 0 } else { limits::ROOMS_MAX / limits::RESERVE_SHARE };
+    match created.count() + reserve < limits::ROOMS_MAX {
+        true => Ok(()),
+        false => Err(CreateError::TooMany),
+    }
+}
+
 /// Returns whether a path segment has the form of a room's code.
 pub fn is_code(text: &str) -> bool {
     let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
@@ -212,6 +224,30 @@ mod tests {
         codes.sort();
         codes.dedup();
         assert_eq!(codes.len(), 1000);
+    }
+
+    #[test]
+    fn networks_have_shares_of_the_rooms_and_the_last_are_for_those_that_have_none() {
+        let ip = |line: u16, household: u16| {
+            IpAddr::from([0x2001, 0xdb8, line, household, 0, 0, 0, 1u16])
+        };
+        let mut created = Vec::new();
+        let mut create = |creator: IpAddr| {
+            check_shares(created.iter().copied(), creator)?;
+            created.push(network(creator));
+            Ok(())
+        };
+        let mut opened = |line, households: std::ops::Range<u16>| {
+            let wished = households.flat_map(|household| [household; 9]);
+            wished.filter(|&household| create(ip(line, household)).is_ok()).count()
+        };
+        assert_eq!(opened(1, 0..1), 8, "of a household");
+        assert_eq!(opened(1, 1..256), 8, "of a line with 256 networks, another eight");
+        assert_eq!(opened(1, 256..1024), 16, "of an organisation, 32 in all");
+        assert_eq!(opened(2, 0..1) + opened(3, 0..1) + opened(4, 0..1), 24);
+        assert_eq!(opened(5, 0..1), 1, "of the reserve");
+        assert_eq!(opened(6, 0..1), 1);
+        assert_eq!(create(ip(5, 0)), Err(CreateError::TooMany));
     }
 
     #[test]

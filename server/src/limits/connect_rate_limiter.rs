@@ -1,7 +1,7 @@
 //! Limits how fast each address may open connections. Each address has a token bucket of its own, which is
 //! dropped once it is full again, so there are few of them and one address cannot use up the share of another.
 
-use crate::limits::connection_limits::network;
+use crate::limits::networks::network;
 use crate::limits::token_bucket::TokenBucket;
 use crate::limits::{CONNECTING_ADDRESSES_MAX, CONNECTS_PER_SECOND_MAX};
 use std::collections::BTreeMap;

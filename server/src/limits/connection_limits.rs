@@ -1,30 +1,63 @@
-//! Limits on the sockets of each address, and of all. A permit frees its socket when it is dropped.
+//! Limits on the sockets of each network, and of all. A permit frees its socket when it is dropped.
+//!
+//! The last eighth of all sockets is a reserve for networks that hold few, so that nobody is shut out by
+//! networks that hold many. If that is not enough, idle connections give way.
 
+use crate::limits::RESERVE_SHARE;
+use crate::limits::networks::{LEVELS, networks, shares};
 use std::collections::BTreeMap;
-use std::net::{IpAddr, Ipv6Addr};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::net::IpAddr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::Notify;
 
-/// Counts of sockets per address and in total, up to two limits.
+/// Sockets of a network that may come out of the reserve: the connections of one browser.
+const FEW: usize = 8;
+
+/// Counts of sockets by network and in total, up to their limits.
+#[derive(Debug)]
 pub struct ConnectionLimits {
     in_all_max: usize,
     address_max: usize,
     counts: Mutex<Counts>,
 }
 
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Counts {
     in_all: usize,
-    by_address: BTreeMap<IpAddr, usize>,
+    by_network: [BTreeMap<IpAddr, usize>; LEVELS],
+    /// Connections that would give way, the longest idle first.
+    idle: BTreeMap<u64, Idle>,
+    /// Number of the newest of these.
+    number: u64,
+}
+
+#[derive(Debug)]
+struct Idle {
+    networks: [IpAddr; LEVELS],
+    gives_way: Arc<Notify>,
 }
 
 /// A counted socket, until it is dropped.
+#[derive(Debug)]
 pub struct Permit {
     limits: Arc<ConnectionLimits>,
-    address: IpAddr,
+    networks: [IpAddr; LEVELS],
+    gives_way: Arc<Notify>,
+    state: Mutex<PermitState>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PermitState {
+    Busy,
+    /// Idle, under this number.
+    Idle(u64),
+    /// It never gives way.
+    Kept,
 }
 
 impl ConnectionLimits {
-    /// Creates limits with no sockets counted.
+    /// Creates limits with no sockets counted: `in_all_max` in all, `address_max` for one address, and more for
+    /// the networks around it ([`shares`]).
     pub fn new(in_all_max: usize, address_max: usize) -> Arc<ConnectionLimits> {
         Arc::new(ConnectionLimits { in_all_max, address_max, counts: Mutex::default() })
     }
@@ -34,47 +67,141 @@ impl ConnectionLimits {
         self.address_max
     }
 
-    /// Counts one socket of `ip`; `None` when a limit is reached.
+    /// Counts one socket of `ip`; `None` when a limit is reached and no idle connection gives way.
     pub fn admit(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
-        self.admit_up_to(self.address_max, ip)
+        let networks = networks(ip);
+        let mut counts = self.lock();
+        let held = counts.held(networks);
+        if held.iter().zip(shares(self.address_max)).any(|(&held, share)| held >= share) {
+            return None;
+        }
+        let widest = held[LEVELS - 1];
+        let reserve = if widest < FEW { 0 } else { self.in_all_max / RESERVE_SHARE };
+        if counts.in_all + reserve >= self.in_all_max && !counts.make_room(widest) {
+            return None;
+        }
+        Some(self.count(&mut counts, networks))
     }
 
     /// The same for the address of a proxy: only the total limit counts.
     pub fn admit_one_of_all(self: &Arc<Self>, ip: IpAddr) -> Option<Permit> {
-        self.admit_up_to(self.in_all_max, ip)
-    }
-
-    fn admit_up_to(self: &Arc<Self>, address_max: usize, ip: IpAddr) -> Option<Permit> {
-        let address = network(ip);
-        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
-        let held = counts.by_address.get(&address).copied().unwrap_or(0);
-        if counts.in_all >= self.in_all_max || held >= address_max {
+        let mut counts = self.lock();
+        if counts.in_all >= self.in_all_max {
             return None;
         }
-        counts.in_all += 1;
-        counts.by_address.insert(address, held + 1);
-        Some(Permit { limits: Arc::clone(self), address })
+        Some(self.count(&mut counts, networks(ip)))
+    }
+
+    /// The widest networks that hold any, with how many, most first.
+    pub fn holders(&self) -> Vec<(IpAddr, usize)> {
+        let counts = self.lock();
+        let held = counts.by_network[0].iter();
+        let mut holders: Vec<_> = held.map(|(&network, &held)| (network, held)).collect();
+        holders.sort_by_key(|&(network, held)| (std::cmp::Reverse(held), network));
+        holders
+    }
+
+    fn count(self: &Arc<Self>, counts: &mut Counts, networks: [IpAddr; LEVELS]) -> Permit {
+        counts.add(networks);
+        Permit {
+            limits: Arc::clone(self),
+            networks,
+            gives_way: Arc::default(),
+            state: Mutex::new(PermitState::Busy),
+        }
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Counts> {
+        self.counts.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Counts {
+    fn held(&self, networks: [IpAddr; LEVELS]) -> [usize; LEVELS] {
+        let held = |level: usize| self.by_network[level].get(&networks[level]).copied();
+        std::array::from_fn(|level| held(level).unwrap_or(0))
+    }
+
+    fn add(&mut self, networks: [IpAddr; LEVELS]) {
+        self.in_all += 1;
+        for (counts, network) in self.by_network.iter_mut().zip(networks) {
+            *counts.entry(network).or_default() += 1;
+        }
+    }
+
+    fn remove(&mut self, networks: [IpAddr; LEVELS]) {
+        self.in_all -= 1;
+        for (counts, network) in self.by_network.iter_mut().zip(networks) {
+            match counts.get_mut(&network) {
+                Some(held) if *held > 1 => *held -= 1,
+                _ => drop(counts.remove(&network)),
+            }
+        }
+    }
+
+    /// Has the longest idle connection give way of a network that holds more than `held`, that of the newcomer.
+    fn make_room(&mut self, held: usize) -> bool {
+        let widest = |idle: &Idle| self.by_network[LEVELS - 1].get(&idle.networks[LEVELS - 1]);
+        let found = self.idle.iter().find(|(_, idle)| widest(idle).is_some_and(|&of| of > held));
+        let Some(number) = found.map(|(&number, _)| number) else { return false };
+        let Some(idle) = self.idle.remove(&number) else { return false };
+        self.remove(idle.networks);
+        idle.gives_way.notify_one();
+        true
+    }
+}
+
+impl Permit {
+    /// Notes whether the connection waits for nothing but its peer's next wish: then it may have to give way.
+    pub fn set_idle(&self, is_idle: bool) {
+        let mut state = self.lock();
+        let mut counts = self.limits.lock();
+        match (*state, is_idle) {
+            (PermitState::Busy, true) => {
+                counts.number += 1;
+                let number = counts.number;
+                let gives_way = Arc::clone(&self.gives_way);
+                counts.idle.insert(number, Idle { networks: self.networks, gives_way });
+                *state = PermitState::Idle(number);
+            }
+            // One that has been given away stays so.
+            (PermitState::Idle(number), false) if counts.idle.remove(&number).is_some() => {
+                *state = PermitState::Busy;
+            }
+            _ => {}
+        }
+    }
+
+    /// Never gives way from now on: it is a player's.
+    pub fn keep(&self) {
+        self.set_idle(false);
+        let mut state = self.lock();
+        if *state == PermitState::Busy {
+            *state = PermitState::Kept;
+        }
+    }
+
+    /// Resolves when the connection has to give way to a newcomer.
+    pub async fn gives_way(&self) {
+        self.gives_way.notified().await;
+    }
+
+    fn lock(&self) -> MutexGuard<'_, PermitState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Drop for Permit {
     fn drop(&mut self) {
-        let mut counts = self.limits.counts.lock().unwrap_or_else(PoisonError::into_inner);
-        counts.in_all -= 1;
-        match counts.by_address.get_mut(&self.address) {
-            Some(held) if *held > 1 => *held -= 1,
-            _ => drop(counts.by_address.remove(&self.address)),
-        }
-    }
-}
-
-/// The network that an address counts for: one IPv4 address, or one IPv6 /64, the prefix of a household.
-pub fn network(ip: IpAddr) -> IpAddr {
-    match ip.to_canonical() {
-        IpAddr::V4(ip) => IpAddr::V4(ip),
-        IpAddr::V6(ip) => {
-            let [a, b, c, d, ..] = ip.segments();
-            IpAddr::V6(Ipv6Addr::new(a, b, c, d, 0, 0, 0, 0))
+        let state = *self.lock();
+        let mut counts = self.limits.lock();
+        // One that gave way is counted no longer.
+        let is_counted = match state {
+            PermitState::Idle(number) => counts.idle.remove(&number).is_some(),
+            PermitState::Busy | PermitState::Kept => true,
+        };
+        if is_counted {
+            counts.remove(self.networks);
         }
     }
 }
@@ -82,9 +209,25 @@ pub fn network(ip: IpAddr) -> IpAddr {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::net::Ipv6Addr;
+    use std::pin::pin;
+    use std::task::{Context, Waker};
 
     fn ip(text: &str) -> IpAddr {
         text.parse().expect("an address")
+    }
+
+    /// An address in the household of this number on a line of this number.
+    fn household(line: u16, number: u16) -> IpAddr {
+        Ipv6Addr::new(0x2001, 0xdb8, line, number, 0, 0, 0, 1).into()
+    }
+
+    fn admitted(limits: &Arc<ConnectionLimits>, ips: impl Iterator<Item = IpAddr>) -> Vec<Permit> {
+        ips.map_while(|ip| limits.admit(ip)).collect()
+    }
+
+    fn has_to_go(permit: &Permit) -> bool {
+        pin!(permit.gives_way()).poll(&mut Context::from_waker(Waker::noop())).is_ready()
     }
 
     #[test]
@@ -94,11 +237,11 @@ mod tests {
         let _second = limits.admit(ip("10.0.0.1"));
         assert!(limits.admit(ip("10.0.0.1")).is_none(), "two of one address");
         assert!(limits.admit_one_of_all(ip("10.0.0.1")).is_some(), "and then it is free again");
-        let _third = limits.admit(ip("10.0.0.2"));
-        assert!(limits.admit(ip("10.0.0.3")).is_none(), "three in all");
+        let _third = limits.admit(ip("10.0.1.2"));
+        assert!(limits.admit(ip("10.0.2.3")).is_none(), "three in all");
         drop(first);
         assert!(limits.admit(ip("10.0.0.1")).is_some());
-        assert_eq!(limits.counts.lock().expect("a lock").by_address.len(), 2);
+        assert_eq!(limits.holders(), [(ip("10.0.0.1"), 1), (ip("10.0.1.2"), 1)]);
     }
 
     #[test]
@@ -109,5 +252,46 @@ mod tests {
         assert!(limits.admit(ip("2001:db8:0:2::5")).is_some());
         let _mapped = limits.admit(ip("::ffff:10.0.0.1"));
         assert!(limits.admit(ip("10.0.0.1")).is_none());
+    }
+
+    #[test]
+    fn one_line_with_many_networks_leaves_most_to_others() {
+        let limits = ConnectionLimits::new(4096, 512);
+        // All 256 networks of one line, which is a /56, and then all of a /48.
+        let of_line = admitted(&limits, (0..4096).map(|number| household(1, number % 256)));
+        assert_eq!(of_line.len(), 1024);
+        let of_site = admitted(&limits, (0..4096).map(|number| household(1, 256 + number)));
+        assert_eq!(of_line.len() + of_site.len(), 2048);
+        assert_eq!(admitted(&limits, (0..600).map(|_| household(2, 0))).len(), 512);
+    }
+
+    #[test]
+    fn the_reserve_is_for_networks_that_hold_few() {
+        let limits = ConnectionLimits::new(64, 32);
+        let of_many = admitted(&limits, (0..64).map(|number| household(number % 2, 0)));
+        assert_eq!(of_many.len(), 64 - 64 / RESERVE_SHARE);
+        assert!(limits.admit(household(1, 0)).is_none());
+        let newcomer = admitted(&limits, (0..64).map(|_| household(2, 0)));
+        assert_eq!(newcomer.len(), FEW, "what a browser needs");
+    }
+
+    #[test]
+    fn idle_connections_of_those_that_hold_more_give_way_to_newcomers() {
+        let limits = ConnectionLimits::new(8, 8);
+        let mut held = admitted(&limits, (0..8).map(|_| household(1, 0)));
+        assert_eq!(held.len(), 8);
+        assert!(limits.admit(household(2, 0)).is_none(), "all are busy");
+        held.iter().for_each(|permit| permit.set_idle(true));
+        held[0].set_idle(false);
+        held[1].keep();
+        let newcomer = limits.admit(household(2, 0)).expect("the longest idle one gives way");
+        let gone: Vec<_> = held.iter().map(has_to_go).collect();
+        assert_eq!(gone, [false, false, true, false, false, false, false, false]);
+        held[2].set_idle(false);
+        drop(held.remove(2));
+        assert_eq!(limits.holders(), [(ip("2001:db8:1::"), 7), (ip("2001:db8:2::"), 1)]);
+        assert!(limits.admit(household(1, 0)).is_none(), "nobody holds more than this one");
+        drop((held, newcomer));
+        assert!(limits.holders().is_empty());
     }
 }

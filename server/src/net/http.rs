@@ -3,11 +3,14 @@
 
 mod api;
 mod body;
+mod host;
 mod origin;
 mod page;
 mod replays;
 pub mod response;
 
+pub use host::{Hosts, check as check_host};
+pub use origin::is_proxy;
 pub use page::meant_code;
 
 use crate::host::rooms::is_code;
@@ -61,7 +64,12 @@ pub async fn answer(
     peer: IpAddr,
     state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
-    let address = origin::client_address(request.headers(), peer, &state.config.trusted_proxies);
+    let client = origin::client_address(request.headers(), peer, &state.config.trusted_proxies);
+    if let Some(text) = &client.unreadable {
+        // Else a proxy that is configured otherwise would make one client of all.
+        state.refused("unreadable_forwarded_for", peer, Foreign(text.as_bytes()));
+    }
+    let address = client.ip;
     let (mut answer, upgrade) = route(request, address, state).await;
     let headers = answer.headers_mut();
     headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
@@ -76,6 +84,11 @@ async fn route(
     address: IpAddr,
     state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
+    if let Err(error) = check_host(&request, &state.config.hosts) {
+        let host = request.headers().get(header::HOST).map_or(&[][..], HeaderValue::as_bytes);
+        state.refused("bad_host", address, Foreign(host));
+        return (failed(StatusCode::BAD_REQUEST, &error), None);
+    }
     let path = request.uri().path().to_owned();
     // A CONNECT names no path, and `OPTIONS *` none with a slash.
     let word = path.strip_prefix('/').unwrap_or_default();

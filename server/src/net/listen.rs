@@ -54,7 +54,7 @@ pub async fn accept(
             }
         };
         is_failing = false;
-        let is_proxy = state.config.trusted_proxies.contains(&peer.ip().to_canonical());
+        let is_proxy = http::is_proxy(peer.ip(), &state.config.trusted_proxies);
         // A proxy speaks for many clients, and limits their rate itself.
         if !is_proxy && !connects.admit(peer.ip(), Instant::now()) {
             turn_back(&stream, peer.ip(), state);
@@ -69,9 +69,17 @@ pub async fn accept(
             state.refused("too_many_connections", peer.ip(), "a connection");
             continue;
         };
-        let (state, alive) = (Arc::clone(state), alive.clone());
+        if is_proxy {
+            permit.keep();
+        }
+        let (state, alive, permit) = (Arc::clone(state), alive.clone(), Arc::new(permit));
         tokio::spawn(async move {
-            serve(stream, peer, permit, &state).await;
+            tokio::select! {
+                () = serve(stream, peer, &permit, &state) => {}
+                () = permit.gives_way() => {
+                    state.refused("gave_way", peer.ip(), "an idle connection");
+                }
+            }
             drop(alive);
         });
     }
@@ -87,7 +95,13 @@ fn turn_back(stream: &TcpStream, peer: IpAddr, state: &ServerState) {
 }
 
 /// Serves one connection: HTTP first, then perhaps a session on the same socket.
-async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, state: &Arc<ServerState>) {
+async fn serve(
+    stream: TcpStream,
+    peer: SocketAddr,
+    permit: &Arc<Permit>,
+    state: &Arc<ServerState>,
+) {
+    permit.set_idle(true);
     if let Err(error) = tune(&stream) {
         debug!(address = %peer.ip(), %error, "socket lost before it was served");
         return;
@@ -96,10 +110,11 @@ async fn serve(stream: TcpStream, peer: SocketAddr, _permit: Permit, state: &Arc
     let Some(stream) = secured(stream, peer.ip(), state).await else {
         return;
     };
-    let spoken = speak_http(stream, peer.ip(), state);
+    let spoken = speak_http(stream, peer.ip(), permit, state);
     let Ok(Some(upgrade)) = timeout(limits::HTTP_CONNECTION_MAX, spoken).await else {
         return;
     };
+    permit.keep();
     let Ok(connection) = upgrade.connection.await else {
         return;
     };
@@ -142,7 +157,12 @@ async fn secured(stream: Socket, peer: IpAddr, state: &ServerState) -> Option<Ma
 
 /// Answers requests until the peer has no more, or one asks for an upgrade, which is returned. Works on any
 /// stream; a peer that sends nothing is disconnected after a while.
-pub async fn speak_http<S>(stream: S, peer: IpAddr, state: &Arc<ServerState>) -> Option<Upgrade>
+pub async fn speak_http<S>(
+    stream: S,
+    peer: IpAddr,
+    permit: &Arc<Permit>,
+    state: &Arc<ServerState>,
+) -> Option<Upgrade>
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
@@ -151,8 +171,10 @@ where
     let service = service_fn(|request| {
         let (state, upgraded) = (Arc::clone(state), Arc::clone(&upgraded));
         asked.store(true, Ordering::Relaxed);
+        permit.set_idle(false);
         async move {
-            let (answer, upgrade) = http::answer(request, peer, &state).await;
+            let (mut answer, upgrade) = http::answer(request, peer, &state).await;
+            answer.body_mut().frees(permit);
             if upgrade.is_some() {
                 *upgraded.lock().unwrap_or_else(PoisonError::into_inner) = upgrade;
             }

@@ -5,15 +5,16 @@ use super::index::{Entry, IndexedFile, ReplayIndex, Stamp};
 use super::name::{ENDING, is_name, name, numbered};
 use super::settings::{Counters, Settings};
 use crate::limits;
+use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use jostle_protocol::replay::{END_BYTES_MAX, PlayerCount, Record, START_BYTES_MAX, Start};
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tracing::{info, warn};
 
 /// The replays of a server.
@@ -21,7 +22,7 @@ pub struct ReplayStore {
     settings: Settings,
     counters: Counters,
     index: Mutex<ReplayIndex>,
-    readers: Arc<Semaphore>,
+    readers: Arc<ConnectionLimits>,
 }
 
 /// A replay opened for reading.
@@ -32,7 +33,7 @@ pub struct Readable {
     /// Length of its whole records.
     pub bytes: u64,
     /// Permit to be held while it is read.
-    pub permit: OwnedSemaphorePermit,
+    pub permit: Permit,
 }
 
 /// The reason why a replay cannot be read.
@@ -40,13 +41,14 @@ pub struct Readable {
 pub enum Refused {
     /// There is none of that name.
     Unknown,
-    /// [`limits::REPLAY_READERS_MAX`] are being read.
+    /// [`limits::REPLAY_READERS_MAX`] are being read, or [`limits::ADDRESS_REPLAY_READERS_MAX`] by this address.
     Busy,
 }
 
 impl ReplayStore {
     pub(super) fn new(settings: Settings) -> ReplayStore {
-        let readers = Arc::new(Semaphore::new(limits::REPLAY_READERS_MAX));
+        let (in_all, of_address) = (limits::REPLAY_READERS_MAX, limits::ADDRESS_REPLAY_READERS_MAX);
+        let readers = ConnectionLimits::new(in_all, of_address);
         ReplayStore { settings, counters: Counters::default(), index: Mutex::default(), readers }
     }
 
@@ -70,10 +72,10 @@ impl ReplayStore {
         self.lock().get(name).is_some()
     }
 
-    /// Opens a replay for reading. Names are only looked up, so no name leads anywhere else.
-    pub fn read(&self, name: &str) -> Result<Readable, Refused> {
+    /// Opens a replay for reading by a client of this address. Names are only looked up, so no name leads anywhere else.
+    pub fn read(&self, name: &str, address: IpAddr) -> Result<Readable, Refused> {
         let bytes = self.lock().get(name).map(|file| file.entry.bytes).ok_or(Refused::Unknown)?;
-        let permit = Arc::clone(&self.readers).try_acquire_owned().map_err(|_| Refused::Busy)?;
+        let permit = self.readers.admit(address).ok_or(Refused::Busy)?;
         Ok(Readable { path: self.path(name), bytes, permit })
     }
 

@@ -7,6 +7,7 @@ use jostle_protocol::replay::{Ending, Record, Replay};
 use jostle_room::Room;
 use std::fs::{self, File};
 use std::io::{self, Write};
+use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
@@ -434,7 +435,7 @@ fn the_newest_are_listed_and_unreadable_files_are_not() {
     let expected: Vec<_> = (0..limits::REPLAYS_LISTED_MAX).map(|age| format!("r{age}")).collect();
     assert_eq!(rooms, expected);
     assert!(store.knows("broken") && !store.knows("../replays") && !store.knows(""));
-    assert!(matches!(store.read("other"), Err(Refused::Unknown)));
+    assert!(matches!(store.read("other", IpAddr::from([10, 0, 0, 1])), Err(Refused::Unknown)));
     // A removed file leaves the list.
     fs::remove_file(dir.0.join("broken.jostle")).expect("removed");
     store.look(SystemTime::now()).expect("a directory");
@@ -447,9 +448,15 @@ fn readers_past_the_limit_are_refused() {
     dir.put("a.jostle", b"bytes", 0);
     let store = ReplayStore::new(dir.settings());
     store.look(SystemTime::now()).expect("a directory");
+    let address = |last: usize| IpAddr::from([10, 0, last as u8, 1]);
+    let of_one = limits::ADDRESS_REPLAY_READERS_MAX;
     let mut readers: Vec<_> =
-        (0..limits::REPLAY_READERS_MAX).map(|_| store.read("a").expect("a permit")).collect();
-    assert!(matches!(store.read("a"), Err(Refused::Busy)));
+        (0..of_one).map(|_| store.read("a", address(0)).expect("a permit")).collect();
+    assert!(matches!(store.read("a", address(0)), Err(Refused::Busy)));
+    for reader in of_one..limits::REPLAY_READERS_MAX {
+        readers.push(store.read("a", address(reader)).expect("a permit"));
+    }
+    assert!(matches!(store.read("a", address(1)), Err(Refused::Busy)));
     readers.pop();
-    assert!(store.read("a").is_ok());
+    assert!(store.read("a", address(1)).is_ok());
 }

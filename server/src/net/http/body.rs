@@ -1,14 +1,15 @@
 //! Bodies of responses: bytes that all connections share, and files that are read while they are sent.
 
 use crate::limits::HTTP_FRAME_BYTES_MAX;
+use crate::limits::connection_limits::Permit;
 use crate::replays::Readable;
 use hyper::body::{Body as HttpBody, Bytes, Frame, SizeHint};
 use std::io;
 use std::pin::Pin;
+use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use tokio::fs::File;
 use tokio::io::{AsyncRead, ReadBuf};
-use tokio::sync::OwnedSemaphorePermit;
 
 /// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`], so that a connection which has
 /// to copy them, as TLS does, never copies more than a frame ahead of its peer.
@@ -16,18 +17,30 @@ use tokio::sync::OwnedSemaphorePermit;
 pub struct Body {
     source: Source,
     left: u64,
+    /// The connection is idle once this was sent.
+    busy: Option<Busy>,
+}
+
+/// Makes a connection idle when it is dropped.
+#[derive(Debug)]
+struct Busy(Arc<Permit>);
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        self.0.set_idle(true);
+    }
 }
 
 #[derive(Debug)]
 enum Source {
     Memory(Bytes),
-    File { file: File, chunk: Box<[u8]>, _permit: OwnedSemaphorePermit },
+    File { file: File, chunk: Box<[u8]>, _permit: Permit },
 }
 
 impl Body {
     /// A body of these bytes.
     pub fn new(bytes: Bytes) -> Body {
-        Body { left: bytes.len() as u64, source: Source::Memory(bytes) }
+        Body { left: bytes.len() as u64, source: Source::Memory(bytes), busy: None }
     }
 
     /// Opens the readable part of a replay.
@@ -36,7 +49,13 @@ impl Body {
         file.set_max_buf_size(HTTP_FRAME_BYTES_MAX);
         let left = file.metadata().await?.len().min(readable.bytes);
         let chunk = vec![0; HTTP_FRAME_BYTES_MAX].into_boxed_slice();
-        Ok(Body { source: Source::File { file, chunk, _permit: readable.permit }, left })
+        let source = Source::File { file, chunk, _permit: readable.permit };
+        Ok(Body { source, left, busy: None })
+    }
+
+    /// Notes that the connection is idle as soon as this was sent.
+    pub fn frees(&mut self, permit: &Arc<Permit>) {
+        self.busy = Some(Busy(Arc::clone(permit)));
     }
 }
 

@@ -1,7 +1,8 @@
 //! The origin of a request: the site whose page sent it, and the client's address behind trusted proxies.
 
 use hyper::header::{self, HeaderMap};
-use std::net::IpAddr;
+use ipnet::IpNet;
+use std::net::{IpAddr, SocketAddr};
 
 /// Header in which a proxy names its clients.
 const FORWARDED_FOR: &str = "x-forwarded-for";
@@ -25,25 +26,51 @@ pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
     host.is_some_and(|host| bare(host) == bare(authority))
 }
 
+/// The client of a request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ClientAddress {
+    /// Address that it counts for.
+    pub ip: IpAddr,
+    /// What a trusted proxy said in place of an address; the request counts for the proxy then.
+    pub unreadable: Option<String>,
+}
+
 /// The address that a request counts for. A trusted proxy is believed about the address before it; the
 /// last address in its list that is no trusted proxy is the client's, for all before it could be
 /// forged.
-pub fn client_address(headers: &HeaderMap, peer: IpAddr, trusted: &[IpAddr]) -> IpAddr {
-    let is_trusted = |ip: &IpAddr| trusted.contains(&ip.to_canonical());
-    if !is_trusted(&peer) {
-        return peer;
+pub fn client_address(headers: &HeaderMap, peer: IpAddr, trusted: &[IpNet]) -> ClientAddress {
+    let mut client = ClientAddress { ip: peer, unreadable: None };
+    if !is_proxy(peer, trusted) {
+        return client;
     }
-    let values = headers.get_all(FORWARDED_FOR).iter().filter_map(|value| value.to_str().ok());
-    let listed: Vec<&str> = values.flat_map(|value| value.split(',')).map(str::trim).collect();
-    let mut address = peer;
+    let values = headers.get_all(FORWARDED_FOR).iter();
+    let values: Vec<_> =
+        values.map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned()).collect();
+    let listed: Vec<&str> = values.iter().flat_map(|value| value.split(',')).collect();
     for text in listed.into_iter().rev() {
-        let Ok(before) = text.parse::<IpAddr>() else { break };
-        address = before;
-        if !is_trusted(&before) {
+        let Some(before) = forwarded_address(text.trim()) else {
+            client.unreadable = Some(text.trim().to_owned());
+            break;
+        };
+        client.ip = before;
+        if !is_proxy(before, trusted) {
             break;
         }
     }
-    address
+    client
+}
+
+/// Whether an address is that of a trusted proxy.
+pub fn is_proxy(ip: IpAddr, trusted: &[IpNet]) -> bool {
+    let ip = ip.to_canonical();
+    trusted.iter().any(|network| network.contains(&ip))
+}
+
+/// Reads an address as proxies write it: plain, with a port, or in brackets with or without one.
+fn forwarded_address(text: &str) -> Option<IpAddr> {
+    let bracketed = || text.strip_prefix('[')?.strip_suffix(']')?.parse().ok();
+    let with_port = || text.parse().ok().map(|address: SocketAddr| address.ip());
+    text.parse().ok().or_else(with_port).or_else(bracketed)
 }
 
 #[cfg(test)]
@@ -74,19 +101,48 @@ mod tests {
         assert!(!is_allowed(&headers(&[("origin", "http://here")]), &allowed), "no host");
     }
 
+    fn ip(text: &str) -> IpAddr {
+        text.parse().unwrap()
+    }
+
+    /// What proxies at 10.0.0.9, in 10.1.0.0/16 and in a network of IPv6 are believed.
+    fn client(peer: &str, listed: &'static str) -> ClientAddress {
+        let trusted = ["10.0.0.9/32", "10.1.0.0/16", "2001:db8:1::/48"];
+        let trusted = trusted.map(|text| text.parse().unwrap());
+        client_address(&headers(&[(FORWARDED_FOR, listed)]), ip(peer), &trusted)
+    }
+
     #[test]
     fn only_a_trusted_proxy_is_believed() {
-        let ip = |text: &str| text.parse::<IpAddr>().unwrap();
-        let trusted = [ip("10.0.0.9"), ip("10.0.0.8")];
-        let address = |peer: &str, listed: &'static str| {
-            client_address(&headers(&[(FORWARDED_FOR, listed)]), ip(peer), &trusted)
-        };
-        assert_eq!(address("7.7.7.7", "1.2.3.4"), ip("7.7.7.7"));
-        assert_eq!(address("10.0.0.9", "1.2.3.4"), ip("1.2.3.4"));
-        assert_eq!(address("::ffff:10.0.0.9", "1.2.3.4"), ip("1.2.3.4"));
-        assert_eq!(address("10.0.0.9", "6.6.6.6, 1.2.3.4, 10.0.0.8"), ip("1.2.3.4"));
-        assert_eq!(address("10.0.0.9", "6.6.6.6, nonsense"), ip("10.0.0.9"));
-        assert_eq!(address("10.0.0.9", "2001:db8::1"), ip("2001:db8::1"));
-        assert_eq!(client_address(&HeaderMap::new(), ip("10.0.0.9"), &trusted), ip("10.0.0.9"));
+        for (peer, listed, expected) in [
+            ("7.7.7.7", "1.2.3.4", "7.7.7.7"),
+            ("10.0.0.9", "1.2.3.4", "1.2.3.4"),
+            ("::ffff:10.0.0.9", "1.2.3.4", "1.2.3.4"),
+            ("10.1.200.3", "1.2.3.4", "1.2.3.4"),
+            ("10.2.0.3", "1.2.3.4", "10.2.0.3"),
+            ("2001:db8:1:5::1", "1.2.3.4", "1.2.3.4"),
+            ("10.0.0.9", "6.6.6.6, 1.2.3.4, 10.1.7.7", "1.2.3.4"),
+            ("10.0.0.9", "2001:db8::1", "2001:db8::1"),
+            ("10.0.0.9", "1.2.3.4:5678", "1.2.3.4"),
+            ("10.0.0.9", "6.6.6.6:1, [2001:db8::1]:443", "2001:db8::1"),
+            ("10.0.0.9", "[2001:db8::1]", "2001:db8::1"),
+        ] {
+            assert_eq!(client(peer, listed), ClientAddress { ip: ip(expected), unreadable: None });
+        }
+        let client =
+            client_address(&HeaderMap::new(), ip("10.0.0.9"), &["10.0.0.9/32".parse().unwrap()]);
+        assert_eq!(client.ip, ip("10.0.0.9"));
+    }
+
+    #[test]
+    fn what_is_no_address_is_reported_and_counts_for_the_proxy() {
+        for text in
+            ["nonsense", "unknown", "1.2.3", "1.2.3.4:", "[2001:db8::1", "1.2.3.4:99999", ""]
+        {
+            let client = client("10.0.0.9", text);
+            assert_eq!((client.ip, client.unreadable.as_deref()), (ip("10.0.0.9"), Some(text)));
+        }
+        let behind = client("10.0.0.9", "6.6.6.6, nonsense, 10.1.0.1");
+        assert_eq!((behind.ip, behind.unreadable.as_deref()), (ip("10.1.0.1"), Some("nonsense")));
     }
 }

@@ -35,11 +35,13 @@ pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
     let (Some(store), Some(name)) = (state.replays(), file.strip_suffix(".jostle")) else {
         return not_found();
     };
-    let readable = match store.read(name) {
+    let readable = match store.read(name, address) {
         Ok(readable) => readable,
         Err(Refused::Unknown) => return not_found(),
         Err(Refused::Busy) => {
-            let text = "too many replays are being downloaded; try again later";
+            state.refused("replays_busy", address, name);
+            let text =
+                "too many replays are being downloaded, by your network or in all; try again later";
             return failed(StatusCode::SERVICE_UNAVAILABLE, text);
         }
     };

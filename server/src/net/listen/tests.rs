@@ -23,7 +23,9 @@ async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option
         // Without its sender a phase is taken for the server's end.
         let _phase = sender;
         let server = with_write_timeout(server, served.config.waits.http_stall);
-        speak_http(server, IpAddr::V4(Ipv4Addr::LOCALHOST), &served).await
+        let peer = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        let permit = Arc::new(served.connections.admit(peer).expect("the first"));
+        speak_http(server, peer, &permit, &served).await
     };
     (state, peer, spoken)
 }

@@ -1,0 +1,54 @@
+//! The networks of an address. One person may have many addresses: a household has a /64 of IPv6 or all of a
+//! /56, an organisation a /48, and a rented machine a few neighbours in a /24 of IPv4.
+
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
+
+/// Networks that an address belongs to.
+pub const LEVELS: usize = 3;
+/// Lengths of their prefixes, the longest first.
+const BITS_V4: [u32; LEVELS] = [32, 24, 24];
+const BITS_V6: [u32; LEVELS] = [64, 56, 48];
+
+/// The networks of an address, the narrowest first, each by its first address.
+pub fn networks(ip: IpAddr) -> [IpAddr; LEVELS] {
+    match ip.to_canonical() {
+        IpAddr::V4(ip) => BITS_V4.map(|bits| {
+            IpAddr::V4(Ipv4Addr::from_bits(ip.to_bits() & u32::MAX << (u32::BITS - bits)))
+        }),
+        IpAddr::V6(ip) => BITS_V6.map(|bits| {
+            IpAddr::V6(Ipv6Addr::from_bits(ip.to_bits() & u128::MAX << (u128::BITS - bits)))
+        }),
+    }
+}
+
+/// The network that an address counts for where only one matters: one IPv4 address, or one IPv6 /64.
+pub fn network(ip: IpAddr) -> IpAddr {
+    networks(ip)[0]
+}
+
+/// What each network of an address may have if the narrowest may have `narrowest`: twice as much in each wider
+/// one, so that a neighbourhood is more than a household, and no single one is everybody.
+pub fn shares(narrowest: usize) -> [usize; LEVELS] {
+    std::array::from_fn(|level| narrowest.saturating_mul(1 << level))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ip(text: &str) -> IpAddr {
+        text.parse().expect("an address")
+    }
+
+    #[test]
+    fn an_address_belongs_to_wider_and_wider_networks() {
+        let of = |text| networks(ip(text));
+        assert_eq!(
+            of("2001:db8:1:2345:6:7:8:9"),
+            ["2001:db8:1:2345::", "2001:db8:1:2300::", "2001:db8:1::"].map(ip)
+        );
+        assert_eq!(of("203.0.113.77"), ["203.0.113.77", "203.0.113.0", "203.0.113.0"].map(ip));
+        assert_eq!(of("::ffff:203.0.113.77"), of("203.0.113.77"));
+        assert_eq!(shares(8), [8, 16, 32]);
+    }
+}
