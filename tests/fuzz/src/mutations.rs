@@ -247,6 +247,7 @@ fn rewritten(base: &Base, rng: &mut Rng) -> Vec<u8> {
             0 => *tick ^= 1 << rng.below(32),
             _ => *hash ^= 1 << rng.below(64),
         },
+        Record::Host(notes) => change_bytes(notes, rng),
     }
     let mut framed = base.framed.clone();
     framed[at] = record.seal();

@@ -48,7 +48,9 @@ pub fn handshake(bytes: &[u8]) {
         let serve = async {
             // After an upgrade the connection ends here.
             let address = IpAddr::V4(Ipv4Addr::LOCALHOST);
-            speak_http(server, address, &host.state).await.map(|upgrade| upgrade.code)
+            let permit = host.state.connections.admit(address).expect("the only one");
+            let permit = Arc::new(permit);
+            speak_http(server, address, &permit, &host.state).await.map(|upgrade| upgrade.code)
         };
         let (code, answer) = tokio::join!(serve, talk);
         if let Some(code) = code {
@@ -94,7 +96,7 @@ fn host() -> &'static Host {
         let config = Config { scenes: Vec::new(), ..Config::default() };
         let runtime = Builder::new_current_thread().enable_time().build();
         Host {
-            state: Arc::new(ServerState::new(config, phase, None)),
+            state: Arc::new(ServerState::new(config, phase, None, None)),
             runtime: runtime.expect("a runtime of one thread"),
             _phase: sender,
         }

@@ -70,7 +70,7 @@ async fn a_broken_upgrade_is_refused_in_http() {
          Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n",
         "Upgrade: h2c\r\nConnection: Upgrade\r\n",
     ] {
-        let request = format!("GET /arena HTTP/1.1\r\nHost: jostle\r\n{headers}\r\n");
+        let request = format!("GET /arena HTTP/1.1\r\nHost: localhost\r\n{headers}\r\n");
         let mut stream = TcpStream::connect(server.address).await.expect("a connection");
         stream.write_all(request.as_bytes()).await.expect("a live socket");
         let mut answer = [0; 64];
@@ -250,7 +250,7 @@ async fn a_slow_body_is_closed() {
     let waits = Waits { http_body: Duration::from_secs(1), ..PATIENT };
     let server = Server::start_with_waits(waits).await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
-    let head = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nContent-Length: 17\r\n\r\n{";
+    let head = "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nContent-Length: 17\r\n\r\n{";
     let mut stream = TcpStream::connect(server.address).await.expect("a connection");
     stream.write_all(head.as_bytes()).await.expect("a live socket");
     let mut answer = [0; 64];

@@ -77,12 +77,12 @@ pub async fn get_at_last(address: SocketAddr, path: &str) -> Answer {
 }
 
 fn get_request(path: &str) -> String {
-    format!("GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n")
+    format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
 }
 
 pub async fn post(address: SocketAddr, path: &str, body: &str) -> Answer {
     let length = body.len();
-    let head = format!("POST {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n");
+    let head = format!("POST {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n");
     raw(address, &format!("{head}Content-Length: {length}\r\n\r\n{body}")).await
 }
 
@@ -102,7 +102,7 @@ async fn the_page_comes_with_headers_that_protect_it() {
                 || assets::find(assets::FILES, "index.html").is_some()
         );
     }
-    let head = "HEAD / HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n";
+    let head = "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
     let answer = raw(server.address, head).await;
     assert_eq!((answer.status, answer.body.len()), (200, 0));
 }
@@ -113,7 +113,7 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     let server = Server::start_with(jostle_server::Config { origins, ..patient() }).await;
     let upgrade = |origin: &str| {
         format!(
-            "GET /arena HTTP/1.1\r\nHost: jostle\r\nOrigin: {origin}\r\nConnection: upgrade\r\n\
+            "GET /arena HTTP/1.1\r\nHost: localhost\r\nOrigin: {origin}\r\nConnection: upgrade\r\n\
              Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
              Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
         )
@@ -128,10 +128,10 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     for origin in ["http://jostle", "https://friends.example.org"] {
         assert_eq!(status_line(server.address, &upgrade(origin)).await, "HTTP/1.1 101", "{origin}");
     }
-    let create = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nOrigin: null\r\n\
+    let create = "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nOrigin: null\r\n\
         Connection: close\r\nContent-Length: 17\r\n\r\n{\"scene\":\"arena\"}";
     assert_eq!(raw(server.address, create).await.status, 403);
-    let get = "GET / HTTP/1.1\r\nHost: jostle\r\nOrigin: null\r\nConnection: close\r\n\r\n";
+    let get = "GET / HTTP/1.1\r\nHost: localhost\r\nOrigin: null\r\nConnection: close\r\n\r\n";
     assert_eq!(raw(server.address, get).await.status, 200, "reading is free");
     server.counts("jostle_refusals_total{reason=\"foreign_page\"}", 2).await;
 }
@@ -178,7 +178,7 @@ async fn embedded_files_are_cached_by_their_etag() {
         assert_eq!(answer.header("content-type"), Some(assets::content_type(file.name)));
         let etag = answer.header("etag").expect("an etag");
         let again = format!(
-            "GET {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\nIf-None-Match: {etag}\r\n\r\n"
+            "GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nIf-None-Match: {etag}\r\n\r\n"
         );
         assert_eq!(raw(server.address, &again).await.status, 304, "{path}");
     }
@@ -265,7 +265,7 @@ async fn bad_requests_are_answered_with_a_sentence() {
     }
     for (method, path) in [("PUT", "/api/rooms"), ("DELETE", "/arena"), ("POST", "/api/scenes")] {
         let request =
-            format!("{method} {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n");
+            format!("{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
         let answer = raw(server.address, &request).await;
         assert_eq!(answer.status, 405, "{method} {path}");
         assert!(answer.header("allow").is_some_and(|allow| allow.contains("GET")));
@@ -310,7 +310,7 @@ async fn no_path_leads_out_of_the_embedded_files() {
         assert_eq!(answer.status, 404, "{path}: {}", String::from_utf8_lossy(&answer.body));
     }
     for line in ["CONNECT elsewhere:80", "OPTIONS *", "GET *", "OPTIONS /"] {
-        let request = format!("{line} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n");
+        let request = format!("{line} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
         let status = raw(server.address, &request).await.status;
         assert!((400..500).contains(&status), "{line}: {status}");
     }

@@ -62,7 +62,7 @@ impl Flood {
 }
 
 fn request(connection: &str) -> Vec<u8> {
-    let head = format!("PUT / HTTP/1.1\r\nHost: jostle\r\nConnection: {connection}\r\n");
+    let head = format!("PUT / HTTP/1.1\r\nHost: localhost\r\nConnection: {connection}\r\n");
     [head.as_bytes(), b"Origin: http://", &[0xff; 4000], b"\r\n\r\n"].concat()
 }
 

@@ -9,6 +9,7 @@ mod hosts;
 mod http;
 #[cfg(unix)]
 mod log;
+mod networks;
 mod ops;
 mod play;
 mod process;

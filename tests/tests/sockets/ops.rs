@@ -65,7 +65,7 @@ async fn metrics_between_ticks(ops: SocketAddr) -> String {
 
 /// Sends a request with additional headers to the operators' port.
 async fn ask(server: &Server, method: &str, path: &str, headers: &str) -> Answer {
-    let head = format!("{method} {path} HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n");
+    let head = format!("{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n");
     raw(server.ops, &format!("{head}{headers}\r\n")).await
 }
 
@@ -128,7 +128,7 @@ async fn without_the_token_nothing_is_answered_and_nothing_happens() {
     let open = Server::start().await;
     let bearer = format!("Authorization: Bearer {TOKEN}\r\n");
     assert_eq!(ask(&open, "POST", "/admin/drain", &bearer).await.status, 404);
-    let head = "GET /admin/rooms HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n";
+    let head = "GET /admin/rooms HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n";
     let answer = raw(server.address, &format!("{head}{bearer}\r\n")).await;
     assert_eq!(answer.status, 404, "and not on the players' port");
 }

@@ -204,7 +204,7 @@ async fn without_players_the_server_stops_at_once() {
     // It would be late if it waited for players to read the notice.
     let mut server = Server::start_with_waits(Waits { drain_notice: 2 * LONG, ..PATIENT }).await;
     let mut idle = TcpStream::connect(server.address).await.expect("a connection");
-    idle.write_all(b"GET /api/rooms HTTP/1.1\r\nHost: jostle\r\n\r\n").await.expect("a socket");
+    idle.write_all(b"GET /api/rooms HTTP/1.1\r\nHost: localhost\r\n\r\n").await.expect("a socket");
     let mut answer = [0; 16];
     idle.read_exact(&mut answer).await.expect("an answer");
     server.stop();

@@ -14,7 +14,7 @@ use tokio::time::{sleep, timeout};
 const STALLED: usize = 256;
 /// Most memory that all of them may take, bytes. The file that they ask for has 4 MiB.
 const GROWTH_MAX: f64 = (16 << 20) as f64;
-const REQUEST: &[u8] = b"GET /assets/big.bin HTTP/1.1\r\nHost: jostle.example.org\r\n\r\n";
+const REQUEST: &[u8] = b"GET /assets/big.bin HTTP/1.1\r\nHost: localhost.example.org\r\n\r\n";
 
 /// Physical memory of the server, bytes.
 async fn resident_bytes(host: &Host) -> f64 {

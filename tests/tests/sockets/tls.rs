@@ -26,7 +26,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 /// Name of the server in the certificates.
 const NAME: &str = "jostle.example.org";
-const GET: &str = "GET / HTTP/1.1\r\nHost: jostle.example.org\r\nConnection: close\r\n\r\n";
+const GET: &str = "GET / HTTP/1.1\r\nHost: localhost.example.org\r\nConnection: close\r\n\r\n";
 
 /// A certificate for [`NAME`] in files.
 pub struct Identity {

@@ -16,7 +16,7 @@ async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option
     let (sender, phase) = watch::channel(Phase::Running);
     let state = Arc::new(ServerState::new(config, phase, None, None));
     let (mut peer, server) = duplex(PIPE_BYTES);
-    let request = b"GET /assets/big.bin HTTP/1.1\r\nHost: jostle\r\n\r\n";
+    let request = b"GET /assets/big.bin HTTP/1.1\r\nHost: localhost\r\n\r\n";
     peer.write_all(request).await.expect("a pipe in memory");
     let served = state.clone();
     let spoken = async move {

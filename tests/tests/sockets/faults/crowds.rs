@@ -144,7 +144,7 @@ async fn an_address_that_connects_without_end_is_limited_and_no_other() {
     assert!(said.contains("\r\nRetry-After: 1\r\n"), "{said}");
     assert!(server.count(&refusals("connects_too_fast")).await > 0);
     let mallory = socket_of(MALLORY).connect(server.address).await.expect("a connection");
-    let request = "GET / HTTP/1.1\r\nHost: jostle\r\nConnection: close\r\n\r\n";
+    let request = "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
     assert_eq!(raw_over(mallory, request).await.status, 200);
     ann.keeps_playing().await;
 }
@@ -186,7 +186,7 @@ async fn a_flooded_operators_port_costs_players_nothing() {
 async fn until_answered(ops: SocketAddr) {
     loop {
         let mut stream = TcpStream::connect(ops).await.expect("a connection");
-        let asked = stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: jostle\r\n\r\n").await;
+        let asked = stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n").await;
         if asked.is_ok() && matches!(stream.read(&mut [0; 8]).await, Ok(1..)) {
             return;
         }

@@ -127,7 +127,7 @@ async fn messages_in_fragments_are_whole_messages() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_upgrade_in_segments_of_a_byte_is_an_upgrade() {
     let server = Server::start().await;
-    let request = "GET /arena HTTP/1.1\r\nHost: jostle\r\nConnection: upgrade\r\n\
+    let request = "GET /arena HTTP/1.1\r\nHost: localhost\r\nConnection: upgrade\r\n\
         Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
     let mut stream = TcpStream::connect(server.address).await.expect("a connection");
@@ -182,7 +182,10 @@ async fn a_head_of_twenty_megabytes_is_cut_off() {
     let server = Server::start().await;
     let mut ann = Client::join(server.address, "arena", "Ann").await;
     let mut stream = TcpStream::connect(server.address).await.expect("a connection");
-    stream.write_all(b"GET /arena HTTP/1.1\r\nHost: jostle\r\nX-Filler: ").await.expect("a socket");
+    stream
+        .write_all(b"GET /arena HTTP/1.1\r\nHost: localhost\r\nX-Filler: ")
+        .await
+        .expect("a socket");
     let chunk = [b'x'; 64 << 10];
     let mut taken = 0;
     while taken < 20 << 20 {

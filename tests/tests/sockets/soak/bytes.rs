@@ -48,7 +48,7 @@ async fn slow_head(stage: &Stage) {
 
 async fn slow_body(stage: &Stage) {
     let mut half = connect(stage).await;
-    let head = "POST /api/rooms HTTP/1.1\r\nHost: jostle\r\nContent-Length: 17\r\n\r\n{";
+    let head = "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nContent-Length: 17\r\n\r\n{";
     half.write_all(head.as_bytes()).await.expect("a live socket");
     assert!(read_all(&mut half).await.starts_with("HTTP/1.1 408 "));
 }
@@ -81,7 +81,7 @@ pub async fn segments_of_a_byte(stage: &Stage) {
 /// Row 9: a head of 20 MB.
 pub async fn endless_head(stage: &Stage) {
     let mut stream = connect(stage).await;
-    stream.write_all(b"GET / HTTP/1.1\r\nHost: jostle\r\nX-Filler: ").await.expect("a socket");
+    stream.write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\nX-Filler: ").await.expect("a socket");
     let mut taken = 0;
     while taken < 20 << 20 {
         match timeout(LONG, stream.write(&[b'x'; 64 << 10])).await.expect("an end in time") {
@@ -145,7 +145,7 @@ pub async fn another_version(stage: &Stage) {
 /// Row 15: a page of another site.
 pub async fn foreign_page(stage: &Stage) {
     let mut stream = connect(stage).await;
-    let request = "GET /arena HTTP/1.1\r\nHost: jostle\r\nOrigin: http://elsewhere\r\n\
+    let request = "GET /arena HTTP/1.1\r\nHost: localhost\r\nOrigin: http://elsewhere\r\n\
         Connection: upgrade, close\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
     stream.write_all(request.as_bytes()).await.expect("a live socket");

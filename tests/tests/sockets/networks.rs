@@ -1,0 +1,124 @@
+//! What one network can do to others: open rooms, download replays, speak through a proxy, and come under
+//! another name.
+
+use crate::client::LONG;
+use crate::http::{Answer, raw};
+use crate::replays::Dir;
+use crate::server::Server;
+use jostle_server::Config;
+use jostle_server::limits::{ADDRESS_REPLAY_READERS_MAX, ADDRESS_ROOMS_MAX};
+use jostle_server::net::http::Hosts;
+use jostle_tests::server::patient;
+use std::fs;
+use std::net::SocketAddr;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+
+/// A server behind a proxy, which is this machine.
+async fn behind_a_proxy(config: Config) -> Server {
+    let proxies = vec!["127.0.0.0/8".parse().expect("a network")];
+    Server::start_with(Config { trusted_proxies: proxies, ..config }).await
+}
+
+/// A client's request as a proxy passes it on.
+fn passed_on(method: &str, path: &str, client: &str, body: &str) -> String {
+    let length = body.len();
+    format!(
+        "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+         X-Forwarded-For: {client}\r\nContent-Length: {length}\r\n\r\n{body}"
+    )
+}
+
+async fn open_room(server: &Server, client: &str) -> u16 {
+    let body = r#"{"scene":"arena"}"#;
+    raw(server.address, &passed_on("POST", "/api/rooms", client, body)).await.status
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn clients_behind_a_proxy_count_each_for_itself_however_it_writes_them() {
+    let server = behind_a_proxy(patient()).await;
+    for room in 0..ADDRESS_ROOMS_MAX {
+        assert_eq!(open_room(&server, &format!("203.0.113.7:{}", 4000 + room)).await, 201);
+    }
+    assert_eq!(open_room(&server, "203.0.113.7:5000").await, 429);
+    assert_eq!(open_room(&server, "198.51.100.1:5000").await, 201);
+    assert_eq!(open_room(&server, "6.6.6.6, [2001:db8::1]:443").await, 201);
+    assert_eq!(server.count("jostle_refusals_total{reason=\"unreadable_forwarded_for\"}").await, 0);
+    assert_eq!(open_room(&server, "unknown").await, 201);
+    server.counts("jostle_refusals_total{reason=\"unreadable_forwarded_for\"}", 1).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn one_line_with_many_networks_cannot_open_all_rooms() {
+    let server = behind_a_proxy(patient()).await;
+    let mut opened = 0;
+    for household in 0..64 {
+        let client = format!("2001:db8:1:{household:x}::1");
+        opened += usize::from(open_room(&server, &client).await == 201);
+    }
+    assert_eq!(opened, 2 * ADDRESS_ROOMS_MAX);
+    assert_eq!(open_room(&server, "2001:db8:2::1").await, 201);
+}
+
+/// Asks for a replay and reads no more of it than the status.
+async fn begin_download(server: SocketAddr, client: &str) -> (TcpStream, u16) {
+    let mut stream = TcpStream::connect(server).await.expect("a connection");
+    let request = passed_on("GET", "/replays/big.jostle", client, "");
+    stream.write_all(request.as_bytes()).await.expect("a live socket");
+    let mut status = [0; 12];
+    let read = timeout(LONG, stream.read_exact(&mut status)).await;
+    read.expect("an answer in time").expect("an answer");
+    let status = str::from_utf8(&status[9..]).ok().and_then(|status| status.parse().ok());
+    (stream, status.expect("a status"))
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn one_address_cannot_use_up_all_downloads() {
+    let dir = Dir::new("downloads");
+    // More than the system buffers for a socket.
+    fs::write(dir.path().join("big.jostle"), vec![7; 32 << 20]).expect("a place");
+    let server = behind_a_proxy(Config { replays: Some(dir.settings()), ..patient() }).await;
+    let known = async { while begin_download(server.address, "192.0.2.1").await.1 != 200 {} };
+    timeout(LONG, known).await.expect("the replay is found in time");
+    let mut held = Vec::new();
+    for _ in 0..ADDRESS_REPLAY_READERS_MAX {
+        let (stream, status) = begin_download(server.address, "203.0.113.7:80").await;
+        assert_eq!(status, 200);
+        held.push(stream);
+    }
+    assert_eq!(begin_download(server.address, "203.0.113.7:80").await.1, 503);
+    server.counts("jostle_refusals_total{reason=\"replays_busy\"}", 1).await;
+    assert_eq!(begin_download(server.address, "198.51.100.1").await.1, 200);
+}
+
+/// Asks with these lines in the head.
+async fn ask(address: SocketAddr, lines: &str) -> Answer {
+    raw(address, &format!("GET /healthz HTTP/1.1\r\nConnection: close\r\n{lines}\r\n")).await
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_request_has_one_host_and_it_is_one_of_ours() {
+    let hosts = Hosts::Listed(vec!["play.example.org".to_owned()]);
+    let server = Server::start_with(Config { hosts, ..patient() }).await;
+    for (lines, is_known) in [
+        ("Host: play.example.org\r\n", true),
+        ("Host: PLAY.example.org:8443\r\n", true),
+        ("Host: 127.0.0.1:8080\r\n", true),
+        ("Host: localhost\r\n", true),
+        ("", false),
+        ("Host: localhost\r\nHost: localhost\r\n", false),
+        ("Host: evil.example\r\n", false),
+        // A page of that site, whose name now leads here.
+        ("Host: evil.example\r\nOrigin: http://evil.example\r\nUpgrade: websocket\r\n", false),
+    ] {
+        let answer = ask(server.address, lines).await;
+        assert_eq!(answer.status == 400, !is_known, "{lines:?}: {}", answer.status);
+    }
+    server.counts("jostle_refusals_total{reason=\"bad_host\"}", 4).await;
+    // Operators come by address, or from this machine.
+    assert_eq!(ask(server.ops, "Host: localhost\r\n").await.status, 200);
+    for lines in ["Host: play.example.org\r\n", "Host: evil.example\r\n", ""] {
+        assert_eq!(ask(server.ops, lines).await.status, 400, "{lines:?}");
+    }
+}
