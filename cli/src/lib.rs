@@ -4,6 +4,7 @@
 mod bot_input;
 pub mod bots;
 mod cost;
+mod descriptors;
 mod inputs;
 mod output;
 mod plan;
@@ -74,7 +75,7 @@ fn fail(failure: Failure) -> ExitCode {
         Failure::Check(text) => (text, 1),
         Failure::Usage(text) => (text, 2),
     };
-    eprintln!("error: {text}");
+    eprintln!("error: {}", output::plain(&text));
     ExitCode::from(status)
 }
 

@@ -36,10 +36,38 @@ pub fn json(report: &impl Serialize) -> String {
     serde_json::to_string(report).expect("reports hold strings and numbers only")
 }
 
+/// Text as a terminal may be shown it: what is in a file or came over a network could hold sequences that move the
+/// cursor, change colours or worse.
+pub fn plain(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for char in text.chars() {
+        match char {
+            '\n' | '\t' => shown.push(char),
+            _ if char.is_control() => shown.extend(char.escape_default()),
+            _ => shown.push(char),
+        }
+    }
+    shown
+}
+
 /// Prints a line. A reader that closed stdout, as `head` does, is no error.
 pub fn say(line: impl Display) -> Result<(), Failure> {
-    match writeln!(std::io::stdout(), "{line}") {
+    match writeln!(std::io::stdout(), "{}", plain(&line.to_string())) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => written.or_check("stdout"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+
+    #[test]
+    fn no_text_controls_the_terminal() {
+        assert_eq!(plain("two\n\tlines, äöü"), "two\n\tlines, äöü");
+        let evil = "\u{1b}]0;title\u{7}\u{1b}[2J\r\u{9b}31m\u{7f}";
+        let shown = plain(evil);
+        assert_eq!(shown, "\\u{1b}]0;title\\u{7}\\u{1b}[2J\\r\\u{9b}31m\\u{7f}");
+        assert!(!shown.chars().any(char::is_control));
     }
 }

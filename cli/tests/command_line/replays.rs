@@ -166,6 +166,20 @@ fn other_files_are_status_1_and_missing_files_status_2() {
 }
 
 #[test]
+fn texts_of_a_replay_cannot_control_the_terminal() {
+    let directory = directory("replay-escapes");
+    let file = record(&directory, "a.jostle", "impulse", 60);
+    let replay = Replay::read(std::fs::read(&file).expect("a file")).expect("a replay");
+    let mut start = replay.start().clone();
+    start.scene_name = "\u{1b}[2J".to_owned();
+    start.program = "\u{1b}]0;mine\u{7}".to_owned();
+    let bytes = [header(), Record::Start(start).seal()].concat();
+    std::fs::write(&file, bytes).expect("a written file");
+    let text = succeeds(&["replay", "info", path_text(&file)]);
+    assert!(text.contains("\\u{1b}[2J") && !text.contains('\u{1b}'), "{text:?}");
+}
+
+#[test]
 fn phases_of_a_tick_can_be_compared() {
     let file = record(&directory("replay-phases"), "a.jostle", "bounds", 90);
     let file = path_text(&file);
