@@ -1,5 +1,6 @@
 //! `jostle serve`: configures the server by the command line, and stops it at a signal.
 
+use crate::descriptors;
 use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
 use ipnet::IpNet;
@@ -98,7 +99,9 @@ impl Serve {
     /// Serves until a signal. `log_drops` counts the lines that the log drops.
     pub fn run(self, log_drops: ErrorCounter) -> Result<(), Failure> {
         log_panics();
-        let mut config = Config { log_drops: Some(log_drops), ..Config::default() };
+        let connections_max = descriptors::connections_max();
+        let mut config =
+            Config { log_drops: Some(log_drops), connections_max, ..Config::default() };
         if let Some(dir) = &self.scenes {
             add_scenes(&mut config.scenes, dir)?;
         }

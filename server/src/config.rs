@@ -24,6 +24,8 @@ pub struct Config {
     pub hosts: Hosts,
     /// Networks of proxies whose `X-Forwarded-For` header is trusted.
     pub trusted_proxies: Vec<IpNet>,
+    /// Connections at a time, at most [`limits::CONNECTIONS_MAX`].
+    pub connections_max: usize,
     /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
     pub address_sessions_max: usize,
     /// Token that operators need for the admin paths; `None` closes these.
@@ -49,6 +51,7 @@ impl Default for Config {
             origins: Vec::new(),
             hosts: Hosts::Any,
             trusted_proxies: Vec::new(),
+            connections_max: limits::CONNECTIONS_MAX,
             address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
             ops_token: None,
             tls: None,

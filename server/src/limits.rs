@@ -18,6 +18,9 @@ use std::time::Duration;
 
 /// TCP connections at a time; one more is closed at once.
 pub const CONNECTIONS_MAX: usize = 4096;
+/// Descriptors beside those of connections: two files for each room, the operators' port, the log, and what the
+/// runtime has.
+pub const DESCRIPTORS_SPARE: usize = 2 * (ROOMS_MAX + SCENES_MAX) + OPS_CONNECTIONS_MAX + 48;
 /// TCP connections of one address at a time (IPv6: of one /64); a /56 may hold twice as many, a /48 four times,
 /// and a /24 of IPv4 twice ([`networks::shares`]). A school behind one address loads
 /// the page over some six connections a browser, and plays over one.
@@ -120,6 +123,8 @@ pub const ADDRESS_ROOMS_MAX: usize = 8;
 /// Held seats of one address in a room, as a fraction of its seats: of an address that has more, the
 /// longest-lost may be given to any newcomer once the room is full.
 pub const HELD_SHARE: usize = 4;
+/// Ticks for which a player has done nothing after which the seat goes to a newcomer if the room is full.
+pub const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
 /// Ticks for which the address of a kicked player gets no seat in the room.
 pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
 /// Kicked addresses that a room remembers; one more replaces the oldest.

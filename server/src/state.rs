@@ -43,7 +43,7 @@ impl ServerState {
         recording: Option<Arc<Recording>>,
         state_writer: Option<Arc<StateWriter>>,
     ) -> ServerState {
-        let address_max = config.address_sessions_max;
+        let (in_all, address_max) = (config.connections_max, config.address_sessions_max);
         let connections_max = limits::ADDRESS_CONNECTIONS_SPARE + address_max;
         // With the key of the process before, its tokens go on giving seats back.
         let signer = match &state_writer {
@@ -63,8 +63,8 @@ impl ServerState {
             rooms: Arc::new(Rooms::new(&config.scenes, Arc::clone(&host))),
             config,
             host,
-            connections: ConnectionLimits::new(limits::CONNECTIONS_MAX, connections_max),
-            sessions: ConnectionLimits::new(limits::CONNECTIONS_MAX, address_max),
+            connections: ConnectionLimits::new(in_all, connections_max),
+            sessions: ConnectionLimits::new(in_all, address_max),
             refusal_log: RefusalLog::default(),
             drain: Notify::new(),
         }

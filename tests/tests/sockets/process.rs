@@ -49,11 +49,11 @@ impl Process {
         Process::start(Command::new(binary()), more, log)
     }
 
-    /// Starts it with at most this many descriptors.
+    /// Starts it with at most this many descriptors, by the shell's `ulimit` with these flags.
     #[cfg(unix)]
-    pub fn serve_with_descriptors(count: u32, log: Stdio) -> Process {
+    pub fn serve_with_descriptors(flags: &str, count: u32, log: Stdio) -> Process {
         let mut shell = Command::new("sh");
-        shell.arg("-c").arg(format!("ulimit -n {count}; exec \"$0\" \"$@\"")).arg(binary());
+        shell.arg("-c").arg(format!("ulimit {flags} {count}; exec \"$0\" \"$@\"")).arg(binary());
         Process::start(shell, &[], log)
     }
 

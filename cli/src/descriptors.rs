@@ -1,0 +1,69 @@
+//! The limit on descriptors, of which each connection takes one: it is raised as far as the system allows, and
+//! if that is not enough for all connections, fewer are accepted, so that rooms, files and operators have theirs.
+
+use jostle_server::limits::{CONNECTIONS_MAX, DESCRIPTORS_SPARE};
+use tracing::warn;
+
+/// Raises the limit, and returns how many connections there may be at a time under it.
+pub fn connections_max() -> usize {
+    let Some(descriptors) = raised() else { return CONNECTIONS_MAX };
+    let connections = connections_under(descriptors);
+    if connections < CONNECTIONS_MAX {
+        warn!(
+            descriptors,
+            connections,
+            "the limit on open files (ulimit -Hn) allows fewer connections than {CONNECTIONS_MAX}; raise it to {}",
+            CONNECTIONS_MAX + DESCRIPTORS_SPARE
+        );
+    }
+    connections
+}
+
+/// Connections at a time if the process may have this many descriptors: a quarter at least.
+fn connections_under(descriptors: u64) -> usize {
+    let descriptors = usize::try_from(descriptors).unwrap_or(usize::MAX);
+    let spared = descriptors.saturating_sub(DESCRIPTORS_SPARE);
+    spared.max(descriptors / 4).clamp(1, CONNECTIONS_MAX)
+}
+
+/// Raises the soft limit to the hard one, and returns what holds then; `None` if there is none.
+#[cfg(unix)]
+fn raised() -> Option<u64> {
+    use rustix::process::{Resource, getrlimit, setrlimit};
+    let mut limit = getrlimit(Resource::Nofile);
+    let before = limit.current;
+    limit.current = limit.maximum;
+    match setrlimit(Resource::Nofile, limit) {
+        Ok(()) => limit.maximum,
+        Err(_) => before,
+    }
+}
+
+#[cfg(not(unix))]
+fn raised() -> Option<u64> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn connections_leave_descriptors_for_everything_else() {
+        assert_eq!(connections_under(1 << 20), CONNECTIONS_MAX);
+        let enough = (CONNECTIONS_MAX + DESCRIPTORS_SPARE) as u64;
+        assert_eq!(connections_under(enough), CONNECTIONS_MAX);
+        assert_eq!(connections_under(enough - 1), CONNECTIONS_MAX - 1);
+        assert_eq!(connections_under(1024), 1024 - DESCRIPTORS_SPARE);
+        assert_eq!(connections_under(256), 64);
+        assert_eq!(connections_under(0), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_limit_is_raised_to_the_hard_one() {
+        use rustix::process::{Resource, getrlimit};
+        assert_eq!(raised(), getrlimit(Resource::Nofile).maximum);
+        assert_eq!(getrlimit(Resource::Nofile).current, getrlimit(Resource::Nofile).maximum);
+    }
+}
