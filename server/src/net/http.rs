@@ -18,7 +18,7 @@ use crate::limits;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::body::Incoming;
-use hyper::header::{self, HeaderMap, HeaderValue};
+use hyper::header::{self, HeaderMap, HeaderName, HeaderValue};
 use hyper::server::conn::http1;
 use hyper::upgrade::OnUpgrade;
 use hyper::{Method, Request, StatusCode};
@@ -42,6 +42,10 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wa
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
     connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
+
+/// The page needs nothing of the machine but its screen, keys and pointers.
+const PERMISSIONS_POLICY: &str = "camera=(), display-capture=(), geolocation=(), microphone=(), \
+    midi=(), payment=(), serial=(), usb=()";
 
 /// Error for a page of another site.
 const FOREIGN: &str =
@@ -71,12 +75,24 @@ pub async fn answer(
     }
     let address = client.ip;
     let (mut answer, upgrade) = route(request, address, state).await;
-    let headers = answer.headers_mut();
-    headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
-    headers
-        .insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(CONTENT_SECURITY_POLICY));
+    protect(answer.headers_mut(), state.config.tls.is_some());
     (answer, upgrade)
+}
+
+/// Adds the headers that keep other sites away from the page.
+fn protect(headers: &mut HeaderMap, has_tls: bool) {
+    let policies = [
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+        (HeaderName::from_static("permissions-policy"), PERMISSIONS_POLICY),
+    ];
+    let secure = has_tls.then_some((header::STRICT_TRANSPORT_SECURITY, "max-age=31536000"));
+    for (name, value) in policies.into_iter().chain(secure) {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
 }
 
 async fn route(

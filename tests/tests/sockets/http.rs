@@ -95,6 +95,10 @@ async fn the_page_comes_with_headers_that_protect_it() {
         assert_eq!(answer.header("content-type"), Some("text/html; charset=utf-8"));
         assert_eq!(answer.header("x-content-type-options"), Some("nosniff"));
         assert_eq!(answer.header("referrer-policy"), Some("no-referrer"));
+        assert_eq!(answer.header("cross-origin-opener-policy"), Some("same-origin"));
+        assert_eq!(answer.header("cross-origin-resource-policy"), Some("same-origin"));
+        assert!(answer.header("permissions-policy").is_some_and(|text| text.contains("camera=()")));
+        assert_eq!(answer.header("strict-transport-security"), None, "without TLS");
         let policy = answer.header("content-security-policy").expect("a policy");
         assert!(policy.contains("default-src 'none'") && policy.contains("'wasm-unsafe-eval'"));
         assert!(

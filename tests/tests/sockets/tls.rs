@@ -26,7 +26,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 /// Name of the server in the certificates.
 const NAME: &str = "jostle.example.org";
-const GET: &str = "GET / HTTP/1.1\r\nHost: localhost.example.org\r\nConnection: close\r\n\r\n";
+const GET: &str = "GET / HTTP/1.1\r\nHost: jostle.example.org\r\nConnection: close\r\n\r\n";
 
 /// A certificate for [`NAME`] in files.
 pub struct Identity {
@@ -161,8 +161,11 @@ async fn the_program_serves_with_files_from_the_command_line() {
     let [certificate, key] = ["certificate.pem", "key.pem"].map(|name| identity.path(name));
     let serve = move || {
         let [certificate, key] = [&certificate, &key].map(|path| path.to_str().expect("text"));
-        Process::serve(&["--tls-cert", certificate, "--tls-key", key], Stdio::inherit())
+        let files = ["--tls-cert", certificate, "--tls-key", key];
+        Process::serve(&[&files[..], &["--host", NAME]].concat(), Stdio::inherit())
     };
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
-    assert_eq!(identity.get(process.address).await.status, 200);
+    let answer = identity.get(process.address).await;
+    assert_eq!(answer.status, 200);
+    assert_eq!(answer.header("strict-transport-security"), Some("max-age=31536000"));
 }
