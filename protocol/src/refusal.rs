@@ -34,12 +34,15 @@ pub enum Refusal {
     Kicked,
     /// The host or an operator closed the room.
     RoomClosed,
+    /// The seat went to a newcomer: the room is full, and the player was idle, or of a network that has many
+    /// seats.
+    GaveWay,
 }
 
 impl Refusal {
     /// All refusals in wire order. The bytes are the same in all versions of the protocol, so that a
     /// client of another version can read the reason.
-    pub const ALL: [Refusal; 15] = [
+    pub const ALL: [Refusal; 16] = [
         Refusal::Version,
         Refusal::RoomFull,
         Refusal::NoSuchRoom,
@@ -55,6 +58,7 @@ impl Refusal {
         Refusal::BadToken,
         Refusal::Kicked,
         Refusal::RoomClosed,
+        Refusal::GaveWay,
     ];
 
     /// WebSocket close code (RFC 6455, section 7.4): 1001 closing, 1008 policy, 1011 room failed,
@@ -74,6 +78,7 @@ impl Refusal {
             Refusal::BadToken => 4006,
             Refusal::Kicked => 4007,
             Refusal::RoomClosed => 4008,
+            Refusal::GaveWay => 4009,
         }
     }
 
@@ -111,6 +116,9 @@ impl Refusal {
                 "The host removed you or someone on your network. You can come back in five minutes."
             }
             Refusal::RoomClosed => "The host closed this room. Please pick another one.",
+            Refusal::GaveWay => {
+                "Your spot in the full room went to a newcomer: you were idle, or many of your network play."
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Members of a room: their seats, names and colours, and the claims that give a seat back.
 
 use crate::input_queue::InputQueue;
-use jostle_game::{PlayerInfo, Seat};
+use jostle_game::{Input, PlayerInfo, Seat};
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::Vec2;
@@ -21,6 +21,8 @@ pub struct Member {
     pub played: bool,
     /// Tick at which the socket was lost; `None` with a socket.
     pub lost_tick: Option<u32>,
+    /// The newest input, and the tick in which it became so.
+    pub intent: (Input, u32),
     /// Inputs that wait to be played.
     pub inputs: InputQueue,
     /// Width and height of what the page shows, world units, once it reported them.
@@ -39,6 +41,7 @@ impl Member {
             serial_before: None,
             played: false,
             lost_tick: None,
+            intent: (Input::default(), 0),
             inputs,
             view: None,
             subscribed: false,

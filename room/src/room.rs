@@ -133,6 +133,9 @@ impl Room {
                 self.changes.push(Change::Join(seat));
             }
         }
+        if let Some(member) = self.members.seats.get_mut(&seat) {
+            member.intent.1 = self.game.tick_count();
+        }
         Ok(Welcome { claim: Claim { seat, serial: self.serial }, resumed: claim.is_some() })
     }
 
@@ -237,6 +240,9 @@ impl Room {
             }
             member.serial_before = None;
             member.played = true;
+            if member.intent.0 != input {
+                member.intent = (input, self.game.tick_count());
+            }
             member.inputs.push(seq, input)
         })
     }
@@ -514,6 +520,12 @@ impl Room {
         let mut held: Vec<_> = lost.collect();
         held.sort_unstable();
         held.into_iter().map(|(_, seat)| seat).collect()
+    }
+
+    /// Ticks for which a player has pressed, released and moved nothing; `None` for a free seat and for a bot's.
+    pub fn idle_ticks(&self, seat: Seat) -> Option<u32> {
+        let member = self.members.seats.get(&seat).filter(|_| !self.is_bot(seat))?;
+        Some(self.game.tick_count().saturating_sub(member.intent.1))
     }
 
     /// Number of seats with a socket.

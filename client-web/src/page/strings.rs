@@ -268,6 +268,7 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
         Refusal::Closing | Refusal::BadToken => return None,
         Refusal::Kicked => ("You were removed", "See the rooms", Lobby),
         Refusal::RoomClosed => ("Room closed", "See the rooms", Lobby),
+        Refusal::GaveWay => ("Your spot is taken", "Rejoin", Again),
         Refusal::RoomFailed => ("Room crashed", "Go to the lobby", Lobby),
         Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),
     };

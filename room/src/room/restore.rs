@@ -6,7 +6,7 @@ use crate::members::Member;
 use crate::playback::Moment;
 use crate::recorder::Recorder;
 use crate::saved::{SavedMembers, SavedSeat};
-use jostle_game::Seat;
+use jostle_game::{Input, Seat};
 use jostle_protocol::replay::Record;
 
 impl Room {
@@ -78,6 +78,7 @@ impl Room {
                 serial_before: saved.serial_before,
                 lost_tick: (!is_bot).then(|| saved.lost_tick.unwrap_or(tick).min(tick)),
                 played: true,
+                intent: (Input::default(), tick),
                 ..Member::new(appearance, saved.serial)
             };
             room.members.seats.insert(seat, member);

@@ -1,10 +1,11 @@
 //! Admission to a room: seats for newcomers in a full room, and the addresses of kicked players.
 
-use crate::limits::networks::network;
-use crate::limits::{HELD_SHARE, KICKED_MAX, KICKED_TICKS};
+use crate::limits::networks::{LEVELS, network, networks};
+use crate::limits::{HELD_SHARE, IDLE_SEAT_TICKS, KICKED_MAX, KICKED_TICKS};
 use jostle_game::Seat;
 use jostle_room::Room;
 use serde::{Deserialize, Serialize};
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::IpAddr;
 
@@ -81,6 +82,33 @@ impl Admission {
         }
         let share = (usize::from(room.scene().players_max) / HELD_SHARE).max(1);
         Held { seats, count_by_address, share }
+    }
+
+    /// The connected seat that a newcomer of this address may have in a full room where none is held: the most
+    /// idle one of a network that has more than its share and is not the newcomer's, and else the most idle of all,
+    /// if its player has done nothing for a while. `seats` are those that may be given away.
+    pub fn idle(
+        &self,
+        room: &Room,
+        seats: impl Iterator<Item = Seat>,
+        newcomer: IpAddr,
+    ) -> Option<Seat> {
+        let widest = |ip: IpAddr| networks(ip)[LEVELS - 1];
+        let share = (usize::from(room.scene().players_max) / HELD_SHARE).max(1);
+        let idle = seats.filter_map(|seat| {
+            Some((room.idle_ticks(seat)?, seat, self.address(seat).map(widest)))
+        });
+        let mut idle: Vec<_> = idle.collect();
+        idle.sort_unstable_by_key(|&(ticks, seat, _)| (Reverse(ticks), seat));
+        let mut count_by_network: BTreeMap<_, usize> = BTreeMap::new();
+        for &(.., network) in &idle {
+            *count_by_network.entry(network).or_default() += 1;
+        }
+        let own = Some(widest(newcomer));
+        let has_many = |network| network != own && count_by_network[&network] > share;
+        let of_many = idle.iter().find(|&&(.., network)| has_many(network));
+        let long = || idle.first().filter(|&&(ticks, ..)| ticks >= IDLE_SEAT_TICKS);
+        of_many.or_else(long).map(|&(_, seat, _)| seat)
     }
 
     fn of(&self, seat: Seat) -> Option<&(IpAddr, String)> {
@@ -173,6 +201,55 @@ mod tests {
         assert_eq!(admission.held(&room).displaced(address(4)), Some(Seat(1)));
         let (room, admission) = full(&lost[..=share]);
         assert_eq!(admission.held(&room).displaced(address(4)), None);
+    }
+
+    /// Seats that may be given away: all but that of the host.
+    fn given_away(room: &Room) -> impl Iterator<Item = Seat> {
+        (1..room.scene().players_max).map(Seat)
+    }
+
+    #[test]
+    fn the_most_idle_seat_of_a_network_with_many_goes_to_a_newcomer_of_another() {
+        let (mut room, mut admission) = full(&[]);
+        for seat in 0..room.scene().players_max {
+            // One each but for a network with more than its share.
+            let of = if seat < 20 { [10, 0, 7, 1] } else { [10, 1, seat as u8, 1] };
+            admission.seated(Seat(seat), of.into(), "Ann");
+        }
+        for seq in 2..40 {
+            for seat in (0..room.scene().players_max).filter(|&seat| seat != 5 || seq < 20) {
+                let buttons = jostle_game::Buttons(seq as u16 & 1);
+                room.input(Seat(seat), seq, Input { buttons, pointer: None });
+            }
+            room.tick();
+        }
+        let idle = |newcomer: [u8; 4]| admission.idle(&room, given_away(&room), newcomer.into());
+        assert_eq!(idle([10, 9, 9, 9]), Some(Seat(5)));
+        assert_eq!(idle([10, 0, 7, 200]), None, "a neighbour of theirs");
+        assert_eq!(admission.idle(&room, std::iter::empty(), [10, 9, 9, 9].into()), None);
+    }
+
+    #[test]
+    fn who_has_done_nothing_for_a_while_gives_way_in_a_full_room() {
+        let (mut room, mut admission) = full(&[]);
+        for seat in 0..room.scene().players_max {
+            admission.seated(Seat(seat), [10, 1, seat as u8, 1].into(), "Ann");
+        }
+        let play = |room: &mut Room, ticks: u32, idle: u16| {
+            for seq in 0..ticks {
+                for seat in (0..room.scene().players_max).filter(|&seat| seat != idle) {
+                    let seq = room.game().tick_count() + 2 + seq;
+                    let buttons = jostle_game::Buttons(seq as u16 & 1);
+                    room.input(Seat(seat), seq, Input { buttons, pointer: None });
+                }
+                room.tick();
+            }
+        };
+        let idle = |room: &Room| admission.idle(room, given_away(room), [10, 9, 9, 9].into());
+        play(&mut room, IDLE_SEAT_TICKS - 10, 3);
+        assert_eq!(idle(&room), None);
+        play(&mut room, 10, 3);
+        assert_eq!(idle(&room), Some(Seat(3)));
     }
 
     /// Everybody is called Ann.

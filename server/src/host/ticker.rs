@@ -266,9 +266,9 @@ impl Ticker {
         }
     }
 
-    /// Takes the claimed seat, a free one, or in a full room a held one whose player has to give way.
+    /// Takes the claimed seat, a free one, or in a full room one whose player has to give way.
     fn take_seat(
-        &self,
+        &mut self,
         room: &mut Room,
         join: &Join,
         host: bool,
@@ -290,8 +290,14 @@ impl Ticker {
         match seat(room) {
             Err(Refusal::RoomFull) => {
                 let held = held.get_or_insert_with(|| self.admission.held(room));
-                let displaced = held.displaced(join.address).ok_or(Refusal::RoomFull)?;
+                let displaced = held.displaced(join.address).or_else(|| {
+                    // A host stays: the room is theirs.
+                    let guests = self.members.iter().filter(|member| !member.host);
+                    self.admission.idle(room, guests.map(|member| member.seat), join.address)
+                });
+                let displaced = displaced.ok_or(Refusal::RoomFull)?;
                 self.host.metrics.left("displaced");
+                self.end_sessions(displaced, Refusal::GaveWay);
                 room.leave(displaced);
                 seat(room)
             }

@@ -77,7 +77,7 @@ pub async fn accept(
             tokio::select! {
                 () = serve(stream, peer, &permit, &state) => {}
                 () = permit.gives_way() => {
-                    state.refused("gave_way", peer.ip(), "an idle connection");
+                    state.refused("idle_connection", peer.ip(), "an idle connection");
                 }
             }
             drop(alive);

@@ -266,6 +266,7 @@ pub fn reason(refusal: Refusal) -> &'static str {
         Refusal::BadToken => "bad_token",
         Refusal::Kicked => "kicked",
         Refusal::RoomClosed => "room_closed",
+        Refusal::GaveWay => "gave_way",
     }
 }
 

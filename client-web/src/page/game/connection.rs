@@ -89,7 +89,7 @@ impl GameScreen {
 
     /// Forgets the secrets that a refusal makes worthless.
     fn forget(&self, ctx: &mut Context, refusal: Refusal) {
-        if matches!(refusal, Refusal::Kicked | Refusal::RoomClosed) {
+        if matches!(refusal, Refusal::Kicked | Refusal::RoomClosed | Refusal::GaveWay) {
             ctx.set_secret(Secret::Seat, &self.code, None);
         }
         if matches!(refusal, Refusal::NoSuchRoom | Refusal::RoomClosed) {
