@@ -5,6 +5,7 @@ pub mod ack_lag;
 pub mod admission;
 pub mod clock;
 pub mod member;
+pub mod names;
 pub mod outbox;
 pub mod phase;
 pub mod random;

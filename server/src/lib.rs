@@ -24,6 +24,7 @@ pub use state::ServerState;
 
 use durable::StateWriter;
 use net::listen::accept;
+use ops::bans::Bans;
 use replays::Recording;
 use std::convert::Infallible;
 use std::io;
@@ -56,9 +57,10 @@ pub async fn run_with_ops(
     let (phase, followed) = watch::channel(Phase::Running);
     let recording = config.replays.clone().map(Recording::start).transpose()?;
     let state_writer = config.state.as_ref().map(StateWriter::start).transpose()?;
+    let bans = Bans::open(state_writer.as_ref().map(|writer| writer.dir().bans()))?;
     let saved = state_writer.as_ref().map(|writer| writer.saved_rooms()).transpose()?;
     let state =
-        Arc::new(ServerState::new(config, followed, recording.clone(), state_writer.clone()));
+        Arc::new(ServerState::new(config, followed, recording.clone(), state_writer.clone(), bans));
     state.rooms.restore(saved.unwrap_or_default());
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
     // Every connection holds a sender; when the last is dropped, no connection is left.

@@ -1,7 +1,7 @@
 //! Limits of the host. A peer that exceeds one gets a specific refusal; other peers are unaffected.
 //! Limits on what a message may hold are in [`jostle_protocol::limits`].
 
-pub mod connect_rate_limiter;
+pub mod address_rate_limiter;
 pub mod connection_limits;
 pub mod networks;
 pub mod rate_limited_stream;
@@ -35,8 +35,8 @@ pub const ADDRESS_CONNECTIONS_SPARE: usize = ADDRESS_CONNECTIONS_MAX - ADDRESS_S
 /// TCP connections of one address a second in the long run (IPv6: of one /64). The burst is as many
 /// as it may hold: a party that opens the page together, a class whose server restarts.
 pub const CONNECTS_PER_SECOND_MAX: u32 = 50;
-/// Addresses whose connection rate is tracked at a time. One that connected once is dropped 20 ms later.
-pub const CONNECTING_ADDRESSES_MAX: usize = 4096;
+/// Addresses whose rates are tracked at a time. One that connected once is dropped 20 ms later.
+pub const TRACKED_ADDRESSES_MAX: usize = 4096;
 /// Wait after the listener failed to accept, so that a lack of descriptors does not spin.
 pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// Bytes that the kernel may hold for one socket. Those can no longer be replaced by a
@@ -44,6 +44,14 @@ pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
 pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 
+/// Bans of operators at a time.
+pub const BANS_MAX: usize = 1024;
+/// Networks that operators are shown, those that hold most.
+pub const NETWORKS_SHOWN_MAX: usize = 100;
+/// Minutes for which a ban lasts unless it says otherwise, and at most: a year.
+pub const BAN_MINUTES: u32 = 60;
+/// The longest ban.
+pub const BAN_MINUTES_MAX: u32 = 366 * 24 * 60;
 /// Connections to the operators' port at a time.
 pub const OPS_CONNECTIONS_MAX: usize = 16;
 /// Life of a connection to the operators' port.
@@ -51,6 +59,12 @@ pub const OPS_CONNECTION_MAX: Duration = Duration::from_secs(60);
 
 // HTTP.
 
+/// Requests of one address a second in the long run, also where a proxy passes them on.
+pub const REQUESTS_PER_SECOND_MAX: u32 = 100;
+/// Burst of requests of one address: a class of fifty loads the page.
+pub const REQUESTS_BURST_MAX: usize = 1024;
+/// Responses that are being sent to one address at a time; as many as it may have connections without a proxy.
+pub const ADDRESS_RESPONSES_MAX: usize = ADDRESS_CONNECTIONS_MAX;
 /// Headers of a request.
 pub const HTTP_HEADERS_MAX: usize = 64;
 /// Bytes buffered of a request's head.

@@ -10,6 +10,7 @@ const KEY_BYTES: usize = 32;
 const KEY: &str = "key";
 const LOCK: &str = "lock";
 const ROOMS: &str = "rooms";
+const BANS: &str = "bans.json";
 /// Ending of the files of rooms.
 const ENDING: &str = ".jostle";
 /// Ending of a file that takes the place of a room's file when it is complete.
@@ -61,6 +62,11 @@ impl StateDir {
     /// The key that seals tokens.
     pub fn key(&self) -> &[u8; KEY_BYTES] {
         &self.key
+    }
+
+    /// The file of the bans.
+    pub fn bans(&self) -> PathBuf {
+        self.dir.join(BANS)
     }
 
     /// The files of rooms, in the order of the rooms' codes, with those codes. Files that were not complete when the

@@ -115,7 +115,8 @@ impl Admission {
         self.seated.get(usize::from(seat.0))?.as_ref()
     }
 
-    fn address(&self, seat: Seat) -> Option<IpAddr> {
+    /// The network of the last player of a seat: an IPv4 address, or the first of an IPv6 /64.
+    pub fn address(&self, seat: Seat) -> Option<IpAddr> {
         self.of(seat).map(|(address, _)| *address)
     }
 }
@@ -236,9 +237,9 @@ mod tests {
             admission.seated(Seat(seat), [10, 1, seat as u8, 1].into(), "Ann");
         }
         let play = |room: &mut Room, ticks: u32, idle: u16| {
-            for seq in 0..ticks {
+            for _ in 0..ticks {
                 for seat in (0..room.scene().players_max).filter(|&seat| seat != idle) {
-                    let seq = room.game().tick_count() + 2 + seq;
+                    let seq = room.game().tick_count() + 2;
                     let buttons = jostle_game::Buttons(seq as u16 & 1);
                     room.input(Seat(seat), seq, Input { buttons, pointer: None });
                 }

@@ -7,6 +7,7 @@ use crate::host::token_signer::{SeatClaim, TokenSigner};
 use crate::limits::Waits;
 use crate::ops::metrics::Metrics;
 use crate::replays::Recording;
+use ipnet::IpNet;
 use jostle_game::{Input, Scene, Seat};
 use jostle_protocol::{Appearance, PlayerState};
 use jostle_sim::Vec2;
@@ -114,6 +115,8 @@ pub enum AdminCommand {
     Players(oneshot::Sender<Vec<PlayerState>>),
     /// Kicks a player; the answer is whether there was one in this seat.
     Kick(Seat, oneshot::Sender<bool>),
+    /// Removes all players of a network.
+    Evict(IpNet),
     /// Closes the room.
     Close,
 }

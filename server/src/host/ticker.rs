@@ -5,6 +5,7 @@ use crate::durable::SavedRoom;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
 use crate::host::member::Member;
+use crate::host::names;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
@@ -15,8 +16,9 @@ use crate::limits;
 use crate::ops::metrics::Late;
 use crate::ops::refusal_log::Foreign;
 use crate::replays::RoomRecording;
+use ipnet::IpNet;
 use jostle_game::Seat;
-use jostle_protocol::{Refusal, ServerMessage};
+use jostle_protocol::{Appearance, Refusal, ServerMessage};
 use jostle_room::{Room, Welcome};
 use jostle_sim::TICKS_PER_SECOND;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -242,6 +244,11 @@ impl Ticker {
 
     /// Seats a player, or ends the session with the reason. `held` caches the held seats once a join needed them.
     fn seat(&mut self, room: &mut Room, join: Join, held: &mut Option<Held>) {
+        let own = join.claim.map(|signed| signed.claim.seat);
+        let others = room.snapshot().players.iter().filter(|player| Some(player.seat) != own);
+        let others = others.map(|player| &player.appearance.name);
+        let name = names::unmistakable(&join.appearance.name, others);
+        let join = Join { appearance: Appearance { name, ..join.appearance }, ..join };
         let (name, address) = (join.appearance.name.clone(), join.address);
         let (own, host) = (self.info.number, join.hosted == Some(self.info.number));
         match self.take_seat(room, &join, host, held) {
@@ -389,8 +396,21 @@ impl Ticker {
             match command {
                 AdminCommand::Players(answer) => drop(answer.send(room.snapshot().players.clone())),
                 AdminCommand::Kick(seat, answer) => drop(answer.send(self.kick(room, seat))),
+                AdminCommand::Evict(network) => self.evict(room, network),
                 AdminCommand::Close => self.closed = true,
             }
+        }
+    }
+
+    /// Removes all players of a network, connected or not.
+    fn evict(&mut self, room: &mut Room, network: IpNet) {
+        let seats = room.snapshot().players.iter().map(|player| player.seat);
+        let of_network = |seat: &Seat| {
+            self.admission.address(*seat).is_some_and(|address| network.contains(&address))
+        };
+        let seats: Vec<Seat> = seats.filter(of_network).collect();
+        for seat in seats {
+            self.kick(room, seat);
         }
     }
 

@@ -47,6 +47,9 @@ const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wa
 const PERMISSIONS_POLICY: &str = "camera=(), display-capture=(), geolocation=(), microphone=(), \
     midi=(), payment=(), serial=(), usb=()";
 
+/// Error for a banned network.
+const BANNED: &str = "the operators of this server have banned your network for a while";
+
 /// Error for a page of another site.
 const FOREIGN: &str =
     "this page belongs to another site; its host can be allowed with --allow-origin";
@@ -74,7 +77,21 @@ pub async fn answer(
         state.refused("unreadable_forwarded_for", peer, Foreign(text.as_bytes()));
     }
     let address = client.ip;
-    let (mut answer, upgrade) = route(request, address, state).await;
+    let (mut answer, upgrade) = match state.admit_request(address) {
+        _ if state.bans.is_banned(address) => {
+            state.refused("banned", address, "a request");
+            (failed(StatusCode::FORBIDDEN, BANNED), None)
+        }
+        Ok(permit) => {
+            let (mut answer, upgrade) = route(request, address, state).await;
+            answer.body_mut().holds(permit);
+            (answer, upgrade)
+        }
+        Err(reason) => {
+            state.refused(reason, address, "a request");
+            (too_many(), None)
+        }
+    };
     protect(answer.headers_mut(), state.config.tls.is_some());
     (answer, upgrade)
 }
@@ -167,6 +184,14 @@ fn upgrade(
             (answer, None)
         }
     }
+}
+
+/// The response to an address that sends too many requests.
+fn too_many() -> Answer {
+    let text = "your network sends too many requests; try again in a second";
+    let mut answer = failed(StatusCode::TOO_MANY_REQUESTS, text);
+    answer.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+    answer
 }
 
 fn not_allowed(path: &str) -> Answer {

@@ -2,7 +2,7 @@
 
 use crate::host::phase::Phase;
 use crate::limits;
-use crate::limits::connect_rate_limiter::ConnectRateLimiter;
+use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::Permit;
 use crate::net::http::{self, Upgrade};
 use crate::net::maybe_tls_stream::{
@@ -31,13 +31,19 @@ use tracing::{debug, warn};
 const CONNECTS_TOO_FAST: &[u8] = b"HTTP/1.1 429 Too Many Requests\r\nRetry-After: 1\r\n\
     Content-Length: 0\r\nConnection: close\r\n\r\n";
 
+/// The response when all connections, or those of a network, are taken.
+const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 5\r\n\
+    Content-Type: text/plain; charset=utf-8\r\nContent-Length: 63\r\nConnection: close\r\n\r\n\
+    The server, or its share for your network, is full. Try later.\n";
+
 /// Accepts connections until the caller drops the future. Each connection holds a clone of `alive`.
 pub async fn accept(
     listener: &TcpListener,
     state: &Arc<ServerState>,
     alive: &mpsc::Sender<Infallible>,
 ) {
-    let mut connects = ConnectRateLimiter::new(state.connections.address_max());
+    let mut connects =
+        AddressRateLimiter::new(limits::CONNECTS_PER_SECOND_MAX, state.connections.address_max());
     let mut is_failing = false;
     loop {
         let (stream, peer) = match listener.accept().await {
@@ -57,7 +63,7 @@ pub async fn accept(
         let is_proxy = http::is_proxy(peer.ip(), &state.config.trusted_proxies);
         // A proxy speaks for many clients, and limits their rate itself.
         if !is_proxy && !connects.admit(peer.ip(), Instant::now()) {
-            turn_back(&stream, peer.ip(), state);
+            turn_back(&stream, peer.ip(), "connects_too_fast", CONNECTS_TOO_FAST, state);
             continue;
         }
         let permit = match is_proxy {
@@ -66,7 +72,7 @@ pub async fn accept(
             false => state.connections.admit(peer.ip()),
         };
         let Some(permit) = permit else {
-            state.refused("too_many_connections", peer.ip(), "a connection");
+            turn_back(&stream, peer.ip(), "too_many_connections", FULL, state);
             continue;
         };
         if is_proxy {
@@ -85,12 +91,19 @@ pub async fn accept(
     }
 }
 
-/// Counts a connection that comes too fast, and sends a 429 where that is free: under TLS it would cost a handshake.
-fn turn_back(stream: &TcpStream, peer: IpAddr, state: &ServerState) {
-    state.refused("connects_too_fast", peer, "a connection");
+/// Counts a connection that is refused, and sends the response where that is free: under TLS it would cost a
+/// handshake.
+fn turn_back(
+    stream: &TcpStream,
+    peer: IpAddr,
+    reason: &'static str,
+    response: &[u8],
+    state: &ServerState,
+) {
+    state.refused(reason, peer, "a connection");
     if state.config.tls.is_none() {
         // A new socket takes these few bytes at once; one that does not is closed without them.
-        let _ = socket2::SockRef::from(stream).send(CONNECTS_TOO_FAST);
+        let _ = socket2::SockRef::from(stream).send(response);
     }
 }
 

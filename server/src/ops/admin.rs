@@ -2,20 +2,28 @@
 //! server. They need the operators' token; a server without one has no such paths.
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
+use crate::limits;
 use crate::net::http::response::{Answer, TEXT, json, uncached};
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::header::{self, HeaderMap, HeaderValue};
 use hyper::{Method, Request, StatusCode};
+use ipnet::IpNet;
 use jostle_game::Seat;
 use jostle_protocol::PlayerState;
 use serde_json::{Value, json};
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::io;
+use std::net::IpAddr;
+use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::info;
 
 const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
-    POST /admin/rooms/CODE/kick/SEAT or POST /admin/drain\n";
+    POST /admin/rooms/CODE/kick/SEAT, GET /admin/networks, POST /admin/ban/ADDRESS[/BITS][?minutes=60], \
+    DELETE /admin/ban/ADDRESS[/BITS] or POST /admin/drain\n";
 
 /// Answers a request whose path begins with `/admin/`; `rest` is what follows.
 pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState) -> Answer {
@@ -35,6 +43,9 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
         (&Method::GET, ["rooms"]) => rooms(state).await,
         (&Method::POST, ["rooms", code, "close"]) => close(code, state),
         (&Method::POST, ["rooms", code, "kick", seat]) => kick(code, seat, state).await,
+        (&Method::GET, ["networks"]) => networks(state),
+        (&Method::POST, ["ban", network @ ..]) => ban(network, request.uri().query(), state),
+        (&Method::DELETE, ["ban", network @ ..]) => lift(network, state),
         (&Method::POST, ["drain"]) => drain(state),
         _ => uncached(StatusCode::NOT_FOUND, TEXT, PATHS),
     }
@@ -115,6 +126,91 @@ async fn kick(code: &str, seat: &str, state: &ServerState) -> Answer {
         Ok(Ok(false)) => uncached(StatusCode::NOT_FOUND, TEXT, "no player in this seat\n"),
         _ => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the room did not answer\n"),
     }
+}
+
+/// Who holds what, those that hold most first, and who is banned.
+fn networks(state: &ServerState) -> Answer {
+    let mut held: BTreeMap<IpAddr, [usize; 3]> = BTreeMap::new();
+    let rooms = state.rooms.list();
+    let creators = rooms.iter().filter_map(|info| Some((info.creator?, 1)));
+    for (kind, holders) in
+        [state.connections.holders(), state.sessions.holders(), creators.collect()]
+            .into_iter()
+            .enumerate()
+    {
+        for (network, count) in holders {
+            held.entry(network).or_default()[kind] += count;
+        }
+    }
+    let mut held: Vec<_> = held.into_iter().collect();
+    held.sort_by_key(|&(network, counts)| (Reverse(counts), network));
+    let shown = held.iter().take(limits::NETWORKS_SHOWN_MAX);
+    let shown = shown.map(|(network, [connections, players, rooms])| {
+        json!({ "network": network, "connections": connections, "players": players, "rooms": rooms })
+    });
+    json(
+        StatusCode::OK,
+        &json!({ "networks": shown.collect::<Vec<_>>(), "in_all": held.len(), "bans": state.bans.list() }),
+    )
+}
+
+/// Bans a network for some minutes, and removes its players.
+fn ban(words: &[&str], query: Option<&str>, state: &ServerState) -> Answer {
+    let network = match network(words) {
+        Ok(network) => network,
+        Err(answer) => return *answer,
+    };
+    let minutes = match query.map(|query| query.strip_prefix("minutes=").map(str::parse)) {
+        None => limits::BAN_MINUTES,
+        Some(Some(Ok(minutes))) if (1..=limits::BAN_MINUTES_MAX).contains(&minutes) => minutes,
+        Some(_) => {
+            let max = limits::BAN_MINUTES_MAX;
+            let text =
+                format!("found ?{}; allowed: ?minutes=1 to {max}\n", query.unwrap_or_default());
+            return uncached(StatusCode::BAD_REQUEST, TEXT, text);
+        }
+    };
+    let banned = state.bans.ban(network, Duration::from_secs(u64::from(minutes) * 60));
+    for info in state.rooms.list() {
+        state.rooms.command(&info.code, AdminCommand::Evict(network));
+    }
+    info!(%network, minutes, "an operator banned a network");
+    kept(banned.map(|_| "banned\n"))
+}
+
+fn lift(words: &[&str], state: &ServerState) -> Answer {
+    match network(words) {
+        Ok(network) => match state.bans.lift(network) {
+            Ok(false) => uncached(StatusCode::NOT_FOUND, TEXT, "this network is not banned\n"),
+            lifted => {
+                info!(%network, "an operator lifted a ban");
+                kept(lifted.map(|_| "lifted\n"))
+            }
+        },
+        Err(answer) => *answer,
+    }
+}
+
+/// The answer to a change of the bans, which may have failed to reach the state directory.
+fn kept(changed: io::Result<&'static str>) -> Answer {
+    match changed {
+        Ok(text) => uncached(StatusCode::OK, TEXT, text),
+        Err(error) => {
+            let text = format!("done, but it will not outlive this process: {error}\n");
+            uncached(StatusCode::INTERNAL_SERVER_ERROR, TEXT, text)
+        }
+    }
+}
+
+/// Reads a network: an address, or one with the length of its prefix.
+fn network(words: &[&str]) -> Result<IpNet, Box<Answer>> {
+    let text = words.join("/");
+    let address = || text.parse().ok().map(|ip: IpAddr| IpNet::from(ip.to_canonical()));
+    text.parse().ok().or_else(address).ok_or_else(|| {
+        let text =
+            format!("found {text:?}; allowed: an address, or a network such as 203.0.113.0/24\n");
+        Box::new(uncached(StatusCode::BAD_REQUEST, TEXT, text))
+    })
 }
 
 fn drain(state: &ServerState) -> Answer {

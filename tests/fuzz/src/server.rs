@@ -5,6 +5,7 @@ use jostle_server::host::rooms::is_code;
 use jostle_server::host::token_signer::TokenSigner;
 use jostle_server::net::http;
 use jostle_server::net::listen::speak_http;
+use jostle_server::ops::bans::Bans;
 use jostle_server::{Config, Phase, ServerState, replays};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
@@ -96,7 +97,7 @@ fn host() -> &'static Host {
         let config = Config { scenes: Vec::new(), ..Config::default() };
         let runtime = Builder::new_current_thread().enable_time().build();
         Host {
-            state: Arc::new(ServerState::new(config, phase, None, None)),
+            state: Arc::new(ServerState::new(config, phase, None, None, Bans::default())),
             runtime: runtime.expect("a runtime of one thread"),
             _phase: sender,
         }

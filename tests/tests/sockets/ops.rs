@@ -2,9 +2,11 @@
 
 use crate::client::{Client, LONG};
 use crate::http::{Answer, get, raw};
+use crate::replays::Dir;
 use crate::server::{Server, until_count};
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
+use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::limits::Waits;
 use jostle_tests::server::{PATIENT, patient};
 use std::net::SocketAddr;
@@ -131,4 +133,65 @@ async fn without_the_token_nothing_is_answered_and_nothing_happens() {
     let head = "GET /admin/rooms HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n";
     let answer = raw(server.address, &format!("{head}{bearer}\r\n")).await;
     assert_eq!(answer.status, 404, "and not on the players' port");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn operators_see_who_holds_what_and_ban_networks_for_a_while() {
+    let state = Dir::new("bans");
+    let config = || Config {
+        ops_token: Some(TOKEN.to_owned()),
+        state: Some(StateSettings { dir: state.path().to_owned(), sync: Sync::System }),
+        trusted_proxies: vec!["127.0.0.0/8".parse().expect("a network")],
+        ..patient()
+    };
+    let mut server = Server::start_with(config()).await;
+    let bearer = format!("Authorization: Bearer {TOKEN}\r\n");
+    let open = async |server: &Server, client: &str| {
+        let body = r#"{"scene":"arena"}"#;
+        let request = format!(
+            "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+             X-Forwarded-For: {client}\r\nContent-Length: {}\r\n\r\n{body}",
+            body.len()
+        );
+        raw(server.address, &request).await.status
+    };
+    for client in ["203.0.113.7", "203.0.113.7", "2001:db8:1:2:3::4"] {
+        assert_eq!(open(&server, client).await, 201);
+    }
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    let networks = ask(&server, "GET", "/admin/networks", &bearer).await.json();
+    let found = |network: &str| {
+        let all = networks["networks"].as_array().expect("a list");
+        all.iter().find(|entry| entry["network"] == network).cloned().expect(network)
+    };
+    assert_eq!((&found("203.0.113.7")["rooms"], &networks["in_all"]), (&2.into(), &3.into()));
+    assert_eq!(found("2001:db8:1:2::")["rooms"], 1);
+    assert_eq!(found("127.0.0.1")["players"], 1);
+
+    // Whoever is there has to go, and nobody of the network comes in.
+    for (path, status) in [
+        ("/admin/ban/nonsense", 400),
+        ("/admin/ban/203.0.113.0/24?minutes=0", 400),
+        ("/admin/ban/203.0.113.0/24?hours=1", 400),
+        ("/admin/ban/203.0.113.0/24?minutes=5", 200),
+        ("/admin/ban/127.0.0.1", 200),
+    ] {
+        assert_eq!(ask(&server, "POST", path, &bearer).await.status, status, "{path}");
+    }
+    ann.is_refused(Refusal::Kicked).await;
+    assert_eq!(open(&server, "203.0.113.200").await, 403);
+    assert_eq!(open(&server, "203.0.114.200").await, 201);
+    server.counts("jostle_refusals_total{reason=\"banned\"}", 1).await;
+    let lifted = ask(&server, "DELETE", "/admin/ban/127.0.0.1", &bearer).await;
+    assert_eq!(lifted.status, 200);
+    assert_eq!(ask(&server, "DELETE", "/admin/ban/127.0.0.1", &bearer).await.status, 404);
+
+    // Bans outlive the process.
+    server.stop();
+    server.ended().await;
+    let server = Server::start_with(config()).await;
+    assert_eq!(open(&server, "203.0.113.200").await, 403);
+    let networks = ask(&server, "GET", "/admin/networks", &bearer).await.json();
+    assert_eq!(networks["bans"][0]["network"], "203.0.113.0/24");
+    assert_eq!(networks["bans"].as_array().map(Vec::len), Some(1));
 }

@@ -34,7 +34,7 @@ const WORDS: [(&str, &str); 53] = [
     ("Outflow", "InputSender"),
     ("Door", "Admission"),
     ("Peers", "ConnectionLimits"),
-    ("Connects", "ConnectRateLimiter"),
+    ("Connects", "AddressRateLimiter"),
     ("Metered", "RateLimitedStream"),
     ("Stream", "SnapshotStream or MaybeTlsStream"),
     ("Sealer", "TokenSigner"),

@@ -19,6 +19,8 @@ pub struct Body {
     left: u64,
     /// The connection is idle once this was sent.
     busy: Option<Busy>,
+    /// Counts the response until then.
+    counted: Option<Permit>,
 }
 
 /// Makes a connection idle when it is dropped.
@@ -40,7 +42,7 @@ enum Source {
 impl Body {
     /// A body of these bytes.
     pub fn new(bytes: Bytes) -> Body {
-        Body { left: bytes.len() as u64, source: Source::Memory(bytes), busy: None }
+        Body { left: bytes.len() as u64, source: Source::Memory(bytes), busy: None, counted: None }
     }
 
     /// Opens the readable part of a replay.
@@ -50,7 +52,12 @@ impl Body {
         let left = file.metadata().await?.len().min(readable.bytes);
         let chunk = vec![0; HTTP_FRAME_BYTES_MAX].into_boxed_slice();
         let source = Source::File { file, chunk, _permit: readable.permit };
-        Ok(Body { source, left, busy: None })
+        Ok(Body { source, left, busy: None, counted: None })
+    }
+
+    /// Counts the response until it was sent.
+    pub fn holds(&mut self, permit: Permit) {
+        self.counted = Some(permit);
     }
 
     /// Notes that the connection is idle as soon as this was sent.

@@ -30,9 +30,9 @@ fn socket_of(own: Ipv4Addr) -> TcpSocket {
     socket
 }
 
-/// Joins a room from one of several local addresses; returns a seat or the refusal.
+/// Joins a room from one of several local networks; returns a seat or the refusal.
 pub async fn attempt(server: SocketAddr, room: &str, number: u16) -> Result<Client, Refusal> {
-    let own = Ipv4Addr::new(127, 0, 1, (number % 8) as u8 + 1);
+    let own = Ipv4Addr::new(127, 0, (number % 8) as u8 + 1, 1);
     let mut client = Client::connect_over(socket_of(own), server, room).await;
     client.hello(VERSION, "Many", None).await;
     match client.message().await {

@@ -1,0 +1,167 @@
+//! Networks that operators have banned for a while. With a state directory bans outlive the process.
+
+use crate::limits::BANS_MAX;
+use ipnet::IpNet;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io;
+use std::net::IpAddr;
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// A network that may not play until a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ban {
+    /// The network.
+    pub network: IpNet,
+    /// The end, seconds since 1970.
+    pub until_unix_s: u64,
+}
+
+/// All bans that have not ended.
+#[derive(Debug, Default)]
+pub struct Bans {
+    /// Where they are kept.
+    file: Option<PathBuf>,
+    bans: Mutex<Vec<Ban>>,
+}
+
+impl Bans {
+    /// Reads the bans of the process before. Errors name the file.
+    pub fn open(file: Option<PathBuf>) -> io::Result<Bans> {
+        let Some(path) = &file else { return Ok(Bans::default()) };
+        let about =
+            |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
+        let bans = match fs::read(path) {
+            Ok(bytes) => serde_json::from_slice(&bytes).map_err(io::Error::from).map_err(about)?,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            Err(error) => return Err(about(error)),
+        };
+        Ok(Bans { file, bans: Mutex::new(bans) })
+    }
+
+    /// Whether an address is banned now.
+    pub fn is_banned(&self, ip: IpAddr) -> bool {
+        let bans = self.lock();
+        let ip = ip.to_canonical();
+        !bans.is_empty() && {
+            let now = unix_s();
+            bans.iter().any(|ban| ban.until_unix_s > now && ban.network.contains(&ip))
+        }
+    }
+
+    /// Bans that have not ended, the first to end first.
+    pub fn list(&self) -> Vec<Ban> {
+        let now = unix_s();
+        let mut bans: Vec<_> =
+            self.lock().iter().filter(|ban| ban.until_unix_s > now).copied().collect();
+        bans.sort_by_key(|ban| ban.until_unix_s);
+        bans
+    }
+
+    /// Bans a network from now on, in place of an earlier ban of the same one. Past [`BANS_MAX`] the one that would
+    /// end first ends now. An error means that the ban holds, but not beyond this process.
+    pub fn ban(&self, network: IpNet, time: Duration) -> io::Result<Ban> {
+        let network = network.trunc();
+        let ban = Ban { network, until_unix_s: unix_s() + time.as_secs() };
+        self.change(|bans| {
+            bans.retain(|other| other.network != network);
+            if bans.len() >= BANS_MAX
+                && let Some(first) = (0..bans.len()).min_by_key(|&at| bans[at].until_unix_s)
+            {
+                bans.swap_remove(first);
+            }
+            bans.push(ban);
+        })?;
+        Ok(ban)
+    }
+
+    /// Ends the ban of a network; `false` if there is none.
+    pub fn lift(&self, network: IpNet) -> io::Result<bool> {
+        let network = network.trunc();
+        let mut lifted = false;
+        self.change(|bans| {
+            let before = bans.len();
+            bans.retain(|ban| ban.network != network);
+            lifted = bans.len() < before;
+        })?;
+        Ok(lifted)
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Vec<Ban>)) -> io::Result<()> {
+        let mut bans = self.lock();
+        let now = unix_s();
+        bans.retain(|ban| ban.until_unix_s > now);
+        change(&mut bans);
+        let Some(file) = &self.file else { return Ok(()) };
+        // Under its name it is complete, whenever the power goes.
+        let new = file.with_extension("new");
+        fs::write(&new, serde_json::to_vec(&*bans)?)?;
+        fs::rename(new, file)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Ban>> {
+        self.bans.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn unix_s() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOUR: Duration = Duration::from_secs(3600);
+
+    fn network(text: &str) -> IpNet {
+        text.parse().expect("a network")
+    }
+
+    fn ip(text: &str) -> IpAddr {
+        text.parse().expect("an address")
+    }
+
+    #[test]
+    fn a_network_is_banned_until_the_ban_ends_or_is_lifted() {
+        let bans = Bans::default();
+        bans.ban(network("203.0.113.7/24"), HOUR).expect("nothing to write");
+        bans.ban(network("2001:db8::/48"), Duration::ZERO).expect("nothing to write");
+        assert!(bans.is_banned(ip("203.0.113.200")) && bans.is_banned(ip("::ffff:203.0.113.1")));
+        assert!(!bans.is_banned(ip("203.0.114.1")) && !bans.is_banned(ip("2001:db8::1")));
+        assert_eq!(bans.list().len(), 1, "the other has ended");
+        assert!(bans.lift(network("203.0.113.0/24")).expect("nothing to write"));
+        assert!(!bans.lift(network("203.0.113.0/24")).expect("nothing to write"));
+        assert!(!bans.is_banned(ip("203.0.113.200")));
+    }
+
+    #[test]
+    fn few_bans_are_kept_and_a_second_one_replaces_the_first() {
+        let bans = Bans::default();
+        for number in 0..BANS_MAX as u32 + 5 {
+            let ip = IpAddr::from((10 << 24 | number).to_be_bytes());
+            let time = HOUR + Duration::from_secs(number.into());
+            bans.ban(ip.into(), time).expect("nothing to write");
+        }
+        assert_eq!(bans.list().len(), BANS_MAX);
+        assert!(!bans.is_banned(ip("10.0.0.4")) && bans.is_banned(ip("10.0.0.5")));
+        bans.ban(network("10.0.0.5/32"), 9 * HOUR).expect("nothing to write");
+        assert_eq!(bans.list().len(), BANS_MAX);
+    }
+
+    #[test]
+    fn bans_outlive_the_process_and_a_wrong_file_is_named() {
+        let name = format!("jostle-bans-{:016x}.json", crate::host::random::random());
+        let file = std::env::temp_dir().join(name);
+        let open = || Bans::open(Some(file.clone()));
+        open().expect("no file yet").ban(network("10.0.0.0/8"), HOUR).expect("a place");
+        let bans = open().expect("the file");
+        assert!(bans.is_banned(ip("10.1.2.3")) && bans.list().len() == 1);
+        fs::write(&file, "what is this").expect("a place");
+        let error = open().expect_err("no bans").to_string();
+        fs::remove_file(&file).expect("the file");
+        assert!(error.contains("jostle-bans-") && error.contains("line 1"), "{error}");
+    }
+}
