@@ -6,7 +6,7 @@ use crate::scenes::scene_file;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
-use jostle_server::net::http::Hosts;
+use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
 use jostle_server::replays::{Settings, days};
 use jostle_server::{Config, limits, run_with_ops};

@@ -2,7 +2,7 @@
 
 use crate::durable::StateSettings;
 use crate::limits;
-use crate::net::http::Hosts;
+use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
 use crate::replays;
 use ipnet::IpNet;

@@ -3,13 +3,12 @@
 
 mod api;
 mod body;
-mod host;
+pub mod host;
 mod origin;
 mod page;
 mod replays;
 pub mod response;
 
-pub use host::{Hosts, check as check_host};
 pub use origin::is_proxy;
 pub use page::meant_code;
 
@@ -117,7 +116,7 @@ async fn route(
     address: IpAddr,
     state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
-    if let Err(error) = check_host(&request, &state.config.hosts) {
+    if let Err(error) = host::check(&request, &state.config.hosts) {
         let host = request.headers().get(header::HOST).map_or(&[][..], HeaderValue::as_bytes);
         state.refused("bad_host", address, Foreign(host));
         return (failed(StatusCode::BAD_REQUEST, &error), None);

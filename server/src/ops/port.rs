@@ -6,8 +6,9 @@ use crate::host::phase::Phase;
 use crate::host::room_handle::RoomInfo;
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
+use crate::net::http::builder;
+use crate::net::http::host::{self, Hosts};
 use crate::net::http::response::{Answer, TEXT, uncached};
-use crate::net::http::{Hosts, builder, check_host};
 use crate::ops::admin;
 use crate::ops::metrics::Gauges;
 use crate::state::ServerState;
@@ -60,7 +61,7 @@ async fn speak(stream: TcpStream, state: &ServerState) -> hyper::Result<()> {
 
 async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
     // Pages of other sites cannot make a browser ask here under their own names.
-    if let Err(error) = check_host(request, &Hosts::Listed(Vec::new())) {
+    if let Err(error) = host::check(request, &Hosts::Listed(Vec::new())) {
         return uncached(StatusCode::BAD_REQUEST, TEXT, format!("{error}\n"));
     }
     if let Some(rest) = request.uri().path().strip_prefix("/admin/") {

@@ -129,7 +129,7 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     .await;
     assert_eq!(refused.status, 403);
     assert!(refused.json()["error"].as_str().expect("a reason").contains("--allow-origin"));
-    for origin in ["http://jostle", "https://friends.example.org"] {
+    for origin in ["http://localhost", "https://friends.example.org"] {
         assert_eq!(status_line(server.address, &upgrade(origin)).await, "HTTP/1.1 101", "{origin}");
     }
     let create = "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nOrigin: null\r\n\

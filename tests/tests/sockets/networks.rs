@@ -1,18 +1,19 @@
 //! What one network can do to others: open rooms, download replays, speak through a proxy, and come under
 //! another name.
 
-use crate::client::LONG;
+use crate::client::{Client, LONG};
 use crate::http::{Answer, raw};
 use crate::replays::Dir;
 use crate::server::Server;
+use jostle_protocol::{Refusal, ServerMessage, VERSION};
 use jostle_server::Config;
-use jostle_server::limits::{ADDRESS_REPLAY_READERS_MAX, ADDRESS_ROOMS_MAX};
-use jostle_server::net::http::Hosts;
+use jostle_server::limits::{ADDRESS_REPLAY_READERS_MAX, ADDRESS_ROOMS_MAX, REQUESTS_BURST_MAX};
+use jostle_server::net::http::host::Hosts;
 use jostle_tests::server::patient;
 use std::fs;
 use std::net::SocketAddr;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
+use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
 
 /// A server behind a proxy, which is this machine.
@@ -121,4 +122,61 @@ async fn a_request_has_one_host_and_it_is_one_of_ours() {
     for lines in ["Host: play.example.org\r\n", "Host: evil.example\r\n", ""] {
         assert_eq!(ask(server.ops, lines).await.status, 400, "{lines:?}");
     }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_flood_of_requests_slows_its_own_client_only() {
+    let server = behind_a_proxy(patient()).await;
+    let stream = TcpStream::connect(server.address).await.expect("a connection");
+    let (mut reads, mut writes) = stream.into_split();
+    let request =
+        "GET /api/rooms HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: 203.0.113.7\r\n\r\n";
+    let last = passed_on("GET", "/api/rooms", "198.51.100.1", "");
+    let send = async {
+        for _ in 0..REQUESTS_BURST_MAX + 200 {
+            writes.write_all(request.as_bytes()).await.expect("a live socket");
+        }
+        writes.write_all(last.as_bytes()).await.expect("a live socket");
+    };
+    let mut answers = String::new();
+    let read = timeout(LONG, reads.read_to_string(&mut answers));
+    let (read, ()) = tokio::join!(read, send);
+    read.expect("answers in time").expect("text");
+    let count = |status: &str| answers.matches(&format!("HTTP/1.1 {status}")).count();
+    assert_eq!(count("200") + count("429"), REQUESTS_BURST_MAX + 201);
+    assert!(count("429") > 0 && count("200") > REQUESTS_BURST_MAX, "{}", count("429"));
+    assert!(answers.rfind("HTTP/1.1 200") > answers.rfind("HTTP/1.1 429"), "another client");
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_crowd_of_one_network_leaves_room_for_newcomers() {
+    let server = Server::start_with_scene("small", SMALL).await;
+    let mut crowd = Vec::new();
+    for number in 0..4 {
+        let mut client = from([127, 7, 0, 1], server.address).await;
+        client.hello(VERSION, &format!("Crowd {number}"), None).await;
+        assert!(matches!(client.message().await, ServerMessage::Welcome { .. }));
+        crowd.push(client);
+    }
+    let mut neighbour = from([127, 7, 0, 9], server.address).await;
+    neighbour.hello(VERSION, "Neighbour", None).await;
+    neighbour.is_refused(Refusal::RoomFull).await;
+    let mut ann = from([127, 8, 0, 1], server.address).await;
+    ann.enter("Ann", None).await;
+    server.counts("jostle_leaves_total{how=\"displaced\"}", 1).await;
+    server.counts("jostle_refusals_total{reason=\"gave_way\"}", 1).await;
+    assert!(ann.newest.players.iter().any(|player| player.seat.0 == ann.seat));
+}
+
+/// Four seats, and something to do.
+const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ntools = [\"steer\"]\n\
+    groups = [\"hero\"]\n[limits]\nplayers = 4\n[hero]\nspawns = [[20, 15]]\n";
+
+/// A client with this local address.
+#[cfg(target_os = "linux")]
+async fn from(own: [u8; 4], server: SocketAddr) -> Client {
+    let socket = TcpSocket::new_v4().expect("a socket");
+    socket.bind(SocketAddr::new(own.into(), 0)).expect("an address of this machine");
+    Client::connect_over(socket, server, "small").await
 }
