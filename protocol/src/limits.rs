@@ -43,8 +43,8 @@ pub const REPLAY_BYTES_MAX: usize = 64 << 20;
 pub const REPLAY_RECORD_BYTES_MAX: usize = 8 << 20;
 /// Most ticks in one record of a replay.
 pub const REPLAY_BLOCK_TICKS_MAX: usize = 600;
-/// Most ticks in a replay: more than a day.
-pub const REPLAY_TICKS_MAX: u32 = 1 << 23;
+/// The last tick that a replay may have, counted from the room's beginning: more than a year.
+pub const REPLAY_TICKS_MAX: u32 = 1 << 31;
 /// Longest name of a program version in a replay, bytes.
 pub const PROGRAM_BYTES_MAX: usize = 64;
 

@@ -13,7 +13,7 @@ mod queue;
 mod restore;
 mod writer;
 
-pub use dir::{StateDir, StateSettings, Sync};
+pub use dir::{StateDir, StateSettings, Sync, write_closed};
 pub use job::{Job, RoomFile};
 pub use notes::Notes;
 pub use queue::StateWriter;

@@ -36,7 +36,7 @@ use tokio::time::timeout;
 use tracing::{info, warn};
 
 /// Serves until `shutdown` resolves, then warns the players, closes their sockets and returns
-/// within [`limits::Waits::drain_notice`] + 3 x [`limits::Waits::drain`].
+/// within [`limits::Waits::drain_notice`] + 4 x [`limits::Waits::drain`].
 pub async fn run(
     listener: TcpListener,
     config: Config,
@@ -57,7 +57,7 @@ pub async fn run_with_ops(
     let (phase, followed) = watch::channel(Phase::Running);
     let recording = config.replays.clone().map(Recording::start).transpose()?;
     let state_writer = config.state.as_ref().map(StateWriter::start).transpose()?;
-    let bans = Bans::open(state_writer.as_ref().map(|writer| writer.dir().bans()))?;
+    let bans = Bans::open(state_writer.as_ref().map(|writer| writer.dir().bans()));
     let saved = state_writer.as_ref().map(|writer| writer.saved_rooms()).transpose()?;
     let state =
         Arc::new(ServerState::new(config, followed, recording.clone(), state_writer.clone(), bans));

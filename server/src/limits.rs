@@ -18,9 +18,10 @@ use std::time::Duration;
 
 /// TCP connections at a time; one more is closed at once.
 pub const CONNECTIONS_MAX: usize = 4096;
-/// Descriptors beside those of connections: two files for each room, the operators' port, the log, and what the
-/// runtime has.
-pub const DESCRIPTORS_SPARE: usize = 2 * (ROOMS_MAX + SCENES_MAX) + OPS_CONNECTIONS_MAX + 48;
+/// Descriptors beside those of connections: two files for each room, replays that are being read, the operators'
+/// port, the log, and what the runtime has.
+pub const DESCRIPTORS_SPARE: usize =
+    2 * (ROOMS_MAX + SCENES_MAX) + REPLAY_READERS_MAX + OPS_CONNECTIONS_MAX + 48;
 /// TCP connections of one address at a time (IPv6: of one /64); a /56 may hold twice as many, a /48 four times,
 /// and a /24 of IPv4 twice ([`networks::shares`]). A school behind one address loads
 /// the page over some six connections a browser, and plays over one.
@@ -48,9 +49,9 @@ pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 pub const BANS_MAX: usize = 1024;
 /// Networks that operators are shown, those that hold most.
 pub const NETWORKS_SHOWN_MAX: usize = 100;
-/// Minutes for which a ban lasts unless it says otherwise, and at most: a year.
+/// Minutes for which a ban lasts unless it says otherwise.
 pub const BAN_MINUTES: u32 = 60;
-/// The longest ban.
+/// Minutes of the longest ban: a year.
 pub const BAN_MINUTES_MAX: u32 = 366 * 24 * 60;
 /// Connections to the operators' port at a time.
 pub const OPS_CONNECTIONS_MAX: usize = 16;
@@ -137,6 +138,9 @@ pub const ADDRESS_ROOMS_MAX: usize = 8;
 /// Held seats of one address in a room, as a fraction of its seats: of an address that has more, the
 /// longest-lost may be given to any newcomer once the room is full.
 pub const HELD_SHARE: usize = 4;
+/// Ticks for which a player has done nothing after which the seat may go to a newcomer in a full room, where the
+/// player's network has more than its share of the seats: nobody loses a seat in the middle of playing.
+pub const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
 /// Ticks for which a player has done nothing after which the seat goes to a newcomer if the room is full.
 pub const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
 /// Ticks for which the address of a kicked player gets no seat in the room.

@@ -229,7 +229,7 @@ fn fields_out_of_range_are_named() {
     refused(&[3, 0, 0, 0, 0, 0, 0, 0, 0x40], "view");
     refused(&[3, 0, 0, 0, 0x40, 0, 0, 0x80, 0xbf], "view");
     refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "view");
-    let found = ServerMessage::decode(&[1, 15]);
+    let found = ServerMessage::decode(&[1, 16]);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "refusal" }));
     let found = ServerMessage::decode(&[0, 0x80, 4]);
     assert_eq!(found, Err(DecodeError::OutOfRange { field: "seat" }));

@@ -114,6 +114,19 @@ fn the_last_notes_of_the_host_are_found_and_change_nothing_else() {
 }
 
 #[test]
+fn a_room_that_was_open_for_days_is_read_too() {
+    let first_tick = 1 << 24;
+    let mut rng = Rng::new(4, 0);
+    let records = [
+        Record::Start(Start { first_tick, ..start() }),
+        Record::Keyframe(keyframe(first_tick)),
+        Record::Ticks(play(first_tick + 1, 30, &mut rng)),
+    ];
+    let replay = Replay::read(file(&records)).unwrap();
+    assert_eq!((replay.first_tick(), replay.last_tick()), (first_tick, first_tick + 30));
+}
+
+#[test]
 fn the_start_is_read_alone_and_the_sizes_add_up() {
     let records = records();
     let whole = file(&records);

@@ -45,33 +45,30 @@ impl Room {
         }
     }
 
+    /// Has the serials of claims go on from a random number, so that none equals one that a process before gave.
+    pub fn begin_epoch(&mut self, epoch: u32) {
+        self.serial = u64::from(epoch) << 32;
+    }
+
     /// Restores a room from the newest moment of its recording, and from who had which seat then. All
     /// sockets are gone: each seat is held from now on. Players of whom `saved` knows nothing leave with the next
-    /// tick.
-    ///
-    /// `epoch` is a random number: serials of claims go on from it, so that none is given again to another
-    /// player which the process before gave in a moment that was lost.
-    pub fn restore(
-        code: &str,
-        seed: u64,
-        moment: Moment,
-        saved: &SavedMembers,
-        epoch: u32,
-    ) -> Room {
-        let Moment { game, members } = moment;
+    /// tick. Claims that were given in a moment that was lost must not be given again: see [`Room::begin_epoch`].
+    pub fn restore(code: &str, seed: u64, moment: Moment, saved: &SavedMembers) -> Room {
+        let Moment { game, mut members } = moment;
         let tick = game.tick_count();
+        let seats: Vec<Seat> = game.players().map(|player| player.seat).collect();
         let mut room = Room::of(code, game, seed);
-        room.serial = u64::from(epoch) << 32;
         if let Some(bots) = &mut room.bots {
             bots.set_fill(saved.bots);
         }
-        for (seat, appearance) in members {
-            let known = saved.seats.iter().find(|saved| saved.seat == seat);
-            let seat = Seat(seat);
+        for seat in seats {
+            let known = saved.seats.iter().find(|saved| saved.seat == seat.0);
             let bots = room.bots.as_mut().filter(|_| known.is_some_and(|saved| saved.is_bot));
             let is_bot = bots.map(|bots| bots.add(seat)).is_some();
-            let Some(saved) = known.filter(|saved| is_bot || !saved.is_bot) else {
+            let known = known.filter(|saved| is_bot || !saved.is_bot);
+            let Some((saved, appearance)) = known.zip(members.remove(&seat.0)) else {
                 room.changes.push(Change::Leave(seat));
+                room.members_revision += 1;
                 continue;
             };
             let member = Member {

@@ -15,7 +15,7 @@ const BANS: &str = "bans.json";
 const ENDING: &str = ".jostle";
 /// Ending of a file that takes the place of a room's file when it is complete.
 const NEW_ENDING: &str = ".new";
-/// Ending of a file from which no room could be restored; it is kept for whom it may help.
+/// Ending of a file from which no room could be restored; it is kept for a diagnosis.
 const DAMAGED_ENDING: &str = ".damaged";
 
 /// When files are synced with the disk.
@@ -110,7 +110,7 @@ impl StateDir {
         }
     }
 
-    /// Puts the file of a room aside from which it cannot be restored, and returns its new name.
+    /// Sets aside a room's file that cannot be restored, and returns its new name.
     pub fn set_aside(&self, code: &str) -> io::Result<PathBuf> {
         let aside = self.file(code, DAMAGED_ENDING);
         fs::rename(self.room(code), &aside)?;
@@ -152,17 +152,21 @@ fn read_or_make_key(path: &Path) -> io::Result<[u8; KEY_BYTES]> {
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
             getrandom::fill(&mut key).map_err(io::Error::other)?;
-            // Under its name it is complete, whenever the power goes.
-            let new = path.with_extension("new");
-            let mut file = closed_file().truncate(true).open(&new)?;
-            file.write_all(&key)?;
-            file.sync_all()?;
-            fs::rename(new, path)?;
-            path.parent().map_or(Ok(()), sync_dir)?;
+            write_closed(path, &key)?;
         }
         Err(error) => return Err(error),
     }
     Ok(key)
+}
+
+/// Writes a file that only its owner can read. Under its name it is complete, whenever the power goes.
+pub fn write_closed(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let new = path.with_extension("new");
+    let mut file = closed_file().truncate(true).open(&new)?;
+    file.write_all(bytes)?;
+    file.sync_all()?;
+    fs::rename(new, path)?;
+    path.parent().map_or(Ok(()), sync_dir)
 }
 
 /// Opens for writing, and creates files that only their owner can read: they tell the addresses of players.

@@ -58,7 +58,7 @@ impl StateWriter {
         }
     }
 
-    /// Puts the file of a room aside from which it cannot be restored, and logs the reason.
+    /// Sets aside a room's file that cannot be restored, and logs the reason.
     pub fn set_aside(&self, code: &str, reason: &str) {
         let to = match self.dir.set_aside(code) {
             Ok(path) => path.display().to_string(),

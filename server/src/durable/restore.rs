@@ -43,9 +43,9 @@ impl SavedRoom {
         self.replay.start().seed
     }
 
-    /// Plays the game up to its last recorded tick. `epoch` is a random number: see [`Room::restore`].
-    /// An error is a sentence that says why that is not possible.
-    pub fn restore(&self, epoch: u32) -> Result<Room, String> {
+    /// Plays the game up to its last recorded tick. The caller begins a new epoch of claims
+    /// ([`Room::begin_epoch`]). An error is a sentence that says why that is not possible.
+    pub fn restore(&self) -> Result<Room, String> {
         let began = Instant::now();
         let mut playback =
             Playback::new(Arc::clone(&self.replay)).map_err(|error| error.to_string())?;
@@ -60,7 +60,7 @@ impl SavedRoom {
             let recorded_by = &self.replay.start().program;
             warn!(
                 room = %code, tick = diverged, %recorded_by,
-                "this program plays the game otherwise than the one before; players may see a jump"
+                "this version simulates the game differently from the previous one; players may see a jump"
             );
         }
         if let Some(error) = self.replay.ending().error().filter(|_| !self.ends_whole()) {
@@ -70,7 +70,7 @@ impl SavedRoom {
         let ms = began.elapsed().as_millis() as u64;
         info!(room = %code, tick, played, ms, "room restored");
         let moment = playback.into_moment();
-        Ok(Room::restore(code, self.seed(), moment, &self.notes.members, epoch))
+        Ok(Room::restore(code, self.seed(), moment, &self.notes.members))
     }
 
     /// Whether nothing but an end record is missing, which such files never have.

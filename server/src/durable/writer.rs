@@ -133,7 +133,7 @@ impl Writer {
 
 impl Open {
     fn append(&mut self, records: &[Record]) -> io::Result<()> {
-        // In one write, so that notes and the ticks before them are lost together or not at all.
+        // In one write: a process that is killed loses notes and the ticks before them together or not at all.
         let bytes: Vec<u8> = records.iter().flat_map(Record::seal).collect();
         self.is_dirty = true;
         self.file.write_all(&bytes)

@@ -1,7 +1,7 @@
 //! Admission to a room: seats for newcomers in a full room, and the addresses of kicked players.
 
 use crate::limits::networks::{LEVELS, network, networks};
-use crate::limits::{HELD_SHARE, IDLE_SEAT_TICKS, KICKED_MAX, KICKED_TICKS};
+use crate::limits::{HELD_SHARE, IDLE_MOMENT_TICKS, IDLE_SEAT_TICKS, KICKED_MAX, KICKED_TICKS};
 use jostle_game::Seat;
 use jostle_room::Room;
 use serde::{Deserialize, Serialize};
@@ -85,8 +85,8 @@ impl Admission {
     }
 
     /// The connected seat that a newcomer of this address may have in a full room where none is held: the most
-    /// idle one of a network that has more than its share and is not the newcomer's, and else the most idle of all,
-    /// if its player has done nothing for a while. `seats` are those that may be given away.
+    /// idle one of a network that has more than its share and is not the newcomer's, if its player has done nothing
+    /// for a moment, and else the most idle of all, if its player has done nothing for a while. `seats` are those that may be given away.
     pub fn idle(
         &self,
         room: &Room,
@@ -94,7 +94,7 @@ impl Admission {
         newcomer: IpAddr,
     ) -> Option<Seat> {
         let widest = |ip: IpAddr| networks(ip)[LEVELS - 1];
-        let share = (usize::from(room.scene().players_max) / HELD_SHARE).max(1);
+        let share = (usize::from(room.scene().players_max) / HELD_SHARE).max(2);
         let idle = seats.filter_map(|seat| {
             Some((room.idle_ticks(seat)?, seat, self.address(seat).map(widest)))
         });
@@ -106,7 +106,9 @@ impl Admission {
         }
         let own = Some(widest(newcomer));
         let has_many = |network| network != own && count_by_network[&network] > share;
-        let of_many = idle.iter().find(|&&(.., network)| has_many(network));
+        let of_many = idle
+            .iter()
+            .find(|&&(ticks, _, network)| ticks >= IDLE_MOMENT_TICKS && has_many(network));
         let long = || idle.first().filter(|&&(ticks, ..)| ticks >= IDLE_SEAT_TICKS);
         of_many.or_else(long).map(|&(_, seat, _)| seat)
     }
@@ -217,7 +219,7 @@ mod tests {
             let of = if seat < 20 { [10, 0, 7, 1] } else { [10, 1, seat as u8, 1] };
             admission.seated(Seat(seat), of.into(), "Ann");
         }
-        for seq in 2..40 {
+        for seq in 2..IDLE_MOMENT_TICKS + 40 {
             for seat in (0..room.scene().players_max).filter(|&seat| seat != 5 || seq < 20) {
                 let buttons = jostle_game::Buttons(seq as u16 & 1);
                 room.input(Seat(seat), seq, Input { buttons, pointer: None });
@@ -231,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_done_nothing_for_a_while_gives_way_in_a_full_room() {
+    fn an_idle_player_gives_way_in_a_full_room() {
         let (mut room, mut admission) = full(&[]);
         for seat in 0..room.scene().players_max {
             admission.seated(Seat(seat), [10, 1, seat as u8, 1].into(), "Ann");

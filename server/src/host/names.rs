@@ -9,14 +9,19 @@ pub fn unmistakable<'a>(
     wanted: &Arc<str>,
     others: impl Iterator<Item = &'a Arc<str>> + Clone,
 ) -> Arc<str> {
-    // A namesake is numbered by the room, and whoever else it looks like has a number already.
-    if others.clone().any(|other| other == wanted) {
-        return Arc::clone(wanted);
-    }
-    let looks: String = skeleton(wanted).collect();
+    let looks: String = skeleton(base(wanted)).collect();
     let mut others = others;
-    let double = others.find(|other| skeleton(other).eq(looks.chars()));
+    let double =
+        others.find(|other| base(other) != base(wanted) && skeleton(base(other)).eq(looks.chars()));
     Arc::clone(double.unwrap_or(wanted))
+}
+
+/// A name without the number that a room gave it.
+fn base(name: &str) -> &str {
+    match name.rsplit_once(' ') {
+        Some((base, number)) if number.bytes().all(|byte| byte.is_ascii_digit()) => base,
+        _ => name,
+    }
 }
 
 #[cfg(test)]
@@ -25,7 +30,7 @@ mod tests {
 
     #[test]
     fn a_name_that_looks_like_anothers_becomes_its_namesake() {
-        let others: [Arc<str>; 3] = ["Ann".into(), "Bill".into(), "Zoë".into()];
+        let others: [Arc<str>; 4] = ["Ann".into(), "Bill".into(), "Zoë".into(), "Max 2".into()];
         let name = |wanted: &str| unmistakable(&wanted.into(), others.iter()).to_string();
         // Cyrillic A, Greek Alpha, full width, an I for an l, and an accent written apart.
         for (wanted, double) in [
@@ -36,10 +41,13 @@ mod tests {
             ("Bi1l", "Bill"),
             ("Zoe\u{308}", "Zoë"),
             ("Ann", "Ann"),
+            ("\u{41c}ax", "Max 2"),
+            ("\u{41c}ax 2", "Max 2"),
+            ("\u{41c}ax 7", "Max 2"),
         ] {
             assert_eq!(name(wanted), double, "{wanted:?}");
         }
-        for wanted in ["Anna", "ann", "Zoe", "Anne", "\u{4e2d}"] {
+        for wanted in ["Anna", "ann", "Zoe", "Anne", "\u{4e2d}", "Max", "Max 3"] {
             assert_eq!(name(wanted), wanted);
         }
     }

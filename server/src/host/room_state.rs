@@ -63,20 +63,18 @@ impl RoomState {
                 self.begin_file(room, admission, now);
             }
             Phase::On { .. } => {
-                if let Some(job) = self.append(room, admission, false) {
+                if let Some(job) = self.append(room, admission) {
                     self.hand_over(job, room, now);
                 }
             }
         }
     }
 
-    /// Writes everything and closes the file, from which the next process restores the room.
+    /// Writes a last file with the whole state, from which the next process restores the room without playing any
+    /// tick again, whatever became of the file before.
     pub fn close(mut self, room: &mut Room, admission: &Admission) {
-        let Phase::On { room_file, .. } = &self.phase else { return };
-        let room_file = Arc::clone(room_file);
-        if let Some(job) = self.append(room, admission, true) {
-            self.writer.send(job);
-        }
+        let (room_file, job) = self.new_file(room, admission);
+        self.writer.send(job);
         self.writer.send(Job::Close(room_file));
     }
 
@@ -89,13 +87,13 @@ impl RoomState {
         self.writer.send(Job::Remove(room_file));
     }
 
-    /// The job that appends what is new, if anything is; with `flush` all ticks up to now are.
-    fn append(&mut self, room: &mut Room, admission: &Admission, flush: bool) -> Option<Job> {
+    /// The job that appends what is new, if anything is.
+    fn append(&mut self, room: &mut Room, admission: &Admission) -> Option<Job> {
         let Phase::On { room_file, noted, .. } = &mut self.phase else { return None };
         let now = revision(room, admission);
         let changed = *noted != now;
         // Notes are of the last tick before them.
-        let mut records = room.take_restorable(flush || changed);
+        let mut records = room.take_restorable(changed);
         if changed {
             *noted = now;
             records.push(notes(&self.info, room, admission));
@@ -104,15 +102,21 @@ impl RoomState {
     }
 
     fn begin_file(&mut self, room: &mut Room, admission: &Admission, now: Instant) {
+        let (room_file, job) = self.new_file(room, admission);
+        let (first_tick, noted) = (room.game().tick_count(), revision(room, admission));
+        self.phase = Phase::On { room_file, first_tick, noted };
+        self.hand_over(job, room, now);
+    }
+
+    /// A new file with the room as it is, and the job that writes it.
+    fn new_file(&mut self, room: &mut Room, admission: &Admission) -> (Arc<RoomFile>, Job) {
         let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
         room.record_for_restoring(env!("CARGO_PKG_VERSION"), unix.as_secs());
         let mut records = room.take_restorable(false);
         records.push(notes(&self.info, room, admission));
         let room_file = new_file(room.code());
         let job = Job::Begin(Arc::clone(&room_file), records);
-        let (first_tick, noted) = (room.game().tick_count(), revision(room, admission));
-        self.phase = Phase::On { room_file, first_tick, noted };
-        self.hand_over(job, room, now);
+        (room_file, job)
     }
 
     fn hand_over(&mut self, job: Job, room: &Room, now: Instant) {

@@ -139,7 +139,12 @@ impl Ticker {
     }
 
     fn open(&mut self, now: Instant) -> Opened {
+        let is_saved = self.saved.is_some();
         let mut room = self.restore().unwrap_or_else(|| self.new_room());
+        if is_saved {
+            // Also one that begins again under the same number: old tokens name it.
+            room.begin_epoch(random() as u32);
+        }
         let recording = self.host.recording.clone().filter(|_| !self.info.private);
         let recording = recording.map(|recording| RoomRecording::start(recording, &mut room, now));
         let writer = self.host.state_writer.clone();
@@ -158,7 +163,7 @@ impl Ticker {
     /// The room of the process before. One that cannot be restored begins anew, under the same link.
     fn restore(&mut self) -> Option<Room> {
         let saved = self.saved.take()?;
-        match saved.restore(random() as u32) {
+        match saved.restore() {
             Ok(room) => {
                 (self.seed, self.admission) = (saved.seed(), saved.notes.admission);
                 Some(room)

@@ -8,16 +8,21 @@ use crate::limits::networks::{LEVELS, networks, shares};
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 
 /// Sockets of a network that may come out of the reserve: the connections of one browser.
 const FEW: usize = 8;
+/// See [`ConnectionLimits::grace`].
+const IDLE_GRACE: Duration = Duration::from_secs(3);
 
 /// Counts of sockets by network and in total, up to their limits.
 #[derive(Debug)]
 pub struct ConnectionLimits {
     in_all_max: usize,
     address_max: usize,
+    /// Time for which a connection is idle before it may have to give way: what it was sent may still be on its way.
+    grace: Duration,
     counts: Mutex<Counts>,
 }
 
@@ -33,6 +38,7 @@ struct Counts {
 
 #[derive(Debug)]
 struct Idle {
+    since: Instant,
     networks: [IpAddr; LEVELS],
     gives_way: Arc<Notify>,
 }
@@ -59,7 +65,11 @@ impl ConnectionLimits {
     /// Creates limits with no sockets counted: `in_all_max` in all, `address_max` for one address, and more for
     /// the networks around it ([`shares`]).
     pub fn new(in_all_max: usize, address_max: usize) -> Arc<ConnectionLimits> {
-        Arc::new(ConnectionLimits { in_all_max, address_max, counts: Mutex::default() })
+        ConnectionLimits::with_grace(in_all_max, address_max, IDLE_GRACE)
+    }
+
+    fn with_grace(in_all_max: usize, address_max: usize, grace: Duration) -> Arc<ConnectionLimits> {
+        Arc::new(ConnectionLimits { in_all_max, address_max, grace, counts: Mutex::default() })
     }
 
     /// Sockets of one address at a time.
@@ -77,7 +87,7 @@ impl ConnectionLimits {
         }
         let widest = held[LEVELS - 1];
         let reserve = if widest < FEW { 0 } else { self.in_all_max / RESERVE_SHARE };
-        if counts.in_all + reserve >= self.in_all_max && !counts.make_room(widest) {
+        if counts.in_all + reserve >= self.in_all_max && !counts.make_room(widest, self.grace) {
             return None;
         }
         Some(self.count(&mut counts, networks))
@@ -92,7 +102,7 @@ impl ConnectionLimits {
         Some(self.count(&mut counts, networks(ip)))
     }
 
-    /// The widest networks that hold any, with how many, most first.
+    /// The narrowest networks that hold any, with how many, most first.
     pub fn holders(&self) -> Vec<(IpAddr, usize)> {
         let counts = self.lock();
         let held = counts.by_network[0].iter();
@@ -140,9 +150,12 @@ impl Counts {
     }
 
     /// Has the longest idle connection give way of a network that holds more than `held`, that of the newcomer.
-    fn make_room(&mut self, held: usize) -> bool {
+    fn make_room(&mut self, held: usize, grace: Duration) -> bool {
         let widest = |idle: &Idle| self.by_network[LEVELS - 1].get(&idle.networks[LEVELS - 1]);
-        let found = self.idle.iter().find(|(_, idle)| widest(idle).is_some_and(|&of| of > held));
+        let may_go = |idle: &Idle| {
+            idle.since.elapsed() >= grace && widest(idle).is_some_and(|&of| of > held)
+        };
+        let found = self.idle.iter().find(|(_, idle)| may_go(idle));
         let Some(number) = found.map(|(&number, _)| number) else { return false };
         let Some(idle) = self.idle.remove(&number) else { return false };
         self.remove(idle.networks);
@@ -161,7 +174,8 @@ impl Permit {
                 counts.number += 1;
                 let number = counts.number;
                 let gives_way = Arc::clone(&self.gives_way);
-                counts.idle.insert(number, Idle { networks: self.networks, gives_way });
+                let since = Instant::now();
+                counts.idle.insert(number, Idle { since, networks: self.networks, gives_way });
                 *state = PermitState::Idle(number);
             }
             // One that has been given away stays so.
@@ -277,7 +291,7 @@ mod tests {
 
     #[test]
     fn idle_connections_of_those_that_hold_more_give_way_to_newcomers() {
-        let limits = ConnectionLimits::new(8, 8);
+        let limits = ConnectionLimits::with_grace(8, 8, Duration::ZERO);
         let mut held = admitted(&limits, (0..8).map(|_| household(1, 0)));
         assert_eq!(held.len(), 8);
         assert!(limits.admit(household(2, 0)).is_none(), "all are busy");

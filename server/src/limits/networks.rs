@@ -1,6 +1,7 @@
 //! The networks of an address. One person may have many addresses: a household has a /64 of IPv6 or all of a
 //! /56, an organisation a /48, and a rented machine a few neighbours in a /24 of IPv4.
 
+use ipnet::IpNet;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
 /// Networks that an address belongs to.
@@ -24,6 +25,13 @@ pub fn networks(ip: IpAddr) -> [IpAddr; LEVELS] {
 /// The network that an address counts for where only one matters: one IPv4 address, or one IPv6 /64.
 pub fn network(ip: IpAddr) -> IpAddr {
     networks(ip)[0]
+}
+
+/// The same with the length of its prefix.
+pub fn prefix(ip: IpAddr) -> IpNet {
+    let ip = ip.to_canonical();
+    let bits = if ip.is_ipv4() { BITS_V4[0] } else { BITS_V6[0] };
+    IpNet::new_assert(ip, bits as u8).trunc()
 }
 
 /// What each network of an address may have if the narrowest may have `narrowest`: twice as much in each wider
@@ -50,5 +58,8 @@ mod tests {
         assert_eq!(of("203.0.113.77"), ["203.0.113.77", "203.0.113.0", "203.0.113.0"].map(ip));
         assert_eq!(of("::ffff:203.0.113.77"), of("203.0.113.77"));
         assert_eq!(shares(8), [8, 16, 32]);
+        let prefixes =
+            ["2001:db8:1:2345:6:7:8:9", "203.0.113.77"].map(|text| prefix(ip(text)).to_string());
+        assert_eq!(prefixes, ["2001:db8:1:2345::/64", "203.0.113.77/32"]);
     }
 }

@@ -67,6 +67,10 @@ async fn serve(socket: &mut Socket, code: &str, address: IpAddr, state: &ServerS
         Ok(Err(end)) => return end,
         Err(_late) => return End::Refused(Refusal::BadHello),
     };
+    // A ban may have come since the upgrade.
+    if state.bans.is_banned(address) {
+        return End::Refused(Refusal::Kicked);
+    }
     match Seated::new(hello, code, address, state) {
         Ok(seated) => seated.pump(socket, phase).await,
         Err(refusal) => End::Refused(refusal),

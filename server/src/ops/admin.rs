@@ -1,8 +1,9 @@
-//! The admin paths of the operators' port: list rooms and players, kick a player, close a room, drain the
-//! server. They need the operators' token; a server without one has no such paths.
+//! The admin paths of the operators' port: list rooms, players and networks, kick a player, close a room, ban a
+//! network, drain the server. They need the operators' token; a server without one has no such paths.
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
 use crate::limits;
+use crate::limits::networks::prefix;
 use crate::net::http::response::{Answer, TEXT, json, uncached};
 use crate::state::ServerState;
 use hyper::body::Incoming;
@@ -146,7 +147,7 @@ fn networks(state: &ServerState) -> Answer {
     held.sort_by_key(|&(network, counts)| (Reverse(counts), network));
     let shown = held.iter().take(limits::NETWORKS_SHOWN_MAX);
     let shown = shown.map(|(network, [connections, players, rooms])| {
-        json!({ "network": network, "connections": connections, "players": players, "rooms": rooms })
+        json!({ "network": prefix(*network), "connections": connections, "players": players, "rooms": rooms })
     });
     json(
         StatusCode::OK,
@@ -202,10 +203,10 @@ fn kept(changed: io::Result<&'static str>) -> Answer {
     }
 }
 
-/// Reads a network: an address, or one with the length of its prefix.
+/// Reads a network: one with the length of its prefix, or the one of an address: itself, or its /64 of IPv6.
 fn network(words: &[&str]) -> Result<IpNet, Box<Answer>> {
     let text = words.join("/");
-    let address = || text.parse().ok().map(|ip: IpAddr| IpNet::from(ip.to_canonical()));
+    let address = || text.parse().ok().map(prefix);
     text.parse().ok().or_else(address).ok_or_else(|| {
         let text =
             format!("found {text:?}; allowed: an address, or a network such as 203.0.113.0/24\n");

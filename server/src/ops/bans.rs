@@ -1,12 +1,13 @@
 //! Networks that operators have banned for a while. With a state directory bans outlive the process.
 
+use crate::durable::write_closed;
 use crate::limits::BANS_MAX;
 use ipnet::IpNet;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::io;
 use std::net::IpAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -25,20 +26,23 @@ pub struct Bans {
     /// Where they are kept.
     file: Option<PathBuf>,
     bans: Mutex<Vec<Ban>>,
+    /// Held while the file is written: requests never wait for the disk.
+    writing: Mutex<()>,
 }
 
 impl Bans {
-    /// Reads the bans of the process before. Errors name the file.
-    pub fn open(file: Option<PathBuf>) -> io::Result<Bans> {
-        let Some(path) = &file else { return Ok(Bans::default()) };
-        let about =
-            |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
-        let bans = match fs::read(path) {
-            Ok(bytes) => serde_json::from_slice(&bytes).map_err(io::Error::from).map_err(about)?,
+    /// Reads the bans that the previous process left. A file that cannot be read is set aside and logged: a server
+    /// without bans is better than none.
+    pub fn open(file: Option<PathBuf>) -> Bans {
+        let Some(path) = &file else { return Bans::default() };
+        let read = fs::read(path).map(|bytes| serde_json::from_slice(&bytes));
+        let bans = match read {
+            Ok(Ok(bans)) => bans,
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
-            Err(error) => return Err(about(error)),
+            Ok(Err(error)) => set_aside(path, &error),
+            Err(error) => set_aside(path, &error),
         };
-        Ok(Bans { file, bans: Mutex::new(bans) })
+        Bans { file, bans: Mutex::new(bans), writing: Mutex::default() }
     }
 
     /// Whether an address is banned now.
@@ -90,20 +94,30 @@ impl Bans {
     }
 
     fn change(&self, change: impl FnOnce(&mut Vec<Ban>)) -> io::Result<()> {
-        let mut bans = self.lock();
-        let now = unix_s();
-        bans.retain(|ban| ban.until_unix_s > now);
-        change(&mut bans);
-        let Some(file) = &self.file else { return Ok(()) };
-        // Under its name it is complete, whenever the power goes.
-        let new = file.with_extension("new");
-        fs::write(&new, serde_json::to_vec(&*bans)?)?;
-        fs::rename(new, file)
+        let _writing = self.writing.lock().unwrap_or_else(PoisonError::into_inner);
+        let bans = {
+            let mut bans = self.lock();
+            let now = unix_s();
+            bans.retain(|ban| ban.until_unix_s > now);
+            change(&mut bans);
+            bans.clone()
+        };
+        match &self.file {
+            Some(file) => write_closed(file, &serde_json::to_vec(&bans)?),
+            None => Ok(()),
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Ban>> {
         self.bans.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+fn set_aside(path: &Path, error: &dyn std::error::Error) -> Vec<Ban> {
+    let aside = path.with_extension("damaged");
+    let moved = fs::rename(path, &aside).is_ok();
+    tracing::error!(file = %path.display(), %error, moved, "the bans cannot be read; there are none now");
+    Vec::new()
 }
 
 fn unix_s() -> u64 {
@@ -152,16 +166,17 @@ mod tests {
     }
 
     #[test]
-    fn bans_outlive_the_process_and_a_wrong_file_is_named() {
+    fn bans_outlive_the_process_and_a_wrong_file_is_set_aside() {
         let name = format!("jostle-bans-{:016x}.json", crate::host::random::random());
         let file = std::env::temp_dir().join(name);
         let open = || Bans::open(Some(file.clone()));
-        open().expect("no file yet").ban(network("10.0.0.0/8"), HOUR).expect("a place");
-        let bans = open().expect("the file");
+        open().ban(network("10.0.0.0/8"), HOUR).expect("a place");
+        let bans = open();
         assert!(bans.is_banned(ip("10.1.2.3")) && bans.list().len() == 1);
-        fs::write(&file, "what is this").expect("a place");
-        let error = open().expect_err("no bans").to_string();
-        fs::remove_file(&file).expect("the file");
-        assert!(error.contains("jostle-bans-") && error.contains("line 1"), "{error}");
+        fs::write(&file, "").expect("a place");
+        assert!(open().list().is_empty());
+        let aside = file.with_extension("damaged");
+        assert!(!file.exists() && aside.exists(), "set aside");
+        fs::remove_file(aside).expect("the file");
     }
 }

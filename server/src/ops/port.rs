@@ -61,7 +61,11 @@ async fn speak(stream: TcpStream, state: &ServerState) -> hyper::Result<()> {
 
 async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
     // Pages of other sites cannot make a browser ask here under their own names.
-    if let Err(error) = host::check(request, &Hosts::Listed(Vec::new())) {
+    let hosts = match &state.config.hosts {
+        Hosts::Any => &Hosts::Listed(Vec::new()),
+        listed => listed,
+    };
+    if let Err(error) = host::check(request, hosts) {
         return uncached(StatusCode::BAD_REQUEST, TEXT, format!("{error}\n"));
     }
     if let Some(rest) = request.uri().path().strip_prefix("/admin/") {

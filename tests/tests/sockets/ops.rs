@@ -164,9 +164,9 @@ async fn operators_see_who_holds_what_and_ban_networks_for_a_while() {
         let all = networks["networks"].as_array().expect("a list");
         all.iter().find(|entry| entry["network"] == network).cloned().expect(network)
     };
-    assert_eq!((&found("203.0.113.7")["rooms"], &networks["in_all"]), (&2.into(), &3.into()));
-    assert_eq!(found("2001:db8:1:2::")["rooms"], 1);
-    assert_eq!(found("127.0.0.1")["players"], 1);
+    assert_eq!((&found("203.0.113.7/32")["rooms"], &networks["in_all"]), (&2.into(), &3.into()));
+    assert_eq!(found("2001:db8:1:2::/64")["rooms"], 1);
+    assert_eq!(found("127.0.0.1/32")["players"], 1);
 
     // Whoever is there has to go, and nobody of the network comes in.
     for (path, status) in [
@@ -175,13 +175,16 @@ async fn operators_see_who_holds_what_and_ban_networks_for_a_while() {
         ("/admin/ban/203.0.113.0/24?hours=1", 400),
         ("/admin/ban/203.0.113.0/24?minutes=5", 200),
         ("/admin/ban/127.0.0.1", 200),
+        ("/admin/ban/2001:db8:1:2::9", 200),
     ] {
         assert_eq!(ask(&server, "POST", path, &bearer).await.status, status, "{path}");
     }
     ann.is_refused(Refusal::Kicked).await;
     assert_eq!(open(&server, "203.0.113.200").await, 403);
     assert_eq!(open(&server, "203.0.114.200").await, 201);
-    server.counts("jostle_refusals_total{reason=\"banned\"}", 1).await;
+    assert_eq!(open(&server, "2001:db8:1:2:3::4").await, 403, "of the same household");
+    server.counts("jostle_refusals_total{reason=\"banned\"}", 2).await;
+    assert_eq!(ask(&server, "DELETE", "/admin/ban/2001:db8:1:2::/64", &bearer).await.status, 200);
     let lifted = ask(&server, "DELETE", "/admin/ban/127.0.0.1", &bearer).await;
     assert_eq!(lifted.status, 200);
     assert_eq!(ask(&server, "DELETE", "/admin/ban/127.0.0.1", &bearer).await.status, 404);

@@ -42,7 +42,9 @@ impl Kept {
     }
 
     fn restore(&self, saved: &SavedMembers) -> Room {
-        Room::restore("oak", 7, self.moment(), saved, 9)
+        let mut room = Room::restore("oak", 7, self.moment(), saved);
+        room.begin_epoch(9);
+        room
     }
 }
 
@@ -111,6 +113,24 @@ fn claims_of_before_give_the_seats_back_and_no_new_one_equals_them() {
     assert!(claim(&mut room, "Bob", Some(bob)).1);
     ticks(&mut room, SEAT_HELD_TICKS + 1);
     assert_eq!(room.players(), 3);
+}
+
+#[test]
+fn a_player_whom_nobody_knows_leaves_also_after_a_second_restart_at_once() {
+    let mut kept = Kept::new(yard());
+    join(&mut kept.room, "Ann");
+    kept.play(30);
+    let mut again = Kept::new(kept.restore(&SavedMembers::default()));
+    // The file of the restored room still has the player, and its members do not.
+    let room = again.restore(&again.room.saved_members());
+    let mut last = Kept::new(room);
+    last.play(1);
+    assert_eq!(last.room.game().players().count(), 0);
+    let bob = join(&mut last.room, "Bob");
+    last.play(1);
+    assert!(player(&last.room, bob).is_some());
+    again.play(1);
+    assert_eq!(again.room.game().players().count(), 0);
 }
 
 #[test]

@@ -99,7 +99,7 @@ fn saved(dir: &TestDir) -> SavedRoom {
 }
 
 fn restored(dir: &TestDir) -> Room {
-    saved(dir).restore(3).expect("a room")
+    saved(dir).restore().expect("a room")
 }
 
 fn file(dir: &TestDir, name: &str) -> PathBuf {
@@ -118,7 +118,7 @@ fn a_closed_room_loses_no_tick_and_a_killed_one_half_a_second_at_most() {
         assert_eq!((saved.notes.number, saved.notes.private), (77, true));
         assert_eq!(saved.notes.creator, Some([10, 0, 0, 1].into()));
         assert_eq!(saved.seed(), 5);
-        let mut room = saved.restore(3).expect("a room");
+        let mut room = saved.restore().expect("a room");
         assert_eq!((room.game().tick_count(), room.game().hash()), (tick, hash));
         let comes_back = room.join(Appearance::new("Ann", 0).expect("a name"), Some(ann));
         assert_eq!(comes_back.is_ok(), ticks > 0, "who joined in no tick was never there");
@@ -268,10 +268,10 @@ fn a_restored_room_is_written_and_restored_again() {
     written.room.input(claim.seat, 1, Input::default());
     written.play(100);
     written.kill();
-    for round in 0..3 {
+    for _ in 0..3 {
         let saved = saved(&dir);
         let info = Arc::new(RoomInfo::new("oak", 77, true, None, &saved.scene));
-        let room = saved.restore(round).expect("a room");
+        let room = saved.restore().expect("a room");
         let mut written = Written::of(&dir, info, room, saved.notes.admission);
         let look = Appearance::new("Ann", 0).expect("a name");
         let welcome = written.room.join(look, Some(claim)).expect("the seat is held");
