@@ -205,6 +205,9 @@ pub const ADDRESS_REPLAY_READERS_MAX: usize = 4;
 /// Ticks after which a room's file gives way to a new one: as many as a restart has to play again, a third of a
 /// second of a busy room.
 pub const STATE_FILE_TICKS: u32 = 20 * TICKS_PER_SECOND;
+/// Ticks between two notes in a room's file: those of the largest scene take some 90 kB, and players may come and
+/// go in every tick, so that a file stays far below [`REPLAY_BYTES_MAX`].
+pub const STATE_NOTES_EVERY_TICKS: u32 = 6;
 /// Time between two syncs of the files with the disk.
 pub const STATE_SYNC_EVERY: Duration = Duration::from_millis(400);
 /// Jobs that wait for the writer of the files. Each room has some two a second, so that [`ROOMS_MAX`] of them can

@@ -26,6 +26,8 @@ enum Phase {
         first_tick: u32,
         /// What the notes in the file are of.
         noted: Revision,
+        /// The tick from which on it may have more notes.
+        note_at: u32,
     },
     /// The file was given up; a new one begins at this time.
     Off { retry_at: Instant },
@@ -89,13 +91,13 @@ impl RoomState {
 
     /// The job that appends what is new, if anything is.
     fn append(&mut self, room: &mut Room, admission: &Admission) -> Option<Job> {
-        let Phase::On { room_file, noted, .. } = &mut self.phase else { return None };
-        let now = revision(room, admission);
-        let changed = *noted != now;
+        let Phase::On { room_file, noted, note_at, .. } = &mut self.phase else { return None };
+        let (now, tick) = (revision(room, admission), room.game().tick_count());
+        let changed = *noted != now && tick >= *note_at;
         // Notes are of the last tick before them.
         let mut records = room.take_restorable(changed);
         if changed {
-            *noted = now;
+            (*noted, *note_at) = (now, tick + limits::STATE_NOTES_EVERY_TICKS);
             records.push(notes(&self.info, room, admission));
         }
         (!records.is_empty()).then(|| Job::Append(Arc::clone(room_file), records))
@@ -104,7 +106,8 @@ impl RoomState {
     fn begin_file(&mut self, room: &mut Room, admission: &Admission, now: Instant) {
         let (room_file, job) = self.new_file(room, admission);
         let (first_tick, noted) = (room.game().tick_count(), revision(room, admission));
-        self.phase = Phase::On { room_file, first_tick, noted };
+        let note_at = first_tick + limits::STATE_NOTES_EVERY_TICKS;
+        self.phase = Phase::On { room_file, first_tick, noted, note_at };
         self.hand_over(job, room, now);
     }
 

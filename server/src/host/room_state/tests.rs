@@ -162,6 +162,22 @@ fn a_file_without_its_tail_is_restored_up_to_its_last_whole_record() {
 }
 
 #[test]
+fn players_who_come_and_go_in_every_tick_fill_no_file() {
+    let dir = TestDir::new("notes");
+    let mut written = Written::new(&dir, "oak");
+    for _ in 0..120 {
+        let claim = written.join("Ann");
+        written.play(1);
+        written.room.leave(claim.seat);
+        written.play(1);
+    }
+    written.kill();
+    let bytes = fs::read(file(&dir, "oak.jostle")).expect("a file");
+    let notes = bytes.windows(9).filter(|part| *part == b"{\"number\"").count();
+    assert!((20..=240 / limits::STATE_NOTES_EVERY_TICKS as usize + 1).contains(&notes), "{notes}");
+}
+
+#[test]
 fn who_was_kicked_stays_out_and_seats_keep_their_networks() {
     let dir = TestDir::new("kicked");
     let mut written = Written::new(&dir, "oak");
