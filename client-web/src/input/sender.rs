@@ -1,7 +1,7 @@
 //! Inputs on their way to the server: every change of the buttons is sent once and at once; moves and
 //! repeats wait for a tick in which no other input is played, so that none queues up at the server.
 
-use jostle_game::Input;
+use jostle_game::{Buttons, Input};
 use std::collections::VecDeque;
 
 /// Inputs a second, the server plays one a tick.
@@ -50,10 +50,10 @@ impl Default for InputSender {
 
 impl InputSender {
     /// Notes the intent of this moment. A change of buttons is kept with its pointer, so that a tap
-    /// shorter than a tick still counts and a press acts where it was made; a mere move gives way to
-    /// whatever comes after it.
+    /// shorter than a tick still counts and a press acts where it was made. A mere move gives way to
+    /// whatever comes after it, except that the last one of a drag is played before the button goes up.
     pub fn note(&mut self, input: Input) {
-        if self.ends_in_a_move() {
+        if self.ends_in_a_move() && !self.ends_a_drag(input) {
             self.waiting.pop_back();
         }
         if self.waiting.back().copied().or(self.last) == Some(input) {
@@ -63,6 +63,12 @@ impl InputSender {
             self.waiting.pop_front();
         }
         self.waiting.push_back(input);
+    }
+
+    /// Whether an input lets go of what the newest one that waits drags elsewhere.
+    fn ends_a_drag(&self, input: Input) -> bool {
+        const DRAGS: u16 = Buttons::FIRE.0 | Buttons::HOLD.0;
+        self.waiting.back().is_some_and(|newest| newest.buttons.0 & !input.buttons.0 & DRAGS != 0)
     }
 
     /// Whether the newest input that waits changes no button.

@@ -1,6 +1,5 @@
 use super::*;
 use crate::net::clock::TICK_MS;
-use jostle_game::Buttons;
 use jostle_sim::Vec2;
 
 fn sent(sender: &mut InputSender, now_ms: f64) -> Vec<(u32, Input)> {
@@ -46,6 +45,26 @@ fn a_press_that_waits_keeps_its_place_when_the_pointer_moves_on() {
     }
     assert_eq!(sent(&mut sender, 1020.0), [(4, press)]);
     assert_eq!(sent(&mut sender, 1060.0), [(5, moves[1])], "only moves are merged");
+}
+
+#[test]
+fn the_last_move_of_a_drag_is_played_before_the_button_goes_up() {
+    let mut sender = InputSender::default();
+    let moved = |x: f32, buttons| Input { buttons, pointer: Some(Vec2::new(x, 0.0)) };
+    let none = Buttons::default();
+    sender.note(moved(0.0, Buttons::FIRE));
+    assert_eq!(sender.due(1000.0, 60.0), Some((1, moved(0.0, Buttons::FIRE))));
+    // The page draws so slowly that nothing leaves before the release.
+    let drag = [moved(40.0, Buttons::FIRE), moved(80.0, Buttons::FIRE), moved(80.0, none)];
+    drag.into_iter().for_each(|input| sender.note(input));
+    let left = sent(&mut sender, 1100.0);
+    assert_eq!(left, [(2, drag[1]), (3, drag[2])]);
+    // A key that goes up needs no move before it.
+    sender.note(moved(90.0, Buttons::RIGHT));
+    assert_eq!(sent(&mut sender, 1200.0).len(), 1);
+    sender.note(moved(95.0, Buttons::RIGHT));
+    sender.note(moved(95.0, none));
+    assert_eq!(sent(&mut sender, 1300.0), [(5, moved(95.0, none))]);
 }
 
 #[test]
