@@ -13,7 +13,7 @@ use tokio::sync::Notify;
 
 /// Sockets of a network that may come out of the reserve: the connections of one browser.
 const FEW: usize = 8;
-/// See [`ConnectionLimits::grace`].
+/// The `grace` of a server.
 const IDLE_GRACE: Duration = Duration::from_secs(3);
 
 /// Counts of sockets by network and in total, up to their limits.
