@@ -1,4 +1,4 @@
-//! What is kept of the members of a room beside its recording, so that they outlive its process.
+//! The members of a room as they are kept beside its recording, to outlive its process.
 
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 //! [`StateWriter`] over a bounded queue, and never waits for it; at the start rooms are restored from the files.
 //!
 //! A room has one file, a replay that begins with a keyframe and goes on in short blocks; notes of the host
-//! in it say who has which seat ([`Notes`]). After [`limits::STATE_FILE_TICKS`](crate::limits::STATE_FILE_TICKS)
+//! in it ([`Notes`]) list the players and their seats. After [`limits::STATE_FILE_TICKS`](crate::limits::STATE_FILE_TICKS)
 //! a new file takes its place, so that a restart has little to play again. A file that lost its tail is restored
 //! up to its last whole record.
 

@@ -139,7 +139,7 @@ pub const ADDRESS_ROOMS_MAX: usize = 8;
 /// longest-lost may be given to any newcomer once the room is full.
 pub const HELD_SHARE: usize = 4;
 /// Ticks for which a player has done nothing after which the seat may go to a newcomer in a full room, where the
-/// player's network has more than its share of the seats: nobody loses a seat in the middle of playing.
+/// player's network has more than its share of the seats: no player loses a seat in the middle of playing.
 pub const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
 /// Ticks for which a player has done nothing after which the seat goes to a newcomer if the room is full.
 pub const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;

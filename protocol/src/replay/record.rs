@@ -74,8 +74,8 @@ pub enum Record {
         /// All bits of the state hash after them.
         hash: u64,
     },
-    /// What a host notes about a room beside its game, in a form of its own; players of replays pass
-    /// over it.
+    /// Notes of a host about a room, beside its game and in a form of its own; players of replays pass
+    /// over them.
     Host(Vec<u8>),
 }
 

@@ -1,5 +1,5 @@
-//! What outlives a room's process: the game in a recording, and beside it who has which seat. From both
-//! the room is restored, and its players get their seats back with the claims that they have.
+//! Restores a room after its process has ended, from the game in a recording and the seats of its players
+//! beside it. Players get their seats back with the claims that they have.
 
 use super::{Change, Room};
 use crate::members::Member;

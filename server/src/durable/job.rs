@@ -1,4 +1,4 @@
-//! What rooms ask of the writer of their files.
+//! Jobs of the rooms for the writer of their files.
 
 use jostle_protocol::replay::Record;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What a room's file says of the room beside its game.
+//! Notes in a room's file on everything that is not its game.
 
 use crate::host::admission::Admission;
 use jostle_room::SavedMembers;
@@ -17,7 +17,7 @@ pub struct Notes {
     pub creator: Option<IpAddr>,
     /// Who has which seat.
     pub members: SavedMembers,
-    /// The networks of the seats, and who was kicked.
+    /// The networks of the seats, and the kicked players.
     #[serde(default)]
     pub admission: Admission,
 }

@@ -16,7 +16,7 @@ pub struct SavedRoom {
     pub code: String,
     /// Its scene, as it was when the room opened.
     pub scene: Arc<Scene>,
-    /// What the file says beside the game.
+    /// The notes in the file.
     pub notes: Notes,
     replay: Arc<Replay>,
 }
@@ -32,7 +32,8 @@ impl SavedRoom {
         }
         let scene = Scene::parse(&format!("{}.toml", start.scene_name), &start.scene);
         let scene = scene.map_err(|error| error.to_string())?;
-        let (noted_tick, json) = replay.host().ok_or("it does not say who has which seat")?;
+        let (noted_tick, json) =
+            replay.host().ok_or("it has no notes on the players and their seats")?;
         let mut notes: Notes = serde_json::from_slice(json).map_err(|error| error.to_string())?;
         forget_changed_seats(&mut notes, &replay, noted_tick);
         Ok(SavedRoom { code, scene: Arc::new(scene), notes, replay: Arc::new(replay) })

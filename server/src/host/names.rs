@@ -1,5 +1,5 @@
 //! Names that look alike. A room numbers namesakes; here a name that only looks like another's is made its
-//! namesake, so that nobody can pass for somebody else.
+//! namesake, so that no player can pass for another.
 
 use std::sync::Arc;
 use unicode_security::confusable_detection::skeleton;

@@ -24,7 +24,7 @@ enum Phase {
         room_file: Arc<RoomFile>,
         /// Ticks played before the file began.
         first_tick: u32,
-        /// What the notes in the file are of.
+        /// Revision of the newest notes in the file.
         noted: Revision,
         /// The tick from which on it may have more notes.
         note_at: u32,

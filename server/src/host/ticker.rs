@@ -28,7 +28,7 @@ use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 use tracing::{error, info, warn};
 
-/// What a room's thread has of the world outside.
+/// The ends of the channels to a room's thread, with the state that it shares.
 pub struct Ends {
     /// Shared by all rooms.
     pub host: Arc<Host>,

@@ -1,6 +1,6 @@
 //! Limits on the sockets of each network, and of all. A permit frees its socket when it is dropped.
 //!
-//! The last eighth of all sockets is a reserve for networks that hold few, so that nobody is shut out by
+//! The last eighth of all sockets is a reserve for networks that hold few, so that no visitor is shut out by
 //! networks that hold many. If that is not enough, idle connections give way.
 
 use crate::limits::RESERVE_SHARE;
@@ -304,7 +304,7 @@ mod tests {
         held[2].set_idle(false);
         drop(held.remove(2));
         assert_eq!(limits.holders(), [(ip("2001:db8:1::"), 7), (ip("2001:db8:2::"), 1)]);
-        assert!(limits.admit(household(1, 0)).is_none(), "nobody holds more than this one");
+        assert!(limits.admit(household(1, 0)).is_none(), "no other network holds more");
         drop((held, newcomer));
         assert!(limits.holders().is_empty());
     }

@@ -34,7 +34,7 @@ pub fn prefix(ip: IpAddr) -> IpNet {
     IpNet::new_assert(ip, bits as u8).trunc()
 }
 
-/// What each network of an address may have if the narrowest may have `narrowest`: twice as much in each wider
+/// The share of each network of an address if the narrowest may have `narrowest`: twice as much in each wider
 /// one, so that a neighbourhood is more than a household, and no single one is everybody.
 pub fn shares(narrowest: usize) -> [usize; LEVELS] {
     std::array::from_fn(|level| narrowest.saturating_mul(1 << level))

@@ -1,5 +1,5 @@
-//! What one network can do to others: open rooms, download replays, speak through a proxy, and come under
-//! another name.
+//! One network tries to take things from others: it opens rooms, downloads replays, speaks through a proxy, and
+//! comes under another name.
 
 use crate::client::{Client, LONG};
 use crate::http::{Answer, raw};

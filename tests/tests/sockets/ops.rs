@@ -168,7 +168,7 @@ async fn operators_see_who_holds_what_and_ban_networks_for_a_while() {
     assert_eq!(found("2001:db8:1:2::/64")["rooms"], 1);
     assert_eq!(found("127.0.0.1/32")["players"], 1);
 
-    // Whoever is there has to go, and nobody of the network comes in.
+    // Its players have to go, and no other one comes in.
     for (path, status) in [
         ("/admin/ban/nonsense", 400),
         ("/admin/ban/203.0.113.0/24?minutes=0", 400),

@@ -35,7 +35,7 @@ fn kills() -> u32 {
     kills.map_or(2, |text| text.parse().expect("JOSTLE_KILLS is a whole number"))
 }
 
-/// What a player knows when its socket is gone.
+/// Everything that a player knows when its socket is gone.
 #[derive(Clone)]
 struct Player {
     room: String,

@@ -116,7 +116,7 @@ fn claims_of_before_give_the_seats_back_and_no_new_one_equals_them() {
 }
 
 #[test]
-fn a_player_whom_nobody_knows_leaves_also_after_a_second_restart_at_once() {
+fn an_unknown_player_leaves_also_after_a_second_restart_at_once() {
     let mut kept = Kept::new(yard());
     join(&mut kept.room, "Ann");
     kept.play(30);
@@ -134,7 +134,7 @@ fn a_player_whom_nobody_knows_leaves_also_after_a_second_restart_at_once() {
 }
 
 #[test]
-fn seats_are_held_for_a_while_after_the_restart_and_those_that_nobody_knows_are_freed() {
+fn seats_are_held_for_a_while_after_the_restart_and_unknown_ones_are_freed() {
     let mut kept = Kept::new(yard());
     let [ann, bob] = ["Ann", "Bob"].map(|name| join(&mut kept.room, name));
     kept.play(30);

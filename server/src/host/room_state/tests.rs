@@ -178,7 +178,7 @@ fn players_who_come_and_go_in_every_tick_fill_no_file() {
 }
 
 #[test]
-fn who_was_kicked_stays_out_and_seats_keep_their_networks() {
+fn a_kicked_player_stays_out_and_seats_keep_their_networks() {
     let dir = TestDir::new("kicked");
     let mut written = Written::new(&dir, "oak");
     let ann = written.join("Ann");

@@ -31,7 +31,7 @@ pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
 pub struct ClientAddress {
     /// Address that it counts for.
     pub ip: IpAddr,
-    /// What a trusted proxy said in place of an address; the request counts for the proxy then.
+    /// Text of a trusted proxy in place of an address; the request counts for the proxy then.
     pub unreadable: Option<String>,
 }
 
@@ -105,7 +105,7 @@ mod tests {
         text.parse().unwrap()
     }
 
-    /// What proxies at 10.0.0.9, in 10.1.0.0/16 and in a network of IPv6 are believed.
+    /// The client as told by proxies at 10.0.0.9, in 10.1.0.0/16 and in a network of IPv6.
     fn client(peer: &str, listed: &'static str) -> ClientAddress {
         let trusted = ["10.0.0.9/32", "10.1.0.0/16", "2001:db8:1::/48"];
         let trusted = trusted.map(|text| text.parse().unwrap());
