@@ -91,7 +91,10 @@ pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey:
 }
 
 /// After a step: the change that contacts made to a pack's velocity becomes drift.
-pub(crate) fn take_drift(world: &World, actors: &mut [Option<Actor>]) {
+pub(crate) fn take_drift(world: &World, actors: &mut [Option<Actor>], scene: &Scene) {
+    if scene.pack.is_none() {
+        return;
+    }
     for actor in actors.iter_mut().flatten() {
         if let Rule::Chase { drift, driven, .. } = &mut actor.rule {
             *drift += world.velocity(actor.id) - *driven;

@@ -152,14 +152,18 @@ impl Bodies {
         self.free.insert(at, id.index);
     }
 
+    #[inline]
     pub fn contains(&self, id: BodyId) -> bool {
         let index = id.index as usize;
         index < self.alive.len() && self.alive[index] && self.generation[index] == id.generation
     }
 
     /// Returns the slot of an existing body; panics if it was removed.
+    #[inline]
     pub fn index(&self, id: BodyId) -> usize {
-        assert!(self.contains(id), "body {}.{} does not exist", id.index, id.generation);
+        if !self.contains(id) {
+            fail_missing(id);
+        }
         id.index as usize
     }
 
@@ -205,6 +209,13 @@ impl Bodies {
     pub fn bounds(&self, slot: usize, margin: f32) -> Aabb {
         Aabb::around(self.center[slot], self.half[slot] + Vec2::splat(margin))
     }
+}
+
+/// Out of line, so that the check in front of every access stays small enough to inline.
+#[cold]
+#[inline(never)]
+fn fail_missing(id: BodyId) -> ! {
+    panic!("body {}.{} does not exist", id.index, id.generation);
 }
 
 /// Panics unless every field of a definition is in its documented range.

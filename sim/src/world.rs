@@ -142,6 +142,7 @@ impl World {
     }
 
     /// Centre in world units. Panics, like all accessors here, if the body was removed.
+    #[inline]
     pub fn position(&self, id: BodyId) -> Vec2 {
         self.bodies.center[self.bodies.index(id)]
     }
@@ -152,26 +153,31 @@ impl World {
     }
 
     /// Velocity, units/s.
+    #[inline]
     pub fn velocity(&self, id: BodyId) -> Vec2 {
         self.bodies.velocity[self.bodies.index(id)]
     }
 
     /// Shape.
+    #[inline]
     pub fn shape(&self, id: BodyId) -> Shape {
         self.bodies.shape[self.bodies.index(id)]
     }
 
     /// Static, kinematic or dynamic.
+    #[inline]
     pub fn motion(&self, id: BodyId) -> Motion {
         self.bodies.motion[self.bodies.index(id)]
     }
 
     /// Collision group.
+    #[inline]
     pub fn group(&self, id: BodyId) -> u8 {
         self.bodies.group[self.bodies.index(id)]
     }
 
     /// 1 / mass; 0 for static and kinematic bodies.
+    #[inline]
     pub fn inverse_mass(&self, id: BodyId) -> f32 {
         self.bodies.inverse_mass[self.bodies.index(id)]
     }
