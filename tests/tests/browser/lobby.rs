@@ -130,6 +130,9 @@ pub async fn the_lobby_is_downloaded_once(stage: Arc<Stage>) -> Result<()> {
                  .map(entry => new URL(entry.name).pathname).filter(path => !path.startsWith('/api/'))";
     let asked: Vec<String> = tab.eval(asked).await?;
     ensure!(asked.is_empty(), "asked again for {asked:?}");
-    println!("    {cold} bytes cold");
+    let warm = "['navigation', 'resource'].flatMap(t => performance.getEntriesByType(t))\
+                .reduce((sum, entry) => sum + entry.transferSize, 0)";
+    let warm: u64 = tab.eval(warm).await?;
+    println!("    {cold} bytes cold, {warm} bytes warm");
     Ok(())
 }

@@ -9,6 +9,7 @@ use jostle_tests::server::{Server, patient};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// A text on the page, trimmed.
 async fn text(tab: &Tab, id: &str) -> Result<String> {
@@ -80,9 +81,11 @@ pub async fn play_begins_a_game_with_bots(stage: Arc<Stage>) -> Result<()> {
     let server = Server::start(patient()).await?;
     let ada = stage.visit_link(&server.link("/"), Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
+    let clicked = Instant::now();
     ada.click_on("#play").await?;
     ada.until("a hero of one's own", State::plays).await?;
     ada.until_true("document.querySelectorAll('#players li').length > 1").await?;
+    println!("    {:.1} s from Play to a hero among others", clicked.elapsed().as_secs_f64());
     ada.until_true("document.getElementById('round-task').textContent.trim() !== ''").await?;
     Ok(())
 }
