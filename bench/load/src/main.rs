@@ -1,6 +1,7 @@
 //! `cargo xtask load`: a server in one process, bots in this one, and the figures of both. Each part has a server
 //! of its own.
 
+mod bare;
 mod jitter;
 mod operators;
 mod report;
@@ -8,6 +9,7 @@ mod server;
 mod witness;
 
 use anyhow::{Context, Result, bail};
+use bare::Bare;
 use clap::Parser;
 use jitter::{Jitter, JitterProbe};
 use jostle_cli::bots::crowd::{Crowd, CrowdPlan, evenly};
@@ -128,6 +130,7 @@ impl Load {
         let before = probe.stop();
         let server = Server::start(&self.server, scenes, part.clients)?;
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
+        println!("{}", runtime.block_on(Bare::measure(part.clients))?);
         let length = Duration::from_secs(self.seconds.into());
         let played = runtime.block_on(play(part, &server, length, before));
         if let Some(count) = server.stop()? {

@@ -69,7 +69,12 @@ impl LoadReport {
         }
         if let Some(seconds) = server.cpu_seconds {
             let share = 100.0 * seconds / self.play.seconds.max(1e-9);
-            writeln!(f, "  processor: {seconds:.1} s, {share:.0} % of one")?;
+            let snapshots = self.play.snapshots().max(1.0);
+            writeln!(
+                f,
+                "  processor: {seconds:.1} s, {share:.0} % of one, {:.1} us a snapshot sent",
+                1e6 * seconds / snapshots
+            )?;
         }
         let megabytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         if let Some([before, after]) = server.resident_bytes {

@@ -285,6 +285,11 @@ impl Report {
         }
     }
 
+    /// Snapshots received by all clients.
+    pub fn snapshots(&self) -> f64 {
+        self.per_client.iter().map(|entry| entry.snapshots as f64).sum()
+    }
+
     /// The first thing that went wrong with clients.
     pub fn failure(&self) -> Option<String> {
         let error = self.per_client.iter().find_map(|entry| entry.error.as_deref());
