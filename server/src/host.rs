@@ -16,3 +16,4 @@ pub mod run_queue;
 pub mod schedule;
 pub mod ticker;
 pub mod token_signer;
+pub mod wakeups;

@@ -65,6 +65,8 @@ pub async fn run_with_ops(
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
+    let host = Arc::clone(&state.host);
+    let wakeups = tokio::spawn(async move { host.wakeups.deliver().await });
     tokio::select! {
         () = accept(&listener, &state, &alive) => {}
         () = shutdown => {}
@@ -94,6 +96,7 @@ pub async fn run_with_ops(
     {
         warn!("some rooms were not kept to their end in time");
     }
+    wakeups.abort();
     ops.inspect(JoinHandle::abort);
     info!("closed");
     Ok(())

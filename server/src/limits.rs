@@ -115,8 +115,8 @@ pub const LAG_WINDOW_TICKS: u32 = 30 * TICKS_PER_SECOND;
 pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
 /// Bytes read and thrown away while a socket closes, so that a reset does not eat our last message.
 pub const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
-/// Bytes read from a session's socket at a time.
-pub const READ_BUFFER_BYTES: usize = 4 << 10;
+/// Bytes read from a session's socket at a time, which are cleared before: some ten inputs.
+pub const READ_BUFFER_BYTES: usize = 512;
 
 // The log.
 

@@ -6,5 +6,6 @@ pub mod http;
 pub mod listen;
 pub mod maybe_tls_stream;
 pub mod pongs;
+pub mod pump;
 pub mod session;
 pub mod tls;

@@ -6,6 +6,7 @@ use crate::host::phase::Phase;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
+use crate::host::wakeups::Wakeups;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
@@ -65,6 +66,7 @@ impl ServerState {
             phase,
             recording,
             state_writer,
+            wakeups: Wakeups::default(),
             metrics: Arc::new(Metrics::default()),
             signer,
             open: Mutex::default(),

@@ -44,12 +44,12 @@ impl Member {
 
     /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower
     /// rate, and a higher one after it kept up for long enough. A client that acknowledges nothing for
-    /// `silent_ticks_max` ticks is disconnected.
-    pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) {
+    /// `silent_ticks_max` ticks is disconnected. Returns whether its session is to be woken.
+    pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) -> bool {
         let tick = room.game().tick_count();
         // First: a keyframe of a tick that was queued already would repeat its events.
         self.choose_rate(tick, metrics);
-        self.hand_over(room, tick, metrics);
+        let mut queued = self.hand_over(room, tick, metrics);
         if self.subscriber.is_none() {
             let (subscriber, keyframe) = room.subscribe_view(self.seat, self.rate);
             metrics.sent(self.rate, keyframe.len());
@@ -57,6 +57,7 @@ impl Member {
             metrics.skipped(Skip::Lag, dropped);
             self.lag.sent(subscriber.keyframe_tick);
             self.subscriber = Some(subscriber);
+            queued = true;
         }
         if self.lag.is_silent(tick, silent_ticks_max) {
             self.outbox.end(Refusal::Silent);
@@ -64,22 +65,26 @@ impl Member {
         if tick.is_multiple_of(TICKS_PER_SECOND) {
             metrics.lag.observe(f64::from(self.lag.ticks()));
         }
+        queued
     }
 
-    fn hand_over(&mut self, room: &Room, tick: u32, metrics: &Metrics) {
-        let Some(subscriber) = &self.subscriber else { return };
+    fn hand_over(&mut self, room: &Room, tick: u32, metrics: &Metrics) -> bool {
+        let Some(subscriber) = &self.subscriber else { return false };
         let Some(message) = room.message(subscriber) else {
             let due = tick.is_multiple_of(u32::from(self.rate.every()));
-            return metrics.skipped(if due { Skip::Quiet } else { Skip::Rate }, 1);
+            metrics.skipped(if due { Skip::Quiet } else { Skip::Rate }, 1);
+            return false;
         };
         match self.outbox.snapshot(message) {
             0 => {
                 metrics.sent(self.rate, message.len());
                 self.lag.sent(tick);
+                true
             }
             dropped => {
                 metrics.skipped(Skip::Queue, dropped);
                 self.lower_rate(tick, metrics);
+                false
             }
         }
     }

@@ -7,10 +7,11 @@
 
 use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
 use bytes::Bytes;
+use futures_util::task::AtomicWaker;
 use jostle_protocol::Refusal;
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use tokio::sync::Notify;
+use std::task::Waker;
 
 /// Snapshots that may wait whatever their size: fewer are no sign of a slow reader.
 const LATE_SNAPSHOTS_MIN: usize = 4;
@@ -19,8 +20,19 @@ const LATE_SNAPSHOTS_MIN: usize = 4;
 #[derive(Default)]
 pub struct Outbox {
     state: Mutex<State>,
-    filled: Notify,
-    ended: Notify,
+    /// Wakes the session.
+    waker: AtomicWaker,
+}
+
+/// That which comes next for a socket.
+#[derive(Debug, PartialEq)]
+pub enum Next {
+    /// A message to send.
+    Message(Bytes),
+    /// The session ends.
+    End(Refusal),
+    /// Nothing at the moment.
+    Nothing,
 }
 
 #[derive(Default)]
@@ -34,18 +46,18 @@ struct State {
 }
 
 impl Outbox {
-    /// Queues a message that must not be replaced; `false` when too many wait.
+    /// Queues a message that must not be replaced, and wakes the session; `false` when too many wait.
     pub fn control(&self, bytes: impl Into<Bytes>) -> bool {
         let mut state = self.lock();
         let fits = state.control.len() < OUTBOX_CONTROL_MAX;
         if fits {
             state.control.push_back(bytes.into());
-            self.filled.notify_one();
+            self.waker.wake();
         }
         fits
     }
 
-    /// Queues the next snapshot and returns 0. If the peer is so far behind that it needs a keyframe, drops this
+    /// Queues the next snapshot and returns 0; [`Outbox::wake`] is the caller's to call. If the peer is so far behind that it needs a keyframe, drops this
     /// snapshot and all that wait, and returns their number.
     pub fn snapshot(&self, bytes: &Bytes) -> usize {
         let mut state = self.lock();
@@ -62,19 +74,23 @@ impl Outbox {
         }
         state.waiting_bytes = waiting;
         state.snapshots.push_back(bytes.clone());
-        self.filled.notify_one();
         0
     }
 
-    /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped.
+    /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped; [`Outbox::wake`] is the
+    /// caller's to call.
     pub fn keyframe(&self, bytes: Bytes) -> usize {
         let mut state = self.lock();
         state.keyframe_bytes = bytes.len();
         state.waiting_bytes = bytes.len();
         let dropped = state.snapshots.drain(..).count();
         state.snapshots.push_back(bytes);
-        self.filled.notify_one();
         dropped
+    }
+
+    /// Wakes the session to take what was queued.
+    pub fn wake(&self) {
+        self.waker.wake();
     }
 
     /// Returns whether the socket has taken all snapshots.
@@ -87,39 +103,32 @@ impl Outbox {
         let mut state = self.lock();
         if state.end.is_none() {
             state.end = Some(refusal);
-            self.ended.notify_one();
+            self.waker.wake();
         }
     }
 
-    /// Takes the next message for the socket, control messages first. Waits until there is one. For one
-    /// reader; cancel safe.
-    pub async fn take(&self) -> Bytes {
-        loop {
-            if let Some(bytes) = self.try_take() {
-                return bytes;
-            }
-            self.filled.notified().await;
-        }
+    /// Registers the session to be woken when there is something to take. Register first, then look.
+    pub fn register(&self, waker: &Waker) {
+        self.waker.register(waker);
     }
 
-    fn try_take(&self) -> Option<Bytes> {
+    /// Takes what comes next for the socket: the end before all else, control messages before snapshots.
+    pub fn take(&self) -> Next {
         let mut state = self.lock();
-        if let Some(bytes) = state.control.pop_front() {
-            return Some(bytes);
+        if let Some(refusal) = state.end {
+            return Next::End(refusal);
         }
-        let bytes = state.snapshots.pop_front()?;
+        if let Some(bytes) = state.control.pop_front() {
+            return Next::Message(bytes);
+        }
+        let Some(bytes) = state.snapshots.pop_front() else { return Next::Nothing };
         state.waiting_bytes -= bytes.len();
-        Some(bytes)
+        Next::Message(bytes)
     }
 
-    /// Waits for the end and returns its reason. For one reader; cancel safe.
-    pub async fn ended(&self) -> Refusal {
-        loop {
-            if let Some(refusal) = self.lock().end {
-                return refusal;
-            }
-            self.ended.notified().await;
-        }
+    /// The reason why the session is to end.
+    pub fn end_reason(&self) -> Option<Refusal> {
+        self.lock().end
     }
 
     /// Ignores poisoning: no operation here panics halfway.

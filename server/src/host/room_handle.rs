@@ -4,6 +4,7 @@ use crate::durable::StateWriter;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
+use crate::host::wakeups::Wakeups;
 use crate::limits::Waits;
 use crate::ops::metrics::Metrics;
 use crate::replays::Recording;
@@ -143,6 +144,8 @@ pub struct Host {
     pub recording: Option<Arc<Recording>>,
     /// The writer of the rooms' state, if rooms outlive the process.
     pub state_writer: Option<Arc<StateWriter>>,
+    /// Wakes the sessions whose outboxes rooms have filled.
+    pub wakeups: Wakeups,
     /// The server's metrics.
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::host::outbox::Next;
 use jostle_game::scene::Camera;
 use jostle_game::{Event, Scene};
 use jostle_protocol::{Appearance, ServerMessage, SnapshotStream};
@@ -6,9 +7,7 @@ use std::sync::mpsc::sync_channel;
 
 /// Takes the waiting snapshots, and adds the ticks in which a player joined or left.
 fn listen(outbox: &Outbox, stream: &mut SnapshotStream, events: &mut Vec<u32>) {
-    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
-    while !outbox.is_drained() {
-        let bytes = runtime.block_on(outbox.take());
+    while let Next::Message(bytes) = outbox.take() {
         let message = ServerMessage::decode(&bytes).expect("a message");
         let ServerMessage::Snapshot(coded) = message else { panic!("{message:?}") };
         let heard = stream.decode(&coded).expect("a snapshot");

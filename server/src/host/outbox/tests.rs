@@ -1,7 +1,11 @@
 use super::*;
 
-fn block<T>(future: impl Future<Output = T>) -> T {
-    tokio::runtime::Builder::new_current_thread().build().expect("a runtime").block_on(future)
+fn take(outbox: &Outbox) -> Option<Bytes> {
+    match outbox.take() {
+        Next::Message(bytes) => Some(bytes),
+        Next::Nothing => None,
+        Next::End(refusal) => panic!("{refusal:?}"),
+    }
 }
 
 fn bytes(fill: u8, count: usize) -> Bytes {
@@ -15,35 +19,35 @@ fn snapshots_are_taken_in_order() {
     for tick in 1..4 {
         assert_eq!(outbox.snapshot(&bytes(tick, 1)), 0);
     }
-    assert_eq!(block(outbox.take()).len(), 100);
+    assert_eq!(take(&outbox).expect("a message").len(), 100);
     for tick in 1..4 {
         assert!(!outbox.is_drained());
-        assert_eq!(block(outbox.take()), Bytes::from(vec![tick]));
+        assert_eq!(take(&outbox).expect("a message"), Bytes::from(vec![tick]));
     }
-    assert!(outbox.is_drained() && outbox.try_take().is_none());
+    assert!(outbox.is_drained() && take(&outbox).is_none());
 }
 
 #[test]
 fn a_backlog_beyond_a_keyframe_is_replaced_by_one() {
     let outbox = Outbox::default();
     outbox.keyframe(bytes(0, 100));
-    outbox.try_take().expect("the keyframe");
+    take(&outbox).expect("the keyframe");
     let fitted = (1..20).take_while(|&tick| outbox.snapshot(&bytes(tick, 18)) == 0).count();
     assert_eq!(fitted, 5, "five times 18 bytes are less than 100");
     assert!(outbox.is_drained(), "what cannot be used is dropped");
     outbox.keyframe(bytes(9, 80));
-    assert_eq!(outbox.try_take().expect("the keyframe").len(), 80);
+    assert_eq!(take(&outbox).expect("the keyframe").len(), 80);
 }
 
 #[test]
 fn many_small_snapshots_do_not_wait_for_ever_and_a_few_large_ones_may() {
     let outbox = Outbox::default();
     outbox.keyframe(bytes(0, 10_000));
-    outbox.try_take().expect("the keyframe");
+    take(&outbox).expect("the keyframe");
     let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 2)) == 0).count();
     assert_eq!(fitted, OUTBOX_SNAPSHOTS_MAX);
     assert_eq!(outbox.keyframe(bytes(0, 10)), 0, "all that waited was counted before");
-    outbox.try_take().expect("the keyframe");
+    take(&outbox).expect("the keyframe");
     let fitted = (0..100).take_while(|&tick| outbox.snapshot(&bytes(tick, 50)) == 0).count();
     assert_eq!(fitted, LATE_SNAPSHOTS_MIN);
     outbox.snapshot(&bytes(0, 1));
@@ -59,9 +63,9 @@ fn control_messages_overtake_snapshots_and_are_bounded() {
     }
     assert!(!outbox.control(vec![9]));
     for _ in 0..OUTBOX_CONTROL_MAX {
-        assert_eq!(outbox.try_take().expect("a message"), Bytes::from_static(&[9]));
+        assert_eq!(take(&outbox).expect("a message"), Bytes::from_static(&[9]));
     }
-    assert_eq!(outbox.try_take().expect("the snapshot"), Bytes::from_static(&[1]));
+    assert_eq!(take(&outbox).expect("the snapshot"), Bytes::from_static(&[1]));
 }
 
 #[test]
@@ -71,5 +75,6 @@ fn the_first_reason_to_end_counts_and_nothing_more_is_queued() {
     outbox.end(Refusal::Closing);
     assert_eq!(outbox.snapshot(&bytes(1, 1)), 0);
     assert!(outbox.is_drained());
-    assert_eq!(block(outbox.ended()), Refusal::Flood);
+    assert_eq!(outbox.end_reason(), Some(Refusal::Flood));
+    assert_eq!(outbox.take(), Next::End(Refusal::Flood));
 }

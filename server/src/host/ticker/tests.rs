@@ -1,8 +1,9 @@
 use super::*;
 use crate::host::clock::SystemClock;
-use crate::host::outbox::Outbox;
+use crate::host::outbox::{Next, Outbox};
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
+use crate::host::wakeups::Wakeups;
 use crate::limits::Waits;
 use bytes::Bytes;
 use jostle_game::Scene;
@@ -28,6 +29,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             phase: followed.clone(),
             recording: None,
             state_writer: None,
+            wakeups: Wakeups::default(),
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
@@ -57,8 +59,7 @@ fn join() -> (Join, SyncSender<FromSession>, Arc<Outbox>) {
 }
 
 fn end_of(outbox: &Outbox) -> Refusal {
-    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
-    runtime.block_on(outbox.ended())
+    outbox.end_reason().expect("the session ended")
 }
 
 /// A clock that sleeps in no time.
@@ -186,24 +187,28 @@ fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
     assert_eq!(end_of(&seated_outbox), Refusal::RoomFailed);
     assert_eq!(end_of(&waiting_outbox), Refusal::RoomFailed);
 
-    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
-    let messages = runtime.block_on(async {
-        let welcome = other_outbox.take().await;
-        let keyframe = other_outbox.take().await;
-        let delta = other_outbox.take().await;
-        [welcome, keyframe, delta]
-    });
-    assert!(messages.iter().all(|message| !message.is_empty()));
+    let [welcome, keyframe, delta] = [(); 3].map(|()| message(&other_outbox));
+    assert!([welcome, keyframe, delta].iter().all(|message| !message.is_empty()));
     drop(other_inbox);
     outside.phase.send_replace(Phase::Closing);
     outside.rooms.wait();
 }
 
+/// Waits for the next message of a room that plays on another thread.
+fn message(outbox: &Outbox) -> Bytes {
+    loop {
+        match outbox.take() {
+            Next::Message(bytes) => return bytes,
+            Next::Nothing => std::thread::sleep(Duration::from_millis(1)),
+            Next::End(refusal) => panic!("{refusal:?}"),
+        }
+    }
+}
+
 /// The control messages in an outbox.
 fn control_messages(outbox: &Outbox) -> Vec<ServerMessage> {
-    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
     outbox.keyframe(Bytes::new());
-    let all = std::iter::repeat_with(|| runtime.block_on(outbox.take()));
+    let all = std::iter::repeat_with(|| message(outbox));
     let before = all.take_while(|bytes| !bytes.is_empty());
     before.map(|bytes| ServerMessage::decode(&bytes).expect("a message")).collect()
 }
