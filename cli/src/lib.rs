@@ -13,6 +13,7 @@ mod run;
 mod scene;
 mod scenes;
 mod serve;
+mod signals;
 mod trace;
 
 use clap::error::ErrorKind;

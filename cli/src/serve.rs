@@ -3,6 +3,7 @@
 use crate::descriptors;
 use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
+use crate::signals;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
@@ -21,7 +22,7 @@ const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
 /// Serve the page and the rooms until SIGTERM or ctrl-c.
 ///
 /// Prints one line with the address to open. On SIGTERM or ctrl-c players are told, sockets close
-/// with code 1001, and the status is 0.
+/// with code 1001, and the status is 0; a second one ends the process at once.
 #[derive(clap::Args)]
 pub struct Serve {
     /// Address and port for the page and the sockets; port 0 takes a free one
@@ -143,7 +144,7 @@ fn log_panics() {
 }
 
 async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {
-    let stop = stop_signal().or_check("signals")?;
+    let stop = signals::stop().or_check("signals")?;
     let (listener, bound) = bind("--listen", listen).await?;
     let ops = match ops {
         Some(ops) => Some(bind("--ops", ops).await?),
@@ -201,30 +202,6 @@ fn url(scheme: &str, bound: SocketAddr) -> String {
         ip => ip,
     };
     format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
-}
-
-/// Listens from the call on, so that no signal before the first await is lost.
-#[cfg(unix)]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    Ok(async move {
-        tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
-        }
-    })
-}
-
-#[cfg(not(unix))]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
-    Ok(async {
-        // Without a handler there is nothing to wait for; the process can still be killed.
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
-        }
-    })
 }
 
 /// Parses an address to listen at.
