@@ -39,7 +39,7 @@ pub struct Serve {
     #[arg(long, value_name = "FILE", requires = "ops")]
     ops_token_file: Option<PathBuf>,
     /// PEM file with the certificates that this server shows, its own first: players then open https://
-    /// addresses. They are read once, at the start
+    /// addresses. Both files are read again when they change, and on SIGHUP
     #[arg(long, value_name = "FILE", requires = "tls_key")]
     tls_cert: Option<PathBuf>,
     /// PEM file with the private key of the first certificate of --tls-cert, not encrypted
@@ -145,6 +145,7 @@ fn log_panics() {
 
 async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {
     let stop = signals::stop().or_check("signals")?;
+    signals::read_again_on_hangup(config.tls.clone()).or_check("signals")?;
     let (listener, bound) = bind("--listen", listen).await?;
     let ops = match ops {
         Some(ops) => Some(bind("--ops", ops).await?),

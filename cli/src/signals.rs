@@ -2,6 +2,7 @@
 //! the end of the time that a drain may take.
 
 use jostle_server::limits::DRAIN_MAX;
+use jostle_server::net::tls::Tls;
 use std::io;
 use std::time::Duration;
 use tokio::runtime::Builder;
@@ -80,4 +81,30 @@ impl StopSignals {
             std::future::pending::<()>().await;
         }
     }
+}
+
+/// Has the certificates read again on SIGHUP. A server without any ignores the signal, so that an operator's reload is
+/// no harm; but if it belongs to a terminal, it ends with that. To be called within the runtime.
+#[cfg(unix)]
+pub fn read_again_on_hangup(tls: Option<Tls>) -> io::Result<()> {
+    use std::io::IsTerminal;
+    use tokio::signal::unix::{SignalKind, signal};
+    if tls.is_none() && io::stdin().is_terminal() {
+        return Ok(());
+    }
+    let mut hangup = signal(SignalKind::hangup())?;
+    tokio::spawn(async move {
+        while hangup.recv().await.is_some() {
+            match &tls {
+                Some(tls) => tls.read_again(),
+                None => tracing::info!("SIGHUP: there is no certificate to read again"),
+            }
+        }
+    });
+    Ok(())
+}
+
+#[cfg(not(unix))]
+pub fn read_again_on_hangup(_tls: Option<Tls>) -> io::Result<()> {
+    Ok(())
 }

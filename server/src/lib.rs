@@ -31,7 +31,7 @@ use std::io;
 use std::sync::Arc;
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
-use tokio::task::{JoinHandle, spawn_blocking};
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::{info, warn};
 
@@ -54,6 +54,10 @@ pub async fn run_with_ops(
 ) -> io::Result<()> {
     check(&config)?;
     let (phase, followed) = watch::channel(Phase::Running);
+    let certificates = config.tls.clone().map(|tls| {
+        let every = config.waits.certificate_look;
+        tokio::spawn(async move { tls.keep_current(every).await })
+    });
     let recording = config.replays.clone().map(Recording::start).transpose()?;
     let state_writer = config.state.as_ref().map(StateWriter::start).transpose()?;
     let bans = Bans::open(state_writer.as_ref().map(|writer| writer.dir().bans()));
@@ -70,7 +74,7 @@ pub async fn run_with_ops(
     }
     drop((listener, alive));
     drain(&state, &phase, all_gone).await;
-    ops.inspect(JoinHandle::abort);
+    ops.into_iter().chain(certificates).for_each(|task| task.abort());
     info!("closed");
     Ok(())
 }

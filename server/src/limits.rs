@@ -255,6 +255,8 @@ pub struct Waits {
     pub drain: Duration,
     /// Time from the beginning of the end to the end, in every case: the files have what is left of it.
     pub drain_max: Duration,
+    /// Time between two looks at the files of the certificate. A change is taken up once it has lasted for one.
+    pub certificate_look: Duration,
 }
 
 impl Waits {
@@ -274,6 +276,7 @@ impl Waits {
         drain_notice: Duration::from_secs(2),
         drain: Duration::from_secs(3),
         drain_max: Duration::from_millis(6500),
+        certificate_look: Duration::from_secs(5),
     };
 }
 

@@ -8,3 +8,4 @@ pub mod maybe_tls_stream;
 pub mod pongs;
 pub mod session;
 pub mod tls;
+pub mod validity;
