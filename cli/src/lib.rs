@@ -3,9 +3,11 @@
 
 mod bot_input;
 pub mod bots;
+mod config_file;
 mod cost;
 mod descriptors;
 mod inputs;
+mod layers;
 mod output;
 mod plan;
 mod replay;
@@ -17,7 +19,7 @@ mod signals;
 mod trace;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use jostle_server::limits;
 use output::{Failure, OrFail};
 use std::process::ExitCode;
@@ -49,7 +51,12 @@ enum Command {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let words = std::env::args_os().collect();
+    let words = match layers::complete(Arguments::command(), words, |name| std::env::var_os(name)) {
+        Ok(words) => words,
+        Err(failure) => return fail(failure),
+    };
+    let arguments = match Arguments::try_parse_from(words) {
         Ok(arguments) => arguments,
         // Help and version, in clap's own layout.
         Err(error) if is_help(&error) => error.exit(),
@@ -113,7 +120,6 @@ fn one_line(complaint: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_well_formed() {
