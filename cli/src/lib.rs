@@ -6,6 +6,7 @@ pub mod bots;
 mod config_file;
 mod cost;
 mod descriptors;
+mod doctor;
 mod inputs;
 mod layers;
 mod output;
@@ -41,6 +42,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Serve(serve::Serve),
+    Doctor(doctor::Doctor),
     Run(run::Run),
     #[command(subcommand)]
     Scene(scene::SceneCommand),
@@ -68,6 +70,7 @@ pub fn main() -> ExitCode {
     };
     let done = match arguments.command {
         Command::Serve(serve) => serve.run(log_drops),
+        Command::Doctor(doctor) => doctor.run(),
         Command::Run(run) => run.run(),
         Command::Scene(scene) => scene.run(),
         Command::Bots(bots) => bots.run(),

@@ -38,11 +38,11 @@ pub struct Serve {
     /// Address and port for the page and the sockets; port 0 takes a free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080",
         value_parser = socket_address)]
-    listen: SocketAddr,
+    pub listen: SocketAddr,
     /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); keep it closed to
     /// the world
     #[arg(long, value_name = "ADDRESS:PORT", value_parser = socket_address)]
-    ops: Option<SocketAddr>,
+    pub ops: Option<SocketAddr>,
     /// File with a token, a line of 16 or more characters, by which operators may list players, have one
     /// leave, close rooms and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment
     /// does the same
@@ -126,7 +126,7 @@ impl Serve {
     }
 
     /// The server's configuration, with the files that the flags name.
-    fn config(&self) -> Result<Config, Failure> {
+    pub fn config(&self) -> Result<Config, Failure> {
         let mut config = Config::default();
         if let Some(dir) = &self.scenes {
             add_scenes(&mut config.scenes, dir)?;

@@ -39,7 +39,7 @@ fn a_flag_is_stronger_than_a_variable_and_that_than_the_file() {
         ("RUST_LOG", "error"),
         ("JOSTLE_SCENES", ""),
     ];
-    for command in ["serve"] {
+    for command in ["serve", "doctor"] {
         let of_file = [
             "--host=a",
             "--host=b",
