@@ -20,10 +20,22 @@ pub fn connections_max() -> usize {
 }
 
 /// Connections at a time if the process may have this many descriptors: a quarter at least.
-fn connections_under(descriptors: u64) -> usize {
+pub fn connections_under(descriptors: u64) -> usize {
     let descriptors = usize::try_from(descriptors).unwrap_or(usize::MAX);
     let spared = descriptors.saturating_sub(DESCRIPTORS_SPARE);
     spared.max(descriptors / 4).clamp(1, CONNECTIONS_MAX)
+}
+
+/// The soft and the hard limit, each `None` if there is none; `None` on systems without such limits.
+#[cfg(unix)]
+pub fn limits() -> Option<[Option<u64>; 2]> {
+    let limit = rustix::process::getrlimit(rustix::process::Resource::Nofile);
+    Some([limit.current, limit.maximum])
+}
+
+#[cfg(not(unix))]
+pub fn limits() -> Option<[Option<u64>; 2]> {
+    None
 }
 
 /// Raises the soft limit to the hard one, and returns what holds then; `None` if there is none.

@@ -3,9 +3,12 @@
 
 mod bot_input;
 pub mod bots;
+mod config_file;
 mod cost;
 mod descriptors;
+mod doctor;
 mod inputs;
+mod layers;
 mod output;
 mod plan;
 mod replay;
@@ -13,10 +16,11 @@ mod run;
 mod scene;
 mod scenes;
 mod serve;
+mod signals;
 mod trace;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use jostle_server::limits;
 use output::{Failure, OrFail};
 use std::process::ExitCode;
@@ -38,6 +42,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Serve(serve::Serve),
+    Doctor(doctor::Doctor),
     Run(run::Run),
     #[command(subcommand)]
     Scene(scene::SceneCommand),
@@ -48,7 +53,12 @@ enum Command {
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let words = std::env::args_os().collect();
+    let words = match layers::complete(Arguments::command(), words, |name| std::env::var_os(name)) {
+        Ok(words) => words,
+        Err(failure) => return fail(failure),
+    };
+    let arguments = match Arguments::try_parse_from(words) {
         Ok(arguments) => arguments,
         // Help and version, in clap's own layout.
         Err(error) if is_help(&error) => error.exit(),
@@ -60,6 +70,7 @@ pub fn main() -> ExitCode {
     };
     let done = match arguments.command {
         Command::Serve(serve) => serve.run(log_drops),
+        Command::Doctor(doctor) => doctor.run(),
         Command::Run(run) => run.run(),
         Command::Scene(scene) => scene.run(),
         Command::Bots(bots) => bots.run(),
@@ -112,7 +123,6 @@ fn one_line(complaint: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_well_formed() {

@@ -1,6 +1,6 @@
 //! `jostle run`: plays a scene without sockets, as fast as possible, and prints a summary.
 
-mod bots;
+pub mod bots;
 mod record;
 
 use super::inputs::Inputs;

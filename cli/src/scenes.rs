@@ -23,11 +23,16 @@ pub fn scene_named(name: &str) -> Result<Scene, Failure> {
 pub fn scene_file(path: &Path) -> Result<Scene, Failure> {
     let file = path.display().to_string();
     let bytes = std::fs::read(path).or_usage(&file)?;
-    let source = String::from_utf8(bytes).map_err(|error| {
+    let source = text_of(&file, bytes)?;
+    Scene::parse(&file, &source).map_err(|error| Failure::Check(error.to_string()))
+}
+
+/// The text of a file that people write; the error names the line that holds something else.
+pub fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, Failure> {
+    String::from_utf8(bytes).map_err(|error| {
         let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
         let found = "found bytes that are not UTF-8; allowed: UTF-8 text";
         Failure::Check(format!("{file}:{line}: file: {found}"))
-    })?;
-    Scene::parse(&file, &source).map_err(|error| Failure::Check(error.to_string()))
+    })
 }

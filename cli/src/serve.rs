@@ -3,6 +3,7 @@
 use crate::descriptors;
 use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
+use crate::signals;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
@@ -21,24 +22,34 @@ const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
 /// Serve the page and the rooms until SIGTERM or ctrl-c.
 ///
 /// Prints one line with the address to open. On SIGTERM or ctrl-c players are told, sockets close
-/// with code 1001, and the status is 0.
+/// with code 1001, and the status is 0; a second one ends the process at once.
+///
+/// Each flag may also be a variable of the environment (JOSTLE_LISTEN for --listen; several values are separated by
+/// commas) or stand in the file of --config. Flags take precedence over variables, and variables over the file.
 #[derive(clap::Args)]
 pub struct Serve {
+    /// TOML file with flags by their names (listen = "0.0.0.0:8080"), which hold where neither a flag here nor the
+    /// environment says otherwise. JOSTLE_CONFIG in the environment does the same
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+    /// Check the settings and the files that they name, and end without serving
+    #[arg(long)]
+    check: bool,
     /// Address and port for the page and the sockets; port 0 takes a free one
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8080",
         value_parser = socket_address)]
-    listen: SocketAddr,
+    pub listen: SocketAddr,
     /// Address and port for operators: /healthz, /readyz and /metrics (OpenMetrics); keep it closed to
     /// the world
     #[arg(long, value_name = "ADDRESS:PORT", value_parser = socket_address)]
-    ops: Option<SocketAddr>,
+    pub ops: Option<SocketAddr>,
     /// File with a token, a line of 16 or more characters, by which operators may list players, have one
     /// leave, close rooms and drain the server on the port of --ops. JOSTLE_OPS_TOKEN in the environment
     /// does the same
     #[arg(long, value_name = "FILE", requires = "ops")]
     ops_token_file: Option<PathBuf>,
     /// PEM file with the certificates that this server shows, its own first: players then open https://
-    /// addresses. They are read once, at the start
+    /// addresses. Both files are read again when they change, and on SIGHUP
     #[arg(long, value_name = "FILE", requires = "tls_key")]
     tls_cert: Option<PathBuf>,
     /// PEM file with the private key of the first certificate of --tls-cert, not encrypted
@@ -64,7 +75,7 @@ pub struct Serve {
     /// Game sockets that one address may hold at a time (IPv6: one /64); more for a party or a class
     /// behind one address, or for a load test
     #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
-        value_parser = clap::value_parser!(u32).range(1..=limits::CONNECTIONS_MAX as i64))]
+        value_parser = whole(1, limits::CONNECTIONS_MAX as u32))]
     address_sockets: u32,
     /// Record every room but the private ones into this directory, which is made if it is missing. The page lists what
     /// is in it, and plays it
@@ -72,11 +83,11 @@ pub struct Serve {
     replays: Option<PathBuf>,
     /// Megabytes of replays to keep; the oldest finished ones are deleted first
     #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_MB, requires = "replays",
-        value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+        value_parser = whole(1, 1 << 30))]
     replays_mb: u32,
     /// Days for which to keep a replay
     #[arg(long, value_name = "N", default_value_t = limits::REPLAYS_DAYS, requires = "replays",
-        value_parser = clap::value_parser!(u32).range(1..=36_500))]
+        value_parser = whole(1, 36_500))]
     replays_days: u32,
     /// Keep the open rooms in this directory, which is made if it is missing: after a restart or a crash they go on
     /// where they were, and players get their seats back. Each server needs its own
@@ -99,9 +110,24 @@ impl Serve {
     /// Serves until a signal. `log_drops` counts the lines that the log drops.
     pub fn run(self, log_drops: ErrorCounter) -> Result<(), Failure> {
         log_panics();
+        let config = self.config()?;
+        if self.check {
+            let file = self.config.as_deref().map_or("settings".into(), Path::to_string_lossy);
+            return say(format_args!("{file}: ok"));
+        }
         let connections_max = descriptors::connections_max();
-        let mut config =
-            Config { log_drops: Some(log_drops), connections_max, ..Config::default() };
+        let config = Config { log_drops: Some(log_drops), connections_max, ..config };
+        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+        let runtime = runtime.or_check("runtime")?;
+        let served = runtime.block_on(serve(self.listen, self.ops, config));
+        // Tasks that did not end in time have been logged, and end with the process.
+        runtime.shutdown_background();
+        served
+    }
+
+    /// The server's configuration, with the files that the flags name.
+    pub fn config(&self) -> Result<Config, Failure> {
+        let mut config = Config::default();
         if let Some(dir) = &self.scenes {
             add_scenes(&mut config.scenes, dir)?;
         }
@@ -110,12 +136,12 @@ impl Serve {
             let tls = Tls::read(certificates, key);
             config.tls = Some(tls.map_err(|error| Failure::Usage(error.to_string()))?);
         }
-        config.origins = self.allow_origin;
-        config.hosts = hosts(self.host, self.listen, !self.trusted_proxy.is_empty());
-        config.trusted_proxies = self.trusted_proxy;
+        config.origins = self.allow_origin.clone();
+        config.hosts = hosts(self.host.clone(), self.listen, !self.trusted_proxy.is_empty());
+        config.trusted_proxies = self.trusted_proxy.clone();
         config.address_sessions_max = self.address_sockets as usize;
         self.replays.as_deref().map_or(Ok(()), check_replays)?;
-        config.replays = self.replays.map(|dir| Settings {
+        config.replays = self.replays.clone().map(|dir| Settings {
             bytes_max: u64::from(self.replays_mb) << 20,
             age_max: days(self.replays_days),
             ..Settings::new(dir)
@@ -124,13 +150,8 @@ impl Serve {
             StateSync::Second => Sync::Second,
             StateSync::System => Sync::System,
         };
-        config.state = self.state.map(|dir| StateSettings { dir, sync });
-        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-        let runtime = runtime.or_check("runtime")?;
-        let served = runtime.block_on(serve(self.listen, self.ops, config));
-        // Tasks that did not end in time have been logged, and end with the process.
-        runtime.shutdown_background();
-        served
+        config.state = self.state.clone().map(|dir| StateSettings { dir, sync });
+        Ok(config)
     }
 }
 
@@ -143,7 +164,8 @@ fn log_panics() {
 }
 
 async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {
-    let stop = stop_signal().or_check("signals")?;
+    let stop = signals::stop().or_check("signals")?;
+    signals::read_again_on_hangup(config.tls.clone()).or_check("signals")?;
     let (listener, bound) = bind("--listen", listen).await?;
     let ops = match ops {
         Some(ops) => Some(bind("--ops", ops).await?),
@@ -203,30 +225,6 @@ fn url(scheme: &str, bound: SocketAddr) -> String {
     format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
 }
 
-/// Listens from the call on, so that no signal before the first await is lost.
-#[cfg(unix)]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut terminate = signal(SignalKind::terminate())?;
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    Ok(async move {
-        tokio::select! {
-            _ = terminate.recv() => {}
-            _ = interrupt.recv() => {}
-        }
-    })
-}
-
-#[cfg(not(unix))]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
-    Ok(async {
-        // Without a handler there is nothing to wait for; the process can still be killed.
-        if tokio::signal::ctrl_c().await.is_err() {
-            std::future::pending::<()>().await;
-        }
-    })
-}
-
 /// Parses an address to listen at.
 fn socket_address(text: &str) -> Result<SocketAddr, String> {
     text.parse().map_err(|_| {
@@ -240,6 +238,14 @@ fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
     match names.is_empty() && (has_proxy || !listen.ip().is_loopback()) {
         true => Hosts::Any,
         false => Hosts::Listed(names),
+    }
+}
+
+/// A parser of whole numbers in a range.
+fn whole(low: u32, high: u32) -> impl Fn(&str) -> Result<u32, String> + Clone {
+    move |text| {
+        let number = text.parse().ok().filter(|number| (low..=high).contains(number));
+        number.ok_or_else(|| format!("allowed: a whole number from {low} to {high}"))
     }
 }
 

@@ -31,12 +31,12 @@ use std::io;
 use std::sync::Arc;
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
-use tokio::task::{JoinHandle, spawn_blocking};
-use tokio::time::timeout;
+use tokio::task::spawn_blocking;
+use tokio::time::{Instant, timeout, timeout_at};
 use tracing::{info, warn};
 
 /// Serves until `shutdown` resolves, then warns the players, closes their sockets and returns
-/// within [`limits::Waits::drain_notice`] + 4 x [`limits::Waits::drain`].
+/// within [`limits::Waits::drain_max`].
 pub async fn run(
     listener: TcpListener,
     config: Config,
@@ -53,18 +53,20 @@ pub async fn run_with_ops(
     shutdown: impl Future<Output = ()>,
 ) -> io::Result<()> {
     check(&config)?;
-    let limits::Waits { drain_notice, drain, .. } = config.waits;
     let (phase, followed) = watch::channel(Phase::Running);
+    let certificates = config.tls.clone().map(|tls| {
+        let every = config.waits.certificate_look;
+        tokio::spawn(async move { tls.keep_current(every).await })
+    });
     let recording = config.replays.clone().map(Recording::start).transpose()?;
     let state_writer = config.state.as_ref().map(StateWriter::start).transpose()?;
     let bans = Bans::open(state_writer.as_ref().map(|writer| writer.dir().bans()));
     let saved = state_writer.as_ref().map(|writer| writer.saved_rooms()).transpose()?;
-    let state =
-        Arc::new(ServerState::new(config, followed, recording.clone(), state_writer.clone(), bans));
+    let state = Arc::new(ServerState::new(config, followed, recording, state_writer, bans));
     state.rooms.restore(saved.unwrap_or_default());
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
     // Every connection holds a sender; when the last is dropped, no connection is left.
-    let (alive, mut all_gone) = mpsc::channel::<Infallible>(1);
+    let (alive, all_gone) = mpsc::channel::<Infallible>(1);
     let host = Arc::clone(&state.host);
     let wakeups = tokio::spawn(async move { host.wakeups.deliver().await });
     tokio::select! {
@@ -73,33 +75,55 @@ pub async fn run_with_ops(
         () = state.drain.notified() => {}
     }
     drop((listener, alive));
-    info!("draining");
-    phase.send_replace(Phase::Draining);
-    if timeout(drain_notice, all_gone.recv()).await.is_err() {
-        phase.send_replace(Phase::Closing);
-        if timeout(drain, all_gone.recv()).await.is_err() {
-            warn!("some sockets did not close in time");
-        }
-    }
-    phase.send_replace(Phase::Closing);
-    let rooms = Arc::clone(&state.rooms);
-    if timeout(drain, spawn_blocking(move || rooms.wait())).await.is_err() {
-        warn!("some rooms did not close in time");
-    }
-    if let Some(recording) = recording
-        && timeout(drain, spawn_blocking(move || recording.close())).await.is_err()
-    {
-        warn!("some replays were not written to their end in time");
-    }
-    if let Some(writer) = state_writer
-        && timeout(drain, spawn_blocking(move || writer.close())).await.is_err()
-    {
-        warn!("some rooms were not kept to their end in time");
-    }
+    drain(&state, &phase, all_gone).await;
     wakeups.abort();
-    ops.inspect(JoinHandle::abort);
+    ops.into_iter().chain(certificates).for_each(|task| task.abort());
     info!("closed");
     Ok(())
+}
+
+/// Warns the players, closes their sockets, then ends the rooms and their files. What is not done in time is logged,
+/// and left.
+async fn drain(
+    state: &ServerState,
+    phase: &watch::Sender<Phase>,
+    mut all_gone: mpsc::Receiver<Infallible>,
+) {
+    info!("draining");
+    let limits::Waits { drain_notice, drain, drain_max, .. } = state.config.waits;
+    let ends_at = Instant::now() + drain_max;
+    phase.send_replace(Phase::Draining);
+    // Those that are left are closed now.
+    let _ = timeout(drain_notice, all_gone.recv()).await;
+    phase.send_replace(Phase::Closing);
+    let closes_by = ends_at.min(Instant::now() + drain);
+    let sockets = async {
+        if timeout_at(closes_by, all_gone.recv()).await.is_err() {
+            warn!("some sockets did not close in time");
+        }
+    };
+    let rooms_and_files = async {
+        let rooms = Arc::clone(&state.rooms);
+        blocking(closes_by, "some rooms did not close in time", move || rooms.wait()).await;
+        let recording = state.host.recording.clone();
+        let replays =
+            blocking(ends_at, "some replays were not written to their end in time", || {
+                recording.inspect(|recording| recording.close());
+            });
+        let writer = state.host.state_writer.clone();
+        let kept = blocking(ends_at, "some rooms were not kept to their end in time", || {
+            writer.inspect(|writer| writer.close());
+        });
+        tokio::join!(replays, kept);
+    };
+    tokio::join!(sockets, rooms_and_files);
+}
+
+/// Waits for something that blocks, and logs that it is late.
+async fn blocking(until: Instant, late: &str, work: impl FnOnce() + Send + 'static) {
+    if timeout_at(until, spawn_blocking(work)).await.is_err() {
+        warn!("{late}");
+    }
 }
 
 fn check(config: &Config) -> io::Result<()> {

@@ -216,6 +216,13 @@ pub const STATE_QUEUE_MAX: usize = 1024;
 /// Time after which a room whose file was given up begins a new one.
 pub const STATE_RETRY: Duration = Duration::from_secs(5);
 
+// The end.
+
+/// Time from a signal to the end of the process, whatever its sockets, rooms, disks and log do.
+pub const DRAIN_MAX: Duration = Duration::from_secs(8);
+/// Of this, the time that a log which nothing reads takes to end.
+pub const LOG_END_MAX: Duration = Duration::from_millis(1200);
+
 /// The times after which a peer, a room or the server itself is given up; tests shorten and lengthen them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Waits {
@@ -244,8 +251,12 @@ pub struct Waits {
     pub command: Duration,
     /// Time between warning the players of the server's end and closing their sockets.
     pub drain_notice: Duration,
-    /// Time after which a closing server ends even if sockets are left; its rooms and its replays have as much.
+    /// Time that sockets have to close after that, and rooms to end.
     pub drain: Duration,
+    /// Time from the beginning of the end to the end, in every case: the files have what is left of it.
+    pub drain_max: Duration,
+    /// Time between two looks at the files of the certificate. A change is taken up once it has lasted for one.
+    pub certificate_look: Duration,
 }
 
 impl Waits {
@@ -264,6 +275,8 @@ impl Waits {
         command: Duration::from_secs(1),
         drain_notice: Duration::from_secs(2),
         drain: Duration::from_secs(3),
+        drain_max: Duration::from_millis(6500),
+        certificate_look: Duration::from_secs(5),
     };
 }
 
@@ -276,6 +289,15 @@ impl Default for Waits {
 const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
 const _: () =
     assert!(Waits::USUAL.drain.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");
+const _: () = assert!(
+    Waits::USUAL.drain_max.as_millis() + LOG_END_MAX.as_millis() <= DRAIN_MAX.as_millis(),
+    "the log is left time"
+);
+const _: () = assert!(
+    Waits::USUAL.drain_notice.as_secs() + Waits::USUAL.drain.as_secs()
+        < Waits::USUAL.drain_max.as_secs(),
+    "the files are left time"
+);
 const _: () = assert!(
     Waits::USUAL.silence.as_secs() > 2 * Waits::USUAL.keepalive.as_secs(),
     "a pong may get lost"

@@ -9,3 +9,4 @@ pub mod pongs;
 pub mod pump;
 pub mod session;
 pub mod tls;
+pub mod validity;

@@ -25,6 +25,7 @@ pub const PATIENT: Waits = Waits {
     room_empty: LONG,
     command: LONG,
     drain: LONG,
+    drain_max: LONG,
     ..Waits::USUAL
 };
 

@@ -1,5 +1,6 @@
 //! The command line as scripts see it: exit status, one line of error, traces and reports.
 
+mod configuration;
 mod replays;
 
 use serde_json::Value;

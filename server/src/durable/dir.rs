@@ -59,6 +59,19 @@ impl StateDir {
         Ok(StateDir { dir: dir.to_owned(), key, _lock: lock })
     }
 
+    /// Returns whether a server uses this directory now. Errors are those of its lock's file.
+    pub fn is_in_use(dir: &Path) -> io::Result<bool> {
+        let lock = match File::open(dir.join(LOCK)) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
+            opened => opened?,
+        };
+        match lock.try_lock() {
+            Ok(()) => Ok(false),
+            Err(TryLockError::WouldBlock) => Ok(true),
+            Err(TryLockError::Error(error)) => Err(error),
+        }
+    }
+
     /// The key that seals tokens.
     pub fn key(&self) -> &[u8; KEY_BYTES] {
         &self.key

@@ -1,20 +1,47 @@
-//! TLS on the players' port: reads the certificates and the key, and does the handshake. TLS 1.3 only,
-//! which every browser that can draw the page speaks, and HTTP/1.1 only, which carries the WebSockets.
+//! TLS on the players' port: reads the certificates and the key, again when they change, and does the handshake.
+//! TLS 1.3 only, which every browser that can draw the page speaks, and HTTP/1.1 only, which carries the WebSockets.
 
 use crate::limits;
 use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket};
+use crate::net::validity::Validity;
+use crate::replays::calendar;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, RwLock};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use tokio::sync::Notify;
+use tokio::task::spawn_blocking;
+use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::{self, ServerConfig, version};
+use tracing::{error, info};
 
-/// The server's certificates and key. Cheap to clone.
+/// The server's certificates and key. Cheap to clone; all clones change together.
 #[derive(Clone, Debug)]
-pub struct Tls(Arc<ServerConfig>);
+pub struct Tls(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
+    /// The file of the certificates, and that of the key.
+    files: [PathBuf; 2],
+    pair: RwLock<Pair>,
+    read_again: Notify,
+}
+
+/// Certificates and key as they were read.
+#[derive(Clone, Debug)]
+struct Pair {
+    config: Arc<ServerConfig>,
+    validity: Option<Validity>,
+    /// As the files were before they were read.
+    stamps: Stamps,
+}
+
+/// Length of each file, and the time of its last change; `None` if it cannot be found.
+type Stamps = [Option<(u64, SystemTime)>; 2];
 
 /// Error of [`Tls::read`].
 #[derive(Debug, thiserror::Error)]
@@ -59,36 +86,112 @@ pub enum TlsError {
 impl Tls {
     /// Reads two PEM files, and checks that the key is the first certificate's.
     pub fn read(certificates: &Path, key: &Path) -> Result<Tls, TlsError> {
-        let chain = read_chain(certificates)
-            .map_err(|found| TlsError::Certificates { file: certificates.to_owned(), found })?;
-        let secret =
-            read_key(key).map_err(|found| TlsError::Key { file: key.to_owned(), found })?;
-        configured(chain, secret).map_err(|found| TlsError::Pair {
-            certificates: certificates.to_owned(),
-            key: key.to_owned(),
-            found,
-        })
+        let files = [certificates.to_owned(), key.to_owned()];
+        let pair = RwLock::new(read_pair(&files)?);
+        Ok(Tls(Arc::new(Shared { files, pair, read_again: Notify::new() })))
     }
 
     /// Does the handshake, without a time limit of its own. A protocol error of the peer is
     /// [`io::ErrorKind::InvalidData`]; other errors are those of the socket.
     pub async fn accept(&self, stream: Socket) -> io::Result<MaybeTlsStream> {
-        let mut stream = TlsAcceptor::from(Arc::clone(&self.0)).accept(stream).await?;
+        let mut stream = TlsAcceptor::from(self.pair().config).accept(stream).await?;
         stream.get_mut().1.set_buffer_limit(Some(limits::TLS_BUFFER_BYTES_MAX));
         Ok(MaybeTlsStream::Right(Box::new(stream)))
     }
+
+    /// The time for which the first certificate is valid, if it says one.
+    pub fn validity(&self) -> Option<Validity> {
+        self.pair().validity
+    }
+
+    /// Has [`Tls::keep_current`] read the files now, whether or not they have changed.
+    pub fn read_again(&self) {
+        self.0.read_again.notify_one();
+    }
+
+    /// Reads the files again when they have changed, for good; new connections get what was read, others go on with
+    /// what they have. Files that cannot serve are logged, and change nothing. `every` is the time between two looks;
+    /// a change is taken up once two looks see the same, for one file is written after the other.
+    pub async fn keep_current(&self, every: Duration) {
+        let mut known = self.pair().stamps;
+        let mut seen = known;
+        loop {
+            let is_asked = timeout(every, self.0.read_again.notified()).await.is_ok();
+            let tls = self.clone();
+            let looked = spawn_blocking(move || {
+                let stamps = stamps(&tls.0.files);
+                let is_taken_up = is_asked || (stamps != known && stamps == seen);
+                if is_taken_up {
+                    tls.replace();
+                }
+                (if is_taken_up { stamps } else { known }, stamps)
+            });
+            // Only the end of the runtime cancels it.
+            let Ok(looked) = looked.await else { return };
+            (known, seen) = looked;
+        }
+    }
+
+    /// Reads the files again, and logs how that went.
+    fn replace(&self) {
+        match read_pair(&self.0.files) {
+            Ok(pair) => {
+                let until =
+                    pair.validity.map_or_else(|| "unknown".to_owned(), |times| date(times.until));
+                info!(valid_until = until, "the certificate was read again");
+                *self.0.pair.write().unwrap_or_else(PoisonError::into_inner) = pair;
+            }
+            Err(error) => {
+                error!(%error, "the certificate cannot be read again; the one of before stays in use");
+            }
+        }
+    }
+
+    fn pair(&self) -> Pair {
+        self.0.pair.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+fn read_pair(files: &[PathBuf; 2]) -> Result<Pair, TlsError> {
+    let [certificates, key] = files;
+    // Before the files are read: a change in the meantime is seen at the next look.
+    let stamps = stamps(files);
+    let chain = read_chain(certificates)
+        .map_err(|found| TlsError::Certificates { file: certificates.clone(), found })?;
+    let validity = chain.first().and_then(Validity::of);
+    let secret = read_key(key).map_err(|found| TlsError::Key { file: key.clone(), found })?;
+    let config = configured(chain, secret).map_err(|found| TlsError::Pair {
+        certificates: certificates.clone(),
+        key: key.clone(),
+        found,
+    })?;
+    Ok(Pair { config: Arc::new(config), validity, stamps })
+}
+
+fn stamps(files: &[PathBuf; 2]) -> Stamps {
+    files.each_ref().map(|file| {
+        let metadata = std::fs::metadata(file).ok()?;
+        Some((metadata.len(), metadata.modified().ok()?))
+    })
+}
+
+/// Year, month and day, UTC.
+pub fn date(time: SystemTime) -> String {
+    let unix_s = time.duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    let [year, month, day, ..] = calendar(unix_s);
+    format!("{year}-{month:02}-{day:02}")
 }
 
 fn configured(
     chain: Vec<CertificateDer<'static>>,
     key: PrivateKeyDer<'static>,
-) -> Result<Tls, rustls::Error> {
+) -> Result<ServerConfig, rustls::Error> {
     let mut config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
         .with_protocol_versions(&[&version::TLS13])?
         .with_no_client_auth()
         .with_single_cert(chain, key)?;
     config.alpn_protocols = vec![b"http/1.1".to_vec()];
-    Ok(Tls(Arc::new(config)))
+    Ok(config)
 }
 
 fn read_chain(file: &Path) -> Result<Vec<CertificateDer<'static>>, String> {

@@ -3,6 +3,8 @@
 
 mod bad_clients;
 mod client;
+#[cfg(unix)]
+mod ending;
 mod examples;
 mod faults;
 mod hosts;

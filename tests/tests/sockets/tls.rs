@@ -7,17 +7,18 @@ use crate::server::Server;
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
-use jostle_server::net::tls::Tls;
+use jostle_server::net::tls::{Tls, date};
 use jostle_tests::server::{BRIEF, PATIENT, patient};
-use rcgen::{CertifiedKey, KeyPair, generate_simple_self_signed};
+use rcgen::{CertificateParams, CertifiedKey, KeyPair, date_time_ymd, generate_simple_self_signed};
 use std::fs;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
 use tokio_rustls::rustls::crypto::ring;
@@ -52,6 +53,23 @@ impl Identity {
 
     pub fn path(&self, name: &str) -> PathBuf {
         self.dir.join(name)
+    }
+
+    /// Puts the files of another in the place of these.
+    fn become_of(&self, other: &Identity) {
+        for name in ["certificate.pem", "key.pem"] {
+            fs::copy(other.path(name), self.path(name)).expect("a copied file");
+        }
+    }
+
+    /// Waits until the server shows this certificate to new connections.
+    async fn is_shown(&self, address: SocketAddr) {
+        let shown = async {
+            while self.connect(address).await.is_err() {
+                sleep(Duration::from_millis(20)).await;
+            }
+        };
+        timeout(LONG, shown).await.expect("the certificate in time");
     }
 
     async fn serve(&self, waits: Waits) -> Server {
@@ -168,4 +186,70 @@ async fn the_program_serves_with_files_from_the_command_line() {
     let answer = identity.get(process.address).await;
     assert_eq!(answer.status, 200);
     assert_eq!(answer.header("strict-transport-security"), Some("max-age=31536000"));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_changed_certificate_is_taken_up_by_itself() {
+    let (old, new) = (Identity::new("changed"), Identity::new("changed-new"));
+    let waits = Waits { certificate_look: Duration::from_millis(50), ..PATIENT };
+    let server = old.serve(waits).await;
+    let mut ann = old.join(server.address).await;
+    old.become_of(&new);
+    new.is_shown(server.address).await;
+    assert!(old.connect(server.address).await.is_err(), "the certificate of before");
+    ann.keeps_playing().await;
+}
+
+/// Waits until the log says something as often as this.
+#[cfg(unix)]
+async fn logged(log: &Path, text: &str, times: usize) {
+    let said = async {
+        while fs::read_to_string(log).expect("a log").matches(text).count() < times {
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(LONG, said).await.unwrap_or_else(|_| panic!("{text:?} is not in {}", log.display()));
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_hangup_has_the_certificate_read_again() {
+    let (old, new) = (Identity::new("hangup"), Identity::new("hangup-new"));
+    let [certificate, key] = ["certificate.pem", "key.pem"].map(|name| old.path(name));
+    let log = old.write("log", "");
+    let to = fs::File::create(&log).expect("a file");
+    let serve = move || {
+        let [certificate, key] = [&certificate, &key].map(|path| path.to_str().expect("text"));
+        let files = ["--tls-cert", certificate, "--tls-key", key, "--log", "info"];
+        Process::serve(&[&files[..], &["--host", NAME]].concat(), to.into())
+    };
+    let process = tokio::task::spawn_blocking(serve).await.expect("a server");
+    let mut ann = old.join(process.address).await;
+    // It has not changed, so nothing but the signal has it read.
+    process.signal("HUP");
+    logged(&log, "the certificate was read again", 1).await;
+    // A file that cannot serve is named, and the one of before stays.
+    old.write("certificate.pem", "nonsense");
+    process.signal("HUP");
+    let reason =
+        format!("--tls-cert {}: found no certificate;", old.path("certificate.pem").display());
+    logged(&log, &reason, 1).await;
+    old.connect(process.address).await.expect("the certificate of before");
+    old.become_of(&new);
+    process.signal("HUP");
+    new.is_shown(process.address).await;
+    assert!(old.connect(process.address).await.is_err(), "the certificate of before");
+    ann.keeps_playing().await;
+}
+
+#[test]
+fn the_times_of_a_certificate_are_read() {
+    let mut asked = CertificateParams::new([NAME.to_owned()]).expect("a name");
+    (asked.not_before, asked.not_after) = (date_time_ymd(2001, 2, 3), date_time_ymd(2030, 4, 5));
+    let identity = Identity::new("times");
+    let key = &identity.made.signing_key;
+    identity.write("certificate.pem", &asked.self_signed(key).expect("a certificate").pem());
+    let tls = Tls::read(&identity.path("certificate.pem"), &identity.path("key.pem"));
+    let times = tls.expect("good files").validity().expect("times");
+    assert_eq!([date(times.from), date(times.until)], ["2001-02-03", "2030-04-05"]);
 }

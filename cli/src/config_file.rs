@@ -1,0 +1,216 @@
+//! A configuration file of TOML: flags of a command under their own names. Nothing is declared here, so that no flag
+//! can be forgotten: the flag's own definition says which values there may be, and its own parser checks them.
+
+use crate::output::Failure;
+use clap::builder::Resettable;
+use clap::{Arg, ArgAction, Command};
+use std::any::TypeId;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A flag of the file, as it would stand on a command line.
+#[derive(Debug, PartialEq)]
+pub struct Entry {
+    /// Name of the flag, without its hyphens.
+    pub name: String,
+    /// One for each value; none if the flag is switched off.
+    pub words: Vec<String>,
+}
+
+/// Reads a file of which these are the possible flags. The error names file, line and field, the value that was found
+/// and those that are allowed.
+pub fn read(file: &str, source: &str, flags: &[&Arg]) -> Result<Vec<Entry>, Failure> {
+    let table = DeTable::parse(source).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let found = error.message().lines().next().unwrap_or("an error");
+        refused(file, source, at, "file", found, "TOML")
+    })?;
+    let entries = table.get_ref().iter().map(|(key, value)| {
+        let name = key.get_ref().as_ref();
+        let Some(flag) = flags.iter().find(|flag| flag.get_long() == Some(name)) else {
+            let names: Vec<_> = flags.iter().filter_map(|flag| flag.get_long()).collect();
+            let allowed = format!("the flags of `jostle serve`: {}", names.join(", "));
+            return Err(refused(
+                file,
+                source,
+                key.span().start,
+                name,
+                "an unknown field",
+                &allowed,
+            ));
+        };
+        words(flag, value).map_err(|(at, allowed)| {
+            refused(file, source, at.start, name, &quoted(source, at), &allowed)
+        })
+    });
+    entries.collect()
+}
+
+/// Checks a value by the flag's own parser. The error is a description of the allowed values.
+pub fn check(flag: &Arg, value: &str) -> Result<(), String> {
+    let command = Command::new("value").no_binary_name(true);
+    // Other flags that it needs may come from elsewhere.
+    let command = command.arg(flag.clone().requires(Resettable::Reset));
+    let Err(error) = command.try_get_matches_from([word(flag, value)]) else { return Ok(()) };
+    let choices = flag.get_possible_values();
+    if !choices.is_empty() {
+        let names: Vec<_> = choices.iter().map(|choice| choice.get_name()).collect();
+        return Err(format!("one of {}", names.join(", ")));
+    }
+    let reason = std::error::Error::source(&error).map(ToString::to_string).unwrap_or_default();
+    Err(reason.strip_prefix("allowed: ").map_or_else(|| wanted(flag).to_owned(), str::to_owned))
+}
+
+/// A value as it would stand on a command line.
+pub fn word(flag: &Arg, value: &str) -> String {
+    format!("--{}={value}", flag.get_long().unwrap_or_default())
+}
+
+/// The words of a value, or where in the file which values are allowed.
+fn words(flag: &Arg, value: &Spanned<DeValue>) -> Result<Entry, (Range<usize>, String)> {
+    let name = flag.get_long().unwrap_or_default().to_owned();
+    let words = match (flag.get_action(), value.get_ref()) {
+        (ArgAction::SetTrue, DeValue::Boolean(true)) => vec![format!("--{name}")],
+        (ArgAction::SetTrue, DeValue::Boolean(false)) => Vec::new(),
+        (ArgAction::Append, DeValue::Array(items)) => {
+            items.iter().map(|item| one_word(flag, item)).collect::<Result<_, _>>()?
+        }
+        _ => vec![one_word(flag, value)?],
+    };
+    Ok(Entry { name, words })
+}
+
+fn one_word(flag: &Arg, value: &Spanned<DeValue>) -> Result<String, (Range<usize>, String)> {
+    let text = match value.get_ref() {
+        DeValue::String(text) if !takes_number(flag) => Some(text.to_string()),
+        DeValue::Integer(number) if takes_number(flag) => {
+            i64::from_str_radix(number.as_str(), number.radix())
+                .ok()
+                .map(|number| number.to_string())
+        }
+        _ => None,
+    };
+    let text = text.filter(|_| !matches!(flag.get_action(), ArgAction::SetTrue));
+    // A value of another type gets the same answer as one out of range.
+    let checked =
+        text.ok_or_else(|| check(flag, "").err().unwrap_or_else(|| wanted(flag).to_owned()));
+    let checked = checked.and_then(|text| check(flag, &text).map(|()| word(flag, &text)));
+    checked.map_err(|allowed| (value.span(), allowed))
+}
+
+fn takes_number(flag: &Arg) -> bool {
+    let parsed = flag.get_value_parser().type_id();
+    let numbers =
+        [TypeId::of::<u16>(), TypeId::of::<u32>(), TypeId::of::<u64>(), TypeId::of::<usize>()];
+    numbers.into_iter().any(|number| parsed == number)
+}
+
+/// The allowed values of a flag whose parser does not say which they are.
+fn wanted(flag: &Arg) -> &'static str {
+    match flag.get_action() {
+        ArgAction::Append => "a text, or a list of texts",
+        _ if takes_number(flag) => "a whole number",
+        _ => "a text",
+    }
+}
+
+fn refused(
+    file: &str,
+    source: &str,
+    at: usize,
+    field: &str,
+    found: &str,
+    allowed: &str,
+) -> Failure {
+    let line =
+        1 + source.as_bytes()[..at.min(source.len())].iter().filter(|&&byte| byte == b'\n').count();
+    Failure::Check(format!("{file}:{line}: {field}: found {found}; allowed: {allowed}"))
+}
+
+/// The first line of a value, as the file has it.
+fn quoted(source: &str, at: Range<usize>) -> String {
+    source.get(at).and_then(|text| text.lines().next()).unwrap_or_default().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::{Args, value_parser};
+
+    /// One flag of each kind.
+    #[derive(Args)]
+    struct Flags {
+        #[arg(long, value_parser = |text: &str| match text {
+            "one" => Ok(1u8),
+            _ => Err("allowed: one".to_owned()),
+        })]
+        _parsed: Option<u8>,
+        #[arg(long, value_parser = value_parser!(u32).range(1..=9), requires = "_path")]
+        _number: Option<u32>,
+        #[arg(long)]
+        _path: Option<std::path::PathBuf>,
+        #[arg(long)]
+        _names: Vec<String>,
+        #[arg(long, value_parser = ["red", "blue"])]
+        _choice: Option<String>,
+        #[arg(long)]
+        _switch: bool,
+    }
+
+    fn entries(source: &str) -> Result<Vec<(String, Vec<String>)>, String> {
+        let command = Flags::augment_args(Command::new("flags"));
+        let flags: Vec<&Arg> = command.get_arguments().collect();
+        let read = read("a.toml", source, &flags).map_err(|failure| match failure {
+            Failure::Check(text) => text,
+            Failure::Usage(text) => panic!("{text}"),
+        });
+        Ok(read?.into_iter().map(|entry| (entry.name, entry.words)).collect())
+    }
+
+    #[test]
+    fn each_kind_of_flag_is_read() {
+        for (source, words) in [
+            ("parsed = 'one'", &["--parsed=one"][..]),
+            ("number = 0x9", &["--number=9"]),
+            ("path = 'a b'", &["--path=a b"]),
+            ("names = ['a', '-b']", &["--names=a", "--names=-b"]),
+            ("names = 'a'", &["--names=a"]),
+            ("names = []", &[]),
+            ("choice = 'red'", &["--choice=red"]),
+            ("switch = true", &["--switch"]),
+            ("switch = false", &[]),
+        ] {
+            let entries = entries(source).unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(entries[0].1, words, "{source}");
+        }
+    }
+
+    #[test]
+    fn errors_name_file_line_field_found_and_allowed() {
+        for (source, error) in [
+            ("\nparsed = 'two'", "a.toml:2: parsed: found 'two'; allowed: one"),
+            ("parsed = 1", "a.toml:1: parsed: found 1; allowed: one"),
+            ("number = '5'", "a.toml:1: number: found '5'; allowed: a whole number"),
+            ("number = 2.5", "a.toml:1: number: found 2.5; allowed: a whole number"),
+            ("path = 5", "a.toml:1: path: found 5; allowed: a text"),
+            ("path = ''", "a.toml:1: path: found ''; allowed: a text"),
+            (
+                "names = [\n'a',\n7]",
+                "a.toml:3: names: found 7; allowed: a text, or a list of texts",
+            ),
+            ("choice = 'green'", "a.toml:1: choice: found 'green'; allowed: one of red, blue"),
+            ("switch = 'on'", "a.toml:1: switch: found 'on'; allowed: one of true, false"),
+            ("path = ['a']", "a.toml:1: path: found ['a']; allowed: a text"),
+            ("path = 'a'\npath = 'b'", "a.toml:2: file: found duplicate key; allowed: TOML"),
+        ] {
+            assert_eq!(entries(source), Err(error.to_owned()), "{source}");
+        }
+        let unknown = entries("\n\ncolour = 1").expect_err("an unknown field");
+        assert!(
+            unknown.starts_with("a.toml:3: colour: found an unknown field; allowed: "),
+            "{unknown}"
+        );
+        assert!(unknown.ends_with(": parsed, number, path, names, choice, switch"), "{unknown}");
+    }
+}

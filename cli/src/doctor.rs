@@ -1,0 +1,82 @@
+//! `jostle doctor`: looks at the machine on which a server is to run. Each file reads one thing and judges it.
+
+mod certificate;
+mod clock;
+mod cpu;
+mod descriptors;
+mod disk;
+mod finding;
+mod memory;
+mod ports;
+
+use crate::output::{Failure, json, say};
+use crate::serve::Serve;
+use clock::Clocks;
+use cpu::Times;
+use finding::Finding;
+use jostle_server::durable::Sync;
+use serde::Serialize;
+use std::time::SystemTime;
+
+/// Look whether this machine is fit for a server, and say what to change.
+///
+/// Takes the flags, the environment and the file of `serve`; run it as the server runs, with the same user and limits,
+/// while the server does not run. One line each for open files, ports, directories, clock, processor, memory
+/// and certificate: what was found, and what to change unless it is fine. It takes some seconds, in which it plays the
+/// largest scene. The status is 0 if all is fine, 1 if something is to be changed.
+#[derive(clap::Args)]
+#[command(mut_arg("check", |flag| flag.hide(true)))]
+pub struct Doctor {
+    #[command(flatten)]
+    serve: Serve,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// All that was found.
+#[derive(Serialize)]
+struct Report {
+    fine: bool,
+    findings: Vec<Finding>,
+}
+
+impl Doctor {
+    /// Looks, and prints what was found.
+    pub fn run(self) -> Result<(), Failure> {
+        let findings = self.look()?;
+        let to_change = findings.iter().filter(|finding| !finding.is_fine()).count();
+        match self.json {
+            true => say(json(&Report { fine: to_change == 0, findings }))?,
+            false => findings.iter().try_for_each(say)?,
+        }
+        match to_change {
+            0 => Ok(()),
+            1 => Err(Failure::Check("one thing is to be changed".to_owned())),
+            count => Err(Failure::Check(format!("{count} things are to be changed"))),
+        }
+    }
+
+    fn look(&self) -> Result<Vec<Finding>, Failure> {
+        let config = self.serve.config()?;
+        let mut findings = vec![descriptors::look(), ports::look("--listen", self.serve.listen)];
+        findings.extend(self.serve.ops.map(|address| ports::look("--ops", address)));
+        let state = config.state.as_ref();
+        findings
+            .extend(state.map(|state| disk::look_at_state(&state.dir, state.sync == Sync::Second)));
+        let replays = config.replays.as_ref();
+        findings
+            .extend(replays.map(|replays| disk::look_at_replays(&replays.dir, replays.bytes_max)));
+        let (clocks, before) = (Clocks::now(), Times::now());
+        let played = cpu::play_largest(&config.scenes);
+        let times = [before, Times::now()];
+        findings.push(clock::look(&clocks));
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        findings.push(cpu::judge_speed(played, cores, !cfg!(debug_assertions)));
+        findings.push(cpu::judge_steal(times));
+        findings.push(memory::look());
+        let tls = config.tls.as_ref();
+        findings.extend(tls.map(|tls| certificate::judge(tls.validity(), SystemTime::now())));
+        Ok(findings)
+    }
+}

@@ -1,0 +1,65 @@
+//! One line of the doctor's report.
+
+use serde::Serialize;
+use std::fmt;
+
+/// Something that was looked at.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// Its name.
+    pub about: String,
+    /// A description of what was found.
+    pub found: String,
+    /// An advice, unless it is fine.
+    pub change: Option<String>,
+}
+
+impl Finding {
+    /// Nothing is to be changed.
+    pub fn fine(about: impl Into<String>, found: impl Into<String>) -> Finding {
+        Finding { about: about.into(), found: found.into(), change: None }
+    }
+
+    /// This is to be changed.
+    pub fn change(
+        about: impl Into<String>,
+        found: impl Into<String>,
+        change: impl Into<String>,
+    ) -> Finding {
+        Finding { change: Some(change.into()), ..Finding::fine(about, found) }
+    }
+
+    /// Fine if `is_fine`, otherwise this is to be changed.
+    pub fn judged(
+        about: impl Into<String>,
+        found: impl Into<String>,
+        is_fine: bool,
+        change: impl Into<String>,
+    ) -> Finding {
+        match is_fine {
+            true => Finding::fine(about, found),
+            false => Finding::change(about, found, change),
+        }
+    }
+
+    /// Whether nothing is to be changed.
+    pub fn is_fine(&self) -> bool {
+        self.change.is_none()
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = if self.is_fine() { "fine" } else { "change" };
+        write!(out, "{verdict:<7} {:<12} {}", self.about, self.found)?;
+        self.change.as_ref().map_or(Ok(()), |change| write!(out, ". To change: {change}"))
+    }
+}
+
+/// Bytes as people read them.
+pub fn megabytes(bytes: u64) -> String {
+    match bytes >> 20 {
+        mb if mb >= 10 << 10 => format!("{} GB", mb >> 10),
+        mb => format!("{mb} MB"),
+    }
+}

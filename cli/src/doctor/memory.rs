@@ -1,0 +1,66 @@
+//! Memory, as far as Linux tells it.
+
+use super::finding::{Finding, megabytes};
+use jostle_server::limits::{CONNECTIONS_MAX, REPLAY_QUEUE_BYTES_MAX};
+use std::fs;
+
+/// Memory of one player in a full room of 16, bytes (docs/development.md, Load).
+const PLAYER_BYTES: u64 = 73 << 10;
+/// Memory of the program with open rooms: 20 MB were measured with one of each of 24 scenes.
+const PROGRAM_BYTES: u64 = 64 << 20;
+
+/// Looks at the free memory, within the limit of a container if there is one.
+pub fn look() -> Finding {
+    let read = |path: &str| fs::read_to_string(path).ok();
+    let free = read("/proc/meminfo").and_then(|text| available(&text));
+    let group = ["memory.max", "memory.current"].map(|file| {
+        read(&format!("/sys/fs/cgroup/{file}")).and_then(|text| text.trim().parse().ok())
+    });
+    judge(free, group)
+}
+
+/// Judges the free bytes of the machine, and limit and use of its container.
+fn judge(free: Option<u64>, [limit, used]: [Option<u64>; 2]) -> Finding {
+    let left = limit.map(|limit| limit.saturating_sub(used.unwrap_or_default()));
+    let Some(free) = free.into_iter().chain(left).min() else {
+        return Finding::fine("memory", "unknown: this system does not tell it");
+    };
+    let needed =
+        PROGRAM_BYTES + REPLAY_QUEUE_BYTES_MAX as u64 + CONNECTIONS_MAX as u64 * PLAYER_BYTES;
+    let [shown, all] = [free, needed].map(megabytes);
+    let found = format!("{shown} are free; {CONNECTIONS_MAX} players and slow disks take {all}");
+    let spared = free.saturating_sub(PROGRAM_BYTES + REPLAY_QUEUE_BYTES_MAX as u64);
+    let players = spared / PLAYER_BYTES;
+    let change = format!("free {all}, or expect {players} players at most");
+    Finding::judged("memory", found, free >= needed, change)
+}
+
+/// Bytes that programs can still get.
+fn available(meminfo: &str) -> Option<u64> {
+    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes << 10)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smaller_of_machine_and_container_counts() {
+        let (plenty, little) = (Some(4 << 30), Some(200 << 20));
+        assert!(judge(plenty, [None, None]).is_fine());
+        assert!(judge(plenty, [plenty, Some(1 << 30)]).is_fine());
+        assert!(judge(None, [None, None]).is_fine());
+        for finding in [judge(little, [plenty, None]), judge(plenty, [plenty, Some(4000 << 20)])] {
+            let change = finding.change.expect("too little");
+            assert!(change.starts_with("free 4") && change.contains(" players"), "{change}");
+        }
+    }
+
+    #[test]
+    fn the_line_is_found() {
+        assert_eq!(available("MemTotal: 9 kB\nMemAvailable:   2048 kB\n"), Some(2 << 20));
+        assert_eq!(available("MemTotal: 9 kB\n"), None);
+    }
+}
