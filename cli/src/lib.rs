@@ -17,6 +17,7 @@ mod scene;
 mod scenes;
 mod serve;
 mod signals;
+mod systemd;
 mod trace;
 
 use clap::error::ErrorKind;

@@ -4,6 +4,7 @@ use crate::descriptors;
 use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
 use crate::signals;
+use crate::systemd;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
@@ -140,6 +141,7 @@ impl Serve {
         config.hosts = hosts(self.host.clone(), self.listen, !self.trusted_proxy.is_empty());
         config.trusted_proxies = self.trusted_proxy.clone();
         config.address_sessions_max = self.address_sockets as usize;
+        config.supervisor = systemd::supervisor();
         self.replays.as_deref().map_or(Ok(()), check_replays)?;
         config.replays = self.replays.clone().map(|dir| Settings {
             bytes_max: u64::from(self.replays_mb) << 20,

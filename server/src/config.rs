@@ -4,6 +4,7 @@ use crate::durable::StateSettings;
 use crate::limits;
 use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
+use crate::ops::supervisor::Supervisor;
 use crate::replays;
 use ipnet::IpNet;
 use jostle_game::Scene;
@@ -38,6 +39,8 @@ pub struct Config {
     pub replays: Option<replays::Settings>,
     /// Where rooms are kept, so that they outlive the process; `None` lets them end with it.
     pub state: Option<StateSettings>,
+    /// Told of the server's signs of life.
+    pub supervisor: Supervisor,
 }
 
 impl Default for Config {
@@ -58,6 +61,7 @@ impl Default for Config {
             log_drops: None,
             replays: None,
             state: None,
+            supervisor: Supervisor::default(),
         }
     }
 }

@@ -25,6 +25,7 @@ pub use state::ServerState;
 use durable::StateWriter;
 use net::listen::accept;
 use ops::bans::Bans;
+use ops::supervisor::{self, Sign};
 use replays::Recording;
 use std::convert::Infallible;
 use std::io;
@@ -53,6 +54,7 @@ pub async fn run_with_ops(
     shutdown: impl Future<Output = ()>,
 ) -> io::Result<()> {
     check(&config)?;
+    let supervisor = config.supervisor;
     let (phase, followed) = watch::channel(Phase::Running);
     let certificates = config.tls.clone().map(|tls| {
         let every = config.waits.certificate_look;
@@ -65,6 +67,10 @@ pub async fn run_with_ops(
     let state = Arc::new(ServerState::new(config, followed, recording, state_writer, bans));
     state.rooms.restore(saved.unwrap_or_default());
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
+    let watch = supervisor.alive_every.map(|every| {
+        tokio::spawn(supervisor::watch(supervisor.tell, every, Arc::clone(&state.host)))
+    });
+    (supervisor.tell)(Sign::Ready);
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
     let host = Arc::clone(&state.host);
@@ -75,9 +81,10 @@ pub async fn run_with_ops(
         () = state.drain.notified() => {}
     }
     drop((listener, alive));
+    (supervisor.tell)(Sign::Stopping);
     drain(&state, &phase, all_gone).await;
     wakeups.abort();
-    ops.into_iter().chain(certificates).for_each(|task| task.abort());
+    [ops, watch, certificates].into_iter().flatten().for_each(|task| task.abort());
     info!("closed");
     Ok(())
 }

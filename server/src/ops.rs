@@ -1,4 +1,5 @@
-//! The operators' side: a port of their own with metrics and admin paths, and the log of refusals.
+//! The operators' side: a port of their own with metrics and admin paths, the log of refusals, and signs of life for a
+//! service manager.
 
 mod admin;
 pub mod bans;
@@ -6,3 +7,4 @@ pub mod metrics;
 pub mod port;
 pub mod process;
 pub mod refusal_log;
+pub mod supervisor;

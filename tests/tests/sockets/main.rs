@@ -21,4 +21,6 @@ mod server;
 mod slow_reader;
 mod soak;
 mod stalled_downloads;
+#[cfg(unix)]
+mod supervised;
 mod tls;

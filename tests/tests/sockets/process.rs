@@ -57,6 +57,15 @@ impl Process {
         Process::start(shell, &[], log)
     }
 
+    /// Starts it as systemd does a service whose signs of life it wants at this socket, within this time of each other.
+    #[cfg(unix)]
+    pub fn serve_supervised(socket: &std::path::Path, within: Duration, log: Stdio) -> Process {
+        let mut command = Command::new(binary());
+        command.env("NOTIFY_SOCKET", socket).env_remove("WATCHDOG_PID");
+        command.env("WATCHDOG_USEC", within.as_micros().to_string());
+        Process::start(command, &[], log)
+    }
+
     fn start(mut command: Command, more: &[&str], log: Stdio) -> Process {
         let mut child = command
             .args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0"])

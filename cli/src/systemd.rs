@@ -1,0 +1,35 @@
+//! Signs of life for systemd, or another service manager that speaks its protocol, if one started this process and
+//! waits for them (`Type=notify`, `WatchdogSec=`).
+
+use jostle_server::ops::supervisor::Supervisor;
+
+/// Passes the server's signs of life on to the service manager, if there is one.
+#[cfg(unix)]
+pub fn supervisor() -> Supervisor {
+    // Two may come late or get lost.
+    let alive_every = sd_notify::watchdog_enabled().map(|within| within / 3);
+    Supervisor { tell: unix::tell, alive_every: alive_every.filter(|every| !every.is_zero()) }
+}
+
+#[cfg(not(unix))]
+pub fn supervisor() -> Supervisor {
+    Supervisor::default()
+}
+
+#[cfg(unix)]
+mod unix {
+    use jostle_server::ops::supervisor::Sign;
+    use sd_notify::NotifyState;
+    use tracing::warn;
+
+    pub fn tell(sign: Sign) {
+        let state = match sign {
+            Sign::Ready => NotifyState::Ready,
+            Sign::Alive => NotifyState::Watchdog,
+            Sign::Stopping => NotifyState::Stopping,
+        };
+        if let Err(error) = sd_notify::notify(&[state]) {
+            warn!(?sign, %error, "a sign of life did not reach the service manager (NOTIFY_SOCKET)");
+        }
+    }
+}
