@@ -329,9 +329,11 @@ impl Ticks {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+    use std::path::{Path, PathBuf};
 
-    #[test]
-    fn the_text_has_every_metric() {
+    /// Metrics and gauges that have all been counted.
+    fn counted() -> (Metrics, Gauges) {
         let metrics = Metrics::default();
         metrics.joined(false);
         metrics.joined(true);
@@ -353,6 +355,12 @@ mod tests {
             state_errors: 3,
             log_drops: 9,
         };
+        (metrics, gauges)
+    }
+
+    #[test]
+    fn the_text_has_every_metric() {
+        let (metrics, gauges) = counted();
         let text = metrics.text(gauges);
         for line in [
             "jostle_ticks_total 2",
@@ -381,5 +389,45 @@ mod tests {
         assert!(text.ends_with("# EOF\n"));
         // Scraped again, a counter does not grow by itself.
         assert!(metrics.text(gauges).contains("jostle_replay_bytes_total 4000"));
+    }
+
+    /// Files that operators install, with the metrics that they name.
+    fn installed() -> Vec<(String, Vec<String>)> {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../deploy");
+        let paths =
+            fs::read_dir(dir).expect("a directory").map(|entry| entry.expect("an entry").path());
+        let read = |path: PathBuf| {
+            let text = fs::read_to_string(&path).expect("text");
+            let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+            // Metrics of the process are read on Linux only.
+            let named = words.filter(|word| {
+                word.starts_with("jostle_")
+                    || cfg!(target_os = "linux") && word.starts_with("process_")
+            });
+            let named = named.map(str::to_owned).collect();
+            (path.file_name().expect("a name").to_string_lossy().into_owned(), named)
+        };
+        let is_read =
+            |path: &PathBuf| path.extension().is_some_and(|end| end == "yaml" || end == "json");
+        paths.filter(is_read).map(read).collect()
+    }
+
+    #[test]
+    fn what_operators_install_names_only_metrics_that_exist() {
+        let (metrics, gauges) = counted();
+        let text = metrics.text(gauges);
+        let exported: Vec<&str> =
+            text.lines().filter_map(|line| line.split(['{', ' ']).next()).collect();
+        let installed = installed();
+        for file in ["alerts.yaml", "dashboard.json"] {
+            let named =
+                installed.iter().find(|(name, _)| name == file).map(|(_, named)| named.len());
+            assert!(named > Some(0), "{file} names {named:?} metrics");
+        }
+        for (file, named) in &installed {
+            for name in named {
+                assert!(exported.contains(&name.as_str()), "{file}: no metric {name} in\n{text}");
+            }
+        }
     }
 }
