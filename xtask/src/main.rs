@@ -5,6 +5,7 @@
 
 mod apt;
 mod chromium;
+mod dist;
 mod fuzz;
 mod goldens;
 mod latency;
@@ -60,6 +61,8 @@ enum Task {
         #[arg(long)]
         dev: bool,
     },
+    /// Build, try and pack a release into target/dist: static programs for 64-bit x86 and Arm, licences, lists of crates
+    Dist,
     /// Check the habits of the code base: links, arrows and circles, file sizes, words
     Tidy {
         /// Print how large and how tangled the code is instead
@@ -135,6 +138,7 @@ fn run(task: Task) -> Result<bool> {
         }
         Task::Test { quick, .. } => return Ok(test::test(quick)),
         Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
+        Task::Dist => dist::dist()?,
         Task::Tidy { figures: false, .. } => tidy::tidy()?,
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
         Task::Fuzz { target, seconds } => fuzz::fuzz(target.as_deref(), seconds)?,

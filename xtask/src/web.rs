@@ -12,7 +12,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const TARGET: &str = "wasm32-unknown-unknown";
+/// The page's target, as Rust names it.
+pub const TARGET: &str = "wasm32-unknown-unknown";
 /// Every browser with WebGL2 that is still kept up has these instructions.
 const FEATURES: &str = r#"target.wasm32-unknown-unknown.rustflags=["-Ctarget-feature=+simd128"]"#;
 /// Compressed size at which a build for people fails: a phone on 2 Mbit/s waits 3 seconds for it.

@@ -3,12 +3,15 @@
 use crate::shell::{cargo, output_of};
 use anyhow::{Context, Result};
 use serde::Deserialize;
+use std::path::PathBuf;
 
 /// A crate of the workspace.
 #[derive(Deserialize)]
 pub struct Package {
     /// As in its manifest.
     pub name: String,
+    /// Path of its manifest.
+    pub manifest_path: PathBuf,
     /// All kinds: normal, development and build.
     pub dependencies: Vec<Dependency>,
     /// Libraries, programs, integration tests.

@@ -65,7 +65,8 @@ mod tests {
     fn package(name: &str, dependencies: &[&str]) -> Package {
         let dependencies =
             dependencies.iter().map(|name| Dependency { name: name.to_string() }).collect();
-        Package { name: name.into(), dependencies, targets: Vec::new() }
+        let manifest_path = super::manifest(name).into();
+        Package { name: name.into(), manifest_path, dependencies, targets: Vec::new() }
     }
 
     fn messages(packages: &[Package]) -> Vec<String> {

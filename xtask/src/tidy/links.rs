@@ -6,7 +6,7 @@ use super::source::idents;
 use regex::Regex;
 
 /// A link's target, or a path in backticks below a directory with tracked files, which must exist too.
-const POINTERS: &str = r"\]\((?<target>[^)]*)\)|`(?<path>(?:sim|game|protocol|room|server|cli|client-web|tests|bench|xtask|shaders|assets|docs)/[\w./-]*)`";
+const POINTERS: &str = r"\]\((?<target>[^)]*)\)|`(?<path>(?:sim|game|protocol|room|server|cli|client-web|tests|bench|xtask|shaders|assets|docs|deploy)/[\w./-]*)`";
 /// Built, not tracked.
 const BUILT: &str = "client-web/dist";
 /// `World`, `World::step`, `session` or `sim`, but no command, path or option.

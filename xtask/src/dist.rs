@@ -1,0 +1,96 @@
+//! `cargo xtask dist`: a release, in `target/dist`. For each target an archive with a static program, which needs
+//! nothing of the system it runs on, and with what it is installed by; lists of the crates in it; and digests of all.
+
+mod papers;
+mod program;
+mod trial;
+
+use crate::shell::{output_of, root, run, say, target_dir};
+use crate::web;
+use anyhow::{Context, Result, bail};
+use program::{TARGETS, Target};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Files and directories in an archive besides the program and the licences of others.
+const ENCLOSED: [&str; 7] = [
+    "README.md",
+    "CHANGELOG.md",
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "docs/hosting.md",
+    "docs/examples/jostle.toml",
+    "deploy",
+];
+
+/// Builds, tries and packs everything.
+pub fn dist() -> Result<()> {
+    if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+        bail!(
+            "releases are built on Linux on a 64-bit x86 machine, where both programs can be tried"
+        );
+    }
+    web::build(web::Profile::Small)?;
+    let out = target_dir().join("dist");
+    if out.exists() {
+        fs::remove_dir_all(&out).with_context(|| format!("cannot clear {}", out.display()))?;
+    }
+    fs::create_dir_all(&out)?;
+    let licences = papers::licences()?;
+    papers::crates(
+        "client-web",
+        web::TARGET,
+        &out.join(format!("jostle-{VERSION}-page.cdx.json")),
+    )?;
+    for target in &TARGETS {
+        let program = program::build(target)?;
+        trial::play(target, &program)?;
+        say("dist", &format!("pack {}", name(target)));
+        pack(target, &program, &licences, &out)?;
+        papers::crates("cli", target.name, &out.join(format!("{}.cdx.json", name(target))))?;
+    }
+    digests(&out)?;
+    say("dist", &format!("all in {}", out.display()));
+    Ok(())
+}
+
+/// Name of an archive without its ending, and of the directory that it unpacks to.
+fn name(target: &Target) -> String {
+    format!("jostle-{VERSION}-{}", target.name)
+}
+
+/// Packs an archive. The same files give the same one: entries are in the order of their names, of the commit's date, and
+/// of no user.
+fn pack(target: &Target, program: &Path, licences: &Path, out: &Path) -> Result<()> {
+    let dir = out.join(name(target));
+    fs::create_dir_all(&dir)?;
+    fs::copy(program, dir.join("jostle"))?;
+    fs::copy(licences, dir.join("LICENSES-OF-OTHERS.txt"))?;
+    run(Command::new("cp")
+        .args(["--recursive", "--parents"])
+        .args(ENCLOSED)
+        .arg(&dir)
+        .current_dir(root()))?;
+    let mut date = Command::new("git");
+    date.args(["log", "--max-count=1", "--format=@%ct"]).current_dir(root());
+    let date = output_of(&mut date)?;
+    let mut tar = Command::new("tar");
+    tar.args(["--create", "--gzip", "--sort=name", "--owner=0", "--group=0", "--numeric-owner"]);
+    tar.args(["--mode=u=rwX,go=rX", "--mtime", date.trim()]);
+    tar.arg("--file").arg(format!("{}.tar.gz", name(target))).arg(name(target));
+    run(tar.current_dir(out))?;
+    fs::remove_dir_all(dir)?;
+    Ok(())
+}
+
+/// Writes the digests of all files, as `sha256sum --check` reads them.
+fn digests(out: &Path) -> Result<()> {
+    let entries = fs::read_dir(out)?.map(|entry| Ok(entry?.file_name()));
+    let mut names = entries.collect::<Result<Vec<_>>>()?;
+    names.sort();
+    let sums = output_of(Command::new("sha256sum").args(names).current_dir(out))?;
+    fs::write(out.join("SHA256SUMS"), sums)?;
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! The papers of a release: the licences of all crates in it, and a list of these crates (SBOM). The programs that
+//! write them are installed into the target directory if they are missing.
+
+use crate::shell::{cargo, root, run, say, target_dir};
+use crate::workspace::packages;
+use anyhow::{Context, Result};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Programs by name and version, with the features that they are built with.
+const LICENCES: [&str; 3] = ["cargo-about", "0.9.3", "cli"];
+const CRATES: [&str; 3] = ["cargo-cyclonedx", "0.5.9", ""];
+/// Name that no file of a crate has.
+const LIST: &str = "jostle-list-of-crates";
+
+/// Writes the licences of the crates in the program and in the page, and returns the file. Whatever else is in them:
+/// about.toml beside this file lists the licences that crates may have.
+pub fn licences() -> Result<PathBuf> {
+    say("dist", "gather the licences of all crates");
+    let file = target_dir().join("licences.txt");
+    let beside = root().join("xtask/src/dist");
+    let mut about = Command::new(provide(LICENCES)?);
+    // Nothing but what the crates themselves hold, so that the same commit gives the same text.
+    run(&mut cargo(&["fetch", "--locked"]))?;
+    about.args([
+        "generate",
+        "--offline",
+        "--locked",
+        "--fail",
+        "--manifest-path",
+        "cli/Cargo.toml",
+    ]);
+    about.arg("--config").arg(beside.join("about.toml")).arg("--output-file").arg(&file);
+    run(about.arg(beside.join("licences.hbs")).current_dir(root()))?;
+    Ok(file)
+}
+
+/// Writes the list of the crates that a crate of ours consists of for a target, in CycloneDX's format. `dir` is the
+/// crate's directory.
+pub fn crates(dir: &str, target: &str, out: &Path) -> Result<()> {
+    say("dist", &format!("list the crates of {dir} for {target}"));
+    let mut list = Command::new(provide(CRATES)?);
+    list.args(["cyclonedx", "--manifest-path"]).arg(root().join(dir).join("Cargo.toml"));
+    list.args(["--format", "json", "--spec-version", "1.5", "--quiet", "--no-build-deps"]);
+    list.args(["--no-default-features", "--target", target, "--override-filename", LIST]);
+    run(list.current_dir(root()))?;
+    // It writes one beside each manifest of the workspace.
+    for package in packages()? {
+        let written = package.manifest_path.with_file_name(format!("{LIST}.json"));
+        if package.manifest_path == root().join(dir).join("Cargo.toml") {
+            let text = fs::read_to_string(&written);
+            let text = text.with_context(|| format!("no {}", written.display()))?;
+            // Our own crates are named by where they are on this machine.
+            let here = format!("file://{}/", root().display());
+            fs::write(out, text.replace(&here, "file:///jostle/"))?;
+        }
+        fs::remove_file(&written).with_context(|| format!("no {}", written.display()))?;
+    }
+    Ok(())
+}
+
+/// Installs a program if its version is missing, and returns its path.
+fn provide([name, version, features]: [&str; 3]) -> Result<PathBuf> {
+    let dir = target_dir().join("tools").join(format!("{name}-{version}"));
+    let program = dir.join("bin").join(name);
+    if !program.is_file() {
+        let mut install =
+            cargo(&["install", name, "--version", version, "--locked", "--features", features]);
+        // They run for seconds: minutes of optimisation would not pay.
+        install.env("CARGO_PROFILE_RELEASE_LTO", "off");
+        run(install.arg("--root").arg(dir))?;
+    }
+    Ok(program)
+}

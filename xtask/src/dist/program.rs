@@ -1,0 +1,69 @@
+//! The static programs of a release: built for musl, and linked by Rust's own linker. The C compiler is for ring alone,
+//! whose C code calls no C library but wants the headers of one, so that any compiler for the processor will do.
+
+use crate::apt;
+use crate::shell::{cargo, output_of, root, run, say, target_dir};
+use anyhow::{Result, ensure};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A system that a release is built for.
+pub struct Target {
+    /// As Rust names it.
+    pub name: &'static str,
+    /// Prefix of the names of the C compiler and the archiver.
+    tools: &'static str,
+    /// Debian's packages of them, and of headers of a C library.
+    packages: [&'static str; 2],
+    /// Runs its programs here, where this processor does not, with Debian's package of it.
+    pub emulator: Option<[&'static str; 2]>,
+}
+
+/// Linux on 64-bit x86 and Arm, of any distribution.
+pub const TARGETS: [Target; 2] = [
+    Target {
+        name: "x86_64-unknown-linux-musl",
+        tools: "",
+        packages: ["gcc", "libc6-dev"],
+        emulator: None,
+    },
+    Target {
+        name: "aarch64-unknown-linux-musl",
+        tools: "aarch64-linux-gnu-",
+        packages: ["gcc-aarch64-linux-gnu", "libc6-dev-arm64-cross"],
+        emulator: Some(["qemu-aarch64", "qemu-user"]),
+    },
+];
+
+/// Builds the program for a target, and returns its path. It serves and plays, but cannot draw replays, since a static
+/// program can load no graphics driver.
+pub fn build(target: &Target) -> Result<PathBuf> {
+    let name = target.name;
+    say("dist", &format!("build jostle for {name}"));
+    let missing: Vec<&str> =
+        target.packages.into_iter().filter(|package| !apt::has(package)).collect();
+    apt::provide(&format!("programs for {name}"), &missing)?;
+    run(Command::new("rustup").args(["target", "add", name]).current_dir(root()))?;
+    let variable = name.replace('-', "_");
+    let mut build = cargo(&["build", "--locked", "--release", "--target", name]);
+    build.args(["--package", "jostle-cli", "--bin", "jostle", "--no-default-features"]);
+    // A panic's backtrace still has names.
+    build.args(["--config", "profile.release.strip=\"debuginfo\""]);
+    build.env(format!("CARGO_TARGET_{}_LINKER", variable.to_uppercase()), "rust-lld");
+    build.env(format!("CC_{variable}"), format!("{}gcc", target.tools));
+    build.env(format!("AR_{variable}"), format!("{}ar", target.tools));
+    run(&mut build)?;
+    let program = target_dir().join(name).join("release/jostle");
+    check_static(&program)?;
+    Ok(program)
+}
+
+/// Checks that a program needs no libraries and no loader.
+fn check_static(program: &Path) -> Result<()> {
+    let mut readelf = Command::new("readelf");
+    let headers = output_of(readelf.args(["--program-headers", "--dynamic"]).arg(program))?;
+    for needed in ["(NEEDED)", "INTERP"] {
+        ensure!(!headers.contains(needed), "{} is not static: {needed}", program.display());
+    }
+    Ok(())
+}
