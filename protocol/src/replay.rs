@@ -8,11 +8,13 @@ mod block;
 mod pack;
 mod players;
 mod read;
+mod reader;
 mod record;
 
 pub use block::{Block, Change, FULL_HASH_TICKS, Tick, keeps_full_hash};
 pub use players::PlayerCount;
 pub use read::{Ending, Problem, Replay, ReplayError, START_BYTES_MAX, Sizes};
+pub use reader::ReplayReader;
 pub use record::{END_BYTES_MAX, FORMAT, Keyframe, MAGIC, Record, Start, frame, header};
 
 #[cfg(test)]

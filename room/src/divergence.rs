@@ -82,8 +82,8 @@ pub fn verify(
     loop {
         if keyframes.next_if_eq(&playback.tick()).is_some() {
             let tick = playback.tick();
-            let keyframe = replay.keyframe_before(tick);
-            if let Some(cause) = keyframe.and_then(|keyframe| compare(playback.game(), &keyframe)) {
+            let keyframe = replay.keyframe_before(tick).ok_or(PlaybackError::Record { tick })?;
+            if let Some(cause) = compare(playback.game(), &keyframe) {
                 return Ok(Some(Divergence { tick, cause }));
             }
         }

@@ -35,6 +35,12 @@ pub enum PlaybackError {
         /// The reason.
         error: StateError,
     },
+    /// A record is whole, but does not hold what its kind says.
+    #[error("the record with tick {tick} cannot be decoded")]
+    Record {
+        /// The first tick that is missing, or the tick of the keyframe.
+        tick: u32,
+    },
 }
 
 /// One tick that was played again.
@@ -74,7 +80,7 @@ impl Moment {
         let scene = Scene::parse(&file, &start.scene).map_err(PlaybackError::Scene)?;
         let game = Game::new(Arc::new(scene), start.seed);
         let moment = Moment { game, members: BTreeMap::new() };
-        match replay.keyframe_before(replay.first_tick()) {
+        match keyframe_before(replay, replay.first_tick())? {
             Some(keyframe) => moment.at(&keyframe),
             None => Ok(moment),
         }
@@ -160,17 +166,22 @@ impl Playback {
     /// Plays the next tick; `None` at the end of the replay.
     pub fn step(&mut self) -> Result<Option<Played>, PlaybackError> {
         remember(&mut self.marks, &self.replay, &self.moment);
-        let Some(block) = self.take_block() else { return Ok(None) };
+        let Some(block) = self.take_block()? else { return Ok(None) };
         let played = self.moment.step(&block, &mut |_, _| {});
         self.block = Some(block);
         played.map(Some)
     }
 
     /// The block with the next tick.
-    fn take_block(&mut self) -> Option<Block> {
+    fn take_block(&mut self) -> Result<Option<Block>, PlaybackError> {
         let next = self.tick() + 1;
         let holds = |block: &Block| (block.first..=block.last()).contains(&next);
-        self.block.take().filter(holds).or_else(|| self.replay.block_with(next))
+        let block = self.block.take().filter(holds).or_else(|| self.replay.block_with(next));
+        let recorded = self.replay.first_tick() + 1..=self.replay.last_tick();
+        match block {
+            None if recorded.contains(&next) => Err(PlaybackError::Record { tick: next }),
+            block => Ok(block),
+        }
     }
 
     /// Adds a moment of the same replay that was played elsewhere, for seeking to start from.
@@ -184,15 +195,17 @@ impl Playback {
         let tick = tick.clamp(self.replay.first_tick(), self.replay.last_tick());
         let mark = self.marks.range(..=tick).next_back().map(|(_, mark)| mark);
         let mark_tick = mark.map(|mark| mark.tick);
-        let keyframe_tick = self.replay.keyframe_ticks().filter(|&at| at <= tick).last();
+        let keyframe_tick = last_keyframe_tick(&self.replay, tick);
         let now = Some(self.tick()).filter(|&now| now <= tick);
         if now.is_some() && now >= mark_tick.max(keyframe_tick) {
             return Ok(());
         }
-        self.moment = match (mark, self.replay.keyframe_before(tick)) {
-            (Some(mark), _) if mark_tick >= keyframe_tick => self.moment.at(mark)?,
-            (_, Some(keyframe)) => self.moment.at(&keyframe)?,
-            _ => Moment::first(&self.replay)?,
+        self.moment = match mark.filter(|_| mark_tick >= keyframe_tick) {
+            Some(mark) => self.moment.at(mark)?,
+            None => match keyframe_before(&self.replay, tick)? {
+                Some(keyframe) => self.moment.at(&keyframe)?,
+                None => Moment::first(&self.replay)?,
+            },
         };
         Ok(())
     }
@@ -218,6 +231,18 @@ impl Playback {
             name: format!("Player {}", seat.0 + 1).into(),
             color: 0,
         })
+    }
+}
+
+fn last_keyframe_tick(replay: &Replay, tick: u32) -> Option<u32> {
+    replay.keyframe_ticks().take_while(|&at| at <= tick).last()
+}
+
+/// The last keyframe at or before a tick, if there is one.
+fn keyframe_before(replay: &Replay, tick: u32) -> Result<Option<Keyframe>, PlaybackError> {
+    match (last_keyframe_tick(replay, tick), replay.keyframe_before(tick)) {
+        (Some(tick), None) => Err(PlaybackError::Record { tick }),
+        (_, keyframe) => Ok(keyframe),
     }
 }
 

@@ -8,14 +8,16 @@ use crate::appearance::Appearance;
 use crate::bits::{BitReader, BitWriter};
 use crate::error::{DecodeError, check};
 use crate::fields::{check_seat_order, read_seat, write_seat};
-use crate::limits::{REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
+use crate::limits::{NAME_BYTES_MAX, REPLAY_BLOCK_TICKS_MAX, REPLAY_TICKS_MAX};
 use crate::wire::{Reader, Writer};
 use jostle_game::{Input, SEATS_MAX, Seat};
 
-/// Longest unpacked block, bytes: every seat changes everything in every tick.
-const BLOCK_BYTES_MAX: usize = 16 * REPLAY_BLOCK_TICKS_MAX * SEATS_MAX;
+/// Longest unpacked inputs of a tick, bytes: every seat changes everything.
+const INPUTS_PER_TICK_BYTES_MAX: usize = 16 * SEATS_MAX;
 /// Most joins, leaves and changed looks in one tick.
 const CHANGES_PER_TICK_MAX: usize = 4 * SEATS_MAX;
+/// Longest unpacked changes of a block, bytes: as many as a tick may have, with the longest names.
+const CHANGES_BYTES_MAX: usize = CHANGES_PER_TICK_MAX * (16 + NAME_BYTES_MAX);
 
 /// A change of the members, effective with a tick.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -94,9 +96,7 @@ impl Block {
     }
 
     pub(super) fn read(reader: &mut Reader) -> Result<Block, DecodeError> {
-        let first = reader.leb_up_to(REPLAY_TICKS_MAX, "tick")?;
-        let count = reader.count(REPLAY_BLOCK_TICKS_MAX, 2, "number of ticks")?;
-        check(first > 0 && count > 0, "tick")?;
+        let (first, count) = Block::read_numbers(reader)?;
         let mut ticks = Vec::with_capacity(count);
         for number in (first..).take(count) {
             let hash = if keeps_full_hash(number) {
@@ -106,15 +106,32 @@ impl Block {
             };
             ticks.push(Tick { changes: Vec::new(), inputs: Vec::new(), hash });
         }
-        let moves = reader.count(BLOCK_BYTES_MAX, 1, "moves of pointers")?;
+        let bytes_max = count * INPUTS_PER_TICK_BYTES_MAX;
+        let moves = reader.count(bytes_max, 1, "moves of pointers")?;
         let mut moves = BitReader::new(reader.raw(moves, "moves of pointers")?);
-        let columns = unpack(reader, BLOCK_BYTES_MAX, "inputs")?;
+        let columns = unpack(reader, bytes_max + CHANGES_BYTES_MAX, "inputs")?;
         let mut reader = Reader::new(&columns);
         read_changes(&mut ticks, &mut reader)?;
         read_inputs(&mut ticks, &mut reader, &mut moves)?;
         reader.end()?;
         moves.end("moves of pointers")?;
         Ok(Block { first, ticks })
+    }
+
+    /// Reads the number of the first tick, and the number of ticks.
+    fn read_numbers(reader: &mut Reader) -> Result<(u32, usize), DecodeError> {
+        let first = reader.leb_up_to(REPLAY_TICKS_MAX, "tick")?;
+        let count = reader.count(REPLAY_BLOCK_TICKS_MAX, 2, "number of ticks")?;
+        check(first > 0 && count > 0, "tick")?;
+        Ok((first, count))
+    }
+
+    /// Reads the same of a block that is not decoded now, and passes over its hashes.
+    pub(super) fn read_span(reader: &mut Reader) -> Result<(u32, usize), DecodeError> {
+        let (first, count) = Block::read_numbers(reader)?;
+        let full = (first..).take(count).filter(|&tick| keeps_full_hash(tick)).count();
+        reader.raw(2 * count + 6 * full, "hash")?;
+        Ok((first, count))
     }
 
     fn write_changes(&self, columns: &mut Writer) {

@@ -18,6 +18,24 @@ pub fn unpack(
     field: &'static str,
 ) -> Result<Vec<u8>, DecodeError> {
     let packed = reader.raw(reader.remaining(), field)?;
-    miniz_oxide::inflate::decompress_to_vec_with_limit(packed, bytes_max)
-        .map_err(|_| DecodeError::OutOfRange { field })
+    let unpacked = miniz_oxide::inflate::decompress_to_vec_with_limit(packed, bytes_max);
+    #[cfg(test)]
+    tests::count(unpacked.as_ref().map_or_else(|error| error.output.len(), Vec::len));
+    unpacked.map_err(|_| DecodeError::OutOfRange { field })
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::cell::Cell;
+
+    thread_local!(static UNPACKED: Cell<usize> = const { Cell::new(0) });
+
+    pub(super) fn count(bytes: usize) {
+        UNPACKED.set(UNPACKED.get() + bytes);
+    }
+
+    /// Bytes that were unpacked in this thread since the last call.
+    pub fn unpacked() -> usize {
+        UNPACKED.take()
+    }
 }

@@ -1,13 +1,14 @@
-//! The reader of replays: it checks every record once, and keeps those before the first damaged one.
+//! A replay that was read: the checksum and the outline of each record were checked once, and those before the
+//! first damaged one are kept. Their contents are decoded where they are played.
 
 use super::block::{Block, keeps_full_hash};
 use super::players::PlayerCount;
 use super::record::{FORMAT, FRAME_BYTES, Keyframe, MAGIC, Record, Start, checksum};
 use crate::error::DecodeError;
-use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX, SCENE_BYTES_MAX};
+use crate::limits::{REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SCENE_BYTES_MAX};
 
 /// Bytes of magic and version.
-const HEADER_BYTES: usize = MAGIC.len() + 2;
+pub(super) const HEADER_BYTES: usize = MAGIC.len() + 2;
 /// Bytes of the header and the longest start record, whose scene does not compress at all.
 pub const START_BYTES_MAX: usize = HEADER_BYTES + FRAME_BYTES + SCENE_BYTES_MAX + 1024;
 
@@ -83,24 +84,24 @@ impl Ending {
     }
 }
 
-/// A replay whose records were checked.
+/// A replay whose records are whole and in order.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    bytes: Vec<u8>,
-    start: Start,
+    pub(super) bytes: Vec<u8>,
+    pub(super) start: Start,
     /// Payloads of the blocks, by first tick.
-    blocks: Vec<Payload>,
+    pub(super) blocks: Vec<Payload>,
     /// Payloads of the keyframes, by tick.
-    keyframes: Vec<Payload>,
+    pub(super) keyframes: Vec<Payload>,
     /// Payload of the host's last record, with the tick before it.
-    host: Option<Payload>,
-    last_tick: u32,
-    end_hash: Option<u64>,
-    ending: Ending,
+    pub(super) host: Option<Payload>,
+    pub(super) last_tick: u32,
+    pub(super) end_hash: Option<u64>,
+    pub(super) ending: Ending,
     /// End of the start record.
-    start_bytes: usize,
+    pub(super) start_bytes: usize,
     /// End of the last whole record.
-    whole_bytes: usize,
+    pub(super) whole_bytes: usize,
 }
 
 /// The bytes of a replay by their use; they add up to the file.
@@ -122,117 +123,13 @@ pub struct Sizes {
 
 /// The location of a record's payload.
 #[derive(Clone, Copy, Debug)]
-struct Payload {
-    tick: u32,
-    at: usize,
-    bytes: usize,
+pub(super) struct Payload {
+    pub tick: u32,
+    pub at: usize,
+    pub bytes: usize,
 }
 
 impl Replay {
-    /// Reads a file up to the first record that is missing or damaged; see [`Replay::ending`]. An error means that not even
-    /// the start can be read. Takes memory for the file and one record.
-    pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
-        check_header(&bytes)?;
-        let head = HEADER_BYTES;
-        let (Record::Start(start), end) = next(&bytes, head)? else {
-            return Err(wrong(head, "a replay must begin with its start record"));
-        };
-        if start.first_tick >= REPLAY_TICKS_MAX {
-            return Err(wrong(head, "the first tick is out of range"));
-        }
-        let last_tick = start.first_tick;
-        let ending = Ending::Whole;
-        let (blocks, keyframes) = (Vec::new(), Vec::new());
-        let mut replay = Replay {
-            bytes,
-            start,
-            blocks,
-            keyframes,
-            host: None,
-            last_tick,
-            end_hash: None,
-            ending,
-            start_bytes: end,
-            whole_bytes: end,
-        };
-        replay.read_records(end);
-        Ok(replay)
-    }
-
-    fn read_records(&mut self, mut at: usize) {
-        while self.end_hash.is_none() {
-            match self.take(at) {
-                Ok(end) => (at, self.whole_bytes) = (end, end),
-                Err(error) => {
-                    self.ending = self.ending_at(error);
-                    return;
-                }
-            }
-        }
-        if at < self.bytes.len() {
-            self.ending = Ending::Damaged(wrong(at, "there are bytes after the end record"));
-        }
-    }
-
-    /// The ending of a replay that cannot be read past an error.
-    fn ending_at(&self, error: ReplayError) -> Ending {
-        match error.problem {
-            Problem::NoEnd => Ending::Cut(error),
-            Problem::CutOff if !self.has_record_after(error.offset) => Ending::Cut(error),
-            _ => Ending::Damaged(error),
-        }
-    }
-
-    /// Whether a whole record begins after `at`: a record there that seems to reach past the end has a
-    /// damaged length.
-    fn has_record_after(&self, at: usize) -> bool {
-        // Bytes of which checksums are computed: chance makes few lengths plausible, a forger all.
-        let mut budget = 4 * REPLAY_RECORD_BYTES_MAX;
-        for at in at + 1..self.bytes.len() {
-            match next(&self.bytes, at).map_err(|error| error.problem) {
-                Ok(_) => return true,
-                Err(Problem::Checksum | Problem::Record(_)) => {
-                    match budget.checked_sub(self.bytes.len() - at) {
-                        Some(rest) => budget = rest,
-                        None => return false,
-                    }
-                }
-                Err(_) => {}
-            }
-        }
-        false
-    }
-
-    /// Adds the record at `at`, and returns its end.
-    fn take(&mut self, at: usize) -> Result<usize, ReplayError> {
-        let (record, end) = next(&self.bytes, at)?;
-        let payload = |tick| Payload { tick, at: at + FRAME_BYTES, bytes: end - at - FRAME_BYTES };
-        let needs_state = self.start.first_tick > 0 && self.keyframes.is_empty();
-        match record {
-            Record::Start(_) => return Err(wrong(at, "a second start record")),
-            Record::Ticks(_) | Record::End { .. } if needs_state => {
-                return Err(wrong(at, "a replay that begins later must begin with a keyframe"));
-            }
-            Record::Ticks(block) if block.first != self.last_tick + 1 => {
-                return Err(wrong(at, "these ticks do not follow those before"));
-            }
-            Record::Ticks(block) => {
-                self.blocks.push(payload(block.first));
-                self.last_tick = block.last();
-            }
-            Record::Keyframe(keyframe) if keyframe.tick != self.last_tick => {
-                return Err(wrong(at, "a keyframe of another tick"));
-            }
-            Record::Keyframe(keyframe) => self.keyframes.push(payload(keyframe.tick)),
-            Record::End { tick, .. } if tick != self.last_tick => {
-                return Err(wrong(at, "an end at another tick"));
-            }
-            Record::End { hash, .. } => self.end_hash = Some(hash),
-            Record::Host(_) => self.host = Some(payload(self.last_tick)),
-        }
-        Ok(end)
-    }
-
     /// The start record.
     pub fn start(&self) -> &Start {
         &self.start
@@ -300,7 +197,7 @@ impl Replay {
         }
     }
 
-    /// The block with a tick; `None` outside the replay.
+    /// The block with a tick; `None` outside the replay, and where the record cannot be decoded.
     pub fn block_with(&self, tick: u32) -> Option<Block> {
         if tick > self.last_tick {
             return None;
@@ -312,13 +209,13 @@ impl Replay {
         }
     }
 
-    /// The last keyframe at or before a tick.
+    /// The last keyframe at or before a tick; `None` if there is none, and if it cannot be decoded.
     pub fn keyframe_before(&self, tick: u32) -> Option<Keyframe> {
         let after = self.keyframes.partition_point(|payload| payload.tick <= tick);
         self.keyframe(after.checked_sub(1)?)
     }
 
-    /// The first keyframe at or after a tick.
+    /// The first keyframe at or after a tick; `None` as above.
     pub fn keyframe_after(&self, tick: u32) -> Option<Keyframe> {
         self.keyframe(self.keyframes.partition_point(|payload| payload.tick < tick))
     }
@@ -336,7 +233,7 @@ impl Replay {
         Some((tick, self.bytes.get(at..at + bytes)?))
     }
 
-    /// Decodes a record again that was found whole before.
+    /// Decodes a record that was found whole before.
     fn record(&self, payload: Payload, kind: u8) -> Option<Record> {
         Record::read(kind, self.bytes.get(payload.at..payload.at + payload.bytes)?).ok()
     }
@@ -358,15 +255,16 @@ impl PlayerCount {
     pub fn of_beginning(bytes: &[u8]) -> PlayerCount {
         let mut count = PlayerCount::default();
         let mut at = HEADER_BYTES;
-        while let Ok((record, end)) = next(bytes, at) {
+        while let Ok((kind, payload)) = sealed(bytes, at) {
+            let Ok(record) = Record::read_without_state(kind, payload) else { break };
             count.note(&record);
-            at = end;
+            at += FRAME_BYTES + payload.len();
         }
         count
     }
 }
 
-fn check_header(bytes: &[u8]) -> Result<(), ReplayError> {
+pub(super) fn check_header(bytes: &[u8]) -> Result<(), ReplayError> {
     let bad = |offset, problem| Err(ReplayError { offset, problem });
     if bytes.len() > REPLAY_BYTES_MAX {
         return bad(REPLAY_BYTES_MAX, Problem::TooLong { bytes: bytes.len() });
@@ -380,7 +278,15 @@ fn check_header(bytes: &[u8]) -> Result<(), ReplayError> {
 }
 
 /// Reads the record at `at`, and returns it with its end.
-fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayError> {
+pub(super) fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayError> {
+    let (kind, payload) = sealed(bytes, at)?;
+    let record = Record::read(kind, payload)
+        .map_err(|error| ReplayError { offset: at, problem: Problem::Record(error) })?;
+    Ok((record, at + FRAME_BYTES + payload.len()))
+}
+
+/// Kind and payload of the record at `at`, if it is whole and its checksum is right.
+pub(super) fn sealed(bytes: &[u8], at: usize) -> Result<(u8, &[u8]), ReplayError> {
     let bad = |problem| ReplayError { offset: at, problem };
     let rest = bytes.get(at..).unwrap_or_default();
     if rest.is_empty() {
@@ -396,10 +302,9 @@ fn next(bytes: &[u8], at: usize) -> Result<(Record, usize), ReplayError> {
     if checksum(kind, payload) != u32::from_le_bytes([c0, c1, c2, c3]) {
         return Err(bad(Problem::Checksum));
     }
-    let record = Record::read(kind, payload).map_err(|error| bad(Problem::Record(error)))?;
-    Ok((record, at + FRAME_BYTES + length))
+    Ok((kind, payload))
 }
 
-fn wrong(offset: usize, problem: &'static str) -> ReplayError {
+pub(super) fn wrong(offset: usize, problem: &'static str) -> ReplayError {
     ReplayError { offset, problem: Problem::Order(problem) }
 }

@@ -79,6 +79,45 @@ pub enum Record {
     Host(Vec<u8>),
 }
 
+/// The numbers of a record that a replay needs before it is played: nothing that is packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outline {
+    Start,
+    /// Numbers of the first and the last tick.
+    Ticks {
+        first: u32,
+        last: u32,
+    },
+    Keyframe {
+        tick: u32,
+    },
+    End {
+        tick: u32,
+        hash: u64,
+    },
+    Host,
+}
+
+impl Outline {
+    /// Reads the first numbers of the payload of a sealed record, whose checksum was compared before.
+    pub(super) fn read(kind: u8, payload: &[u8]) -> Result<Outline, DecodeError> {
+        let mut reader = Reader::new(payload);
+        match kind {
+            1 => Ok(Outline::Start),
+            2 => {
+                let (first, count) = Block::read_span(&mut reader)?;
+                Ok(Outline::Ticks { first, last: first + (count as u32 - 1) })
+            }
+            3 => Ok(Outline::Keyframe { tick: reader.leb32("tick")? }),
+            HOST => Ok(Outline::Host),
+            kind => match Record::read(kind, payload)? {
+                Record::End { tick, hash } => Ok(Outline::End { tick, hash }),
+                _ => Err(DecodeError::OutOfRange { field: "kind of record" }),
+            },
+        }
+    }
+}
+
 /// The beginning of a file: magic and format version.
 pub fn header() -> Vec<u8> {
     [&MAGIC[..], &FORMAT.to_le_bytes()].concat()
@@ -123,6 +162,14 @@ impl Record {
                 _ => None,
             }
         })
+    }
+
+    /// Decodes the same of a record, except that the state of a keyframe is not unpacked, and left out.
+    pub(super) fn read_without_state(kind: u8, payload: &[u8]) -> Result<Record, DecodeError> {
+        match kind {
+            3 => Keyframe::read_members(&mut Reader::new(payload)).map(Record::Keyframe),
+            _ => Record::read(kind, payload),
+        }
     }
 
     /// Decodes the payload of a sealed record, whose checksum was compared before.
@@ -196,6 +243,13 @@ impl Keyframe {
     }
 
     fn read(reader: &mut Reader) -> Result<Keyframe, DecodeError> {
+        let keyframe = Keyframe::read_members(reader)?;
+        let state = unpack(reader, REPLAY_RECORD_BYTES_MAX, "state")?;
+        Ok(Keyframe { state, ..keyframe })
+    }
+
+    /// Reads all but the state, which stays empty.
+    fn read_members(reader: &mut Reader) -> Result<Keyframe, DecodeError> {
         let (tick, hash) = (reader.leb32("tick")?, reader.fixed64("hash")?);
         let mut members: Vec<(Seat, Appearance)> = Vec::new();
         for _ in 0..reader.count(SEATS_MAX, 3, "number of members")? {
@@ -203,7 +257,6 @@ impl Keyframe {
             check_seat_order(members.last().map(|&(before, _)| before), seat)?;
             members.push((seat, Appearance::read(reader)?));
         }
-        let state = unpack(reader, REPLAY_RECORD_BYTES_MAX, "state")?;
-        Ok(Keyframe { tick, hash, members, state })
+        Ok(Keyframe { tick, hash, members, state: Vec::new() })
     }
 }

@@ -198,6 +198,117 @@ fn a_file_truncated_anywhere_is_a_shorter_replay() {
     }
 }
 
+/// A payload that ends with this many deflated zeros, a thousandth of them.
+fn swollen(plain: impl FnOnce(&mut crate::wire::Writer), zeros: usize) -> Vec<u8> {
+    let mut writer = crate::wire::Writer::new();
+    plain(&mut writer);
+    pack::pack(&mut writer, &vec![0; zeros]);
+    writer.finish()
+}
+
+/// 32 keyframes and 32 blocks of ticks of a few kilobytes each that claim to be as long as any may be.
+fn swollen_file() -> Vec<u8> {
+    let mut bytes = file(&[Record::Start(start())]);
+    let keyframe = swollen(
+        |writer| {
+            writer.leb32(0);
+            writer.fixed64(0);
+            writer.count(0);
+        },
+        crate::limits::REPLAY_RECORD_BYTES_MAX,
+    );
+    (0..32).for_each(|_| bytes.extend(frame(3, &keyframe)));
+    for first in (1..).step_by(600).take(32) {
+        let block = swollen(
+            |writer| {
+                writer.leb32(first);
+                writer.count(600);
+                writer.raw(&[0; 600 * 2 + 10 * 6]);
+                writer.count(0);
+            },
+            4 << 20,
+        );
+        bytes.extend(frame(2, &block));
+    }
+    bytes
+}
+
+#[test]
+fn reading_a_file_unpacks_nothing_but_its_scene() {
+    let bytes = swollen_file();
+    let length = bytes.len();
+    assert!(length < 512 << 10, "{length}");
+    pack::tests::unpacked();
+    let replay = Replay::read(bytes).unwrap();
+    assert_eq!(replay.last_tick(), 32 * 600);
+    assert_eq!(pack::tests::unpacked(), start().scene.len());
+    // A tick that is played, or a state that is sought, unpacks one record.
+    assert_eq!(replay.block_with(1), None, "its columns have bytes left over");
+    assert!(replay.keyframe_before(600).is_some());
+    assert!(pack::tests::unpacked() <= (4 << 20) + crate::limits::REPLAY_RECORD_BYTES_MAX);
+}
+
+#[test]
+fn counting_players_unpacks_no_state() {
+    let bytes = file(&records());
+    pack::tests::unpacked();
+    let players = PlayerCount::of_beginning(&bytes);
+    let unpacked = pack::tests::unpacked();
+    assert!(players.most >= keyframe(150).members.len() as u32 && players.most > 0);
+    let columns: usize = (records().iter())
+        .filter_map(|record| match record {
+            Record::Ticks(_) => Some(record.seal()),
+            _ => None,
+        })
+        .map(|sealed| {
+            Record::read(2, &sealed[record::FRAME_BYTES..]).unwrap();
+            pack::tests::unpacked()
+        })
+        .sum();
+    assert_eq!(unpacked, start().scene.len() + columns);
+}
+
+#[test]
+fn few_ticks_cannot_claim_the_inputs_of_many() {
+    let block = swollen(
+        |writer| {
+            writer.leb32(1);
+            writer.count(1);
+            writer.raw(&[0; 2]);
+            writer.count(0);
+        },
+        1 << 20,
+    );
+    pack::tests::unpacked();
+    assert!(Record::read(2, &block).is_err());
+    let unpacked = pack::tests::unpacked();
+    assert!(unpacked <= 256 << 10, "{unpacked} bytes for one tick");
+}
+
+#[test]
+fn a_reader_goes_through_a_file_in_steps() {
+    let mut bytes = file(&records()[..5]);
+    let notes = Record::Host(vec![1; 100_000]).seal();
+    (0..40).for_each(|_| bytes.extend(&notes));
+    let mut reader = ReplayReader::new(bytes.clone()).unwrap();
+    let mut progress = vec![reader.progress()];
+    while reader.step() {
+        progress.push(reader.progress());
+    }
+    let step = 400_000.0 / bytes.len() as f64;
+    assert!(progress.windows(2).all(|pair| (0.0..step).contains(&(pair[1] - pair[0]))));
+    assert!(progress.len() > 10 && reader.progress() == 1.0);
+    let (stepped, whole) = (reader.finish(), Replay::read(bytes.clone()).unwrap());
+    assert_eq!(format!("{stepped:?}"), format!("{whole:?}"));
+    // The search behind a cut goes on in steps too.
+    bytes.extend([5, 0, 0, 0x70, 0, 1, 2, 3, 4]);
+    bytes.extend(vec![5; 2 << 20]);
+    let mut reader = ReplayReader::new(bytes).unwrap();
+    let steps = std::iter::from_fn(|| reader.step().then_some(())).count();
+    assert!(steps > 20, "{steps}");
+    assert!(matches!(reader.finish().ending(), Ending::Cut(_)));
+}
+
 #[test]
 fn changed_bytes_are_found() {
     let records = records();

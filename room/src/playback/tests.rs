@@ -159,3 +159,40 @@ fn impossible_changes_are_refused() {
     let refused = crate::divergence::verify(&replay, |_| {});
     assert_eq!(refused, Err(PlaybackError::Change { tick: 51, seat: 9 }));
 }
+
+/// Records that are sealed, but cannot be decoded, are found where they are played or sought.
+#[test]
+fn a_record_that_cannot_be_decoded_ends_the_replay_there() {
+    use jostle_protocol::replay::frame;
+    let records = records("pile", KEYFRAME_TICKS_MIN + 10, 2);
+    let broken_at = |kind: u8, tick: u32| {
+        let mut bytes = header();
+        for record in &records {
+            let mut sealed = record.seal();
+            let holds = match record {
+                Record::Ticks(block) => kind == 2 && block.first == tick,
+                Record::Keyframe(keyframe) => kind == 3 && keyframe.tick == tick,
+                _ => false,
+            };
+            if holds {
+                let payload = &sealed[9..sealed.len() - 1];
+                sealed = frame(kind, payload);
+            }
+            bytes.extend(sealed);
+        }
+        Arc::new(Replay::read(bytes).unwrap())
+    };
+    let replay = broken_at(2, 301);
+    assert_eq!((replay.last_tick(), replay.ending()), (KEYFRAME_TICKS_MIN + 10, Ending::Whole));
+    let mut playback = Playback::new(Arc::clone(&replay)).unwrap();
+    assert_eq!(playback.seek(300), Ok(()));
+    let refused = PlaybackError::Record { tick: 301 };
+    assert_eq!(playback.step(), Err(refused.clone()));
+    assert_eq!(crate::divergence::verify(&replay, |_| {}), Err(refused));
+
+    let replay = broken_at(3, KEYFRAME_TICKS_MIN);
+    let mut playback = Playback::new(Arc::clone(&replay)).unwrap();
+    let refused = PlaybackError::Record { tick: KEYFRAME_TICKS_MIN };
+    assert_eq!(playback.jump(u32::MAX), Err(refused.clone()));
+    assert_eq!(crate::divergence::verify(&replay, |_| {}), Err(refused));
+}

@@ -1,0 +1,178 @@
+//! The reader of replays, step by step, so that a page can read one between two frames.
+
+use super::read::{Ending, HEADER_BYTES, Payload, Problem, Replay, ReplayError};
+use super::read::{check_header, next, sealed, wrong};
+use super::record::{FRAME_BYTES, Outline, Record};
+use crate::limits::{REPLAY_RECORD_BYTES_MAX, REPLAY_TICKS_MAX};
+
+/// Bytes that a step goes on reading for. The record in which they end is read to its own end.
+const STEP_BYTES: usize = 256 << 10;
+/// Bytes of which checksums are computed in the search for a record behind a cut: chance makes few lengths
+/// plausible, a forger all.
+const SEARCH_BYTES_MAX: usize = 4 * REPLAY_RECORD_BYTES_MAX;
+
+/// Reads a replay in steps. All of them together read each byte of the file once, and those behind a cut a few times
+/// more; what is packed stays packed, apart from the scene, so that a file costs what its length says.
+#[derive(Debug)]
+pub struct ReplayReader {
+    replay: Replay,
+    stage: Stage,
+}
+
+#[derive(Debug)]
+enum Stage {
+    /// The next record begins here.
+    Records(usize),
+    /// The file seems to end within a record. If another one follows from here on, the length is damaged.
+    Search {
+        cut: ReplayError,
+        at: usize,
+        bytes_left: usize,
+    },
+    Done,
+}
+
+impl Replay {
+    /// Reads a file up to the first record that is missing or damaged; see [`Replay::ending`]. An error means that not even
+    /// the start can be read. Takes time and memory for the bytes of the file: what is packed in them is unpacked,
+    /// and checked, only when it is asked for. [`ReplayReader`] does the same in steps.
+    pub fn read(bytes: Vec<u8>) -> Result<Replay, ReplayError> {
+        Ok(ReplayReader::new(bytes)?.finish())
+    }
+}
+
+impl ReplayReader {
+    /// Reads the start of a file. An error means that not even that is possible.
+    pub fn new(bytes: Vec<u8>) -> Result<ReplayReader, ReplayError> {
+        check_header(&bytes)?;
+        let head = HEADER_BYTES;
+        let (Record::Start(start), end) = next(&bytes, head)? else {
+            return Err(wrong(head, "a replay must begin with its start record"));
+        };
+        if start.first_tick >= REPLAY_TICKS_MAX {
+            return Err(wrong(head, "the first tick is out of range"));
+        }
+        let replay = Replay {
+            bytes,
+            last_tick: start.first_tick,
+            start,
+            blocks: Vec::new(),
+            keyframes: Vec::new(),
+            host: None,
+            end_hash: None,
+            ending: Ending::Whole,
+            start_bytes: end,
+            whole_bytes: end,
+        };
+        Ok(ReplayReader { replay, stage: Stage::Records(end) })
+    }
+
+    /// Reads on for a moment; `false` once there is nothing left to read.
+    pub fn step(&mut self) -> bool {
+        self.stage = match self.stage {
+            Stage::Records(at) => self.read_records(at),
+            Stage::Search { cut, at, bytes_left } => self.search(cut, at, bytes_left),
+            Stage::Done => return false,
+        };
+        !matches!(self.stage, Stage::Done)
+    }
+
+    /// Share of the file that was read, 0..=1.
+    pub fn progress(&self) -> f64 {
+        let read = match self.stage {
+            Stage::Records(at) | Stage::Search { at, .. } => at,
+            Stage::Done => self.replay.bytes.len(),
+        };
+        read as f64 / self.replay.bytes.len() as f64
+    }
+
+    /// Reads what is left, and returns the replay.
+    pub fn finish(mut self) -> Replay {
+        while self.step() {}
+        self.replay
+    }
+
+    fn read_records(&mut self, mut at: usize) -> Stage {
+        let until = at + STEP_BYTES;
+        while at < until {
+            match self.take(at) {
+                Ok(end) => (at, self.replay.whole_bytes) = (end, end),
+                Err(error) if error.problem == Problem::CutOff => {
+                    return Stage::Search { cut: error, at: at + 1, bytes_left: SEARCH_BYTES_MAX };
+                }
+                Err(error) if error.problem == Problem::NoEnd => {
+                    return self.end(Ending::Cut(error));
+                }
+                Err(error) => return self.end(Ending::Damaged(error)),
+            }
+            if self.replay.end_hash.is_some() {
+                return self.end(match at < self.replay.bytes.len() {
+                    true => Ending::Damaged(wrong(at, "there are bytes after the end record")),
+                    false => Ending::Whole,
+                });
+            }
+        }
+        Stage::Records(at)
+    }
+
+    /// Looks for a whole record behind a cut: a record that seems to reach past the end has a damaged length then.
+    fn search(&mut self, cut: ReplayError, mut at: usize, mut bytes_left: usize) -> Stage {
+        let bytes = &self.replay.bytes;
+        let (until, rest) = (at + STEP_BYTES, bytes_left.saturating_sub(STEP_BYTES));
+        while at < bytes.len() {
+            if at >= until || bytes_left < rest {
+                return Stage::Search { cut, at, bytes_left };
+            }
+            match sealed(bytes, at).map_err(|error| error.problem) {
+                Ok(_) => return self.end(Ending::Damaged(cut)),
+                Err(Problem::Checksum) => match bytes_left.checked_sub(bytes.len() - at) {
+                    Some(left) => bytes_left = left,
+                    None => break,
+                },
+                Err(_) => {}
+            }
+            at += 1;
+        }
+        self.end(Ending::Cut(cut))
+    }
+
+    fn end(&mut self, ending: Ending) -> Stage {
+        self.replay.ending = ending;
+        Stage::Done
+    }
+
+    /// Adds the record at `at`, and returns its end.
+    fn take(&mut self, at: usize) -> Result<usize, ReplayError> {
+        let replay = &mut self.replay;
+        let (kind, bytes) = sealed(&replay.bytes, at)?;
+        let outline = Outline::read(kind, bytes);
+        let outline =
+            outline.map_err(|error| ReplayError { offset: at, problem: Problem::Record(error) })?;
+        let length = bytes.len();
+        let payload = |tick| Payload { tick, at: at + FRAME_BYTES, bytes: length };
+        let needs_state = replay.start.first_tick > 0 && replay.keyframes.is_empty();
+        match outline {
+            Outline::Start => return Err(wrong(at, "a second start record")),
+            Outline::Ticks { .. } | Outline::End { .. } if needs_state => {
+                return Err(wrong(at, "a replay that begins later must begin with a keyframe"));
+            }
+            Outline::Ticks { first, .. } if first != replay.last_tick + 1 => {
+                return Err(wrong(at, "these ticks do not follow those before"));
+            }
+            Outline::Ticks { first, last } => {
+                replay.blocks.push(payload(first));
+                replay.last_tick = last;
+            }
+            Outline::Keyframe { tick } if tick != replay.last_tick => {
+                return Err(wrong(at, "a keyframe of another tick"));
+            }
+            Outline::Keyframe { tick } => replay.keyframes.push(payload(tick)),
+            Outline::End { tick, .. } if tick != replay.last_tick => {
+                return Err(wrong(at, "an end at another tick"));
+            }
+            Outline::End { hash, .. } => replay.end_hash = Some(hash),
+            Outline::Host => replay.host = Some(payload(replay.last_tick)),
+        }
+        Ok(at + FRAME_BYTES + length)
+    }
+}
