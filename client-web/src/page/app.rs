@@ -13,7 +13,7 @@ use crate::page::game::status::State;
 use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
-use crate::page::replay_screen::OpenReplay;
+use crate::page::replay_screen::{OpenReplay, Opening};
 use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
 use crate::replay::player::ReplayPlayer;
@@ -75,6 +75,8 @@ pub struct App {
     /// The context of every handler.
     pub(super) ctx: Context,
     pub activity: Activity,
+    /// A replay that takes the place of the activity once it is read.
+    pub opening: Option<Opening>,
     /// Number of the screen: games and replays that were begun or ended.
     pub screen: u32,
     pub lobby: Lobby,
@@ -117,6 +119,7 @@ impl App {
         App {
             ctx,
             activity: Activity::Lobby,
+            opening: None,
             screen: 0,
             lobby: Lobby::default(),
             own_color: appearance.color,
@@ -269,6 +272,7 @@ impl App {
         if let Activity::Game(game) = ended {
             game.leave(&mut self.ctx);
         }
+        self.opening = None;
         self.screen += 1;
         self.own_color = self.appearance.color;
         self.dialogs = Dialogs::default();
@@ -329,6 +333,7 @@ impl App {
     }
 
     fn advance(&mut self, canvas: Option<Canvas>) {
+        self.read_on();
         let plays = self.top() == Layer::Page;
         match &mut self.activity {
             Activity::Game(game) => {

@@ -8,9 +8,11 @@ use crate::replay::player::ReplayPlayer;
 use crate::view::camera::Camera;
 use crate::view::frame::{Frame, View};
 use jostle_game::Seat;
-use jostle_protocol::replay::Problem;
+use jostle_protocol::replay::{Problem, ReplayReader};
 use jostle_sim::Vec2;
 
+/// Time that a frame may take to read a file, milliseconds.
+const READ_MS: f64 = 8.0;
 /// Time that a frame may take to continue a seek, milliseconds.
 const SEEK_MS: f64 = 11.0;
 /// Time that a frame may take to play, milliseconds; past it the replay runs slower.
@@ -21,6 +23,27 @@ const AHEAD_MS: f64 = 3.0;
 const AHEAD_STILL_MS: f64 = 8.0;
 /// A frame that came later than this ended a pause in which the page was hidden, seconds.
 const FRAME_S_MAX: f64 = 0.25;
+
+/// A replay that is being read, a slice in each frame. What was on display before stays until then.
+pub struct Opening {
+    pub reader: ReplayReader,
+    /// As in [`OpenReplay`].
+    pub name: Option<String>,
+    pub file: String,
+}
+
+impl Opening {
+    /// Reads on for as long as a frame may take; returns whether all was read.
+    pub fn read_on(&mut self, clock: fn() -> f64) -> bool {
+        let mut more = within(clock, READ_MS);
+        while self.reader.step() {
+            if !more() {
+                return false;
+            }
+        }
+        true
+    }
+}
 
 /// A replay that is being watched.
 pub struct OpenReplay {

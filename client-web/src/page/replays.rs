@@ -4,11 +4,11 @@ use crate::net::report::Fetched;
 use crate::page::app::{Activity, App};
 use crate::page::dialogs::Card;
 use crate::page::event::{Address, Effect};
-use crate::page::replay_screen::OpenReplay;
+use crate::page::replay_screen::{OpenReplay, Opening};
 use crate::page::strings;
 use crate::replay::error::ReplayLoadError;
 use crate::replay::player::ReplayPlayer;
-use jostle_protocol::replay::ReplayError;
+use jostle_protocol::replay::{ReplayError, ReplayReader};
 
 /// In the address while a file of this machine is watched.
 const FILE_HASH: &str = "#file";
@@ -28,8 +28,7 @@ impl App {
         }
         let (card, detail) = match fetched {
             Fetched::Bytes(bytes) => {
-                self.open_replay(Some(name.to_owned()), String::new(), bytes);
-                return;
+                return self.begin_replay(Some(name.to_owned()), String::new(), bytes);
             }
             Fetched::Refused(404) => (strings::NO_SUCH_REPLAY, format!("/replay/{name}")),
             Fetched::Refused(status) => (strings::REPLAY_REFUSED, format!("HTTP status {status}")),
@@ -45,34 +44,45 @@ impl App {
             return;
         }
         match contents {
-            Ok(bytes) => {
-                let opened = self.open_replay(None, file, bytes);
-                // Going back leads to where the player was.
-                if opened && self.address.hash != FILE_HASH {
-                    self.address = Address { hash: FILE_HASH.to_owned(), ..Address::default() };
-                    self.ctx.request(Effect::PushAddress(format!("/{FILE_HASH}")));
-                }
-            }
+            Ok(bytes) => self.begin_replay(None, file, bytes),
             Err(error) => self.refuse_replay(&error.into()),
         }
     }
 
-    /// Watches a replay, or says why that cannot be.
-    fn open_replay(&mut self, name: Option<String>, file: String, bytes: Vec<u8>) -> bool {
-        let player = match ReplayPlayer::open(bytes) {
-            Ok(player) => player,
-            Err(error) => {
-                self.refuse_replay(&error);
-                return false;
-            }
-        };
+    /// Begins to read a replay; one that is short is on at once.
+    fn begin_replay(&mut self, name: Option<String>, file: String, bytes: Vec<u8>) {
+        match ReplayReader::new(bytes) {
+            Ok(reader) => self.opening = Some(Opening { reader, name, file }),
+            Err(error) => return self.refuse_replay(&error.into()),
+        }
+        self.read_on();
+    }
+
+    /// Reads on in the replay that is being read, if one is, and watches it once it was read.
+    pub(super) fn read_on(&mut self) {
+        let Some(opening) = &mut self.opening else { return };
+        if !opening.read_on(self.ctx.clock) {
+            return;
+        }
+        let Some(Opening { reader, name, file }) = self.opening.take() else { return };
+        match ReplayPlayer::new(reader.finish()) {
+            Ok(player) => self.watch(player, name, file),
+            Err(error) => self.refuse_replay(&error),
+        }
+    }
+
+    fn watch(&mut self, player: ReplayPlayer, name: Option<String>, file: String) {
         self.end_screen();
+        // Going back leads to where the player was.
+        if name.is_none() && self.address.hash != FILE_HASH {
+            self.address = Address { hash: FILE_HASH.to_owned(), ..Address::default() };
+            self.ctx.request(Effect::PushAddress(format!("/{FILE_HASH}")));
+        }
         let replay = OpenReplay::new(player, name, file, self.ctx.now_ms);
         self.dialogs.card = replay.cut();
         self.activity = Activity::Replay(Box::new(replay));
         self.drawn_frames = 0;
         self.ctx.request(Effect::FocusStage);
-        true
     }
 
     /// Says why a file cannot be watched. What is being watched stays.

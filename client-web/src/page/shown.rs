@@ -62,6 +62,7 @@ impl App {
             Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => "unsupported",
             Activity::Replay(_) => "replay",
             Activity::Fetching(_) | Activity::FetchingScene(_) => "connecting",
+            _ if self.opening.is_some() => "connecting",
             Activity::NoReplay => "refused",
             Activity::Game(game) if game.is_frozen() && self.drawn_frames == 0 => "connecting",
             Activity::Game(game) => game.status.state.name(),
@@ -74,6 +75,9 @@ impl App {
     pub fn notice(&self) -> Option<Card> {
         let lost = self.graphics.lost_ms;
         let lost = lost.is_some_and(|since| self.ctx.now_ms - since >= CONTEXT_WAIT_MS);
+        if let Some(opening) = &self.opening {
+            return Some(strings::reading(opening.reader.progress()));
+        }
         match &self.activity {
             Activity::Fetching(_) => Some(strings::FETCHING),
             Activity::FetchingScene(_) => Some(strings::connecting(0)),

@@ -154,6 +154,16 @@ pub const FETCHING: Card = passing(card(
     "Back to the lobby",
     CardAction::Lobby,
 ));
+/// A replay is here, and is being read: this share of it was, 0..=1.
+pub fn reading(progress: f64) -> Card {
+    Card { detail: format!("{} %", (progress * 100.0) as u32), ..READING }
+}
+const READING: Card = passing(card(
+    "Loading the replay",
+    "Checking that it is whole.",
+    "Back to the lobby",
+    CardAction::Lobby,
+));
 /// The replay named in the address does not exist.
 pub const NO_SUCH_REPLAY: Card = card_or(
     card(

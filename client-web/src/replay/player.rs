@@ -94,8 +94,12 @@ impl ReplayPlayer {
     /// Reads a replay and stands at its beginning. What a cut file still has is shown, see
     /// [`ReplayPlayer::ending`].
     pub fn open(bytes: Vec<u8>) -> Result<ReplayPlayer, ReplayLoadError> {
-        let replay = Arc::new(Replay::read(bytes)?);
-        let playback = Playback::new(replay)?;
+        ReplayPlayer::new(Replay::read(bytes)?)
+    }
+
+    /// The same for a replay that was read before.
+    pub fn new(replay: Replay) -> Result<ReplayPlayer, ReplayLoadError> {
+        let playback = Playback::new(Arc::new(replay))?;
         let checks = Checks::new(&playback);
         let mut film = ReplayPlayer {
             display: ReplayDisplay::begin(&playback),

@@ -105,6 +105,59 @@ fn a_fetched_replay_is_shown_unless_the_player_has_left() {
     assert_eq!(browser.app.replay().and_then(|replay| replay.name.as_deref()), Some("arena-1"));
 }
 
+/// A file long enough to be read in several steps: with notes that no player of replays looks at.
+fn long_replay() -> Vec<u8> {
+    let mut bytes = replay();
+    let end = Record::last_tick(&bytes).map(|_| bytes.len() - END_RECORD_BYTES);
+    let notes = Record::Host(vec![7; 1 << 20]).seal();
+    bytes.splice(end.expect("an end")..end.expect("an end"), notes.repeat(8));
+    bytes
+}
+
+/// Frame of a record, a tick of two bytes and a hash.
+const END_RECORD_BYTES: usize = 9 + 2 + 8;
+
+/// A clock that goes on by more than a frame may take whenever it is looked at.
+fn hasty_clock() -> f64 {
+    use std::cell::Cell;
+    thread_local!(static NOW: Cell<f64> = const { Cell::new(0.0) });
+    NOW.set(NOW.get() + 100.0);
+    NOW.get()
+}
+
+#[test]
+fn a_long_replay_is_read_in_slices_and_the_page_says_how_far_it_is() {
+    for watched in [false, true] {
+        let mut browser = if watched { watching() } else { Browser::open("/", "") };
+        browser.app.set_clock(hasty_clock);
+        browser.say(Event::ReplayRead("long.jostle".into(), Ok(long_replay())));
+        let mut seen = vec![String::new()];
+        while let Some(card) = browser.app.notice() {
+            assert_eq!(
+                (card.title, browser.app.state()),
+                ("Loading the replay", if watched { "replay" } else { "connecting" })
+            );
+            assert_ne!(seen.last(), Some(&card.detail), "each frame reads on");
+            seen.push(card.detail);
+            browser.wait(20);
+        }
+        assert!(seen.len() > 6, "{seen:?}");
+        let file = browser.app.replay().map(|replay| replay.file.as_str());
+        assert_eq!((browser.app.state(), file), ("replay", Some("long.jostle")));
+    }
+}
+
+#[test]
+fn leaving_ends_the_reading_of_a_replay() {
+    let mut browser = Browser::open("/", "");
+    browser.app.set_clock(hasty_clock);
+    browser.say(Event::ReplayRead("long.jostle".into(), Ok(long_replay())));
+    assert_eq!(browser.app.state(), "connecting");
+    browser.click("notice");
+    browser.wait(400);
+    assert_eq!(browser.app.state(), "lobby");
+}
+
 #[test]
 fn a_file_does_not_end_a_game() {
     let mut browser = Browser::playing();
