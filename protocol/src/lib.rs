@@ -19,6 +19,7 @@ pub mod wire;
 pub use codec::EncodeScratch;
 pub use error::DecodeError;
 pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage, VERSION};
+pub use refusal::BAD_MESSAGE_CODES;
 pub use snapshot::{PlayerState, Snapshot, SnapshotBody, TimedEvent};
 pub use snapshot_stream::{Decoded, SnapshotStream};
 pub use token::Token;

@@ -1,5 +1,9 @@
 //! Reasons for which a session is refused or ended, each with its byte, close code and sentence.
 
+/// Close codes of a bad message: broken frames, text, undecodable content, a message at the wrong point, and one
+/// that is too long.
+pub const BAD_MESSAGE_CODES: [u16; 5] = [1002, 1003, 1007, 1008, 1009];
+
 /// The reason for which a session was refused or ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -61,13 +65,13 @@ impl Refusal {
         Refusal::GaveWay,
     ];
 
-    /// WebSocket close code (RFC 6455, section 7.4): 1001 closing, 1008 policy, 1011 room failed,
-    /// 4000 and up otherwise.
+    /// WebSocket close code (RFC 6455, section 7.4): a registered one where one fits, otherwise one from 4000 on, which
+    /// are private. For a bad message the server may choose a more exact one of [`BAD_MESSAGE_CODES`].
     pub fn close_code(self) -> u16 {
         match self {
             Refusal::Closing => 1001,
-            Refusal::BadHello | Refusal::BadMessage => 1008,
-            Refusal::Flood | Refusal::TooManySockets => 1008,
+            Refusal::BadMessage => 1007,
+            Refusal::BadHello | Refusal::Flood | Refusal::TooManySockets => 1008,
             Refusal::RoomFailed => 1011,
             Refusal::Version => 4000,
             Refusal::RoomFull => 4001,
@@ -126,6 +130,28 @@ impl Refusal {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
+
+    /// Close codes and refusals in the table of docs/protocol.md.
+    fn documented() -> BTreeSet<(u16, usize)> {
+        let page = include_str!("../../docs/protocol.md");
+        let rows = page.lines().skip_while(|line| !line.starts_with("| close code")).skip(2);
+        let mut code = 0;
+        let number = |cell: &str| -> Option<u16> { cell.split(' ').next()?.parse().ok() };
+        let read = |row: &str| {
+            let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+            code = number(cells[1]).unwrap_or(code);
+            (code, number(cells[2]).expect("a refusal").into())
+        };
+        rows.take_while(|row| row.starts_with('|')).map(read).collect()
+    }
+
+    #[test]
+    fn the_table_of_close_codes_is_complete() {
+        let sent = Refusal::ALL.into_iter().map(|refusal| (refusal.close_code(), refusal as usize));
+        let bad_message = BAD_MESSAGE_CODES.map(|code| (code, Refusal::BadMessage as usize));
+        assert_eq!(documented(), sent.chain(bad_message).collect());
+    }
 
     #[test]
     fn wire_order_is_the_order_of_declaration() {
@@ -138,7 +164,7 @@ mod tests {
     fn close_codes_may_be_sent_and_messages_are_sentences() {
         for refusal in Refusal::ALL {
             let code = refusal.close_code();
-            assert!([1001, 1008, 1011].contains(&code) || (4000..5000).contains(&code));
+            assert!([1001, 1007, 1008, 1011].contains(&code) || (4000..5000).contains(&code));
             // A close frame holds 125 bytes, two of them for the code.
             assert!(refusal.message().len() <= 123 && refusal.message().ends_with('.'));
         }

@@ -2,8 +2,8 @@
 //! a session can end.
 
 use crate::replay::error::ReplayLoadError;
-use jostle_protocol::Refusal;
 use jostle_protocol::replay::ReplayError;
+use jostle_protocol::{BAD_MESSAGE_CODES, Refusal};
 use jostle_sim::TICKS_PER_SECOND;
 use std::borrow::Cow;
 
@@ -287,8 +287,12 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
 
 /// The refusal that a close code stands for, if its message was lost.
 pub fn refusal_of_close(code: u16) -> Option<Refusal> {
-    let several = [1001, 1008];
-    Refusal::ALL.into_iter().find(|r| r.close_code() == code && !several.contains(&code))
+    match code {
+        // Several stand for these.
+        1001 | 1008 => None,
+        code if BAD_MESSAGE_CODES.contains(&code) => Some(Refusal::BadMessage),
+        code => Refusal::ALL.into_iter().find(|refusal| refusal.close_code() == code),
+    }
 }
 
 #[cfg(test)]

@@ -20,8 +20,38 @@ pub type Socket = WebSocketStream<RateLimitedStream<MaybeTlsStream>>;
 pub enum End {
     /// The server ends it, and sends the reason.
     Refused(Refusal),
+    /// The same for a message that is against the protocol.
+    Violated(Violation),
     /// The peer closed the socket, on purpose or not.
     Gone,
+}
+
+impl End {
+    /// The reason and the close code that the peer is sent, unless it closed the socket itself.
+    pub fn refusal(self) -> Option<(Refusal, u16)> {
+        match self {
+            End::Refused(refusal) => Some((refusal, refusal.close_code())),
+            End::Violated(violation) => Some((Refusal::BadMessage, violation as u16)),
+            End::Gone => None,
+        }
+    }
+}
+
+/// How a message is against the protocol, as the close code of RFC 6455 says it. To players all of these are
+/// [`Refusal::BadMessage`]; to those who write a client they are not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Violation {
+    /// The frames are no WebSocket frames of a client, or come in no order that they may have.
+    Framing = 1002,
+    /// Text, where all messages are binary.
+    Text = 1003,
+    /// The bytes of the message are none of the protocol, or its text is no UTF-8.
+    Content = 1007,
+    /// The message may not come at this point.
+    Order = 1008,
+    /// The message is longer than any may be.
+    TooLong = 1009,
 }
 
 /// Wraps an upgraded connection; `read` holds bytes that came with the upgrade.
@@ -59,7 +89,7 @@ pub async fn receive_hello(socket: &mut Socket) -> Result<Hello, End> {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
             Some(Ok(Message::Close(_))) | None => return Err(End::Gone),
             Some(Err(error)) => return Err(end_of(&error)),
-            Some(Ok(_)) => return Err(End::Refused(Refusal::BadMessage)),
+            Some(Ok(_)) => return Err(End::Violated(Violation::Text)),
         };
         return match ClientMessage::decode(&bytes) {
             Ok(ClientMessage::Hello { version, .. }) if version != VERSION => {
@@ -73,7 +103,7 @@ pub async fn receive_hello(socket: &mut Socket) -> Result<Hello, End> {
     }
 }
 
-/// Translates an error of the socket: too many bytes, a lost connection, or else a bad message.
+/// Translates an error of the socket: too many bytes, a lost connection, or else a violation.
 pub fn end_of(error: &tokio_tungstenite::tungstenite::Error) -> End {
     use tokio_tungstenite::tungstenite::error::{Error, ProtocolError};
     match error {
@@ -82,20 +112,20 @@ pub fn end_of(error: &tokio_tungstenite::tungstenite::Error) -> End {
         | Error::ConnectionClosed
         | Error::AlreadyClosed
         | Error::Protocol(ProtocolError::ResetWithoutClosingHandshake) => End::Gone,
-        _ => End::Refused(Refusal::BadMessage),
+        Error::Capacity(_) => End::Violated(Violation::TooLong),
+        Error::Utf8(_) => End::Violated(Violation::Content),
+        _ => End::Violated(Violation::Framing),
     }
 }
 
 /// Sends the reason, closes, and reads on until the peer has closed too: closing a socket with unread bytes
 /// would reset it, and the peer would never see our last message.
 pub async fn close(mut socket: Socket, end: End) {
-    match end {
-        End::Refused(refusal) => {
+    match end.refusal() {
+        Some((refusal, code)) => {
             let bytes = ServerMessage::Refused { refusal }.encode();
-            let reason = CloseFrame {
-                code: CloseCode::from(refusal.close_code()),
-                reason: refusal.message().into(),
-            };
+            let reason =
+                CloseFrame { code: CloseCode::from(code), reason: refusal.message().into() };
             let said = match socket.send(Message::Binary(bytes.into())).await {
                 Ok(()) => socket.send(Message::Close(Some(reason))).await,
                 lost => lost,
@@ -105,7 +135,7 @@ pub async fn close(mut socket: Socket, end: End) {
             }
         }
         // Answers the peer's close frame, if that is what ended it.
-        End::Gone => {
+        None => {
             let _ = socket.flush().await;
         }
     }

@@ -5,7 +5,7 @@ use crate::host::outbox::{Next, Outbox};
 use crate::host::room_handle::{FromSession, RoomInfo};
 use crate::limits;
 use crate::limits::token_bucket::TokenBucket;
-use crate::net::game_socket::{End, Socket, end_of};
+use crate::net::game_socket::{End, Socket, Violation, end_of};
 use crate::net::pongs::Pongs;
 use futures_util::{SinkExt, StreamExt};
 use jostle_protocol::{ClientMessage, Refusal};
@@ -99,7 +99,7 @@ impl<'a> Pump<'a> {
             Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
             Some(Ok(Message::Close(frame))) => Err(self.leave(frame)),
             Some(Err(error)) => Err(end_of(&error)),
-            Some(Ok(_)) => Err(End::Refused(Refusal::BadMessage)),
+            Some(Ok(_)) => Err(End::Violated(Violation::Text)),
             None => Err(End::Gone),
         }
     }
@@ -117,7 +117,8 @@ impl<'a> Pump<'a> {
             Ok(ClientMessage::View { size }) => self.pass_on(FromSession::View { size }),
             Ok(ClientMessage::Kick { seat }) => self.pass_on(FromSession::Kick { seat }),
             Ok(ClientMessage::CloseRoom) => self.pass_on(FromSession::CloseRoom),
-            Ok(ClientMessage::Hello { .. }) | Err(_) => Err(End::Refused(Refusal::BadMessage)),
+            Ok(ClientMessage::Hello { .. }) => Err(End::Violated(Violation::Order)),
+            Err(_) => Err(End::Violated(Violation::Content)),
         }
     }
 

@@ -30,11 +30,11 @@ pub async fn play(
 ) {
     let mut socket = accept(stream, read).await;
     let end = serve(&mut socket, code, address, state).await;
-    match end {
-        End::Refused(refusal) => {
+    match end.refusal() {
+        Some((refusal, _)) => {
             state.refused(reason(refusal), address, format_args!("a session in room {code:?}"));
         }
-        End::Gone => debug!(room = %code, %address, "socket closed by the peer"),
+        None => debug!(room = %code, %address, "socket closed by the peer"),
     }
     // A peer that does not read its last messages does not get them.
     let _ = timeout(limits::CLOSE_WAIT, close(socket, end)).await;

@@ -3,6 +3,7 @@
 
 mod bad_clients;
 mod client;
+mod close_codes;
 #[cfg(unix)]
 mod ending;
 mod examples;
