@@ -7,4 +7,5 @@ pub mod metrics;
 pub mod port;
 pub mod process;
 pub mod refusal_log;
+pub mod spare;
 pub mod supervisor;

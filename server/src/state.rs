@@ -13,6 +13,7 @@ use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
+use crate::ops::spare::SpareDescriptors;
 use crate::replays::{Recording, ReplayStore};
 use std::fmt::Display;
 use std::net::IpAddr;
@@ -42,6 +43,8 @@ pub struct ServerState {
     pub sessions: Arc<ConnectionLimits>,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
+    /// Descriptors for operators.
+    pub spare: SpareDescriptors,
 }
 
 impl ServerState {
@@ -84,6 +87,7 @@ impl ServerState {
             responses: ConnectionLimits::new(in_all, limits::ADDRESS_RESPONSES_MAX),
             sessions: ConnectionLimits::new(in_all, address_max),
             refusal_log: RefusalLog::default(),
+            spare: SpareDescriptors::default(),
             drain: Notify::new(),
         }
     }

@@ -46,7 +46,7 @@ pub async fn accept(
         AddressRateLimiter::new(limits::CONNECTS_PER_SECOND_MAX, state.connections.address_max());
     let mut is_failing = false;
     loop {
-        let (stream, peer) = match listener.accept().await {
+        let (stream, peer) = match state.spare.accept_player(listener).await {
             Ok(accepted) => accepted,
             Err(error) => {
                 state.host.metrics.refused("cannot_accept");

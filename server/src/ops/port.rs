@@ -19,7 +19,7 @@ use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpListener;
 use tokio::time::{sleep, timeout};
 use tracing::{debug, warn};
 
@@ -30,7 +30,8 @@ pub async fn serve(listener: TcpListener, state: Arc<ServerState>) {
     let connections =
         ConnectionLimits::new(limits::OPS_CONNECTIONS_MAX, limits::OPS_CONNECTIONS_MAX);
     loop {
-        let (stream, peer) = match listener.accept().await {
+        state.spare.refill();
+        let (stream, peer) = match state.spare.accept(&listener).await {
             Ok(accepted) => accepted,
             Err(error) => {
                 warn!(%error, "cannot accept on the operators' port");
@@ -40,23 +41,23 @@ pub async fn serve(listener: TcpListener, state: Arc<ServerState>) {
         };
         let Some(permit) = connections.admit_one_of_all(peer.ip()) else {
             state.refused("ops_busy", peer.ip(), "a connection");
+            state.spare.take_back(stream);
             continue;
         };
         let state = Arc::clone(&state);
         tokio::spawn(async move {
-            let served = timeout(limits::OPS_CONNECTION_MAX, speak(stream, &state)).await;
+            let service =
+                service_fn(async |request| Ok::<_, Infallible>(answer(&request, &state).await));
+            let connection = builder(&state).serve_connection(TokioIo::new(stream), service);
+            let mut connection = Box::pin(connection);
+            let served = timeout(limits::OPS_CONNECTION_MAX, connection.as_mut()).await;
+            state.spare.take_back(connection);
             if let Ok(Err(error)) = served {
                 debug!(%error, "connection to the operators' port ended");
             }
             drop(permit);
         });
     }
-}
-
-async fn speak(stream: TcpStream, state: &ServerState) -> hyper::Result<()> {
-    let service =
-        service_fn(|request| async move { Ok::<_, Infallible>(answer(&request, state).await) });
-    builder(state).serve_connection(TokioIo::new(stream), service).await
 }
 
 async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {

@@ -3,6 +3,7 @@
 
 use super::refusals;
 use crate::client::Client;
+use crate::http::get;
 use crate::process::Process;
 use crate::server::{count, until_count};
 use std::path::Path;
@@ -56,6 +57,48 @@ async fn with_few_descriptors_fewer_connections_are_taken_and_operators_keep_the
     process.signal("TERM");
     assert_eq!(process.exit_status().await, Some(0));
     std::fs::remove_file(&log).expect("the log");
+}
+
+/// Sets the limit of a process to the lowest number that no descriptor has: it gets no further ones.
+#[cfg(target_os = "linux")]
+fn take_all_descriptors(process: &Process) {
+    use rustix::process::{Pid, Resource, Rlimit, prlimit};
+    let id = process.child.id();
+    let open = std::fs::read_dir(format!("/proc/{id}/fd")).expect("a living process");
+    let name = |entry: std::io::Result<std::fs::DirEntry>| {
+        entry.ok()?.file_name().to_str()?.parse::<u64>().ok()
+    };
+    let open: std::collections::BTreeSet<u64> = open.filter_map(name).collect();
+    let free = (0..).find(|number| !open.contains(number));
+    let limit = Rlimit { current: free, maximum: Some(DESCRIPTORS.into()) };
+    let id = Pid::from_raw(id.try_into().expect("a process id"));
+    prlimit(id, Resource::Nofile, limit).expect("a lower limit");
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn operators_are_answered_when_no_descriptor_is_left() {
+    let serve = || Process::serve_with_descriptors("-n", DESCRIPTORS, Stdio::null());
+    let process = tokio::task::spawn_blocking(serve).await.expect("a server");
+    let mut ann = Client::join(process.address, "arena", "Ann").await;
+    until_count(process.ops, "jostle_joins_total{how=\"new\"}", 1).await;
+    take_all_descriptors(&process);
+    let mut waiting = Vec::new();
+    for _ in 0..8 {
+        waiting.push(TcpStream::connect(process.address).await.expect("a place in the queue"));
+    }
+    // The first of these are answered over descriptors that just became free, the others over those in reserve.
+    until_count(process.ops, &refusals("cannot_accept"), 4).await;
+    for path in ["/healthz", "/readyz", "/metrics", "/healthz"] {
+        assert_eq!(get(process.ops, path).await.status, 200, "{path}");
+    }
+    // Two at a time, of which one says nothing.
+    let held = TcpStream::connect(process.ops).await.expect("a connection");
+    assert_eq!(get(process.ops, "/readyz").await.status, 200);
+    drop(held);
+    ann.keeps_playing().await;
+    process.signal("TERM");
+    assert_eq!(process.exit_status().await, Some(0));
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
