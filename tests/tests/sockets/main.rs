@@ -15,6 +15,7 @@ mod log;
 mod networks;
 mod ops;
 mod play;
+mod power;
 mod process;
 mod replays;
 mod restarts;

@@ -1,0 +1,116 @@
+//! A power cut: the files of rooms end within what was not synced with the disk.
+#![cfg(unix)]
+
+use jostle_server::limits::STATE_SYNC_EVERY;
+use jostle_sim::{Rng, TICKS_PER_SECOND};
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Time between two looks at the files.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+/// Time between two blocks of ticks in the file of a room, at most, unless the machine is busy.
+const BLOCK: Duration = Duration::from_millis(600);
+
+/// Lengths of the files of rooms by path and inode: a file that takes the place of another is another one. Each length
+/// with the moment since which the file may have had it: that of the look before.
+type Lengths = BTreeMap<(PathBuf, u64), Vec<(Instant, u64)>>;
+
+/// Watches the files of rooms grow.
+pub struct Watch {
+    rooms: PathBuf,
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Lengths>,
+}
+
+/// The growth of the files.
+pub struct Growth {
+    rooms: PathBuf,
+    lengths: Lengths,
+}
+
+impl Watch {
+    /// Begins to watch those of a state directory.
+    pub fn start(state: &Path) -> Watch {
+        let (rooms, stop) = (state.join("rooms"), Arc::new(AtomicBool::new(false)));
+        let (watched, ended) = (rooms.clone(), Arc::clone(&stop));
+        let thread = std::thread::spawn(move || {
+            let mut lengths = Lengths::new();
+            let mut looked = Instant::now();
+            while !ended.load(Ordering::Relaxed) {
+                let before = std::mem::replace(&mut looked, Instant::now());
+                for (path, inode, length) in files(&watched) {
+                    let seen = lengths.entry((path, inode)).or_default();
+                    if seen.last().is_none_or(|&(_, known)| known != length) {
+                        seen.push((before, length));
+                    }
+                }
+                std::thread::sleep(LOOK_EVERY);
+            }
+            lengths
+        });
+        Watch { rooms, stop, thread }
+    }
+
+    /// Ends it.
+    pub fn end(self) -> Growth {
+        self.stop.store(true, Ordering::Relaxed);
+        let lengths = self.thread.join().expect("a watch that ends well");
+        Growth { rooms: self.rooms, lengths }
+    }
+}
+
+impl Growth {
+    /// Truncates each file at a random byte of those that the disk may not have had at that moment: what was written
+    /// since the last sync. A file was synced before it got its name. Returns by how many ticks the machine was
+    /// late to write the file that it wrote latest, beyond what an idle one is.
+    pub fn cut_power(&self, killed: Instant, rng: &mut Rng) -> u32 {
+        let mut late = 0;
+        for (path, inode, length) in files(&self.rooms) {
+            let Some(seen) = self.lengths.get(&(path.clone(), inode)) else { continue };
+            let synced = synced(seen, killed);
+            let kept = synced
+                + u64::from(rng.below(u32::try_from(length - synced).expect("a short tail") + 1));
+            let file = File::options().write(true).open(&path).expect("a file");
+            file.set_len(kept).expect("a shorter file");
+            println!("{}: {synced} bytes synced, {kept} of {length} kept", path.display());
+            late = late.max(lateness(seen, killed));
+        }
+        late
+    }
+}
+
+/// Length of the file at the last sync before the power went, if that was as long ago as it may be.
+fn synced(seen: &[(Instant, u64)], killed: Instant) -> u64 {
+    let synced_at =
+        killed.checked_sub(STATE_SYNC_EVERY).expect("a machine that is up for a second");
+    let after = seen.partition_point(|&(at, _)| at <= synced_at);
+    seen[after.saturating_sub(1)].1
+}
+
+/// Ticks by which the last growths before a moment came late.
+fn lateness(seen: &[(Instant, u64)], killed: Instant) -> u32 {
+    let last = seen.iter().rev().take(3).map(|&(at, _)| at);
+    let moments: Vec<Instant> = std::iter::once(killed).chain(last).collect();
+    let longest = moments.windows(2).map(|pair| pair[0].saturating_duration_since(pair[1])).max();
+    let late = longest.unwrap_or_default().saturating_sub(BLOCK);
+    (late.as_secs_f64() * f64::from(TICKS_PER_SECOND)).ceil() as u32
+}
+
+/// The files of rooms, with inode and length.
+fn files(rooms: &Path) -> Vec<(PathBuf, u64, u64)> {
+    let entries = fs::read_dir(rooms).expect("a directory").flatten();
+    let rooms = entries.map(|entry| entry.path());
+    let rooms = rooms.filter(|path| path.extension().is_some_and(|ending| ending == "jostle"));
+    // A file may be replaced meanwhile.
+    let file = |path: PathBuf| {
+        let data = fs::metadata(&path).ok()?;
+        Some((path, data.ino(), data.len()))
+    };
+    rooms.filter_map(file).collect()
+}
