@@ -50,6 +50,10 @@ restitution = 1
 friction = 0
 "#;
 
+/// Four seats, and something to do.
+pub const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ntools = [\"steer\"]\n\
+    groups = [\"hero\"]\n[limits]\nplayers = 4\n[hero]\nspawns = [[20, 15]]\n";
+
 /// Room for more players than any test has, and nothing else.
 pub const CROWD: &str = r#"title = "Crowd"
 size = [800, 100]

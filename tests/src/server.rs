@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
@@ -28,6 +28,11 @@ pub const PATIENT: Waits = Waits {
     drain_max: LONG,
     ..Waits::USUAL
 };
+
+/// The proxy of a server on a machine that fails on demand, on Linux.
+pub const PROXY: Ipv4Addr = Ipv4Addr::new(127, 9, 0, 1);
+/// The operators' token there.
+pub const OPS_TOKEN: &str = "correct-horse-battery";
 
 /// A short wait for a test: it can be sat out, and a client that means well is in time on a slow machine too.
 pub const BRIEF: Duration = Duration::from_secs(5);

@@ -8,13 +8,15 @@ use anyhow::{Context, bail};
 use jostle_game::Scene;
 use jostle_server::limits::Waits;
 use jostle_server::net::assets;
+use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
 use jostle_server::replays::Settings;
 use jostle_server::{Config, run_with_ops};
-use jostle_tests::scenes::{CROWD, RESTLESS};
-use jostle_tests::server::PATIENT;
+use jostle_tests::scenes::{CROWD, RESTLESS, SMALL};
+use jostle_tests::server::{OPS_TOKEN, PATIENT, PROXY};
 use std::fs::File;
 use std::io::{self, Write};
+use std::net::IpAddr;
 use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicI64, AtomicU8, Ordering};
@@ -117,9 +119,12 @@ fn config(dir: PathBuf) -> anyhow::Result<Config> {
         replays: Some(replays),
         // All faults come from a few local addresses.
         address_sessions_max: 8192,
+        trusted_proxies: vec![IpAddr::from(PROXY).into()],
+        hosts: Hosts::Listed(vec!["localhost.example.org".to_owned()]),
+        ops_token: Some(OPS_TOKEN.to_owned()),
         ..Config::default()
     };
-    for (name, source) in [("restless", RESTLESS), ("crowd", CROWD)] {
+    for (name, source) in [("restless", RESTLESS), ("crowd", CROWD), ("small", SMALL)] {
         config.scenes.push(Scene::parse(&format!("{name}.toml"), source)?);
     }
     // Its first particle refers to a recipe that does not exist, as a bug in a game might.

@@ -45,7 +45,7 @@ pub async fn raw_over(stream: impl AsyncRead + AsyncWrite + Unpin, request: &str
 }
 
 /// The same; `None` if the connection is closed instead.
-async fn exchange(
+pub async fn exchange(
     mut stream: impl AsyncRead + AsyncWrite + Unpin,
     request: &str,
 ) -> Option<Answer> {

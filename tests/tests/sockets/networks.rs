@@ -9,6 +9,7 @@ use jostle_protocol::{Refusal, ServerMessage, VERSION};
 use jostle_server::Config;
 use jostle_server::limits::{ADDRESS_REPLAY_READERS_MAX, ADDRESS_ROOMS_MAX, REQUESTS_BURST_MAX};
 use jostle_server::net::http::host::Hosts;
+use jostle_tests::scenes::SMALL;
 use jostle_tests::server::patient;
 use std::fs;
 use std::net::SocketAddr;
@@ -186,10 +187,6 @@ async fn a_crowd_of_one_network_leaves_room_for_newcomers() {
     server.counts("jostle_refusals_total{reason=\"gave_way\"}", 1).await;
     drop(ann);
 }
-
-/// Four seats, and something to do.
-const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ntools = [\"steer\"]\n\
-    groups = [\"hero\"]\n[limits]\nplayers = 4\n[hero]\nspawns = [[20, 15]]\n";
 
 /// A client with this local address.
 #[cfg(target_os = "linux")]

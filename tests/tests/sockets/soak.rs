@@ -9,6 +9,7 @@ mod crowds;
 pub mod host;
 mod links;
 mod machine;
+mod networks;
 mod stage;
 
 use crate::client::{Client, LONG};
@@ -33,9 +34,14 @@ const SECONDS: u64 = 15;
 /// Snapshots that a player receives before the faults of the machine, and after them.
 const SNAPSHOTS: usize = 600;
 /// Rows of faults that peers cause, over and over. Row 11 comes with row 10.
-const PEERS: [u32; 20] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 13, 14, 15, 16, 17, 18, 19, 20, 23];
+const PEERS: [&str; 20] = [
+    "1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "12", "13", "14", "15", "16", "17", "18",
+    "19", "20", "23",
+];
+/// The same of networks, where the machine has enough addresses.
+const NETWORKS: [&str; 5] = ["4a", "21f", "21h", "21i", "21l"];
 /// Refusals that only their faults cause.
-const EXACT: [&str; 9] = [
+const EXACT: [&str; 12] = [
     "version",
     "bad_message",
     "flood",
@@ -45,47 +51,63 @@ const EXACT: [&str; 9] = [
     "slow_request",
     "bad_token",
     "room_failed",
+    "bad_host",
+    "no_room_created",
+    "unreadable_forwarded_for",
 ];
 
-async fn fault(row: u32, stage: &Stage) {
+async fn fault(row: &str, stage: &Stage) {
     match row {
-        1 => links::killed_inside_a_frame(stage).await,
-        2 => links::half_open(stage).await,
-        3 => links::stops_reading(stage).await,
-        4 => links::reads_byte_by_byte(stage).await,
-        5 => bytes::slow_handshakes(stage).await,
-        6 => bytes::segments_of_a_byte(stage).await,
-        7 => links::far_link(stage).await,
-        8 => links::background_tab(stage).await,
-        9 => bytes::endless_head(stage).await,
-        10 => bytes::broken_frames(stage).await,
-        12 => bytes::fragments(stage).await,
-        13 => bytes::flood(stage).await,
-        14 => bytes::another_version(stage).await,
-        15 => bytes::foreign_page(stage).await,
-        16 => bytes::invalid_pointers(stage).await,
-        17 => bytes::inputs_from_other_times(stage).await,
-        18 => bytes::jumping_clock(stage).await,
-        19 => links::invalid_tokens(stage).await,
-        20 => links::two_sockets_with_one_token(stage).await,
-        23 => crowds::operators(stage).await,
+        "1" => links::killed_inside_a_frame(stage).await,
+        "2" => links::half_open(stage).await,
+        "3" => links::stops_reading(stage).await,
+        "4" => links::reads_byte_by_byte(stage).await,
+        "5" => bytes::slow_handshakes(stage).await,
+        "6" => bytes::segments_of_a_byte(stage).await,
+        "7" => links::far_link(stage).await,
+        "8" => links::background_tab(stage).await,
+        "9" => bytes::endless_head(stage).await,
+        "10" => bytes::broken_frames(stage).await,
+        "12" => bytes::fragments(stage).await,
+        "13" => bytes::flood(stage).await,
+        "14" => bytes::another_version(stage).await,
+        "15" => bytes::foreign_page(stage).await,
+        "16" => bytes::invalid_pointers(stage).await,
+        "17" => bytes::inputs_from_other_times(stage).await,
+        "18" => bytes::jumping_clock(stage).await,
+        "19" => links::invalid_tokens(stage).await,
+        "20" => links::two_sockets_with_one_token(stage).await,
+        "23" => crowds::operators(stage).await,
+        "4a" => networks::slow_downloads(stage).await,
+        "21f" => networks::idle_crowd(stage).await,
+        "21h" => networks::forged_clients(stage).await,
+        "21i" => networks::foreign_hosts(stage).await,
+        "21l" => networks::look_alikes(stage).await,
         _ => unreachable!("row {row} is none of peers"),
     }
 }
 
+/// All rows of faults that peers cause.
+fn rows() -> impl Iterator<Item = &'static str> {
+    let networks = if cfg!(target_os = "linux") { &NETWORKS[..] } else { &[] };
+    PEERS.into_iter().chain(networks.iter().copied())
+}
+
 /// Causes one fault again and again until it is stopped; returns how often.
-async fn repeat(row: u32, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
+async fn repeat(row: &str, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
     let mut rounds = 0;
+    let number = row.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let number: u64 = number.parse().expect("a number");
     while !stop.load(Ordering::Relaxed) {
         // A background tab is away for longer than the machine's faults can wait.
         let quiet = match row {
-            8 => None,
+            "8" => None,
             _ => Some(stage.machine.read().await),
         };
         fault(row, &stage).await;
         drop(quiet);
         rounds += 1;
-        sleep(Duration::from_millis(u64::from(row * 37 % 200))).await;
+        sleep(Duration::from_millis(number * 37 % 200)).await;
     }
     rounds
 }
@@ -148,7 +170,7 @@ fn soak_seconds() -> u64 {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
+async fn faults_change_no_game_except_by_accepted_inputs() {
     let dir = Dir::new("soak");
     let seconds = Duration::from_secs(soak_seconds());
     let mut host = Host::start(dir.path());
@@ -159,10 +181,14 @@ async fn thirty_faults_change_no_game_except_by_accepted_inputs() {
     let players = [ann, bob].map(|player| tokio::spawn(play_to_the_end(player, received.clone())));
 
     let stop = Arc::new(AtomicBool::new(false));
-    let peers =
-        PEERS.map(|row| (row, tokio::spawn(repeat(row, Arc::clone(&stage), Arc::clone(&stop)))));
+    let repeated = |row| tokio::spawn(repeat(row, Arc::clone(&stage), Arc::clone(&stop)));
+    let peers: Vec<_> = rows().map(|row| (row, repeated(row))).collect();
     let started = Instant::now();
     crowds::crowd(&stage).await;
+    if cfg!(target_os = "linux") {
+        networks::many_networks(&stage).await;
+        networks::banned_flood(&stage).await;
+    }
     sleep(seconds.saturating_sub(started.elapsed())).await;
     plays_on(&mut receives).await;
     let failed_tick = {
