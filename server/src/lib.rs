@@ -24,6 +24,7 @@ pub use state::ServerState;
 
 use durable::StateWriter;
 use net::listen::accept;
+use net::socket_threads::SocketThreads;
 use ops::bans::Bans;
 use ops::supervisor::{self, Sign};
 use replays::Recording;
@@ -73,17 +74,15 @@ pub async fn run_with_ops(
     (supervisor.tell)(Sign::Ready);
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
-    let host = Arc::clone(&state.host);
-    let wakeups = tokio::spawn(async move { host.wakeups.deliver().await });
+    let threads = SocketThreads::start(&state.host.wakeups)?;
     tokio::select! {
-        () = accept(&listener, &state, &alive) => {}
+        () = accept(&listener, &threads, &state, &alive) => {}
         () = shutdown => {}
         () = state.drain.notified() => {}
     }
     drop((listener, alive));
     (supervisor.tell)(Sign::Stopping);
     drain(&state, &phase, all_gone).await;
-    wakeups.abort();
     [ops, watch, certificates].into_iter().flatten().for_each(|task| task.abort());
     info!("closed");
     Ok(())

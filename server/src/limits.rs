@@ -19,9 +19,17 @@ use std::time::Duration;
 /// TCP connections at a time; one more is closed at once.
 pub const CONNECTIONS_MAX: usize = 4096;
 /// Descriptors beside those of connections: two files for each room, replays that are being read, the operators'
-/// port, the log, and what the runtime has.
-pub const DESCRIPTORS_SPARE: usize =
-    2 * (ROOMS_MAX + SCENES_MAX) + REPLAY_READERS_MAX + OPS_CONNECTIONS_MAX + 48;
+/// port, the log, what the runtime has, and each thread of sockets.
+pub const DESCRIPTORS_SPARE: usize = 2 * (ROOMS_MAX + SCENES_MAX)
+    + REPLAY_READERS_MAX
+    + OPS_CONNECTIONS_MAX
+    + 48
+    + 3 * SOCKET_THREADS_MAX;
+/// Threads that serve sockets. Each can carry some 800 players.
+pub const SOCKET_THREADS_MAX: usize = 16;
+/// Time for which a thread of sockets that has nothing to do waits before it sleeps until the next event. Snapshots and
+/// pongs may be late by this.
+pub const SOCKETS_GATHER: Duration = Duration::from_micros(500);
 /// TCP connections of one address at a time (IPv6: of one /64); a /56 may hold twice as many, a /48 four times,
 /// and a /24 of IPv4 twice ([`networks::shares`]). A school behind one address loads
 /// the page over some six connections a browser, and plays over one.

@@ -8,5 +8,6 @@ pub mod maybe_tls_stream;
 pub mod pongs;
 pub mod pump;
 pub mod session;
+pub mod socket_threads;
 pub mod tls;
 pub mod validity;

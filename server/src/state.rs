@@ -6,7 +6,6 @@ use crate::host::phase::Phase;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
-use crate::host::wakeups::Wakeups;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
@@ -17,7 +16,9 @@ use crate::ops::spare::SpareDescriptors;
 use crate::replays::{Recording, ReplayStore};
 use std::fmt::Display;
 use std::net::IpAddr;
+use std::num::NonZero;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::available_parallelism;
 use std::time::Instant;
 use tokio::sync::{Notify, watch};
 
@@ -64,12 +65,14 @@ impl ServerState {
             Some(writer) => TokenSigner::new(writer.dir().key()),
             None => TokenSigner::with_random_key(),
         };
+        let threads = available_parallelism().map_or(1, NonZero::get);
+        let threads = threads.min(limits::SOCKET_THREADS_MAX);
         let host = Arc::new(Host {
             waits: config.waits,
             phase,
             recording,
             state_writer,
-            wakeups: Wakeups::default(),
+            wakeups: (0..threads).map(|_| Arc::default()).collect(),
             metrics: Arc::new(Metrics::default()),
             signer,
             open: Mutex::default(),

@@ -5,12 +5,13 @@
 //! keyframe gets a keyframe instead. Where all see the whole world, the subscribers of a rate share the bytes
 //! of everything but such keyframes.
 
+use crate::host::wakeups::Wakeups;
 use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
 use bytes::Bytes;
 use futures_util::task::AtomicWaker;
 use jostle_protocol::Refusal;
 use std::collections::VecDeque;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
 
 /// Snapshots that may wait whatever their size: fewer are no sign of a slow reader.
@@ -22,6 +23,7 @@ pub struct Outbox {
     state: Mutex<State>,
     /// Wakes the session.
     waker: AtomicWaker,
+    wakeups: Arc<Wakeups>,
 }
 
 /// That which comes next for a socket.
@@ -57,7 +59,7 @@ impl Outbox {
         fits
     }
 
-    /// Queues the next snapshot and returns 0; [`Outbox::wake`] is the caller's to call. If the peer is so far behind that it needs a keyframe, drops this
+    /// Queues the next snapshot and returns 0; [`Outbox::wake_soon`] is the caller's to call. If the peer is so far behind that it needs a keyframe, drops this
     /// snapshot and all that wait, and returns their number.
     pub fn snapshot(&self, bytes: &Bytes) -> usize {
         let mut state = self.lock();
@@ -77,7 +79,7 @@ impl Outbox {
         0
     }
 
-    /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped; [`Outbox::wake`] is the
+    /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped; [`Outbox::wake_soon`] is the
     /// caller's to call.
     pub fn keyframe(&self, bytes: Bytes) -> usize {
         let mut state = self.lock();
@@ -88,9 +90,15 @@ impl Outbox {
         dropped
     }
 
-    /// Wakes the session to take what was queued.
-    pub fn wake(&self) {
-        self.waker.wake();
+    /// An outbox of a session on the thread with these wakeups.
+    pub fn of_thread(wakeups: Arc<Wakeups>) -> Outbox {
+        Outbox { wakeups, ..Outbox::default() }
+    }
+
+    /// Has the session woken, to take what was queued, once its thread's wakeups are requested.
+    pub fn wake_soon(&self) {
+        // Without a waker the session is at work, or has been woken, and will look.
+        self.waker.take().into_iter().for_each(|waker| self.wakeups.add(waker));
     }
 
     /// Returns whether the socket has taken all snapshots.

@@ -144,8 +144,8 @@ pub struct Host {
     pub recording: Option<Arc<Recording>>,
     /// The writer of the rooms' state, if rooms outlive the process.
     pub state_writer: Option<Arc<StateWriter>>,
-    /// Wakes the sessions whose outboxes rooms have filled.
-    pub wakeups: Wakeups,
+    /// Wake the sessions whose outboxes rooms have filled; one for each thread that serves sockets.
+    pub wakeups: Vec<Arc<Wakeups>>,
     /// The server's metrics.
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.

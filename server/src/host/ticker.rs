@@ -6,7 +6,6 @@ use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
 use crate::host::member::Member;
 use crate::host::names;
-use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
@@ -53,8 +52,6 @@ pub struct Ticker {
     saved: Option<SavedRoom>,
     /// Players with a socket.
     members: Vec<Member>,
-    /// Outboxes filled in this tick; kept for its memory.
-    filled: Vec<Arc<Outbox>>,
     admission: Admission,
     /// Whether the host or an operator closed the room.
     closed: bool,
@@ -83,7 +80,6 @@ impl Ticker {
             seed,
             saved: None,
             members,
-            filled: Vec::new(),
             admission,
             closed: false,
             abandoned: false,
@@ -426,13 +422,12 @@ impl Ticker {
     fn feed(&mut self, room: &mut Room) {
         let silent_ticks_max =
             (self.host.waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
-        let metrics = &self.host.metrics;
-        let fed = self.members.iter_mut().filter_map(|member| {
-            let queued = member.feed(room, silent_ticks_max, metrics);
-            queued.then(|| Arc::clone(&member.outbox))
-        });
-        self.filled.extend(fed);
-        self.host.wakeups.request(&mut self.filled);
+        for member in &mut self.members {
+            if member.feed(room, silent_ticks_max, &self.host.metrics) {
+                member.outbox.wake_soon();
+            }
+        }
+        self.host.wakeups.iter().for_each(|wakeups| wakeups.request());
     }
 
     /// Updates the room's public state.

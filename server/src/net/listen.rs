@@ -1,6 +1,7 @@
 //! The players' port: accepts connections, secures them and speaks HTTP until an upgrade.
 
 use crate::host::phase::Phase;
+use crate::host::wakeups::Wakeups;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::Permit;
@@ -8,7 +9,8 @@ use crate::net::http::{self, Upgrade};
 use crate::net::maybe_tls_stream::{
     MaybeTlsStream, Socket, lift_write_timeout, with_write_timeout,
 };
-use crate::net::session;
+use crate::net::session::{self, Caller};
+use crate::net::socket_threads::SocketThreads;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::service::service_fn;
@@ -39,6 +41,7 @@ const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 5\r\n\
 /// Accepts connections until the caller drops the future. Each connection holds a clone of `alive`.
 pub async fn accept(
     listener: &TcpListener,
+    threads: &SocketThreads,
     state: &Arc<ServerState>,
     alive: &mpsc::Sender<Infallible>,
 ) {
@@ -79,9 +82,11 @@ pub async fn accept(
             permit.keep();
         }
         let (state, alive, permit) = (Arc::clone(state), alive.clone(), Arc::new(permit));
-        tokio::spawn(async move {
+        // So that it can be watched by the thread that serves it.
+        let Ok(stream) = stream.into_std() else { continue };
+        threads.spawn(|wakeups| async move {
             tokio::select! {
-                () = serve(stream, peer, &permit, &state) => {}
+                () = serve(stream, peer, &permit, wakeups, &state) => {}
                 () = permit.gives_way() => {
                     state.refused("idle_connection", peer.ip(), "an idle connection");
                 }
@@ -107,18 +112,22 @@ fn turn_back(
     }
 }
 
-/// Serves one connection: HTTP first, then perhaps a session on the same socket.
+/// Serves one connection: HTTP first, then perhaps a session on the same socket, which is woken by its thread's wakeups.
 async fn serve(
-    stream: TcpStream,
+    stream: std::net::TcpStream,
     peer: SocketAddr,
     permit: &Arc<Permit>,
+    wakeups: Arc<Wakeups>,
     state: &Arc<ServerState>,
 ) {
     permit.set_idle(true);
-    if let Err(error) = tune(&stream) {
-        debug!(address = %peer.ip(), %error, "socket lost before it was served");
-        return;
-    }
+    let stream = match tune(&stream).and_then(|()| TcpStream::from_std(stream)) {
+        Ok(stream) => stream,
+        Err(error) => {
+            debug!(address = %peer.ip(), %error, "socket lost before it was served");
+            return;
+        }
+    };
     let stream = with_write_timeout(stream, state.config.waits.http_stall);
     let Some(stream) = secured(stream, peer.ip(), state).await else {
         return;
@@ -137,11 +146,12 @@ async fn serve(
     let (mut stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
     // From here on the session itself limits how long a message may take.
     lift_write_timeout(&mut stream);
-    session::play(stream, read, &upgrade.code, upgrade.address, state).await;
+    let caller = Caller { code: upgrade.code, address: upgrade.address, wakeups };
+    session::play(stream, read, caller, state).await;
 }
 
 /// Small messages go out at once, and little of what a keyframe would replace is buffered.
-fn tune(stream: &TcpStream) -> io::Result<()> {
+fn tune(stream: &std::net::TcpStream) -> io::Result<()> {
     stream.set_nodelay(true)?;
     socket2::SockRef::from(stream).set_send_buffer_size(limits::SEND_BUFFER_BYTES)
 }

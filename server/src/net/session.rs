@@ -5,6 +5,7 @@
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::room_handle::Join;
+use crate::host::wakeups::Wakeups;
 use crate::limits;
 use crate::net::game_socket::{End, Hello, Socket, accept, close, receive_hello};
 use crate::net::maybe_tls_stream::MaybeTlsStream;
@@ -20,16 +21,21 @@ use tokio::sync::watch;
 use tokio::time::timeout;
 use tracing::debug;
 
+/// A peer that asked for a session.
+pub struct Caller {
+    /// The code of the room.
+    pub code: String,
+    /// Address that it counts for.
+    pub address: IpAddr,
+    /// The wakeups of its thread.
+    pub wakeups: Arc<Wakeups>,
+}
+
 /// Runs one session on an upgraded connection; `read` holds bytes that came with the upgrade.
-pub async fn play(
-    stream: MaybeTlsStream,
-    read: Vec<u8>,
-    code: &str,
-    address: IpAddr,
-    state: &ServerState,
-) {
+pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: &ServerState) {
     let mut socket = accept(stream, read).await;
-    let end = serve(&mut socket, code, address, state).await;
+    let end = serve(&mut socket, &caller, state).await;
+    let Caller { code, address, .. } = caller;
     match end.refusal() {
         Some((refusal, _)) => {
             state.refused(reason(refusal), address, format_args!("a session in room {code:?}"));
@@ -40,14 +46,15 @@ pub async fn play(
     let _ = timeout(limits::CLOSE_WAIT, close(socket, end)).await;
 }
 
-async fn serve(socket: &mut Socket, code: &str, address: IpAddr, state: &ServerState) -> End {
+async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End {
+    let address = caller.address;
     let Some(_permit) = state.sessions.admit(address) else {
         return End::Refused(Refusal::TooManySockets);
     };
     if *state.host.phase.borrow() != Phase::Running {
         return End::Refused(Refusal::Closing);
     }
-    if !state.rooms.knows(code) {
+    if !state.rooms.knows(&caller.code) {
         return End::Refused(Refusal::NoSuchRoom);
     }
     let mut phase = state.host.phase.clone();
@@ -64,7 +71,7 @@ async fn serve(socket: &mut Socket, code: &str, address: IpAddr, state: &ServerS
     if state.bans.is_banned(address) {
         return End::Refused(Refusal::Kicked);
     }
-    let seated = match seat(hello, code, address, state) {
+    let seated = match seat(hello, caller, state) {
         Ok(seated) => seated,
         Err(refusal) => return End::Refused(refusal),
     };
@@ -77,22 +84,22 @@ async fn serve(socket: &mut Socket, code: &str, address: IpAddr, state: &ServerS
 }
 
 /// Asks a room to seat the player.
-fn seat(hello: Hello, code: &str, address: IpAddr, state: &ServerState) -> Result<Seated, Refusal> {
+fn seat(hello: Hello, caller: &Caller, state: &ServerState) -> Result<Seated, Refusal> {
     let verified = |token: Token| state.host.signer.seat_claim(&token).ok_or(Refusal::BadToken);
     let claim = hello.token.map(verified).transpose()?;
     // A wrong key does not make its holder the host, and is no reason for a refusal.
     let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
     let (sender, receiver) = sync_channel(limits::INBOX_MAX);
-    let outbox = Arc::new(Outbox::default());
+    let outbox = Arc::new(Outbox::of_thread(Arc::clone(&caller.wakeups)));
     let join = Join {
         appearance: hello.appearance,
         claim,
         hosted,
-        address,
+        address: caller.address,
         inbox: receiver,
         outbox: Arc::clone(&outbox),
     };
-    let info = state.rooms.join(code, join)?;
+    let info = state.rooms.join(&caller.code, join)?;
     Ok(Seated { info, inbox: sender, outbox, waits: state.config.waits })
 }
 

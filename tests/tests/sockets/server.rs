@@ -83,7 +83,7 @@ impl Server {
 pub async fn count(ops: SocketAddr, series: &str) -> u64 {
     let text = String::from_utf8(get_at_last(ops, "/metrics").await.body).expect("text");
     let mut lines = text.lines().filter_map(|line| line.strip_prefix(series)?.strip_prefix(' '));
-    lines.next().map_or(0, |value| value.parse().expect("a whole number"))
+    lines.next().map_or(0, |value| value.parse::<f64>().expect("a number") as u64)
 }
 
 /// Waits until a counter has reached a value: rooms update their counters with the next tick.

@@ -3,7 +3,6 @@ use crate::host::clock::SystemClock;
 use crate::host::outbox::{Next, Outbox};
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
-use crate::host::wakeups::Wakeups;
 use crate::limits::Waits;
 use bytes::Bytes;
 use jostle_game::Scene;
@@ -29,7 +28,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             phase: followed.clone(),
             recording: None,
             state_writer: None,
-            wakeups: Wakeups::default(),
+            wakeups: Vec::new(),
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),

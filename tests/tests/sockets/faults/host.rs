@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use super::refusals;
-use crate::client::Client;
+use crate::client::{Client, LONG};
 use crate::http::get;
 use crate::process::Process;
 use crate::server::{count, until_count};
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::Duration;
 use tokio::net::TcpStream;
-use tokio::time::sleep;
+use tokio::time::{sleep, timeout};
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_stalled_server_skips_the_time_and_plays_on() {
@@ -40,6 +40,8 @@ async fn with_few_descriptors_fewer_connections_are_taken_and_operators_keep_the
     let serve = || Process::serve_with_descriptors("-n", DESCRIPTORS, file.into());
     let process = tokio::task::spawn_blocking(serve).await.expect("a server");
     let mut ann = Client::join(process.address, "arena", "Ann").await;
+    let descriptors = async || count(process.ops, "process_open_fds").await;
+    let few = descriptors().await;
     let mut idle = Vec::new();
     for _ in 0..2 * DESCRIPTORS {
         idle.push(TcpStream::connect(process.address).await.expect("a place in the queue"));
@@ -51,6 +53,12 @@ async fn with_few_descriptors_fewer_connections_are_taken_and_operators_keep_the
     assert!(said.contains("the limit on open files") && said.contains("connections=12"), "{said}");
 
     drop(idle);
+    let freed = async {
+        while descriptors().await > few {
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(LONG, freed).await.expect("connections that are over are given up");
     let mut bob = Client::join(process.address, "arena", "Bob").await;
     bob.keeps_playing().await;
     ann.keeps_playing().await;
