@@ -1,7 +1,8 @@
 //! The host: sockets, sessions, the tickers (the only clocks) and files. It holds no game rules, and lets
 //! no client and no room delay another. A program that embeds it calls [`run`].
 //!
-//! A connection passes through [`net`]: [`net::listen`] accepts and counts it, [`net::tls`] decrypts it if
+//! A connection passes through [`net`]: [`net::listen`] accepts and counts it, one of the
+//! [`net::socket_threads`] serves it from then on, [`net::tls`] decrypts it if
 //! configured, [`net::http`] answers or upgrades it, [`net::session`] runs the game session. A session meets
 //! its room at two bounded queues: the inbox that it fills and the [`host::outbox`] that it empties.
 //! [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the rooms.
@@ -74,9 +75,9 @@ pub async fn run_with_ops(
     (supervisor.tell)(Sign::Ready);
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
-    let threads = SocketThreads::start(&state.host.wakeups)?;
+    let mut threads = SocketThreads::start(&state.host.wakeups)?;
     tokio::select! {
-        () = accept(&listener, &threads, &state, &alive) => {}
+        () = accept(&listener, &mut threads, &state, &alive) => {}
         () = shutdown => {}
         () = state.drain.notified() => {}
     }

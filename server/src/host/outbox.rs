@@ -59,8 +59,8 @@ impl Outbox {
         fits
     }
 
-    /// Queues the next snapshot and returns 0; [`Outbox::wake_soon`] is the caller's to call. If the peer is so far behind that it needs a keyframe, drops this
-    /// snapshot and all that wait, and returns their number.
+    /// Queues the next snapshot and returns 0; [`Outbox::wake_soon`] is the caller's to call. If the peer is so far
+    /// behind that it needs a keyframe, drops this snapshot and all that wait, and returns their number.
     pub fn snapshot(&self, bytes: &Bytes) -> usize {
         let mut state = self.lock();
         if state.end.is_some() {

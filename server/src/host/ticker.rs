@@ -427,6 +427,10 @@ impl Ticker {
                 member.outbox.wake_soon();
             }
         }
+        self.request_wakeups();
+    }
+
+    fn request_wakeups(&self) {
         self.host.wakeups.iter().for_each(|wakeups| wakeups.request());
     }
 
@@ -460,6 +464,8 @@ impl Ticker {
         while let Ok(join) = self.joins.try_recv() {
             join.outbox.end(refusal);
         }
+        // A room that failed while it fed its members has not requested the wakeups of those before.
+        self.request_wakeups();
     }
 }
 

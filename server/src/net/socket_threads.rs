@@ -1,18 +1,18 @@
-//! The threads that serve connections, one for each processor, up to a limit. A connection stays on its thread for life: what a session
-//! touches in each tick stays in one processor's cache, and no other thread is woken to share a moment's work.
+//! The threads that serve connections, one for each processor, up to a limit. A connection stays on its thread for life:
+//! what a session touches in each tick stays in one processor's cache, and no other thread is woken to share a
+//! moment's work.
 
 use crate::host::wakeups::Wakeups;
 use crate::limits::SOCKETS_GATHER;
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 
 /// The threads that serve a server's connections. They end with it, and with them what they still serve.
 pub struct SocketThreads {
     threads: Vec<SocketThread>,
-    next: AtomicUsize,
+    next: usize,
 }
 
 struct SocketThread {
@@ -26,16 +26,16 @@ impl SocketThreads {
     /// Starts a thread for each of these, which it wakes sessions by.
     pub fn start(wakeups: &[Arc<Wakeups>]) -> io::Result<SocketThreads> {
         let threads = wakeups.iter().map(SocketThread::start).collect::<io::Result<_>>()?;
-        Ok(SocketThreads { threads, next: AtomicUsize::new(0) })
+        Ok(SocketThreads { threads, next: 0 })
     }
 
     /// Serves a connection on the thread whose turn it is.
-    pub fn spawn<F>(&self, serve: impl FnOnce(Arc<Wakeups>) -> F)
+    pub fn spawn<F>(&mut self, serve: impl FnOnce(Arc<Wakeups>) -> F)
     where
         F: Future<Output = ()> + Send + 'static,
     {
-        let turn = self.next.fetch_add(1, Ordering::Relaxed) % self.threads.len();
-        let thread = &self.threads[turn];
+        let thread = &self.threads[self.next];
+        self.next = (self.next + 1) % self.threads.len();
         thread.runtime.spawn(serve(Arc::clone(&thread.wakeups)));
     }
 }
