@@ -10,7 +10,9 @@ use jostle_protocol::Appearance;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use std::net::IpAddr;
 use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{SyncSender, sync_channel};
+use std::task::{Wake, Waker};
 use tokio::sync::watch;
 
 /// The parts of a room around its thread.
@@ -28,7 +30,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             phase: followed.clone(),
             recording: None,
             state_writer: None,
-            wakeups: Vec::new(),
+            wakeups: vec![Arc::default()],
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
@@ -210,6 +212,29 @@ fn control_messages(outbox: &Outbox) -> Vec<ServerMessage> {
     let all = std::iter::repeat_with(|| message(outbox));
     let before = all.take_while(|bytes| !bytes.is_empty());
     before.map(|bytes| ServerMessage::decode(&bytes).expect("a message")).collect()
+}
+
+#[test]
+fn a_room_that_fails_while_it_feeds_wakes_those_fed_before() {
+    struct Woken(AtomicBool);
+    impl Wake for Woken {
+        fn wake(self: Arc<Self>) {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+    let (mut ticker, _outside) = room("fed", Duration::MAX);
+    let wakeups = Arc::clone(&ticker.host.wakeups[0]);
+    let outbox = Arc::new(Outbox::of_thread(Arc::clone(&wakeups)));
+    let woken = Arc::new(Woken(AtomicBool::new(false)));
+    outbox.register(&Waker::from(Arc::clone(&woken)));
+    let (join, _inbox, _) = join();
+    ticker.members.push(Member::new(Seat(0), false, join.inbox, Arc::clone(&outbox), 0));
+    outbox.wake_soon();
+    ticker.end_all_sessions(Refusal::RoomFailed);
+    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
+    runtime.spawn(async move { wakeups.deliver().await });
+    runtime.block_on(tokio::task::yield_now());
+    assert!(woken.0.load(Ordering::Relaxed));
 }
 
 #[test]
