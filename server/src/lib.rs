@@ -12,6 +12,7 @@
 
 pub mod config;
 pub mod durable;
+pub mod fleet;
 pub mod host;
 pub mod limits;
 pub mod net;

@@ -1,0 +1,69 @@
+//! Where rooms go: to the node with the most ticks left.
+
+use super::state::{Operation, Peer};
+use super::{Action, Directory, PlaceError, ROOM_COST};
+use crate::fleet::entry::{Entry, Key, Owner, RoomEntry, RoomFacts};
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+impl Directory {
+    /// Places a room that there is not yet. [`Directory::locate`] tells where, once it is placed.
+    pub fn place(&mut self, code: &str, room: RoomFacts) -> Result<(), PlaceError> {
+        if self.entries.contains_key(code) || self.operations.contains_key(code) {
+            return Err(PlaceError::Taken);
+        }
+        if !self.has_synced || !self.is_registered() {
+            return Err(PlaceError::NotNow);
+        }
+        let owner = self.roomiest(|_| true).ok_or(PlaceError::Full)?;
+        if let Some(peer) = self.nodes.get_mut(&owner.node) {
+            peer.placed += 1;
+        }
+        let entry = RoomEntry { owner, epoch: 1, room };
+        self.operations.insert(code.to_owned(), Operation::Change { to: entry.clone() });
+        self.actions.push(Action::Write(Key::Room(code.to_owned()), Entry::Room(entry), 0));
+        Ok(())
+    }
+
+    /// The node with the most ticks left, if any has enough for a room.
+    pub(super) fn roomiest(&self, allowed: impl Fn(&str) -> bool) -> Option<Owner> {
+        let fitting = self.nodes.iter().filter(|(name, peer)| allowed(name) && has_room(peer));
+        // Of equals this one: its players need not go elsewhere.
+        let best = fitting.max_by(|(a, left), (b, right)| {
+            let own = |name: &String| *name == self.node.name;
+            free(left).total_cmp(&free(right)).then(own(a).cmp(&own(b)))
+        });
+        best.map(|(name, peer)| owner(name, peer))
+    }
+
+    /// This node's place among those with room that may claim a room whose node is gone; the same for all of them
+    /// as long as they know of each other. `None` if it has no room.
+    pub(super) fn rank(&self, code: &str) -> Option<u32> {
+        self.nodes.get(&self.node.name).filter(|peer| has_room(peer))?;
+        let own = distance(code, &self.node.name);
+        let nearer = self.nodes.iter().filter(|(name, peer)| {
+            **name != self.node.name && has_room(peer) && distance(code, name) < own
+        });
+        Some(nearer.count() as u32)
+    }
+}
+
+fn owner(name: &str, peer: &Peer) -> Owner {
+    Owner { node: name.to_owned(), incarnation: peer.entry.incarnation }
+}
+
+/// Processor seconds a second that a node has left.
+fn free(peer: &Peer) -> f64 {
+    peer.entry.capacity - peer.entry.used - peer.placed as f64 * ROOM_COST
+}
+
+fn has_room(peer: &Peer) -> bool {
+    !peer.entry.draining && peer.entry.rooms_left > peer.placed && free(peer) >= ROOM_COST
+}
+
+/// Spreads the rooms of a node evenly over the others. If two versions hash differently they only disagree on who
+/// tries first.
+fn distance(code: &str, node: &str) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (code, node).hash(&mut hasher);
+    hasher.finish()
+}

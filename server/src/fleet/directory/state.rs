@@ -1,0 +1,90 @@
+//! What a node keeps of itself, of the others and of the rooms that it holds.
+
+use super::terms::Time;
+use crate::fleet::entry::{NodeEntry, Revision, RoomEntry};
+use std::time::Duration;
+
+/// This node's membership of the fleet.
+#[derive(Debug)]
+pub struct Membership {
+    /// Revision of its entry; `None` while it has none.
+    pub revision: Option<Revision>,
+    /// Whether the revision may be another by now.
+    pub unsure: bool,
+    /// When the write or look that is on its way was sent.
+    pub asked_at: Option<Time>,
+    /// When the next one is due.
+    pub next_at: Time,
+    /// Whether it was logged that the name is taken.
+    pub said_taken: bool,
+}
+
+impl Default for Membership {
+    fn default() -> Membership {
+        Membership {
+            revision: None,
+            unsure: false,
+            asked_at: None,
+            next_at: Duration::ZERO,
+            said_taken: false,
+        }
+    }
+}
+
+/// A node, this one among them, as its entry says.
+#[derive(Clone, Debug)]
+pub struct Peer {
+    /// Its newest entry.
+    pub entry: NodeEntry,
+    /// The revision of that.
+    pub revision: Revision,
+    /// When that was heard of.
+    pub heard_at: Time,
+    /// When it was last asked for, after it had been silent.
+    pub looked_at: Time,
+    /// Rooms that this node has placed there since its last report.
+    pub placed: usize,
+}
+
+/// A room whose entry names this node.
+#[derive(Clone, Debug)]
+pub struct Held {
+    /// Epoch of its entry.
+    pub epoch: u64,
+    /// How far it is.
+    pub phase: Phase,
+}
+
+/// The phase of a held room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// The driver reads its records and starts its thread.
+    Opening,
+    /// It could not be opened; another node is to try after this time.
+    Failed(Time),
+    /// It is played, or stands still without a lease.
+    Playing,
+    /// It is about to end here, with a last record of its state.
+    Parting,
+    /// Its last record is written; its entry is to name another node.
+    Parted,
+    /// It is over; its entry is to be removed.
+    Over,
+}
+
+/// A write of a room's entry that is on its way.
+#[derive(Clone, Debug)]
+pub enum Operation {
+    /// A new entry, or one that names another owner: a claim, or a room that is handed over.
+    Change {
+        /// The new entry.
+        to: RoomEntry,
+    },
+    /// The room is over.
+    Remove,
+    /// None, until this time: one before failed.
+    Pause {
+        /// When the next attempt is due.
+        until: Time,
+    },
+}

@@ -1,0 +1,113 @@
+//! The words of the directory: its times, and what goes in and comes out.
+
+use crate::fleet::entry::{Entry, Key, Revision, RoomCounts, RoomEntry};
+use std::time::Duration;
+
+/// Time between two renewals of a lease.
+pub const RENEW_EVERY: Duration = Duration::from_secs(2);
+/// Time after which an entry that was not renewed is gone. Losing the leader of a cluster of three took up to seven
+/// seconds.
+pub const LEASE_TTL: Duration = Duration::from_secs(20);
+/// Time after the last renewal that was answered was sent, after which a node's rooms stand still. The difference to
+/// [`LEASE_TTL`] is for clocks that run unequally and for a tick that has begun.
+pub const HELD_FOR: Duration = Duration::from_secs(15);
+/// Time between the attempts of two nodes to claim a room, the nearer one first.
+pub const CLAIM_STEP: Duration = Duration::from_millis(500);
+/// Wait before something that failed is tried again.
+pub const RETRY: Duration = Duration::from_millis(500);
+/// Processor seconds a second that a room is taken to cost before its node has measured it.
+pub const ROOM_COST: f64 = 0.03;
+
+/// Time since the node started.
+pub type Time = Duration;
+
+/// Something for the driver to do.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Action {
+    /// Writes an entry if its revision is still this one; [`Directory::answered`] takes the answer.
+    Write(Key, Entry, Revision),
+    /// Removes an entry likewise.
+    Remove(Key, Revision),
+    /// Reads an entry; [`Directory::looked`] takes it.
+    Look(Key),
+    /// Opens a room from its records, or as a new one where there are none; then [`Directory::opened`].
+    Open(String, RoomEntry),
+    /// Has a room end with a last record of its whole state; then [`Directory::parted`].
+    Part(String),
+    /// Ends a room that another node plays; its players are told the address, if it is known.
+    Stop(String, Option<String>),
+    /// Goes on with a room under another incarnation of this node.
+    Resume(String),
+    /// The lease of this incarnation lasts until then.
+    Lease(u64, Time),
+}
+
+/// The answer to a conditional write or removal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Done; the entry's new revision.
+    Done(Revision),
+    /// The entry has another revision.
+    Refused,
+    /// No answer came: it may be done or not.
+    Unknown,
+}
+
+/// A change of the directory.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// An entry was written.
+    Written(Key, Entry, Revision),
+    /// An entry was removed, or has expired.
+    Gone(Key),
+}
+
+/// The place of a room.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Located {
+    /// This node plays it.
+    Here,
+    /// This node is about to open it, or to know who does.
+    Soon,
+    /// The node at this address plays it.
+    At(String),
+    /// Its node is gone or silent; another one will claim it.
+    Lost,
+    /// There is no such room.
+    Unknown,
+}
+
+/// The reason why a room cannot be placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlaceError {
+    /// No node has ticks left for another room.
+    Full,
+    /// There is such a room.
+    Taken,
+    /// This node has not heard of the others yet, or its lease is over.
+    NotNow,
+}
+
+/// The measured load of this node, for its entry.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Load {
+    /// Processor seconds a second that the rooms took.
+    pub used: f64,
+    /// Rooms that may still be opened.
+    pub rooms_left: usize,
+    /// Public rooms.
+    pub rooms: Vec<RoomCounts>,
+}
+
+/// The settings of a node.
+#[derive(Clone, Debug)]
+pub struct NodeSettings {
+    /// Its name, which no other node of the fleet may have.
+    pub name: String,
+    /// Where players reach it.
+    pub url: String,
+    /// Processor seconds a second for its rooms.
+    pub capacity: f64,
+    /// A random number; the first incarnation.
+    pub incarnation: u64,
+}

@@ -1,0 +1,82 @@
+//! The lease of a node, as its rooms see it: before each tick a room asks whether it may still be played here.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+/// The lease of this node. Its rooms read it; the fleet's task extends it.
+#[derive(Debug)]
+pub struct Lease {
+    epoch_of_clock: Instant,
+    /// When it ends, nanoseconds since `epoch_of_clock`.
+    until: AtomicU64,
+    incarnation: AtomicU64,
+}
+
+impl Lease {
+    /// A lease that has not begun; times are counted from `start`.
+    pub fn new(start: Instant) -> Lease {
+        Lease { epoch_of_clock: start, until: AtomicU64::new(0), incarnation: AtomicU64::new(0) }
+    }
+
+    /// Extends the lease of this incarnation of the node. Another incarnation's rooms stand still first.
+    pub fn set(&self, incarnation: u64, until: Duration) {
+        if self.incarnation.swap(incarnation, Ordering::SeqCst) != incarnation {
+            self.until.store(0, Ordering::SeqCst);
+        }
+        self.until.store(until.as_nanos() as u64, Ordering::SeqCst);
+    }
+
+    /// The time that is left of it.
+    pub fn left(&self, now: Instant) -> Duration {
+        let until = Duration::from_nanos(self.until.load(Ordering::SeqCst));
+        (self.epoch_of_clock + until).saturating_duration_since(now)
+    }
+}
+
+/// The lease under which one room is held.
+#[derive(Clone, Debug)]
+pub struct RoomLease {
+    lease: Arc<Lease>,
+    held_under: Arc<AtomicU64>,
+}
+
+impl RoomLease {
+    /// The lease of a room that this incarnation of the node holds.
+    pub fn new(lease: Arc<Lease>, incarnation: u64) -> RoomLease {
+        RoomLease { lease, held_under: Arc::new(AtomicU64::new(incarnation)) }
+    }
+
+    /// Holds the room under another incarnation of the node.
+    pub fn renew(&self, incarnation: u64) {
+        self.held_under.store(incarnation, Ordering::SeqCst);
+    }
+
+    /// Returns whether the room may be played at this time.
+    pub fn allows(&self, now: Instant) -> bool {
+        // In this order: time that is left may be that of an incarnation which has just begun.
+        self.lease.left(now) > Duration::ZERO
+            && self.lease.incarnation.load(Ordering::SeqCst)
+                == self.held_under.load(Ordering::SeqCst)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_room_is_played_while_the_lease_lasts_and_is_held_under_it() {
+        let start = Instant::now();
+        let at = |seconds| start + Duration::from_secs(seconds);
+        let lease = Arc::new(Lease::new(start));
+        let room = RoomLease::new(Arc::clone(&lease), 7);
+        assert!(!room.allows(at(0)), "before it begins");
+        lease.set(7, Duration::from_secs(15));
+        assert!(room.allows(at(14)) && !room.allows(at(15)));
+        lease.set(8, Duration::from_secs(30));
+        assert!(!room.allows(at(16)), "another incarnation has to claim the room first");
+        room.renew(8);
+        assert!(room.allows(at(29)) && !room.allows(at(31)));
+    }
+}
