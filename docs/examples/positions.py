@@ -34,7 +34,7 @@ seat, host, token, tick = leb(welcome), u8(welcome), welcome.read(34), leb(welco
 code, scene = text(welcome), text(welcome)
 quantum = tomllib.loads(text(welcome)).get("quantum", 1 / 64)
 
-keyframe = message()
+while (keyframe := message()).getvalue()[0] < 128: pass  # messages of other kinds
 sections, tick, every, index = u8(keyframe), leb(keyframe), u8(keyframe), -1
 print("tick", tick)
 for _ in range(leb(keyframe) if sections & 4 else 0):

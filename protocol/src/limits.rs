@@ -16,6 +16,10 @@ pub const NAME_BYTES_MAX: usize = 64;
 pub const NAME_CHARS_MAX: usize = 20;
 /// Longest room code, bytes.
 pub const ROOM_CODE_BYTES_MAX: usize = 32;
+/// Longest origin of a server, bytes.
+pub const ORIGIN_BYTES_MAX: usize = 200;
+/// Most servers that a client is told to ask for its room.
+pub const NODES_MAX: usize = 8;
 /// Longest name of a scene, bytes.
 pub const SCENE_NAME_BYTES_MAX: usize = scene::SCENE_NAME_BYTES_MAX;
 /// Longest scene file, bytes.

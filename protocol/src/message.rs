@@ -7,9 +7,10 @@ pub use crate::refusal::Refusal;
 use crate::error::{DecodeError, check};
 use crate::fields::{read_seat, write_seat};
 use crate::limits::{
-    CLIENT_MESSAGE_BYTES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
+    CLIENT_MESSAGE_BYTES_MAX, NODES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
     SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX, VIEW_MAX,
 };
+use crate::origin::{read_origin, write_origin};
 use crate::snapshot::SNAPSHOT;
 use crate::token::Token;
 use crate::wire::{Reader, Writer};
@@ -31,6 +32,8 @@ const REFUSED: u8 = 1;
 const DRAINING: u8 = 2;
 const PONG: u8 = 3;
 const DENIED: u8 = 4;
+const MOVED: u8 = 5;
+const NODES: u8 = 6;
 
 /// A message from client to server.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,6 +118,17 @@ pub enum ServerMessage {
     },
     /// The answer to a request that only a host may make, and to the kick of a host.
     Denied,
+    /// The room is played by another server from now on, or is there in answer to a hello. The socket closes after
+    /// this message, as [`Refusal::Moved`]. The client goes on at the same path there, at once, with its tokens.
+    Moved {
+        /// Origin of that server, which satisfies [`crate::is_origin`].
+        url: String,
+    },
+    /// Other servers that know where the room is, for when this one falls silent. It replaces the list before.
+    Nodes {
+        /// Their origins, at most [`NODES_MAX`].
+        urls: Vec<String>,
+    },
     /// A snapshot, still coded, with its kind, for [`crate::SnapshotStream::decode`].
     Snapshot(Vec<u8>),
 }
@@ -223,7 +237,7 @@ fn check_length(bytes: &[u8], bytes_max: usize) -> Result<(), DecodeError> {
 }
 
 impl ServerMessage {
-    /// Encodes the message. Panics on a text that is longer than its limit.
+    /// Encodes the message. Panics on a text that is longer than its limit, and on a URL that is no origin.
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         self.write(&mut writer);
@@ -258,6 +272,16 @@ impl ServerMessage {
                 writer.leb32(*tick);
             }
             ServerMessage::Denied => writer.byte(DENIED),
+            ServerMessage::Moved { url } => {
+                writer.byte(MOVED);
+                write_origin(writer, url);
+            }
+            ServerMessage::Nodes { urls } => {
+                assert!(urls.len() <= NODES_MAX, "{} nodes exceed {NODES_MAX}", urls.len());
+                writer.byte(NODES);
+                writer.count(urls.len());
+                urls.iter().for_each(|url| write_origin(writer, url));
+            }
             ServerMessage::Snapshot(bytes) => writer.raw(bytes),
         }
     }
@@ -282,6 +306,13 @@ impl ServerMessage {
                 ServerMessage::Pong { stamp, tick: reader.leb32("tick")? }
             }
             DENIED => ServerMessage::Denied,
+            MOVED => ServerMessage::Moved { url: read_origin(&mut reader)? },
+            NODES => {
+                let count = reader.count(NODES_MAX, 1, "nodes")?;
+                let urls =
+                    (0..count).map(|_| read_origin(&mut reader)).collect::<Result<_, _>>()?;
+                ServerMessage::Nodes { urls }
+            }
             SNAPSHOT.. => {
                 reader.raw(reader.remaining(), "snapshot")?;
                 ServerMessage::Snapshot(bytes.to_vec())

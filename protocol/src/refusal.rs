@@ -41,12 +41,16 @@ pub enum Refusal {
     /// The seat went to a newcomer: the room is full, and the player was idle, or of a network that has many
     /// seats.
     GaveWay,
+    /// Another server plays the room; [`crate::ServerMessage::Moved`] said which.
+    Moved,
+    /// No server plays the room at the moment, because it is on its way from one to another.
+    Moving,
 }
 
 impl Refusal {
     /// All refusals in wire order. The bytes are the same in all versions of the protocol, so that a
     /// client of another version can read the reason.
-    pub const ALL: [Refusal; 16] = [
+    pub const ALL: [Refusal; 18] = [
         Refusal::Version,
         Refusal::RoomFull,
         Refusal::NoSuchRoom,
@@ -63,6 +67,8 @@ impl Refusal {
         Refusal::Kicked,
         Refusal::RoomClosed,
         Refusal::GaveWay,
+        Refusal::Moved,
+        Refusal::Moving,
     ];
 
     /// WebSocket close code (RFC 6455, section 7.4): a registered one where one fits, otherwise one from 4000 on, which
@@ -83,6 +89,8 @@ impl Refusal {
             Refusal::Kicked => 4007,
             Refusal::RoomClosed => 4008,
             Refusal::GaveWay => 4009,
+            Refusal::Moved => 4010,
+            Refusal::Moving => 4011,
         }
     }
 
@@ -123,6 +131,8 @@ impl Refusal {
             Refusal::GaveWay => {
                 "Your spot in the full room went to a newcomer: you were idle, or many of your network play."
             }
+            Refusal::Moved => "This room is now on another server. Rejoin to follow it.",
+            Refusal::Moving => "This room is moving to another server. Try again in a moment.",
         }
     }
 }

@@ -275,7 +275,7 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
         Refusal::Flood => ("Slow down", "Rejoin", Again),
         Refusal::Silent => ("Are you there?", "Rejoin", Again),
         Refusal::Replaced => ("Playing in another tab", "Play here", Again),
-        Refusal::Closing | Refusal::BadToken => return None,
+        Refusal::Closing | Refusal::BadToken | Refusal::Moved | Refusal::Moving => return None,
         Refusal::Kicked => ("You were removed", "See the rooms", Lobby),
         Refusal::RoomClosed => ("Room closed", "See the rooms", Lobby),
         Refusal::GaveWay => ("Your spot is taken", "Rejoin", Again),
@@ -313,7 +313,10 @@ mod tests {
     fn only_refusals_that_pass_by_themselves_have_no_notice() {
         for refusal in Refusal::ALL {
             let stops = refused(refusal).is_some_and(|notice| !notice.passing);
-            let passes = [Refusal::Closing, Refusal::BadToken].contains(&refusal);
+            let passes = matches!(
+                refusal,
+                Refusal::Closing | Refusal::BadToken | Refusal::Moved | Refusal::Moving
+            );
             assert_eq!(stops, !passes, "{refusal:?}");
         }
     }

@@ -49,6 +49,10 @@ fn client_messages() -> impl Strategy<Value = ClientMessage> {
     prop_oneof![hello, input, ping, view, kick, Just(ClientMessage::CloseRoom)]
 }
 
+fn origins() -> impl Strategy<Value = String> {
+    "https?://[a-z0-9.-]{1,40}(:[0-9]{1,5})?"
+}
+
 fn server_messages() -> impl Strategy<Value = ServerMessage> {
     let texts = ("[a-z0-9-]{0,32}", "[a-z-]{0,32}", any::<String>());
     let welcome = ((0..SEATS_MAX as u16, any::<bool>()), tokens(), any::<u32>(), texts).prop_map(
@@ -70,6 +74,9 @@ fn server_messages() -> impl Strategy<Value = ServerMessage> {
             .prop_map(|(seconds, keeps_room)| ServerMessage::Draining { seconds, keeps_room }),
         (any::<u32>(), any::<u32>()).prop_map(|(stamp, tick)| ServerMessage::Pong { stamp, tick }),
         Just(ServerMessage::Denied),
+        origins().prop_map(|url| ServerMessage::Moved { url }),
+        proptest::collection::vec(origins(), 0..=NODES_MAX)
+            .prop_map(|urls| ServerMessage::Nodes { urls }),
         any::<Vec<u8>>().prop_map(|mut bytes| {
             bytes.insert(0, 0x80 | bytes.len() as u8);
             ServerMessage::Snapshot(bytes)
@@ -196,6 +203,10 @@ fn server_messages_have_the_documented_bytes() {
     assert_eq!(draining.encode(), [2, 5, 1]);
     assert_eq!(ServerMessage::Pong { stamp: 7, tick: 128 }.encode(), [3, 7, 0, 0, 0, 0x80, 1]);
     assert_eq!(ServerMessage::Denied.encode(), [4]);
+    let moved = ServerMessage::Moved { url: "http://b:81".to_owned() };
+    assert_eq!(moved.encode(), *b"\x05\x0bhttp://b:81");
+    let urls = vec!["https://a".to_owned(), "http://b:81".to_owned()];
+    assert_eq!(ServerMessage::Nodes { urls }.encode(), *b"\x06\x02\x09https://a\x0bhttp://b:81");
     assert_eq!(ServerMessage::Snapshot(vec![0x89, 8]).encode(), [0x89, 8]);
 }
 
@@ -229,10 +240,16 @@ fn fields_out_of_range_are_named() {
     refused(&[3, 0, 0, 0, 0, 0, 0, 0, 0x40], "view");
     refused(&[3, 0, 0, 0, 0x40, 0, 0, 0x80, 0xbf], "view");
     refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "view");
-    let found = ServerMessage::decode(&[1, 16]);
-    assert_eq!(found, Err(DecodeError::OutOfRange { field: "refusal" }));
-    let found = ServerMessage::decode(&[0, 0x80, 4]);
-    assert_eq!(found, Err(DecodeError::OutOfRange { field: "seat" }));
+    let refused = |bytes: &[u8], field| {
+        assert_eq!(ServerMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
+    };
+    refused(&[1, 18], "refusal");
+    refused(&[0, 0x80, 4], "seat");
+    refused(b"\x05\x06ws://b", "origin");
+    refused(b"\x05\x09http://b/", "origin");
+    refused(b"\x06\x02\x08http://b\x07http://", "origin");
+    refused(&[6, 9], "nodes");
+    refused(&[7], "kind");
 }
 
 #[test]

@@ -267,6 +267,8 @@ pub fn reason(refusal: Refusal) -> &'static str {
         Refusal::Kicked => "kicked",
         Refusal::RoomClosed => "room_closed",
         Refusal::GaveWay => "gave_way",
+        Refusal::Moved => "moved",
+        Refusal::Moving => "moving",
     }
 }
 

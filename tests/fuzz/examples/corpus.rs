@@ -94,6 +94,8 @@ fn server_messages() -> Vec<Vec<u8>> {
         ServerMessage::Draining { seconds: 2, keeps_room: true },
         ServerMessage::Pong { stamp: 7, tick: 1 << 20 },
         ServerMessage::Denied,
+        ServerMessage::Moved { url: "https://b.example.org:8443".into() },
+        ServerMessage::Nodes { urls: vec!["http://10.0.0.1:80".into(), "https://c".into()] },
         ServerMessage::Snapshot(vec![0x80, 1]),
     ];
     let all = [welcome].into_iter().chain(refused).chain(others);

@@ -51,6 +51,8 @@ impl GameScreen {
             Ok(ServerMessage::Pong { stamp, .. }) => {
                 self.meter.ponged(f64::from(stamp), now_ms.floor());
             }
+            // Servers that share no rooms send none.
+            Ok(ServerMessage::Moved { .. } | ServerMessage::Nodes { .. }) => {}
             Ok(ServerMessage::Denied) => self.status.denied_ms = Some(now_ms),
             Err(error) => self.misunderstood(ctx, &error),
         }
