@@ -1,5 +1,9 @@
 //! `jostle serve`: configures the server by the command line, and stops it at a signal.
 
+#[cfg(feature = "nats")]
+mod fleet;
+mod values;
+
 use crate::descriptors;
 use crate::output::{Failure, OrFail, say};
 use crate::scenes::scene_file;
@@ -16,6 +20,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use tokio::net::TcpListener;
 use tracing_appender::non_blocking::ErrorCounter;
+use values::{host, origin, proxies, socket_address, whole};
 
 /// Environment variable that may hold the operators' token instead of a file.
 const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
@@ -98,6 +103,9 @@ pub struct Serve {
     /// `system` leaves it to the system. If only the server dies, half a second is lost at most in both cases
     #[arg(long, value_name = "WHEN", default_value = "second", requires = "state")]
     state_sync: StateSync,
+    #[cfg(feature = "nats")]
+    #[command(flatten)]
+    fleet: fleet::FleetFlags,
 }
 
 /// When the state directory is synced with the disk.
@@ -153,6 +161,10 @@ impl Serve {
             StateSync::System => Sync::System,
         };
         config.state = self.state.clone().map(|dir| StateSettings { dir, sync });
+        #[cfg(feature = "nats")]
+        {
+            config.fleet = self.fleet.settings()?;
+        }
         Ok(config)
     }
 }
@@ -227,13 +239,6 @@ fn url(scheme: &str, bound: SocketAddr) -> String {
     format!("{scheme}://{}/", SocketAddr::new(shown, bound.port()))
 }
 
-/// Parses an address to listen at.
-fn socket_address(text: &str) -> Result<SocketAddr, String> {
-    text.parse().map_err(|_| {
-        "allowed: an IP address and a port, such as 0.0.0.0:8080 or [::]:8080".to_owned()
-    })
-}
-
 /// The names by which the server may be addressed. One for this machine alone has none: a page that is opened
 /// here could reach it under the name of its own site (DNS rebinding).
 fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
@@ -243,33 +248,6 @@ fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
     }
 }
 
-/// A parser of whole numbers in a range.
-fn whole(low: u32, high: u32) -> impl Fn(&str) -> Result<u32, String> + Clone {
-    move |text| {
-        let number = text.parse().ok().filter(|number| (low..=high).contains(number));
-        number.ok_or_else(|| format!("allowed: a whole number from {low} to {high}"))
-    }
-}
-
-/// Parses the name of a host, without a scheme and a port.
-fn host(text: &str) -> Result<String, String> {
-    let is_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'.' | b'_');
-    match !text.is_empty() && text.bytes().all(is_name) {
-        true => Ok(text.to_ascii_lowercase()),
-        false => {
-            Err("allowed: a name without scheme and port, such as play.example.org".to_owned())
-        }
-    }
-}
-
-/// Parses a proxy's address, or a network of proxies.
-fn proxies(text: &str) -> Result<IpNet, String> {
-    let address = || text.parse().ok().map(|ip: IpAddr| IpNet::from(ip.to_canonical()));
-    text.parse().ok().or_else(address).ok_or_else(|| {
-        "allowed: an IP address or a network, such as 10.0.0.9 or 10.0.0.0/8".to_owned()
-    })
-}
-
 /// Checks that a path is free or a directory.
 fn check_replays(dir: &Path) -> Result<(), Failure> {
     if dir.exists() && !dir.is_dir() {
@@ -277,15 +255,6 @@ fn check_replays(dir: &Path) -> Result<(), Failure> {
         return Err(Failure::Usage(text));
     }
     Ok(())
-}
-
-/// Parses the origin of a site as browsers send it: a scheme and a host, perhaps a port.
-fn origin(text: &str) -> Result<String, String> {
-    let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
-    match text.split_once("://") {
-        Some(("http" | "https", host)) if is_host(host) => Ok(text.to_owned()),
-        _ => Err("allowed: a scheme and a host, such as https://play.example.org".to_owned()),
-    }
 }
 
 /// Adds the scenes of a directory in the order of their names.
@@ -316,7 +285,8 @@ fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Hosts, check_replays, host, hosts, origin, proxies, socket_address};
+    use super::values::host;
+    use super::{Hosts, check_replays, hosts};
     use std::path::Path;
 
     #[test]
@@ -340,31 +310,6 @@ mod tests {
         );
         for text in ["https://a.example", "a.example:80", "a b", ""] {
             assert!(host(text).is_err_and(|error| error.contains("play.example.org")), "{text:?}");
-        }
-    }
-
-    #[test]
-    fn proxies_are_addresses_or_networks() {
-        for (text, network) in [
-            ("10.0.0.9", "10.0.0.9/32"),
-            ("::ffff:10.0.0.9", "10.0.0.9/32"),
-            ("10.0.0.0/8", "10.0.0.0/8"),
-            ("2001:db8::/32", "2001:db8::/32"),
-        ] {
-            assert_eq!(proxies(text).map(|network| network.to_string()).as_deref(), Ok(network));
-        }
-        for text in ["10.0.0.0/33", "proxy", "10.0.0.9:80", ""] {
-            assert!(proxies(text).is_err_and(|error| error.contains("10.0.0.0/8")), "{text:?}");
-        }
-    }
-
-    #[test]
-    fn addresses_and_origins_are_read_or_refused_with_an_example() {
-        assert!(socket_address("[::1]:0").is_ok());
-        assert!(socket_address("8080").is_err_and(|error| error.contains("0.0.0.0:8080")));
-        assert_eq!(origin("https://a.example:444").as_deref(), Ok("https://a.example:444"));
-        for text in ["a.example", "ws://a.example", "https://", "https://a.example/", ""] {
-            assert!(origin(text).is_err_and(|error| error.contains("https://")), "{text:?}");
         }
     }
 }

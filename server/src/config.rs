@@ -1,6 +1,7 @@
 //! The configuration of a server.
 
 use crate::durable::StateSettings;
+use crate::fleet::settings::FleetSettings;
 use crate::limits;
 use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
@@ -39,6 +40,9 @@ pub struct Config {
     pub replays: Option<replays::Settings>,
     /// Where rooms are kept, so that they outlive the process; `None` lets them end with it.
     pub state: Option<StateSettings>,
+    /// How the server takes part in a fleet; `None` for a server of its own. Needs the feature `nats`, and excludes
+    /// `state`: where a room is kept decides which server goes on with it.
+    pub fleet: Option<FleetSettings>,
     /// Told of the server's signs of life.
     pub supervisor: Supervisor,
 }
@@ -61,6 +65,7 @@ impl Default for Config {
             log_drops: None,
             replays: None,
             state: None,
+            fleet: None,
             supervisor: Supervisor::default(),
         }
     }

@@ -11,6 +11,7 @@ mod job;
 mod notes;
 mod queue;
 mod restore;
+mod sink;
 mod writer;
 
 pub use dir::{StateDir, StateSettings, Sync, write_closed};
@@ -18,3 +19,4 @@ pub use job::{Job, RoomFile};
 pub use notes::Notes;
 pub use queue::StateWriter;
 pub use restore::SavedRoom;
+pub use sink::RecordSink;

@@ -3,4 +3,10 @@
 
 pub mod directory;
 pub mod entry;
+pub mod handle;
+pub mod joining;
 pub mod lease;
+pub mod settings;
+
+#[cfg(feature = "nats")]
+pub mod nats;

@@ -6,6 +6,7 @@ pub mod admission;
 pub mod clock;
 pub mod member;
 pub mod names;
+pub mod neighbours;
 pub mod outbox;
 pub mod phase;
 pub mod random;

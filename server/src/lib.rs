@@ -22,9 +22,10 @@ pub mod state;
 
 pub use config::Config;
 pub use host::phase::Phase;
-pub use state::ServerState;
+pub use state::{Parts, ServerState};
 
 use durable::StateWriter;
+use fleet::joining::Joining;
 use net::listen::accept;
 use net::socket_threads::SocketThreads;
 use ops::bans::Bans;
@@ -64,11 +65,29 @@ pub async fn run_with_ops(
         tokio::spawn(async move { tls.keep_current(every).await })
     });
     let recording = config.replays.clone().map(Recording::start).transpose()?;
-    let state_writer = config.state.as_ref().map(StateWriter::start).transpose()?;
-    let bans = Bans::open(state_writer.as_ref().map(|writer| writer.dir().bans()));
-    let saved = state_writer.as_ref().map(|writer| writer.saved_rooms()).transpose()?;
-    let state = Arc::new(ServerState::new(config, followed, recording, state_writer, bans));
+    let files = config.state.as_ref().map(StateWriter::start).transpose()?;
+    let saved = files.as_ref().map(|files| files.saved_rooms()).transpose()?;
+    let joining = match config.fleet.clone() {
+        Some(settings) => Some(Joining::new(settings).await?),
+        None => None,
+    };
+    let state = Arc::new(ServerState::new(
+        Parts {
+            phase: followed,
+            recording,
+            bans: Bans::open(files.as_ref().map(|files| files.dir().bans())),
+            key: key(&config, files.as_deref()),
+            fleet: joining.as_ref().map(|joining| Arc::clone(&joining.fleet)),
+            state_writer: match &joining {
+                Some(joining) => Some(Arc::clone(&joining.sink)),
+                None => files.map(|files| files as _),
+            },
+        },
+        config,
+    ));
     state.rooms.restore(saved.unwrap_or_default());
+    let fleet =
+        joining.map(|joining| joining.start(Arc::clone(&state.rooms), Arc::clone(&state.host)));
     let ops = ops.map(|ops| tokio::spawn(ops::port::serve(ops, Arc::clone(&state))));
     let watch = supervisor.alive_every.map(|every| {
         tokio::spawn(supervisor::watch(supervisor.tell, every, Arc::clone(&state.host)))
@@ -85,7 +104,7 @@ pub async fn run_with_ops(
     drop((listener, alive));
     (supervisor.tell)(Sign::Stopping);
     drain(&state, &phase, all_gone).await;
-    [ops, watch, certificates].into_iter().flatten().for_each(|task| task.abort());
+    [ops, watch, certificates, fleet].into_iter().flatten().for_each(|task| task.abort());
     info!("closed");
     Ok(())
 }
@@ -100,6 +119,9 @@ async fn drain(
     info!("draining");
     let limits::Waits { drain_notice, drain, drain_max, .. } = state.config.waits;
     let ends_at = Instant::now() + drain_max;
+    if let Some(fleet) = &state.fleet {
+        fleet.hand_over(Instant::now() + limits::FLEET_DRAIN).await;
+    }
     phase.send_replace(Phase::Draining);
     // Those that are left are closed now.
     let _ = timeout(drain_notice, all_gone.recv()).await;
@@ -125,6 +147,9 @@ async fn drain(
         tokio::join!(replays, kept);
     };
     tokio::join!(sockets, rooms_and_files);
+    if let Some(fleet) = &state.fleet {
+        fleet.leave(ends_at.min(Instant::now() + limits::FLEET_ANSWER)).await;
+    }
 }
 
 /// Waits for something that blocks, and logs that it is late.
@@ -132,6 +157,12 @@ async fn blocking(until: Instant, late: &str, work: impl FnOnce() + Send + 'stat
     if timeout_at(until, spawn_blocking(work)).await.is_err() {
         warn!("{late}");
     }
+}
+
+/// The key that signs tokens: that of the fleet, or that of the process before.
+fn key(config: &Config, files: Option<&StateWriter>) -> Option<[u8; 32]> {
+    let of_fleet = config.fleet.as_ref().map(|fleet| fleet.secret);
+    of_fleet.or_else(|| files.map(|files| *files.dir().key()))
 }
 
 fn check(config: &Config) -> io::Result<()> {

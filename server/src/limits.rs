@@ -224,6 +224,30 @@ pub const STATE_QUEUE_MAX: usize = 1024;
 /// Time after which a room whose file was given up begins a new one.
 pub const STATE_RETRY: Duration = Duration::from_secs(5);
 
+// The fleet.
+
+/// Time for which a write to the directory, or a read, may be on its way.
+pub const FLEET_ANSWER: Duration = Duration::from_millis(1500);
+/// Time for which a session waits until it is known where its room is.
+pub const FLEET_FIND: Duration = Duration::from_secs(4);
+/// Time in which a room that is handed over is taken up by its new node; then its players are told to look for it.
+pub const FLEET_HAND_OVER: Duration = Duration::from_secs(10);
+/// Time between two looks at the inboxes of a room that is handed over.
+pub const FLEET_HAND_OVER_LOOK: Duration = Duration::from_millis(20);
+/// Time in which a node that drains hands its rooms over.
+pub const FLEET_DRAIN: Duration = Duration::from_millis(2500);
+/// Time in which a node reads a room's records, and opens it.
+pub const FLEET_OPEN: Duration = Duration::from_secs(10);
+/// Batches of a room's records that may wait for the stream. Each room has two a second, so that it can wait
+/// out a change of the stream's leader.
+pub const FLEET_BATCHES_MAX: usize = 32;
+/// Bytes of a message of the stream; NATS allows 1 MiB unless it is configured otherwise.
+pub const FLEET_MESSAGE_BYTES_MAX: usize = 512 << 10;
+/// Time after which a batch of records that cannot be written is given up.
+pub const FLEET_PUBLISH: Duration = Duration::from_secs(15);
+/// Addresses of nodes, present and past, whose pages may play here.
+pub const FLEET_SITES_MAX: usize = 1000;
+
 // The end.
 
 /// Time from a signal to the end of the process, whatever its sockets, rooms, disks and log do.

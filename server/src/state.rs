@@ -1,7 +1,9 @@
 //! The state that all connections of a server share.
 
 use crate::config::Config;
-use crate::durable::StateWriter;
+use crate::durable::RecordSink;
+use crate::fleet::handle::Fleet;
+use crate::host::neighbours::Neighbours;
 use crate::host::phase::Phase;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
@@ -30,6 +32,8 @@ pub struct ServerState {
     pub host: Arc<Host>,
     /// Open rooms.
     pub rooms: Arc<Rooms>,
+    /// This server's part in a fleet.
+    pub fleet: Option<Arc<Fleet>>,
     /// Networks that operators have banned.
     pub bans: Bans,
     /// Limits on TCP connections.
@@ -48,23 +52,38 @@ pub struct ServerState {
     pub spare: SpareDescriptors,
 }
 
+/// The parts that a server starts with, besides its configuration.
+pub struct Parts {
+    /// Phase of its life.
+    pub phase: watch::Receiver<Phase>,
+    /// The writer of replays; `None` records nothing.
+    pub recording: Option<Arc<Recording>>,
+    /// Keeps the rooms' state; `None` lets them end with the process.
+    pub state_writer: Option<Arc<dyn RecordSink>>,
+    /// Its part in a fleet.
+    pub fleet: Option<Arc<Fleet>>,
+    /// Key that signs tokens; `None` draws one.
+    pub key: Option<[u8; 32]>,
+    /// Networks that operators have banned.
+    pub bans: Bans,
+}
+
+impl Parts {
+    /// The parts of a server that keeps nothing, and is in no fleet.
+    pub fn new(phase: watch::Receiver<Phase>) -> Parts {
+        let bans = Bans::default();
+        Parts { phase, recording: None, state_writer: None, fleet: None, key: None, bans }
+    }
+}
+
 impl ServerState {
-    /// The state of a server with this configuration and no open rooms. Games are recorded if `recording`
-    /// is given, and rooms outlive the process if `state_writer` is.
-    pub fn new(
-        config: Config,
-        phase: watch::Receiver<Phase>,
-        recording: Option<Arc<Recording>>,
-        state_writer: Option<Arc<StateWriter>>,
-        bans: Bans,
-    ) -> ServerState {
+    /// The state of a server with this configuration and no open rooms.
+    pub fn new(parts: Parts, config: Config) -> ServerState {
         let (in_all, address_max) = (config.connections_max, config.address_sessions_max);
         let connections_max = limits::ADDRESS_CONNECTIONS_SPARE + address_max;
-        // With the key of the process before, its tokens go on giving seats back.
-        let signer = match &state_writer {
-            Some(writer) => TokenSigner::new(writer.dir().key()),
-            None => TokenSigner::with_random_key(),
-        };
+        let Parts { phase, recording, state_writer, fleet, key, bans } = parts;
+        // With the key of the process before, or of the fleet, its tokens go on giving seats back.
+        let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
         let threads = available_parallelism().map_or(1, NonZero::get);
         let threads = threads.min(limits::SOCKET_THREADS_MAX);
         let host = Arc::new(Host {
@@ -72,13 +91,15 @@ impl ServerState {
             phase,
             recording,
             state_writer,
+            neighbours: Neighbours::default(),
             wakeups: (0..threads).map(|_| Arc::default()).collect(),
             metrics: Arc::new(Metrics::default()),
             signer,
             open: Mutex::default(),
         });
         ServerState {
-            rooms: Arc::new(Rooms::new(&config.scenes, Arc::clone(&host))),
+            rooms: Arc::new(Rooms::new(&config.scenes, Arc::clone(&host), fleet.is_some())),
+            fleet,
             config,
             host,
             bans,
@@ -93,6 +114,12 @@ impl ServerState {
             spare: SpareDescriptors::default(),
             drain: Notify::new(),
         }
+    }
+
+    /// Returns whether there is a room of this code, as far as this server knows.
+    pub fn knows_room(&self, code: &str) -> bool {
+        let elsewhere = |fleet: &Arc<Fleet>| fleet.ask(|directory| directory.has_room(code));
+        self.rooms.knows(code) || self.fleet.as_ref().is_some_and(elsewhere)
     }
 
     /// The replays, if games are recorded.

@@ -26,3 +26,15 @@ pub enum Job {
     /// Ends the writer.
     End,
 }
+
+impl Job {
+    /// The file that it is for.
+    pub fn room_file(&self) -> Option<&Arc<RoomFile>> {
+        match self {
+            Job::Begin(file, _) | Job::Append(file, _) | Job::Close(file) | Job::Remove(file) => {
+                Some(file)
+            }
+            Job::End => None,
+        }
+    }
+}

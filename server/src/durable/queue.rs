@@ -3,6 +3,7 @@
 use super::dir::{StateDir, StateSettings};
 use super::job::Job;
 use super::restore::SavedRoom;
+use super::sink::RecordSink;
 use super::writer::Writer;
 use crate::limits;
 use std::io;
@@ -37,11 +38,6 @@ impl StateWriter {
         &self.dir
     }
 
-    /// Files that could not be written, so far.
-    pub fn errors(&self) -> u64 {
-        self.errors.load(Ordering::Relaxed)
-    }
-
     /// The rooms that were open when the last process ended. Files that cannot be read are set aside, and logged.
     pub fn saved_rooms(&self) -> io::Result<Vec<SavedRoom>> {
         let files = self.dir.rooms()?;
@@ -57,9 +53,22 @@ impl StateWriter {
             }
         }
     }
+}
 
-    /// Sets aside a room's file that cannot be restored, and logs the reason.
-    pub fn set_aside(&self, code: &str, reason: &str) {
+impl RecordSink for StateWriter {
+    fn try_send(&self, job: Job) -> bool {
+        match self.queue.try_send(job) {
+            Ok(()) => true,
+            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
+        }
+    }
+
+    fn send(&self, job: Job) {
+        // A writer that is gone has logged why.
+        let _ = self.queue.send(job);
+    }
+
+    fn set_aside(&self, code: &str, reason: &str) {
         let to = match self.dir.set_aside(code) {
             Ok(path) => path.display().to_string(),
             Err(error) => format!("nowhere ({error})"),
@@ -67,22 +76,12 @@ impl StateWriter {
         tracing::error!(room = %code, reason, file = %to, "a room cannot be restored; its file was set aside");
     }
 
-    /// Queues a job without waiting; `false` if the writer is too far behind.
-    pub fn try_send(&self, job: Job) -> bool {
-        match self.queue.try_send(job) {
-            Ok(()) => true,
-            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
-        }
+    fn errors(&self) -> u64 {
+        self.errors.load(Ordering::Relaxed)
     }
 
-    /// Queues a job, and waits for a place in the queue.
-    pub fn send(&self, job: Job) {
-        // A writer that is gone has logged why.
-        let _ = self.queue.send(job);
-    }
-
-    /// Waits until everything that was handed over is written and synced, and ends the writer.
-    pub fn close(&self) {
+    /// Waits until everything is written and synced.
+    fn close(&self) {
         self.send(Job::End);
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(thread) = thread {

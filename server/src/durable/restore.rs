@@ -25,6 +25,11 @@ impl SavedRoom {
     /// Reads the file of a room. An error is a sentence that says why that is not possible.
     pub fn read(code: String, path: &Path) -> Result<SavedRoom, String> {
         let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+        SavedRoom::from_bytes(code, bytes)
+    }
+
+    /// Reads the bytes of such a file. An error is a sentence that says why that is not possible.
+    pub fn from_bytes(code: String, bytes: Vec<u8>) -> Result<SavedRoom, String> {
         let replay = Replay::read(bytes).map_err(|error| error.to_string())?;
         let start = replay.start();
         if start.room != code {

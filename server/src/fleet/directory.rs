@@ -33,6 +33,8 @@ pub struct Directory {
     gone: BTreeMap<Owner, Time>,
     /// Rooms that are to be looked at again.
     unsettled: BTreeSet<String>,
+    /// Entries that were asked for.
+    looks: BTreeSet<Key>,
     has_synced: bool,
     draining: bool,
     actions: Vec<Action>,
@@ -51,6 +53,7 @@ impl Directory {
             operations: BTreeMap::new(),
             gone: BTreeMap::new(),
             unsettled: BTreeSet::new(),
+            looks: BTreeSet::new(),
             has_synced: false,
             draining: false,
             actions: Vec::new(),
@@ -105,9 +108,22 @@ impl Directory {
         }
     }
 
-    /// Takes the answer to an [`Action::Look`]: the entry, `None` if there is none. Without an answer, this is not
-    /// called.
+    /// Asks for an entry, unless it was asked for already.
+    pub fn look(&mut self, key: Key) {
+        if self.looks.insert(key.clone()) {
+            self.actions.push(Action::Look(key));
+        }
+    }
+
+    /// Returns whether the entry of a room was asked for, and no answer has come yet.
+    pub fn looks_for(&self, code: &str) -> bool {
+        self.looks.contains(&Key::Room(code.to_owned()))
+    }
+
+    /// Takes the answer to an [`Action::Look`]: the entry, `None` if there is none. Without an answer,
+    /// [`Directory::look_failed`] is to be called instead.
     pub fn looked(&mut self, key: Key, found: Option<(Entry, Revision)>, now: Time) {
+        self.looks.remove(&key);
         match (key, found) {
             (Key::Node(name), found) if name == self.node.name => {
                 let found = found.and_then(|(entry, revision)| match entry {
@@ -148,11 +164,30 @@ impl Directory {
         self.settle_all(now);
     }
 
-    /// Removes this node's entry, so that the others need not wait for its end.
-    pub fn leave(&mut self) {
-        if let Some(revision) = self.membership.revision {
-            self.actions.push(Action::Remove(Key::Node(self.node.name.clone()), revision));
-        }
+    /// The incarnation of this node that a room's entry names; `None` if it names another node.
+    pub fn owned_under(&self, code: &str) -> Option<u64> {
+        let (entry, _) = self.entries.get(code)?;
+        (entry.owner.node == self.node.name).then_some(entry.owner.incarnation)
+    }
+
+    /// Returns whether this node holds a room in this epoch of it, or in a later one.
+    pub fn holds_epoch(&self, code: &str, epoch: u64) -> bool {
+        self.held.get(code).is_some_and(|held| held.epoch >= epoch)
+    }
+
+    /// The names of all entries of nodes.
+    pub fn node_keys(&self) -> impl Iterator<Item = Key> {
+        self.nodes.keys().cloned().map(Key::Node)
+    }
+
+    /// The names of all entries of rooms.
+    pub fn room_keys(&self) -> impl Iterator<Item = Key> {
+        self.entries.keys().cloned().map(Key::Room)
+    }
+
+    /// The nodes that are registered, this one among them.
+    pub fn nodes(&self) -> usize {
+        self.nodes.len()
     }
 
     /// The rooms that this node plays, hands over or opens.
@@ -175,6 +210,11 @@ impl Directory {
             let (entry, _) = self.entries.get(&counts.code)?;
             (entry.owner.node == *name && !entry.room.private).then_some((counts, &entry.room))
         })
+    }
+
+    /// Returns whether there is a room of this code.
+    pub fn has_room(&self, code: &str) -> bool {
+        self.entries.contains_key(code)
     }
 
     /// The facts of all rooms.

@@ -45,6 +45,8 @@ struct State {
     waiting_bytes: usize,
     keyframe_bytes: usize,
     end: Option<Refusal>,
+    /// Where the room goes on, if it ends for that reason.
+    moved_to: Option<Arc<str>>,
 }
 
 impl Outbox {
@@ -113,6 +115,17 @@ impl Outbox {
             state.end = Some(refusal);
             self.waker.wake();
         }
+    }
+
+    /// Ends the session because its room goes on at another node.
+    pub fn move_to(&self, url: Arc<str>) {
+        self.lock().moved_to = Some(url);
+        self.end(Refusal::Moved);
+    }
+
+    /// The address of that node.
+    pub fn moved_to(&self) -> Option<Arc<str>> {
+        self.lock().moved_to.clone()
     }
 
     /// Registers the session to be woken when there is something to take. Register first, then look.

@@ -1,6 +1,8 @@
 //! The handle of a room: everything that is known of it and sent to it from outside its thread.
 
-use crate::durable::StateWriter;
+use crate::durable::RecordSink;
+use crate::fleet::lease::RoomLease;
+use crate::host::neighbours::Neighbours;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
@@ -109,7 +111,7 @@ pub enum FromSession {
     Leave,
 }
 
-/// A command of an operator to a room, carried out at its next tick.
+/// A command of an operator or of the fleet to a room, carried out at its next tick.
 #[derive(Debug)]
 pub enum AdminCommand {
     /// Lists the players.
@@ -120,6 +122,10 @@ pub enum AdminCommand {
     Evict(IpNet),
     /// Closes the room.
     Close,
+    /// Ends the room with a last record of its whole state, from which another node goes on with it.
+    Part,
+    /// Ends the room without a record, because another node plays it: at this address, if it is known.
+    Leave(Option<Arc<str>>),
 }
 
 /// The host's end of an open room.
@@ -130,6 +136,8 @@ pub struct RoomHandle {
     pub joins: SyncSender<Join>,
     /// Commands of operators.
     pub commands: SyncSender<AdminCommand>,
+    /// Under which it is held, in a fleet.
+    pub lease: Option<RoomLease>,
     /// The room's thread.
     pub thread: JoinHandle<()>,
 }
@@ -142,8 +150,10 @@ pub struct Host {
     pub phase: watch::Receiver<Phase>,
     /// The writer of replays, if rooms are recorded.
     pub recording: Option<Arc<Recording>>,
-    /// The writer of the rooms' state, if rooms outlive the process.
-    pub state_writer: Option<Arc<StateWriter>>,
+    /// Keeps the rooms' state, if rooms outlive the process.
+    pub state_writer: Option<Arc<dyn RecordSink>>,
+    /// The other nodes of the fleet, if there is one.
+    pub neighbours: Neighbours,
     /// Wake the sessions whose outboxes rooms have filled; one for each thread that serves sockets.
     pub wakeups: Vec<Arc<Wakeups>>,
     /// The server's metrics.

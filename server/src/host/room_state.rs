@@ -1,7 +1,7 @@
 //! The file of one room, as its thread sees it. It waits for nothing: if the writer is too far behind, the file is
 //! given up, and a new one begins after a while.
 
-use crate::durable::{Job, Notes, RoomFile, StateWriter};
+use crate::durable::{Job, Notes, RecordSink, RoomFile};
 use crate::host::admission::Admission;
 use crate::host::room_handle::RoomInfo;
 use crate::limits;
@@ -14,7 +14,7 @@ use tracing::warn;
 
 /// The state of one room in its file.
 pub struct RoomState {
-    writer: Arc<StateWriter>,
+    writer: Arc<dyn RecordSink>,
     info: Arc<RoomInfo>,
     phase: Phase,
 }
@@ -39,7 +39,7 @@ type Revision = (u64, u64);
 impl RoomState {
     /// Begins the file of a room.
     pub fn begin(
-        writer: Arc<StateWriter>,
+        writer: Arc<dyn RecordSink>,
         info: Arc<RoomInfo>,
         room: &mut Room,
         admission: &Admission,

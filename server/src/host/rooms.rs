@@ -2,6 +2,8 @@
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
 use crate::durable::{Notes, SavedRoom};
+use crate::fleet::entry::RoomFacts;
+use crate::fleet::lease::RoomLease;
 use crate::host::clock::SystemClock;
 use crate::host::phase::Phase;
 use crate::host::random::random;
@@ -26,6 +28,8 @@ const CODE_CHARS: usize = 6;
 pub struct Rooms {
     scenes: Vec<Arc<Scene>>,
     host: Arc<Host>,
+    /// Whether a directory decides which rooms are open here.
+    in_fleet: bool,
 }
 
 /// A newly created room.
@@ -51,12 +55,15 @@ pub enum CreateError {
     /// The server is closing, or a thread could not be started.
     #[error("The server isn't opening new rooms right now. Try again later.")]
     NotNow,
+    /// No node of the fleet has room for another one.
+    #[error("All servers are full at the moment. Try again later.")]
+    FleetFull,
 }
 
 impl Rooms {
-    /// Creates a list of rooms on which none is open.
-    pub fn new(scenes: &[Scene], host: Arc<Host>) -> Rooms {
-        Rooms { scenes: scenes.iter().cloned().map(Arc::new).collect(), host }
+    /// Creates a list of rooms on which none is open. In a fleet only [`Rooms::adopt`] opens one.
+    pub fn new(scenes: &[Scene], host: Arc<Host>, in_fleet: bool) -> Rooms {
+        Rooms { scenes: scenes.iter().cloned().map(Arc::new).collect(), host, in_fleet }
     }
 
     /// The scenes, in the order in which they are offered.
@@ -71,7 +78,12 @@ impl Rooms {
 
     /// Returns whether a session with this code would find a room.
     pub fn knows(&self, code: &str) -> bool {
-        self.scene(code).is_some() || self.host.lock().contains_key(code)
+        self.scene(code).is_some() || self.is_open(code)
+    }
+
+    /// Returns whether this room is open.
+    pub fn is_open(&self, code: &str) -> bool {
+        self.host.lock().contains_key(code)
     }
 
     /// Opens a room with a random code.
@@ -85,19 +97,28 @@ impl Rooms {
             return Err(CreateError::NoSuchScene(scene.to_owned()));
         };
         let mut rooms = self.host.lock();
-        check_shares(rooms.values().filter_map(|room| room.info.creator), creator)?;
+        check_shares(
+            rooms.values().filter_map(|room| room.info.creator),
+            limits::ROOMS_MAX,
+            creator,
+        )?;
         let creator = network(creator);
-        let chars = if private { limits::PRIVATE_CODE_CHARS } else { CODE_CHARS };
-        let code = loop {
-            let code = random_code(chars, random);
-            if !rooms.contains_key(&code) && self.scene(&code).is_none() {
-                break code;
-            }
-        };
+        let code = self.free_code(private, |code| rooms.contains_key(code));
         let room = self.open(&code, scene, private, Some(creator)).ok_or(CreateError::NotNow)?;
         let host_key = self.host.signer.host_key(room.info.number);
         rooms.insert(code.clone(), room);
         Ok(Created { code, host_key })
+    }
+
+    /// A random code that is not taken.
+    pub fn free_code(&self, private: bool, is_taken: impl Fn(&str) -> bool) -> String {
+        let chars = if private { limits::PRIVATE_CODE_CHARS } else { CODE_CHARS };
+        loop {
+            let code = random_code(chars, random);
+            if !is_taken(&code) && self.scene(&code).is_none() {
+                return code;
+            }
+        }
     }
 
     /// Hands a session to a room, and opens a standing one first if needed. The room answers through
@@ -105,6 +126,9 @@ impl Rooms {
     pub fn join(&self, code: &str, join: Join) -> Result<Arc<RoomInfo>, Refusal> {
         let mut rooms = self.host.lock();
         if !rooms.contains_key(code) {
+            if self.in_fleet {
+                return Err(Refusal::Moving);
+            }
             let scene = self.scene(code).ok_or(Refusal::NoSuchRoom)?;
             let room = self.open(code, scene, false, None).ok_or(Refusal::ServerFull)?;
             rooms.insert(code.to_owned(), room);
@@ -131,7 +155,8 @@ impl Rooms {
         }
     }
 
-    fn scene(&self, name: &str) -> Option<&Arc<Scene>> {
+    /// The scene of this name.
+    pub fn scene(&self, name: &str) -> Option<&Arc<Scene>> {
         self.scenes.iter().find(|scene| scene.name == name)
     }
 
@@ -146,7 +171,38 @@ impl Rooms {
             return None;
         }
         let info = RoomInfo::new(code, random(), private, creator, scene);
-        self.start(info, |room| Ticker::new(room, random()))
+        self.start(info, None, |room| Ticker::new(room, random()))
+    }
+
+    /// Opens a room that the fleet's directory gives to this node, from its records if there are some. Returns
+    /// whether that was possible: a new one needs its scene, and each a thread.
+    pub fn adopt(
+        &self,
+        code: &str,
+        facts: &RoomFacts,
+        saved: Option<SavedRoom>,
+        lease: RoomLease,
+    ) -> bool {
+        let mut rooms = self.host.lock();
+        if rooms.contains_key(code) || rooms.len() >= limits::ROOMS_MAX + limits::SCENES_MAX {
+            return false;
+        }
+        let scene = saved.as_ref().map(|saved| &saved.scene).or_else(|| self.scene(&facts.scene));
+        let Some(scene) = scene else { return false };
+        let info = RoomInfo::new(code, facts.number, facts.private, facts.creator, scene);
+        let room = self.start(info, Some(lease), |ends| match saved {
+            Some(saved) => Ticker::restored(ends, saved),
+            None => Ticker::new(ends, random()),
+        });
+        room.map(|room| rooms.insert(code.to_owned(), room)).is_some()
+    }
+
+    /// Holds a room under another incarnation of this node.
+    pub fn resume(&self, code: &str, incarnation: u64) {
+        let rooms = self.host.lock();
+        if let Some(lease) = rooms.get(code).and_then(|room| room.lease.as_ref()) {
+            lease.renew(incarnation);
+        }
     }
 
     /// Opens the rooms of the process before; they play up to where they were on threads of their own.
@@ -156,14 +212,19 @@ impl Rooms {
             let Notes { number, private, creator, .. } = saved.notes;
             let info = RoomInfo::new(&saved.code, number, private, creator, &saved.scene);
             let code = saved.code.clone();
-            if let Some(room) = self.start(info, |room| Ticker::restored(room, saved)) {
+            if let Some(room) = self.start(info, None, |room| Ticker::restored(room, saved)) {
                 rooms.insert(code, room);
             }
         }
     }
 
     /// Starts the thread of a room; `None` if that is not possible.
-    fn start(&self, info: RoomInfo, ticker: impl FnOnce(Ends) -> Ticker) -> Option<RoomHandle> {
+    fn start(
+        &self,
+        info: RoomInfo,
+        lease: Option<RoomLease>,
+        ticker: impl FnOnce(Ends) -> Ticker,
+    ) -> Option<RoomHandle> {
         let info = Arc::new(info);
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
         let (commands, commanded) = sync_channel(limits::COMMANDS_WAITING_MAX);
@@ -172,19 +233,21 @@ impl Rooms {
             info: Arc::clone(&info),
             joins: receiver,
             commands: commanded,
+            lease: lease.clone(),
         });
         let spawned = std::thread::Builder::new()
             .name(format!("room {}", info.code))
             .spawn(move || ticker.run(&mut SystemClock::of_this_thread()))
             .inspect_err(|error| error!(room = %info.code, %error, "no thread for a room"));
-        Some(RoomHandle { info, joins: sender, commands, thread: spawned.ok()? })
+        Some(RoomHandle { info, joins: sender, commands, lease, thread: spawned.ok()? })
     }
 }
 
 /// Checks that the networks of a creator may have one more room beside those of these creators. The last eighth
-/// of all rooms is for networks that have none.
-fn check_shares(
+/// of `rooms_max` is for networks that have none.
+pub fn check_shares(
     created: impl Iterator<Item = IpAddr> + Clone,
+    rooms_max: usize,
     creator: IpAddr,
 ) -> Result<(), CreateError> {
     let of = networks(creator);
@@ -194,8 +257,8 @@ fn check_shares(
     if held.iter().zip(shares(limits::ADDRESS_ROOMS_MAX)).any(|(&held, share)| held >= share) {
         return Err(CreateError::TooManyOfAddress);
     }
-    let reserve = if held[LEVELS - 1] == 0 { 0 } else { limits::ROOMS_MAX / limits::RESERVE_SHARE };
-    match created.count() + reserve < limits::ROOMS_MAX {
+    let reserve = if held[LEVELS - 1] == 0 { 0 } else { rooms_max / limits::RESERVE_SHARE };
+    match created.count() + reserve < rooms_max {
         true => Ok(()),
         false => Err(CreateError::TooMany),
     }
@@ -233,7 +296,7 @@ mod tests {
         };
         let mut created = Vec::new();
         let mut create = |creator: IpAddr| {
-            check_shares(created.iter().copied(), creator)?;
+            check_shares(created.iter().copied(), limits::ROOMS_MAX, creator)?;
             created.push(network(creator));
             Ok(())
         };

@@ -2,6 +2,7 @@
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
 use crate::durable::SavedRoom;
+use crate::fleet::lease::RoomLease;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
 use crate::host::member::Member;
@@ -24,7 +25,7 @@ use jostle_sim::TICKS_PER_SECOND;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 use tracing::{error, info, warn};
 
@@ -38,6 +39,8 @@ pub struct Ends {
     pub joins: Receiver<Join>,
     /// Commands of operators.
     pub commands: Receiver<AdminCommand>,
+    /// Under which the room is held, in a fleet.
+    pub lease: Option<RoomLease>,
 }
 
 /// State of a room's thread.
@@ -57,6 +60,16 @@ pub struct Ticker {
     closed: bool,
     /// Whether who made the room left it, so that nobody is awaited once it is empty.
     abandoned: bool,
+    /// Under which the room is held, in a fleet.
+    lease: Option<RoomLease>,
+    /// Whether the lease is over, and the room stands still.
+    stands_still: bool,
+    /// Why it is to end, if another node goes on with it.
+    leaving: Option<End>,
+    /// Where that is.
+    moved_to: Option<Arc<str>>,
+    /// The revision of the neighbours that the clients were told.
+    told_neighbours: u64,
 }
 
 /// The reason why a room's thread ended.
@@ -65,12 +78,16 @@ enum End {
     Empty,
     Closed,
     Closing,
+    /// It is handed over to another node.
+    Parted,
+    /// Another node plays it.
+    Elsewhere,
 }
 
 impl Ticker {
     /// A room without players, which has not played yet.
     pub fn new(ends: Ends, seed: u64) -> Ticker {
-        let Ends { host, info, joins, commands } = ends;
+        let Ends { host, info, joins, commands, lease } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
         Ticker {
             host,
@@ -83,6 +100,11 @@ impl Ticker {
             admission,
             closed: false,
             abandoned: false,
+            lease,
+            stands_still: false,
+            leaving: None,
+            moved_to: None,
+            told_neighbours: 0,
         }
     }
 
@@ -113,9 +135,17 @@ impl Ticker {
         };
         refusal.into_iter().for_each(|refusal| self.end_all_sessions(refusal));
         match (opened, &self.host.state_writer) {
-            (Some(opened), _) => self.end(opened, played.ok().as_ref(), clock.now()),
+            (Some(opened), _) => self.end(opened, played.as_ref().ok(), clock.now()),
             (None, Some(writer)) => writer.set_aside(&code, "the room failed as it was restored"),
             (None, None) => {}
+        }
+        match played {
+            Ok(End::Parted) => {
+                self.await_leave();
+                self.move_all_sessions();
+            }
+            Ok(End::Elsewhere) => self.move_all_sessions(),
+            _ => {}
         }
     }
 
@@ -124,8 +154,9 @@ impl Ticker {
         let Opened { mut room, recording, state } = opened;
         if let Some(state) = state {
             match end {
-                Some(End::Closing) => state.close(&mut room, &self.admission),
-                _ => state.remove(),
+                Some(End::Closing | End::Parted) => state.close(&mut room, &self.admission),
+                Some(End::Elsewhere) => {}
+                Some(End::Empty | End::Closed) | None => state.remove(),
             }
         }
         if let Some(recording) = recording {
@@ -194,8 +225,15 @@ impl Ticker {
             if due == 0 {
                 continue;
             }
-            self.admit(room);
             self.run_commands(room);
+            if let Some(end) = self.leaving.take() {
+                return end;
+            }
+            if !self.may_play(now) {
+                self.empty_inboxes(room);
+                continue;
+            }
+            self.admit(room);
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start(clock.now());
             for _ in 0..due {
@@ -239,6 +277,22 @@ impl Ticker {
         *phase.borrow() == Phase::Closing || phase.has_changed().is_err()
     }
 
+    /// Returns whether this node may play the room now. Asked before each tick, so that no other can play it too.
+    fn may_play(&mut self, now: Instant) -> bool {
+        let allowed = self.lease.as_ref().is_none_or(|lease| lease.allows(now));
+        if self.stands_still == allowed {
+            self.stands_still = !allowed;
+            let code = &self.info.code;
+            match allowed {
+                true => info!(room = %code, "the room goes on"),
+                false => {
+                    warn!(room = %code, "the lease of this node is over; the room stands still")
+                }
+            }
+        }
+        allowed
+    }
+
     fn admit(&mut self, room: &mut Room) {
         let mut held = None;
         for _ in 0..limits::JOINS_PER_WAKEUP {
@@ -270,6 +324,9 @@ impl Ticker {
                 );
                 let token = self.host.signer.seat_token(SeatClaim { room: own, claim });
                 join.outbox.control(room.welcome(seat, token, host));
+                if self.host.neighbours.revision() > 0 {
+                    join.outbox.control(self.host.neighbours.message());
+                }
                 let tick = room.game().tick_count();
                 self.abandoned &= !host;
                 self.members.push(Member::new(seat, host, join.inbox, join.outbox, tick));
@@ -403,6 +460,10 @@ impl Ticker {
                 AdminCommand::Kick(seat, answer) => drop(answer.send(self.kick(room, seat))),
                 AdminCommand::Evict(network) => self.evict(room, network),
                 AdminCommand::Close => self.closed = true,
+                AdminCommand::Part => self.leaving = Some(End::Parted),
+                AdminCommand::Leave(url) => {
+                    (self.leaving, self.moved_to) = (Some(End::Elsewhere), url);
+                }
             }
         }
     }
@@ -428,6 +489,18 @@ impl Ticker {
             }
         }
         self.request_wakeups();
+        self.tell_neighbours();
+    }
+
+    /// Tells the clients where to ask for the room when this node falls silent, if that has changed.
+    fn tell_neighbours(&mut self) {
+        let revision = self.host.neighbours.revision();
+        if std::mem::replace(&mut self.told_neighbours, revision) != revision {
+            let message = self.host.neighbours.message();
+            for member in &self.members {
+                member.outbox.control(message.clone());
+            }
+        }
     }
 
     fn request_wakeups(&self) {
@@ -453,6 +526,35 @@ impl Ticker {
         }
         open.remove(&self.info.code);
         true
+    }
+
+    /// Waits until the node that goes on with the room is known. Nothing is played any more.
+    fn await_leave(&mut self) {
+        let until = Instant::now() + limits::FLEET_HAND_OVER;
+        while Instant::now() < until {
+            match self.commands.recv_timeout(limits::FLEET_HAND_OVER_LOOK) {
+                Ok(AdminCommand::Leave(url)) => {
+                    self.moved_to = url;
+                    return;
+                }
+                Err(RecvTimeoutError::Disconnected) => return,
+                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+            }
+            // Full inboxes would end their sessions.
+            self.members.iter().for_each(|member| while member.inbox.try_recv().is_ok() {});
+        }
+    }
+
+    /// Tells all sessions where the room goes on.
+    fn move_all_sessions(&mut self) {
+        let url = self.moved_to.take();
+        let outboxes = self.members.iter().map(|member| Arc::clone(&member.outbox));
+        let outboxes: Vec<_> = outboxes.collect();
+        for outbox in outboxes {
+            url.iter().for_each(|url| outbox.move_to(Arc::clone(url)));
+            outbox.end(Refusal::Moving);
+        }
+        self.end_all_sessions(Refusal::Moving);
     }
 
     /// Ends all sessions in the room and those waiting to join.

@@ -6,6 +6,7 @@ use crate::net::maybe_tls_stream::MaybeTlsStream;
 use futures_util::{SinkExt, StreamExt};
 use jostle_protocol::limits::{CLIENT_MESSAGE_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Token, VERSION};
+use std::sync::Arc;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
@@ -16,10 +17,12 @@ use tokio_tungstenite::tungstenite::protocol::{CloseFrame, Role, WebSocketConfig
 pub type Socket = WebSocketStream<RateLimitedStream<MaybeTlsStream>>;
 
 /// How a session ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum End {
     /// The server ends it, and sends the reason.
     Refused(Refusal),
+    /// The room is at the server with this origin, and the peer is told so.
+    Moved(Arc<str>),
     /// The same for a message that is against the protocol.
     Violated(Violation),
     /// The peer closed the socket, on purpose or not.
@@ -28,10 +31,11 @@ pub enum End {
 
 impl End {
     /// The reason and the close code that the peer is sent, unless it closed the socket itself.
-    pub fn refusal(self) -> Option<(Refusal, u16)> {
+    pub fn refusal(&self) -> Option<(Refusal, u16)> {
         match self {
-            End::Refused(refusal) => Some((refusal, refusal.close_code())),
-            End::Violated(violation) => Some((Refusal::BadMessage, violation as u16)),
+            End::Refused(refusal) => Some((*refusal, refusal.close_code())),
+            End::Moved(_) => Some((Refusal::Moved, Refusal::Moved.close_code())),
+            End::Violated(violation) => Some((Refusal::BadMessage, *violation as u16)),
             End::Gone => None,
         }
     }
@@ -123,7 +127,11 @@ pub fn end_of(error: &tokio_tungstenite::tungstenite::Error) -> End {
 pub async fn close(mut socket: Socket, end: End) {
     match end.refusal() {
         Some((refusal, code)) => {
-            let bytes = ServerMessage::Refused { refusal }.encode();
+            let last = match &end {
+                End::Moved(url) => ServerMessage::Moved { url: url.to_string() },
+                _ => ServerMessage::Refused { refusal },
+            };
+            let bytes = last.encode();
             let reason =
                 CloseFrame { code: CloseCode::from(code), reason: refusal.message().into() };
             let said = match socket.send(Message::Binary(bytes.into())).await {

@@ -12,6 +12,7 @@ pub mod response;
 pub use origin::is_proxy;
 pub use page::meant_code;
 
+use crate::fleet::handle::Fleet;
 use crate::host::rooms::is_code;
 use crate::limits;
 use crate::ops::refusal_log::Foreign;
@@ -25,6 +26,7 @@ use hyper_util::rt::TokioTimer;
 use page::{asset, page, room_page};
 use response::{Answer, TEXT, failed, json, respond, upgrading};
 use std::net::IpAddr;
+use std::sync::Arc;
 
 /// An accepted upgrade: the room's code, and the connection once hyper lets go of it.
 pub struct Upgrade {
@@ -40,6 +42,12 @@ pub struct Upgrade {
 const CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
     style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
     connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
+    frame-ancestors 'none'";
+
+/// The same for a page of a fleet: its sockets also follow a room to nodes that did not exist when it was loaded.
+const FLEET_CONTENT_SECURITY_POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; \
+    style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self'; font-src 'self'; \
+    connect-src 'self' ws: wss:; manifest-src 'self'; base-uri 'none'; form-action 'none'; \
     frame-ancestors 'none'";
 
 /// The page needs nothing of the machine but its screen, keys and pointers.
@@ -91,21 +99,26 @@ pub async fn answer(
             (too_many(), None)
         }
     };
-    protect(answer.headers_mut(), state.config.tls.is_some());
+    protect(answer.headers_mut(), state);
     (answer, upgrade)
 }
 
 /// Adds the headers that keep other sites away from the page.
-fn protect(headers: &mut HeaderMap, has_tls: bool) {
+fn protect(headers: &mut HeaderMap, state: &ServerState) {
+    let security_policy = match state.fleet {
+        None => CONTENT_SECURITY_POLICY,
+        Some(_) => FLEET_CONTENT_SECURITY_POLICY,
+    };
     let policies = [
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
         (header::REFERRER_POLICY, "no-referrer"),
-        (header::CONTENT_SECURITY_POLICY, CONTENT_SECURITY_POLICY),
+        (header::CONTENT_SECURITY_POLICY, security_policy),
         (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
         (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
         (HeaderName::from_static("permissions-policy"), PERMISSIONS_POLICY),
     ];
-    let secure = has_tls.then_some((header::STRICT_TRANSPORT_SECURITY, "max-age=31536000"));
+    let secure =
+        state.config.tls.as_ref().map(|_| (header::STRICT_TRANSPORT_SECURITY, "max-age=31536000"));
     for (name, value) in policies.into_iter().chain(secure) {
         headers.insert(name, HeaderValue::from_static(value));
     }
@@ -126,7 +139,7 @@ async fn route(
     let word = path.strip_prefix('/').unwrap_or_default();
     let upgrades = request.headers().contains_key(header::UPGRADE);
     let reads = matches!(*request.method(), Method::GET | Method::HEAD);
-    if (upgrades || !reads) && !origin::is_allowed(request.headers(), &state.config.origins) {
+    if (upgrades || !reads) && !is_allowed_page(request.headers(), state) {
         let origin = request.headers().get(header::ORIGIN);
         state.refused("foreign_page", address, Foreign(origin.map_or(&[], HeaderValue::as_bytes)));
         return (failed(StatusCode::FORBIDDEN, FOREIGN), None);
@@ -146,6 +159,15 @@ async fn route(
         _ => other_path(request.headers(), word, address, state).await,
     };
     (answer, None)
+}
+
+/// Returns whether a page of this site, of an allowed one or of another node sent a request.
+fn is_allowed_page(headers: &HeaderMap, state: &ServerState) -> bool {
+    let of_node = |fleet: &Arc<Fleet>| {
+        let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok());
+        origin.is_some_and(|origin| fleet.is_site(origin))
+    };
+    origin::is_allowed(headers, &state.config.origins) || state.fleet.as_ref().is_some_and(of_node)
 }
 
 /// Answers paths with a name in them.

@@ -2,8 +2,12 @@
 //! ends it. It decides nothing about the game: its [`Pump`] passes inputs to the room's inbox and empties
 //! its outbox.
 
+use crate::fleet::directory::{Located, PlaceError};
+use crate::fleet::entry::RoomFacts;
+use crate::fleet::handle::Fleet;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
+use crate::host::random::random;
 use crate::host::room_handle::Join;
 use crate::host::wakeups::Wakeups;
 use crate::limits;
@@ -37,6 +41,7 @@ pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: 
     let end = serve(&mut socket, &caller, state).await;
     let Caller { code, address, .. } = caller;
     match end.refusal() {
+        Some((Refusal::Moved, _)) => debug!(room = %code, %address, "the session was moved"),
         Some((refusal, _)) => {
             state.refused(reason(refusal), address, format_args!("a session in room {code:?}"));
         }
@@ -54,7 +59,8 @@ async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End
     if *state.host.phase.borrow() != Phase::Running {
         return End::Refused(Refusal::Closing);
     }
-    if !state.rooms.knows(&caller.code) {
+    // In a fleet there may be one that this server has not heard of yet.
+    if state.fleet.is_none() && !state.rooms.knows(&caller.code) {
         return End::Refused(Refusal::NoSuchRoom);
     }
     let mut phase = state.host.phase.clone();
@@ -71,15 +77,51 @@ async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End
     if state.bans.is_banned(address) {
         return End::Refused(Refusal::Kicked);
     }
+    if let Some(fleet) = &state.fleet
+        && let Err(end) = find(&caller.code, fleet, state).await
+    {
+        return end;
+    }
     let seated = match seat(hello, caller, state) {
         Ok(seated) => seated,
         Err(refusal) => return End::Refused(refusal),
     };
     let mut pump = Pump::new(&seated, socket);
-    tokio::select! {
+    let end = tokio::select! {
         biased;
         end = poll_fn(|cx| pump.poll(cx)) => end,
         end = follow(phase, &seated.outbox, state) => end,
+    };
+    match seated.outbox.moved_to() {
+        Some(url) if end == End::Refused(Refusal::Moved) => End::Moved(url),
+        _ => end,
+    }
+}
+
+/// Waits until this server plays the room, and opens a standing one somewhere if needed. An error is the end of the
+/// session: the room is at another server, or is nowhere.
+async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), End> {
+    let mut located = fleet.find(code).await;
+    if let (Located::Unknown, Some(scene)) = (&located, state.rooms.scene(code)) {
+        let facts = RoomFacts {
+            scene: scene.name.clone(),
+            number: random(),
+            private: false,
+            creator: None,
+        };
+        located = match fleet.place(code, facts).await {
+            Ok(located) => located,
+            // Another session or node was faster.
+            Err(PlaceError::Taken) => fleet.find(code).await,
+            Err(PlaceError::Full) => return Err(End::Refused(Refusal::ServerFull)),
+            Err(PlaceError::NotNow) => return Err(End::Refused(Refusal::Moving)),
+        };
+    }
+    match located {
+        Located::Here => Ok(()),
+        Located::At(url) => Err(End::Moved(url.into())),
+        Located::Soon | Located::Lost => Err(End::Refused(Refusal::Moving)),
+        Located::Unknown => Err(End::Refused(Refusal::NoSuchRoom)),
     }
 }
 

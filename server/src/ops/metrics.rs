@@ -12,6 +12,8 @@ use prometheus_client::metrics::gauge::ConstGauge;
 use prometheus_client::metrics::histogram::{Histogram, exponential_buckets};
 use prometheus_client::metrics::info::Info;
 use prometheus_client::registry::{Metric, Registry, Unit};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 type Label = [(&'static str, &'static str); 1];
@@ -51,6 +53,8 @@ pub struct Ticks {
     pub lateness_own: Histogram,
     /// Seconds of emptying inboxes, of playing, and of handing out snapshots.
     pub phases: [Histogram; 3],
+    /// Their sum, nanoseconds.
+    busy: Arc<AtomicU64>,
 }
 
 /// The lateness of a wakeup.
@@ -85,7 +89,7 @@ pub enum Skip {
 }
 
 /// Values at the moment of a scrape.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gauges {
     /// Open rooms.
     pub rooms: i64,
@@ -99,6 +103,19 @@ pub struct Gauges {
     pub state_errors: u64,
     /// Log lines dropped so far.
     pub log_drops: u64,
+    /// This node's part in its fleet, if there is one.
+    pub fleet: Option<FleetGauges>,
+}
+
+/// A node's part in its fleet at the moment of a scrape.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FleetGauges {
+    /// Nodes that are registered, this one among them.
+    pub nodes: i64,
+    /// Rooms that this node holds.
+    pub rooms: i64,
+    /// Seconds for which its rooms may still be played if NATS does not answer.
+    pub lease_left: f64,
 }
 
 /// A histogram from 50 microseconds to half a second, fine where the goals are.
@@ -190,6 +207,7 @@ impl Ticks {
                 time("tick_play", "Time of a wakeup spent on: play", seconds()),
                 time("tick_send", "Time of a wakeup spent on: send", seconds()),
             ],
+            busy: Arc::default(),
             played: add(r, "ticks", "Ticks played", Counter::default()),
             missed: add(r, "ticks_missed", "Ticks due and never played", Counter::default()),
         }
@@ -227,6 +245,15 @@ fn counted_elsewhere(gauges: Gauges) -> Registry {
     registry.register("state_errors", about, ConstCounter::new(gauges.state_errors));
     let about = "Log lines dropped because the log was read too slowly";
     registry.register("log_dropped", about, ConstCounter::new(gauges.log_drops));
+    if let Some(fleet) = gauges.fleet {
+        let about = "Nodes that are registered in the fleet";
+        registry.register("fleet_nodes", about, ConstGauge::new(fleet.nodes));
+        let about = "Rooms that the fleet's directory gives to this node";
+        registry.register("fleet_rooms", about, ConstGauge::new(fleet.rooms));
+        let about = "Time for which this node's rooms may be played if NATS does not answer";
+        let left = ConstGauge::new(fleet.lease_left);
+        registry.register_with_unit("fleet_lease_left", about, Unit::Seconds, left);
+    }
     registry
 }
 
@@ -325,6 +352,13 @@ impl Ticks {
         for (histogram, time) in self.phases.iter().zip(phases) {
             histogram.observe(time.as_secs_f64());
         }
+        let busy: Duration = phases.iter().sum();
+        self.busy.fetch_add(busy.as_nanos() as u64, Ordering::Relaxed);
+    }
+
+    /// The time that all rooms have taken so far.
+    pub fn busy(&self) -> Duration {
+        Duration::from_nanos(self.busy.load(Ordering::Relaxed))
     }
 }
 
@@ -356,6 +390,7 @@ mod tests {
             replays: Some([4000, 1]),
             state_errors: 3,
             log_drops: 9,
+            fleet: Some(FleetGauges { nodes: 3, rooms: 7, lease_left: 14.5 }),
         };
         (metrics, gauges)
     }

@@ -10,7 +10,7 @@ use crate::net::http::builder;
 use crate::net::http::host::{self, Hosts};
 use crate::net::http::response::{Answer, TEXT, uncached};
 use crate::ops::admin;
-use crate::ops::metrics::Gauges;
+use crate::ops::metrics::{FleetGauges, Gauges};
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::service::service_fn;
@@ -102,5 +102,10 @@ fn gauges(state: &ServerState) -> Gauges {
         replays,
         state_errors: state.host.state_writer.as_ref().map_or(0, |writer| writer.errors()),
         log_drops: state.config.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
+        fleet: state.fleet.as_ref().map(|fleet| FleetGauges {
+            nodes: fleet.ask(|directory| directory.nodes()) as i64,
+            rooms: fleet.ask(|directory| directory.holds()) as i64,
+            lease_left: fleet.lease_left().as_secs_f64(),
+        }),
     }
 }

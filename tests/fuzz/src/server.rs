@@ -5,8 +5,7 @@ use jostle_server::host::rooms::is_code;
 use jostle_server::host::token_signer::TokenSigner;
 use jostle_server::net::http;
 use jostle_server::net::listen::speak_http;
-use jostle_server::ops::bans::Bans;
-use jostle_server::{Config, Phase, ServerState, replays};
+use jostle_server::{Config, Parts, Phase, ServerState, replays};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
@@ -97,7 +96,7 @@ fn host() -> &'static Host {
         let config = Config { scenes: Vec::new(), ..Config::default() };
         let runtime = Builder::new_current_thread().enable_time().build();
         Host {
-            state: Arc::new(ServerState::new(config, phase, None, None, Bans::default())),
+            state: Arc::new(ServerState::new(Parts::new(phase), config)),
             runtime: runtime.expect("a runtime of one thread"),
             _phase: sender,
         }

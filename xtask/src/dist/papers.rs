@@ -44,6 +44,9 @@ pub fn crates(dir: &str, target: &str, out: &Path) -> Result<()> {
     list.args(["cyclonedx", "--manifest-path"]).arg(root().join(dir).join("Cargo.toml"));
     list.args(["--format", "json", "--spec-version", "1.5", "--quiet", "--no-build-deps"]);
     list.args(["--no-default-features", "--target", target, "--override-filename", LIST]);
+    if dir == "cli" {
+        list.args(["--features", "nats"]);
+    }
     run(list.current_dir(root()))?;
     // It writes one beside each manifest of the workspace.
     for package in packages()? {

@@ -46,7 +46,8 @@ pub fn build(target: &Target) -> Result<PathBuf> {
     run(Command::new("rustup").args(["target", "add", name]).current_dir(root()))?;
     let variable = name.replace('-', "_");
     let mut build = cargo(&["build", "--locked", "--release", "--target", name]);
-    build.args(["--package", "jostle-cli", "--bin", "jostle", "--no-default-features"]);
+    build.args(["--package", "jostle-cli", "--bin", "jostle"]);
+    build.args(["--no-default-features", "--features", "nats"]);
     // A panic's backtrace still has names.
     build.args(["--config", "profile.release.strip=\"debuginfo\""]);
     build.env(format!("CARGO_TARGET_{}_LINKER", variable.to_uppercase()), "rust-lld");

@@ -3,6 +3,7 @@
 use super::state::Peer;
 use super::{Action, Answer, Directory, HELD_FOR, LEASE_TTL, RENEW_EVERY, RETRY, Time};
 use crate::fleet::entry::{Entry, Key, NodeEntry, Revision};
+use jostle_protocol::is_origin;
 use std::time::Duration;
 use tracing::{info, warn};
 
@@ -17,7 +18,8 @@ impl Directory {
     }
 
     pub(super) fn poll_lease(&mut self, now: Time) {
-        if self.membership.asked_at.is_some() || now < self.membership.next_at {
+        let membership = &self.membership;
+        if membership.has_left || membership.asked_at.is_some() || now < membership.next_at {
             return;
         }
         let key = Key::Node(self.node.name.clone());
@@ -43,6 +45,10 @@ impl Directory {
     }
 
     pub(super) fn lease_answered(&mut self, answer: Answer, now: Time) {
+        if self.membership.has_left {
+            self.membership.revision = None;
+            return;
+        }
         let Some(asked_at) = self.membership.asked_at.take() else { return };
         match answer {
             Answer::Done(revision) => {
@@ -91,9 +97,20 @@ impl Directory {
 
     /// No answer came to a look.
     pub fn look_failed(&mut self, key: &Key, now: Time) {
+        self.looks.remove(key);
         if matches!(key, Key::Node(name) if *name == self.node.name) {
             self.membership.asked_at = None;
             self.membership.next_at = now + RETRY;
+        }
+    }
+
+    /// Removes this node's entry, so that the others need not wait for its end. It does not register again.
+    pub fn leave(&mut self) {
+        self.draining = true;
+        self.membership.has_left = true;
+        if let Some(revision) = self.membership.revision {
+            self.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
+            self.actions.push(Action::Remove(Key::Node(self.node.name.clone()), revision));
         }
     }
 
@@ -112,9 +129,9 @@ impl Directory {
         revision: Revision,
         now: Time,
     ) {
-        if let Some(peer) = self.nodes.get(&name)
-            && peer.revision >= revision
-        {
+        let is_old = self.nodes.get(&name).is_some_and(|peer| peer.revision >= revision);
+        // Clients could not be sent an address that is none.
+        if is_old || !is_origin(&entry.url) {
             return;
         }
         let is_known =

@@ -70,7 +70,7 @@ impl Directory {
             (Answer::Done(_), Operation::Pause { .. }) => {}
             (Answer::Refused | Answer::Unknown, _) => {
                 // The entry is another, or may be: ask, and wait a moment before the next attempt.
-                self.actions.push(Action::Look(Key::Room(code.to_owned())));
+                self.look(Key::Room(code.to_owned()));
                 let pause = Operation::Pause { until: now + RETRY };
                 self.operations.insert(code.to_owned(), pause);
                 self.unsettled.insert(code.to_owned());

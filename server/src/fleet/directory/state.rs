@@ -17,6 +17,8 @@ pub struct Membership {
     pub next_at: Time,
     /// Whether it was logged that the name is taken.
     pub said_taken: bool,
+    /// Whether it leaves for good.
+    pub has_left: bool,
 }
 
 impl Default for Membership {
@@ -27,6 +29,7 @@ impl Default for Membership {
             asked_at: None,
             next_at: Duration::ZERO,
             said_taken: false,
+            has_left: false,
         }
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::durable::StateWriter;
 use crate::durable::{SavedRoom, StateDir, StateSettings, Sync};
 use jostle_game::{Input, Scene};
 use jostle_protocol::Appearance;
@@ -49,7 +50,7 @@ impl Written {
     fn of(dir: &TestDir, info: Arc<RoomInfo>, mut room: Room, admission: Admission) -> Written {
         let writer = StateWriter::start(&dir.settings()).expect("a directory");
         let now = Instant::now();
-        let state = RoomState::begin(Arc::clone(&writer), info, &mut room, &admission, now);
+        let state = RoomState::begin(Arc::clone(&writer) as _, info, &mut room, &admission, now);
         Written { writer, room, admission, state, now }
     }
 
@@ -198,7 +199,7 @@ fn a_room_that_is_over_leaves_no_file_and_not_that_of_the_next_room() {
     let Written { writer, room, admission, state, now } = Written::new(&dir, "oak");
     let info = Arc::new(RoomInfo::new("oak", 78, false, None, room.scene()));
     let mut next = Room::new("oak", Arc::clone(room.scene()), 6);
-    let next_state = RoomState::begin(Arc::clone(&writer), info, &mut next, &admission, now);
+    let next_state = RoomState::begin(Arc::clone(&writer) as _, info, &mut next, &admission, now);
     state.remove();
     next_state.close(&mut next, &admission);
     writer.close();

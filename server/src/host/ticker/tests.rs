@@ -1,5 +1,6 @@
 use super::*;
 use crate::host::clock::SystemClock;
+use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Next, Outbox};
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
@@ -30,18 +31,21 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             phase: followed.clone(),
             recording: None,
             state_writer: None,
+            neighbours: Neighbours::default(),
             wakeups: vec![Arc::default()],
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
         })
     };
-    let rooms = Rooms::new(&Scene::built_in(), host());
+    let rooms = Rooms::new(&Scene::built_in(), host(), false);
     let (joins, receiver) = sync_channel(4);
     let (_commands, commands) = sync_channel(1);
     let info = RoomInfo::new(code, 1, false, None, &Arc::new(Scene::built_in().swap_remove(0)));
-    let ticker =
-        Ticker::new(Ends { host: host(), info: Arc::new(info), joins: receiver, commands }, 1);
+    let ticker = Ticker::new(
+        Ends { host: host(), info: Arc::new(info), joins: receiver, commands, lease: None },
+        1,
+    );
     (ticker, Outside { rooms, phase, joins })
 }
 

@@ -1,9 +1,14 @@
 //! The JSON API: lists of scenes and rooms, and the creation of rooms.
 
 use super::response::{Answer, failed, json};
+use crate::fleet::directory::{Located, PlaceError};
+use crate::fleet::entry::{RoomCounts, RoomFacts};
+use crate::fleet::handle::Fleet;
+use crate::host::random::random;
 use crate::host::room_handle::RoomInfo;
-use crate::host::rooms::CreateError;
+use crate::host::rooms::{CreateError, Created, check_shares};
 use crate::limits;
+use crate::limits::networks::network;
 use crate::net::assets;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
@@ -56,8 +61,26 @@ pub fn rooms(state: &ServerState) -> Value {
         })
     };
     let open = state.rooms.list();
-    let rooms: Vec<_> = open.iter().filter(|info| !info.private).map(entry).collect();
+    let here = open.iter().filter(|info| !info.private).map(entry);
+    let rooms: Vec<_> = here.chain(rooms_elsewhere(state)).collect();
     json!({ "rooms": rooms })
+}
+
+/// The public rooms that other nodes of the fleet play.
+fn rooms_elsewhere(state: &ServerState) -> Vec<Value> {
+    let Some(fleet) = &state.fleet else { return Vec::new() };
+    let entry = |(counts, facts): (&RoomCounts, &RoomFacts)| {
+        let scene = state.rooms.scene(&facts.scene)?;
+        Some(json!({
+            "code": counts.code,
+            "scene": scene.name,
+            "title": scene.title,
+            "players": counts.players,
+            "connected": counts.connected,
+            "players_max": scene.players_max,
+        }))
+    };
+    fleet.ask(|directory| directory.listed_elsewhere().filter_map(entry).collect())
 }
 
 #[derive(Deserialize)]
@@ -91,7 +114,11 @@ pub async fn create_room(
             return failed(StatusCode::BAD_REQUEST, &text);
         }
     };
-    match state.rooms.create(&create.scene, create.private, address) {
+    let created = match &state.fleet {
+        None => state.rooms.create(&create.scene, create.private, address),
+        Some(fleet) => create_in_fleet(&create, address, fleet, state).await,
+    };
+    match created {
         Ok(room) => {
             let created = json!({ "code": room.code, "host_key": room.host_key.text() });
             json(StatusCode::CREATED, &created)
@@ -103,11 +130,48 @@ pub async fn create_room(
     }
 }
 
+/// Places a room at the node with the most ticks left. Clients that ask for it here are told where it is.
+async fn create_in_fleet(
+    create: &Create,
+    creator: IpAddr,
+    fleet: &Fleet,
+    state: &ServerState,
+) -> Result<Created, CreateError> {
+    if state.rooms.scene(&create.scene).is_none() {
+        return Err(CreateError::NoSuchScene(create.scene.clone()));
+    }
+    fleet.ask(|directory| {
+        let creators: Vec<_> =
+            directory.rooms().filter_map(|(_, entry)| entry.room.creator).collect();
+        check_shares(
+            creators.iter().copied(),
+            limits::ROOMS_MAX * directory.nodes().max(1),
+            creator,
+        )
+    })?;
+    let code = state.rooms.free_code(create.private, |code| state.knows_room(code));
+    let facts = RoomFacts {
+        scene: create.scene.clone(),
+        number: random(),
+        private: create.private,
+        creator: Some(network(creator)),
+    };
+    let host_key = state.host.signer.host_key(facts.number);
+    match fleet.place(&code, facts).await {
+        Ok(Located::Here | Located::At(_) | Located::Soon) => Ok(Created { code, host_key }),
+        Ok(Located::Lost | Located::Unknown) => Err(CreateError::NotNow),
+        Err(PlaceError::Full) => Err(CreateError::FleetFull),
+        Err(PlaceError::Taken | PlaceError::NotNow) => Err(CreateError::NotNow),
+    }
+}
+
 fn refused_status(error: &CreateError) -> StatusCode {
     match error {
         CreateError::NoSuchScene(_) => StatusCode::NOT_FOUND,
         CreateError::TooManyOfAddress => StatusCode::TOO_MANY_REQUESTS,
-        CreateError::TooMany | CreateError::NotNow => StatusCode::SERVICE_UNAVAILABLE,
+        CreateError::TooMany | CreateError::NotNow | CreateError::FleetFull => {
+            StatusCode::SERVICE_UNAVAILABLE
+        }
     }
 }
 

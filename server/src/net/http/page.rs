@@ -16,7 +16,7 @@ const FOR_GOOD: &str = "public, max-age=31536000, immutable";
 /// the status shows it to others.
 pub fn room_page(headers: &HeaderMap, word: &str, state: &ServerState) -> Answer {
     match meant_code(word) {
-        _ if state.rooms.knows(word) => page(state.config.files, headers, StatusCode::OK),
+        _ if state.knows_room(word) => page(state.config.files, headers, StatusCode::OK),
         Some(code) if code != word => redirect(&code),
         _ => page(state.config.files, headers, StatusCode::NOT_FOUND),
     }

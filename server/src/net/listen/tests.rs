@@ -1,7 +1,7 @@
 use super::*;
 use crate::config::Config;
 use crate::net::assets::File;
-use crate::ops::bans::Bans;
+use crate::state::Parts;
 use std::net::Ipv4Addr;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
@@ -15,7 +15,7 @@ const PIPE_BYTES: usize = 64;
 async fn asked() -> (Arc<ServerState>, DuplexStream, impl Future<Output = Option<Upgrade>>) {
     let config = Config { files: &FILES, ..Config::default() };
     let (sender, phase) = watch::channel(Phase::Running);
-    let state = Arc::new(ServerState::new(config, phase, None, None, Bans::default()));
+    let state = Arc::new(ServerState::new(Parts::new(phase), config));
     let (mut peer, server) = duplex(PIPE_BYTES);
     let request = b"GET /assets/big.bin HTTP/1.1\r\nHost: localhost\r\n\r\n";
     peer.write_all(request).await.expect("a pipe in memory");

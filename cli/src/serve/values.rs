@@ -1,0 +1,77 @@
+//! Values of flags, as people write them. An error says what is allowed.
+
+use ipnet::IpNet;
+use std::net::{IpAddr, SocketAddr};
+
+/// Parses an address to listen at.
+pub fn socket_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse().map_err(|_| {
+        "allowed: an IP address and a port, such as 0.0.0.0:8080 or [::]:8080".to_owned()
+    })
+}
+
+/// A parser of whole numbers in a range.
+pub fn whole(low: u32, high: u32) -> impl Fn(&str) -> Result<u32, String> + Clone {
+    move |text| {
+        let number = text.parse().ok().filter(|number| (low..=high).contains(number));
+        number.ok_or_else(|| format!("allowed: a whole number from {low} to {high}"))
+    }
+}
+
+/// Parses the name of a host, without a scheme and a port.
+pub fn host(text: &str) -> Result<String, String> {
+    let is_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'.' | b'_');
+    match !text.is_empty() && text.bytes().all(is_name) {
+        true => Ok(text.to_ascii_lowercase()),
+        false => {
+            Err("allowed: a name without scheme and port, such as play.example.org".to_owned())
+        }
+    }
+}
+
+/// Parses a proxy's address, or a network of proxies.
+pub fn proxies(text: &str) -> Result<IpNet, String> {
+    let address = || text.parse().ok().map(|ip: IpAddr| IpNet::from(ip.to_canonical()));
+    text.parse().ok().or_else(address).ok_or_else(|| {
+        "allowed: an IP address or a network, such as 10.0.0.9 or 10.0.0.0/8".to_owned()
+    })
+}
+
+/// Parses the origin of a site as browsers send it: a scheme and a host, perhaps a port.
+pub fn origin(text: &str) -> Result<String, String> {
+    let is_host = |host: &str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
+    match text.split_once("://") {
+        Some(("http" | "https", host)) if is_host(host) => Ok(text.to_owned()),
+        _ => Err("allowed: a scheme and a host, such as https://play.example.org".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{host, origin, proxies, socket_address};
+
+    #[test]
+    fn proxies_are_addresses_or_networks() {
+        for (text, network) in [
+            ("10.0.0.9", "10.0.0.9/32"),
+            ("::ffff:10.0.0.9", "10.0.0.9/32"),
+            ("10.0.0.0/8", "10.0.0.0/8"),
+            ("2001:db8::/32", "2001:db8::/32"),
+        ] {
+            assert_eq!(proxies(text).map(|network| network.to_string()).as_deref(), Ok(network));
+        }
+        for text in ["10.0.0.0/33", "proxy", "10.0.0.9:80", ""] {
+            assert!(proxies(text).is_err_and(|error| error.contains("10.0.0.0/8")), "{text:?}");
+        }
+    }
+
+    #[test]
+    fn addresses_and_origins_are_read_or_refused_with_an_example() {
+        assert!(socket_address("[::1]:0").is_ok());
+        assert!(socket_address("8080").is_err_and(|error| error.contains("0.0.0.0:8080")));
+        assert_eq!(origin("https://a.example:444").as_deref(), Ok("https://a.example:444"));
+        for text in ["a.example", "ws://a.example", "https://", "https://a.example/", ""] {
+            assert!(origin(text).is_err_and(|error| error.contains("https://")), "{text:?}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! The fleet as sessions and requests see it: where a room is, and where a new one goes.
+
+use super::directory::{Action, Load};
+use super::directory::{Change, Directory, Located, NodeSettings, PlaceError, Time};
+use super::entry::{Key, RoomCounts, RoomFacts};
+use super::lease::Lease;
+use super::settings::FleetSettings;
+use crate::limits;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::sync::{Notify, watch};
+use tokio::time::{timeout, timeout_at};
+
+/// This node's part in its fleet. Nothing here waits for the network, but for [`Fleet::find`] and [`Fleet::place`],
+/// which wait until the directory tells.
+pub struct Fleet {
+    start: Instant,
+    state: Mutex<State>,
+    /// Wakes the driver.
+    due: Notify,
+    /// Counts changes of the directory.
+    changed: watch::Sender<()>,
+    lease: Arc<Lease>,
+    incarnation: u64,
+}
+
+struct State {
+    directory: Directory,
+    /// Origins of all nodes that were heard of, whose pages may play here.
+    sites: BTreeSet<String>,
+}
+
+impl Fleet {
+    /// A node that is not registered yet. `incarnation` is random.
+    pub fn new(settings: &FleetSettings, incarnation: u64) -> Fleet {
+        let start = Instant::now();
+        let node = NodeSettings {
+            name: settings.node.clone(),
+            url: settings.url.clone(),
+            capacity: settings.capacity,
+            incarnation,
+        };
+        let state = State { directory: Directory::new(node), sites: BTreeSet::new() };
+        Fleet {
+            start,
+            state: Mutex::new(state),
+            due: Notify::new(),
+            changed: watch::Sender::new(()),
+            lease: Arc::new(Lease::new(start)),
+            incarnation,
+        }
+    }
+
+    /// The lease of this node.
+    pub fn lease(&self) -> &Arc<Lease> {
+        &self.lease
+    }
+
+    /// The time that is left of the lease.
+    pub fn lease_left(&self) -> Duration {
+        self.lease.left(Instant::now())
+    }
+
+    /// Passes something to the directory, and wakes the driver and all that wait for a change.
+    pub fn tell<R>(&self, event: impl FnOnce(&mut Directory, Time) -> R) -> R {
+        let result = event(&mut self.lock().directory, self.start.elapsed());
+        self.due.notify_one();
+        self.changed.send_replace(());
+        result
+    }
+
+    /// Looks something up in the directory.
+    pub fn ask<R>(&self, question: impl FnOnce(&Directory) -> R) -> R {
+        question(&self.lock().directory)
+    }
+
+    /// Waits until the directory has something to do, and takes it.
+    pub async fn actions(&self) -> Vec<Action> {
+        loop {
+            let actions = self.lock().directory.take_actions();
+            if !actions.is_empty() {
+                return actions;
+            }
+            self.due.notified().await;
+        }
+    }
+
+    /// Passes on a change that was heard of, and remembers where nodes are reached.
+    pub fn heard(&self, change: Change) {
+        if let Change::Written(_, super::entry::Entry::Node(node), _) = &change {
+            let mut state = self.lock();
+            if state.sites.len() < limits::FLEET_SITES_MAX {
+                state.sites.insert(node.url.clone());
+            }
+        }
+        self.tell(|directory, now| directory.changed(change, now));
+    }
+
+    /// Measures the load: `used` is in processor seconds a second.
+    pub fn measured(&self, used: f64, rooms_left: usize, rooms: Vec<RoomCounts>) {
+        self.lock().directory.measured(Load { used, rooms_left, rooms });
+    }
+
+    /// Returns whether a page of this origin belongs to a node.
+    pub fn is_site(&self, origin: &str) -> bool {
+        self.lock().sites.contains(origin)
+    }
+
+    /// Waits until it is known where a room is, [`limits::FLEET_FIND`] at most. What this node has heard may be out of
+    /// date, so that it asks for the entry of a room that it does not play itself.
+    pub async fn find(&self, code: &str) -> Located {
+        let mut changes = self.changed.subscribe();
+        if self.ask(|directory| directory.locate(code)) == Located::Here {
+            return Located::Here;
+        }
+        self.tell(|directory, _| directory.look(Key::Room(code.to_owned())));
+        let known = async {
+            loop {
+                let located = self.ask(|directory| match directory.looks_for(code) {
+                    true => Located::Soon,
+                    false => directory.locate(code),
+                });
+                if located != Located::Soon || changes.changed().await.is_err() {
+                    return located;
+                }
+            }
+        };
+        timeout(limits::FLEET_FIND, known).await.unwrap_or(Located::Soon)
+    }
+
+    /// Places a new room, and waits until its node is known.
+    pub async fn place(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
+        self.tell(|directory, _| directory.place(code, facts))?;
+        Ok(self.find(code).await)
+    }
+
+    /// Hands the rooms of this node over, as far as that is done by this time.
+    pub async fn hand_over(&self, until: tokio::time::Instant) {
+        self.tell(|directory, now| directory.drain(now));
+        self.wait_for(until, |directory| directory.holds() == 0).await;
+    }
+
+    /// Removes the entry of this node, so that the others need not wait for its end.
+    pub async fn leave(&self, until: tokio::time::Instant) {
+        self.tell(|directory, _| directory.leave());
+        self.wait_for(until, |directory| !directory.is_registered()).await;
+    }
+
+    async fn wait_for(&self, until: tokio::time::Instant, is_done: impl Fn(&Directory) -> bool) {
+        let mut changes = self.changed.subscribe();
+        let done = async { while !self.ask(&is_done) && changes.changed().await.is_ok() {} };
+        let _ = timeout_at(until, done).await;
+    }
+
+    /// The incarnation with which this node began.
+    pub fn first_incarnation(&self) -> u64 {
+        self.incarnation
+    }
+
+    /// Ignores poisoning: what is left halfway is mended by the next change.
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,59 @@
+//! How a server joins its fleet: what has to be there before its rooms are, and the driver that runs beside them.
+
+use super::handle::Fleet;
+use super::settings::FleetSettings;
+use crate::durable::RecordSink;
+use crate::host::room_handle::Host;
+use crate::host::rooms::Rooms;
+use std::io;
+use std::sync::Arc;
+use tokio::task::JoinHandle;
+
+#[cfg(feature = "nats")]
+use super::nats::{Driver, Publisher, connect};
+
+/// A server that is about to join its fleet.
+pub struct Joining {
+    /// The fleet, as sessions see it.
+    pub fleet: Arc<Fleet>,
+    /// Keeps the records of its rooms.
+    pub sink: Arc<dyn RecordSink>,
+    #[cfg(feature = "nats")]
+    publisher: Arc<Publisher>,
+    #[cfg(feature = "nats")]
+    context: async_nats::jetstream::Context,
+    #[cfg(feature = "nats")]
+    settings: FleetSettings,
+}
+
+#[cfg(feature = "nats")]
+impl Joining {
+    /// Begins to connect. Errors: an address or the credentials cannot be read.
+    pub async fn new(settings: FleetSettings) -> io::Result<Joining> {
+        let context = connect(&settings).await?;
+        let fleet = Arc::new(Fleet::new(&settings, crate::host::random::random()));
+        let handle = tokio::runtime::Handle::current();
+        let publisher = Arc::new(Publisher::new(Arc::clone(&fleet), handle));
+        Ok(Joining { fleet, sink: Arc::clone(&publisher) as _, publisher, context, settings })
+    }
+
+    /// Starts the driver of these rooms.
+    pub fn start(self, rooms: Arc<Rooms>, host: Arc<Host>) -> JoinHandle<()> {
+        let Joining { fleet, publisher, context, settings, .. } = self;
+        tokio::spawn(Driver::new(settings, fleet, rooms, host, publisher).run(context))
+    }
+}
+
+#[cfg(not(feature = "nats"))]
+impl Joining {
+    /// Returns an error: this program was built without the feature `nats`.
+    pub async fn new(_: FleetSettings) -> io::Result<Joining> {
+        let text = "a fleet needs a program that was built with the feature `nats`";
+        Err(io::Error::new(io::ErrorKind::Unsupported, text))
+    }
+
+    /// Never called: there is no value of this type.
+    pub fn start(self, _: Arc<Rooms>, _: Arc<Host>) -> JoinHandle<()> {
+        tokio::spawn(async {})
+    }
+}

@@ -1,0 +1,55 @@
+//! A fleet by NATS: the directory in two key-value buckets, the records in a stream. Nothing here is asked for in a tick.
+
+mod driver;
+mod publisher;
+mod records;
+mod store;
+
+pub use driver::Driver;
+pub use publisher::Publisher;
+
+use super::settings::FleetSettings;
+use crate::limits;
+use async_nats::ConnectOptions;
+use async_nats::jetstream::{self, Context};
+use async_nats::{Event, ServerAddr};
+use std::io;
+use std::time::Duration;
+use tracing::{info, warn};
+
+/// Opens a connection that is made, and made again, in the background. Errors: an address or the credentials cannot
+/// be read.
+pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
+    let invalid = |error: &dyn std::fmt::Display| {
+        io::Error::new(io::ErrorKind::InvalidInput, format!("NATS {}: {error}", settings.nats))
+    };
+    let servers = settings.nats.split(',').map(|address| address.trim().parse::<ServerAddr>());
+    let servers: Vec<_> = servers.collect::<Result<_, _>>().map_err(|error| invalid(&error))?;
+    let mut options = ConnectOptions::new()
+        .name(format!("jostle {}", settings.node))
+        .retry_on_initial_connect()
+        .request_timeout(Some(limits::FLEET_ANSWER))
+        .ping_interval(Duration::from_secs(2))
+        .reconnect_delay_callback(|attempts| {
+            Duration::from_millis(50 << attempts.min(4)).min(Duration::from_millis(500))
+        })
+        .event_callback(|event| async move { log(&event) });
+    if let Some(file) = &settings.credentials {
+        options = options.credentials_file(file).await?;
+    }
+    let client = options.connect(servers).await.map_err(|error| invalid(&error))?;
+    let builder = jetstream::ContextBuilder::new();
+    Ok(builder.timeout(limits::FLEET_ANSWER).ack_timeout(limits::FLEET_ANSWER).build(client))
+}
+
+fn log(event: &Event) {
+    match event {
+        Event::Connected => info!("connected to NATS"),
+        Event::Disconnected => {
+            warn!("the connection to NATS is lost; rooms play on as long as the lease lasts")
+        }
+        Event::ServerError(error) => warn!(%error, "NATS"),
+        Event::ClientError(error) => warn!(%error, "NATS"),
+        _ => {}
+    }
+}

@@ -1,0 +1,299 @@
+//! Carries out what the directory decides, and tells it what it hears of.
+
+use super::publisher::Publisher;
+use super::records::{Message, Published, Records, RoomRecords};
+use super::store::{Kind, Store, watched};
+use crate::durable::SavedRoom;
+use crate::fleet::directory::{Action, Change, RETRY};
+use crate::fleet::entry::{Key, RoomCounts, RoomEntry};
+use crate::fleet::handle::Fleet;
+use crate::fleet::lease::RoomLease;
+use crate::fleet::settings::FleetSettings;
+use crate::host::room_handle::{AdminCommand, Host};
+use crate::host::rooms::Rooms;
+use crate::limits;
+use async_nats::jetstream::Context;
+use bytes::Bytes;
+use futures_util::StreamExt;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+use tokio::task::{JoinSet, spawn_blocking};
+use tokio::time::{Instant, interval, sleep, timeout};
+use tracing::{error, info, warn};
+
+/// Time between two polls of the directory.
+const POLL_EVERY: Duration = Duration::from_millis(100);
+/// Time between two measurements of the load.
+const MEASURE_EVERY: Duration = Duration::from_secs(1);
+/// Time between two looks whether the thread of a room has ended.
+const THREAD_LOOK: Duration = Duration::from_millis(2);
+
+/// The driver of a node.
+pub struct Driver {
+    settings: FleetSettings,
+    fleet: Arc<Fleet>,
+    rooms: Arc<Rooms>,
+    host: Arc<Host>,
+    publisher: Arc<Publisher>,
+}
+
+/// The driver with its connection.
+#[derive(Clone)]
+struct Connected {
+    store: Store,
+    records: Records,
+    fleet: Arc<Fleet>,
+    rooms: Arc<Rooms>,
+    publisher: Arc<Publisher>,
+}
+
+impl Driver {
+    /// The driver of a node's rooms.
+    pub fn new(
+        settings: FleetSettings,
+        fleet: Arc<Fleet>,
+        rooms: Arc<Rooms>,
+        host: Arc<Host>,
+        publisher: Arc<Publisher>,
+    ) -> Driver {
+        Driver { settings, fleet, rooms, host, publisher }
+    }
+
+    /// Takes part in the fleet by this connection, until the task is dropped.
+    pub async fn run(self, context: Context) {
+        let (store, records) = self.open(&context).await;
+        let connected = Connected {
+            store,
+            records,
+            fleet: Arc::clone(&self.fleet),
+            rooms: Arc::clone(&self.rooms),
+            publisher: Arc::clone(&self.publisher),
+        };
+        // They end with this task.
+        let mut tasks = JoinSet::new();
+        tasks.spawn(connected.clone().follow(Kind::Nodes));
+        tasks.spawn(connected.clone().follow(Kind::Rooms));
+        tasks.spawn(connected.clone().act());
+        tasks.spawn(self.poll());
+        tasks.join_all().await;
+    }
+
+    /// Opens the buckets and the stream, as soon as NATS lets it.
+    async fn open(&self, context: &Context) -> (Store, Records) {
+        let mut said = false;
+        loop {
+            let opened = async {
+                let store = Store::open(context, &self.settings).await?;
+                Ok::<_, String>((store, Records::open(context, &self.settings).await?))
+            };
+            match opened.await {
+                Ok(opened) => return opened,
+                Err(reason) if !std::mem::replace(&mut said, true) => {
+                    warn!(nats = %self.settings.nats, reason, "NATS cannot be used yet; trying again");
+                }
+                Err(_) => {}
+            }
+            sleep(RETRY).await;
+        }
+    }
+
+    /// Lets time pass for the directory, and measures the load.
+    async fn poll(self) {
+        let mut every = interval(POLL_EVERY);
+        let (mut measured_at, mut busy) = (Instant::now(), Duration::ZERO);
+        loop {
+            every.tick().await;
+            let elapsed = measured_at.elapsed();
+            if elapsed >= MEASURE_EVERY {
+                let total = self.host.metrics.ticks.busy();
+                let used = (total - busy).as_secs_f64() / elapsed.as_secs_f64();
+                (measured_at, busy) = (Instant::now(), total);
+                self.measured(used);
+            }
+            let urls = self.fleet.tell(|directory, now| {
+                directory.poll(now);
+                directory.urls().map(str::to_owned).collect()
+            });
+            self.host.neighbours.set(urls);
+        }
+    }
+
+    fn measured(&self, used: f64) {
+        let open = self.rooms.list();
+        let rooms_left = limits::ROOMS_MAX.saturating_sub(open.len());
+        let public = open.iter().filter(|info| !info.private);
+        let counts = public.map(|info| RoomCounts {
+            code: info.code.clone(),
+            players: info.players.load(Ordering::Relaxed),
+            connected: info.connected.load(Ordering::Relaxed),
+        });
+        self.fleet.measured(used, rooms_left, counts.collect());
+    }
+}
+
+impl Connected {
+    /// Follows a bucket, and begins again from all that is there when the connection was lost for too long.
+    async fn follow(self, kind: Kind) {
+        loop {
+            if let Err(reason) = self.follow_once(kind).await {
+                warn!(?kind, reason, "the directory is followed from its beginning again");
+            }
+            sleep(RETRY).await;
+        }
+    }
+
+    async fn follow_once(&self, kind: Kind) -> Result<(), String> {
+        let mut watch = self.store.watch(kind).await?;
+        let mut initial = Some(BTreeSet::new());
+        while let Some(heard) = watch.next().await {
+            let heard = heard.map_err(|error| error.to_string())?;
+            if let Some(key) = kind.key(&heard.key) {
+                let entry = watched(&key, heard.operation, &heard.value)?;
+                let change = match entry {
+                    Some(entry) => {
+                        initial.iter_mut().for_each(|present| present.extend([key.clone()]));
+                        Change::Written(key, entry, heard.revision)
+                    }
+                    None => Change::Gone(key),
+                };
+                self.fleet.heard(change);
+            }
+            if heard.seen_current
+                && let Some(present) = initial.take()
+            {
+                self.synced(kind, present);
+            }
+        }
+        Err("the watcher ended".to_owned())
+    }
+
+    fn synced(&self, kind: Kind, mut present: BTreeSet<Key>) {
+        self.fleet.tell(|directory, now| {
+            match kind {
+                Kind::Nodes => present.extend(directory.room_keys()),
+                Kind::Rooms => present.extend(directory.node_keys()),
+            }
+            directory.synced(&present, now);
+        });
+    }
+
+    async fn act(self) {
+        loop {
+            for action in self.fleet.actions().await {
+                self.carry_out(action);
+            }
+        }
+    }
+
+    fn carry_out(&self, action: Action) {
+        match action {
+            Action::Lease(incarnation, until) => self.fleet.lease().set(incarnation, until),
+            Action::Resume(code) => {
+                let incarnation = self.fleet.ask(|directory| directory.owned_under(&code));
+                incarnation.into_iter().for_each(|number| self.rooms.resume(&code, number));
+            }
+            Action::Stop(code, url) => {
+                self.rooms.command(&code, AdminCommand::Leave(url.map(Into::into)));
+            }
+            Action::Part(code) => drop(tokio::spawn(self.clone().part(code))),
+            Action::Open(code, entry) => drop(tokio::spawn(self.clone().open(code, entry))),
+            Action::Write(..) | Action::Remove(..) | Action::Look(_) => {
+                tokio::spawn(self.clone().exchange(action));
+            }
+        }
+    }
+
+    /// Writes, removes or reads an entry.
+    async fn exchange(self, action: Action) {
+        match action {
+            Action::Write(key, entry, expected) => {
+                let answer = self.store.write(&key, &entry, expected).await;
+                self.fleet.tell(|directory, now| directory.answered(key, answer, now));
+            }
+            Action::Remove(key, expected) => {
+                let answer = self.store.remove(&key, expected).await;
+                self.fleet.tell(|directory, now| directory.answered(key, answer, now));
+            }
+            Action::Look(key) => match self.store.look(&key).await {
+                Ok(found) => self.fleet.tell(|directory, now| directory.looked(key, found, now)),
+                Err(_) => self.fleet.tell(|directory, now| directory.look_failed(&key, now)),
+            },
+            _ => {}
+        }
+    }
+
+    /// Has a room end with a last record. Its queue may be full for a moment.
+    async fn part(self, code: String) {
+        while self.rooms.is_open(&code) && !self.rooms.command(&code, AdminCommand::Part) {
+            sleep(THREAD_LOOK).await;
+        }
+    }
+
+    async fn open(self, code: String, entry: RoomEntry) {
+        let opened = timeout(limits::FLEET_OPEN, self.try_open(&code, &entry)).await;
+        match opened.unwrap_or_else(|_| Err("NATS does not answer".to_owned())) {
+            Ok(()) => {
+                info!(room = %code, epoch = entry.epoch, "the room is played here");
+                self.fleet.tell(|directory, now| directory.opened(&code, now));
+                if !self.fleet.ask(|directory| directory.holds_epoch(&code, entry.epoch)) {
+                    self.rooms.command(&code, AdminCommand::Leave(None));
+                }
+            }
+            Err(reason) => {
+                error!(room = %code, reason, "a room of the fleet cannot be opened here");
+                self.fleet.tell(|directory, now| directory.open_failed(&code, now));
+            }
+        }
+    }
+
+    async fn try_open(&self, code: &str, entry: &RoomEntry) -> Result<(), String> {
+        while self.rooms.is_open(code) {
+            sleep(THREAD_LOOK).await;
+        }
+        let records = self.take_over(code, entry.epoch).await;
+        let saved = match records.file {
+            None => None,
+            Some(file) => {
+                let name = code.to_owned();
+                let read = spawn_blocking(move || SavedRoom::from_bytes(name, file)).await;
+                read.map_err(|error| error.to_string())?
+                    .inspect_err(|reason| {
+                        error!(room = %code, reason, "the records of a room cannot be read; it begins again");
+                    })
+                    .ok()
+            }
+        };
+        let incarnation = self.fleet.ask(|directory| directory.owned_under(code));
+        let incarnation = incarnation.ok_or("it went to another node meanwhile")?;
+        let lease = RoomLease::new(Arc::clone(self.fleet.lease()), incarnation);
+        self.publisher.open(&self.records, code, entry.epoch, records.last);
+        match self.rooms.adopt(code, &entry.room, saved, lease) {
+            true => Ok(()),
+            false => Err(format!("no thread or no scene {:?}", entry.room.scene)),
+        }
+    }
+
+    /// Reads the records of a room, and shuts out the node that wrote them.
+    async fn take_over(&self, code: &str, epoch: u64) -> RoomRecords {
+        loop {
+            if let Ok(records) = self.records.read(code).await {
+                let message = Message {
+                    epoch,
+                    writer: self.publisher.next_writer(),
+                    from: records.from,
+                    part: None,
+                    payload: Bytes::new(),
+                };
+                if let Published::Done(last) =
+                    self.records.publish(code, &message, records.last).await
+                {
+                    return RoomRecords { last, ..records };
+                }
+            } else {
+                sleep(RETRY).await;
+            }
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! The records of rooms in a stream: a subject for each room. A message holds records as they would stand in the file of
+//! a room, or a part of them. Each is written under the condition that the last message of the subject is still the
+//! one that the writer knows, so that the first message of a new owner shuts out the one before.
+
+use crate::fleet::settings::FleetSettings;
+use crate::limits;
+use async_nats::HeaderMap;
+use async_nats::jetstream::Context;
+use async_nats::jetstream::context::PublishErrorKind;
+use async_nats::jetstream::message::StreamMessage;
+use async_nats::jetstream::stream::{Config, LastRawMessageErrorKind, Stream};
+use bytes::Bytes;
+use jostle_protocol::replay::header;
+
+const STREAM: &str = "jostle_records";
+/// Epoch of the room's entry under which a message was written.
+const EPOCH: &str = "Jostle-Epoch";
+/// The writer's own number of a message, by which it knows it again.
+const WRITER: &str = "Jostle-Writer";
+/// Sequence of the first message of the newest whole file, as of this message; 0 stands for this message itself.
+const FROM: &str = "Jostle-From";
+/// Number of a message among those of the beginning of a file, and how many these are.
+const PART: &str = "Jostle-Part";
+
+/// Sequence of a message in the stream.
+pub type Sequence = u64;
+
+/// The stream.
+#[derive(Clone)]
+pub struct Records {
+    context: Context,
+    stream: Stream,
+}
+
+/// The result of a conditional write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Published {
+    /// Written, as this message.
+    Done(Sequence),
+    /// Another writer has written.
+    Refused,
+    /// No answer came: it may be written or not.
+    Unknown,
+}
+
+/// A message to be written.
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// Epoch of the room's entry.
+    pub epoch: u64,
+    /// The writer's number of it; no two messages have the same.
+    pub writer: u64,
+    /// Sequence of the first message of the newest whole file; 0 for a message that is one.
+    pub from: Sequence,
+    /// Its number among the parts of the beginning of a file, from 1, and their count.
+    pub part: Option<(usize, usize)>,
+    /// The bytes.
+    pub payload: Bytes,
+}
+
+/// The records of a room.
+#[derive(Clone, Debug, Default)]
+pub struct RoomRecords {
+    /// The bytes of its file; `None` if nothing was ever kept.
+    pub file: Option<Vec<u8>>,
+    /// Sequence of the first message of that.
+    pub from: Sequence,
+    /// Sequence of the subject's last message, 0 if there is none.
+    pub last: Sequence,
+}
+
+impl Records {
+    /// Opens the stream, and makes it if it is missing.
+    pub async fn open(context: &Context, settings: &FleetSettings) -> Result<Records, String> {
+        let config = Config {
+            name: STREAM.to_owned(),
+            subjects: vec![subject("*")],
+            num_replicas: settings.replicas,
+            ..Config::default()
+        };
+        let stream = match context.get_stream(STREAM).await {
+            Ok(stream) => stream,
+            Err(_) => context
+                .create_stream(config)
+                .await
+                .map_err(|error| format!("stream {STREAM}: {error}"))?,
+        };
+        Ok(Records { context: context.clone(), stream })
+    }
+
+    /// Writes a message if `last` is still the last one of the subject.
+    pub async fn publish(&self, code: &str, message: &Message, last: Sequence) -> Published {
+        let mut headers = HeaderMap::new();
+        headers.insert(EPOCH, message.epoch.to_string());
+        headers.insert(WRITER, message.writer.to_string());
+        headers.insert(FROM, message.from.to_string());
+        if let Some((number, count)) = message.part {
+            headers.insert(PART, format!("{number}/{count}"));
+        }
+        headers.insert("Nats-Expected-Last-Subject-Sequence", last.to_string());
+        let payload = message.payload.clone();
+        let sent = self.context.publish_with_headers(subject(code), headers, payload).await;
+        let acknowledged = match sent {
+            Ok(acknowledgement) => acknowledgement.await,
+            Err(error) => Err(error),
+        };
+        match acknowledged {
+            Ok(acknowledgement) => Published::Done(acknowledgement.sequence),
+            Err(error) if error.kind() == PublishErrorKind::WrongLastSequence => Published::Refused,
+            Err(_) => Published::Unknown,
+        }
+    }
+
+    /// Sequence of the last message, if it is the writer's own of this number.
+    pub async fn own_last(&self, code: &str, writer: u64) -> Result<Option<Sequence>, String> {
+        let last = self.last(code).await?;
+        let own = last.filter(|last| number(last, WRITER) == Some(writer));
+        Ok(own.map(|last| last.sequence))
+    }
+
+    /// Reads the newest whole file of a room, with what was appended to it.
+    pub async fn read(&self, code: &str) -> Result<RoomRecords, String> {
+        let Some(last) = self.last(code).await? else { return Ok(RoomRecords::default()) };
+        let end = last.sequence;
+        let from = match number(&last, FROM) {
+            Some(0) | None => end,
+            Some(from) => from,
+        };
+        let mut file = File::default();
+        let mut message = if from == end { last } else { self.next(code, from).await? };
+        loop {
+            file.add(&message);
+            if message.sequence >= end {
+                break;
+            }
+            message = self.next(code, message.sequence + 1).await?;
+        }
+        Ok(RoomRecords { file: file.whole, from: file.from, last: end })
+    }
+
+    /// Removes the messages of a room before a sequence, or all of them.
+    pub async fn purge(&self, code: &str, before: Option<Sequence>) -> Result<(), String> {
+        let purge = self.stream.purge().filter(subject(code));
+        let purged = match before {
+            Some(sequence) => purge.sequence(sequence).await,
+            None => purge.await,
+        };
+        purged.map(drop).map_err(|error| error.to_string())
+    }
+
+    async fn last(&self, code: &str) -> Result<Option<StreamMessage>, String> {
+        match self.stream.get_last_raw_message_by_subject(&subject(code)).await {
+            Ok(message) => Ok(Some(message)),
+            Err(error) if error.kind() == LastRawMessageErrorKind::NoMessageFound => Ok(None),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    async fn next(&self, code: &str, sequence: Sequence) -> Result<StreamMessage, String> {
+        let builder = self.stream.raw_message_builder().sequence(sequence);
+        builder.next_by_subject(subject(code)).send().await.map_err(|error| error.to_string())
+    }
+}
+
+/// A file as its messages are read.
+#[derive(Default)]
+struct File {
+    whole: Option<Vec<u8>>,
+    from: Sequence,
+    /// A beginning of which parts are missing, and its first message.
+    begun: (Vec<u8>, Sequence),
+}
+
+impl File {
+    fn add(&mut self, message: &StreamMessage) {
+        let Some((part, count)) = part(message) else {
+            if let Some(whole) = &mut self.whole {
+                whole.extend_from_slice(&message.payload);
+            }
+            return;
+        };
+        if part == 1 {
+            self.begun = (header().to_vec(), message.sequence);
+        }
+        self.begun.0.extend_from_slice(&message.payload);
+        if part == count {
+            let (bytes, from) = std::mem::take(&mut self.begun);
+            (self.whole, self.from) = (Some(bytes), from);
+        }
+    }
+}
+
+fn number(message: &StreamMessage, name: &str) -> Option<u64> {
+    message.headers.get(name)?.as_str().parse().ok()
+}
+
+fn part(message: &StreamMessage) -> Option<(usize, usize)> {
+    let (number, count) = message.headers.get(PART)?.as_str().split_once('/')?;
+    Some((number.parse().ok()?, count.parse().ok()?))
+}
+
+fn subject(code: &str) -> String {
+    format!("jostle.records.{code}")
+}
+
+/// Cuts bytes into payloads that NATS takes.
+pub fn payloads(bytes: Vec<u8>) -> Vec<Bytes> {
+    let mut rest = Bytes::from(bytes);
+    let mut payloads = Vec::new();
+    while rest.len() > limits::FLEET_MESSAGE_BYTES_MAX {
+        payloads.push(rest.split_to(limits::FLEET_MESSAGE_BYTES_MAX));
+    }
+    payloads.push(rest);
+    payloads
+}

@@ -1,0 +1,158 @@
+//! The directory in two key-value buckets: the entries of nodes, which expire, and those of rooms.
+
+use crate::fleet::directory::{Answer, LEASE_TTL};
+use crate::fleet::entry::{Entry, Key, Revision};
+use crate::fleet::settings::FleetSettings;
+use async_nats::jetstream::Context;
+use async_nats::jetstream::kv::{
+    Config, CreateErrorKind, Operation, Store as Bucket, UpdateErrorKind, Watch,
+};
+use async_nats::jetstream::stream::LastRawMessageErrorKind;
+use std::time::Duration;
+
+const NODES: &str = "jostle_nodes";
+const ROOMS: &str = "jostle_rooms";
+/// A key of the rooms' bucket that is no room's: with it, a watcher of the bucket is always told something.
+const FORMAT: &str = "format";
+const FORMAT_VALUE: &str = "1";
+
+/// Error of the store, in words.
+pub type StoreError = String;
+
+/// The two buckets.
+#[derive(Clone)]
+pub struct Store {
+    nodes: Bucket,
+    rooms: Bucket,
+}
+
+impl Store {
+    /// Opens the buckets, and makes them if they are missing.
+    pub async fn open(context: &Context, settings: &FleetSettings) -> Result<Store, StoreError> {
+        let nodes = bucket(context, settings, NODES, LEASE_TTL).await?;
+        let rooms = bucket(context, settings, ROOMS, Duration::ZERO).await?;
+        match rooms.create(FORMAT, FORMAT_VALUE.into()).await {
+            Err(error) if error.kind() != CreateErrorKind::AlreadyExists => Err(error.to_string()),
+            _ => Ok(Store { nodes, rooms }),
+        }
+    }
+
+    /// Writes an entry if its revision is still `expected`.
+    pub async fn write(&self, key: &Key, entry: &Entry, expected: Revision) -> Answer {
+        let (bucket, name) = self.place(key);
+        let value = match entry {
+            Entry::Node(entry) => serde_json::to_vec(entry),
+            Entry::Room(entry) => serde_json::to_vec(entry),
+        };
+        let value = value.expect("entries hold numbers, names and addresses").into();
+        if expected == 0 {
+            return match bucket.create(name, value).await {
+                Ok(revision) => Answer::Done(revision),
+                Err(error) if error.kind() == CreateErrorKind::AlreadyExists => Answer::Refused,
+                Err(_) => Answer::Unknown,
+            };
+        }
+        match bucket.update(name, value, expected).await {
+            Ok(revision) => Answer::Done(revision),
+            Err(error) if error.kind() == UpdateErrorKind::WrongLastRevision => Answer::Refused,
+            Err(_) => Answer::Unknown,
+        }
+    }
+
+    /// Removes an entry if its revision is still `expected`. An answer other than "done" says nothing.
+    pub async fn remove(&self, key: &Key, expected: Revision) -> Answer {
+        let (bucket, name) = self.place(key);
+        match bucket.delete_expect_revision(name, Some(expected)).await {
+            Ok(()) => Answer::Done(0),
+            Err(_) => Answer::Unknown,
+        }
+    }
+
+    /// Reads an entry from the leader: what a follower knows may be older than a lease.
+    pub async fn look(&self, key: &Key) -> Result<Option<(Entry, Revision)>, StoreError> {
+        let (bucket, name) = self.place(key);
+        let subject = format!("$KV.{}.{name}", bucket.name);
+        let message = match bucket.stream.get_last_raw_message_by_subject(&subject).await {
+            Ok(message) => message,
+            Err(error) if error.kind() == LastRawMessageErrorKind::NoMessageFound => {
+                return Ok(None);
+            }
+            Err(error) => return Err(error.to_string()),
+        };
+        if message.headers.get("KV-Operation").is_some() {
+            return Ok(None);
+        }
+        let entry = parse(key, &message.payload)?;
+        Ok(Some((entry, message.sequence)))
+    }
+
+    /// Follows a bucket, from all entries that there are on.
+    pub async fn watch(&self, kind: Kind) -> Result<Watch, StoreError> {
+        let bucket = match kind {
+            Kind::Nodes => &self.nodes,
+            Kind::Rooms => &self.rooms,
+        };
+        bucket.watch_with_history(">").await.map_err(|error| error.to_string())
+    }
+
+    fn place<'a>(&self, key: &'a Key) -> (&Bucket, &'a str) {
+        match key {
+            Key::Node(name) => (&self.nodes, name),
+            Key::Room(code) => (&self.rooms, code),
+        }
+    }
+}
+
+/// One of the two buckets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// That of the nodes.
+    Nodes,
+    /// That of the rooms.
+    Rooms,
+}
+
+impl Kind {
+    /// The name of an entry in this bucket; `None` if it is no entry of the directory.
+    pub fn key(self, name: &str) -> Option<Key> {
+        match self {
+            Kind::Nodes => Some(Key::Node(name.to_owned())),
+            Kind::Rooms => (name != FORMAT).then(|| Key::Room(name.to_owned())),
+        }
+    }
+}
+
+/// Reads the value of a watched entry; `None` if it was removed.
+pub fn watched(key: &Key, operation: Operation, value: &[u8]) -> Result<Option<Entry>, StoreError> {
+    match operation {
+        Operation::Put => parse(key, value).map(Some),
+        Operation::Delete | Operation::Purge => Ok(None),
+    }
+}
+
+fn parse(key: &Key, value: &[u8]) -> Result<Entry, StoreError> {
+    match key {
+        Key::Node(_) => serde_json::from_slice(value).map(Entry::Node),
+        Key::Room(_) => serde_json::from_slice(value).map(Entry::Room),
+    }
+    .map_err(|error| format!("{key:?}: {error}"))
+}
+
+async fn bucket(
+    context: &Context,
+    settings: &FleetSettings,
+    name: &str,
+    max_age: Duration,
+) -> Result<Bucket, StoreError> {
+    if let Ok(bucket) = context.get_key_value(name).await {
+        return Ok(bucket);
+    }
+    let config = Config {
+        bucket: name.to_owned(),
+        max_age,
+        history: 1,
+        num_replicas: settings.replicas,
+        ..Config::default()
+    };
+    context.create_key_value(config).await.map_err(|error| format!("bucket {name}: {error}"))
+}
