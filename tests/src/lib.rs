@@ -1,10 +1,11 @@
 //! Code shared by the tests of the workspace: a server in this process, a real browser, pages
-//! driven by real keys and pointers, comparable pictures, and mutated replays.
+//! driven by real keys and pointers, comparable pictures, mutated replays, and real NATS servers.
 //!
 //! The tests themselves are in `tests/`, one file or directory per subject.
 
 pub mod browser;
 pub mod devtools;
+pub mod nats;
 pub mod picture;
 pub mod runner;
 pub mod scenes;

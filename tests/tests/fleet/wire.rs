@@ -1,0 +1,140 @@
+//! A client of NATS that speaks its text protocol over a plain socket.
+
+use jostle_tests::server::LONG;
+use serde_json::{Value, json};
+use std::net::SocketAddr;
+use std::time::Duration;
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+
+/// Subject for the answers to this client's requests.
+const ANSWERS: &str = "_INBOX.wire";
+/// Time after which a request is sent again. A server whose leader has just changed answers some of them never.
+const ASK_AGAIN: Duration = Duration::from_secs(5);
+
+pub struct Wire {
+    server: SocketAddr,
+    stream: BufReader<TcpStream>,
+    /// What the server says of itself first.
+    pub info: Value,
+}
+
+impl Wire {
+    pub async fn connect(server: SocketAddr) -> Wire {
+        let stream = TcpStream::connect(server).await.expect("a server that accepts");
+        Wire::begin(stream).await
+    }
+
+    /// Goes on with a connection on which nothing was read yet.
+    pub async fn begin(stream: TcpStream) -> Wire {
+        let server = stream.peer_addr().expect("a connection");
+        let mut wire = Wire { server, stream: BufReader::new(stream), info: Value::Null };
+        let line = wire.line().await;
+        let info = line.strip_prefix("INFO ").unwrap_or_else(|| panic!("no INFO: {line}"));
+        wire.info = serde_json::from_str(info).expect("JSON");
+        wire.send("CONNECT {\"verbose\":false,\"headers\":true}\r\n").await;
+        wire.send(&format!("SUB {ANSWERS} 1\r\n")).await;
+        wire.ping().await;
+        wire
+    }
+
+    pub async fn send(&mut self, text: &str) {
+        self.stream.write_all(text.as_bytes()).await.expect("a connection");
+    }
+
+    /// The next line that is not a server's ping.
+    pub async fn line(&mut self) -> String {
+        let read = async {
+            loop {
+                let mut line = String::new();
+                let read = self.stream.read_line(&mut line).await.expect("a connection");
+                assert!(read > 0, "the server closed the connection");
+                match line.trim_end() {
+                    "PING" => self.send("PONG\r\n").await,
+                    line => return line.to_owned(),
+                }
+            }
+        };
+        timeout(LONG, read).await.expect("a line in time")
+    }
+
+    /// A round trip.
+    pub async fn ping(&mut self) {
+        self.send("PING\r\n").await;
+        assert_eq!(self.line().await, "PONG");
+    }
+
+    /// Whether the server has sent nothing that was not read yet.
+    pub fn is_silent(&self) -> bool {
+        let read = self.stream.get_ref().try_read(&mut [0]);
+        self.stream.buffer().is_empty()
+            && read.is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock)
+    }
+
+    /// Waits for the end of the connection.
+    pub async fn ends(mut self) {
+        let mut rest = Vec::new();
+        let read = timeout(LONG, self.stream.read_to_end(&mut rest)).await.expect("an end in time");
+        // A server that was killed may reset it.
+        assert!(rest.is_empty() || read.is_err(), "{}", String::from_utf8_lossy(&rest));
+    }
+
+    pub async fn subscribe(&mut self, subject: &str) {
+        self.send(&format!("SUB {subject} 2\r\n")).await;
+        self.ping().await;
+    }
+
+    pub async fn publish(&mut self, subject: &str, text: &str) {
+        self.send(&format!("PUB {subject} {}\r\n{text}\r\n", text.len())).await;
+    }
+
+    /// Text of the next message that was subscribed to.
+    pub async fn message(&mut self) -> String {
+        let line = self.line().await;
+        assert!(line.starts_with("MSG "), "no message: {line}");
+        let length = line.rsplit(' ').next().and_then(|length| length.parse::<usize>().ok());
+        let mut bytes = vec![0; length.expect("a length") + "\r\n".len()];
+        let read = timeout(LONG, self.stream.read_exact(&mut bytes)).await.expect("a text in time");
+        read.expect("a connection");
+        String::from_utf8(bytes).expect("text").trim_end().to_owned()
+    }
+
+    /// Answer to a request, which is sent until there is one: it must do no more if it is carried out twice.
+    async fn request(&mut self, subject: &str, headers: &str, body: &str) -> Value {
+        let headers = format!("NATS/1.0\r\n{headers}\r\n");
+        let (head, all) = (headers.len(), headers.len() + body.len());
+        let request = format!("HPUB {subject} {ANSWERS} {head} {all}\r\n{headers}{body}\r\n");
+        let answered = async {
+            loop {
+                self.send(&request).await;
+                match timeout(ASK_AGAIN, self.message()).await {
+                    Ok(answer) => return serde_json::from_str(&answer).expect("JSON"),
+                    // On another connection no late answer is taken for that to another request.
+                    Err(_late) => *self = Box::pin(Wire::connect(self.server)).await,
+                }
+            }
+        };
+        timeout(LONG, answered).await.expect("an answer in time")
+    }
+
+    /// Has a stream keep a text, once, and returns its number there.
+    pub async fn keep(&mut self, stream: &str, text: &str) -> u64 {
+        let answer = self.request(stream, &format!("Nats-Msg-Id: {text}\r\n"), text).await;
+        answer["seq"].as_u64().unwrap_or_else(|| panic!("not kept: {answer}"))
+    }
+
+    /// Creates a stream with a copy on this many servers; it keeps what is published under its name.
+    pub async fn create_stream(&mut self, name: &str, copies: usize) {
+        let body = json!({"name": name, "subjects": [name], "num_replicas": copies});
+        let subject = format!("$JS.API.STREAM.CREATE.{name}");
+        let answer = self.request(&subject, "", &body.to_string()).await;
+        assert_eq!(answer["error"], Value::Null);
+    }
+
+    /// Messages that a stream keeps.
+    pub async fn count_of(&mut self, stream: &str) -> u64 {
+        let answer = self.request(&format!("$JS.API.STREAM.INFO.{stream}"), "", "").await;
+        answer["state"]["messages"].as_u64().unwrap_or_else(|| panic!("no count: {answer}"))
+    }
+}
