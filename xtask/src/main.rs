@@ -10,6 +10,7 @@ mod fuzz;
 mod goldens;
 mod latency;
 mod load;
+mod nats;
 mod pictures;
 mod play;
 mod python;

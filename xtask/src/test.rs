@@ -6,7 +6,7 @@
 
 use crate::shell::{Skipped, cargo, cargo_of_bench, run};
 use crate::workspace::{Package, packages};
-use crate::{chromium, goldens, python, tidy, traces, web};
+use crate::{chromium, goldens, nats, python, tidy, traces, web};
 use anyhow::{Result, bail};
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -14,8 +14,11 @@ use std::time::Instant;
 
 const TESTS_CRATE: &str = "jostle-tests";
 const BROWSER_TEST: &str = "browser";
+const FLEET_TEST: &str = "fleet";
 /// They wait most of the time, so that more of them fit than there are processors.
 const SOCKET_TEST_THREADS: &str = "4";
+/// Each has up to three NATS servers of its own.
+const FLEET_TEST_THREADS: &str = "2";
 /// Read by the drawing tests: without an adapter they fail instead of being skipped.
 const NEEDS_GPU: &str = "JOSTLE_NEEDS_GPU";
 
@@ -36,7 +39,7 @@ enum When {
 }
 
 /// The browser comes early: it brings the libraries with which the unit tests draw.
-const STEPS: [Step; 17] = [
+const STEPS: [Step; 18] = [
     Step { name: "tidy", when: When::Always, run: tidy::tidy },
     Step { name: "format", when: When::Always, run: format },
     Step { name: "browser, found or installed", when: When::Full, run: chromium::provide },
@@ -48,6 +51,7 @@ const STEPS: [Step; 17] = [
     Step { name: "unit tests, drawing optional", when: When::Quick, run: unit_tests },
     Step { name: "documentation tests", when: When::Always, run: documentation_tests },
     Step { name: "socket tests", when: When::Always, run: socket_tests },
+    Step { name: "fleet tests", when: When::Always, run: fleet_tests },
     Step { name: "traces, each played twice", when: When::Always, run: traces::check },
     Step { name: "golden replays", when: When::Always, run: goldens::check },
     Step { name: "golden replays, 64-bit Arm", when: When::Full, run: goldens::check_aarch64 },
@@ -140,7 +144,7 @@ fn documentation_tests() -> Result<()> {
     run(&mut cargo(&["test", "--workspace", "--no-fail-fast", "--doc"]))
 }
 
-/// The workspace's tests, all but those in the browser.
+/// The workspace's tests, all but those in the browser and those of fleets.
 fn socket_tests() -> Result<()> {
     python::provide()?;
     let packages = packages()?;
@@ -148,16 +152,23 @@ fn socket_tests() -> Result<()> {
     let names: Vec<&str> = tests
         .into_iter()
         .flat_map(Package::test_names)
-        .filter(|name| *name != BROWSER_TEST)
+        .filter(|name| ![BROWSER_TEST, FLEET_TEST].contains(name))
         .collect();
     if names.is_empty() {
-        bail!("{TESTS_CRATE} has no tests besides {BROWSER_TEST}");
+        bail!("{TESTS_CRATE} has no tests besides {BROWSER_TEST} and {FLEET_TEST}");
     }
     let mut command = cargo(&["test", "--workspace", "--no-fail-fast"]);
     for name in names {
         command.args(["--test", name]);
     }
     run(command.args(["--", "--test-threads", SOCKET_TEST_THREADS]))
+}
+
+/// With NATS servers.
+fn fleet_tests() -> Result<()> {
+    nats::provide()?;
+    let test = ["test", "--workspace", "--no-fail-fast", "--test", FLEET_TEST];
+    run(cargo(&test).args(["--", "--test-threads", FLEET_TEST_THREADS]))
 }
 
 fn clippy_bench() -> Result<()> {
