@@ -48,7 +48,7 @@ pub fn origin(text: &str) -> Result<String, String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{host, origin, proxies, socket_address};
+    use super::{origin, proxies, socket_address};
 
     #[test]
     fn proxies_are_addresses_or_networks() {
