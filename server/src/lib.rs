@@ -25,7 +25,9 @@ pub use host::phase::Phase;
 pub use state::{Parts, ServerState};
 
 use durable::StateWriter;
+use fleet::handle::Fleet;
 use fleet::joining::Joining;
+use host::rooms::Rooms;
 use net::listen::accept;
 use net::socket_threads::SocketThreads;
 use ops::bans::Bans;
@@ -37,7 +39,7 @@ use std::sync::Arc;
 use tokio::net::TcpListener;
 use tokio::sync::{mpsc, watch};
 use tokio::task::spawn_blocking;
-use tokio::time::{Instant, timeout, timeout_at};
+use tokio::time::{Instant, sleep, timeout, timeout_at};
 use tracing::{info, warn};
 
 /// Serves until `shutdown` resolves, then warns the players, closes their sockets and returns
@@ -120,7 +122,7 @@ async fn drain(
     let limits::Waits { drain_notice, drain, drain_max, .. } = state.config.waits;
     let ends_at = Instant::now() + drain_max;
     if let Some(fleet) = &state.fleet {
-        fleet.hand_over(Instant::now() + limits::FLEET_DRAIN).await;
+        hand_over(fleet, &state.rooms).await;
     }
     phase.send_replace(Phase::Draining);
     // Those that are left are closed now.
@@ -149,6 +151,16 @@ async fn drain(
     tokio::join!(sockets, rooms_and_files);
     if let Some(fleet) = &state.fleet {
         fleet.leave(ends_at.min(Instant::now() + limits::FLEET_ANSWER)).await;
+    }
+}
+
+/// Hands the rooms over to other nodes, and waits until their players were told.
+async fn hand_over(fleet: &Fleet, rooms: &Rooms) {
+    let until = Instant::now() + limits::FLEET_DRAIN;
+    fleet.hand_over(until).await;
+    let left = || rooms.list().len() > fleet.ask(|directory| directory.holds());
+    while left() && Instant::now() < until {
+        sleep(limits::FLEET_HAND_OVER_LOOK).await;
     }
 }
 

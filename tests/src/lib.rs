@@ -7,6 +7,7 @@ pub mod browser;
 pub mod devtools;
 pub mod nats;
 pub mod picture;
+pub mod program;
 pub mod runner;
 pub mod scenes;
 pub mod server;

@@ -1,4 +1,8 @@
-//! Real NATS servers, which are killed, and a network that is taken away.
+//! Servers as nodes of a fleet, with real NATS servers: all of them are killed, and their network is taken away.
 
+mod games;
 mod nats;
+mod node;
+mod player;
+mod rooms;
 mod wire;

@@ -4,36 +4,12 @@ use crate::client::{Client, LONG};
 use jostle_game::Buttons;
 use jostle_protocol::{Refusal, ServerMessage};
 use jostle_sim::Vec2;
+use jostle_tests::program::jostle;
 use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
-use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 use tokio::time::timeout;
-
-/// Builds `jostle` with the profile of this test, since an older binary could be misleading.
-/// Selected from the whole workspace it shares the features, and so the dependencies, with this
-/// test.
-fn binary() -> PathBuf {
-    let test = std::env::current_exe().expect("the test's own path");
-    let profile_dir = test.ancestors().nth(2).expect("target/PROFILE/deps/test");
-    let target_dir = profile_dir.parent().expect("target/PROFILE");
-    let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--workspace", "--bin", "jostle"]);
-    cargo.arg("--target-dir").arg(target_dir);
-    if profile_dir.ends_with("release") {
-        cargo.arg("--release");
-    }
-    // Cargo sets these for this test. Some build scripts depend on them, and would run again.
-    for (name, _) in std::env::vars_os() {
-        let name = name.to_string_lossy();
-        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") {
-            cargo.env_remove(&*name);
-        }
-    }
-    assert!(cargo.status().expect("cargo starts").success(), "jostle builds");
-    profile_dir.join(format!("jostle{}", std::env::consts::EXE_SUFFIX))
-}
 
 /// A running server, killed if the test fails.
 pub struct Process {
@@ -46,21 +22,21 @@ pub struct Process {
 impl Process {
     /// Starts the server with more arguments; its log goes to `log`.
     pub fn serve(more: &[&str], log: Stdio) -> Process {
-        Process::start(Command::new(binary()), more, log)
+        Process::start(Command::new(jostle()), more, log)
     }
 
     /// Starts it with at most this many descriptors, by the shell's `ulimit` with these flags.
     #[cfg(unix)]
     pub fn serve_with_descriptors(flags: &str, count: u32, log: Stdio) -> Process {
         let mut shell = Command::new("sh");
-        shell.arg("-c").arg(format!("ulimit {flags} {count}; exec \"$0\" \"$@\"")).arg(binary());
+        shell.arg("-c").arg(format!("ulimit {flags} {count}; exec \"$0\" \"$@\"")).arg(jostle());
         Process::start(shell, &[], log)
     }
 
     /// Starts it as systemd does a service whose signs of life it wants at this socket, within this time of each other.
     #[cfg(unix)]
     pub fn serve_supervised(socket: &std::path::Path, within: Duration, log: Stdio) -> Process {
-        let mut command = Command::new(binary());
+        let mut command = Command::new(jostle());
         command.env("NOTIFY_SOCKET", socket).env_remove("WATCHDOG_PID");
         command.env("WATCHDOG_USEC", within.as_micros().to_string());
         Process::start(command, &[], log)

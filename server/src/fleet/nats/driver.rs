@@ -102,6 +102,8 @@ impl Driver {
     /// Lets time pass for the directory, and measures the load.
     async fn poll(self) {
         let mut every = interval(POLL_EVERY);
+        // The node registers as one with room.
+        self.measured(0.0);
         let (mut measured_at, mut busy) = (Instant::now(), Duration::ZERO);
         loop {
             every.tick().await;

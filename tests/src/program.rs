@@ -1,0 +1,35 @@
+//! The program `jostle`, built for tests that start it.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+/// Builds `jostle`, once in the life of a test process, and returns its path.
+pub fn jostle() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(build)
+}
+
+/// Builds `jostle` with the profile of this test, since an older binary could be misleading.
+/// Selected from the whole workspace it shares the features, and so the dependencies, with this
+/// test.
+fn build() -> PathBuf {
+    let test = std::env::current_exe().expect("the test's own path");
+    let profile_dir = test.ancestors().nth(2).expect("target/PROFILE/deps/test");
+    let target_dir = profile_dir.parent().expect("target/PROFILE");
+    let mut cargo = Command::new(env!("CARGO"));
+    cargo.args(["build", "--quiet", "--workspace", "--bin", "jostle"]);
+    cargo.arg("--target-dir").arg(target_dir);
+    if profile_dir.ends_with("release") {
+        cargo.arg("--release");
+    }
+    // Cargo sets these for this test. Some build scripts depend on them, and would run again.
+    for (name, _) in std::env::vars_os() {
+        let name = name.to_string_lossy();
+        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") {
+            cargo.env_remove(&*name);
+        }
+    }
+    assert!(cargo.status().expect("cargo starts").success(), "jostle builds");
+    profile_dir.join(format!("jostle{}", std::env::consts::EXE_SUFFIX))
+}

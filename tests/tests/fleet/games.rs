@@ -1,0 +1,272 @@
+//! A fleet with players in all of its rooms.
+
+use crate::node::{Dir, Node};
+use crate::player::{Player, Stay};
+use jostle_protocol::replay::Replay;
+use jostle_room::Playback;
+use jostle_sim::TICKS_PER_SECOND;
+use jostle_tests::nats::Cluster;
+use jostle_tests::server::LONG;
+use std::collections::BTreeMap;
+use std::fs;
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::sync::watch;
+use tokio::task::JoinHandle;
+use tokio::time::timeout;
+
+/// Rooms of a fleet under test; every third is private.
+const ROOMS: usize = 6;
+/// Nodes.
+pub const NODES: usize = 3;
+const SCENES: [&str; 3] = ["arena", "pile", "hill"];
+
+/// Players in all rooms together; `JOSTLE_FLEET_PLAYERS` may ask for more.
+fn players() -> usize {
+    number("JOSTLE_FLEET_PLAYERS", 24)
+}
+
+/// A number of the environment.
+pub fn number(variable: &str, usual: usize) -> usize {
+    let text = std::env::var(variable).ok();
+    text.map_or(usual, |text| {
+        text.parse().unwrap_or_else(|_| panic!("{variable} is a whole number"))
+    })
+}
+
+/// Three NATS servers, three nodes, and players who follow their rooms.
+pub struct Games {
+    // Dropped in this order: the nodes before what they need.
+    pub nodes: Vec<Node>,
+    pub cluster: Cluster,
+    pub dir: Dir,
+    pub rooms: Vec<String>,
+    players: Vec<Playing>,
+    stop: watch::Sender<bool>,
+}
+
+struct Playing {
+    room: String,
+    seen: watch::Receiver<(u32, Option<SocketAddr>)>,
+    task: JoinHandle<Player>,
+}
+
+impl Games {
+    /// Starts everything, and returns when every player plays. `nats` says how a node of this number reaches the cluster.
+    pub async fn start(nats: impl Fn(&Cluster, usize) -> String) -> Games {
+        Games::start_with(Cluster::start(NODES).await.expect("a cluster"), nats).await
+    }
+
+    /// The same with a cluster that is there.
+    pub async fn start_with(cluster: Cluster, nats: impl Fn(&Cluster, usize) -> String) -> Games {
+        let dir = Dir::new();
+        let mut nodes = Vec::new();
+        for index in 0..NODES {
+            let mut node = Node::new(&dir, &format!("node-{index}"), &nats(&cluster, index));
+            node.start().await;
+            nodes.push(node);
+        }
+        let mut rooms = Vec::new();
+        for index in 0..ROOMS {
+            let scene = SCENES[index % SCENES.len()];
+            let node = nodes[index % NODES].address;
+            rooms.push(open(node, scene, index % 3 == 2).await);
+        }
+        let (stop, stopped) = watch::channel(false);
+        let players = (0..players()).map(|index| {
+            let room = rooms[index % ROOMS].clone();
+            // Most ask a node that does not play their room.
+            let node = nodes[index / ROOMS % NODES].address;
+            let player = Player::new(&room, &format!("P{index}"), node);
+            let (sender, seen) = watch::channel((0, None));
+            let task = tokio::spawn(player.play(stopped.clone(), sender));
+            Playing { room, seen, task }
+        });
+        let players = players.collect();
+        let mut games = Games { nodes, cluster, dir, rooms, players, stop };
+        games.all_play().await;
+        games
+    }
+
+    /// Waits until every player has played another second.
+    pub async fn all_play(&mut self) {
+        let all = async {
+            for player in &mut self.players {
+                let before = player.seen.borrow_and_update().0;
+                let later = before + TICKS_PER_SECOND;
+                player.seen.wait_for(|(tick, _)| *tick >= later).await.expect("a player");
+            }
+        };
+        timeout(LONG, all).await.expect("all players play in time");
+    }
+
+    /// The node of each room, as its first player sees it.
+    pub fn places(&self) -> BTreeMap<&str, SocketAddr> {
+        let seen = self.players.iter().rev().map(|player| {
+            let (_, node) = *player.seen.borrow();
+            (player.room.as_str(), node.expect("a node"))
+        });
+        seen.collect()
+    }
+
+    /// The node with most rooms, and their number.
+    pub fn fullest(&self) -> (usize, usize) {
+        let places = self.places();
+        let rooms_of = |node: &Node| places.values().filter(|at| **at == node.address).count();
+        let counts = self.nodes.iter().map(rooms_of).enumerate();
+        counts.max_by_key(|(_, rooms)| *rooms).expect("a node")
+    }
+
+    /// Waits until no player's room is at this node.
+    pub async fn leave(&mut self, node: SocketAddr) {
+        let all = async {
+            for player in &mut self.players {
+                player.seen.wait_for(|(_, at)| *at != Some(node)).await.expect("a player");
+            }
+        };
+        timeout(LONG, all).await.expect("all players are elsewhere in time");
+    }
+
+    /// Ends the game, and returns what the players saw, after a look at everything that must hold in every case: no
+    /// seat was lost, no player was refused, and no two nodes ever sent snapshots of one room at a time.
+    pub async fn end(self) -> Seen {
+        self.stop.send_replace(true);
+        let mut players = Vec::new();
+        for player in self.players {
+            players.push(player.task.await.expect("a player without a panic"));
+        }
+        let faults: Vec<_> = players.iter().flat_map(|player| &player.faults).collect();
+        assert!(faults.is_empty(), "{faults:?}");
+        for room in &self.rooms {
+            let of_room = players.iter().filter(|player| player.room == *room);
+            one_node_at_a_time(room, of_room.flat_map(|player| player.stays.iter().copied()));
+        }
+        Seen { players, nodes: self.nodes, rooms: self.rooms, cluster: self.cluster, dir: self.dir }
+    }
+}
+
+/// Everything that is left after the games.
+pub struct Seen {
+    pub players: Vec<Player>,
+    pub nodes: Vec<Node>,
+    pub rooms: Vec<String>,
+    cluster: Cluster,
+    dir: Dir,
+}
+
+impl Seen {
+    /// The gaps at changes of the connection, in order of their length.
+    pub fn gaps(&self) -> Vec<Duration> {
+        let gaps = self.players.iter().flat_map(|player| player.gaps().map(|(gap, _)| gap));
+        let mut gaps: Vec<Duration> = gaps.collect();
+        gaps.sort();
+        gaps
+    }
+
+    /// Most ticks that a player saw and that were played again.
+    pub fn lost_ticks_max(&self) -> i64 {
+        let gaps = self.players.iter().flat_map(|player| player.gaps());
+        gaps.map(|(_, lost)| lost).max().unwrap_or(0)
+    }
+
+    /// Ends the nodes, and plays all replays of public rooms again: each is whole, and where a room went on at another
+    /// node it went on at the very next tick from the very same state. `killed` rooms may have gaps. Returns how
+    /// often a room went on elsewhere.
+    pub async fn verified(mut self) -> usize {
+        for node in &mut self.nodes {
+            node.signal("TERM");
+            node.ended().await;
+        }
+        let mut joints = 0;
+        let replays: Vec<_> = self.nodes.iter().map(Node::replays).collect();
+        let verified = tokio::task::spawn_blocking(move || {
+            replays.iter().flat_map(|dir| files(dir)).map(verify).collect::<Vec<_>>()
+        });
+        let parts = verified.await.expect("replays that can be played");
+        for room in &self.rooms {
+            let mut of_room: Vec<_> = parts.iter().filter(|part| part.room == *room).collect();
+            of_room.sort_by_key(|part| part.first.0);
+            for pair in of_room.windows(2) {
+                assert_eq!(pair[0].last, pair[1].first, "{room}: tick and hash where it went on");
+                joints += 1;
+            }
+        }
+        drop((self.cluster, self.dir));
+        joints
+    }
+}
+
+/// The 50th and 99th part in 100 of sorted times, and the longest.
+pub fn percentiles(sorted: &[Duration]) -> [Duration; 3] {
+    let at = |part: usize| sorted[(sorted.len() * part / 100).min(sorted.len() - 1)];
+    [at(50), at(99), at(100)]
+}
+
+/// A node may send the last snapshots of a room while another one, to which it went, sends the first: those were on
+/// their way. But it never sends a tick that the other has played.
+fn one_node_at_a_time(room: &str, stays: impl Iterator<Item = Stay>) {
+    let mut by_node: BTreeMap<SocketAddr, Vec<Stay>> = BTreeMap::new();
+    for stay in stays {
+        by_node.entry(stay.node).or_default().push(stay);
+    }
+    let nodes: Vec<_> = by_node.iter().collect();
+    for (index, (a, stays)) in nodes.iter().enumerate() {
+        for (b, others) in &nodes[index + 1..] {
+            for (one, other) in stays.iter().flat_map(|s| others.iter().map(move |o| (s, o))) {
+                let apart = one.at[1] <= other.at[0] || other.at[1] <= one.at[0];
+                let in_order = one.ticks[1] < other.ticks[0] || other.ticks[1] < one.ticks[0];
+                assert!(apart || in_order, "{room}: {one:?} at {a} and {other:?} at {b}");
+            }
+        }
+    }
+}
+
+/// A replay that was played again.
+struct Part {
+    room: String,
+    first: (u32, u64),
+    last: (u32, u64),
+}
+
+fn files(dir: &Path) -> Vec<std::path::PathBuf> {
+    let Ok(entries) = fs::read_dir(dir) else { return Vec::new() };
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    paths.filter(|path| path.extension().is_some_and(|ending| ending == "jostle")).collect()
+}
+
+fn verify(path: std::path::PathBuf) -> Part {
+    let replay = Replay::read(fs::read(path).expect("a file")).expect("a replay");
+    let room = replay.start().room.clone();
+    let keyframe = replay.keyframe_before(replay.first_tick()).expect("a first state");
+    let first = (keyframe.tick, keyframe.hash);
+    let mut playback = Playback::new(Arc::new(replay)).expect("a scene and a state");
+    while let Some(played) = playback.step().expect("a tick") {
+        assert!(played.agrees, "{room}: tick {}", played.tick);
+    }
+    Part { room, first, last: (playback.tick(), playback.game().hash()) }
+}
+
+/// Opens a room by this node.
+async fn open(node: SocketAddr, scene: &str, private: bool) -> String {
+    let body = format!(r#"{{"scene":"{scene}","private":{private}}}"#);
+    let request = format!(
+        "POST /api/rooms HTTP/1.1\r\nHost: {node}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}",
+        body.len()
+    );
+    let answer = async {
+        let mut stream = TcpStream::connect(node).await.expect("a connection");
+        stream.write_all(request.as_bytes()).await.expect("a request");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).await.expect("an answer");
+        answer
+    };
+    let answer = timeout(LONG, answer).await.expect("an answer in time");
+    let (head, body) = answer.split_once("\r\n\r\n").expect("a body");
+    assert!(head.starts_with("HTTP/1.1 201"), "{answer}");
+    let created: serde_json::Value = serde_json::from_str(body).expect("JSON");
+    created["code"].as_str().expect("a code").to_owned()
+}

@@ -1,0 +1,127 @@
+//! Rooms that outlive their nodes: drained, killed, cut off, or without the leader of the directory.
+
+use crate::games::{Games, NODES, number, percentiles};
+use jostle_tests::nats::Cluster;
+use jostle_tests::nats::proxy::Proxy;
+use std::time::{Duration, Instant};
+use tokio::time::sleep;
+
+/// Streams of the directory and the records.
+const STREAMS: [&str; 3] = ["KV_jostle_nodes", "KV_jostle_rooms", "jostle_records"];
+/// Time in which the rooms of a dead node have to go on elsewhere.
+const BACK_WITHIN: Duration = Duration::from_secs(30);
+/// Most ticks that a killed node may lose: a second of play.
+const LOST_TICKS_MAX: i64 = 60;
+
+/// Times that something is done to the fleet; `JOSTLE_FLEET_TIMES` may ask for more.
+fn times(usual: usize) -> usize {
+    number("JOSTLE_FLEET_TIMES", usual)
+}
+
+fn direct(cluster: &Cluster, _: usize) -> String {
+    cluster.url()
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_node_that_drains_hands_its_rooms_over() {
+    let mut games = Games::start(direct).await;
+    let mut moved = 0;
+    while moved < times(6) {
+        let (node, rooms) = games.fullest();
+        games.nodes[node].signal("TERM");
+        let (status, took) = games.nodes[node].ended().await;
+        assert_eq!(status, Some(0), "after {took:?}");
+        moved += rooms;
+        games.leave(games.nodes[node].address).await;
+        games.all_play().await;
+        println!("{rooms} rooms moved; the node ended in {took:?}");
+        games.nodes[node].start().await;
+    }
+    let seen = games.end().await;
+    let [p50, p99, max] = percentiles(&seen.gaps());
+    let lost = seen.lost_ticks_max();
+    println!("{moved} moves: without snapshots for {p50:?} (p50), {p99:?} (p99), {max:?} (max)");
+    // A tick may be lost on the way to a player, never repeated.
+    assert!(lost <= 0, "{lost} ticks were played twice");
+    let joints = seen.verified().await;
+    println!("replays of public rooms went on at {joints} moves, with the same state");
+    assert!(joints > 0);
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_rooms_of_a_killed_node_go_on_elsewhere() {
+    let mut games = Games::start(direct).await;
+    for _ in 0..times(1) {
+        let (node, rooms) = games.fullest();
+        games.nodes[node].signal("KILL");
+        let killed = Instant::now();
+        games.nodes[node].ended().await;
+        games.leave(games.nodes[node].address).await;
+        let back = killed.elapsed();
+        games.all_play().await;
+        println!("{rooms} rooms of a killed node went on after {back:?}");
+        assert!(back < BACK_WITHIN, "{back:?}");
+        games.nodes[node].start().await;
+    }
+    let seen = games.end().await;
+    let lost = seen.lost_ticks_max();
+    println!("{lost} ticks lost at most");
+    assert!(lost <= LOST_TICKS_MAX, "{lost} ticks");
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn no_room_stops_when_the_leader_of_the_directory_is_killed() {
+    let mut games = Games::start(direct).await;
+    for kill in 0..times(1) {
+        let stream = STREAMS[kill % STREAMS.len()];
+        let leader = games.cluster.leader_of_stream(stream).await.expect("an answer");
+        let leader = leader.expect("a leader");
+        games.cluster.kill(leader);
+        let killed = Instant::now();
+        while games.cluster.leader_of_stream(stream).await.expect("an answer").is_none() {
+            sleep(Duration::from_millis(50)).await;
+        }
+        println!("{stream} has another leader after {:?}", killed.elapsed());
+        games.all_play().await;
+        games.cluster.restart(leader).await.expect("a NATS server");
+        games.cluster.ready().await.expect("a ready cluster");
+        games.all_play().await;
+    }
+    for node in &games.nodes {
+        assert_eq!(node.count("stands still"), 0, "{}", node.name);
+    }
+    let seen = games.end().await;
+    for player in &seen.players {
+        let stays = player.stays.iter().map(|stay| stay.node).collect::<Vec<_>>();
+        assert!(stays.windows(2).all(|pair| pair[0] == pair[1]), "{}: {stays:?}", player.name);
+    }
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_node_without_the_directory_stands_still_before_another_plays() {
+    let mut proxies = Vec::new();
+    let cluster = Cluster::start(NODES).await.expect("a cluster");
+    for _ in 0..NODES {
+        proxies.push(Proxy::start(cluster.addresses()).await.expect("a proxy"));
+    }
+    let mut games = Games::start_with(cluster, |_, index| proxies[index].url()).await;
+    for _ in 0..times(1) {
+        let (node, rooms) = games.fullest();
+        let before = games.nodes[node].count("the room stands still");
+        proxies[node].stall();
+        let cut_off = Instant::now();
+        games.leave(games.nodes[node].address).await;
+        println!("{rooms} rooms of a node that was cut off went on after {:?}", cut_off.elapsed());
+        assert!(games.nodes[node].count("stands still") > before);
+        proxies[node].resume();
+        games.all_play().await;
+        games.nodes[node].says("registered in the fleet", 2).await;
+    }
+    // Its last look is whether two nodes ever played one room.
+    let seen = games.end().await;
+    assert!(seen.lost_ticks_max() <= LOST_TICKS_MAX);
+}
