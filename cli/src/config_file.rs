@@ -89,6 +89,7 @@ fn one_word(flag: &Arg, value: &Spanned<DeValue>) -> Result<String, (Range<usize
                 .ok()
                 .map(|number| number.to_string())
         }
+        DeValue::Float(number) if takes_fraction(flag) => Some(number.as_str().to_owned()),
         _ => None,
     };
     let text = text.filter(|_| !matches!(flag.get_action(), ArgAction::SetTrue));
@@ -103,7 +104,11 @@ fn takes_number(flag: &Arg) -> bool {
     let parsed = flag.get_value_parser().type_id();
     let numbers =
         [TypeId::of::<u16>(), TypeId::of::<u32>(), TypeId::of::<u64>(), TypeId::of::<usize>()];
-    numbers.into_iter().any(|number| parsed == number)
+    numbers.into_iter().any(|number| parsed == number) || takes_fraction(flag)
+}
+
+fn takes_fraction(flag: &Arg) -> bool {
+    flag.get_value_parser().type_id() == TypeId::of::<f64>()
 }
 
 /// The allowed values of a flag whose parser does not say which they are.
@@ -149,6 +154,8 @@ mod tests {
         #[arg(long, value_parser = value_parser!(u32).range(1..=9), requires = "_path")]
         _number: Option<u32>,
         #[arg(long)]
+        _share: Option<f64>,
+        #[arg(long)]
         _path: Option<std::path::PathBuf>,
         #[arg(long)]
         _names: Vec<String>,
@@ -173,6 +180,8 @@ mod tests {
         for (source, words) in [
             ("parsed = 'one'", &["--parsed=one"][..]),
             ("number = 0x9", &["--number=9"]),
+            ("share = 0.5", &["--share=0.5"]),
+            ("share = 2", &["--share=2"]),
             ("path = 'a b'", &["--path=a b"]),
             ("names = ['a', '-b']", &["--names=a", "--names=-b"]),
             ("names = 'a'", &["--names=a"]),
@@ -211,6 +220,6 @@ mod tests {
             unknown.starts_with("a.toml:3: colour: found an unknown field; allowed: "),
             "{unknown}"
         );
-        assert!(unknown.ends_with(": parsed, number, path, names, choice, switch"), "{unknown}");
+        assert!(unknown.ends_with(": parsed, number, share, path, names, choice, switch"), "{unknown}");
     }
 }

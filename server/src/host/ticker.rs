@@ -230,6 +230,7 @@ impl Ticker {
                 return end;
             }
             if !self.may_play(now) {
+                self.host.metrics.ticks.stood_still();
                 self.empty_inboxes(room);
                 continue;
             }

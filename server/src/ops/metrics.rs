@@ -55,6 +55,8 @@ pub struct Ticks {
     pub phases: [Histogram; 3],
     /// Their sum, nanoseconds.
     busy: Arc<AtomicU64>,
+    /// Ticks that were not played because another node may play the room.
+    stood_still: Arc<AtomicU64>,
 }
 
 /// The lateness of a wakeup.
@@ -208,6 +210,7 @@ impl Ticks {
                 time("tick_send", "Time of a wakeup spent on: send", seconds()),
             ],
             busy: Arc::default(),
+            stood_still: Arc::default(),
             played: add(r, "ticks", "Ticks played", Counter::default()),
             missed: add(r, "ticks_missed", "Ticks due and never played", Counter::default()),
         }
@@ -354,6 +357,16 @@ impl Ticks {
         }
         let busy: Duration = phases.iter().sum();
         self.busy.fetch_add(busy.as_nanos() as u64, Ordering::Relaxed);
+    }
+
+    /// Counts a wakeup of a room that stands still for want of a lease.
+    pub fn stood_still(&self) {
+        self.stood_still.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Grows as long as some room's thread wakes in time and does what it may.
+    pub fn signs_of_life(&self) -> u64 {
+        self.played.get() + self.stood_still.load(Ordering::Relaxed)
     }
 
     /// The time that all rooms have taken so far.

@@ -41,7 +41,7 @@ pub async fn watch(tell: fn(Sign), every: Duration, host: Arc<Host>) {
         looks.tick().await;
         // A list of rooms that stays locked is death too: this thread then stands still.
         let rooms = host.lock().len();
-        if pulse.beats(rooms, host.metrics.ticks.played.get()) {
+        if pulse.beats(rooms, host.metrics.ticks.signs_of_life()) {
             tell(Sign::Alive);
         }
     }
