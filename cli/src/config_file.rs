@@ -220,6 +220,9 @@ mod tests {
             unknown.starts_with("a.toml:3: colour: found an unknown field; allowed: "),
             "{unknown}"
         );
-        assert!(unknown.ends_with(": parsed, number, share, path, names, choice, switch"), "{unknown}");
+        assert!(
+            unknown.ends_with(": parsed, number, share, path, names, choice, switch"),
+            "{unknown}"
+        );
     }
 }

@@ -163,7 +163,7 @@ impl Serve {
         config.state = self.state.clone().map(|dir| StateSettings { dir, sync });
         #[cfg(feature = "nats")]
         {
-            config.fleet = self.fleet.settings()?;
+            config.fleet = self.fleet.settings(self.state.is_some())?;
         }
         Ok(config)
     }

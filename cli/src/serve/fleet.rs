@@ -22,8 +22,7 @@ pub struct FleetFlags {
         value_delimiter = ',',
         requires = "node",
         requires = "public_url",
-        requires = "secret",
-        conflicts_with = "state"
+        requires = "secret"
     )]
     nats: Vec<String>,
     /// File with the credentials for NATS, as its tools make them
@@ -50,12 +49,16 @@ pub struct FleetFlags {
 }
 
 impl FleetFlags {
-    /// The settings; `None` without --nats.
-    pub fn settings(&self) -> Result<Option<FleetSettings>, Failure> {
+    /// The settings; `None` without --nats. A fleet keeps no rooms in a directory, so that `keeps_state` is an error.
+    pub fn settings(&self, keeps_state: bool) -> Result<Option<FleetSettings>, Failure> {
         let (Some(node), Some(url), Some(file)) = (&self.node, &self.public_url, &self.secret)
         else {
             return Ok(None);
         };
+        if keeps_state {
+            let text = "--state: found beside --nats; allowed: one of them, for a room is kept in one place";
+            return Err(Failure::Usage(text.to_owned()));
+        }
         let place = format!("--secret {}", file.display());
         let bytes = std::fs::read(file).or_usage(&place)?;
         let secret = secret(&bytes).ok_or_else(|| {
