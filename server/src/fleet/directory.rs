@@ -7,16 +7,19 @@
 //! written, so that no other node can begin before. The rooms of a node that is gone are claimed by the others.
 
 mod lease;
+mod missing;
 mod placement;
 mod rooms;
 mod settle;
 mod state;
 mod terms;
+#[cfg(test)]
+mod tests;
 
 pub use terms::*;
 
 use super::entry::{Entry, Key, Owner, Revision, RoomCounts, RoomEntry, RoomFacts};
-use state::{Held, Membership, Operation, Peer, Phase};
+use state::{Held, Look, Membership, Missing, Operation, Peer, Phase};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One node's copy of the directory, and its part in it.
@@ -27,15 +30,20 @@ pub struct Directory {
     load: Load,
     nodes: BTreeMap<String, Peer>,
     entries: BTreeMap<String, (RoomEntry, Revision)>,
+    /// The codes of these by owner.
+    rooms_of: BTreeMap<Owner, BTreeSet<String>>,
+    /// Rooms that were removed, as an answer told, and the newest revision of which watchers may still tell.
+    removed: BTreeMap<String, Revision>,
     held: BTreeMap<String, Held>,
     operations: BTreeMap<String, Operation>,
-    /// Since when the owners of rooms are known to be gone.
-    gone: BTreeMap<Owner, Time>,
+    /// Looks that are on their way.
+    looks: BTreeMap<Key, Look>,
+    /// Owners of rooms that are not among the nodes.
+    missing: BTreeMap<Owner, Missing>,
     /// Rooms that are to be looked at again.
     unsettled: BTreeSet<String>,
-    /// Entries that were asked for.
-    looks: BTreeSet<Key>,
-    has_synced: bool,
+    nodes_synced: bool,
+    rooms_synced: bool,
     draining: bool,
     actions: Vec<Action>,
 }
@@ -49,12 +57,15 @@ impl Directory {
             load: Load::default(),
             nodes: BTreeMap::new(),
             entries: BTreeMap::new(),
+            rooms_of: BTreeMap::new(),
+            removed: BTreeMap::new(),
             held: BTreeMap::new(),
             operations: BTreeMap::new(),
-            gone: BTreeMap::new(),
+            looks: BTreeMap::new(),
+            missing: BTreeMap::new(),
             unsettled: BTreeSet::new(),
-            looks: BTreeSet::new(),
-            has_synced: false,
+            nodes_synced: false,
+            rooms_synced: false,
             draining: false,
             actions: Vec::new(),
         }
@@ -72,70 +83,112 @@ impl Directory {
                 self.heard_of(name, entry, revision, now);
             }
             Change::Written(Key::Room(code), Entry::Room(entry), revision) => {
-                // An answer may have told of it already, and of what came after it.
-                if self.entries.get(&code).is_none_or(|(_, known)| *known < revision) {
-                    self.entries.insert(code.clone(), (entry, revision));
-                    self.settle(&code, now);
-                }
+                self.heard_of_room(code, entry, revision, now);
             }
-            Change::Gone(Key::Node(name)) => self.node_is_gone(&name, now),
-            Change::Gone(Key::Room(code)) => {
-                self.entries.remove(&code);
-                self.settle(&code, now);
-            }
+            Change::Gone(key, revision) => self.removed_by(key, revision, now),
             Change::Written(..) => {}
         }
     }
 
-    /// All entries that there were when the node began to listen were passed to [`Directory::changed`]; those that it
-    /// knew before and that are not among these codes and names are gone.
-    pub fn synced(&mut self, present: &BTreeSet<Key>, now: Time) {
-        let nodes = self.nodes.keys().cloned().map(Key::Node);
-        let rooms = self.entries.keys().cloned().map(Key::Room);
-        let gone: Vec<Key> = nodes.chain(rooms).filter(|key| !present.contains(key)).collect();
-        for key in gone {
-            self.changed(Change::Gone(key), now);
+    fn removed_by(&mut self, key: Key, revision: Revision, now: Time) {
+        if let Some(look) = self.looks.get_mut(&key) {
+            look.removed_by = revision;
         }
-        self.has_synced = true;
+        match key {
+            Key::Node(name) => {
+                if self.nodes.get(&name).is_some_and(|peer| peer.revision < revision) {
+                    self.node_is_gone(&name, now);
+                }
+            }
+            Key::Room(code) => {
+                if self.removed.get(&code).is_some_and(|by| *by <= revision) {
+                    self.removed.remove(&code);
+                }
+                if self.entries.get(&code).is_some_and(|(_, known)| *known < revision) {
+                    self.forget(&code);
+                    self.settle(&code, now);
+                }
+            }
+        }
+    }
+
+    /// All nodes that there were when their bucket began to be watched were passed to [`Directory::changed`]; those
+    /// that were known before and are not among these are gone.
+    pub fn synced_nodes(&mut self, present: &BTreeSet<Key>, now: Time) {
+        // The owners of rooms among them are looked for before their rooms are claimed.
+        self.nodes.retain(|name, _| present.contains(&Key::Node(name.clone())));
+        self.nodes_synced = true;
         self.settle_all(now);
     }
 
-    /// Takes the answer to an [`Action::Write`] or [`Action::Remove`].
-    pub fn answered(&mut self, key: Key, answer: Answer, now: Time) {
-        match key {
-            Key::Node(_) => self.lease_answered(answer, now),
-            Key::Room(code) => self.room_answered(&code, answer, now),
+    /// The same for rooms.
+    pub fn synced_rooms(&mut self, present: &BTreeSet<Key>, now: Time) {
+        let is_gone = |code: &String| !present.contains(&Key::Room(code.clone()));
+        self.removed.retain(|code, _| !is_gone(code));
+        let gone: Vec<String> = self.entries.keys().filter(|code| is_gone(code)).cloned().collect();
+        for code in gone {
+            self.forget(&code);
+            self.settle(&code, now);
         }
+        self.rooms_synced = true;
+        self.settle_all(now);
     }
 
-    /// Asks for an entry, unless it was asked for already.
-    pub fn look(&mut self, key: Key) {
-        if self.looks.insert(key.clone()) {
-            self.actions.push(Action::Look(key));
+    fn has_synced(&self) -> bool {
+        self.nodes_synced && self.rooms_synced
+    }
+
+    /// Takes the answer to an [`Action::Write`] or [`Action::Remove`], once for each.
+    pub fn answered(&mut self, key: Key, answer: Answer, now: Time) {
+        match key {
+            Key::Node(name) if name == self.node.name => self.lease_answered(answer, now),
+            // The others were told that a node is gone.
+            Key::Node(_) => {}
+            Key::Room(code) => self.room_answered(&code, answer, now),
         }
     }
 
     /// Returns whether the entry of a room was asked for, and no answer has come yet.
     pub fn looks_for(&self, code: &str) -> bool {
-        self.looks.contains(&Key::Room(code.to_owned()))
+        self.looks.contains_key(&Key::Room(code.to_owned()))
     }
 
-    /// Takes the answer to an [`Action::Look`]: the entry, `None` if there is none. Without an answer,
-    /// [`Directory::look_failed`] is to be called instead.
+    /// Takes the answer to an [`Action::Look`]: the entry, `None` if there is none.
     pub fn looked(&mut self, key: Key, found: Option<(Entry, Revision)>, now: Time) {
-        self.looks.remove(&key);
+        let Some(Look { known, removed_by }) = self.looks.remove(&key) else { return };
+        // A watcher may have told since that what was found is gone.
+        let found = found.filter(|(_, revision)| *revision > removed_by);
         match (key, found) {
-            (Key::Node(name), found) if name == self.node.name => {
+            (Key::Node(name), found) => {
                 let found = found.and_then(|(entry, revision)| match entry {
                     Entry::Node(entry) => Some((entry, revision)),
                     Entry::Room(_) => None,
                 });
-                self.lease_looked_up(found, now);
+                self.node_looked_up(name, found, known, now);
             }
             (key, Some((entry, revision))) => {
                 self.changed(Change::Written(key, entry, revision), now);
             }
-            (key, None) => self.changed(Change::Gone(key), now),
+            (Key::Room(code), None) => {
+                // There may be another since the look was sent.
+                let entry = self.entries.get(&code).map(|(_, revision)| *revision);
+                if let Some(revision) = entry
+                    && known == entry
+                {
+                    self.removed.insert(code.clone(), revision);
+                    self.forget(&code);
+                    self.settle(&code, now);
+                }
+            }
+        }
+    }
+
+    /// No answer came to an [`Action::Look`].
+    pub fn look_failed(&mut self, key: &Key, now: Time) {
+        self.looks.remove(key);
+        if let Key::Node(name) = key {
+            self.lease_look_failed(name, now);
+            self.still_doubtful(name, now);
         }
     }
 
@@ -143,7 +196,7 @@ impl Directory {
     /// times a second.
     pub fn poll(&mut self, now: Time) {
         self.poll_lease(now);
-        if !self.has_synced {
+        if !self.has_synced() {
             return;
         }
         self.look_for_silent_nodes(now);
@@ -161,7 +214,9 @@ impl Directory {
     pub fn drain(&mut self, now: Time) {
         self.draining = true;
         self.renew_at(now);
-        self.settle_all(now);
+        for code in self.held.keys().cloned().collect::<Vec<_>>() {
+            self.settle(&code, now);
+        }
     }
 
     /// The incarnation of this node that a room's entry names; `None` if it names another node.
@@ -173,16 +228,6 @@ impl Directory {
     /// Returns whether this node holds a room in this epoch of it, or in a later one.
     pub fn holds_epoch(&self, code: &str, epoch: u64) -> bool {
         self.held.get(code).is_some_and(|held| held.epoch >= epoch)
-    }
-
-    /// The names of all entries of nodes.
-    pub fn node_keys(&self) -> impl Iterator<Item = Key> {
-        self.nodes.keys().cloned().map(Key::Node)
-    }
-
-    /// The names of all entries of rooms.
-    pub fn room_keys(&self) -> impl Iterator<Item = Key> {
-        self.entries.keys().cloned().map(Key::Room)
     }
 
     /// The nodes that are registered, this one among them.
@@ -252,10 +297,44 @@ impl Directory {
         (peer.entry.incarnation == owner.incarnation).then_some(peer)
     }
 
+    fn heard_of_room(&mut self, code: String, entry: RoomEntry, revision: Revision, now: Time) {
+        // An answer may have told of it already, and of what came after it.
+        let known = self.entries.get(&code).map(|(_, known)| *known);
+        if known.max(self.removed.get(&code).copied()) >= Some(revision) {
+            return;
+        }
+        self.forget(&code);
+        self.removed.remove(&code);
+        self.rooms_of.entry(entry.owner.clone()).or_default().insert(code.clone());
+        self.entries.insert(code.clone(), (entry, revision));
+        self.settle(&code, now);
+    }
+
+    fn forget(&mut self, code: &str) {
+        let Some((entry, _)) = self.entries.remove(code) else { return };
+        let codes = self.rooms_of.get_mut(&entry.owner).expect("each entry is in it");
+        codes.remove(code);
+        if codes.is_empty() {
+            self.rooms_of.remove(&entry.owner);
+            self.missing.remove(&entry.owner);
+        }
+    }
+
+    /// Asks for an entry, unless it was asked for already; returns whether it was not.
+    pub fn look(&mut self, key: Key) -> bool {
+        if self.looks.contains_key(&key) {
+            return false;
+        }
+        let known = match &key {
+            Key::Node(name) => self.nodes.get(name).map(|peer| peer.revision),
+            Key::Room(code) => self.entries.get(code).map(|(_, revision)| *revision),
+        };
+        self.looks.insert(key.clone(), Look { known, removed_by: 0 });
+        self.actions.push(Action::Look(key));
+        true
+    }
+
     fn settle_all(&mut self, now: Time) {
-        let owners: BTreeSet<&Owner> =
-            self.entries.values().map(|(entry, _)| &entry.owner).collect();
-        self.gone.retain(|owner, _| owners.contains(owner));
         let codes: BTreeSet<String> =
             self.entries.keys().chain(self.held.keys()).cloned().collect();
         for code in codes {

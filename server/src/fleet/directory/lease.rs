@@ -1,8 +1,8 @@
 //! The node's own lease, and those of the others.
 
 use super::state::Peer;
-use super::{Action, Answer, Directory, HELD_FOR, LEASE_TTL, RENEW_EVERY, RETRY, Time};
-use crate::fleet::entry::{Entry, Key, NodeEntry, Revision};
+use super::{Action, Answer, Directory, HELD_FOR, RENEW_EVERY, RETRY, Time};
+use crate::fleet::entry::{Entry, Key, NodeEntry, Owner, Revision};
 use jostle_protocol::is_origin;
 use std::time::Duration;
 use tracing::{info, warn};
@@ -23,13 +23,34 @@ impl Directory {
             return;
         }
         let key = Key::Node(self.node.name.clone());
-        self.membership.asked_at = Some(now);
-        if self.membership.unsure {
-            self.actions.push(Action::Look(key));
+        if membership.unsure {
+            // A look that is on its way already may have been answered before the write.
+            self.membership.is_looking = self.look(key);
+            self.membership.asked_at = self.membership.is_looking.then_some(now);
         } else {
-            let expected = self.membership.revision.unwrap_or(0);
+            let expected = membership.revision.unwrap_or(membership.replaces);
             self.actions.push(Action::Write(key, Entry::Node(self.entry()), expected));
+            self.membership.asked_at = Some(now);
         }
+    }
+
+    /// Removes this node's entry, so that the others need not wait for its end. Rooms that it still plays stand
+    /// still from now on. It does not register again.
+    pub fn leave(&mut self) {
+        self.draining = true;
+        self.membership.has_left = true;
+        self.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
+        // Otherwise the revision is not known yet.
+        if self.membership.asked_at.is_none() {
+            self.remove_entry(self.membership.revision);
+        }
+    }
+
+    /// Until that is answered, the node counts as registered.
+    fn remove_entry(&mut self, revision: Option<Revision>) {
+        self.membership.revision = revision;
+        let key = Key::Node(self.node.name.clone());
+        self.actions.extend(revision.map(|revision| Action::Remove(key, revision)));
     }
 
     fn entry(&self) -> NodeEntry {
@@ -45,11 +66,14 @@ impl Directory {
     }
 
     pub(super) fn lease_answered(&mut self, answer: Answer, now: Time) {
+        let asked_at = self.membership.asked_at.take();
         if self.membership.has_left {
-            self.membership.revision = None;
-            return;
+            return match (answer, asked_at) {
+                (Answer::Done(revision), Some(_)) => self.remove_entry(Some(revision)),
+                _ => self.membership.revision = None,
+            };
         }
-        let Some(asked_at) = self.membership.asked_at.take() else { return };
+        let Some(asked_at) = asked_at else { return };
         match answer {
             Answer::Done(revision) => {
                 let is_new = self.membership.revision.replace(revision).is_none();
@@ -57,12 +81,14 @@ impl Directory {
                 self.actions.push(Action::Lease(self.node.incarnation, asked_at + HELD_FOR));
                 if is_new {
                     info!(node = %self.node.name, "registered in the fleet");
+                }
+                if self.peer_of(&self.me()).is_none() {
                     self.heard_of(self.node.name.clone(), self.entry(), revision, now);
-                    self.settle_all(now);
                 }
             }
             Answer::Refused | Answer::Unknown => {
                 self.membership.unsure = true;
+                self.membership.may_be_written |= answer == Answer::Unknown;
                 self.membership.next_at = if answer == Answer::Refused { now } else { now + RETRY };
             }
         }
@@ -71,55 +97,64 @@ impl Directory {
     /// The driver found this node's entry after a write that was refused or not answered.
     pub(super) fn lease_looked_up(&mut self, found: Option<(NodeEntry, Revision)>, now: Time) {
         self.membership.asked_at = None;
+        self.membership.is_looking = false;
         self.membership.next_at = now;
         self.membership.unsure = false;
-        match found {
-            Some((entry, revision)) if entry.incarnation == self.node.incarnation => {
-                self.membership.revision = Some(revision);
-            }
-            Some((entry, revision)) => {
-                self.lose_lease();
-                if !std::mem::replace(&mut self.membership.said_taken, true) {
-                    warn!(
-                        node = %self.node.name,
-                        "a node of this name is registered; waiting until it leaves or its lease ends"
-                    );
-                }
-                self.heard_of(self.node.name.clone(), entry, revision, now);
-                self.membership.next_at = now + RETRY;
-            }
-            None => {
-                self.lose_lease();
-                self.node_is_gone(&self.node.name.clone(), now);
+        let own = self.node.incarnation;
+        if self.membership.has_left {
+            let own = found.filter(|(entry, _)| entry.incarnation == own);
+            return self.remove_entry(own.map(|(_, revision)| revision));
+        }
+        let Some((entry, revision)) = found else {
+            self.lose_lease();
+            self.membership.replaces = 0;
+            return self.node_is_gone(&self.node.name.clone(), now);
+        };
+        if entry.incarnation == own {
+            self.membership.revision = Some(revision);
+            return;
+        }
+        self.lose_lease();
+        let age = self.node.incarnation.wrapping_sub(entry.incarnation);
+        if (1..=self.membership.lost).contains(&age) {
+            // A write that was late. The rooms of that incarnation stand still.
+            self.membership.replaces = revision;
+        } else {
+            self.membership.replaces = 0;
+            self.membership.next_at = now + RETRY;
+            if !std::mem::replace(&mut self.membership.said_taken, true) {
+                warn!(
+                    node = %self.node.name,
+                    "a node of this name is registered; waiting until it leaves or its lease ends"
+                );
             }
         }
+        self.heard_of(self.node.name.clone(), entry, revision, now);
     }
 
-    /// No answer came to a look.
-    pub fn look_failed(&mut self, key: &Key, now: Time) {
-        self.looks.remove(key);
-        if matches!(key, Key::Node(name) if *name == self.node.name) {
+    pub(super) fn lease_look_failed(&mut self, name: &str, now: Time) {
+        if name == self.node.name && self.membership.is_looking {
+            self.membership.is_looking = false;
             self.membership.asked_at = None;
             self.membership.next_at = now + RETRY;
+            if self.membership.has_left {
+                self.membership.revision = None;
+            }
         }
     }
 
-    /// Removes this node's entry, so that the others need not wait for its end. It does not register again.
-    pub fn leave(&mut self) {
-        self.draining = true;
-        self.membership.has_left = true;
-        if let Some(revision) = self.membership.revision {
-            self.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
-            self.actions.push(Action::Remove(Key::Node(self.node.name.clone()), revision));
-        }
-    }
-
+    /// The others may take this incarnation for gone by now: it is not used again, if any write of it was seen.
     fn lose_lease(&mut self) {
+        let may_be_written = std::mem::take(&mut self.membership.may_be_written);
         if self.membership.revision.take().is_some() {
             warn!(node = %self.node.name, "the lease is lost; rooms stand still until they are claimed again");
-            self.node.incarnation = self.node.incarnation.wrapping_add(1);
-            self.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
+        } else if !may_be_written {
+            return;
         }
+        self.membership.lost += 1;
+        self.node.incarnation = self.node.incarnation.wrapping_add(1);
+        self.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
+        self.unsettled.extend(self.held.keys().cloned());
     }
 
     pub(super) fn heard_of(
@@ -134,35 +169,13 @@ impl Directory {
         if is_old || !is_origin(&entry.url) {
             return;
         }
-        let is_known =
-            self.nodes.get(&name).is_some_and(|peer| peer.entry.incarnation == entry.incarnation);
+        let incarnation = entry.incarnation;
         let peer = Peer { entry, revision, heard_at: now, looked_at: now, placed: 0 };
-        self.nodes.insert(name, peer);
-        if !is_known && self.has_synced {
-            // Rooms of the incarnation before have lost their owner.
-            self.settle_all(now);
-        }
-    }
-
-    pub(super) fn node_is_gone(&mut self, name: &str, now: Time) {
-        if let Some(peer) = self.nodes.remove(name) {
-            if name != self.node.name {
-                info!(node = %name, url = %peer.entry.url, "a node is gone");
-            }
-            if self.has_synced {
-                self.settle_all(now);
-            }
-        }
-    }
-
-    /// Watchers are not told that an entry has expired, so it is looked for.
-    pub(super) fn look_for_silent_nodes(&mut self, now: Time) {
-        for (name, peer) in &mut self.nodes {
-            let is_silent = now.saturating_sub(peer.heard_at) > LEASE_TTL;
-            if *name != self.node.name && is_silent && now >= peer.looked_at + RETRY {
-                peer.looked_at = now;
-                self.actions.push(Action::Look(Key::Node(name.clone())));
-            }
+        if let Some(before) = self.nodes.insert(name.clone(), peer)
+            && before.entry.incarnation != incarnation
+        {
+            let incarnation = before.entry.incarnation;
+            self.owner_is_gone(Owner { node: name, incarnation }, now);
         }
     }
 }

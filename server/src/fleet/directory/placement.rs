@@ -11,7 +11,7 @@ impl Directory {
         if self.entries.contains_key(code) || self.operations.contains_key(code) {
             return Err(PlaceError::Taken);
         }
-        if !self.has_synced || !self.is_registered() {
+        if !self.has_synced() || !self.is_registered() {
             return Err(PlaceError::NotNow);
         }
         let owner = self.roomiest(|_| true).ok_or(PlaceError::Full)?;
@@ -35,15 +35,25 @@ impl Directory {
         best.map(|(name, peer)| owner(name, peer))
     }
 
-    /// This node's place among those with room that may claim a room whose node is gone; the same for all of them
-    /// as long as they know of each other. `None` if it has no room.
-    pub(super) fn rank(&self, code: &str) -> Option<u32> {
-        self.nodes.get(&self.node.name).filter(|peer| has_room(peer))?;
-        let own = distance(code, &self.node.name);
-        let nearer = self.nodes.iter().filter(|(name, peer)| {
-            **name != self.node.name && has_room(peer) && distance(code, name) < own
-        });
-        Some(nearer.count() as u32)
+    /// Returns whether this node is among the nearest with room, which may claim a room whose node is gone; all agree
+    /// on that as long as they know of each other.
+    pub(super) fn may_claim(&self, code: &str, count: usize) -> bool {
+        self.nodes.get(&self.node.name).is_some_and(has_room)
+            && self.is_nearest_of(code, count, has_room)
+    }
+
+    /// Returns whether this node is among this many that are nearest to another node.
+    pub(super) fn is_among_nearest(&self, node: &str, count: usize) -> bool {
+        self.is_nearest_of(node, count, |_| true)
+    }
+
+    fn is_nearest_of(&self, to: &str, count: usize, counts: impl Fn(&Peer) -> bool) -> bool {
+        let own = distance(to, &self.node.name);
+        let is_nearer = |(name, peer): &(&String, &Peer)| {
+            **name != self.node.name && *name != to && distance(to, name) < own && counts(peer)
+        };
+        // As a rule there is one among the first few.
+        self.nodes.iter().filter(is_nearer).nth(count - 1).is_none()
     }
 }
 

@@ -41,11 +41,21 @@ impl Directory {
         }
     }
 
-    /// A write of records was refused: another node has begun to play the room.
-    pub fn fenced(&mut self, code: &str) {
+    /// A write of records was refused: another node has begun to play the room, or this one has by a process that
+    /// is gone.
+    pub fn fenced(&mut self, code: &str, now: Time) {
         if self.held.contains_key(code) {
             self.stop(code);
+            self.ask_again(code, now);
         }
+    }
+
+    /// The entry of a room may be another: asks for it, and waits a moment before anything is begun.
+    fn ask_again(&mut self, code: &str, now: Time) {
+        self.look(Key::Room(code.to_owned()));
+        let pause = Operation::Pause { until: now + RETRY };
+        self.operations.entry(code.to_owned()).or_insert(pause);
+        self.unsettled.insert(code.to_owned());
     }
 
     /// Ends a room here that another node plays.
@@ -64,17 +74,15 @@ impl Directory {
                 let key = Key::Room(code.to_owned());
                 self.changed(Change::Written(key, Entry::Room(to), revision), now);
             }
-            (Answer::Done(_), Operation::Remove) => {
-                self.changed(Change::Gone(Key::Room(code.to_owned())), now);
+            (Answer::Done(_), Operation::Remove { revision }) => {
+                self.removed.insert(code.to_owned(), revision);
+                if self.entries.get(code).is_some_and(|(_, known)| *known == revision) {
+                    self.forget(code);
+                    self.settle(code, now);
+                }
             }
             (Answer::Done(_), Operation::Pause { .. }) => {}
-            (Answer::Refused | Answer::Unknown, _) => {
-                // The entry is another, or may be: ask, and wait a moment before the next attempt.
-                self.look(Key::Room(code.to_owned()));
-                let pause = Operation::Pause { until: now + RETRY };
-                self.operations.insert(code.to_owned(), pause);
-                self.unsettled.insert(code.to_owned());
-            }
+            (Answer::Refused | Answer::Unknown, _) => self.ask_again(code, now),
         }
     }
 
@@ -89,7 +97,8 @@ impl Directory {
 
     pub(super) fn remove(&mut self, code: &str) {
         let Some((_, revision)) = self.entries.get(code) else { return };
-        self.actions.push(Action::Remove(Key::Room(code.to_owned()), *revision));
-        self.operations.insert(code.to_owned(), Operation::Remove);
+        let revision = *revision;
+        self.actions.push(Action::Remove(Key::Room(code.to_owned()), revision));
+        self.operations.insert(code.to_owned(), Operation::Remove { revision });
     }
 }

@@ -2,7 +2,7 @@
 
 use super::state::{Held, Operation, Phase};
 use super::{Action, CLAIM_STEP, Directory, Time};
-use crate::fleet::entry::{Owner, RoomEntry};
+use crate::fleet::entry::Owner;
 
 impl Directory {
     /// Compares a room's entry with what this node does, and begins what is to be done.
@@ -15,25 +15,31 @@ impl Directory {
             }
         }
         let held = self.held.get(code).cloned();
-        let entry = self.entries.get(code).map(|(entry, _)| entry.clone());
-        match (entry, held) {
+        let owner = self.entries.get(code).map(|(entry, _)| entry.owner.clone());
+        match (owner, held) {
             (None, None) => {}
             (None, Some(held)) if held.phase == Phase::Over => {
                 self.held.remove(code);
             }
             (None, Some(_)) => self.stop(code),
-            (Some(entry), None) if self.is_me(&entry.owner) => self.open(code, entry),
-            (Some(entry), None) => self.claim_if_lost(code, &entry.owner, now),
-            (Some(entry), Some(held)) => self.settle_held(code, &entry, &held, now),
+            (Some(owner), None) if self.is_me(&owner) => self.open(code),
+            (Some(owner), None) => self.claim_if_lost(code, &owner, now),
+            (Some(_), Some(held)) => self.settle_held(code, &held, now),
         }
     }
 
-    fn open(&mut self, code: &str, entry: RoomEntry) {
+    fn open(&mut self, code: &str) {
+        if self.operations.contains_key(code) {
+            self.unsettled.insert(code.to_owned());
+            return;
+        }
+        let Some((entry, _)) = self.entries.get(code).cloned() else { return };
         self.held.insert(code.to_owned(), Held { epoch: entry.epoch, phase: Phase::Opening });
         self.actions.push(Action::Open(code.to_owned(), entry));
     }
 
-    fn settle_held(&mut self, code: &str, entry: &RoomEntry, held: &Held, now: Time) {
+    fn settle_held(&mut self, code: &str, held: &Held, now: Time) {
+        let Some((entry, _)) = self.entries.get(code).cloned() else { return };
         let is_own = entry.owner.node == self.node.name;
         if is_own && self.is_me(&entry.owner) && entry.epoch == held.epoch + 1 {
             // Claimed again after the lease was lost, and no other node had it in between.
@@ -89,17 +95,16 @@ impl Directory {
 
     /// Claims a room whose node is gone, when it is this node's turn.
     fn claim_if_lost(&mut self, code: &str, owner: &Owner, now: Time) {
-        if !self.has_synced || self.peer_of(owner).is_some() {
-            self.gone.remove(owner);
+        if !self.has_synced() || self.peer_of(owner).is_some() {
             return;
         }
         self.unsettled.insert(code.to_owned());
-        let since = *self.gone.entry(owner.clone()).or_insert(now);
+        let Some(since) = self.gone_since(owner, now) else { return };
         if self.draining || !self.is_registered() || self.operations.contains_key(code) {
             return;
         }
-        let Some(rank) = self.rank(code) else { return };
-        if now >= since + CLAIM_STEP * rank {
+        let attempts = (now - since).as_millis() / CLAIM_STEP.as_millis() + 1;
+        if self.may_claim(code, attempts as usize) {
             let me = self.me();
             if let Some(peer) = self.nodes.get_mut(&me.node) {
                 peer.placed += 1;

@@ -9,10 +9,18 @@ use std::time::Duration;
 pub struct Membership {
     /// Revision of its entry; `None` while it has none.
     pub revision: Option<Revision>,
+    /// While it has none, revision of the entry that it may write over: none, or that of an incarnation before.
+    pub replaces: Revision,
+    /// Whether a write of the present incarnation was not answered.
+    pub may_be_written: bool,
+    /// Incarnations that this process had before.
+    pub lost: u64,
     /// Whether the revision may be another by now.
     pub unsure: bool,
     /// When the write or look that is on its way was sent.
     pub asked_at: Option<Time>,
+    /// Whether that is a look.
+    pub is_looking: bool,
     /// When the next one is due.
     pub next_at: Time,
     /// Whether it was logged that the name is taken.
@@ -25,8 +33,12 @@ impl Default for Membership {
     fn default() -> Membership {
         Membership {
             revision: None,
+            replaces: 0,
+            may_be_written: false,
+            lost: 0,
             unsure: false,
             asked_at: None,
+            is_looking: false,
             next_at: Duration::ZERO,
             said_taken: false,
             has_left: false,
@@ -47,6 +59,30 @@ pub struct Peer {
     pub looked_at: Time,
     /// Rooms that this node has placed there since its last report.
     pub placed: usize,
+}
+
+/// A look that is on its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// The entry's revision as it was known when the look was sent.
+    pub known: Option<Revision>,
+    /// Revision of the newest removal that was heard of since.
+    pub removed_by: Revision,
+}
+
+/// An owner of rooms that is not among the nodes.
+#[derive(Clone, Copy, Debug)]
+pub enum Missing {
+    /// Its entry may not have been heard of yet, since nodes and rooms have no order in common: it has to be looked
+    /// for.
+    Doubtful {
+        /// Whether a look for it is on its way.
+        asked: bool,
+        /// When the next one is due.
+        next_at: Time,
+    },
+    /// It is gone for good, which is known since then.
+    Gone(Time),
 }
 
 /// A room whose entry names this node.
@@ -84,7 +120,10 @@ pub enum Operation {
         to: RoomEntry,
     },
     /// The room is over.
-    Remove,
+    Remove {
+        /// The revision of its entry.
+        revision: Revision,
+    },
     /// None, until this time: one before failed.
     Pause {
         /// When the next attempt is due.

@@ -15,6 +15,8 @@ pub const HELD_FOR: Duration = Duration::from_secs(15);
 pub const CLAIM_STEP: Duration = Duration::from_millis(500);
 /// Wait before something that failed is tried again.
 pub const RETRY: Duration = Duration::from_millis(500);
+/// Nodes that look at first for one that is silent; they tell the others. Twice as many look after each [`RETRY`].
+pub const LOOKERS: usize = 3;
 /// Processor seconds a second that a room is taken to cost before its node has measured it.
 pub const ROOM_COST: f64 = 0.03;
 
@@ -26,9 +28,9 @@ pub type Time = Duration;
 pub enum Action {
     /// Writes an entry if its revision is still this one; [`Directory::answered`] takes the answer.
     Write(Key, Entry, Revision),
-    /// Removes an entry likewise.
+    /// Removes an entry likewise. With revision 0 there is none any more, and watchers are told so.
     Remove(Key, Revision),
-    /// Reads an entry; [`Directory::looked`] takes it.
+    /// Reads an entry; [`Directory::looked`] takes it, [`Directory::look_failed`] that there is no answer.
     Look(Key),
     /// Opens a room from its records, or as a new one where there are none; then [`Directory::opened`].
     Open(String, RoomEntry),
@@ -58,8 +60,8 @@ pub enum Answer {
 pub enum Change {
     /// An entry was written.
     Written(Key, Entry, Revision),
-    /// An entry was removed, or has expired.
-    Gone(Key),
+    /// An entry was removed, by a write of this revision.
+    Gone(Key, Revision),
 }
 
 /// The place of a room.

@@ -158,26 +158,23 @@ impl Connected {
                         initial.iter_mut().for_each(|present| present.extend([key.clone()]));
                         Change::Written(key, entry, heard.revision)
                     }
-                    None => Change::Gone(key),
+                    None => Change::Gone(key, heard.revision),
                 };
                 self.fleet.heard(change);
             }
             if heard.seen_current
                 && let Some(present) = initial.take()
             {
-                self.synced(kind, present);
+                self.synced(kind, &present);
             }
         }
         Err("the watcher ended".to_owned())
     }
 
-    fn synced(&self, kind: Kind, mut present: BTreeSet<Key>) {
-        self.fleet.tell(|directory, now| {
-            match kind {
-                Kind::Nodes => present.extend(directory.room_keys()),
-                Kind::Rooms => present.extend(directory.node_keys()),
-            }
-            directory.synced(&present, now);
+    fn synced(&self, kind: Kind, present: &BTreeSet<Key>) {
+        self.fleet.tell(|directory, now| match kind {
+            Kind::Nodes => directory.synced_nodes(present, now),
+            Kind::Rooms => directory.synced_rooms(present, now),
         });
     }
 

@@ -204,7 +204,7 @@ impl RoomTask {
         self.shut_out = true;
         warn!(room = %self.code, epoch = self.epoch, "records were refused: another node plays the room");
         let code = &self.code;
-        self.publisher.fleet.tell(|directory, _| directory.fenced(code));
+        self.publisher.fleet.tell(|directory, now| directory.fenced(code, now));
     }
 
     async fn remove(&mut self) {
