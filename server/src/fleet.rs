@@ -7,6 +7,7 @@ pub mod handle;
 pub mod joining;
 pub mod lease;
 pub mod settings;
+pub mod simulation;
 
 #[cfg(feature = "nats")]
 pub mod nats;

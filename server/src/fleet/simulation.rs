@@ -1,0 +1,172 @@
+//! A fleet in one thread and in no time: real [`Directory`]s with a simulated store, network and clocks, in which
+//! messages are late or lost, nodes stand still and die, and the store fails. After each event the properties that a
+//! fleet must have are checked. One seed gives one course of events, so that a violation can be looked at again.
+//!
+//! The store has two buckets without an order in common: entries of nodes, which expire silently, and of rooms. A
+//! node's watchers are told of writes in order, late, and perhaps without those that were overwritten by then. A room
+//! also has records, which fence: a room that is opened continues the newest record, and one that
+//! another has continued is refused.
+
+mod check;
+mod driver;
+mod faults;
+mod network;
+mod node;
+mod queue;
+mod settings;
+mod store;
+#[cfg(test)]
+mod tests;
+
+pub use settings::{Faults, Flaws, Settings, Violation};
+pub use store::{Bucket, Traffic};
+
+use crate::fleet::directory::Directory;
+use jostle_sim::Rng;
+use node::Node;
+use queue::{Event, Process, Queue};
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+use store::Store;
+
+/// Time between two polls of a directory.
+const POLL_EVERY: Duration = Duration::from_millis(100);
+/// Time after which a request counts as not answered.
+const TIME_LIMIT: Duration = Duration::from_millis(1500);
+/// Time between two records of a room.
+const RECORD_EVERY: Duration = Duration::from_secs(1);
+
+/// A simulated fleet.
+#[derive(Debug)]
+pub struct Simulation {
+    settings: Settings,
+    now: Duration,
+    rng: Rng,
+    queue: Queue,
+    store: Store,
+    /// When the store answers again.
+    store_back_at: Duration,
+    nodes: Vec<Option<Node>>,
+    /// Processes that each node had.
+    lives: Vec<u32>,
+    /// The nodes at which a room is opened.
+    playing: BTreeMap<String, BTreeSet<usize>>,
+    /// Rooms that are over, for good.
+    ended: BTreeSet<String>,
+    /// Epochs of the rooms' entries.
+    epochs: BTreeMap<String, u64>,
+    /// Requests and opened rooms so far.
+    numbers: u64,
+    /// When rooms lost their node, until they are played again.
+    lost_at: BTreeMap<String, Duration>,
+    /// How long rooms were without a node.
+    gaps: Vec<Duration>,
+}
+
+impl Simulation {
+    /// A fleet whose nodes are about to start.
+    pub fn new(settings: Settings) -> Simulation {
+        let mut simulation = Simulation {
+            now: Duration::ZERO,
+            rng: Rng::new(settings.seed, 0),
+            queue: Queue::default(),
+            store: Store::new(settings.flaws.clone()),
+            store_back_at: Duration::ZERO,
+            nodes: (0..settings.nodes).map(|_| None).collect(),
+            lives: vec![0; settings.nodes],
+            playing: BTreeMap::new(),
+            ended: BTreeSet::new(),
+            epochs: BTreeMap::new(),
+            numbers: 0,
+            lost_at: BTreeMap::new(),
+            gaps: Vec::new(),
+            settings,
+        };
+        simulation.plan();
+        simulation
+    }
+
+    /// Goes on until a time since the start. The error is the first violated property.
+    pub fn run_until(&mut self, until: Duration) -> Result<(), Violation> {
+        while let Some((at, event)) = self.queue.pop(until) {
+            self.now = at;
+            self.happens(event)?;
+        }
+        self.now = until;
+        Ok(())
+    }
+
+    /// The time of faults, then 40 s without, after which everything must be in order.
+    pub fn run(settings: Settings) -> Result<Simulation, Violation> {
+        let quiet_at = settings.faulty_for;
+        let mut simulation = Simulation::new(settings);
+        simulation.run_until(quiet_at)?;
+        simulation.end_faults();
+        simulation.run_until(quiet_at + Duration::from_secs(40))?;
+        simulation.check_order()?;
+        Ok(simulation)
+    }
+
+    /// The time since the start.
+    pub fn now(&self) -> Duration {
+        self.now
+    }
+
+    /// The traffic of a bucket so far.
+    pub fn traffic(&self, bucket: Bucket) -> Traffic {
+        self.store.traffic(bucket)
+    }
+
+    /// The times that rooms whose node was lost were without one.
+    pub fn gaps(&self) -> &[Duration] {
+        &self.gaps
+    }
+
+    /// Rooms that lost their node and are not played again yet.
+    pub fn waiting(&self) -> usize {
+        self.lost_at.len()
+    }
+
+    /// The changes of rooms' owners so far.
+    pub fn moves(&self) -> u64 {
+        self.epochs.values().map(|epoch| epoch - 1).sum()
+    }
+
+    /// The directory of a node that is alive.
+    pub fn directory(&self, node: usize) -> Option<&Directory> {
+        Some(&self.nodes[node].as_ref()?.directory)
+    }
+
+    fn happens(&mut self, event: Event) -> Result<(), Violation> {
+        match event {
+            Event::At(process, event) => return self.at_node(process, event),
+            Event::Arrives(process, number, request) => {
+                return self.arrives(process, number, request);
+            }
+            Event::Starts(node) => self.start(node),
+            Event::CutEnds(process) => self.cut_ends(process),
+            Event::GoesOn(process) => return self.goes_on(process),
+            Event::Place(code) => return self.place(code),
+            Event::End(code) => return self.end(code),
+            Event::Fault(fault) => return self.fault(fault),
+        }
+        Ok(())
+    }
+
+    fn node(&mut self, process: Process) -> Option<&mut Node> {
+        self.nodes[process.node].as_mut().filter(|node| node.process == process)
+    }
+
+    fn number(&mut self) -> u64 {
+        self.numbers += 1;
+        self.numbers
+    }
+
+    fn chance(&mut self, of_a_thousand: u32) -> bool {
+        self.rng.below(1000) < of_a_thousand
+    }
+
+    fn seconds(&mut self, low: f32, high: f32) -> Duration {
+        Duration::from_secs_f32(self.rng.range(low, high))
+    }
+}

@@ -1,0 +1,85 @@
+//! The properties of a fleet.
+
+use super::Simulation;
+use super::settings::Violation;
+use crate::fleet::entry::{Entry, Key};
+
+impl Simulation {
+    pub(super) fn violation(&self, what: String) -> Violation {
+        Violation { seed: self.settings.seed, at: self.now, what }
+    }
+
+    /// No room of this node is played at another one.
+    pub(super) fn check_rooms_of(&self, node: usize) -> Result<(), Violation> {
+        let Some(node) = &self.nodes[node] else { return Ok(()) };
+        node.rooms.keys().try_for_each(|code| self.check_room(code))
+    }
+
+    /// At most one node plays a room.
+    pub(super) fn check_room(&self, code: &str) -> Result<(), Violation> {
+        let players = self.players(code);
+        if players.len() > 1 {
+            return Err(self.violation(format!("{code} is played by {players:?}")));
+        }
+        Ok(())
+    }
+
+    fn players(&self, code: &str) -> Vec<usize> {
+        let ignores = self.settings.flaws.ignores_lease;
+        let opened = self.playing.get(code).into_iter().flatten().copied();
+        let plays = |node: &usize| {
+            self.nodes[*node].as_ref().is_some_and(|node| node.plays(code, self.now, ignores))
+        };
+        opened.filter(plays).collect()
+    }
+
+    /// An entry of a room that was written is a new room, or the next epoch of one; only rooms that are over are
+    /// removed.
+    pub(super) fn check_write(
+        &mut self,
+        key: &Key,
+        entry: Option<&Entry>,
+    ) -> Result<(), Violation> {
+        let Key::Room(code) = key else { return Ok(()) };
+        match entry {
+            Some(Entry::Room(entry)) => {
+                let before = self.epochs.insert(code.clone(), entry.epoch).unwrap_or(0);
+                if entry.epoch != before + 1 {
+                    let what = format!("{code} has epoch {} after {before}", entry.epoch);
+                    return Err(self.violation(what));
+                }
+                Ok(())
+            }
+            None if !self.ended.contains(code) => {
+                Err(self.violation(format!("{code} is removed, though it is not over")))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Each room that is not over is played by one node that does not drain; the entries of others are gone.
+    pub(super) fn check_order(&self) -> Result<(), Violation> {
+        let mut entries = self.store.rooms().map(|(code, _)| code);
+        if let Some(code) = entries.find(|code| self.ended.contains(*code)) {
+            return Err(self.violation(format!("{code} is over and has an entry")));
+        }
+        for room in 0..self.settings.rooms {
+            let code = format!("room-{room}");
+            let players = self.players(&code);
+            if players.len() != 1 && !self.ended.contains(&code) {
+                return Err(self.violation(format!("{code} is played by {players:?}")));
+            }
+        }
+        for node in self.nodes.iter().flatten() {
+            let (name, holds) = (node.process.node, node.directory.holds());
+            if node.draining && holds > 0 {
+                return Err(self.violation(format!("node {name} drains and holds {holds} rooms")));
+            }
+            if node.rooms.len() > self.settings.rooms_max {
+                let what = format!("node {name} has {} rooms", node.rooms.len());
+                return Err(self.violation(what));
+            }
+        }
+        Ok(())
+    }
+}

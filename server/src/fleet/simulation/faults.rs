@@ -1,0 +1,183 @@
+//! What goes wrong, and when.
+
+use super::Simulation;
+use super::node::Standstill;
+use super::queue::{Event, Fault, Process};
+use super::settings::Violation;
+use super::store::BUCKETS;
+use std::time::Duration;
+
+/// All kinds.
+const FAULTS: [Fault; 6] =
+    [Fault::Cut, Fault::Outage, Fault::Freeze, Fault::Stall, Fault::Death, Fault::Drain];
+
+impl Simulation {
+    /// Schedules starts, rooms and the first faults.
+    pub(super) fn plan(&mut self) {
+        for node in 0..self.settings.nodes {
+            let at = self.seconds(0.0, 3.0);
+            self.queue.push(at, Event::Starts(node));
+        }
+        let half = self.settings.faulty_for.as_secs_f32() / 2.0;
+        for room in 0..self.settings.rooms {
+            let code = format!("room-{room}");
+            let at = self.seconds(0.0, half);
+            self.queue.push(at, Event::Place(code.clone()));
+            if room < self.settings.ending {
+                let at = at + self.seconds(10.0, half);
+                self.queue.push(at, Event::End(code));
+            }
+        }
+        for fault in FAULTS {
+            self.plan_fault(fault);
+        }
+    }
+
+    fn plan_fault(&mut self, fault: Fault) {
+        let faults = &self.settings.faults;
+        let rate = match fault {
+            Fault::Cut => faults.cuts,
+            Fault::Outage => faults.outages,
+            Fault::Freeze => faults.freezes,
+            Fault::Stall => faults.stalls,
+            Fault::Death => faults.deaths,
+            Fault::Drain => faults.drains,
+        };
+        if rate > 0.0 {
+            let at = self.now + self.seconds(0.0, 120.0 / rate);
+            self.queue.push(at, Event::Fault(fault));
+        }
+    }
+
+    /// A fault of this kind begins, if its time is not over.
+    pub(super) fn fault(&mut self, fault: Fault) -> Result<(), Violation> {
+        if self.now >= self.settings.faulty_for {
+            return Ok(());
+        }
+        self.plan_fault(fault);
+        if fault == Fault::Outage {
+            self.store_back_at = self.now + self.seconds(4.0, 7.0);
+            return Ok(());
+        }
+        let first = if fault == Fault::Drain { self.settings.lasting } else { 0 };
+        let Some(process) = self.some_node(first) else { return Ok(()) };
+        match fault {
+            Fault::Cut => self.cut(process),
+            Fault::Freeze => self.stand_still(process, Standstill::Whole),
+            Fault::Stall => self.stand_still(process, Standstill::Directory),
+            Fault::Death => self.die_for_a_while(process.node),
+            Fault::Drain => return self.drain(process.node),
+            Fault::Outage => {}
+        }
+        Ok(())
+    }
+
+    /// Ends the faults that go on.
+    pub(super) fn end_faults(&mut self) {
+        let faults = &mut self.settings.faults;
+        faults.lost = 0;
+        faults.opening_fails = 0;
+        self.store_back_at = self.store_back_at.min(self.now);
+        let processes = self.nodes.iter().flatten().map(|node| node.process);
+        for process in processes.collect::<Vec<_>>() {
+            self.queue.push(self.now, Event::CutEnds(process));
+            self.queue.push(self.now, Event::GoesOn(process));
+        }
+    }
+
+    /// One of the living nodes from this number on.
+    pub(super) fn some_node(&mut self, first: usize) -> Option<Process> {
+        let range = first..self.nodes.len();
+        if range.is_empty() {
+            return None;
+        }
+        let index = first + self.rng.below(range.len() as u32) as usize;
+        self.nodes[index].as_ref().map(|node| node.process)
+    }
+
+    fn cut(&mut self, process: Process) {
+        let end = self.now + self.seconds(0.5, 30.0);
+        if let Some(node) = self.node(process) {
+            node.is_cut = true;
+            self.queue.push(end, Event::CutEnds(process));
+        }
+    }
+
+    /// A node is in reach again: its watchers go on, or are made again.
+    pub(super) fn cut_ends(&mut self, process: Process) {
+        let again = self.rng.below(2) == 0;
+        let Some(node) = self.node(process) else { return };
+        if !std::mem::replace(&mut node.is_cut, false) {
+            return;
+        }
+        if again {
+            self.watch(process);
+        } else {
+            for bucket in BUCKETS {
+                self.wake(process.node, bucket);
+            }
+        }
+    }
+
+    fn stand_still(&mut self, process: Process, standstill: Standstill) {
+        let end = self.now + self.seconds(0.5, 30.0);
+        if let Some(node) = self.node(process)
+            && node.standstill.is_none()
+        {
+            node.standstill = Some(standstill);
+            self.queue.push(end, Event::GoesOn(process));
+        }
+    }
+
+    /// A node that stood still does at once what was due.
+    pub(super) fn goes_on(&mut self, process: Process) -> Result<(), Violation> {
+        let Some(node) = self.node(process) else { return Ok(()) };
+        if node.standstill.take().is_none() {
+            return Ok(());
+        }
+        let backlog = std::mem::take(&mut node.backlog);
+        self.check_rooms_of(process.node)?;
+        for event in backlog {
+            self.at_node(process, event)?;
+        }
+        Ok(())
+    }
+
+    fn die_for_a_while(&mut self, node: usize) {
+        let returns = node < self.settings.lasting || self.chance(600);
+        let back_at = self.now + self.seconds(1.0, 30.0);
+        self.die(node);
+        if returns {
+            self.queue.push(back_at.min(self.settings.faulty_for), Event::Starts(node));
+        }
+    }
+
+    /// A node dies.
+    pub fn die(&mut self, node: usize) {
+        let Some(dead) = self.nodes[node].take() else { return };
+        for code in dead.rooms.keys() {
+            self.ceases(node, code);
+            self.lost_at.entry(code.clone()).or_insert(self.now);
+        }
+    }
+
+    /// A node begins to drain.
+    pub fn drain(&mut self, node: usize) -> Result<(), Violation> {
+        let now = self.now;
+        let Some(node) = &mut self.nodes[node] else { return Ok(()) };
+        node.draining = true;
+        let process = node.process;
+        node.directory.drain(node.clock(now));
+        self.drive(process)
+    }
+
+    /// Starts a node that is not alive, under the name that it had.
+    pub fn revive(&mut self, node: usize) {
+        self.queue.push(self.now, Event::Starts(node));
+    }
+
+    /// The store does not answer for this long.
+    pub fn lose_leader(&mut self, time: Duration) {
+        self.store_back_at = self.now + time;
+    }
+}

@@ -1,0 +1,236 @@
+//! The simulated store: two buckets of entries, and the records of rooms.
+
+use super::settings::Flaws;
+use crate::fleet::directory::{Answer, Change};
+use crate::fleet::entry::{Entry, Key, Revision};
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A bucket of entries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bucket {
+    /// Nodes; entries that are not renewed expire.
+    Nodes,
+    /// Rooms.
+    Rooms,
+}
+
+/// Both.
+pub const BUCKETS: [Bucket; 2] = [Bucket::Nodes, Bucket::Rooms];
+
+impl Bucket {
+    /// The bucket of an entry.
+    pub fn of(key: &Key) -> Bucket {
+        match key {
+            Key::Node(_) => Bucket::Nodes,
+            Key::Room(_) => Bucket::Rooms,
+        }
+    }
+}
+
+/// What a bucket was asked to do, and what its watchers were told.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Traffic {
+    /// Writes and removals that were accepted.
+    pub writes: u64,
+    /// Bytes of their entries.
+    pub written_bytes: u64,
+    /// Writes and removals that were refused.
+    pub refused: u64,
+    /// Entries that watchers were sent.
+    pub deliveries: u64,
+    /// Bytes of these.
+    pub delivered_bytes: u64,
+    /// Entries that were asked for.
+    pub looks: u64,
+}
+
+/// A value that was written, or a removal.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// Its name.
+    pub key: Key,
+    /// Its value; `None` for a removal.
+    pub entry: Option<Arc<Entry>>,
+    /// Its revision.
+    pub revision: Revision,
+    /// When it was written.
+    at: Duration,
+    /// Bytes of name and value.
+    bytes: u64,
+}
+
+impl Written {
+    /// What a watcher is told.
+    pub fn change(&self) -> Change {
+        match &self.entry {
+            Some(entry) => Change::Written(self.key.clone(), Entry::clone(entry), self.revision),
+            None => Change::Gone(self.key.clone(), self.revision),
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+struct Log {
+    revision: Revision,
+    entries: BTreeMap<Key, Written>,
+    /// Newest writes, for the watchers.
+    writes: VecDeque<Written>,
+    /// Number of the first of these.
+    first: u64,
+    traffic: Traffic,
+}
+
+/// The newest record of a room.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tail {
+    /// Its number.
+    pub sequence: u64,
+    /// The opened room that wrote it.
+    pub writer: u64,
+    /// The epoch of that.
+    pub epoch: u64,
+}
+
+/// The simulated store.
+#[derive(Debug)]
+pub struct Store {
+    logs: [Log; 2],
+    records: BTreeMap<String, Tail>,
+    flaws: Flaws,
+}
+
+impl Store {
+    /// A store without entries.
+    pub fn new(flaws: Flaws) -> Store {
+        Store { logs: [Log::default(), Log::default()], records: BTreeMap::new(), flaws }
+    }
+
+    /// The traffic of a bucket so far.
+    pub fn traffic(&self, bucket: Bucket) -> Traffic {
+        self.logs[bucket as usize].traffic
+    }
+
+    /// The present value of an entry.
+    pub fn get(&self, key: &Key, now: Duration) -> Option<(&Entry, Revision)> {
+        let written = self.log(key).entries.get(key)?;
+        let expired = Bucket::of(key) == Bucket::Nodes && written.at + self.flaws.lease_ttl <= now;
+        let entry = written.entry.as_ref().filter(|_| !expired)?;
+        Some((entry, written.revision))
+    }
+
+    /// Reads an entry for a node.
+    pub fn look(&mut self, key: &Key, now: Duration) -> Option<(Entry, Revision)> {
+        self.logs[Bucket::of(key) as usize].traffic.looks += 1;
+        self.get(key, now).map(|(entry, revision)| (entry.clone(), revision))
+    }
+
+    /// Writes or removes an entry if its revision is the expected one.
+    pub fn put(
+        &mut self,
+        key: &Key,
+        entry: Option<Entry>,
+        expected: Revision,
+        now: Duration,
+    ) -> Answer {
+        let present = self.get(key, now).map_or(0, |(_, revision)| revision);
+        let log = &mut self.logs[Bucket::of(key) as usize];
+        if present != expected && !self.flaws.ignores_revisions {
+            log.traffic.refused += 1;
+            return Answer::Refused;
+        }
+        log.revision += 1;
+        let bytes = bytes(key, entry.as_ref());
+        let (entry, revision) = (entry.map(Arc::new), log.revision);
+        let written = Written { key: key.clone(), entry, revision, at: now, bytes };
+        log.traffic.writes += 1;
+        log.traffic.written_bytes += bytes;
+        log.entries.insert(key.clone(), written.clone());
+        log.writes.push_back(written);
+        Answer::Done(revision)
+    }
+
+    /// All present entries of a bucket, and the number of the next write.
+    pub fn snapshot(&mut self, bucket: Bucket, now: Duration) -> (Vec<Written>, u64) {
+        let log = &self.logs[bucket as usize];
+        let present = |written: &&Written| self.get(&written.key, now).is_some();
+        let found: Vec<Written> = log.entries.values().filter(present).cloned().collect();
+        let next = self.end(bucket);
+        self.deliver(bucket, &found);
+        (found, next)
+    }
+
+    /// Number of the next write.
+    pub fn end(&self, bucket: Bucket) -> u64 {
+        let log = &self.logs[bucket as usize];
+        log.first + log.writes.len() as u64
+    }
+
+    /// The write of this number, and whether its entry is another by now.
+    pub fn written(&self, bucket: Bucket, number: u64) -> (&Written, bool) {
+        let log = &self.logs[bucket as usize];
+        let written = &log.writes[(number - log.first) as usize];
+        (written, log.entries[&written.key].revision != written.revision)
+    }
+
+    /// Counts entries that a watcher is sent.
+    pub fn deliver(&mut self, bucket: Bucket, sent: &[Written]) {
+        let traffic = &mut self.logs[bucket as usize].traffic;
+        traffic.deliveries += sent.len() as u64;
+        traffic.delivered_bytes += sent.iter().map(|written| written.bytes).sum::<u64>();
+    }
+
+    /// Forgets the writes before this number.
+    pub fn forget(&mut self, bucket: Bucket, before: u64) {
+        let log = &mut self.logs[bucket as usize];
+        let count = before.saturating_sub(log.first) as usize;
+        log.writes.drain(..count);
+        log.first += count as u64;
+    }
+
+    /// The entries of all rooms.
+    pub fn rooms(&self) -> impl Iterator<Item = (&str, &Entry)> {
+        let written = self.logs[Bucket::Rooms as usize].entries.values();
+        written.filter_map(|written| match &written.key {
+            Key::Room(code) => Some((code.as_str(), written.entry.as_deref()?)),
+            Key::Node(_) => None,
+        })
+    }
+
+    /// The newest record of a room.
+    pub fn tail(&self, code: &str) -> Option<Tail> {
+        self.records.get(code).copied()
+    }
+
+    /// Appends a record if the newest is the expected one, or one by the same writer.
+    pub fn append(&mut self, code: &str, expected: u64, writer: u64, epoch: u64) -> bool {
+        let tail = self.tail(code);
+        let sequence = tail.map_or(0, |tail| tail.sequence);
+        let accepted = sequence == expected || tail.is_some_and(|tail| tail.writer == writer);
+        if accepted {
+            let tail = Tail { sequence: sequence + 1, writer, epoch };
+            self.records.insert(code.to_owned(), tail);
+        }
+        accepted
+    }
+
+    /// Removes the records of a room.
+    pub fn forget_records(&mut self, code: &str) {
+        self.records.remove(code);
+    }
+
+    fn log(&self, key: &Key) -> &Log {
+        &self.logs[Bucket::of(key) as usize]
+    }
+}
+
+fn bytes(key: &Key, entry: Option<&Entry>) -> u64 {
+    let (Key::Node(name) | Key::Room(name)) = key;
+    let value = match entry {
+        Some(Entry::Node(entry)) => serde_json::to_vec(entry),
+        Some(Entry::Room(entry)) => serde_json::to_vec(entry),
+        None => Ok(Vec::new()),
+    };
+    (name.len() + value.expect("entries are plain data").len()) as u64
+}
