@@ -230,6 +230,8 @@ pub const STATE_RETRY: Duration = Duration::from_secs(5);
 pub const FLEET_ANSWER: Duration = Duration::from_millis(1500);
 /// Time for which a session waits until it is known where its room is.
 pub const FLEET_FIND: Duration = Duration::from_secs(4);
+/// Wait of a node that cannot place a room yet.
+pub const FLEET_PLACE_RETRY: Duration = Duration::from_millis(50);
 /// Time in which a room that is handed over is taken up by its new node; then its players are told to look for it.
 pub const FLEET_HAND_OVER: Duration = Duration::from_secs(10);
 /// Time between two looks at the inboxes of a room that is handed over.

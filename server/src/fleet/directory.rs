@@ -273,6 +273,7 @@ impl Directory {
             (Some(Held { phase: Phase::Playing, .. }), _) => Located::Here,
             (Some(_), _) => Located::Soon,
             (None, _) if self.operations.contains_key(code) => Located::Soon,
+            (None, Some((entry, _))) if self.is_me(&entry.owner) => Located::Soon,
             (None, Some((entry, _))) => match self.peer_of(&entry.owner) {
                 Some(peer) if entry.owner.node != self.node.name => {
                     Located::At(peer.entry.url.clone())

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, watch};
-use tokio::time::{timeout, timeout_at};
+use tokio::time::{sleep, timeout, timeout_at};
 
 /// This node's part in its fleet. Nothing here waits for the network, but for [`Fleet::find`] and [`Fleet::place`],
 /// which wait until the directory tells.
@@ -131,7 +131,14 @@ impl Fleet {
 
     /// Places a new room, and waits until its node is known.
     pub async fn place(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
-        self.tell(|directory, _| directory.place(code, facts))?;
+        let until = tokio::time::Instant::now() + limits::FLEET_FIND;
+        // A node that has just started does not know the others yet.
+        while let Err(error) = self.tell(|directory, _| directory.place(code, facts.clone())) {
+            if error != PlaceError::NotNow || tokio::time::Instant::now() >= until {
+                return Err(error);
+            }
+            sleep(limits::FLEET_PLACE_RETRY).await;
+        }
         Ok(self.find(code).await)
     }
 

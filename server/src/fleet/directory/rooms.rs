@@ -73,6 +73,8 @@ impl Directory {
             (Answer::Done(revision), Operation::Change { to }) => {
                 let key = Key::Room(code.to_owned());
                 self.changed(Change::Written(key, Entry::Room(to), revision), now);
+                // A watcher may have told of it before this answer, which it had to wait for.
+                self.settle(code, now);
             }
             (Answer::Done(_), Operation::Remove { revision }) => {
                 self.removed.insert(code.to_owned(), revision);
