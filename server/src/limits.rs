@@ -236,6 +236,8 @@ pub const FLEET_PLACE_RETRY: Duration = Duration::from_millis(50);
 pub const FLEET_HAND_OVER: Duration = Duration::from_secs(10);
 /// Time between two looks at the inboxes of a room that is handed over.
 pub const FLEET_HAND_OVER_LOOK: Duration = Duration::from_millis(20);
+/// Time for which a room stands still without a lease before its players are told to look for it.
+pub const FLEET_STILL: Duration = Duration::from_secs(1);
 /// Time in which a node that drains hands its rooms over.
 pub const FLEET_DRAIN: Duration = Duration::from_millis(2500);
 /// Time in which a node reads a room's records, and opens it.

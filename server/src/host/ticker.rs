@@ -62,8 +62,8 @@ pub struct Ticker {
     abandoned: bool,
     /// Under which the room is held, in a fleet.
     lease: Option<RoomLease>,
-    /// Whether the lease is over, and the room stands still.
-    stands_still: bool,
+    /// Since when the lease is over, and the room stands still.
+    still_since: Option<Instant>,
     /// Why it is to end, if another node goes on with it.
     leaving: Option<End>,
     /// Where that is.
@@ -101,7 +101,7 @@ impl Ticker {
             closed: false,
             abandoned: false,
             lease,
-            stands_still: false,
+            still_since: None,
             leaving: None,
             moved_to: None,
             told_neighbours: 0,
@@ -230,8 +230,7 @@ impl Ticker {
                 return end;
             }
             if !self.may_play(now) {
-                self.host.metrics.ticks.stood_still();
-                self.empty_inboxes(room);
+                self.stand_still(room, now);
                 continue;
             }
             self.admit(room);
@@ -281,8 +280,8 @@ impl Ticker {
     /// Returns whether this node may play the room now. Asked before each tick, so that no other can play it too.
     fn may_play(&mut self, now: Instant) -> bool {
         let allowed = self.lease.as_ref().is_none_or(|lease| lease.allows(now));
-        if self.stands_still == allowed {
-            self.stands_still = !allowed;
+        if self.still_since.is_some() == allowed {
+            self.still_since = (!allowed).then_some(now);
             let code = &self.info.code;
             match allowed {
                 true => info!(room = %code, "the room goes on"),
@@ -292,6 +291,18 @@ impl Ticker {
             }
         }
         allowed
+    }
+
+    /// Lets a tick pass. Another node will go on with the room, or this one: after a while the players are to look for it.
+    fn stand_still(&mut self, room: &mut Room, now: Instant) {
+        self.host.metrics.ticks.stood_still();
+        self.empty_inboxes(room);
+        if self.still_since.is_some_and(|since| now - since >= limits::FLEET_STILL) {
+            for member in self.members.drain(..) {
+                member.outbox.end(Refusal::Moving);
+                room.disconnect(member.seat);
+            }
+        }
     }
 
     fn admit(&mut self, room: &mut Room) {

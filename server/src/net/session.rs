@@ -118,6 +118,7 @@ async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), End>
         };
     }
     match located {
+        Located::Here if fleet.lease_left().is_zero() => Err(End::Refused(Refusal::Moving)),
         Located::Here => Ok(()),
         Located::At(url) => Err(End::Moved(url.into())),
         Located::Soon | Located::Lost => Err(End::Refused(Refusal::Moving)),

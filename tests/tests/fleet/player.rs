@@ -10,7 +10,7 @@ use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
-use tokio::time::{interval, sleep, timeout};
+use tokio::time::{interval, sleep, timeout, timeout_at};
 use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::{WebSocketStream, client_async};
 
@@ -104,10 +104,10 @@ impl Player {
         let mut snapshots = SnapshotStream::default();
         let mut rng = Rng::new(u64::from(node.port()), self.stays.len() as u64);
         let (mut seq, mut newest, mut stay) = (0, 0, None);
-        let mut inputs = interval(INPUT_EVERY);
+        let (mut inputs, mut heard_at) = (interval(INPUT_EVERY), Instant::now());
         loop {
             let frame = tokio::select! {
-                frame = timeout(SILENCE, socket.next()) => frame,
+                frame = timeout_at((heard_at + SILENCE).into(), socket.next()) => frame,
                 _ = inputs.tick(), if stay.is_some() => {
                     seq += 1;
                     let pointer = Some(Vec2::new(rng.range(10.0, 150.0), rng.range(10.0, 80.0)));
@@ -124,6 +124,7 @@ impl Player {
                 Ok(Some(Ok(Message::Ping(_) | Message::Pong(_)))) => continue,
                 _ => return Left::Lost,
             };
+            heard_at = Instant::now();
             match ServerMessage::decode(&bytes).expect("a message of the protocol") {
                 ServerMessage::Welcome { seat, token, tick, .. } => {
                     self.welcomed(seat, tick);

@@ -251,7 +251,7 @@ impl Connected {
         while self.rooms.is_open(code) {
             sleep(THREAD_LOOK).await;
         }
-        let records = self.take_over(code, entry.epoch).await;
+        let records = self.take_over(code, entry.epoch).await?;
         let saved = match records.file {
             None => None,
             Some(file) => {
@@ -274,10 +274,14 @@ impl Connected {
         }
     }
 
-    /// Reads the records of a room, and shuts out the node that wrote them.
-    async fn take_over(&self, code: &str, epoch: u64) -> RoomRecords {
+    /// Reads the records of a room, and shuts out the node that wrote them. An error: it is this node that is late.
+    async fn take_over(&self, code: &str, epoch: u64) -> Result<RoomRecords, String> {
         loop {
             if let Ok(records) = self.records.read(code).await {
+                if records.epoch > epoch {
+                    self.fleet.tell(|directory, now| directory.fenced(code, now));
+                    return Err("another node has begun to play it".to_owned());
+                }
                 let message = Message {
                     epoch,
                     writer: self.publisher.next_writer(),
@@ -288,7 +292,7 @@ impl Connected {
                 if let Published::Done(last) =
                     self.records.publish(code, &message, records.last).await
                 {
-                    return RoomRecords { last, ..records };
+                    return Ok(RoomRecords { last, ..records });
                 }
             } else {
                 sleep(RETRY).await;

@@ -67,6 +67,8 @@ pub struct RoomRecords {
     pub from: Sequence,
     /// Sequence of the subject's last message, 0 if there is none.
     pub last: Sequence,
+    /// Epoch of the last message, 0 if there is none.
+    pub epoch: u64,
 }
 
 impl Records {
@@ -121,7 +123,7 @@ impl Records {
     /// Reads the newest whole file of a room, with what was appended to it.
     pub async fn read(&self, code: &str) -> Result<RoomRecords, String> {
         let Some(last) = self.last(code).await? else { return Ok(RoomRecords::default()) };
-        let end = last.sequence;
+        let (end, epoch) = (last.sequence, number(&last, EPOCH).unwrap_or(0));
         let from = match number(&last, FROM) {
             Some(0) | None => end,
             Some(from) => from,
@@ -135,7 +137,7 @@ impl Records {
             }
             message = self.next(code, message.sequence + 1).await?;
         }
-        Ok(RoomRecords { file: file.whole, from: file.from, last: end })
+        Ok(RoomRecords { file: file.whole, from: file.from, last: end, epoch })
     }
 
     /// Removes the messages of a room before a sequence, or all of them.
