@@ -1,9 +1,12 @@
 //! The page in a real Chromium, against a real server: one file per subject.
 
+mod fleet;
 mod hosts;
 mod lobby;
 mod needs;
 mod network;
+#[path = "../fleet/node.rs"]
+mod node;
 mod particles;
 mod pictures;
 mod playing;
@@ -64,6 +67,10 @@ fn cases() -> Result<Vec<Case>> {
         ),
         Case::new("a_restarted_server_is_found_again", trouble::a_restarted_server_is_found_again),
         Case::new("a_room_outlives_its_server", trouble::a_room_outlives_its_server),
+        Case::new(
+            "a_page_follows_its_room_to_another_server",
+            fleet::a_page_follows_its_room_to_another_server,
+        ),
         Case::new(
             "a_lost_webgl_context_is_drawn_again",
             trouble::a_lost_webgl_context_is_drawn_again,

@@ -66,7 +66,8 @@ impl Games {
         let dir = Dir::new();
         let mut nodes = Vec::new();
         for index in 0..NODES {
-            let mut node = Node::new(&dir, &format!("node-{index}"), &nats(&cluster, index));
+            let mut node =
+                Node::with_replicas(&dir, &format!("node-{index}"), &nats(&cluster, index), NODES);
             node.start().await;
             nodes.push(node);
         }

@@ -49,18 +49,20 @@ pub struct Node {
     pub name: String,
     pub address: SocketAddr,
     nats: String,
+    replicas: usize,
     dir: PathBuf,
     /// Runs it; `None` after its end.
     process: Option<Child>,
 }
 
 impl Node {
-    /// A node that is not started yet, at a port that was free a moment ago.
-    pub fn new(dir: &Dir, name: &str, nats: &str) -> Node {
+    /// A node that is not started yet, at a port that was free a moment ago. NATS keeps this many copies of what it
+    /// writes.
+    pub fn with_replicas(dir: &Dir, name: &str, nats: &str, replicas: usize) -> Node {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
         let address = listener.local_addr().expect("a port");
         let (name, nats, dir) = (name.to_owned(), nats.to_owned(), dir.path().to_owned());
-        Node { name, address, nats, dir, process: None }
+        Node { name, address, nats, replicas, dir, process: None }
     }
 
     /// Starts the node, and waits until it accepts connections.
@@ -69,7 +71,8 @@ impl Node {
         let url = format!("http://{}", self.address);
         let mut command = Command::new(jostle());
         command.args(["--log", "info", "serve", "--listen", &self.address.to_string()]);
-        command.args(["--nats", &self.nats, "--nats-replicas", "3", "--node", &self.name]);
+        let replicas = self.replicas.to_string();
+        command.args(["--nats", &self.nats, "--nats-replicas", &replicas, "--node", &self.name]);
         command.args(["--public-url", &url, "--capacity", "8", "--address-sockets", "1000"]);
         command.arg("--secret").arg(self.dir.join("secret"));
         command.arg("--replays").arg(self.replays());
