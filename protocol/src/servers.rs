@@ -1,0 +1,154 @@
+//! The servers that a client asks for its room, in turn: how it follows a room from one server of a fleet to another,
+//! and finds it again after its server died. Times and sockets are the client's own.
+
+use crate::limits::NODES_MAX;
+use std::collections::VecDeque;
+
+/// The servers that a client knows. The first one plays its room, or is asked next.
+#[derive(Clone, Debug)]
+pub struct Servers {
+    turn: VecDeque<String>,
+    /// The first one has the client in a seat.
+    seated: bool,
+    /// A move was followed at once, and no server has seated the client since.
+    followed: bool,
+    /// Attempts that failed since the last seat.
+    failed: usize,
+}
+
+impl Servers {
+    /// Knows one server, by its origin.
+    pub fn new(first: String) -> Servers {
+        Servers { turn: VecDeque::from([first]), seated: false, followed: false, failed: 0 }
+    }
+
+    /// Origin of the server that plays the room, or is to be asked next.
+    pub fn current(&self) -> &str {
+        &self.turn[0]
+    }
+
+    /// A welcome came.
+    pub fn welcomed(&mut self) {
+        (self.seated, self.followed, self.failed) = (true, false, 0);
+    }
+
+    /// The current server told of the others.
+    pub fn told(&mut self, mut nodes: Vec<String>) {
+        nodes.retain(|node| *node != self.turn[0]);
+        self.turn.truncate(1);
+        self.turn.extend(nodes);
+    }
+
+    /// The room is on this server. Returns whether to connect at once: not after the second move in a row that
+    /// seats the client nowhere, because the servers may disagree.
+    pub fn moved(&mut self, url: String) -> bool {
+        self.turn.retain(|known| *known != url);
+        self.turn.truncate(NODES_MAX);
+        self.turn.push_front(url);
+        self.seated = false;
+        self.followed = !self.followed;
+        self.failed += usize::from(!self.followed);
+        self.followed
+    }
+
+    /// The socket was lost, or none came about. A server that had the client in a seat is asked again first, one that
+    /// had not after all others.
+    pub fn lost(&mut self) {
+        self.followed = false;
+        if !std::mem::take(&mut self.seated) {
+            self.turn.rotate_left(1);
+            self.failed += 1;
+        }
+    }
+
+    /// A server answered that the room is on its way: it is worth asking all of them again soon.
+    pub fn moving(&mut self) {
+        self.failed = 0;
+    }
+
+    /// Whether there are several, and one was not asked since the last seat.
+    pub fn has_untried(&self) -> bool {
+        self.turn.len() > 1 && self.failed < self.turn.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seated(nodes: &[&str]) -> Servers {
+        let mut servers = Servers::new("a".to_owned());
+        servers.welcomed();
+        servers.told(nodes.iter().map(|&node| node.to_owned()).collect());
+        servers
+    }
+
+    /// Servers that are asked, one after another, while none answers.
+    fn asked(servers: &mut Servers, count: usize) -> Vec<String> {
+        let ask = |_| {
+            servers.lost();
+            servers.current().to_owned()
+        };
+        (0..count).map(ask).collect()
+    }
+
+    #[test]
+    fn after_a_loss_the_same_server_comes_first_and_then_the_others_in_turn() {
+        let mut servers = seated(&["b", "a", "c"]);
+        assert_eq!(asked(&mut servers, 5), ["a", "b", "c", "a", "b"]);
+        servers.welcomed();
+        assert_eq!(asked(&mut servers, 2), ["b", "c"]);
+    }
+
+    #[test]
+    fn untried_servers_are_left_until_each_was_asked() {
+        let mut servers = seated(&["b"]);
+        servers.lost();
+        assert!(servers.has_untried(), "a and b");
+        servers.lost();
+        assert!(servers.has_untried(), "b");
+        servers.lost();
+        assert!(!servers.has_untried());
+        servers.moving();
+        assert!(servers.has_untried());
+        let mut alone = seated(&[]);
+        alone.lost();
+        assert!(!alone.has_untried());
+        assert_eq!(asked(&mut alone, 2), ["a", "a"]);
+    }
+
+    #[test]
+    fn a_move_is_followed_at_once_and_the_old_server_stays_known() {
+        let mut servers = seated(&["b"]);
+        for url in ["c", "a", "c"] {
+            assert!(servers.moved(url.to_owned()), "{url}");
+            assert_eq!(servers.current(), url);
+            servers.welcomed();
+        }
+        assert_eq!(asked(&mut servers, 4), ["c", "a", "b", "c"]);
+    }
+
+    #[test]
+    fn servers_that_disagree_are_waited_for() {
+        let mut servers = seated(&[]);
+        let mut at_once = Vec::new();
+        for url in ["b", "a", "b", "a"] {
+            at_once.push(servers.moved(url.to_owned()));
+        }
+        assert_eq!(at_once, [true, false, true, false]);
+        assert!(!servers.has_untried(), "both were asked, and neither has the room");
+        // An attempt that failed was waited for too.
+        servers.moved("b".to_owned());
+        servers.lost();
+        assert!(servers.moved("b".to_owned()));
+    }
+
+    #[test]
+    fn endless_moves_fill_no_memory() {
+        let mut servers = seated(&[]);
+        for number in 0..100 {
+            servers.moved(format!("http://b:{number}"));
+        }
+        assert_eq!(servers.turn.len(), NODES_MAX + 1);
+    }
+}
