@@ -69,6 +69,13 @@ impl Clock {
         self.known = Some(arrival.tick + arrival.ticks_until_next - 1);
     }
 
+    /// Snapshots come another way from now on: earlier transit times say nothing about it. The display waits for the
+    /// first one where it is.
+    pub fn restart(&mut self, now_ms: f64) {
+        self.arrivals.clear();
+        self.updated_ms = now_ms;
+    }
+
     /// Peak lateness of recent snapshots (jitter), which decays exponentially. A snapshot that skips ticks
     /// counts as late by the first tick that it skipped: until it came, nothing after its
     /// predecessor was known.

@@ -4,7 +4,9 @@
 /// Wait before the first new attempt, milliseconds.
 const FIRST_MS: f64 = 250.0;
 /// Longest wait, milliseconds.
-const LONGEST_MS: f64 = 8000.0;
+pub const LONGEST_MS: f64 = 8000.0;
+/// Longest wait while another server was not asked yet, milliseconds.
+pub const UNTRIED_MS: f64 = 2000.0;
 
 /// Counts attempts and says when the next one is due.
 #[derive(Debug, Default)]
@@ -15,9 +17,10 @@ pub struct Backoff {
 }
 
 impl Backoff {
-    /// The connection was lost (or an attempt failed) at `now_ms`; `random` is uniform in [0, 1).
-    pub fn lost(&mut self, now_ms: f64, random: f64) {
-        let ceiling = (FIRST_MS * 2f64.powi(self.attempts.min(16) as i32)).min(LONGEST_MS);
+    /// The connection was lost (or an attempt failed) at `now_ms`; `random` is uniform in [0, 1). The next attempt is
+    /// due after at most `longest_ms`.
+    pub fn lost(&mut self, now_ms: f64, random: f64, longest_ms: f64) {
+        let ceiling = (FIRST_MS * 2f64.powi(self.attempts.min(16) as i32)).min(longest_ms);
         self.attempts += 1;
         self.due_ms = Some(now_ms + ceiling * (0.5 + 0.5 * random));
     }
@@ -49,16 +52,18 @@ mod tests {
         let mut backoff = Backoff::default();
         let mut waits = Vec::new();
         for _ in 0..8 {
-            backoff.lost(0.0, 1.0);
+            backoff.lost(0.0, 1.0, LONGEST_MS);
             waits.push(backoff.due_ms.expect("an attempt is due"));
         }
         assert_eq!(waits, [250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 8000.0, 8000.0]);
+        backoff.lost(0.0, 1.0, UNTRIED_MS);
+        assert_eq!(backoff.due_ms, Some(2000.0));
     }
 
     #[test]
     fn jitter_halves_at_most() {
         let mut backoff = Backoff::default();
-        backoff.lost(1000.0, 0.0);
+        backoff.lost(1000.0, 0.0, LONGEST_MS);
         assert!(!backoff.due(1124.0));
         assert!(backoff.due(1125.0));
         assert!(!backoff.due(9999.0), "an attempt is due once");
@@ -69,7 +74,7 @@ mod tests {
         let mut backoff = Backoff::default();
         backoff.hurry();
         assert!(!backoff.due(1.0), "nothing was lost");
-        backoff.lost(1000.0, 0.5);
+        backoff.lost(1000.0, 0.5, LONGEST_MS);
         backoff.hurry();
         assert!(backoff.due(1001.0));
     }

@@ -79,15 +79,19 @@ pub struct Socket {
 }
 
 impl Socket {
-    /// Opens a socket to a path of the own server. `None` if the browser refuses to try.
+    /// Opens a socket to a path of the server with this origin, or of the page's own if it is empty. `None` if the browser refuses to try.
     pub fn open(
+        mut origin: String,
         path: &str,
         conditions: &Conditions,
         report: impl Fn(SocketEvent) + 'static,
     ) -> Option<Socket> {
-        let location = browser::window().location();
-        let scheme = if location.protocol().ok()? == "https:" { "wss" } else { "ws" };
-        let inner = WebSocket::new(&format!("{scheme}://{}{path}", location.host().ok()?)).ok()?;
+        if origin.is_empty() {
+            origin = browser::window().location().origin().ok()?;
+        }
+        // `https` becomes `wss`.
+        let address = origin.strip_prefix("http")?;
+        let inner = WebSocket::new(&format!("ws{address}{path}")).ok()?;
         inner.set_binary_type(BinaryType::Arraybuffer);
         let inward = OrderedChannel::new(1, conditions, report);
         let channel = Rc::clone(&inward);

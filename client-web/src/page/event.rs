@@ -180,6 +180,8 @@ pub enum Effect {
     Connect {
         path: String,
         session: u32,
+        /// Origin of the server; empty for the page's own.
+        origin: String,
     },
     /// Sends a message if the socket is open.
     Send(Vec<u8>),

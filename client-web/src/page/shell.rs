@@ -172,7 +172,7 @@ impl Page {
                 dom::copy_address(move |copied| events.push(Event::Copied(copied)));
             }
             Effect::FocusStage => self.views.focus_stage = true,
-            Effect::Connect { path, session } => self.connect(&path, session),
+            Effect::Connect { path, session, origin } => self.connect(origin, &path, session),
             Effect::Send(bytes) => {
                 if let Some(socket) = &self.socket {
                     socket.send(&bytes);
@@ -208,10 +208,10 @@ impl Page {
         }
     }
 
-    fn connect(&mut self, path: &str, session: u32) {
+    fn connect(&mut self, origin: String, path: &str, session: u32) {
         let events = self.events;
         let report = move |event| events.push(Event::Socket(session, event));
-        self.socket = Socket::open(path, &self.conditions, report);
+        self.socket = Socket::open(origin, path, &self.conditions, report);
         if self.socket.is_none() {
             events.push(Event::Socket(session, SocketEvent::Closed { code: NOT_OPENED }));
         }

@@ -290,6 +290,8 @@ pub fn refusal_of_close(code: u16) -> Option<Refusal> {
     match code {
         // Several stand for these.
         1001 | 1008 => None,
+        // These pass by themselves.
+        4010 | 4011 => None,
         code if BAD_MESSAGE_CODES.contains(&code) => Some(Refusal::BadMessage),
         code => Refusal::ALL.into_iter().find(|refusal| refusal.close_code() == code),
     }

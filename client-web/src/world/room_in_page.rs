@@ -47,7 +47,7 @@ impl DemoRequest {
 pub struct RoomInPage {
     room: Room,
     scene: Arc<Scene>,
-    own: Option<Seat>,
+    own: Option<Claim>,
     bots: Vec<Seat>,
     scripted: bool,
     reader: Option<Subscriber>,
@@ -88,18 +88,19 @@ impl RoomInPage {
     pub fn receive(&mut self, bytes: &[u8]) {
         match ClientMessage::decode(bytes) {
             Ok(ClientMessage::Hello { appearance, .. }) => {
-                match self.room.join(appearance, None) {
-                    Ok(Welcome { claim: Claim { seat, .. }, .. }) => {
-                        self.own = Some(seat);
-                        // The room ends with its page: no seat can be given back.
+                // The player of another hello comes back on another socket.
+                match self.room.join(appearance, self.own) {
+                    Ok(Welcome { claim, .. }) => {
+                        (self.own, self.reader) = (Some(claim), None);
+                        // The room ends with its page, and there is one player to give the seat to.
                         let token = Token([0; TOKEN_BYTES]);
-                        self.outbox.push(self.room.welcome(seat, token, false));
+                        self.outbox.push(self.room.welcome(claim.seat, token, false));
                     }
                     Err(refusal) => self.outbox.push(ServerMessage::Refused { refusal }.encode()),
                 }
             }
             Ok(ClientMessage::Input { seq, input, .. }) => {
-                if let Some(seat) = self.own.filter(|_| !self.scripted) {
+                if let Some(seat) = self.seat().filter(|_| !self.scripted) {
                     self.room.input(seat, seq, input);
                 }
             }
@@ -107,7 +108,7 @@ impl RoomInPage {
                 self.outbox.push(ServerMessage::Pong { stamp, tick: self.tick }.encode());
             }
             Ok(ClientMessage::View { size }) => {
-                self.own.into_iter().for_each(|seat| self.room.view(seat, size));
+                self.seat().into_iter().for_each(|seat| self.room.view(seat, size));
             }
             Ok(ClientMessage::Kick { .. } | ClientMessage::CloseRoom) | Err(_) => {}
         }
@@ -126,14 +127,14 @@ impl RoomInPage {
 
     /// Plays one tick and leaves its snapshot in the outbox.
     pub fn tick(&mut self) {
-        let own = self.own.filter(|_| self.scripted);
+        let own = self.seat().filter(|_| self.scripted);
         for seat in own.into_iter().chain(self.bots.iter().copied()) {
             let input = scripted_input(&self.scene, seat, self.tick);
             self.room.input(seat, self.tick + 1, input);
         }
         self.room.tick();
         self.tick = self.room.game().tick_count();
-        if let Some(seat) = self.own {
+        if let Some(seat) = self.seat() {
             let message = match &self.reader {
                 Some(reader) => self.room.message(reader).cloned(),
                 None => {
@@ -144,6 +145,10 @@ impl RoomInPage {
             };
             self.outbox.extend(message.map(|bytes| bytes.to_vec()));
         }
+    }
+
+    fn seat(&self) -> Option<Seat> {
+        self.own.map(|claim| claim.seat)
     }
 
     /// Digest of the room's whole state.

@@ -39,6 +39,30 @@ fn smooth_arrivals_are_shown_one_tick_late() {
 }
 
 #[test]
+fn another_way_of_the_snapshots_neither_stops_nor_hurries_the_display() {
+    let mut clock = Clock::default();
+    let shown = play(&mut clock, 0..600, |t| f64::from(t % 7) * 4.0);
+    let delay = clock.delay_ticks();
+    // The room stood still for 300 ms, and everything takes 80 ms longer from now on.
+    let away_ms = 599.0 * TICK_MS + 300.0;
+    clock.restart(away_ms);
+    assert_eq!(clock.display(away_ms), None, "it waits");
+    let first_ms = away_ms + 80.0;
+    let mut before = shown[599];
+    for tick in 600..900 {
+        let now_ms = first_ms + f64::from(tick - 600) * TICK_MS;
+        clock.arrived(busy(tick, tick), now_ms);
+        let next = clock.display(now_ms).expect("snapshots came");
+        // With the first one, the 80 ms of waiting pass too.
+        let most = if tick == 600 { 5.6 } else { 1.16 };
+        assert!((0.84..most).contains(&(next - before)), "{} ticks at {tick}", next - before);
+        before = next;
+    }
+    assert!(clock.delay_ticks() <= delay, "the move is no jitter: {}", clock.delay_ticks());
+    assert!((899.0 - before - clock.delay_ticks()).abs() < 0.5, "{before}");
+}
+
+#[test]
 fn the_display_advances_at_the_rate_of_time() {
     let mut clock = Clock::default();
     let shown = play(&mut clock, 0..600, |t| f64::from(t % 7));

@@ -7,6 +7,7 @@ use jostle_protocol::{ClientMessage, ServerMessage};
 
 mod game;
 mod lobby;
+mod moves;
 mod replays;
 
 /// A page without a browser, and a room that answers its socket.

@@ -10,8 +10,8 @@ use crate::page::event::Effect;
 use crate::page::strings::{self, Card};
 use jostle_protocol::Refusal;
 
-/// Silence after which a socket is given up, milliseconds.
-const SILENCE_MS: f64 = 6000.0;
+/// A move to another server that takes longer than this is shown, milliseconds.
+const MOVE_MS: f64 = 1000.0;
 /// Close code of a connection that broke (RFC 6455).
 const BROKEN: u16 = 1006;
 
@@ -23,7 +23,8 @@ impl GameScreen {
         connection.open = true;
         connection.opened_ms = ctx.now_ms;
         let path = format!("/{}", self.code);
-        ctx.request(Effect::Connect { path, session: connection.session });
+        let origin = connection.servers.current().to_owned();
+        ctx.request(Effect::Connect { path, session: connection.session, origin });
         self.status.notice = None;
         if self.status.state == State::Refused {
             self.status.state = State::Connecting;
@@ -79,11 +80,36 @@ impl GameScreen {
             _ => strings::refused(refusal),
         };
         let Some(notice) = notice else {
-            self.status.restarting = true;
+            if refusal == Refusal::Closing {
+                self.status.restarting = true;
+            } else if let Link::Server(connection) = &mut self.link {
+                connection.servers.moving();
+                self.begin_to_move(ctx.now_ms);
+            }
             return self.drop_socket(ctx);
         };
         self.status.notice = Some(notice);
         self.status.state = State::Refused;
+        self.status.closing_ms = None;
+    }
+
+    /// Follows the room to another server: at once, unless that did not help the last time.
+    pub(super) fn follow(&mut self, ctx: &mut Context, url: String) {
+        self.begin_to_move(ctx.now_ms);
+        let Link::Server(connection) = &mut self.link else { return };
+        if connection.servers.moved(url) {
+            return self.connect(ctx);
+        }
+        connection.open = false;
+        connection.lost(ctx.now_ms, ctx.random());
+        ctx.request(Effect::Disconnect { leaving: false });
+    }
+
+    /// The server does not play the room any more, and another one soon will.
+    fn begin_to_move(&mut self, now_ms: f64) {
+        if self.status.state == State::Playing {
+            (self.status.state, self.status.moved_ms) = (State::Moving, now_ms);
+        }
         self.status.closing_ms = None;
     }
 
@@ -102,7 +128,7 @@ impl GameScreen {
         ctx.set_secret(Secret::Seat, &self.code, None);
         if let Link::Server(connection) = &mut self.link {
             connection.open = false;
-            connection.backoff.lost(ctx.now_ms, 0.0);
+            connection.lost(ctx.now_ms, 0.0);
             connection.backoff.hurry();
             ctx.request(Effect::Disconnect { leaving: false });
         }
@@ -119,14 +145,19 @@ impl GameScreen {
             return self.end(ctx, refusal);
         }
         if self.status.state == State::Playing {
-            self.status.state = State::Reconnecting;
+            self.show_loss();
         }
         // A server that announced it did close, even if its last message was lost.
         self.status.restarting |= self.status.closing_ms.take().is_some();
-        self.controls.release();
         if let Link::Server(connection) = &mut self.link {
-            connection.backoff.lost(ctx.now_ms, ctx.random());
+            connection.servers.lost();
+            connection.lost(ctx.now_ms, ctx.random());
         }
+    }
+
+    fn show_loss(&mut self) {
+        self.status.state = State::Reconnecting;
+        self.controls.release();
     }
 
     /// The notice to show while the page reconnects.
@@ -148,30 +179,23 @@ impl GameScreen {
 
     /// Gives up a silent socket, and opens a new one when that is due.
     pub fn keep_connected(&mut self, ctx: &mut Context) {
-        if self.status.state == State::Refused {
-            return;
+        match self.status.state {
+            State::Refused => return,
+            State::Moving if ctx.now_ms - self.status.moved_ms > MOVE_MS => self.show_loss(),
+            _ => {}
         }
         // A link that died silently never reports its end. It is given up at the second check in a row: a page
         // that stood still itself gets what was sent meanwhile only after the first.
-        let silent = self.silence_ms(ctx.now_ms) > SILENCE_MS;
-        if let Link::Server(connection) = &mut self.link
-            && std::mem::replace(&mut connection.silent, silent)
-            && silent
-        {
-            self.drop_socket(ctx);
+        if let Link::Server(connection) = &mut self.link {
+            let silent = connection.is_silent(ctx.now_ms);
+            if std::mem::replace(&mut connection.silent, silent) && silent {
+                self.drop_socket(ctx);
+            }
         }
         if let Link::Server(connection) = &mut self.link
             && connection.backoff.due(ctx.now_ms)
         {
             self.connect(ctx);
-        }
-    }
-
-    /// Milliseconds since the other end was last heard, or the socket was opened.
-    fn silence_ms(&self, now_ms: f64) -> f64 {
-        match &self.link {
-            Link::Server(connection) => now_ms - connection.heard_ms.max(connection.opened_ms),
-            Link::InPage(_) => 0.0,
         }
     }
 

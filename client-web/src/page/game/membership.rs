@@ -1,15 +1,18 @@
-//! Everything that a seat in a room brings, and that the next welcome replaces.
+//! Everything that a seat in a room brings. The next welcome replaces it, or goes on with it on another socket.
 
 use crate::input::keys::Controls;
 use crate::input::sender::InputSender;
-use crate::net::clock::{Clock, TICK_MS};
+use crate::net::clock::Clock;
 use crate::view::camera::{Camera, Target};
 use crate::view::frame::View;
 use crate::world::predict::Predictor;
 use crate::world::replica::{Eye, Replica};
 use jostle_game::scene::Camera as CameraRule;
-use jostle_game::{Input, Tools};
+use jostle_game::{Input, Seat, Tools};
 use jostle_sim::Vec2;
+
+/// Ticks that may be missing between two sockets of the same seat: over a longer gap the picture starts over.
+const GAP_TICKS_MAX: u32 = 60;
 
 /// A seat in a room: the copy of the room, its time, and the inputs on their way.
 pub struct Membership {
@@ -41,6 +44,28 @@ impl Membership {
         }
     }
 
+    /// Whether a welcome to a seat goes on with this one in the same scene: not after a long gap, and not if the room
+    /// is older there than what was shown.
+    pub fn continues(&self, seat: Seat, welcomed_tick: u32) -> bool {
+        let newest = self.replica.newest().map_or(0, |newest| newest.tick);
+        seat == self.replica.seat
+            && welcomed_tick.checked_sub(newest).is_some_and(|gap| gap <= GAP_TICKS_MAX)
+    }
+
+    /// Goes on with the same seat on another socket. What only the socket's two ends know starts over: the stream of
+    /// snapshots, the numbers of inputs, the view, and the time that messages take. The world stays, with what was
+    /// not shown of it yet, and so do the measured jitter and lead.
+    pub fn go_on(&mut self, welcomed_tick: u32, now_ms: f64) {
+        self.replica.begin_stream();
+        self.clock.restart(now_ms);
+        self.sender = InputSender::default();
+        if let Some(predictor) = &mut self.predictor {
+            predictor.restart(now_ms);
+        }
+        self.sent_view = None;
+        self.welcomed_tick = welcomed_tick;
+    }
+
     /// Switches prediction on or off.
     pub fn set_prediction(&mut self, on: bool) {
         if on == self.predictor.is_some() {
@@ -50,29 +75,21 @@ impl Membership {
         self.predictor = if on { Predictor::new(&replica.scene, replica.seat) } else { None };
     }
 
-    /// Low bits of the newest tick of which a snapshot was read.
+    /// Low bits of the newest tick of which a snapshot was read on this socket; before the first, of the welcome's.
     pub fn ack_tick(&self) -> u16 {
-        self.replica.newest().map_or(self.welcomed_tick, |newest| newest.tick) as u16
+        let newest = self.replica.newest().map_or(0, |newest| newest.tick);
+        newest.max(self.welcomed_tick) as u16
     }
 
-    /// The next input to send, if one is due.
+    /// The next input to send, if one is due; none before the first snapshot on this socket, which tells the time.
     pub fn next_input(&mut self, now_ms: f64) -> Option<(u32, Input)> {
-        let moment = self.next_moment(now_ms);
-        let (seq, input) = self.sender.due(now_ms, moment)?;
-        if let (Some(predictor), Some(tick)) = (&mut self.predictor, self.clock.server_tick(now_ms))
-        {
-            predictor.sent(seq, input, tick, now_ms);
-        }
-        Some((seq, input))
-    }
-
-    /// An input sent now is played in the first tick after this moment; without prediction its phase
-    /// is a guess.
-    fn next_moment(&mut self, now_ms: f64) -> f64 {
-        let tick = self.clock.server_tick(now_ms).unwrap_or(now_ms / TICK_MS);
-        let Some(predictor) = &self.predictor else { return tick };
+        let tick = self.clock.server_tick(now_ms)?;
+        let Some(predictor) = &mut self.predictor else { return self.sender.due(now_ms, tick) };
         self.sender.book_until(predictor.booked());
-        predictor.moment_at(tick, now_ms)
+        // It is played in the first tick after this moment.
+        let (seq, input) = self.sender.due(now_ms, predictor.moment_at(tick, now_ms))?;
+        predictor.sent(seq, input, tick, now_ms);
+        Some((seq, input))
     }
 
     /// Moves the display, and the predicted hero with it, to `now_ms`.

@@ -45,8 +45,7 @@ pub struct GameScreen {
 impl GameScreen {
     /// A game in a room of the server.
     pub fn join(ctx: &mut Context, code: &str, appearance: Appearance) -> GameScreen {
-        let heard_ms = ctx.now_ms;
-        let link = Link::Server(Connection { heard_ms, ..Connection::default() });
+        let link = Link::Server(Connection::new(ctx.now_ms));
         let mut game = GameScreen::new(ctx, code, appearance, link);
         game.connect(ctx);
         game
@@ -102,7 +101,7 @@ impl GameScreen {
     /// Bars of the signal mark, 0..=4.
     pub fn bars(&self, now_ms: f64) -> u8 {
         match (&self.link, self.status.state) {
-            (Link::Server(connection), State::Playing) => {
+            (Link::Server(connection), State::Playing | State::Moving) => {
                 self.meter.bars(now_ms - connection.heard_ms)
             }
             (Link::InPage(_), State::Playing | State::Frozen) => 4,
@@ -120,7 +119,11 @@ impl GameScreen {
         self.move_display(ctx.now_ms);
     }
 
+    /// Without a seat the display stands still.
     fn move_display(&mut self, now_ms: f64) {
+        if self.status.state != State::Playing {
+            return;
+        }
         let eye = self.view.eye(&self.controls, self.replica());
         if let Some(membership) = &mut self.membership {
             membership.move_display(now_ms, eye);
@@ -205,7 +208,7 @@ impl GameScreen {
             bounds: self.view.bounds(Some(replica)),
             calm,
             copy: membership.copy,
-            dimmed: !matches!(self.status.state, State::Playing | State::Frozen),
+            dimmed: !matches!(self.status.state, State::Playing | State::Moving | State::Frozen),
         })
     }
 }

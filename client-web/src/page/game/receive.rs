@@ -51,8 +51,12 @@ impl GameScreen {
             Ok(ServerMessage::Pong { stamp, .. }) => {
                 self.meter.ponged(f64::from(stamp), now_ms.floor());
             }
-            // Servers that share no rooms send none.
-            Ok(ServerMessage::Moved { .. } | ServerMessage::Nodes { .. }) => {}
+            Ok(ServerMessage::Moved { url }) => self.follow(ctx, url),
+            Ok(ServerMessage::Nodes { urls }) => {
+                if let Link::Server(connection) = &mut self.link {
+                    connection.servers.told(urls);
+                }
+            }
             Ok(ServerMessage::Denied) => self.status.denied_ms = Some(now_ms),
             Err(error) => self.misunderstood(ctx, &error),
         }
@@ -61,11 +65,19 @@ impl GameScreen {
     fn welcome(&mut self, ctx: &mut Context, replica: Replica, tick: u32) {
         if let Link::Server(connection) = &mut self.link {
             connection.unproven_ms = Some(ctx.now_ms);
+            connection.servers.welcomed();
         }
         let same = self.replica().is_some_and(|old| old.scene.source == replica.scene.source);
-        self.view.adopt(&replica, same);
-        self.membership = Some(Membership::new(replica, ctx.next_number(), tick));
-        self.set_prediction(ctx.predicts);
+        match &mut self.membership {
+            Some(membership) if same && membership.continues(replica.seat, tick) => {
+                membership.go_on(tick, ctx.now_ms);
+            }
+            _ => {
+                self.view.adopt(&replica, same);
+                self.membership = Some(Membership::new(replica, ctx.next_number(), tick));
+                self.set_prediction(ctx.predicts);
+            }
+        }
         self.status.closing_ms = None;
         self.status.restarting = false;
         self.status.is_kept = false;

@@ -10,6 +10,8 @@ pub enum State {
     Connecting,
     /// Seated.
     Playing,
+    /// Another server goes on with the room: the picture stays as it is for a moment.
+    Moving,
     /// The socket was lost; the world stays on view.
     Reconnecting,
     /// The session ended; a notice says why.
@@ -24,6 +26,7 @@ impl State {
         match self {
             State::Connecting => "connecting",
             State::Playing => "playing",
+            State::Moving => "moving",
             State::Reconnecting => "reconnecting",
             State::Refused => "refused",
             State::Frozen => "frozen",
@@ -38,6 +41,8 @@ pub struct Status {
     pub notice: Option<Card>,
     /// When the first seat was taken.
     pub joined_ms: Option<f64>,
+    /// When the room began to move to another server, if it does.
+    pub moved_ms: f64,
     /// When the server will close.
     pub closing_ms: Option<f64>,
     /// The server closed, and is tried until it is back.

@@ -84,6 +84,12 @@ impl Predictor {
         })
     }
 
+    /// The room goes on at `now_ms` with another socket, which knows of none of the inputs that were sent.
+    pub fn restart(&mut self, now_ms: f64) {
+        self.schedule.restart();
+        self.updated_ms = now_ms;
+    }
+
     /// An input was sent at `now_ms`, when the server's tick was this one, as the clock estimates it.
     pub fn sent(&mut self, seq: u32, input: Input, server_tick: f64, now_ms: f64) {
         let buttons = input.rounded().buttons;

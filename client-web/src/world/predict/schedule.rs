@@ -44,6 +44,12 @@ impl Default for Schedule {
 }
 
 impl Schedule {
+    /// Forgets all inputs, as the room does with those of a socket that is gone. The lead stays.
+    pub fn restart(&mut self) {
+        self.sent.clear();
+        self.acknowledged = 0;
+    }
+
     /// An input leaves at a moment: it is played in the tick after it, one input a tick. Whether it
     /// changes what is down.
     pub fn send(&mut self, seq: u32, buttons: Buttons, server_tick: f64, moment: f64) -> bool {

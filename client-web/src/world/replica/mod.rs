@@ -151,6 +151,11 @@ impl Replica {
         self.timeline.newest_two()
     }
 
+    /// Snapshots come from another socket from now on, which begins with a keyframe.
+    pub fn begin_stream(&mut self) {
+        self.stream = SnapshotStream::default();
+    }
+
     /// Reads a coded snapshot and files it: what it says about time, and how many emitters it starts.
     pub fn hear(&mut self, coded: &[u8]) -> Result<(Arrival, usize), DecodeError> {
         let before = self.stream.newest().map(Arc::clone);
