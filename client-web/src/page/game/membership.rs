@@ -11,8 +11,9 @@ use jostle_game::scene::Camera as CameraRule;
 use jostle_game::{Input, Seat, Tools};
 use jostle_sim::Vec2;
 
-/// Ticks that may be missing between two sockets of the same seat: over a longer gap the picture starts over.
-const GAP_TICKS_MAX: u32 = 60;
+/// Ticks that may be missing between two sockets of the same seat. Over a longer gap, which the display would jump
+/// across anyway, the picture starts over.
+const GAP_TICKS_MAX: u32 = 30;
 
 /// A seat in a room: the copy of the room, its time, and the inputs on their way.
 pub struct Membership {

@@ -173,6 +173,34 @@ fn a_move_that_takes_long_is_shown_as_a_lost_connection() {
 }
 
 #[test]
+fn a_seat_that_is_regained_soon_goes_on_too() {
+    let delay = |browser: &Browser| {
+        let membership = browser.app.game().and_then(|game| game.membership.as_ref());
+        membership.expect("a seat").clock.delay_ticks()
+    };
+    let mut browser = Browser::running();
+    let (copy, before) = (browser.copy(), delay(&browser));
+    let mut room = browser.room.take();
+    browser.socket(SocketEvent::Closed { code: 1006 });
+    browser.run(20);
+    let away = room.as_mut().expect("a room");
+    (0..20).for_each(|_| away.tick());
+    // The lost socket carries nothing any more.
+    away.take();
+    browser.welcome_in(room);
+    // The display catches up without a jump.
+    browser.run(160);
+    assert_eq!((browser.app.state(), browser.copy()), ("playing", copy));
+    assert!(
+        delay(&browser) < before + 0.5,
+        "{} ticks: the time away is no jitter",
+        delay(&browser)
+    );
+    let newest = browser.app.replica().and_then(|replica| replica.newest()).expect("one").tick;
+    assert!(f64::from(newest) - browser.display() < before + 0.5, "{newest}");
+}
+
+#[test]
 fn a_room_that_goes_on_from_an_earlier_moment_is_shown_from_there() {
     let mut browser = Browser::running();
     let copy = browser.copy();
