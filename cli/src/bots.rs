@@ -28,7 +28,8 @@ const LOSS_EVERY: Duration = Duration::from_secs(60);
 /// Play with many clients at once, and report what they got
 ///
 /// Each moves, launches, makes and drags at random, loses its socket once a minute, and comes back with its
-/// token. Status 1 if any client met an error or came back to another seat.
+/// token. It follows its room to another server, and asks the others of a fleet if its own dies. Status 1 if any
+/// client met an error or came back to another seat.
 #[derive(clap::Args)]
 pub struct Bots {
     /// Where to play; of several rooms each gets its share of the clients

@@ -66,9 +66,14 @@ impl Servers {
         self.failed = 0;
     }
 
+    /// Whether there are several.
+    pub fn has_others(&self) -> bool {
+        self.turn.len() > 1
+    }
+
     /// Whether there are several, and one was not asked since the last seat.
     pub fn has_untried(&self) -> bool {
-        self.turn.len() > 1 && self.failed < self.turn.len()
+        self.has_others() && self.failed < self.turn.len()
     }
 }
 

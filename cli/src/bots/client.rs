@@ -2,11 +2,12 @@
 //! seat with its token. [`Stage`] says when.
 
 use super::report::ClientReport;
-use super::socket::{Arrival, connect, next, refused, send, unexpected, unreadable};
+use super::socket::{Arrival, SessionEnd, connect, connect_within, next, read, send};
 use super::target::Target;
 use crate::bot_input::BotInput;
-use anyhow::Result;
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Snapshot};
+use jostle_protocol::{
+    Appearance, ClientMessage, Refusal, ServerMessage, Servers, Snapshot, Token,
+};
 use jostle_sim::{BodyId, TICKS_PER_SECOND};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,6 +21,14 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 const PING_EVERY_INPUTS: u32 = 30;
 /// Time between the connections of two bots.
 const JOIN_EVERY: Duration = Duration::from_millis(4);
+/// Between two attempts to come back.
+const RETRY_EVERY: Duration = Duration::from_millis(250);
+/// Time for an attempt while another server was not asked yet.
+const UNTRIED_WAIT: Duration = Duration::from_secs(2);
+/// Silence after which a server of a fleet is given up for another.
+const SILENCE: Duration = Duration::from_secs(6);
+/// Time in which a bot comes back to its room: a server that died has been replaced by then.
+const RETURN_WAIT: Duration = Duration::from_secs(60);
 /// Kind and keyframe bit of a coded snapshot, and where the low byte of a delta's tick is.
 const SNAPSHOT: u8 = 0x80;
 const KEYFRAME: u8 = 0x40;
@@ -59,12 +68,14 @@ impl Bot {
     /// Plays to the end or to the first error, and returns the measurements.
     pub async fn play(mut self) -> ClientReport {
         let mut report = ClientReport::new(self.index);
+        let mut servers = Servers::new(self.target.origin());
         sleep(JOIN_EVERY * self.index).await;
-        let arrival = connect(&self.target, self.appearance(), None).await;
+        let arrival = self.enter(&mut servers, &mut None, &mut report).await;
         // The receiver waits for one of each bot.
         let _ = self.seated.send(()).await;
         let played = match arrival {
-            Ok(arrival) => self.play_on(arrival, &mut report).await,
+            Ok(Some(arrival)) => self.play_on(arrival, servers, &mut report).await,
+            Ok(None) => Ok(()),
             Err(error) => Err(error),
         };
         if let Err(error) = played {
@@ -78,22 +89,37 @@ impl Bot {
         Appearance { name: format!("bot {}", self.index + 1).into(), color }
     }
 
-    async fn play_on(&mut self, arrival: Arrival, report: &mut ClientReport) -> Result<()> {
+    async fn play_on(
+        &mut self,
+        arrival: Arrival,
+        mut servers: Servers,
+        report: &mut ClientReport,
+    ) -> Result<(), SessionEnd> {
         report.seat = Some(arrival.seat);
         let input = BotInput::new(self.seed, self.index, arrival.size()?);
         let mut player = Player::new(arrival, input, self.decodes, self.snapshots.take());
         let mut losses = std::mem::take(&mut self.losses).into_iter();
         let mut loss_at = None;
         loop {
-            tokio::select! {
-                message = next(&mut player.arrival.socket) => {
-                    let Some(bytes) = message? else { continue };
-                    player.receive(&bytes, report)?;
+            let silent_at = servers.has_others().then(|| player.heard_at + SILENCE);
+            let end = tokio::select! {
+                message = next(&mut player.arrival.socket) => match message {
+                    Ok(None) => continue,
+                    Ok(Some(bytes)) => match player.receive(&bytes, &mut servers, report) {
+                        Ok(()) => continue,
+                        Err(end) => end,
+                    },
+                    Err(end) => end,
+                },
+                _ = player.inputs.tick() => {
+                    // A socket that is closed says why when it is read.
+                    let _ = player.send_input(report).await;
+                    continue;
                 }
-                _ = player.inputs.tick() => player.send_input(report).await?,
+                () = sleep_until_some(silent_at) => SessionEnd::Lost("silence".to_owned()),
                 () = sleep_until_some(loss_at) => {
-                    player = self.resume(player, report).await?;
                     loss_at = losses.next().map(|after| report.began() + after);
+                    SessionEnd::Dropped
                 }
                 changed = self.stage.changed() => {
                     let stage = *self.stage.borrow_and_update();
@@ -106,7 +132,12 @@ impl Bot {
                         Stage::Joining => {}
                     }
                     if changed.is_err() { break }
+                    continue;
                 }
+            };
+            match self.resume(player, end, &mut servers, report).await? {
+                Some(back) => player = back,
+                None => return Ok(()),
             }
         }
         report.end(Instant::now());
@@ -114,16 +145,97 @@ impl Bot {
         Ok(())
     }
 
-    /// Drops the socket without a close frame, and resumes the seat on another one with the token.
-    async fn resume(&self, player: Player, report: &mut ClientReport) -> Result<Player> {
+    /// Drops the socket without a close frame, and resumes the seat on another one with the token. `None` if all bots
+    /// leave before that.
+    async fn resume(
+        &self,
+        player: Player,
+        end: SessionEnd,
+        servers: &mut Servers,
+        report: &mut ClientReport,
+    ) -> Result<Option<Player>, SessionEnd> {
         let Player { arrival: Arrival { socket, seat, token, .. }, hero, input, snapshots, .. } =
             player;
-        let killed_at = Instant::now();
+        let lost_at = Instant::now();
         drop(socket);
-        let arrival = connect(&self.target, self.appearance(), Some(token)).await?;
-        report.returned(killed_at.elapsed(), arrival.seat == seat, hero, arrival.hero());
-        Ok(Player::new(arrival, input, self.decodes, snapshots))
+        let mut token = Some(token);
+        prepare(end, servers, &mut token, report).await?;
+        let Some(arrival) = self.enter(servers, &mut token, report).await? else {
+            report.end(Instant::now());
+            return Ok(None);
+        };
+        let same_seat = token.is_some() && arrival.seat == seat;
+        let heroes = [hero, arrival.hero()];
+        report.returned(lost_at.elapsed(), same_seat, heroes, Instant::now());
+        Ok(Some(Player::new(arrival, input, self.decodes, snapshots)))
     }
+
+    /// Asks the servers in turn until one has a seat for the bot. `None` if all bots leave before that; a token that
+    /// is refused is taken away.
+    async fn enter(
+        &self,
+        servers: &mut Servers,
+        token: &mut Option<Token>,
+        report: &mut ClientReport,
+    ) -> Result<Option<Arrival>, SessionEnd> {
+        let begun = Instant::now();
+        while *self.stage.borrow() != Stage::Over {
+            match self.ask(servers, *token).await {
+                Ok(mut arrival) => {
+                    servers.welcomed();
+                    if let Some(nodes) = arrival.nodes.take() {
+                        servers.told(nodes);
+                    }
+                    return Ok(Some(arrival));
+                }
+                Err(end) if begun.elapsed() > RETURN_WAIT => return Err(end),
+                Err(end) => prepare(end, servers, token, report).await?,
+            }
+        }
+        Ok(None)
+    }
+
+    async fn ask(&self, servers: &Servers, token: Option<Token>) -> Result<Arrival, SessionEnd> {
+        let no_tls = || SessionEnd::Lost(format!("no way to {}", servers.current()));
+        let target = self.target.at(servers.current()).ok_or_else(no_tls)?;
+        if servers.has_untried() {
+            return connect_within(UNTRIED_WAIT, &target, self.appearance(), token).await;
+        }
+        connect(&target, self.appearance(), token).await
+    }
+}
+
+/// Prepares the next attempt after the end of the last session or attempt, and waits for its time. An end that no
+/// other attempt helps with is returned.
+async fn prepare(
+    end: SessionEnd,
+    servers: &mut Servers,
+    token: &mut Option<Token>,
+    report: &mut ClientReport,
+) -> Result<(), SessionEnd> {
+    match end {
+        SessionEnd::Moved(url) => {
+            report.moved();
+            if servers.moved(url) {
+                return Ok(());
+            }
+        }
+        SessionEnd::Dropped => {
+            servers.lost();
+            return Ok(());
+        }
+        SessionEnd::Refused(Refusal::BadToken) if token.take().is_some() => return Ok(()),
+        SessionEnd::Refused(Refusal::Moved | Refusal::Moving) => {
+            servers.moving();
+            servers.lost();
+        }
+        SessionEnd::Lost(_) | SessionEnd::Refused(Refusal::Closing) if servers.has_others() => {
+            servers.lost();
+        }
+        end => return Err(end),
+    }
+    sleep(RETRY_EVERY).await;
+    Ok(())
 }
 
 /// Sleeps until a time; for ever if there is none.
@@ -140,6 +252,8 @@ struct Player {
     hero: Option<BodyId>,
     /// Tick of the newest snapshot.
     tick: u32,
+    /// When the server was last heard.
+    heard_at: Instant,
     decodes: bool,
     input: BotInput,
     seq: u32,
@@ -157,11 +271,12 @@ impl Player {
         let mut inputs = interval(Duration::from_secs(1) / TICKS_PER_SECOND);
         inputs.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let (hero, tick) = (arrival.hero(), arrival.tick());
-        Player { arrival, hero, tick, decodes, input, seq: 0, inputs, snapshots }
+        let heard_at = Instant::now();
+        Player { arrival, hero, tick, heard_at, decodes, input, seq: 0, inputs, snapshots }
     }
 
     /// Sends an input, and now and then a ping.
-    async fn send_input(&mut self, report: &mut ClientReport) -> Result<()> {
+    async fn send_input(&mut self, report: &mut ClientReport) -> Result<(), SessionEnd> {
         self.seq += 1;
         let (ack_tick, input) = (self.tick as u16, self.input.next_input());
         send(&mut self.arrival.socket, &ClientMessage::Input { seq: self.seq, ack_tick, input })
@@ -173,17 +288,22 @@ impl Player {
         Ok(())
     }
 
-    fn receive(&mut self, bytes: &[u8], report: &mut ClientReport) -> Result<()> {
+    fn receive(
+        &mut self,
+        bytes: &[u8],
+        servers: &mut Servers,
+        report: &mut ClientReport,
+    ) -> Result<(), SessionEnd> {
         let now = Instant::now();
-        let [head, low, ..] = *bytes else { return Err(unexpected()) };
+        self.heard_at = now;
+        let [head, low, ..] = *bytes else { return Err(SessionEnd::Unexpected) };
         if head & SNAPSHOT == 0 {
-            return self.receive_other(bytes, report, now);
+            return receive_other(bytes, servers, report, now);
         }
         let before = self.tick;
         let mut unchanged_until = None;
         if head & KEYFRAME != 0 || self.decodes {
-            unchanged_until =
-                self.arrival.stream.decode(bytes).map_err(unreadable)?.unchanged_until;
+            unchanged_until = self.arrival.stream.decode(bytes)?.unchanged_until;
             let newest = self.arrival.stream.newest().expect("one was just decoded");
             self.tick = newest.tick;
             if let Some(snapshots) = &self.snapshots {
@@ -206,24 +326,31 @@ impl Player {
         Ok(())
     }
 
-    fn receive_other(
-        &mut self,
-        bytes: &[u8],
-        report: &mut ClientReport,
-        now: Instant,
-    ) -> Result<()> {
-        match ServerMessage::decode(bytes).map_err(unreadable)? {
-            ServerMessage::Pong { stamp, .. } => report.ponged(stamp, bytes.len(), now),
-            ServerMessage::Refused { refusal } => return Err(refused(refusal)),
-            ServerMessage::Welcome { .. } => return Err(unexpected()),
-            _ => report.count_other(bytes.len()),
-        }
-        Ok(())
-    }
-
     async fn leave(mut self) {
         let frame = CloseFrame { code: CloseCode::Normal, reason: "".into() };
         // A server that is gone by now makes no difference.
         let _ = self.arrival.socket.close(Some(frame)).await;
     }
 }
+
+fn receive_other(
+    bytes: &[u8],
+    servers: &mut Servers,
+    report: &mut ClientReport,
+    now: Instant,
+) -> Result<(), SessionEnd> {
+    match read(bytes)? {
+        ServerMessage::Pong { stamp, .. } => {
+            report.ponged(stamp, bytes.len(), now);
+            return Ok(());
+        }
+        ServerMessage::Welcome { .. } => return Err(SessionEnd::Unexpected),
+        ServerMessage::Nodes { urls } => servers.told(urls),
+        _ => {}
+    }
+    report.count_other(bytes.len());
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

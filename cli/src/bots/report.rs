@@ -51,6 +51,8 @@ struct Counts {
     ping_before: Option<Duration>,
     intervals: Durations,
     returns: Durations,
+    moves: u32,
+    outages: Durations,
     seats_lost: u32,
     heroes_lost: u32,
 }
@@ -121,19 +123,27 @@ impl ClientReport {
         }
     }
 
-    /// Counts a return after a lost socket: to the same seat or another, the same hero or another.
+    /// Counts a move of the room to another server.
+    pub fn moved(&mut self) {
+        self.counts.moves += u32::from(self.began_at.is_some());
+    }
+
+    /// Counts a return at `now`, which took this long after a move or a lost socket: to the same seat or another,
+    /// the same hero or another.
     pub fn returned(
         &mut self,
         took: Duration,
         same_seat: bool,
-        before: Option<BodyId>,
-        hero: Option<BodyId>,
+        [before, hero]: [Option<BodyId>; 2],
+        now: Instant,
     ) {
         self.counts.returns.record(took);
         self.counts.seats_lost += u32::from(!same_seat);
         self.counts.heroes_lost += u32::from(hero != before);
-        // The time without a socket is no gap between two snapshots.
-        self.counts.last = None;
+        // The time without a socket is no interval between two snapshots.
+        if let Some((_, last)) = self.counts.last.take() {
+            self.counts.outages.record(now - last);
+        }
     }
 
     fn seconds(&self) -> f64 {
@@ -186,12 +196,16 @@ pub struct Report {
     pub(super) per_client: Vec<Entry>,
 }
 
-/// Returns after the loss of a socket.
+/// Returns after the loss of a socket, or to a room that moved to another server.
 #[derive(Debug, Serialize)]
 pub(super) struct Returns {
     /// From the loss to the keyframe on the next socket.
     pub return_ms: Percentiles,
-    /// Returns to another seat.
+    /// Moves to another server that were followed.
+    pub moves: u32,
+    /// From the last snapshot before a move or a lost socket to the first one after it.
+    pub outage_ms: Percentiles,
+    /// Returns to another seat, or with a token that was refused.
     pub seats_lost: u32,
     /// Returns to another hero.
     pub heroes_lost: u32,
@@ -278,6 +292,8 @@ impl Report {
             server_missed_ticks: missed.reduce(f64::min).map_or(0, |least| least.round() as u32),
             returns: Returns {
                 return_ms: all(|client| &client.counts.returns),
+                moves: clients.iter().map(|client| client.counts.moves).sum(),
+                outage_ms: all(|client| &client.counts.outages),
                 seats_lost: clients.iter().map(|client| client.counts.seats_lost).sum(),
                 heroes_lost: clients.iter().map(|client| client.counts.heroes_lost).sum(),
             },
@@ -331,12 +347,36 @@ mod tests {
     }
 
     #[test]
+    fn a_move_is_counted_with_the_time_without_snapshots() {
+        let start = Instant::now();
+        let mut client = ClientReport::new(0);
+        client.moved();
+        client.begin(start);
+        client.saw(false, 10, 100, 1, start);
+        client.moved();
+        let back = start + Duration::from_millis(120);
+        client.returned(Duration::from_millis(100), true, [None, None], back);
+        client.saw(false, 10, 104, 1, back);
+        let report = report(client);
+        assert_eq!(report.returns.moves, 1, "before the measurement none count");
+        assert!((120.0..121.5).contains(&report.returns.outage_ms.max));
+        assert_eq!((report.returns.outage_ms.count, report.interval_ms.count), (1, 0));
+        assert_eq!(report.failure(), None);
+        let text = report.to_string();
+        assert!(text.contains("moves followed 1; without snapshots p50 120"), "{text}");
+        let value = serde_json::to_value(&report).expect("a report is JSON");
+        assert_eq!((&value["moves"], &value["seats_lost"]), (&1.into(), &0.into()));
+        assert_eq!(value["outage_ms"]["count"], 1);
+    }
+
+    #[test]
     fn a_return_to_another_seat_is_a_failure_and_another_hero_is_counted() {
         let mut client = ClientReport::new(0);
         client.begin(Instant::now());
-        client.returned(Duration::from_millis(30), true, None, None);
+        let now = Instant::now();
+        client.returned(Duration::from_millis(30), true, [None, None], now);
         let hero = Some(BodyId { index: 1, generation: 0 });
-        client.returned(Duration::from_millis(30), false, None, hero);
+        client.returned(Duration::from_millis(30), false, [None, hero], now);
         let report = report(client);
         assert_eq!((report.returns.return_ms.count, report.returns.seats_lost), (2, 1));
         assert_eq!(report.returns.heroes_lost, 1);

@@ -1,7 +1,6 @@
 //! The socket of a bot: it connects, receives the welcome and the first keyframe, and then messages.
 
 use super::target::Target;
-use anyhow::{Context, Error, Result, anyhow, bail};
 use bytes::Bytes;
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::Scene;
@@ -25,23 +24,31 @@ const ARRIVAL_WAIT: Duration = Duration::from_secs(20);
 /// Bytes read at a time: there may be many bots.
 const READ_BUFFER_BYTES: usize = 8 << 10;
 
-/// The error of a message that does not belong where it came.
-pub fn unexpected() -> Error {
-    anyhow!("the server sent what a client does not expect")
+/// The end of a session, or of an attempt to begin one.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionEnd {
+    /// Another server plays the room: its origin.
+    #[error("the room moved to {0}")]
+    Moved(String),
+    /// The server ended it.
+    #[error("refused ({:?}): {}", .0, .0.message())]
+    Refused(Refusal),
+    /// The bot dropped the socket.
+    #[error("the bot dropped its socket")]
+    Dropped,
+    /// No connection, or no more.
+    #[error("{0}")]
+    Lost(String),
+    /// The server breaks the protocol.
+    #[error("the server sent what a client cannot read: {0}")]
+    Unreadable(#[from] DecodeError),
+    /// A message does not belong where it came, or its content is wrong.
+    #[error("the server sent what a client does not expect")]
+    Unexpected,
 }
 
-/// The error of a refused session.
-pub fn refused(refusal: Refusal) -> Error {
-    anyhow!("refused ({refusal:?}): {}", refusal.message())
-}
-
-/// The error of a message that does not decode.
-pub fn unreadable(error: DecodeError) -> Error {
-    anyhow!("the server sent what a client cannot read: {error}")
-}
-
-fn socket_error(error: tungstenite::Error) -> Error {
-    anyhow!("socket: {error}")
+fn socket_error(error: tungstenite::Error) -> SessionEnd {
+    SessionEnd::Lost(format!("socket: {error}"))
 }
 
 /// A bot that has received its first keyframe.
@@ -56,6 +63,8 @@ pub struct Arrival {
     pub stream: SnapshotStream,
     /// Time from the hello to the decoded keyframe.
     pub took: Duration,
+    /// Other servers of the fleet, if the server told of them.
+    pub nodes: Option<Vec<String>>,
     scene: [String; 2],
 }
 
@@ -72,10 +81,10 @@ impl Arrival {
     }
 
     /// Size of the world.
-    pub fn size(&self) -> Result<Vec2> {
+    pub fn size(&self) -> Result<Vec2, SessionEnd> {
         let [name, source] = &self.scene;
         let scene = Scene::parse(&format!("{name}.toml"), source);
-        Ok(scene.map_err(|error| anyhow!("the welcome's scene is wrong: {error}"))?.size)
+        Ok(scene.map_err(|_| SessionEnd::Unexpected)?.size)
     }
 }
 
@@ -84,16 +93,31 @@ pub async fn connect(
     target: &Target,
     appearance: Appearance,
     token: Option<Token>,
-) -> Result<Arrival> {
-    let arrival = timeout(ARRIVAL_WAIT, arrive(target, appearance, token)).await;
-    arrival
-        .with_context(|| format!("no welcome and keyframe within {} s", ARRIVAL_WAIT.as_secs()))?
+) -> Result<Arrival, SessionEnd> {
+    connect_within(ARRIVAL_WAIT, target, appearance, token).await
 }
 
-async fn arrive(target: &Target, appearance: Appearance, token: Option<Token>) -> Result<Arrival> {
+/// The same with a limit of its own.
+pub async fn connect_within(
+    wait: Duration,
+    target: &Target,
+    appearance: Appearance,
+    token: Option<Token>,
+) -> Result<Arrival, SessionEnd> {
+    let arrival = timeout(wait, arrive(target, appearance, token)).await;
+    let late = |_| SessionEnd::Lost(format!("no welcome and keyframe within {} s", wait.as_secs()));
+    arrival.map_err(late)?
+}
+
+async fn arrive(
+    target: &Target,
+    appearance: Appearance,
+    token: Option<Token>,
+) -> Result<Arrival, SessionEnd> {
     let stream = TcpStream::connect(&target.authority).await;
-    let stream = stream.map_err(|error| anyhow!("no connection: {error}"))?;
-    stream.set_nodelay(true)?;
+    let unconnected = |error| SessionEnd::Lost(format!("no connection: {error}"));
+    let stream = stream.map_err(unconnected)?;
+    stream.set_nodelay(true).map_err(unconnected)?;
     let url = format!("ws://{}/{}", target.authority, target.room);
     let config = WebSocketConfig::default()
         .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
@@ -104,43 +128,57 @@ async fn arrive(target: &Target, appearance: Appearance, token: Option<Token>) -
     let hello_at = Instant::now();
     let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key: None };
     send(&mut socket, &hello).await?;
-    let (seat, token, scene) =
-        match ServerMessage::decode(&message(&mut socket).await?).map_err(unreadable)? {
-            ServerMessage::Welcome { seat, token, scene_name, scene, .. } => {
-                (seat, token, [scene_name, scene])
-            }
-            ServerMessage::Refused { refusal } => return Err(refused(refusal)),
-            _ => return Err(unexpected()),
-        };
-    let mut stream = SnapshotStream::default();
-    match ServerMessage::decode(&message(&mut socket).await?).map_err(unreadable)? {
-        ServerMessage::Snapshot(coded) => stream.decode(&coded).map_err(unreadable)?,
-        ServerMessage::Refused { refusal } => return Err(refused(refusal)),
-        _ => return Err(unexpected()),
+    let ServerMessage::Welcome { seat, token, scene_name, scene, .. } =
+        message(&mut socket).await?
+    else {
+        return Err(SessionEnd::Unexpected);
     };
-    Ok(Arrival { socket, seat, token, stream, took: hello_at.elapsed(), scene })
+    let (mut stream, mut nodes) = (SnapshotStream::default(), None);
+    loop {
+        match message(&mut socket).await? {
+            ServerMessage::Snapshot(coded) => {
+                stream.decode(&coded)?;
+                break;
+            }
+            ServerMessage::Nodes { urls } => nodes = Some(urls),
+            _ => return Err(SessionEnd::Unexpected),
+        }
+    }
+    let scene = [scene_name, scene];
+    Ok(Arrival { socket, seat, token, stream, took: hello_at.elapsed(), nodes, scene })
 }
 
-async fn message(socket: &mut Socket) -> Result<Bytes> {
+async fn message(socket: &mut Socket) -> Result<ServerMessage, SessionEnd> {
     loop {
         if let Some(bytes) = next(socket).await? {
-            return Ok(bytes);
+            return read(&bytes);
         }
     }
 }
 
+/// Decodes a message; one that ends the session is an error.
+pub fn read(bytes: &[u8]) -> Result<ServerMessage, SessionEnd> {
+    match ServerMessage::decode(bytes)? {
+        ServerMessage::Refused { refusal } => Err(SessionEnd::Refused(refusal)),
+        ServerMessage::Moved { url } => Err(SessionEnd::Moved(url)),
+        message => Ok(message),
+    }
+}
+
 /// The bytes of the next message; `None` is a control frame, which the socket answers by itself.
-pub async fn next(socket: &mut Socket) -> Result<Option<Bytes>> {
+pub async fn next(socket: &mut Socket) -> Result<Option<Bytes>, SessionEnd> {
     match socket.next().await {
         Some(Ok(Message::Binary(bytes))) => Ok(Some(bytes)),
         Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(None),
-        Some(Ok(Message::Close(_))) | None => bail!("the server closed the socket"),
-        Some(Ok(_)) => Err(unexpected()),
+        Some(Ok(Message::Close(_))) | None => {
+            Err(SessionEnd::Lost("the server closed the socket".to_owned()))
+        }
+        Some(Ok(_)) => Err(SessionEnd::Unexpected),
         Some(Err(error)) => Err(socket_error(error)),
     }
 }
 
 /// Sends one message.
-pub async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<()> {
+pub async fn send(socket: &mut Socket, message: &ClientMessage) -> Result<(), SessionEnd> {
     socket.send(Message::Binary(message.encode().into())).await.map_err(socket_error)
 }

@@ -27,6 +27,18 @@ impl FromStr for Target {
     }
 }
 
+impl Target {
+    /// Origin of its server.
+    pub fn origin(&self) -> String {
+        format!("http://{}", self.authority)
+    }
+
+    /// The same room on the server with this origin; `None` if only TLS leads there, which bots do not speak.
+    pub fn at(&self, origin: &str) -> Option<Target> {
+        format!("ws://{}/{}", origin.strip_prefix("http://")?, self.room).parse().ok()
+    }
+}
+
 fn has_port(host: &str) -> bool {
     host.rsplit_once(':').is_some_and(|(_, port)| port.parse::<u16>().is_ok())
 }
@@ -34,6 +46,15 @@ fn has_port(host: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_room_is_at_the_same_path_of_another_server() {
+        let target: Target = "ws://a:1/oak".parse().expect("a target");
+        assert_eq!(target.at(&target.origin()), Some(target.clone()));
+        assert_eq!(target.at("http://b:2"), "ws://b:2/oak".parse().ok());
+        assert_eq!(target.at("http://b"), "ws://b:80/oak".parse().ok());
+        assert_eq!(target.at("https://b"), None);
+    }
 
     #[test]
     fn addresses_are_read_or_refused() {

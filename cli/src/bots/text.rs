@@ -30,6 +30,8 @@ impl fmt::Display for Report {
                 "returns {}; {seats} to another seat, {heroes} to another hero",
                 self.returns.return_ms
             )?;
+            let (moves, outages) = (self.returns.moves, self.returns.outage_ms);
+            writeln!(f, "moves followed {moves}; without snapshots {outages}")?;
         }
         write!(
             f,
