@@ -309,8 +309,10 @@ impl ServerMessage {
             MOVED => ServerMessage::Moved { url: read_origin(&mut reader)? },
             NODES => {
                 let count = reader.count(NODES_MAX, 1, "nodes")?;
-                let urls =
-                    (0..count).map(|_| read_origin(&mut reader)).collect::<Result<_, _>>()?;
+                let mut urls = Vec::with_capacity(count);
+                for _ in 0..count {
+                    urls.push(read_origin(&mut reader)?);
+                }
                 ServerMessage::Nodes { urls }
             }
             SNAPSHOT.. => {

@@ -2,13 +2,14 @@
 //! and finds it again after its server died. Times and sockets are the client's own.
 
 use crate::limits::NODES_MAX;
-use std::collections::VecDeque;
 
-/// The servers that a client knows. The first one plays its room, or is asked next.
+/// The servers that a client knows.
 #[derive(Clone, Debug)]
 pub struct Servers {
-    turn: VecDeque<String>,
-    /// The first one has the client in a seat.
+    known: Vec<String>,
+    /// Index of the one that plays the room, or is asked next; the others follow in their order, as in a ring.
+    current: usize,
+    /// The current one has the client in a seat.
     seated: bool,
     /// A move was followed at once, and no server has seated the client since.
     followed: bool,
@@ -19,12 +20,12 @@ pub struct Servers {
 impl Servers {
     /// Knows one server, by its origin.
     pub fn new(first: String) -> Servers {
-        Servers { turn: VecDeque::from([first]), seated: false, followed: false, failed: 0 }
+        Servers { known: vec![first], current: 0, seated: false, followed: false, failed: 0 }
     }
 
     /// Origin of the server that plays the room, or is to be asked next.
     pub fn current(&self) -> &str {
-        &self.turn[0]
+        &self.known[self.current]
     }
 
     /// A welcome came.
@@ -33,18 +34,25 @@ impl Servers {
     }
 
     /// The current server told of the others.
-    pub fn told(&mut self, mut nodes: Vec<String>) {
-        nodes.retain(|node| *node != self.turn[0]);
-        self.turn.truncate(1);
-        self.turn.extend(nodes);
+    pub fn told(&mut self, nodes: Vec<String>) {
+        let current = std::mem::take(&mut self.known[self.current]);
+        self.known = nodes;
+        self.choose(current);
+    }
+
+    fn choose(&mut self, url: String) {
+        let index = self.known.iter().position(|known| *known == url);
+        self.current = index.unwrap_or_else(|| {
+            self.known.truncate(NODES_MAX);
+            self.known.push(url);
+            self.known.len() - 1
+        });
     }
 
     /// The room is on this server. Returns whether to connect at once: not after the second move in a row that
     /// seats the client nowhere, because the servers may disagree.
     pub fn moved(&mut self, url: String) -> bool {
-        self.turn.retain(|known| *known != url);
-        self.turn.truncate(NODES_MAX);
-        self.turn.push_front(url);
+        self.choose(url);
         self.seated = false;
         self.followed = !self.followed;
         self.failed += usize::from(!self.followed);
@@ -56,7 +64,7 @@ impl Servers {
     pub fn lost(&mut self) {
         self.followed = false;
         if !std::mem::take(&mut self.seated) {
-            self.turn.rotate_left(1);
+            self.current = (self.current + 1) % self.known.len();
             self.failed += 1;
         }
     }
@@ -68,12 +76,12 @@ impl Servers {
 
     /// Whether there are several.
     pub fn has_others(&self) -> bool {
-        self.turn.len() > 1
+        self.known.len() > 1
     }
 
     /// Whether there are several, and one was not asked since the last seat.
     pub fn has_untried(&self) -> bool {
-        self.has_others() && self.failed < self.turn.len()
+        self.has_others() && self.failed < self.known.len()
     }
 }
 
@@ -99,10 +107,16 @@ mod tests {
 
     #[test]
     fn after_a_loss_the_same_server_comes_first_and_then_the_others_in_turn() {
-        let mut servers = seated(&["b", "a", "c"]);
+        let mut servers = seated(&["b", "c"]);
         assert_eq!(asked(&mut servers, 5), ["a", "b", "c", "a", "b"]);
         servers.welcomed();
         assert_eq!(asked(&mut servers, 2), ["b", "c"]);
+    }
+
+    #[test]
+    fn a_server_that_is_among_its_others_is_asked_once() {
+        let mut servers = seated(&["b", "a", "c"]);
+        assert_eq!(asked(&mut servers, 4), ["a", "c", "b", "a"]);
     }
 
     #[test]
@@ -130,7 +144,7 @@ mod tests {
             assert_eq!(servers.current(), url);
             servers.welcomed();
         }
-        assert_eq!(asked(&mut servers, 4), ["c", "a", "b", "c"]);
+        assert_eq!(asked(&mut servers, 4), ["c", "b", "a", "c"]);
     }
 
     #[test]
@@ -154,6 +168,6 @@ mod tests {
         for number in 0..100 {
             servers.moved(format!("http://b:{number}"));
         }
-        assert_eq!(servers.turn.len(), NODES_MAX + 1);
+        assert_eq!(servers.known.len(), NODES_MAX + 1);
     }
 }
