@@ -14,6 +14,7 @@ use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
+use jostle_server::ops::agones;
 use jostle_server::replays::{Settings, days};
 use jostle_server::{Config, limits, run_with_ops};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -24,6 +25,10 @@ use values::{host, origin, proxies, socket_address, whole};
 
 /// Environment variable that may hold the operators' token instead of a file.
 const OPS_TOKEN_VARIABLE: &str = "JOSTLE_OPS_TOKEN";
+/// Environment variable by which Agones says where its sidecar listens.
+const AGONES_PORT_VARIABLE: &str = "AGONES_SDK_HTTP_PORT";
+/// The sidecar's usual port.
+const AGONES_PORT: u16 = 9358;
 
 /// Serve the page and the rooms until SIGTERM or ctrl-c.
 ///
@@ -103,6 +108,10 @@ pub struct Serve {
     /// `system` leaves it to the system. If only the server dies, half a second is lost at most in both cases
     #[arg(long, value_name = "WHEN", default_value = "second", requires = "state")]
     state_sync: StateSync,
+    /// Report to the sidecar of Agones, which started this server: when it takes players, that it lives, how many rooms it
+    /// can take, and when it ends. The sidecar is on this machine at the port that AGONES_SDK_HTTP_PORT names, or 9358
+    #[arg(long)]
+    agones: bool,
     #[cfg(feature = "nats")]
     #[command(flatten)]
     fleet: fleet::FleetFlags,
@@ -161,6 +170,7 @@ impl Serve {
             StateSync::System => Sync::System,
         };
         config.state = self.state.clone().map(|dir| StateSettings { dir, sync });
+        config.agones = self.agones.then(agones).transpose()?;
         #[cfg(feature = "nats")]
         {
             config.fleet = self.fleet.settings(self.state.is_some())?;
@@ -220,6 +230,21 @@ fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
         return Err(Failure::Usage(text));
     }
     Ok(Some(token.to_owned()))
+}
+
+/// The sidecar of Agones, at the port that Agones gives every process of a game server.
+fn agones() -> Result<agones::Settings, Failure> {
+    let port = match std::env::var(AGONES_PORT_VARIABLE) {
+        Err(std::env::VarError::NotPresent) => AGONES_PORT,
+        found => {
+            let found = found.or_usage(AGONES_PORT_VARIABLE)?;
+            let port = found.parse().ok().filter(|port| *port > 0);
+            let text =
+                format!("{AGONES_PORT_VARIABLE}: found {found:?}; allowed: a port from 1 to 65535");
+            port.ok_or(Failure::Usage(text))?
+        }
+    };
+    Ok(agones::Settings::new((Ipv4Addr::LOCALHOST, port).into()))
 }
 
 async fn bind(option: &str, address: SocketAddr) -> Result<(TcpListener, SocketAddr), Failure> {

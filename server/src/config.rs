@@ -5,6 +5,7 @@ use crate::fleet::settings::FleetSettings;
 use crate::limits;
 use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
+use crate::ops::agones;
 use crate::ops::supervisor::Supervisor;
 use crate::replays;
 use ipnet::IpNet;
@@ -45,6 +46,8 @@ pub struct Config {
     pub fleet: Option<FleetSettings>,
     /// Told of the server's signs of life.
     pub supervisor: Supervisor,
+    /// Agones' sidecar, if Agones started the server.
+    pub agones: Option<agones::Settings>,
 }
 
 impl Default for Config {
@@ -67,6 +70,7 @@ impl Default for Config {
             state: None,
             fleet: None,
             supervisor: Supervisor::default(),
+            agones: None,
         }
     }
 }

@@ -30,6 +30,7 @@ use fleet::joining::Joining;
 use host::rooms::Rooms;
 use net::listen::accept;
 use net::socket_threads::SocketThreads;
+use ops::agones;
 use ops::bans::Bans;
 use ops::supervisor::{self, Sign};
 use replays::Recording;
@@ -60,7 +61,7 @@ pub async fn run_with_ops(
     shutdown: impl Future<Output = ()>,
 ) -> io::Result<()> {
     check(&config)?;
-    let supervisor = config.supervisor;
+    let (supervisor, agones) = (config.supervisor, config.agones);
     let (phase, followed) = watch::channel(Phase::Running);
     let certificates = config.tls.clone().map(|tls| {
         let every = config.waits.certificate_look;
@@ -98,6 +99,8 @@ pub async fn run_with_ops(
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
     let mut threads = SocketThreads::start(&state.host.wakeups)?;
+    let agones =
+        agones.map(|settings| tokio::spawn(agones::accompany(settings, Arc::clone(&state.host))));
     tokio::select! {
         () = accept(&listener, &mut threads, &state, &alive) => {}
         () = shutdown => {}
@@ -105,7 +108,12 @@ pub async fn run_with_ops(
     }
     drop((listener, alive));
     (supervisor.tell)(Sign::Stopping);
-    drain(&state, &phase, all_gone).await;
+    let ends_at = Instant::now() + state.config.waits.drain_max;
+    drain(&state, &phase, all_gone, ends_at).await;
+    if let Some(mut agones) = agones {
+        let _ = timeout_at(ends_at, &mut agones).await;
+        agones.abort();
+    }
     [ops, watch, certificates, fleet].into_iter().flatten().for_each(|task| task.abort());
     info!("closed");
     Ok(())
@@ -117,10 +125,10 @@ async fn drain(
     state: &ServerState,
     phase: &watch::Sender<Phase>,
     mut all_gone: mpsc::Receiver<Infallible>,
+    ends_at: Instant,
 ) {
     info!("draining");
-    let limits::Waits { drain_notice, drain, drain_max, .. } = state.config.waits;
-    let ends_at = Instant::now() + drain_max;
+    let limits::Waits { drain_notice, drain, .. } = state.config.waits;
     if let Some(fleet) = &state.fleet {
         hand_over(fleet, &state.rooms).await;
     }

@@ -252,6 +252,23 @@ pub const FLEET_PUBLISH: Duration = Duration::from_secs(15);
 /// Addresses of nodes, present and past, whose pages may play here.
 pub const FLEET_SITES_MAX: usize = 1000;
 
+// Agones.
+
+/// Time between two signs that the server lives.
+pub const AGONES_HEALTH_EVERY: Duration = Duration::from_secs(2);
+/// Time between two looks at the rooms that have closed.
+pub const AGONES_LOOK_EVERY: Duration = Duration::from_secs(1);
+/// Time in which the sidecar answers. It is on this machine, and answers from memory.
+pub const AGONES_ANSWER: Duration = Duration::from_secs(1);
+/// Wait before a call that failed is tried again.
+pub const AGONES_RETRY: Duration = Duration::from_secs(1);
+/// Attempts to say that the server ends: they fit into a drain.
+pub const AGONES_SHUTDOWN_TRIES: u32 = 3;
+/// Bytes of an answer: those of a game server hold its labels and annotations, which Kubernetes bounds at 256 KiB.
+pub const AGONES_ANSWER_BYTES_MAX: usize = 1 << 20;
+/// Rooms that a processor is taken to play: most take less than 3 % of one.
+pub const AGONES_ROOMS_PER_PROCESSOR: usize = 32;
+
 // The end.
 
 /// Time from a signal to the end of the process, whatever its sockets, rooms, disks and log do.

@@ -1,7 +1,8 @@
 //! The operators' side: a port of their own with metrics and admin paths, the log of refusals, and signs of life for a
-//! service manager.
+//! service manager or Agones.
 
 mod admin;
+pub mod agones;
 pub mod bans;
 pub mod metrics;
 pub mod port;

@@ -33,6 +33,8 @@ pub struct Metrics {
     pub inputs_ignored: Counter,
     /// Rooms that panicked.
     pub rooms_failed: Counter,
+    /// Calls of Agones' sidecar that failed.
+    pub agones_errors: Counter,
     /// In the order of [`Skip`].
     skips: [Counter; 4],
     joins: Family<Label, Counter>,
@@ -185,6 +187,12 @@ impl Default for Metrics {
                 Family::default(),
             ),
             rooms_failed: add(r, "rooms_failed", "Rooms ended by a panic", Counter::default()),
+            agones_errors: add(
+                r,
+                "agones_errors",
+                "Calls of Agones' sidecar that failed",
+                Counter::default(),
+            ),
             registry,
         }
     }
@@ -424,6 +432,7 @@ mod tests {
             "jostle_joins_total{how=\"resumed\"} 1",
             "jostle_inputs_ignored_total 0",
             "jostle_rooms_failed_total 0",
+            "jostle_agones_errors_total 0",
             "jostle_leaves_total{how=\"left\"} 1",
             "jostle_refusals_total{reason=\"flood\"} 1",
             "jostle_refusals_total{reason=\"foreign_page\"} 1",

@@ -39,9 +39,7 @@ pub async fn watch(tell: fn(Sign), every: Duration, host: Arc<Host>) {
     let (mut looks, mut pulse) = (interval(every), Pulse::default());
     loop {
         looks.tick().await;
-        // A list of rooms that stays locked is death too: this thread then stands still.
-        let rooms = host.lock().len();
-        if pulse.beats(rooms, host.metrics.ticks.signs_of_life()) {
+        if pulse.beats(&host) {
             tell(Sign::Alive);
         }
     }
@@ -50,14 +48,20 @@ pub async fn watch(tell: fn(Sign), every: Duration, host: Arc<Host>) {
 /// Whether rooms play. One that stands still among others that play is for an operator to close: the end of the
 /// process would be the end of those too.
 #[derive(Default)]
-struct Pulse {
+pub struct Pulse {
     /// Ticks of all rooms at the last look.
     played: u64,
 }
 
 impl Pulse {
     /// Returns whether no room is open, or ticks were played since the last look.
-    fn beats(&mut self, rooms: usize, played: u64) -> bool {
+    pub fn beats(&mut self, host: &Host) -> bool {
+        // A list of rooms that stays locked is death too: this thread then stands still.
+        let rooms = host.lock().len();
+        self.beats_with(rooms, host.metrics.ticks.signs_of_life())
+    }
+
+    fn beats_with(&mut self, rooms: usize, played: u64) -> bool {
         let before = std::mem::replace(&mut self.played, played);
         rooms == 0 || played > before
     }
@@ -70,12 +74,12 @@ mod tests {
     #[test]
     fn a_server_is_alive_while_rooms_play_and_dead_when_all_of_them_stand_still() {
         let mut pulse = Pulse::default();
-        assert!(pulse.beats(0, 0), "nothing is to be played");
-        assert!(pulse.beats(2, 60));
-        assert!(pulse.beats(2, 61), "one of them plays");
-        assert!(!pulse.beats(2, 61));
-        assert!(!pulse.beats(1, 61));
-        assert!(pulse.beats(1, 62));
-        assert!(pulse.beats(0, 62), "the last one was closed");
+        assert!(pulse.beats_with(0, 0), "nothing is to be played");
+        assert!(pulse.beats_with(2, 60));
+        assert!(pulse.beats_with(2, 61), "one of them plays");
+        assert!(!pulse.beats_with(2, 61));
+        assert!(!pulse.beats_with(1, 61));
+        assert!(pulse.beats_with(1, 62));
+        assert!(pulse.beats_with(0, 62), "the last one was closed");
     }
 }

@@ -1,6 +1,7 @@
 //! A real server on a real port, and real clients, most of which misbehave. Each test ends by
 //! showing that another player's game went on in the meantime.
 
+mod agones;
 mod bad_clients;
 mod client;
 mod close_codes;
@@ -20,6 +21,7 @@ mod process;
 mod replays;
 mod restarts;
 mod server;
+mod sidecar;
 mod slow_reader;
 mod soak;
 mod stalled_downloads;

@@ -42,6 +42,14 @@ impl Process {
         Process::start(command, &[], log)
     }
 
+    /// Starts it as Agones does, with its sidecar at this port.
+    #[cfg(unix)]
+    pub fn serve_for_agones(port: u16, log: Stdio) -> Process {
+        let mut command = Command::new(jostle());
+        command.env("AGONES_SDK_HTTP_PORT", port.to_string()).env("JOSTLE_AGONES", "true");
+        Process::start(command, &[], log)
+    }
+
     fn start(mut command: Command, more: &[&str], log: Stdio) -> Process {
         let mut child = command
             .args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0"])

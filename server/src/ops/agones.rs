@@ -1,0 +1,131 @@
+//! Agones, where it started the server: its sidecar is told when the server takes players, that it lives, how many rooms
+//! it can take, and when it ends. The game does not depend on any of it: what the sidecar does not answer in time is
+//! counted, logged once and tried again.
+
+mod sidecar;
+mod watch;
+
+use crate::host::phase::Phase;
+use crate::host::room_handle::Host;
+use crate::limits;
+use crate::ops::supervisor::Pulse;
+use sidecar::{CallError, Sidecar};
+use std::collections::BTreeSet;
+use std::net::SocketAddr;
+use std::num::NonZero;
+use std::sync::Arc;
+use std::thread::available_parallelism;
+use std::time::Duration;
+use tokio::select;
+use tokio::time::{MissedTickBehavior, interval, sleep};
+use tracing::{info, warn};
+use watch::{Counter, RoomWatch};
+
+/// Where the sidecar is, and how long it is waited for.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// Address of its REST API.
+    pub sidecar: SocketAddr,
+    /// Rooms that the server is to take at a time.
+    pub rooms_max: usize,
+    /// Time between two signs that the server lives, more than zero.
+    pub health_every: Duration,
+    /// Time between two looks at the open rooms, more than zero.
+    pub look_every: Duration,
+    /// Time in which the sidecar answers a call.
+    pub answer: Duration,
+    /// Wait before a call that failed is tried again.
+    pub retry: Duration,
+}
+
+impl Settings {
+    /// Usual times, and as many rooms as the processors can play.
+    pub fn new(sidecar: SocketAddr) -> Settings {
+        let processors = available_parallelism().map_or(1, NonZero::get);
+        Settings {
+            sidecar,
+            rooms_max: limits::ROOMS_MAX.min(processors * limits::AGONES_ROOMS_PER_PROCESSOR),
+            health_every: limits::AGONES_HEALTH_EVERY,
+            look_every: limits::AGONES_LOOK_EVERY,
+            answer: limits::AGONES_ANSWER,
+            retry: limits::AGONES_RETRY,
+        }
+    }
+}
+
+/// Accompanies a server from when it serves sockets to its end. Returns soon after the drain has begun.
+pub async fn accompany(settings: Settings, host: Arc<Host>) {
+    let sidecar = Sidecar::new(settings.sidecar, settings.answer, Arc::clone(&host.metrics));
+    let mut phase = host.phase.clone();
+    select! {
+        () = give_signs_of_life(&sidecar, settings.health_every, &host) => {}
+        () = follow_rooms(&sidecar, settings, &host) => {}
+        _ = phase.wait_for(|phase| *phase != Phase::Running) => {}
+    }
+    end(&sidecar, settings.retry).await;
+}
+
+/// Agones replaces a server that gives no sign of life for longer than its fleet's spec allows.
+async fn give_signs_of_life(sidecar: &Sidecar, every: Duration, host: &Host) {
+    let (mut looks, mut pulse) = (interval(every), Pulse::default());
+    looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        looks.tick().await;
+        if pulse.beats(host) {
+            // A sign that fails is followed by the next.
+            let _ = sidecar.health().await;
+        }
+    }
+}
+
+/// Says that the server takes players, and takes the rooms that close off the count.
+async fn follow_rooms(sidecar: &Sidecar, settings: Settings, host: &Host) {
+    let open = open_rooms(host);
+    let counts = count_rooms(sidecar, settings, open.len()).await;
+    let counter = counts.then(|| Counter::new(open.len(), host.waits.room_empty));
+    while sidecar.ready().await.is_err() {
+        sleep(settings.retry).await;
+    }
+    info!(sidecar = %settings.sidecar, "Agones knows that the server takes players");
+    let mut watch = RoomWatch::new(sidecar, open, counter);
+    loop {
+        sleep(settings.look_every).await;
+        if watch.look(open_rooms(host)).await.is_err() {
+            sleep(settings.retry).await;
+        }
+    }
+}
+
+/// Sets the counter of rooms; false if the game server has none. The allocator does not change it before the server
+/// is ready.
+async fn count_rooms(sidecar: &Sidecar, settings: Settings, open: usize) -> bool {
+    loop {
+        match sidecar.set_counter(open, settings.rooms_max.max(open)).await {
+            Ok(()) => return true,
+            Err(CallError::Status(status, text)) => {
+                warn!(
+                    %status, text,
+                    "Agones counts no rooms: the fleet's spec must have the counter `rooms` \
+                     (spec.template.spec.counters); the server goes on without"
+                );
+                return false;
+            }
+            Err(_) => sleep(settings.retry).await,
+        }
+    }
+}
+
+/// Numbers of the open rooms.
+fn open_rooms(host: &Host) -> BTreeSet<u64> {
+    host.lock().values().map(|room| room.info.number).collect()
+}
+
+/// Has Agones end the game server, and put another in its place.
+async fn end(sidecar: &Sidecar, retry: Duration) {
+    for attempt in 1..=limits::AGONES_SHUTDOWN_TRIES {
+        if sidecar.shutdown().await.is_ok() || attempt == limits::AGONES_SHUTDOWN_TRIES {
+            return;
+        }
+        sleep(retry).await;
+    }
+}

@@ -1,0 +1,169 @@
+//! Calls of the sidecar's REST API, each with a time limit and over a connection of its own: there is one every two
+//! seconds.
+
+use crate::limits;
+use crate::ops::metrics::Metrics;
+use bytes::Bytes;
+use http_body_util::{BodyExt, Full, Limited};
+use hyper::client::conn::http1::handshake;
+use hyper::header::{CONTENT_TYPE, HOST};
+use hyper::{Method, Request, StatusCode};
+use hyper_util::rt::TokioIo;
+use serde_json::{Value, json};
+use std::error::Error;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tracing::{info, warn};
+
+/// Path of the counter of rooms. Agones calls it after the name in the fleet's spec.
+const COUNTER: &str = "/v1beta1/counters/rooms";
+
+/// The reason why a call failed.
+#[derive(Debug, thiserror::Error)]
+pub enum CallError {
+    /// No answer came in time.
+    #[error("no answer in time")]
+    Late,
+    /// The connection failed, or what came is no answer.
+    #[error(transparent)]
+    Broken(#[from] Box<dyn Error + Send + Sync>),
+    /// The answer is not 200; the sidecar's words.
+    #[error("{0}: {1}")]
+    Status(StatusCode, String),
+}
+
+/// The sidecar.
+pub struct Sidecar {
+    address: SocketAddr,
+    answer: Duration,
+    metrics: Arc<Metrics>,
+    /// Whether it did not answer the last call.
+    is_silent: AtomicBool,
+    /// Whether it has refused a call.
+    has_refused: AtomicBool,
+}
+
+impl Sidecar {
+    /// One that is given this time to answer.
+    pub fn new(address: SocketAddr, answer: Duration, metrics: Arc<Metrics>) -> Sidecar {
+        let (is_silent, has_refused) = Default::default();
+        Sidecar { address, answer, metrics, is_silent, has_refused }
+    }
+
+    /// The server takes players.
+    pub async fn ready(&self) -> Result<(), CallError> {
+        self.call(Method::POST, "/ready", &json!({})).await.map(drop)
+    }
+
+    /// The server lives.
+    pub async fn health(&self) -> Result<(), CallError> {
+        self.call(Method::POST, "/health", &json!({})).await.map(drop)
+    }
+
+    /// The server has ended, or will.
+    pub async fn shutdown(&self) -> Result<(), CallError> {
+        self.call(Method::POST, "/shutdown", &json!({})).await.map(drop)
+    }
+
+    /// Whether the allocator has sent players here.
+    pub async fn is_allocated(&self) -> Result<bool, CallError> {
+        let game_server = self.call(Method::GET, "/gameserver", &Value::Null).await?;
+        Ok(game_server["status"]["state"] == "Allocated")
+    }
+
+    /// Rooms that are counted.
+    pub async fn count(&self) -> Result<usize, CallError> {
+        let counter = self.call(Method::GET, COUNTER, &Value::Null).await?;
+        // Numbers of 64 bits are texts. A field that is zero may be left out.
+        match &counter["count"] {
+            Value::Null => Ok(0),
+            Value::String(count) => {
+                count.parse().map_err(|error| CallError::Broken(Box::new(error)))
+            }
+            _ => Err(CallError::Broken(format!("no count in {counter}").into())),
+        }
+    }
+
+    /// Sets the count and the capacity.
+    pub async fn set_counter(&self, count: usize, capacity: usize) -> Result<(), CallError> {
+        let counter = json!({"count": count.to_string(), "capacity": capacity.to_string()});
+        self.exchange_in_time(Method::PATCH, COUNTER, &counter).await.map(drop)
+    }
+
+    /// Takes rooms off the count.
+    pub async fn count_down(&self, rooms: usize) -> Result<(), CallError> {
+        let change = json!({"countDiff": format!("-{rooms}")});
+        self.call(Method::PATCH, COUNTER, &change).await.map(drop)
+    }
+
+    /// Makes a call, and counts and logs its failure.
+    async fn call(&self, method: Method, path: &str, body: &Value) -> Result<Value, CallError> {
+        let result = self.exchange_in_time(method, path, body).await;
+        if let Err(CallError::Status(status, text)) = &result
+            && !self.has_refused.swap(true, Ordering::Relaxed)
+        {
+            warn!(path, %status, text, "Agones' sidecar refuses a call; it is tried again");
+        }
+        result
+    }
+
+    async fn exchange_in_time(
+        &self,
+        method: Method,
+        path: &str,
+        body: &Value,
+    ) -> Result<Value, CallError> {
+        let exchange = timeout(self.answer, self.exchange(method, path, body)).await;
+        let result = exchange.unwrap_or(Err(CallError::Late));
+        if result.is_err() {
+            self.metrics.agones_errors.inc();
+        }
+        let is_silent = matches!(&result, Err(CallError::Late | CallError::Broken(_)));
+        let was_silent = self.is_silent.swap(is_silent, Ordering::Relaxed);
+        match &result {
+            Err(error) if is_silent && !was_silent => warn!(
+                sidecar = %self.address, path, %error,
+                "Agones' sidecar does not answer; games go on, and it is tried again"
+            ),
+            _ if was_silent && !is_silent => info!("Agones' sidecar answers again"),
+            _ => {}
+        }
+        result
+    }
+
+    async fn exchange(&self, method: Method, path: &str, body: &Value) -> Result<Value, CallError> {
+        let stream = TcpStream::connect(self.address).await.map_err(broken)?;
+        let (mut sender, connection) = handshake(TokioIo::new(stream)).await.map_err(broken)?;
+        let body = if body.is_null() { String::new() } else { body.to_string() };
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .header(HOST, self.address.to_string())
+            .header(CONTENT_TYPE, "application/json")
+            .body(Full::new(Bytes::from(body)))
+            .map_err(broken)?;
+        let answer = async move {
+            let (head, body) = sender.send_request(request).await.map_err(broken)?.into_parts();
+            let body = Limited::new(body, limits::AGONES_ANSWER_BYTES_MAX);
+            let bytes = body.collect().await.map_err(CallError::Broken)?.to_bytes();
+            match head.status {
+                StatusCode::OK => serde_json::from_slice(&bytes).map_err(broken),
+                status => {
+                    let text = String::from_utf8_lossy(&bytes);
+                    Err(CallError::Status(status, text.trim().to_owned()))
+                }
+            }
+        };
+        // The connection ends with its only request, or says by the answer how it failed.
+        let (answer, _) = tokio::join!(answer, connection);
+        answer
+    }
+}
+
+fn broken(error: impl Error + Send + Sync + 'static) -> CallError {
+    CallError::Broken(Box::new(error))
+}
