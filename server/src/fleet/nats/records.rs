@@ -131,7 +131,7 @@ impl Records {
         let mut file = File::default();
         let mut message = if from == end { last } else { self.next(code, from).await? };
         loop {
-            file.add(&message);
+            file.add(part(&message), message.sequence, &message.payload);
             if message.sequence >= end {
                 break;
             }
@@ -174,17 +174,17 @@ struct File {
 }
 
 impl File {
-    fn add(&mut self, message: &StreamMessage) {
-        let Some((part, count)) = part(message) else {
+    fn add(&mut self, part: Option<(usize, usize)>, sequence: Sequence, payload: &[u8]) {
+        let Some((part, count)) = part else {
             if let Some(whole) = &mut self.whole {
-                whole.extend_from_slice(&message.payload);
+                whole.extend_from_slice(payload);
             }
             return;
         };
         if part == 1 {
-            self.begun = (header().to_vec(), message.sequence);
+            self.begun = (header().to_vec(), sequence);
         }
-        self.begun.0.extend_from_slice(&message.payload);
+        self.begun.0.extend_from_slice(payload);
         if part == count {
             let (bytes, from) = std::mem::take(&mut self.begun);
             (self.whole, self.from) = (Some(bytes), from);
@@ -214,4 +214,40 @@ pub fn payloads(bytes: Vec<u8>) -> Vec<Bytes> {
     }
     payloads.push(rest);
     payloads
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_whole_file_counts_with_all_that_was_appended_to_it() {
+        let mut file = File::default();
+        file.add(None, 1, b"of a file that is gone");
+        assert_eq!(file.whole, None);
+        file.add(Some((1, 1)), 2, b"a");
+        file.add(None, 3, b"b");
+        // A beginning of which its writer wrote a part, and the node that goes on.
+        file.add(Some((1, 3)), 4, b"x");
+        file.add(Some((2, 3)), 5, b"y");
+        file.add(None, 6, b"c");
+        let bytes = |text: &[u8]| Some([&header()[..], text].concat());
+        assert_eq!((file.whole.clone(), file.from), (bytes(b"abc"), 2));
+        file.add(Some((1, 2)), 7, b"d");
+        file.add(Some((2, 2)), 8, b"e");
+        file.add(None, 9, b"f");
+        assert_eq!((file.whole, file.from), (bytes(b"def"), 7));
+    }
+
+    #[test]
+    fn payloads_are_cut_where_nats_would_refuse_them_and_lose_nothing() {
+        for bytes in
+            [0, 1, limits::FLEET_MESSAGE_BYTES_MAX, 3 * limits::FLEET_MESSAGE_BYTES_MAX + 7]
+        {
+            let whole: Vec<u8> = (0..bytes).map(|n| n as u8).collect();
+            let cut = payloads(whole.clone());
+            assert!(cut.iter().all(|payload| payload.len() <= limits::FLEET_MESSAGE_BYTES_MAX));
+            assert_eq!(cut.concat(), whole);
+        }
+    }
 }
