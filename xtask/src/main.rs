@@ -6,6 +6,7 @@
 mod apt;
 mod chromium;
 mod dist;
+mod fleet;
 mod fuzz;
 mod goldens;
 mod latency;
@@ -111,6 +112,12 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    /// Run the directory of fleets of several sizes through failures, by simulation
+    Fleet {
+        /// Options of the simulation: --nodes, --rooms, --seed
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Take the README's screenshot from a game with three players
     Pictures,
     /// Open a page once its server answers
@@ -144,6 +151,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,
         Task::Fuzz { target, seconds } => fuzz::fuzz(target.as_deref(), seconds)?,
         Task::Latency { presses, json } => latency::latency(presses, json.as_deref())?,
+        Task::Fleet { options } => fleet::fleet(&options)?,
         Task::Load { allocations, options } => load::load(&options, allocations)?,
         Task::Pictures => pictures::take()?,
         Task::Report { quick, peers, out } => report::report(quick, peers, &out)?,

@@ -1,0 +1,154 @@
+//! `cargo xtask fleet`: the directory code that servers run, with thousands of simulated nodes, a simulated store and
+//! failures. What it costs the store, how long rooms are without a node, and that no room is ever played by two.
+
+use anyhow::{Result, anyhow};
+use clap::Parser;
+use jostle_server::fleet::simulation::{Bucket, Faults, Flaws, Settings, Simulation, Traffic};
+use rustix::time::{ClockId, clock_gettime};
+use std::time::Duration;
+
+/// Time in which the nodes start and the rooms open.
+const OPENING: Duration = Duration::from_secs(60);
+/// Time of each part.
+const PART: Duration = Duration::from_secs(60);
+/// Nodes of a hundred that a zone has.
+const ZONE_SHARE: usize = 33;
+/// Nodes that drain one after another, and the time from one to the next.
+const DRAINS: usize = 10;
+const DRAIN_EVERY: Duration = Duration::from_secs(3);
+/// Time for which a store of three does not answer when its leader is lost.
+const LEADER_LOST: Duration = Duration::from_secs(7);
+
+/// Runs the directory of fleets of several sizes through failures, and prints what happened
+#[derive(Parser)]
+struct Fleet {
+    /// Nodes of each fleet, separated by commas
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "10,30,100,300")]
+    nodes: Vec<usize>,
+    /// Rooms of each node
+    #[arg(long, value_name = "N", default_value_t = 40)]
+    rooms: usize,
+    /// Start of the random numbers
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+fn main() -> Result<()> {
+    let fleet = Fleet::parse();
+    for nodes in &fleet.nodes {
+        run(*nodes, &fleet)?;
+    }
+    Ok(())
+}
+
+fn run(nodes: usize, fleet: &Fleet) -> Result<()> {
+    let settings = Settings {
+        seed: fleet.seed,
+        nodes,
+        lasting: nodes,
+        rooms: nodes * fleet.rooms,
+        ending: 0,
+        // The others can take the rooms of a zone.
+        rooms_max: fleet.rooms * 2,
+        faulty_for: 2 * OPENING,
+        faults: Faults { skew: 0.001, ..Faults::default() },
+        flaws: Flaws::default(),
+    };
+    println!("{nodes} nodes with {} rooms each", fleet.rooms);
+    let mut simulation = Simulation::new(settings);
+    // Rooms open in the first half of the time of faults.
+    advance(&mut simulation, OPENING + PART / 2)?;
+    let quiet = part(&mut simulation, "nothing happens", |_| Ok(()))?;
+    println!(
+        "  a node's part: {:.2} ms of a processor a second; the store sends each {:.1} kB a second",
+        1e3 * quiet.processor_s / PART.as_secs_f64() / nodes as f64,
+        quiet.delivered_bytes / 1e3 / nodes as f64,
+    );
+    part(&mut simulation, "the store's leader is lost", |simulation| {
+        simulation.lose_leader(LEADER_LOST);
+        Ok(())
+    })?;
+    let (before, drained) = (simulation.moves(), DRAINS.min(nodes / 2));
+    part(&mut simulation, "nodes drain one after another, and are started again", |simulation| {
+        for node in 0..drained {
+            simulation.drain(node).map_err(violated)?;
+            advance(simulation, DRAIN_EVERY)?;
+            simulation.die(node);
+            simulation.revive(node);
+        }
+        Ok(())
+    })?;
+    println!("  rooms moved: {} from {drained} nodes", simulation.moves() - before);
+    let known = simulation.gaps().len();
+    let zone = (nodes * ZONE_SHARE / 100).max(1);
+    part(&mut simulation, "a third of the nodes is lost at once", |simulation| {
+        (nodes - zone..nodes).for_each(|node| simulation.die(node));
+        Ok(())
+    })?;
+    let mut gaps = simulation.gaps()[known..].to_vec();
+    gaps.sort();
+    let at = |share: usize| gaps.get((gaps.len() * share / 100).min(gaps.len() - 1));
+    println!(
+        "  rooms claimed: {}, after {:.1?} (p50), {:.1?} (p99), {:.1?} (max); {} wait for capacity",
+        gaps.len(),
+        at(50).unwrap_or(&Duration::ZERO),
+        at(99).unwrap_or(&Duration::ZERO),
+        at(100).unwrap_or(&Duration::ZERO),
+        simulation.waiting(),
+    );
+    println!("  rooms played by two nodes at a time: none, as checked after each event");
+    Ok(())
+}
+
+/// The figures of a part.
+struct Part {
+    /// Bytes that watchers were sent, a second.
+    delivered_bytes: f64,
+    /// Processor time of all nodes and the simulation, seconds in all.
+    processor_s: f64,
+}
+
+/// Begins a part with something that happens, and measures it.
+fn part(
+    simulation: &mut Simulation,
+    name: &str,
+    happens: impl FnOnce(&mut Simulation) -> Result<()>,
+) -> Result<Part> {
+    let traffic = |simulation: &Simulation| {
+        [Bucket::Nodes, Bucket::Rooms].map(|bucket| simulation.traffic(bucket))
+    };
+    let (before, began) = (traffic(simulation), processor_time());
+    let end = simulation.now() + PART;
+    happens(simulation)?;
+    simulation.run_until(end).map_err(violated)?;
+    let after = traffic(simulation);
+    let processor_s = (processor_time() - began).as_secs_f64();
+    let a_second = |count: fn(&Traffic) -> u64| {
+        let total = |of: &[Traffic; 2]| of.iter().map(count).sum::<u64>();
+        (total(&after) - total(&before)) as f64 / PART.as_secs_f64()
+    };
+    println!(
+        "  {name}: {:.0} writes a second ({:.1} kB), {:.0} refused, {:.0} deliveries ({:.2} MB), {:.1} looks",
+        a_second(|traffic| traffic.writes),
+        a_second(|traffic| traffic.written_bytes) / 1e3,
+        a_second(|traffic| traffic.refused),
+        a_second(|traffic| traffic.deliveries),
+        a_second(|traffic| traffic.delivered_bytes) / 1e6,
+        a_second(|traffic| traffic.looks),
+    );
+    Ok(Part { delivered_bytes: a_second(|traffic| traffic.delivered_bytes), processor_s })
+}
+
+fn advance(simulation: &mut Simulation, time: Duration) -> Result<()> {
+    let until = simulation.now() + time;
+    simulation.run_until(until).map_err(violated)
+}
+
+fn violated(violation: jostle_server::fleet::simulation::Violation) -> anyhow::Error {
+    anyhow!("two nodes, or a lost room: {violation}")
+}
+
+fn processor_time() -> Duration {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+}
