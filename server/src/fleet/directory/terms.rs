@@ -26,15 +26,15 @@ pub type Time = Duration;
 /// Something for the driver to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
-    /// Writes an entry if its revision is still this one; [`Directory::answered`] takes the answer.
+    /// Writes an entry if its revision is still this one; [`answered`](super::Directory::answered) takes the answer.
     Write(Key, Entry, Revision),
     /// Removes an entry likewise. With revision 0 there is none any more, and watchers are told so.
     Remove(Key, Revision),
-    /// Reads an entry; [`Directory::looked`] takes it, [`Directory::look_failed`] that there is no answer.
+    /// Reads an entry; [`looked`](super::Directory::looked) takes it, [`look_failed`](super::Directory::look_failed) that there is no answer.
     Look(Key),
-    /// Opens a room from its records, or as a new one where there are none; then [`Directory::opened`].
+    /// Opens a room from its records, or as a new one where there are none; then [`opened`](super::Directory::opened).
     Open(String, RoomEntry),
-    /// Has a room end with a last record of its whole state; then [`Directory::parted`].
+    /// Has a room end with a last record of its whole state; then [`parted`](super::Directory::parted).
     Part(String),
     /// Ends a room that another node plays; its players are told the address, if it is known.
     Stop(String, Option<String>),
