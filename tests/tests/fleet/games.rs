@@ -95,9 +95,9 @@ impl Games {
 
     /// Waits until every player has played another second.
     pub async fn all_play(&mut self) {
+        let before: Vec<u32> = self.players.iter().map(|player| player.seen.borrow().0).collect();
         let all = async {
-            for player in &mut self.players {
-                let before = player.seen.borrow_and_update().0;
+            for (player, before) in self.players.iter_mut().zip(before) {
                 let later = before + TICKS_PER_SECOND;
                 player.seen.wait_for(|(tick, _)| *tick >= later).await.expect("a player");
             }
