@@ -214,6 +214,10 @@ impl Directory {
     pub fn drain(&mut self, now: Time) {
         self.draining = true;
         self.renew_at(now);
+        self.settle_held_rooms(now);
+    }
+
+    fn settle_held_rooms(&mut self, now: Time) {
         for code in self.held.keys().cloned().collect::<Vec<_>>() {
             self.settle(&code, now);
         }

@@ -75,6 +75,9 @@ impl Directory {
                 self.changed(Change::Written(key, Entry::Room(to), revision), now);
                 // A watcher may have told of it before this answer, which it had to wait for.
                 self.settle(code, now);
+                if self.draining {
+                    self.settle_held_rooms(now);
+                }
             }
             (Answer::Done(_), Operation::Remove { revision }) => {
                 self.removed.insert(code.to_owned(), revision);

@@ -1,7 +1,7 @@
 //! What follows from a room's entry for this node.
 
 use super::state::{Held, Operation, Phase};
-use super::{Action, CLAIM_STEP, Directory, Time};
+use super::{Action, CLAIM_STEP, Directory, ROOMS_PER_PARTING, Time};
 use crate::fleet::entry::Owner;
 
 impl Directory {
@@ -62,11 +62,17 @@ impl Directory {
         self.go_on_with(code, held.phase, now);
     }
 
+    /// Rooms part one after another: the players of one have moved before those of the next have to.
+    fn may_part(&self) -> bool {
+        let parts = |held: &&Held| matches!(held.phase, Phase::Parting | Phase::Parted);
+        self.held.values().filter(parts).count() <= self.held.len() / ROOMS_PER_PARTING
+    }
+
     fn go_on_with(&mut self, code: &str, phase: Phase, now: Time) {
         let other = |directory: &Directory| directory.roomiest(|name| name != directory.node.name);
         match phase {
             Phase::Over => self.remove(code),
-            Phase::Playing if self.draining && other(self).is_some() => {
+            Phase::Playing if self.draining && self.may_part() && other(self).is_some() => {
                 self.held.get_mut(code).expect("held").phase = Phase::Parting;
                 self.actions.push(Action::Part(code.to_owned()));
             }

@@ -13,6 +13,8 @@ pub const LEASE_TTL: Duration = Duration::from_secs(20);
 pub const HELD_FOR: Duration = Duration::from_secs(15);
 /// Time between the attempts of two nodes to claim a room, the nearer one first.
 pub const CLAIM_STEP: Duration = Duration::from_millis(500);
+/// Rooms of a draining node for each that is handed over at a time.
+pub const ROOMS_PER_PARTING: usize = 16;
 /// Wait before something that failed is tried again.
 pub const RETRY: Duration = Duration::from_millis(500);
 /// Nodes that look at first for one that is silent; they tell the others. Twice as many look after each [`RETRY`].
