@@ -53,7 +53,7 @@ pub struct Simulation {
     playing: BTreeMap<String, BTreeSet<usize>>,
     /// Rooms that are over, for good.
     ended: BTreeSet<String>,
-    /// Epochs of the rooms' entries.
+    /// Epochs of the rooms' entries, 0 for one that is removed.
     epochs: BTreeMap<String, u64>,
     /// Requests and opened rooms so far.
     numbers: u64,
@@ -129,7 +129,7 @@ impl Simulation {
 
     /// The changes of rooms' owners so far.
     pub fn moves(&self) -> u64 {
-        self.epochs.values().map(|epoch| epoch - 1).sum()
+        self.epochs.values().map(|epoch| epoch.saturating_sub(1)).sum()
     }
 
     /// The directory of a node that is alive.

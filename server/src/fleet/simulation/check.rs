@@ -48,12 +48,21 @@ impl Simulation {
                     let what = format!("{code} has epoch {} after {before}", entry.epoch);
                     return Err(self.violation(what));
                 }
+                if before == 0 {
+                    // A write that was late may open a room again that is over; it is another one.
+                    for node in self.nodes.iter_mut().flatten() {
+                        node.ended.remove(code);
+                    }
+                }
                 Ok(())
             }
             None if !self.ended.contains(code) => {
                 Err(self.violation(format!("{code} is removed, though it is not over")))
             }
-            _ => Ok(()),
+            _ => {
+                self.epochs.insert(code.clone(), 0);
+                Ok(())
+            }
         }
     }
 
