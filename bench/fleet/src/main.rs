@@ -1,6 +1,8 @@
 //! `cargo xtask fleet`: the directory code that servers run, with thousands of simulated nodes, a simulated store and
 //! failures. What it costs the store, how long rooms are without a node, and that no room is ever played by two.
 
+mod alone;
+
 use anyhow::{Result, anyhow};
 use clap::Parser;
 use jostle_server::fleet::simulation::{Bucket, Faults, Flaws, Settings, Simulation, Traffic};
@@ -28,6 +30,9 @@ struct Fleet {
     /// Rooms of each node
     #[arg(long, value_name = "N", default_value_t = 40)]
     rooms: usize,
+    /// Nodes of fleets of which one node alone is measured, separated by commas
+    #[arg(long, value_name = "N,N", value_delimiter = ',', default_value = "100,300,1000,3000")]
+    alone: Vec<usize>,
     /// Start of the random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -37,6 +42,9 @@ fn main() -> Result<()> {
     let fleet = Fleet::parse();
     for nodes in &fleet.nodes {
         run(*nodes, &fleet)?;
+    }
+    for nodes in &fleet.alone {
+        alone::run(*nodes, fleet.rooms)?;
     }
     Ok(())
 }
