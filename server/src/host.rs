@@ -4,6 +4,7 @@
 pub mod ack_lag;
 pub mod admission;
 pub mod clock;
+pub mod inbox;
 pub mod member;
 pub mod names;
 pub mod neighbours;

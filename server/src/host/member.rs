@@ -2,6 +2,7 @@
 //! acknowledges what it is sent.
 
 use crate::host::ack_lag::AckLag;
+use crate::host::inbox::Inbox;
 use crate::host::outbox::Outbox;
 use crate::host::room_handle::FromSession;
 use crate::limits;
@@ -11,14 +12,13 @@ use jostle_protocol::Refusal;
 use jostle_room::{Rate, Room, Subscriber};
 use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 
 /// One player with a socket.
 pub struct Member {
     pub(super) seat: Seat,
     /// Whether it may kick players and close the room.
     pub(super) host: bool,
-    pub(super) inbox: Receiver<FromSession>,
+    pub(super) inbox: Inbox<FromSession>,
     pub(super) outbox: Arc<Outbox>,
     pub(super) lag: AckLag,
     /// Its subscription to snapshots; `None` until its next keyframe.
@@ -33,7 +33,7 @@ impl Member {
     pub fn new(
         seat: Seat,
         host: bool,
-        inbox: Receiver<FromSession>,
+        inbox: Inbox<FromSession>,
         outbox: Arc<Outbox>,
         tick: u32,
     ) -> Member {

@@ -2,6 +2,7 @@
 
 use crate::durable::RecordSink;
 use crate::fleet::lease::RoomLease;
+use crate::host::inbox::Inbox;
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
@@ -17,7 +18,7 @@ use jostle_sim::Vec2;
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicU32, AtomicUsize};
-use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use tokio::sync::{oneshot, watch};
@@ -78,7 +79,7 @@ pub struct Join {
     /// Address that it counts for.
     pub address: IpAddr,
     /// Messages from the session; a dropped sender is a lost socket.
-    pub inbox: Receiver<FromSession>,
+    pub inbox: Inbox<FromSession>,
     /// Messages to the session.
     pub outbox: Arc<Outbox>,
 }

@@ -553,7 +553,7 @@ impl Ticker {
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
             }
             // Full inboxes would end their sessions.
-            self.members.iter().for_each(|member| while member.inbox.try_recv().is_ok() {});
+            self.members.iter_mut().for_each(|member| while member.inbox.try_recv().is_ok() {});
         }
     }
 

@@ -1,6 +1,7 @@
 //! The messages of a seated session, in both directions. It is polled more than a hundred times a second for each player, so it is one
 //! state machine over one socket, with one timer, instead of a future for each direction and each limit.
 
+use crate::host::inbox::InboxSender;
 use crate::host::outbox::{Next, Outbox};
 use crate::host::room_handle::{FromSession, RoomInfo};
 use crate::limits;
@@ -12,7 +13,7 @@ use jostle_protocol::{ClientMessage, Refusal};
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{SyncSender, TrySendError};
+use std::sync::mpsc::TrySendError;
 use std::task::{Context, Poll, ready};
 use tokio::time::{Instant, Sleep, sleep_until};
 use tokio_tungstenite::tungstenite::protocol::CloseFrame;
@@ -24,7 +25,7 @@ pub struct Seated {
     /// The room.
     pub info: Arc<RoomInfo>,
     /// Messages to the room.
-    pub inbox: SyncSender<FromSession>,
+    pub inbox: InboxSender<FromSession>,
     /// Messages from the room.
     pub outbox: Arc<Outbox>,
     /// The limits.

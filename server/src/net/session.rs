@@ -5,6 +5,7 @@
 use crate::fleet::directory::{Located, PlaceError};
 use crate::fleet::entry::RoomFacts;
 use crate::fleet::handle::Fleet;
+use crate::host::inbox::inbox;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
@@ -20,7 +21,6 @@ use jostle_protocol::{Refusal, ServerMessage, Token};
 use std::future::poll_fn;
 use std::net::IpAddr;
 use std::sync::Arc;
-use std::sync::mpsc::sync_channel;
 use tokio::sync::watch;
 use tokio::time::timeout;
 use tracing::debug;
@@ -132,7 +132,7 @@ fn seat(hello: Hello, caller: &Caller, state: &ServerState) -> Result<Seated, Re
     let claim = hello.token.map(verified).transpose()?;
     // A wrong key does not make its holder the host, and is no reason for a refusal.
     let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
-    let (sender, receiver) = sync_channel(limits::INBOX_MAX);
+    let (sender, receiver) = inbox(limits::INBOX_MAX);
     let outbox = Arc::new(Outbox::of_thread(Arc::clone(&caller.wakeups)));
     let join = Join {
         appearance: hello.appearance,

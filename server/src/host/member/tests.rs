@@ -1,9 +1,9 @@
 use super::*;
+use crate::host::inbox::inbox;
 use crate::host::outbox::Next;
 use jostle_game::scene::Camera;
 use jostle_game::{Event, Scene};
 use jostle_protocol::{Appearance, ServerMessage, SnapshotStream};
-use std::sync::mpsc::sync_channel;
 
 /// Takes the waiting snapshots, and adds the ticks in which a player joined or left.
 fn listen(outbox: &Outbox, stream: &mut SnapshotStream, events: &mut Vec<u32>) {
@@ -27,7 +27,7 @@ fn a_lower_rate_repeats_no_event() {
         let seat = room.join(look(), None).expect("a seat").claim.seat;
         // The lower rates have a subscriber already: else they would begin with the newest tick.
         Rate::ALL.into_iter().for_each(|rate| drop(room.subscribe(rate)));
-        let (_inbox, inbox) = sync_channel(1);
+        let (_inbox, inbox) = inbox(1);
         let outbox = Arc::new(Outbox::default());
         let mut member = Member::new(seat, false, inbox, Arc::clone(&outbox), 0);
         let (mut stream, mut events) = (SnapshotStream::default(), Vec::new());

@@ -1,5 +1,6 @@
 use super::*;
 use crate::host::clock::SystemClock;
+use crate::host::inbox::{InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Next, Outbox};
 use crate::host::rooms::Rooms;
@@ -49,8 +50,8 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     (ticker, Outside { rooms, phase, joins })
 }
 
-fn join() -> (Join, SyncSender<FromSession>, Arc<Outbox>) {
-    let (sender, inbox) = sync_channel(limits::INBOX_MAX);
+fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
+    let (sender, inbox) = inbox(limits::INBOX_MAX);
     let outbox = Arc::new(Outbox::default());
     let join = Join {
         appearance: Appearance { name: "Ann".into(), color: 0 },
@@ -127,7 +128,7 @@ fn a_room_ends_when_its_host_leaves_it_empty() {
         let (mut host, inbox, _outbox) = join();
         host.hosted = is_host.then_some(1);
         outside.joins.send(host).expect("a place");
-        inbox.send(FromSession::Leave).expect("a place");
+        inbox.try_send(FromSession::Leave).expect("a place");
         let (other, _other_inbox, _other_outbox) = join();
         if with_another {
             outside.joins.send(other).expect("a place");
@@ -253,7 +254,7 @@ fn a_host_kicks_players_but_no_host() {
     room.tick();
     people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
     for seat in [0, 1, 2] {
-        people[0].0.send(FromSession::Kick { seat: Seat(seat) }).expect("a place");
+        people[0].0.try_send(FromSession::Kick { seat: Seat(seat) }).expect("a place");
     }
     ticker.empty_inboxes(&mut room);
     assert_eq!(control_messages(&people[0].1), [ServerMessage::Denied, ServerMessage::Denied]);
