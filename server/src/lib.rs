@@ -98,11 +98,11 @@ pub async fn run_with_ops(
     (supervisor.tell)(Sign::Ready);
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
-    let mut threads = SocketThreads::start(&state.host.wakeups)?;
+    let threads = SocketThreads::start(&state.host.wakeups)?;
     let agones =
         agones.map(|settings| tokio::spawn(agones::accompany(settings, Arc::clone(&state.host))));
     tokio::select! {
-        () = accept(&listener, &mut threads, &state, &alive) => {}
+        () = accept(&listener, &threads, &state, &alive) => {}
         () = shutdown => {}
         () = state.drain.notified() => {}
     }

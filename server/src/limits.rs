@@ -27,6 +27,9 @@ pub const DESCRIPTORS_SPARE: usize = 2 * (ROOMS_MAX + SCENES_MAX)
     + 3 * SOCKET_THREADS_MAX;
 /// Threads that serve sockets. Each can carry some 800 players.
 pub const SOCKET_THREADS_MAX: usize = 16;
+/// Connections that one thread serves before another one is used: two that wake for half as much each cost more
+/// processor time, and one sends to these in a millisecond or two.
+pub const SOCKETS_FEW: usize = 256;
 /// Time for which a thread of sockets that has nothing to do waits before it sleeps until the next event. Snapshots and
 /// pongs may be late by this.
 pub const SOCKETS_GATHER: Duration = Duration::from_micros(500);

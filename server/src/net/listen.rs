@@ -41,7 +41,7 @@ const FULL: &[u8] = b"HTTP/1.1 503 Service Unavailable\r\nRetry-After: 5\r\n\
 /// Accepts connections until the caller drops the future. Each connection holds a clone of `alive`.
 pub async fn accept(
     listener: &TcpListener,
-    threads: &mut SocketThreads,
+    threads: &SocketThreads,
     state: &Arc<ServerState>,
     alive: &mpsc::Sender<Infallible>,
 ) {

@@ -1,23 +1,22 @@
 //! The threads that serve connections, one for each processor, up to a limit. A connection stays on its thread for life:
 //! what a session touches in each tick stays in one processor's cache, and no other thread is woken to share a
-//! moment's work.
+//! moment's work. For the same reason a few connections are all on one thread.
 
 use crate::host::wakeups::Wakeups;
-use crate::limits::SOCKETS_GATHER;
+use crate::limits::{SOCKETS_FEW, SOCKETS_GATHER};
 use std::io;
 use std::sync::Arc;
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 
 /// The threads that serve a server's connections. They end with it, and with them what they still serve.
-pub struct SocketThreads {
-    threads: Vec<SocketThread>,
-    next: usize,
-}
+pub struct SocketThreads(Vec<SocketThread>);
 
 struct SocketThread {
     runtime: Handle,
     wakeups: Arc<Wakeups>,
+    /// One clone for each connection.
+    served: Arc<()>,
     /// Dropped, it ends the thread.
     _alive: oneshot::Sender<()>,
 }
@@ -25,18 +24,21 @@ struct SocketThread {
 impl SocketThreads {
     /// Starts a thread for each of these, which it wakes sessions by.
     pub fn start(wakeups: &[Arc<Wakeups>]) -> io::Result<SocketThreads> {
-        let threads = wakeups.iter().map(SocketThread::start).collect::<io::Result<_>>()?;
-        Ok(SocketThreads { threads, next: 0 })
+        wakeups.iter().map(SocketThread::start).collect::<io::Result<_>>().map(SocketThreads)
     }
 
-    /// Serves a connection on the thread whose turn it is.
-    pub fn spawn<F>(&mut self, serve: impl FnOnce(Arc<Wakeups>) -> F)
+    /// Serves a connection on the first thread that has few, or else on the one that has the fewest.
+    pub fn spawn<F>(&self, serve: impl FnOnce(Arc<Wakeups>) -> F)
     where
         F: Future<Output = ()> + Send + 'static,
     {
-        let thread = &self.threads[self.next];
-        self.next = (self.next + 1) % self.threads.len();
-        thread.runtime.spawn(serve(Arc::clone(&thread.wakeups)));
+        let load = |thread: &&SocketThread| thread.connections().max(SOCKETS_FEW - 1);
+        let thread = self.0.iter().min_by_key(load).expect("there is at least one");
+        let (serving, served) = (serve(Arc::clone(&thread.wakeups)), Arc::clone(&thread.served));
+        thread.runtime.spawn(async move {
+            serving.await;
+            drop(served);
+        });
     }
 }
 
@@ -64,6 +66,41 @@ impl SocketThread {
             runtime.shutdown_background();
         };
         std::thread::Builder::new().name("sockets".to_owned()).spawn(serve)?;
-        Ok(SocketThread { runtime: handle, wakeups: Arc::clone(wakeups), _alive: alive })
+        let (wakeups, served) = (Arc::clone(wakeups), Arc::default());
+        Ok(SocketThread { runtime: handle, wakeups, served, _alive: alive })
+    }
+
+    fn connections(&self) -> usize {
+        Arc::strong_count(&self.served) - 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+    use std::thread::{ThreadId, current};
+    use tokio::sync::Semaphore;
+
+    #[test]
+    fn few_connections_share_a_thread_and_many_are_spread() {
+        let threads = SocketThreads::start(&[Arc::default(), Arc::default()]).expect("threads");
+        let (sender, served) = channel();
+        let ends = Arc::new(Semaphore::new(0));
+        let serve = || -> ThreadId {
+            let (sender, ends) = (sender.clone(), Arc::clone(&ends));
+            threads.spawn(|_| async move {
+                let _ = sender.send(current().id());
+                let _ = ends.acquire().await.map(|permit| permit.forget());
+            });
+            served.recv().expect("it is served")
+        };
+        let first = serve();
+        assert!((1..SOCKETS_FEW).all(|_| serve() == first));
+        let second = serve();
+        assert_ne!(second, first);
+        assert!((1..SOCKETS_FEW).all(|_| serve() == second));
+        let on_first = (0..10).filter(|_| serve() == first).count();
+        assert_eq!(on_first, 5, "both have the same number");
     }
 }
