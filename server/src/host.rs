@@ -16,6 +16,7 @@ pub mod room_state;
 pub mod rooms;
 pub mod run_queue;
 pub mod schedule;
+pub mod send_queue;
+pub mod socket_writer;
 pub mod ticker;
 pub mod token_signer;
-pub mod wakeups;

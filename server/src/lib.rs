@@ -98,7 +98,7 @@ pub async fn run_with_ops(
     (supervisor.tell)(Sign::Ready);
     // Every connection holds a sender; when the last is dropped, no connection is left.
     let (alive, all_gone) = mpsc::channel::<Infallible>(1);
-    let threads = SocketThreads::start(&state.host.wakeups)?;
+    let threads = SocketThreads::start(&state.host.send_queues)?;
     let agones =
         agones.map(|settings| tokio::spawn(agones::accompany(settings, Arc::clone(&state.host))));
     tokio::select! {

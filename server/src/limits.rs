@@ -9,7 +9,7 @@ pub mod token_bucket;
 
 use jostle_game::SEATS_MAX;
 use jostle_protocol::limits::{
-    CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX,
+    CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
 };
 use jostle_sim::TICKS_PER_SECOND;
 use std::time::Duration;
@@ -110,6 +110,10 @@ pub const INBOX_MAX: usize = 512;
 pub const OUTBOX_CONTROL_MAX: usize = 16;
 /// Memory for the pongs of one session, reused once they were sent.
 pub const PONGS_BYTES: usize = 128;
+/// Memory that a session keeps for the frames of its messages: a snapshot of a busy room. For a larger one it is allocated.
+pub const FRAMES_BYTES_KEPT: usize = 4096;
+/// Bytes of frames that wait for the socket: one message, and pongs, the newest of which waits in place of all past it.
+pub const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
 /// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
 pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
 /// Ticks for which a client has to keep up before its rate rises again.

@@ -92,7 +92,7 @@ impl ServerState {
             recording,
             state_writer,
             neighbours: Neighbours::default(),
-            wakeups: (0..threads).map(|_| Arc::default()).collect(),
+            send_queues: (0..threads).map(|_| Arc::default()).collect(),
             metrics: Arc::new(Metrics::default()),
             signer,
             open: Mutex::default(),

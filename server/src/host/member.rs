@@ -44,7 +44,7 @@ impl Member {
 
     /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower
     /// rate, and a higher one after it kept up for long enough. A client that acknowledges nothing for
-    /// `silent_ticks_max` ticks is disconnected. Returns whether its session is to be woken.
+    /// `silent_ticks_max` ticks is disconnected. Returns whether anything was queued.
     pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) -> bool {
         let tick = room.game().tick_count();
         // First: a keyframe of a tick that was queued already would repeat its events.

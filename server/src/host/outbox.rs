@@ -1,11 +1,12 @@
 //! The messages that wait for one session's socket: snapshots in order, a few control messages, and the end.
 //!
-//! The room fills it and never waits; the session empties it at the pace of its socket. Each snapshot is
+//! The room fills it and never waits; the session's thread empties it at the pace of its socket. Each snapshot is
 //! coded against the one before, so none may be left out: a client whose backlog exceeds the size of a
 //! keyframe gets a keyframe instead. Where all see the whole world, the subscribers of a rate share the bytes
 //! of everything but such keyframes.
 
-use crate::host::wakeups::Wakeups;
+use crate::host::send_queue::{SendQueue, Sends};
+use crate::host::socket_writer::SocketWriter;
 use crate::limits::{OUTBOX_CONTROL_MAX, OUTBOX_SNAPSHOTS_MAX};
 use bytes::Bytes;
 use futures_util::task::AtomicWaker;
@@ -23,7 +24,9 @@ pub struct Outbox {
     state: Mutex<State>,
     /// Wakes the session.
     waker: AtomicWaker,
-    wakeups: Arc<Wakeups>,
+    /// Sends what was queued.
+    send_queue: Arc<SendQueue>,
+    writer: Arc<SocketWriter>,
 }
 
 /// That which comes next for a socket.
@@ -61,7 +64,7 @@ impl Outbox {
         fits
     }
 
-    /// Queues the next snapshot and returns 0; [`Outbox::wake_soon`] is the caller's to call. If the peer is so far
+    /// Queues the next snapshot and returns 0; [`Outbox::send_soon`] is the caller's to call. If the peer is so far
     /// behind that it needs a keyframe, drops this snapshot and all that wait, and returns their number.
     pub fn snapshot(&self, bytes: &Bytes) -> usize {
         let mut state = self.lock();
@@ -81,7 +84,7 @@ impl Outbox {
         0
     }
 
-    /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped; [`Outbox::wake_soon`] is the
+    /// Replaces all waiting snapshots by a keyframe, and returns how many were dropped; [`Outbox::send_soon`] is the
     /// caller's to call.
     pub fn keyframe(&self, bytes: Bytes) -> usize {
         let mut state = self.lock();
@@ -92,15 +95,15 @@ impl Outbox {
         dropped
     }
 
-    /// An outbox of a session on the thread with these wakeups.
-    pub fn of_thread(wakeups: Arc<Wakeups>) -> Outbox {
-        Outbox { wakeups, ..Outbox::default() }
+    /// An outbox for a socket, on the thread with this queue.
+    pub fn new(send_queue: Arc<SendQueue>, writer: Arc<SocketWriter>) -> Outbox {
+        Outbox { send_queue, writer, ..Outbox::default() }
     }
 
-    /// Has the session woken, to take what was queued, once its thread's wakeups are requested.
-    pub fn wake_soon(&self) {
-        // Without a waker the session is at work, or has been woken, and will look.
-        self.waker.take().into_iter().for_each(|waker| self.wakeups.add(waker));
+    /// Has what waits sent by the session's thread, once its [`SendQueue`] is requested to.
+    pub fn send_soon(self: &Arc<Outbox>) {
+        let outbox: Arc<Outbox> = Arc::clone(self);
+        self.send_queue.add(outbox);
     }
 
     /// Returns whether the socket has taken all snapshots.
@@ -155,6 +158,19 @@ impl Outbox {
     /// Ignores poisoning: no operation here panics halfway.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Sends for Outbox {
+    /// If the socket does not take it at once, wakes the session to go on.
+    fn send(&self) {
+        let next = || match self.take() {
+            Next::Message(bytes) => Some(bytes),
+            Next::End(_) | Next::Nothing => None,
+        };
+        if !self.writer.send_now(next) {
+            self.waker.wake();
+        }
     }
 }
 

@@ -6,8 +6,8 @@ use crate::host::inbox::Inbox;
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
+use crate::host::send_queue::SendQueue;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
-use crate::host::wakeups::Wakeups;
 use crate::limits::Waits;
 use crate::ops::metrics::Metrics;
 use crate::replays::Recording;
@@ -155,8 +155,8 @@ pub struct Host {
     pub state_writer: Option<Arc<dyn RecordSink>>,
     /// The other nodes of the fleet, if there is one.
     pub neighbours: Neighbours,
-    /// Wake the sessions whose outboxes rooms have filled; one for each thread that serves sockets.
-    pub wakeups: Vec<Arc<Wakeups>>,
+    /// Send what rooms have put into outboxes; one for each thread that serves sockets.
+    pub send_queues: Vec<Arc<SendQueue>>,
     /// The server's metrics.
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.

@@ -497,10 +497,10 @@ impl Ticker {
             (self.host.waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
         for member in &mut self.members {
             if member.feed(room, silent_ticks_max, &self.host.metrics) {
-                member.outbox.wake_soon();
+                member.outbox.send_soon();
             }
         }
-        self.request_wakeups();
+        self.host.send_queues.iter().for_each(|queue| queue.request());
         self.tell_neighbours();
     }
 
@@ -513,10 +513,6 @@ impl Ticker {
                 member.outbox.control(message.clone());
             }
         }
-    }
-
-    fn request_wakeups(&self) {
-        self.host.wakeups.iter().for_each(|wakeups| wakeups.request());
     }
 
     /// Updates the room's public state.
@@ -578,8 +574,6 @@ impl Ticker {
         while let Ok(join) = self.joins.try_recv() {
             join.outbox.end(refusal);
         }
-        // A room that failed while it fed its members has not requested the wakeups of those before.
-        self.request_wakeups();
     }
 }
 

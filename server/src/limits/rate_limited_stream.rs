@@ -4,11 +4,11 @@
 
 use crate::limits::token_bucket::TokenBucket;
 use crate::limits::{BYTES_BURST_MAX, BYTES_PER_SECOND_MAX};
-use std::io::{self, ErrorKind, IoSlice};
+use std::io::{self, ErrorKind};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 use std::time::Instant;
-use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::io::{AsyncRead, ReadBuf};
 
 /// Kind of the error after too many bytes; no socket has it.
 pub const SPENT: ErrorKind = ErrorKind::QuotaExceeded;
@@ -26,9 +26,9 @@ impl<S> RateLimitedStream<S> {
         RateLimitedStream { stream, bytes }
     }
 
-    /// Returns the stream.
-    pub fn into_inner(self) -> S {
-        self.stream
+    /// The stream, without the limit.
+    pub fn get_mut(&mut self) -> &mut S {
+        &mut self.stream
     }
 }
 
@@ -43,35 +43,5 @@ impl<S: AsyncRead + Unpin> AsyncRead for RateLimitedStream<S> {
         let count = buffer.filled().len() - held;
         let allowed = self.bytes.take_many(count, Instant::now());
         Poll::Ready(if allowed { Ok(()) } else { Err(SPENT.into()) })
-    }
-}
-
-impl<S: AsyncWrite + Unpin> AsyncWrite for RateLimitedStream<S> {
-    fn poll_write(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-        bytes: &[u8],
-    ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(context, bytes)
-    }
-
-    fn poll_write_vectored(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-        slices: &[IoSlice<'_>],
-    ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write_vectored(context, slices)
-    }
-
-    fn is_write_vectored(&self) -> bool {
-        self.stream.is_write_vectored()
-    }
-
-    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_flush(context)
-    }
-
-    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_shutdown(context)
     }
 }

@@ -1,20 +1,80 @@
 //! The WebSocket of a game session: its limits, its first message and its close.
 
+use crate::host::socket_writer::SocketWriter;
 use crate::limits;
 use crate::limits::rate_limited_stream::{RateLimitedStream, SPENT};
 use crate::net::maybe_tls_stream::MaybeTlsStream;
-use futures_util::{SinkExt, StreamExt};
-use jostle_protocol::limits::{CLIENT_MESSAGE_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX};
+use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Token, VERSION};
+use std::future::poll_fn;
+use std::io::{self, ErrorKind, Read, Write};
+use std::pin::Pin;
 use std::sync::Arc;
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio_tungstenite::WebSocketStream;
-use tokio_tungstenite::tungstenite::Message;
-use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
-use tokio_tungstenite::tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
+use std::task::{Context, Poll, Waker};
+use tokio::io::{AsyncRead, AsyncReadExt, ReadBuf, ReadHalf, split};
+use tungstenite::error::{Error, ProtocolError};
+use tungstenite::protocol::frame::Frame;
+use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
+use tungstenite::protocol::{CloseFrame, Message, Role, WebSocket, WebSocketConfig};
 
 /// A game socket, with a limit on the bytes that the peer may send.
-pub type Socket = WebSocketStream<RateLimitedStream<MaybeTlsStream>>;
+pub struct Socket {
+    frames: WebSocket<Peer>,
+    /// Sends to the peer.
+    pub writer: Arc<SocketWriter>,
+}
+
+impl Socket {
+    /// The next message of the peer. After an error there is none.
+    pub fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<tungstenite::Result<Message>> {
+        self.frames.get_mut().waker.clone_from(cx.waker());
+        match self.frames.read() {
+            Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => Poll::Pending,
+            read => Poll::Ready(read),
+        }
+    }
+
+    /// Sends the answer to a ping.
+    async fn answer(&mut self) -> io::Result<()> {
+        // It fails if too many answers wait, which are sent then.
+        let _ = self.frames.flush();
+        poll_fn(|cx| self.writer.poll_send(cx, || None)).await
+    }
+}
+
+/// A peer as the codec of its frames sees it: bytes come from the socket, and the answers to pings and to a close, which
+/// the codec gives by itself, are queued for the writer.
+struct Peer {
+    stream: RateLimitedStream<ReadHalf<MaybeTlsStream>>,
+    /// Woken when there is more to read.
+    waker: Waker,
+    writer: Arc<SocketWriter>,
+}
+
+impl Read for Peer {
+    fn read(&mut self, memory: &mut [u8]) -> io::Result<usize> {
+        let mut buffer = ReadBuf::new(memory);
+        let mut cx = Context::from_waker(&self.waker);
+        match Pin::new(&mut self.stream).poll_read(&mut cx, &mut buffer) {
+            Poll::Ready(read) => read.map(|()| buffer.filled().len()),
+            Poll::Pending => Err(ErrorKind::WouldBlock.into()),
+        }
+    }
+}
+
+impl Write for Peer {
+    fn write(&mut self, frames: &[u8]) -> io::Result<usize> {
+        match self.writer.queue_bytes(frames) {
+            true => Ok(frames.len()),
+            // The codec tries again when it reads the next time.
+            false => Err(ErrorKind::WouldBlock.into()),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
 
 /// How a session ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,20 +119,24 @@ pub enum Violation {
 }
 
 /// Wraps an upgraded connection; `read` holds bytes that came with the upgrade.
-pub async fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> Socket {
-    let config = Some(socket_config());
+pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> Socket {
+    let (stream, write) = split(stream);
+    let writer = Arc::new(SocketWriter::new(write));
     let stream = RateLimitedStream::new(stream);
-    WebSocketStream::from_partially_read(stream, read, Role::Server, config).await
+    let peer = Peer { stream, waker: Waker::noop().clone(), writer: Arc::clone(&writer) };
+    let config = Some(socket_config());
+    let frames = WebSocket::from_partially_read(peer, read, Role::Server, config);
+    Socket { frames, writer }
 }
 
 fn socket_config() -> WebSocketConfig {
-    // The write buffer takes one message, because each is flushed before the next, and a pong.
+    // The write buffer takes what the codec answers by itself.
     WebSocketConfig::default()
         .max_message_size(Some(CLIENT_MESSAGE_BYTES_MAX))
         .max_frame_size(Some(CLIENT_MESSAGE_BYTES_MAX))
         .read_buffer_size(limits::READ_BUFFER_BYTES)
         .write_buffer_size(0)
-        .max_write_buffer_size(SERVER_MESSAGE_BYTES_MAX + limits::READ_BUFFER_BYTES)
+        .max_write_buffer_size(limits::READ_BUFFER_BYTES)
 }
 
 /// The first message of a client.
@@ -88,12 +152,15 @@ pub struct Hello {
 /// Receives the first message of a socket.
 pub async fn receive_hello(socket: &mut Socket) -> Result<Hello, End> {
     loop {
-        let bytes = match socket.next().await {
-            Some(Ok(Message::Binary(bytes))) => bytes,
-            Some(Ok(Message::Ping(_) | Message::Pong(_))) => continue,
-            Some(Ok(Message::Close(_))) | None => return Err(End::Gone),
-            Some(Err(error)) => return Err(end_of(&error)),
-            Some(Ok(_)) => return Err(End::Violated(Violation::Text)),
+        let bytes = match poll_fn(|cx| socket.poll_next(cx)).await {
+            Ok(Message::Binary(bytes)) => bytes,
+            Ok(Message::Ping(_) | Message::Pong(_)) => {
+                socket.answer().await.map_err(|_lost| End::Gone)?;
+                continue;
+            }
+            Ok(Message::Close(_)) => return Err(End::Gone),
+            Err(error) => return Err(end_of(&error)),
+            Ok(_) => return Err(End::Violated(Violation::Text)),
         };
         return match ClientMessage::decode(&bytes) {
             Ok(ClientMessage::Hello { version, .. }) if version != VERSION => {
@@ -108,8 +175,7 @@ pub async fn receive_hello(socket: &mut Socket) -> Result<Hello, End> {
 }
 
 /// Translates an error of the socket: too many bytes, a lost connection, or else a violation.
-pub fn end_of(error: &tokio_tungstenite::tungstenite::Error) -> End {
-    use tokio_tungstenite::tungstenite::error::{Error, ProtocolError};
+pub fn end_of(error: &Error) -> End {
     match error {
         Error::Io(error) if error.kind() == SPENT => End::Refused(Refusal::Flood),
         Error::Io(_)
@@ -124,33 +190,26 @@ pub fn end_of(error: &tokio_tungstenite::tungstenite::Error) -> End {
 
 /// Sends the reason, closes, and reads on until the peer has closed too: closing a socket with unread bytes
 /// would reset it, and the peer would never see our last message.
-pub async fn close(mut socket: Socket, end: End) {
-    match end.refusal() {
-        Some((refusal, code)) => {
-            let last = match &end {
-                End::Moved(url) => ServerMessage::Moved { url: url.to_string() },
-                _ => ServerMessage::Refused { refusal },
-            };
-            let bytes = last.encode();
-            let reason =
-                CloseFrame { code: CloseCode::from(code), reason: refusal.message().into() };
-            let said = match socket.send(Message::Binary(bytes.into())).await {
-                Ok(()) => socket.send(Message::Close(Some(reason))).await,
-                lost => lost,
-            };
-            if said.is_err() {
-                return;
-            }
-        }
+pub async fn close(socket: Socket, end: End) {
+    let Socket { mut frames, writer } = socket;
+    if end == End::Gone {
         // Answers the peer's close frame, if that is what ended it.
-        None => {
-            let _ = socket.flush().await;
-        }
+        let _ = frames.flush();
     }
-    let mut stream = socket.into_inner().into_inner();
-    if stream.shutdown().await.is_err() {
+    let Some(mut writer) = writer.take() else { return };
+    if let Some((refusal, code)) = end.refusal() {
+        let last = match &end {
+            End::Moved(url) => ServerMessage::Moved { url: url.to_string() },
+            _ => ServerMessage::Refused { refusal },
+        };
+        let reason = CloseFrame { code: CloseCode::from(code), reason: refusal.message().into() };
+        writer.queue(Frame::message(last.encode(), OpCode::Data(Data::Binary), true));
+        writer.queue(Frame::close(Some(reason)));
+    }
+    if writer.finish().await.is_err() {
         return;
     }
+    let stream = frames.get_mut().stream.get_mut();
     let mut scratch = [0; limits::READ_BUFFER_BYTES];
     let mut discarded = 0;
     while discarded < limits::CLOSE_DISCARD_BYTES_MAX {

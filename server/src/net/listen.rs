@@ -1,7 +1,6 @@
 //! The players' port: accepts connections, secures them and speaks HTTP until an upgrade.
 
 use crate::host::phase::Phase;
-use crate::host::wakeups::Wakeups;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::Permit;
@@ -84,14 +83,19 @@ pub async fn accept(
         let (state, alive, permit) = (Arc::clone(state), alive.clone(), Arc::new(permit));
         // So that it can be watched by the thread that serves it.
         let Ok(stream) = stream.into_std() else { continue };
-        threads.spawn(|wakeups| async move {
-            tokio::select! {
-                () = serve(stream, peer, &permit, wakeups, &state) => {}
+        threads.spawn(|send_queue| async move {
+            let upgraded = tokio::select! {
+                upgraded = serve(stream, peer, &permit, &state) => upgraded,
                 () = permit.gives_way() => {
                     state.refused("idle_connection", peer.ip(), "an idle connection");
+                    None
                 }
+            };
+            if let Some(Upgraded { stream, read, code, address }) = upgraded {
+                let caller = Caller { code, address, send_queue };
+                session::play(stream, read, caller, &state).await;
             }
-            drop(alive);
+            drop((permit, alive));
         });
     }
 }
@@ -112,42 +116,45 @@ fn turn_back(
     }
 }
 
-/// Serves one connection: HTTP first, then perhaps a session on the same socket, which is woken by its thread's wakeups.
+/// A connection that is to carry a session from now on.
+struct Upgraded {
+    stream: MaybeTlsStream,
+    /// Bytes that came with the upgrade.
+    read: Vec<u8>,
+    /// The room's code.
+    code: String,
+    /// Address that it counts for.
+    address: IpAddr,
+}
+
+/// Serves the HTTP of one connection. Returns the connection if it is to carry a session.
 async fn serve(
     stream: std::net::TcpStream,
     peer: SocketAddr,
     permit: &Arc<Permit>,
-    wakeups: Arc<Wakeups>,
     state: &Arc<ServerState>,
-) {
+) -> Option<Upgraded> {
     permit.set_idle(true);
     let stream = match tune(&stream).and_then(|()| TcpStream::from_std(stream)) {
         Ok(stream) => stream,
         Err(error) => {
             debug!(address = %peer.ip(), %error, "socket lost before it was served");
-            return;
+            return None;
         }
     };
     let stream = with_write_timeout(stream, state.config.waits.http_stall);
-    let Some(stream) = secured(stream, peer.ip(), state).await else {
-        return;
-    };
+    let stream = secured(stream, peer.ip(), state).await?;
     let spoken = speak_http(stream, peer.ip(), permit, state);
-    let Ok(Some(upgrade)) = timeout(limits::HTTP_CONNECTION_MAX, spoken).await else {
-        return;
-    };
+    let upgrade = timeout(limits::HTTP_CONNECTION_MAX, spoken).await.ok()??;
     permit.keep();
-    let Ok(connection) = upgrade.connection.await else {
-        return;
-    };
+    let connection = upgrade.connection.await.ok()?;
     let parts = connection
         .downcast::<TokioIo<MaybeTlsStream>>()
         .expect("every connection is served on a TokioIo<MaybeTlsStream>");
     let (mut stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
     // From here on the session itself limits how long a message may take.
     lift_write_timeout(&mut stream);
-    let caller = Caller { code: upgrade.code, address: upgrade.address, wakeups };
-    session::play(stream, read, caller, state).await;
+    Some(Upgraded { stream, read, code: upgrade.code, address: upgrade.address })
 }
 
 /// Small messages go out at once, and little of what a keyframe would replace is buffered.

@@ -8,7 +8,7 @@ use crate::limits;
 use crate::limits::token_bucket::TokenBucket;
 use crate::net::game_socket::{End, Socket, Violation, end_of};
 use crate::net::pongs::Pongs;
-use futures_util::{SinkExt, StreamExt};
+use bytes::Bytes;
 use jostle_protocol::{ClientMessage, Refusal};
 use std::pin::Pin;
 use std::sync::Arc;
@@ -16,9 +16,9 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::TrySendError;
 use std::task::{Context, Poll, ready};
 use tokio::time::{Instant, Sleep, sleep_until};
-use tokio_tungstenite::tungstenite::protocol::CloseFrame;
-use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
-use tokio_tungstenite::tungstenite::{self, Message};
+use tungstenite::protocol::frame::Frame;
+use tungstenite::protocol::frame::coding::CloseCode;
+use tungstenite::protocol::{CloseFrame, Message};
 
 /// The ends of a session: its queues to the room and from it, and how long the peer may be silent or read nothing.
 pub struct Seated {
@@ -38,8 +38,6 @@ pub struct Pump<'a> {
     socket: &'a mut Socket,
     bucket: TokenBucket,
     pongs: Pongs,
-    /// Whether the socket may hold bytes of a message.
-    unflushed: bool,
     /// When the peer was heard last.
     heard_at: Instant,
     /// Since when the socket holds bytes that the peer does not take.
@@ -48,6 +46,8 @@ pub struct Pump<'a> {
     keepalive_at: Instant,
     /// Fires no later than the first of the limits is reached. Being heard moves that limit and not the timer.
     timer: Pin<Box<Sleep>>,
+    /// Whether it wakes the session.
+    timer_is_set: bool,
 }
 
 impl<'a> Pump<'a> {
@@ -61,11 +61,11 @@ impl<'a> Pump<'a> {
             socket,
             bucket: TokenBucket::new(rate, burst, now.into_std()),
             pongs: Pongs::default(),
-            unflushed: false,
             heard_at: now,
             stalled_since: None,
             keepalive_at,
             timer: Box::pin(sleep_until(keepalive_at.min(now + seated.waits.silence))),
+            timer_is_set: false,
         }
     }
 
@@ -83,7 +83,7 @@ impl<'a> Pump<'a> {
 
     fn poll_read(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<End> {
         loop {
-            let message = ready!(self.socket.poll_next_unpin(cx));
+            let message = ready!(self.socket.poll_next(cx));
             self.heard_at = now;
             if !self.bucket.take(now.into_std()) {
                 return Poll::Ready(End::Refused(Refusal::Flood));
@@ -94,14 +94,13 @@ impl<'a> Pump<'a> {
         }
     }
 
-    fn accept(&mut self, message: Option<tungstenite::Result<Message>>) -> Result<(), End> {
+    fn accept(&mut self, message: tungstenite::Result<Message>) -> Result<(), End> {
         match message {
-            Some(Ok(Message::Binary(bytes))) => self.accept_bytes(&bytes),
-            Some(Ok(Message::Ping(_) | Message::Pong(_))) => Ok(()),
-            Some(Ok(Message::Close(frame))) => Err(self.leave(frame)),
-            Some(Err(error)) => Err(end_of(&error)),
-            Some(Ok(_)) => Err(End::Violated(Violation::Text)),
-            None => Err(End::Gone),
+            Ok(Message::Binary(bytes)) => self.accept_bytes(&bytes),
+            Ok(Message::Ping(_) | Message::Pong(_)) => Ok(()),
+            Ok(Message::Close(frame)) => Err(self.leave(frame)),
+            Err(error) => Err(end_of(&error)),
+            Ok(_) => Err(End::Violated(Violation::Text)),
         }
     }
 
@@ -140,31 +139,31 @@ impl<'a> Pump<'a> {
         End::Gone
     }
 
-    /// Sends what the outbox has, one message after another: what waits there can still be replaced by a keyframe.
+    /// Sends what the room could not, one message after another: what waits in the outbox can still be replaced by a keyframe.
     fn poll_write(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<End> {
-        self.seated.outbox.register(cx.waker());
-        loop {
-            if self.unflushed {
-                match self.socket.poll_flush_unpin(cx) {
-                    Poll::Ready(Ok(())) => (self.unflushed, self.stalled_since) = (false, None),
-                    Poll::Ready(Err(_lost)) => return Poll::Ready(End::Gone),
-                    Poll::Pending => return self.stall(now),
-                }
+        let outbox = &self.seated.outbox;
+        outbox.register(cx.waker());
+        // No keepalive is due while the peer takes nothing.
+        if now >= self.keepalive_at && self.stalled_since.is_none() {
+            self.keepalive_at = now + self.seated.waits.keepalive;
+            self.socket.writer.queue(Frame::ping(Bytes::new()));
+        }
+        let mut end = None;
+        let sent = self.socket.writer.poll_send(cx, || match outbox.take() {
+            Next::Message(bytes) => Some(bytes),
+            Next::End(refusal) => {
+                end = Some(End::Refused(refusal));
+                None
             }
-            let message = match self.seated.outbox.take() {
-                Next::Message(bytes) => Message::Binary(bytes),
-                Next::End(refusal) => return Poll::Ready(End::Refused(refusal)),
-                Next::Nothing if now >= self.keepalive_at => {
-                    self.keepalive_at = now + self.seated.waits.keepalive;
-                    Message::Ping(Default::default())
-                }
-                Next::Nothing => return Poll::Pending,
-            };
-            // A socket that was flushed is ready.
-            if self.socket.start_send_unpin(message).is_err() {
-                return Poll::Ready(End::Gone);
+            Next::Nothing => None,
+        });
+        match sent {
+            Poll::Ready(Ok(())) => {
+                self.stalled_since = None;
+                end.map_or(Poll::Pending, Poll::Ready)
             }
-            self.unflushed = true;
+            Poll::Ready(Err(_lost)) => Poll::Ready(End::Gone),
+            Poll::Pending => self.stall(now),
         }
     }
 
@@ -175,6 +174,7 @@ impl<'a> Pump<'a> {
             let limit = now + self.seated.waits.stall;
             if limit < self.timer.deadline() {
                 self.timer.as_mut().reset(limit);
+                self.timer_is_set = false;
             }
         }
         match self.seated.outbox.end_reason() {
@@ -185,13 +185,16 @@ impl<'a> Pump<'a> {
 
     fn poll_limits(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<End> {
         let waits = &self.seated.waits;
+        if self.timer_is_set && now < self.timer.deadline() {
+            return Poll::Pending;
+        }
+        self.timer_is_set = true;
         while self.timer.as_mut().poll(cx).is_ready() {
             let silence = self.heard_at + waits.silence;
             if silence <= now || self.stalled_since.is_some_and(|since| since + waits.stall <= now)
             {
                 return Poll::Ready(End::Refused(Refusal::Silent));
             }
-            // No keepalive is due while the peer takes nothing.
             let next = self.stalled_since.map_or(self.keepalive_at, |since| since + waits.stall);
             self.timer.as_mut().reset(next.min(silence));
         }

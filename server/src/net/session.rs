@@ -10,7 +10,7 @@ use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::Join;
-use crate::host::wakeups::Wakeups;
+use crate::host::send_queue::SendQueue;
 use crate::limits;
 use crate::net::game_socket::{End, Hello, Socket, accept, close, receive_hello};
 use crate::net::maybe_tls_stream::MaybeTlsStream;
@@ -22,6 +22,7 @@ use std::future::poll_fn;
 use std::net::IpAddr;
 use std::sync::Arc;
 use tokio::sync::watch;
+use tokio::task::JoinSet;
 use tokio::time::timeout;
 use tracing::debug;
 
@@ -31,13 +32,13 @@ pub struct Caller {
     pub code: String,
     /// Address that it counts for.
     pub address: IpAddr,
-    /// The wakeups of its thread.
-    pub wakeups: Arc<Wakeups>,
+    /// The queue of its thread.
+    pub send_queue: Arc<SendQueue>,
 }
 
 /// Runs one session on an upgraded connection; `read` holds bytes that came with the upgrade.
 pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: &ServerState) {
-    let mut socket = accept(stream, read).await;
+    let mut socket = accept(stream, read);
     let end = serve(&mut socket, &caller, state).await;
     let Caller { code, address, .. } = caller;
     match end.refusal() {
@@ -82,16 +83,18 @@ async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End
     {
         return end;
     }
-    let seated = match seat(hello, caller, state) {
+    let seated = match seat(hello, socket, caller, state) {
         Ok(seated) => seated,
         Err(refusal) => return End::Refused(refusal),
     };
+    // A task of its own, which is not polled at each message. It ends with the session.
+    let mut follows = JoinSet::new();
+    let seconds = state.config.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
+    let keeps_room = state.host.state_writer.is_some();
+    let notice = ServerMessage::Draining { seconds, keeps_room };
+    follows.spawn(follow(phase, Arc::clone(&seated.outbox), notice));
     let mut pump = Pump::new(&seated, socket);
-    let end = tokio::select! {
-        biased;
-        end = poll_fn(|cx| pump.poll(cx)) => end,
-        end = follow(phase, &seated.outbox, state) => end,
-    };
+    let end = poll_fn(|cx| pump.poll(cx)).await;
     match seated.outbox.moved_to() {
         Some(url) if end == End::Refused(Refusal::Moved) => End::Moved(url),
         _ => end,
@@ -127,13 +130,19 @@ async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), End>
 }
 
 /// Asks a room to seat the player.
-fn seat(hello: Hello, caller: &Caller, state: &ServerState) -> Result<Seated, Refusal> {
+fn seat(
+    hello: Hello,
+    socket: &Socket,
+    caller: &Caller,
+    state: &ServerState,
+) -> Result<Seated, Refusal> {
     let verified = |token: Token| state.host.signer.seat_claim(&token).ok_or(Refusal::BadToken);
     let claim = hello.token.map(verified).transpose()?;
     // A wrong key does not make its holder the host, and is no reason for a refusal.
     let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
     let (sender, receiver) = inbox(limits::INBOX_MAX);
-    let outbox = Arc::new(Outbox::of_thread(Arc::clone(&caller.wakeups)));
+    let outbox = Outbox::new(Arc::clone(&caller.send_queue), Arc::clone(&socket.writer));
+    let outbox = Arc::new(outbox);
     let join = Join {
         appearance: hello.appearance,
         claim,
@@ -147,13 +156,11 @@ fn seat(hello: Hello, caller: &Caller, state: &ServerState) -> Result<Seated, Re
 }
 
 /// Follows the server's own end: first a notice, then the close.
-async fn follow(mut phase: watch::Receiver<Phase>, outbox: &Outbox, state: &ServerState) -> End {
+async fn follow(mut phase: watch::Receiver<Phase>, outbox: Arc<Outbox>, notice: ServerMessage) {
     // An error means that the server is gone already, which is an end as well.
     if phase.wait_for(|phase| *phase != Phase::Running).await.is_ok() {
-        let seconds = state.config.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
-        let keeps_room = state.host.state_writer.is_some();
-        outbox.control(ServerMessage::Draining { seconds, keeps_room }.encode());
+        outbox.control(notice.encode());
         let _ = phase.wait_for(|phase| *phase == Phase::Closing).await;
     }
-    End::Refused(Refusal::Closing)
+    outbox.end(Refusal::Closing);
 }

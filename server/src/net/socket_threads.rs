@@ -2,19 +2,20 @@
 //! what a session touches in each tick stays in one processor's cache, and no other thread is woken to share a
 //! moment's work. For the same reason a few connections are all on one thread.
 
-use crate::host::wakeups::Wakeups;
+use crate::host::send_queue::SendQueue;
 use crate::limits::{SOCKETS_FEW, SOCKETS_GATHER};
 use std::io;
 use std::sync::Arc;
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
+use tokio::task::unconstrained;
 
 /// The threads that serve a server's connections. They end with it, and with them what they still serve.
 pub struct SocketThreads(Vec<SocketThread>);
 
 struct SocketThread {
     runtime: Handle,
-    wakeups: Arc<Wakeups>,
+    send_queue: Arc<SendQueue>,
     /// One clone for each connection.
     served: Arc<()>,
     /// Dropped, it ends the thread.
@@ -22,19 +23,19 @@ struct SocketThread {
 }
 
 impl SocketThreads {
-    /// Starts a thread for each of these, which it wakes sessions by.
-    pub fn start(wakeups: &[Arc<Wakeups>]) -> io::Result<SocketThreads> {
-        wakeups.iter().map(SocketThread::start).collect::<io::Result<_>>().map(SocketThreads)
+    /// Starts a thread for each of these queues.
+    pub fn start(queues: &[Arc<SendQueue>]) -> io::Result<SocketThreads> {
+        queues.iter().map(SocketThread::start).collect::<io::Result<_>>().map(SocketThreads)
     }
 
     /// Serves a connection on the first thread that has few, or else on the one that has the fewest.
-    pub fn spawn<F>(&self, serve: impl FnOnce(Arc<Wakeups>) -> F)
+    pub fn spawn<F>(&self, serve: impl FnOnce(Arc<SendQueue>) -> F)
     where
         F: Future<Output = ()> + Send + 'static,
     {
         let load = |thread: &&SocketThread| thread.connections().max(SOCKETS_FEW - 1);
         let thread = self.0.iter().min_by_key(load).expect("there is at least one");
-        let (serving, served) = (serve(Arc::clone(&thread.wakeups)), Arc::clone(&thread.served));
+        let (serving, served) = (serve(Arc::clone(&thread.send_queue)), Arc::clone(&thread.served));
         thread.runtime.spawn(async move {
             serving.await;
             drop(served);
@@ -43,7 +44,7 @@ impl SocketThreads {
 }
 
 impl SocketThread {
-    fn start(wakeups: &Arc<Wakeups>) -> io::Result<SocketThread> {
+    fn start(queue: &Arc<SendQueue>) -> io::Result<SocketThread> {
         // Inputs come one by one, and are not needed before the next tick: so a thread that has served all that was
         // ready lets some more arrive, instead of sleeping and waking for each.
         let gather = || std::thread::sleep(SOCKETS_GATHER);
@@ -54,10 +55,10 @@ impl SocketThread {
             .build()?;
         let (alive, ended) = oneshot::channel();
         let handle = runtime.handle().clone();
-        let delivered = Arc::clone(wakeups);
+        let sends = Arc::clone(queue);
         let serve = async move {
             tokio::select! {
-                never = delivered.deliver() => match never {},
+                never = unconstrained(sends.serve()) => match never {},
                 _ = ended => {}
             }
         };
@@ -66,8 +67,8 @@ impl SocketThread {
             runtime.shutdown_background();
         };
         std::thread::Builder::new().name("sockets".to_owned()).spawn(serve)?;
-        let (wakeups, served) = (Arc::clone(wakeups), Arc::default());
-        Ok(SocketThread { runtime: handle, wakeups, served, _alive: alive })
+        let (send_queue, served) = (Arc::clone(queue), Arc::default());
+        Ok(SocketThread { runtime: handle, send_queue, served, _alive: alive })
     }
 
     fn connections(&self) -> usize {

@@ -33,7 +33,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             recording: None,
             state_writer: None,
             neighbours: Neighbours::default(),
-            wakeups: vec![Arc::default()],
+            send_queues: vec![Arc::default()],
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
@@ -228,17 +228,12 @@ fn a_room_that_fails_while_it_feeds_wakes_those_fed_before() {
         }
     }
     let (mut ticker, _outside) = room("fed", Duration::MAX);
-    let wakeups = Arc::clone(&ticker.host.wakeups[0]);
-    let outbox = Arc::new(Outbox::of_thread(Arc::clone(&wakeups)));
+    let (join, _inbox, outbox) = join();
     let woken = Arc::new(Woken(AtomicBool::new(false)));
     outbox.register(&Waker::from(Arc::clone(&woken)));
-    let (join, _inbox, _) = join();
     ticker.members.push(Member::new(Seat(0), false, join.inbox, Arc::clone(&outbox), 0));
-    outbox.wake_soon();
+    outbox.send_soon();
     ticker.end_all_sessions(Refusal::RoomFailed);
-    let runtime = tokio::runtime::Builder::new_current_thread().build().expect("a runtime");
-    runtime.spawn(async move { wakeups.deliver().await });
-    runtime.block_on(tokio::task::yield_now());
     assert!(woken.0.load(Ordering::Relaxed));
 }
 

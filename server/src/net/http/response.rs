@@ -6,8 +6,7 @@ use hyper::header::{self, HeaderValue};
 use hyper::{Request, Response, StatusCode};
 use serde::Serialize;
 use serde_json::json;
-use tokio_tungstenite::tungstenite;
-use tokio_tungstenite::tungstenite::handshake::server::create_response_with_body;
+use tungstenite::handshake::server::create_response_with_body;
 
 /// Content type of plain text.
 pub const TEXT: &str = "text/plain; charset=utf-8";

@@ -1,0 +1,149 @@
+//! The sending side of a game socket: it frames messages and keeps what the socket has not taken. A session shares it with
+//! its thread's [`SendQueue`](crate::host::send_queue::SendQueue), which sends snapshots without waking the session.
+
+use crate::limits::{FRAMES_BYTES_KEPT, FRAMES_BYTES_MAX};
+use bytes::Bytes;
+use std::future::poll_fn;
+use std::io::{self, ErrorKind};
+use std::pin::Pin;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, Waker, ready};
+use tokio::io::{AsyncWrite, AsyncWriteExt};
+use tungstenite::protocol::frame::Frame;
+use tungstenite::protocol::frame::coding::{Data, OpCode};
+
+/// A [`FrameWriter`] that the session and its thread share, until the session takes it to close the socket. Both are on one
+/// thread, so none waits for the lock.
+#[derive(Default)]
+pub struct SocketWriter(Mutex<Option<FrameWriter>>);
+
+impl SocketWriter {
+    /// Wraps the sending side of a socket to which no frame was written.
+    pub fn new(socket: impl AsyncWrite + Send + Unpin + 'static) -> SocketWriter {
+        let socket = Box::new(socket);
+        let writer = FrameWriter { socket, frames: Vec::new(), taken: 0, is_flushed: true };
+        SocketWriter(Mutex::new(Some(writer)))
+    }
+
+    /// Sends what waits, then one message after another for as long as there is a next one. A message that is not
+    /// asked for yet can still be replaced.
+    pub fn poll_send(
+        &self,
+        cx: &mut Context<'_>,
+        next: impl FnMut() -> Option<Bytes>,
+    ) -> Poll<io::Result<()>> {
+        match &mut *self.lock() {
+            Some(writer) => writer.poll_send(cx, next),
+            None => Poll::Ready(Err(ErrorKind::NotConnected.into())),
+        }
+    }
+
+    /// Sends one message after another as far as the socket takes them at once. Returns `false` if the session has to be
+    /// woken to go on.
+    pub fn send_now(&self, next: impl FnMut() -> Option<Bytes>) -> bool {
+        match &mut *self.lock() {
+            // The session waits for the socket already, and goes on by itself.
+            Some(writer) if !writer.is_clear() => true,
+            Some(writer) => {
+                let mut cx = Context::from_waker(Waker::noop());
+                matches!(writer.poll_send(&mut cx, next), Poll::Ready(Ok(())))
+            }
+            None => false,
+        }
+    }
+
+    /// Queues a frame to be sent before the next message.
+    pub fn queue(&self, frame: Frame) {
+        if let Some(writer) = &mut *self.lock() {
+            writer.queue(frame);
+        }
+    }
+
+    /// Queues frames that are formatted; `false`, and none is queued, if too many wait.
+    pub fn queue_bytes(&self, frames: &[u8]) -> bool {
+        match &mut *self.lock() {
+            Some(writer) if writer.frames.len() + frames.len() > FRAMES_BYTES_MAX => false,
+            Some(writer) => {
+                writer.frames.extend_from_slice(frames);
+                true
+            }
+            None => true,
+        }
+    }
+
+    /// Takes the writer, for good. Nothing is sent but by it from then on.
+    pub fn take(&self) -> Option<FrameWriter> {
+        self.lock().take()
+    }
+
+    /// Ignores poisoning: no operation here panics halfway.
+    fn lock(&self) -> MutexGuard<'_, Option<FrameWriter>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Writes frames to a socket.
+pub struct FrameWriter {
+    socket: Box<dyn AsyncWrite + Send + Unpin>,
+    /// Frames that the socket has not taken, from `taken` bytes on.
+    frames: Vec<u8>,
+    taken: usize,
+    /// Whether the socket has sent all that it took. Under TLS it may hold some.
+    is_flushed: bool,
+}
+
+impl FrameWriter {
+    fn poll_send(
+        &mut self,
+        cx: &mut Context<'_>,
+        mut next: impl FnMut() -> Option<Bytes>,
+    ) -> Poll<io::Result<()>> {
+        loop {
+            ready!(self.poll_flush(cx))?;
+            match next() {
+                Some(message) => {
+                    self.queue(Frame::message(message, OpCode::Data(Data::Binary), true))
+                }
+                None => return Poll::Ready(Ok(())),
+            }
+        }
+    }
+
+    /// Queues a frame behind those that wait.
+    pub fn queue(&mut self, frame: Frame) {
+        frame.format(&mut self.frames).expect("a Vec takes everything");
+    }
+
+    /// Sends what waits, and then that nothing follows.
+    pub async fn finish(&mut self) -> io::Result<()> {
+        poll_fn(|cx| self.poll_flush(cx)).await?;
+        self.socket.shutdown().await
+    }
+
+    fn is_clear(&self) -> bool {
+        self.frames.is_empty() && self.is_flushed
+    }
+
+    fn poll_flush(&mut self, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        while self.taken < self.frames.len() {
+            let socket = Pin::new(&mut self.socket);
+            match ready!(socket.poll_write(cx, &self.frames[self.taken..]))? {
+                0 => return Poll::Ready(Err(ErrorKind::WriteZero.into())),
+                count => self.taken += count,
+            }
+            self.is_flushed = false;
+        }
+        self.taken = 0;
+        self.frames.clear();
+        // The memory of a keyframe is not kept.
+        self.frames.shrink_to(FRAMES_BYTES_KEPT);
+        if !self.is_flushed {
+            ready!(Pin::new(&mut self.socket).poll_flush(cx))?;
+            self.is_flushed = true;
+        }
+        Poll::Ready(Ok(()))
+    }
+}
+
+#[cfg(test)]
+mod tests;
