@@ -30,9 +30,11 @@ pub const SOCKET_THREADS_MAX: usize = 16;
 /// Connections that one thread serves before another one is used: two that wake for half as much each cost more
 /// processor time, and one sends to these in a millisecond or two.
 pub const SOCKETS_FEW: usize = 256;
-/// Time for which a thread of sockets that has nothing to do waits before it sleeps until the next event. Snapshots and
-/// pongs may be late by this.
-pub const SOCKETS_GATHER: Duration = Duration::from_micros(500);
+/// Time for which a thread of sockets that has nothing to do lets inputs gather before it looks for them, for each of its
+/// connections, and at most. Inputs and pongs may be late by this, snapshots are not.
+pub const SOCKETS_GATHER: Duration = Duration::from_micros(20);
+/// See [`SOCKETS_GATHER`].
+pub const SOCKETS_GATHER_MAX: Duration = Duration::from_millis(2);
 /// TCP connections of one address at a time (IPv6: of one /64); a /56 may hold twice as many, a /48 four times,
 /// and a /24 of IPv4 twice ([`networks::shares`]). A school behind one address loads
 /// the page over some six connections a browser, and plays over one.

@@ -5,7 +5,8 @@
 
 use std::convert::Infallible;
 use std::mem;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 use tokio::sync::Notify;
 
 /// An outbox, as the queue knows it.
@@ -17,21 +18,41 @@ pub trait Sends: Send + Sync {
 /// The outboxes of a thread's sessions that have something to send.
 #[derive(Default)]
 pub struct SendQueue {
-    filled: Mutex<Vec<Arc<dyn Sends>>>,
+    state: Mutex<State>,
+    /// Wakes the task that sends.
     requested: Notify,
+    /// Ends the thread's pause.
+    ends_pause: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    filled: Vec<Arc<dyn Sends>>,
+    /// Whether they are to be sent.
+    is_requested: bool,
 }
 
 impl SendQueue {
     /// Adds an outbox to those that the next [`SendQueue::request`] has sent.
     pub fn add(&self, outbox: Arc<dyn Sends>) {
-        self.lock().push(outbox);
+        self.lock().filled.push(outbox);
     }
 
     /// Has them sent, if there are any.
     pub fn request(&self) {
-        if !self.lock().is_empty() {
+        let mut state = self.lock();
+        if !state.filled.is_empty() {
+            state.is_requested = true;
+            drop(state);
+            self.ends_pause.notify_one();
             self.requested.notify_one();
         }
+    }
+
+    /// Lets the queue's thread pause for this long, or until there is something to send.
+    pub fn pause(&self, time: Duration) {
+        let wait = |state: &mut State| !state.is_requested;
+        drop(self.ends_pause.wait_timeout_while(self.lock(), time, wait));
     }
 
     /// Sends them for as long as the thread serves.
@@ -39,14 +60,20 @@ impl SendQueue {
         let mut filled: Vec<Arc<dyn Sends>> = Vec::new();
         loop {
             self.requested.notified().await;
-            mem::swap(&mut filled, &mut *self.lock());
+            self.take(&mut filled);
             filled.drain(..).for_each(|outbox| outbox.send());
         }
     }
 
+    fn take(&self, filled: &mut Vec<Arc<dyn Sends>>) {
+        let mut state = self.lock();
+        mem::swap(filled, &mut state.filled);
+        state.is_requested = false;
+    }
+
     /// Ignores poisoning: no operation here panics halfway.
-    fn lock(&self) -> MutexGuard<'_, Vec<Arc<dyn Sends>>> {
-        self.filled.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -58,6 +85,7 @@ mod tests {
     use bytes::Bytes;
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::task::{Wake, Waker};
+    use std::thread;
     use tokio::io::{DuplexStream, duplex};
 
     #[derive(Default)]
@@ -98,5 +126,15 @@ mod tests {
         assert!(sessions.iter().all(|(outbox, ..)| outbox.is_drained()));
         let woken = sessions.each_ref().map(|(_, _, woken)| woken.0.load(Ordering::Relaxed));
         assert_eq!(woken, [0, 1], "eight bytes fit with their header");
+    }
+    #[test]
+    fn a_request_ends_the_pause_of_its_thread() {
+        let queue = Arc::new(SendQueue::default());
+        let (outbox, _peer, _) = session(&queue);
+        outbox.send_soon();
+        let pauses = Arc::clone(&queue);
+        let pausing = thread::spawn(move || pauses.pause(Duration::MAX));
+        queue.request();
+        pausing.join().expect("it ends");
     }
 }

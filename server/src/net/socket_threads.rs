@@ -3,9 +3,10 @@
 //! moment's work. For the same reason a few connections are all on one thread.
 
 use crate::host::send_queue::SendQueue;
-use crate::limits::{SOCKETS_FEW, SOCKETS_GATHER};
+use crate::limits::{SOCKETS_FEW, SOCKETS_GATHER, SOCKETS_GATHER_MAX};
 use std::io;
 use std::sync::Arc;
+use std::time::Duration;
 use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 use tokio::task::unconstrained;
@@ -46,8 +47,10 @@ impl SocketThreads {
 impl SocketThread {
     fn start(queue: &Arc<SendQueue>) -> io::Result<SocketThread> {
         // Inputs come one by one, and are not needed before the next tick: so a thread that has served all that was
-        // ready lets some more arrive, instead of sleeping and waking for each.
-        let gather = || std::thread::sleep(SOCKETS_GATHER);
+        // ready lets some more arrive, instead of sleeping and waking for each. Snapshots do not wait.
+        let served = Arc::new(());
+        let (gathers, counted) = (Arc::clone(queue), Arc::downgrade(&served));
+        let gather = move || gathers.pause(gather_time(counted.strong_count().saturating_sub(1)));
         let runtime = Builder::new_current_thread()
             .enable_io()
             .enable_time()
@@ -67,7 +70,7 @@ impl SocketThread {
             runtime.shutdown_background();
         };
         std::thread::Builder::new().name("sockets".to_owned()).spawn(serve)?;
-        let (send_queue, served) = (Arc::clone(queue), Arc::default());
+        let send_queue = Arc::clone(queue);
         Ok(SocketThread { runtime: handle, send_queue, served, _alive: alive })
     }
 
@@ -76,12 +79,25 @@ impl SocketThread {
     }
 }
 
+/// How long a thread with this many connections lets inputs gather.
+fn gather_time(connections: usize) -> Duration {
+    let connections = u32::try_from(connections).unwrap_or(u32::MAX);
+    SOCKETS_GATHER.saturating_mul(connections).min(SOCKETS_GATHER_MAX)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::sync::mpsc::channel;
     use std::thread::{ThreadId, current};
     use tokio::sync::Semaphore;
+
+    #[test]
+    fn inputs_gather_for_longer_where_more_players_send_some() {
+        assert_eq!(gather_time(0), Duration::ZERO);
+        assert_eq!(gather_time(16), Duration::from_micros(320));
+        assert_eq!(gather_time(4096), SOCKETS_GATHER_MAX);
+    }
 
     #[test]
     fn few_connections_share_a_thread_and_many_are_spread() {
