@@ -1,12 +1,11 @@
 //! A page whose room moves from server to server.
 
-use crate::node::{Dir, Node};
+use crate::games::{Games, Seen, number, percentiles};
 use crate::trouble::network_noise;
 use anyhow::Result;
-use jostle_tests::nats::Cluster;
 use jostle_tests::runner::Stage;
 use jostle_tests::state::State;
-use jostle_tests::tab::Screen;
+use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -25,39 +24,61 @@ const WATCH: &str = r#"(() => {
     return true;
 })()"#;
 
-/// Moves of the room.
+/// Moves of the room; `JOSTLE_FLEET_TIMES` may ask for more.
 const MOVES: usize = 2;
 
+/// A page in a room among players in all rooms of a fleet. Nodes drain, and in the end one is killed.
 pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Result<()> {
-    let cluster = Cluster::start(1).await?;
-    let dir = Dir::new();
-    let [mut a, mut b] =
-        ["node-a", "node-b"].map(|name| Node::with_replicas(&dir, name, &cluster.url(), 1));
-    a.start().await;
-    b.start().await;
-    let tab = stage.visit_link(&format!("http://{}/arena", a.address), Screen::SMALL).await?;
+    let mut games = Games::start(|cluster, _| cluster.url()).await;
+    let room = games.rooms[0].clone();
+    let another = games.nodes[1].address;
+    let tab = stage.visit_link(&format!("http://{another}/{room}"), Screen::SMALL).await?;
     let before = tab.until("a hero of one's own", State::plays).await?;
     tab.eval::<bool>(WATCH).await?;
     let loaded: f64 = tab.eval("performance.timeOrigin").await?;
-    for _ in 0..MOVES {
-        // The standing room is at the node with more to spare, whichever that is.
-        let played = "INFO the room is played here";
-        let (from, to) = match a.count(played) > a.count("reason=Parted") {
-            true => (&mut a, &b),
-            false => (&mut b, &a),
-        };
-        let times = to.count(played) + 1;
-        from.signal("TERM");
-        from.ended().await;
-        to.says(played, times).await;
-        let after = tab.ticks(120).await?;
-        assert_eq!(after.seat, before.seat);
-        assert_eq!(after.state, "playing");
-        from.start().await;
+    for _ in 0..number("JOSTLE_FLEET_TIMES", MOVES) {
+        take_away(&mut games, &room, "TERM", &tab, &before).await?;
     }
+    let still = stood_still(&tab).await?;
+    println!("nodes drained: the picture stood still for {still:?} at most");
+    take_away(&mut games, &room, "KILL", &tab, &before).await?;
+    println!("a node killed: the picture stood still for {:?}", stood_still(&tab).await?);
     assert_eq!(tab.eval::<f64>("performance.timeOrigin").await?, loaded, "no reload");
-    let still_ms: f64 = tab.eval("window.watch.still_ms").await?;
-    println!("the picture stood still for {:?} at most", Duration::from_millis(still_ms as u64));
+    let seen = games.end().await;
+    let ([p50, p99, max], lost) = (percentiles(&seen.gaps()), seen.lost_ticks_max());
+    let Seen { players, nodes, rooms, cluster, dir } = seen;
+    let counts = [players.len(), rooms.len(), nodes.len()];
+    println!(
+        "{counts:?} players, rooms and nodes: without snapshots for {p50:?}, {p99:?}, {max:?}; {lost} ticks lost"
+    );
+    drop((nodes, cluster, dir));
     tab.ignore_errors(network_noise);
     stage.clear().await
+}
+
+/// Ends the node that plays the page's room, waits until all play elsewhere, and starts it again.
+async fn take_away(
+    games: &mut Games,
+    room: &str,
+    signal: &str,
+    tab: &Tab,
+    before: &State,
+) -> Result<()> {
+    let at = games.places()[room];
+    let node = games.nodes.iter().position(|node| node.address == at).expect("a node");
+    games.nodes[node].signal(signal);
+    games.nodes[node].ended().await;
+    games.leave(at).await;
+    games.all_play().await;
+    let after = tab.ticks(120).await?;
+    assert_eq!(after.seat, before.seat);
+    assert_eq!(after.state, "playing");
+    games.nodes[node].start().await;
+    Ok(())
+}
+
+/// The longest time in which the page's picture stood still.
+async fn stood_still(tab: &Tab) -> Result<Duration> {
+    let still_ms: f64 = tab.eval("window.watch.still_ms").await?;
+    Ok(Duration::from_millis(still_ms as u64))
 }

@@ -1,6 +1,8 @@
 //! The page in a real Chromium, against a real server: one file per subject.
 
 mod fleet;
+#[path = "../fleet/games.rs"]
+mod games;
 mod hosts;
 mod lobby;
 mod needs;
@@ -9,6 +11,8 @@ mod network;
 mod node;
 mod particles;
 mod pictures;
+#[path = "../fleet/player.rs"]
+mod player;
 mod playing;
 mod replay;
 mod rounds;

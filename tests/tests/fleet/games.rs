@@ -2,16 +2,11 @@
 
 use crate::node::{Dir, Node};
 use crate::player::{Player, Stay};
-use jostle_protocol::replay::Replay;
-use jostle_room::Playback;
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_tests::nats::Cluster;
 use jostle_tests::server::LONG;
 use std::collections::BTreeMap;
-use std::fs;
 use std::net::SocketAddr;
-use std::path::Path;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -114,14 +109,6 @@ impl Games {
         seen.collect()
     }
 
-    /// The node with most rooms, and their number.
-    pub fn fullest(&self) -> (usize, usize) {
-        let places = self.places();
-        let rooms_of = |node: &Node| places.values().filter(|at| **at == node.address).count();
-        let counts = self.nodes.iter().map(rooms_of).enumerate();
-        counts.max_by_key(|(_, rooms)| *rooms).expect("a node")
-    }
-
     /// Waits until no player's room is at this node.
     pub async fn leave(&mut self, node: SocketAddr) {
         let all = async {
@@ -155,8 +142,8 @@ pub struct Seen {
     pub players: Vec<Player>,
     pub nodes: Vec<Node>,
     pub rooms: Vec<String>,
-    cluster: Cluster,
-    dir: Dir,
+    pub cluster: Cluster,
+    pub dir: Dir,
 }
 
 impl Seen {
@@ -172,32 +159,6 @@ impl Seen {
     pub fn lost_ticks_max(&self) -> i64 {
         let gaps = self.players.iter().flat_map(|player| player.gaps());
         gaps.map(|(_, lost)| lost).max().unwrap_or(0)
-    }
-
-    /// Ends the nodes, and plays all replays of public rooms again: each is whole, and where a room went on at another
-    /// node it went on at the very next tick from the very same state. `killed` rooms may have gaps. Returns how
-    /// often a room went on elsewhere.
-    pub async fn verified(mut self) -> usize {
-        for node in &mut self.nodes {
-            node.signal("TERM");
-            node.ended().await;
-        }
-        let mut joints = 0;
-        let replays: Vec<_> = self.nodes.iter().map(Node::replays).collect();
-        let verified = tokio::task::spawn_blocking(move || {
-            replays.iter().flat_map(|dir| files(dir)).map(verify).collect::<Vec<_>>()
-        });
-        let parts = verified.await.expect("replays that can be played");
-        for room in &self.rooms {
-            let mut of_room: Vec<_> = parts.iter().filter(|part| part.room == *room).collect();
-            of_room.sort_by_key(|part| part.first.0);
-            for pair in of_room.windows(2) {
-                assert_eq!(pair[0].last, pair[1].first, "{room}: tick and hash where it went on");
-                joints += 1;
-            }
-        }
-        drop((self.cluster, self.dir));
-        joints
     }
 }
 
@@ -224,32 +185,6 @@ fn one_node_at_a_time(room: &str, stays: impl Iterator<Item = Stay>) {
             }
         }
     }
-}
-
-/// A replay that was played again.
-struct Part {
-    room: String,
-    first: (u32, u64),
-    last: (u32, u64),
-}
-
-fn files(dir: &Path) -> Vec<std::path::PathBuf> {
-    let Ok(entries) = fs::read_dir(dir) else { return Vec::new() };
-    let paths = entries.map(|entry| entry.expect("an entry").path());
-    paths.filter(|path| path.extension().is_some_and(|ending| ending == "jostle")).collect()
-}
-
-fn verify(path: std::path::PathBuf) -> Part {
-    let replay = Replay::read(fs::read(path).expect("a file")).expect("a replay");
-    let room = replay.start().room.clone();
-    // One from the room's very beginning has none, and goes on with nothing.
-    let keyframe = replay.keyframe_before(replay.first_tick());
-    let first = keyframe.map_or((0, 0), |keyframe| (keyframe.tick, keyframe.hash));
-    let mut playback = Playback::new(Arc::new(replay)).expect("a scene and a state");
-    while let Some(played) = playback.step().expect("a tick") {
-        assert!(played.agrees, "{room}: tick {}", played.tick);
-    }
-    Part { room, first, last: (playback.tick(), playback.game().hash()) }
 }
 
 /// Opens a room by this node.
