@@ -493,6 +493,8 @@ impl Ticker {
     }
 
     fn feed(&mut self, room: &mut Room) {
+        // First: no pong is to name a tick before one that its client has seen.
+        self.info.tick.store(room.game().tick_count(), Ordering::Relaxed);
         let silent_ticks_max =
             (self.host.waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
         for member in &mut self.members {
@@ -517,7 +519,6 @@ impl Ticker {
 
     /// Updates the room's public state.
     fn publish(&self, room: &Room) {
-        self.info.tick.store(room.game().tick_count(), Ordering::Relaxed);
         self.info.players.store(room.players(), Ordering::Relaxed);
         self.info.connected.store(self.members.len(), Ordering::Relaxed);
         self.info.bodies.store(room.snapshot().bodies.len(), Ordering::Relaxed);
