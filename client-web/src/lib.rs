@@ -13,5 +13,6 @@ pub mod net;
 #[cfg_attr(not(target_arch = "wasm32"), expect(dead_code, reason = "the browser uses the rest"))]
 mod page;
 pub mod replay;
+pub mod sound;
 pub mod view;
 pub mod world;
