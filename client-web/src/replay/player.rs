@@ -20,6 +20,7 @@ use super::chapters::Chapters;
 use super::checks::Checks;
 use super::display::ReplayDisplay;
 use super::error::ReplayLoadError;
+use crate::sound::cue::Cue;
 use crate::view::frame::FrameBody;
 use crate::world::replica::{News, Replica};
 use jostle_game::{Scene, Seat, Tools};
@@ -138,6 +139,11 @@ impl ReplayPlayer {
     /// The next unread news.
     pub fn next_news(&mut self) -> Option<News> {
         self.display.replica.news.pop_front()
+    }
+
+    /// The next cue that was not taken yet.
+    pub fn next_cue(&mut self) -> Option<Cue> {
+        self.display.replica.next_cue()
     }
 
     /// How the file ends.

@@ -5,3 +5,4 @@
 pub mod cue;
 pub mod mixer;
 pub mod patch;
+pub mod witness;

@@ -2,16 +2,20 @@
 //! events, flashes, news, and from all of these the contents of a frame.
 
 mod dress;
+mod ears;
 mod marks;
 mod own_hero;
 mod sling;
+mod sounding;
 mod zones;
 
 use crate::net::clock::Arrival;
 use crate::net::timeline::{Sample, Timeline};
+use crate::sound::cue::{Cue, Sound};
 use crate::view::frame::{
     Effect, EffectKind, FrameBody, FrameLamp, FrameMark, FrameSling, FrameZone,
 };
+use ears::Ears;
 use jostle_game::scene::{Plan, Whose};
 use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
@@ -104,6 +108,7 @@ pub struct Replica {
     pub display: f64,
     /// Centre and velocity of the own hero in the samples before it was shown elsewhere.
     led_from: Option<(Vec2, Vec2)>,
+    ears: Ears,
 }
 
 impl Replica {
@@ -111,6 +116,7 @@ impl Replica {
     pub fn new(scene: Arc<Scene>, seat: Seat) -> Replica {
         Replica {
             plan: Plan::of(&scene),
+            ears: Ears::new(&scene),
             stream: SnapshotStream::default(),
             timeline: Timeline::new(scene.world.quantum, scene.world.speed_max),
             particles: Particles::new(scene.world.recipes.clone(), scene.world.particles_max),
@@ -215,9 +221,11 @@ impl Replica {
         for next in from.max(until.saturating_sub(CATCH_UP_TICKS_MAX)) + 1..=until {
             self.play_tick(next);
         }
-        let known_ticks = if self.applied.is_none() { KNOWN_TICKS } else { 0.0 };
+        let is_first = self.applied.is_none();
+        let known_ticks = if is_first { KNOWN_TICKS } else { 0.0 };
         self.applied = Some(from.max(until));
         self.timeline.sample(tick, &mut self.samples);
+        self.hear_samples(tick, is_first);
         for sample in &self.samples {
             note_birth(&mut self.births, sample.id, tick - known_ticks);
         }
@@ -283,11 +291,14 @@ impl Replica {
             Event::Impact { a, b, point, speed } => {
                 let body = if self.is_hero(b) && !self.is_hero(a) { b } else { a };
                 self.flash(timed.tick, EffectKind::Spark, point, None, speed, Some(body));
+                self.hear_impact(timed.tick, [a, b], point, speed);
             }
             Event::PackHit { owner, victim, hero, point } => {
                 let by = owner.and_then(|seat| self.name(seat));
                 let color = by.as_ref().map(|n| n.color);
                 self.flash(timed.tick, EffectKind::Splash, point, color, 0.0, Some(hero));
+                let burst = Cue { at: Some(point), ..Cue::of_room(Sound::Burst) };
+                self.ears.push(f64::from(timed.tick), burst);
                 // What others do to each other is seen, and too much to be read.
                 let is_own = owner == Some(self.seat) || victim == Some(self.seat);
                 if let Some(by) = by.filter(|_| is_own || self.scene.rules.round.is_none()) {

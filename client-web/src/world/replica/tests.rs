@@ -202,3 +202,155 @@ fn only_the_body_that_x_would_grab_is_highlighted() {
     assert_eq!(lit(2, 30.0, [false, false]), [false, true]);
     assert_eq!(lit(3, 50.0, [false, true]), [false, true], "held by another");
 }
+
+fn cues(replica: &mut Replica) -> Vec<Cue> {
+    std::iter::from_fn(|| replica.next_cue()).collect()
+}
+
+#[test]
+fn of_two_bodies_that_meet_the_smaller_one_sounds_and_walls_never() {
+    let mut replica = replica("arena");
+    let large = SnapshotBody { shape: Shape::circle(9.0), ..body(1, Kind::Marble, 20.0, None) };
+    let bodies = vec![body(0, Kind::Wall, 1.0, None), large, body(2, Kind::Hero, 40.0, Some(0))];
+    let id = |index| BodyId { index, generation: 0 };
+    let impact = |a, b| {
+        let point = Vec2::new(3.0, 4.0);
+        at(5, Event::Impact { a: id(a), b: id(b), point, speed: 20.0 })
+    };
+    let players = || vec![player(0, Some(2))];
+    replica.file(snapshot(4, bodies.clone(), players()), vec![]);
+    replica.advance(4.0, Eye::default());
+    replica.file(snapshot(5, bodies, players()), vec![impact(0, 1), impact(1, 2), impact(0, 9)]);
+    replica.advance(5.0, Eye::default());
+    let [wall, hero] = cues(&mut replica)[..] else { panic!("two cues") };
+    assert_eq!((wall.sound, wall.size, wall.bodies), (Sound::Glass, 18.0, [Some(id(1)), None]));
+    assert_eq!(hero.bodies, [Some(id(2)), Some(id(1))]);
+    assert_eq!((hero.sound, hero.size, hero.speed), (Sound::Rubber, 4.0, 20.0));
+    assert_eq!(hero.at, Some(Vec2::new(3.0, 4.0)));
+}
+
+#[test]
+fn bodies_are_heard_when_they_appear_and_not_when_the_player_comes() {
+    let mut replica = replica("arena");
+    let mut bodies = vec![body(0, Kind::Hero, 20.0, Some(0)), body(1, Kind::Marble, 40.0, None)];
+    replica.file(snapshot(4, bodies.clone(), vec![player(0, Some(0))]), vec![]);
+    replica.advance(4.0, Eye::default());
+    assert_eq!(cues(&mut replica), []);
+    bodies.push(body(2, Kind::Pack, 25.0, Some(0)));
+    bodies.push(body(3, Kind::Marble, 60.0, None));
+    bodies.push(body(4, Kind::Platform, 80.0, None));
+    replica.file(snapshot(5, bodies.clone(), vec![player(0, Some(0))]), vec![]);
+    replica.advance(5.0, Eye::default());
+    let sounds: Vec<Sound> = cues(&mut replica).iter().map(|cue| cue.sound).collect();
+    assert_eq!(sounds, [Sound::Throw, Sound::Spawn]);
+    replica.file(snapshot(6, bodies, vec![player(0, Some(0))]), vec![]);
+    replica.advance(6.0, Eye::default());
+    assert_eq!(cues(&mut replica), []);
+}
+
+#[test]
+fn in_a_large_world_what_comes_into_view_is_not_heard() {
+    let mut replica = replica("hall");
+    let hero = body(0, Kind::Hero, 20.0, Some(0));
+    replica.file(snapshot(4, vec![hero], vec![player(0, Some(0))]), vec![]);
+    replica.advance(4.0, Eye::default());
+    let bodies = vec![hero, body(1, Kind::Block, 90.0, None)];
+    replica.file(snapshot(5, bodies, vec![player(0, Some(0))]), vec![]);
+    replica.advance(5.0, Eye::default());
+    assert_eq!(cues(&mut replica), []);
+}
+
+#[test]
+fn cues_of_an_absence_are_not_heard_later() {
+    let mut replica = replica("arena");
+    let impact = |tick| {
+        let [a, b] = [0, 1].map(|index| BodyId { index, generation: 0 });
+        at(tick, Event::Impact { a, b, point: Vec2::ZERO, speed: 20.0 })
+    };
+    let bodies = || vec![body(0, Kind::Block, 1.0, None), body(1, Kind::Hero, 9.0, Some(0))];
+    replica.file(snapshot(4, bodies(), vec![]), vec![]);
+    replica.advance(4.0, Eye::default());
+    for tick in 5..=120 {
+        replica.file(snapshot(tick, bodies(), vec![]), vec![impact(tick)]);
+        replica.advance(f64::from(tick), Eye::default());
+    }
+    assert_eq!(cues(&mut replica).len(), 16);
+}
+
+/// The sounds of a round on display, tick by tick.
+fn round_sounds(replica: &mut Replica, rounds: &[(u32, RoundInfo)]) -> Vec<Sound> {
+    let mut sounds = Vec::new();
+    for (tick, round) in rounds {
+        let told = Snapshot { round: Some(round.clone()), ..snapshot(*tick, vec![], vec![]) };
+        replica.file(told, vec![]);
+        replica.advance(f64::from(*tick), Eye::default());
+        sounds.extend(cues(replica).iter().map(|cue| cue.sound));
+    }
+    sounds
+}
+
+#[test]
+fn a_round_is_counted_down_begun_scored_and_won() {
+    use jostle_game::{RoundPhase::*, Side, SideInfo};
+    let countdown = scene("hockey").rules.round.as_ref().expect("rounds").countdown;
+    let of = |phase, since, score| RoundInfo {
+        phase,
+        since,
+        teams: [score, 0].map(|score| SideInfo { score, lives: 0, is_in: true }).to_vec(),
+        ..RoundInfo::default()
+    };
+    let seconds = countdown / TICKS_PER_SECOND;
+    let mut rounds = vec![(1, of(Waiting, 0, 0))];
+    rounds.extend((0..countdown).map(|tick| (2 + tick, of(Countdown, 2, 0))));
+    let begun = 2 + countdown;
+    rounds.extend([(begun, of(Running, begun, 0)), (begun + 1, of(Running, begun, 1))]);
+    rounds.extend([(begun + 40, of(Running, begun, 2)), (begun + 200, of(Running, begun, 3))]);
+    let won = RoundInfo { winners: vec![Side::Team(0)], ..of(Over, begun + 300, 3) };
+    rounds.extend([(begun + 300, won.clone()), (begun + 301, won)]);
+    let sounds = round_sounds(&mut replica("hockey"), &rounds);
+    let counts = sounds.iter().take_while(|&&sound| sound == Sound::Count).count();
+    assert_eq!(counts, seconds as usize, "{sounds:?}");
+    // The second point follows too soon.
+    assert_eq!(sounds[counts..], [Sound::Go, Sound::Goal, Sound::Goal, Sound::Won]);
+}
+
+#[test]
+fn a_pot_that_is_gone_has_broken() {
+    let mut replica = replica("slingshot");
+    let placed = replica.scene.bodies.iter().find(|placed| placed.breaks.is_some());
+    let placed = placed.expect("something to break").clone();
+    let pot = |index| SnapshotBody {
+        kind: placed.kind,
+        group: placed.def.group,
+        shape: placed.def.shape,
+        ..body(index, Kind::Block, 10.0 * index as f32, None)
+    };
+    let running = RoundInfo { phase: jostle_game::RoundPhase::Running, ..RoundInfo::default() };
+    let told =
+        |tick, bodies| Snapshot { round: Some(running.clone()), ..snapshot(tick, bodies, vec![]) };
+    replica.file(told(4, vec![pot(1), pot(2)]), vec![]);
+    replica.advance(4.0, Eye::default());
+    replica.file(told(5, vec![pot(2)]), vec![]);
+    replica.advance(5.0, Eye::default());
+    let [cue] = cues(&mut replica)[..] else { panic!("one cue") };
+    assert_eq!((cue.sound, cue.at), (Sound::Break, Some(Vec2::new(10.0, 10.0))));
+}
+
+#[test]
+fn the_losers_hear_another_end_than_winners_and_spectators() {
+    use jostle_game::{RoundPhase::*, RoundPlayer, Side, SideInfo};
+    let player = |team| RoundPlayer {
+        seat: Seat(0),
+        team: Some(team),
+        side: SideInfo { score: 0, lives: 0, is_in: true },
+        is_stunned: false,
+        goes_on: false,
+    };
+    for (players, sound) in
+        [(vec![player(0)], Sound::Won), (vec![player(1)], Sound::Lost), (vec![], Sound::Won)]
+    {
+        let running = RoundInfo { phase: Running, players, ..RoundInfo::default() };
+        let over = RoundInfo { phase: Over, winners: vec![Side::Team(0)], ..running.clone() };
+        assert_eq!(round_sounds(&mut replica("hockey"), &[(1, running), (2, over)]), [sound]);
+    }
+}
