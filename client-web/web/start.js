@@ -4,9 +4,9 @@ const play = document.getElementById("play");
 play.disabled = true;
 
 try {
-  const { default: init, drop_socket, own_place, particle_digests, state, to_page } = await import("./client.js");
+  const { default: init, drop_socket, own_place, particle_digests, rendered_sound, state, to_page } = await import("./client.js");
   await init();
-  window.jostle = { drop_socket, own_place, particle_digests, state, to_page };
+  window.jostle = { drop_socket, own_place, particle_digests, rendered_sound, state, to_page };
   play.disabled = false;
 } catch (error) {
   // No WebAssembly, or the download failed: say so instead of showing an empty page.

@@ -14,6 +14,7 @@ use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
 use crate::page::replay_screen::{OpenReplay, Opening};
+use crate::page::sound_desk::SoundDesk;
 use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
 use crate::replay::player::ReplayPlayer;
@@ -47,6 +48,8 @@ pub struct Panels {
     pub figures: bool,
     /// The network (F4).
     pub network: bool,
+    /// Volume and captions.
+    pub sound: bool,
 }
 
 /// State of the drawing context.
@@ -88,6 +91,7 @@ pub struct App {
     pub news: NewsLog,
     pub fingers: Fingers,
     pub panels: Panels,
+    pub sound: SoundDesk,
     pub conditions: NetworkConditions,
     /// The drawing context.
     pub graphics: GraphicsStatus,
@@ -128,6 +132,7 @@ impl App {
             news: NewsLog::default(),
             fingers: Fingers::default(),
             panels: Panels::default(),
+            sound: SoundDesk::new(remembered),
             conditions,
             graphics: GraphicsStatus::default(),
             drawn_frames: 0,
@@ -148,7 +153,9 @@ impl App {
     /// Handles an event at `now_ms`, and returns the effects for the browser to carry out.
     pub fn update(&mut self, now_ms: f64, event: Event) -> Vec<Effect> {
         self.ctx.now_ms = now_ms;
+        let gesture = self.gesture(&event);
         self.handle(event);
+        self.settle_sound(gesture);
         std::mem::take(&mut self.ctx.effects)
     }
 
@@ -156,7 +163,10 @@ impl App {
         match event {
             Event::Navigated(address) => self.route(address),
             Event::Pulse { hidden } => self.pulse(hidden),
-            Event::Frame(canvas) => self.advance(canvas),
+            Event::Frame(canvas) => {
+                self.advance(canvas);
+                self.mix();
+            }
             Event::Drawn(drawn) => self.note_drawn(drawn),
             Event::Online => self.with_game(|game, _| game.hurry()),
             Event::FocusLost => self.release_input(),
@@ -204,6 +214,7 @@ impl App {
                 self.conditions = conditions;
                 self.ctx.request(Effect::SetConditions(conditions));
             }
+            Event::Sound(event) => self.on_sound(event),
         }
     }
 
@@ -280,6 +291,7 @@ impl App {
         self.fingers = Fingers::default();
         self.touch_scene = None;
         self.panels.network = false;
+        self.end_sound();
         self.world_shown = false;
         self.copied = None;
     }
@@ -422,7 +434,11 @@ impl App {
             "go" => self.go(&format!("/{value}")),
             "copy" => self.ctx.request(Effect::CopyAddress),
             "help" => self.toggle_help(),
-            "network" => self.panels.network = !self.panels.network,
+            "network" => self.toggle_network(),
+            "sound" => {
+                self.panels.sound = !self.panels.sound;
+                self.panels.network = false;
+            }
             "open-file" => self.ctx.request(Effect::ChooseFile),
             "close-room" => {
                 self.release_input();
@@ -479,6 +495,11 @@ impl App {
     pub(super) fn is_round_over(&self) -> bool {
         let round = self.replica().and_then(Replica::round);
         round.is_some_and(|round| round.phase == RoundPhase::Over)
+    }
+
+    pub(super) fn toggle_network(&mut self) {
+        self.panels.network = !self.panels.network;
+        self.panels.sound = false;
     }
 
     pub(super) fn toggle_help(&mut self) {

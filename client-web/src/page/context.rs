@@ -9,6 +9,9 @@ use std::collections::BTreeMap;
 const NAME_KEY: &str = "jostle.name";
 const COLOR_KEY: &str = "jostle.color";
 const PREDICT_KEY: &str = "jostle.predict";
+const VOLUME_KEY: &str = "jostle.volume";
+const MUTED_KEY: &str = "jostle.muted";
+const CAPTIONS_KEY: &str = "jostle.captions";
 const SEAT_PREFIX: &str = "jostle.seat.";
 
 /// Values that the browser remembered, read once when the page is opened.
@@ -25,6 +28,13 @@ impl Remembered {
     pub fn player(&self) -> (&str, Option<u8>) {
         let name = self.local.get(NAME_KEY).map_or("", String::as_str);
         (name, self.local.get(COLOR_KEY).and_then(|color| color.parse().ok()))
+    }
+
+    /// The remembered volume in percent, whether sound is off, and whether captions are on.
+    pub fn sound(&self) -> (Option<u8>, bool, bool) {
+        let is_on = |key| self.local.get(key).is_some_and(|word| word == "1");
+        let volume = self.local.get(VOLUME_KEY).and_then(|volume| volume.parse().ok());
+        (volume, is_on(MUTED_KEY), is_on(CAPTIONS_KEY))
     }
 
     /// Whether prediction is on, by the address or by an earlier choice; on by default.
@@ -104,6 +114,12 @@ impl Context {
     pub fn remember_prediction(&mut self, on: bool) {
         self.predicts = on;
         self.store(PREDICT_KEY, u8::from(on).to_string());
+    }
+
+    pub fn remember_sound(&mut self, volume: u8, muted: bool, captioned: bool) {
+        self.store(VOLUME_KEY, volume.to_string());
+        self.store(MUTED_KEY, u8::from(muted).to_string());
+        self.store(CAPTIONS_KEY, u8::from(captioned).to_string());
     }
 
     fn store(&mut self, key: &str, value: String) {

@@ -4,6 +4,7 @@
 use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
+use crate::sound::task::{SoundEvent, SoundTask};
 use jostle_game::Buttons;
 use jostle_protocol::replay::ReplayError;
 use jostle_sim::Vec2;
@@ -158,6 +159,7 @@ pub enum Event {
     /// Prediction was switched on or off.
     PredictionChosen(bool),
     ConditionsChosen(NetworkConditions),
+    Sound(SoundEvent),
 }
 
 /// Anything the page asks of the browser.
@@ -202,6 +204,7 @@ pub enum Effect {
     StoreSession(String, Option<String>),
     /// Drops everything that was made with the lost drawing context.
     DropGraphics,
+    Sound(SoundTask),
     /// Delivers an event later.
     After(i32, Event),
     /// Writes a line for developers.

@@ -3,11 +3,16 @@
 use crate::net::meter::Meter;
 use crate::net::timeline::Sample;
 use crate::page::app::App;
+use crate::page::context::Remembered;
 use crate::page::dom::{stage, views};
 use crate::page::event::Event;
 use crate::page::game::GameScreen;
 use crate::page::replay_screen::OpenReplay;
 use crate::page::shell::{self, Page};
+use crate::page::sound_desk::SoundDesk;
+use crate::replay::player::ReplayPlayer;
+use crate::sound::player;
+use crate::sound::witness::voices_of;
 use crate::view::render::Made;
 use crate::world::replica::Replica;
 use crate::world::witness;
@@ -52,7 +57,26 @@ fn describe(page: &Page) -> JsValue {
         ("told_place", played.and_then(Replica::told_place).map(point).into()),
         ("prediction", game.and_then(prediction).into()),
         ("replay", replay.map(shown_replay).into()),
+        ("sound", sound(page)),
     ])
+}
+
+fn sound(page: &Page) -> JsValue {
+    object([
+        ("context", page.player.state().into()),
+        ("started", count(page.player.started)),
+        ("volume", page.app.sound.volume.into()),
+        ("on", page.app.sound.is_on().into()),
+    ])
+}
+
+/// The sound of the first seconds of a replay, computed and not played, at the volume of a first visit: a promise
+/// of an `AudioBuffer`.
+#[wasm_bindgen]
+pub fn rendered_sound(replay: Vec<u8>, seconds: u32) -> Result<js_sys::Promise, JsValue> {
+    let player = ReplayPlayer::open(replay).map_err(|error| error.to_string())?;
+    let gain = SoundDesk::new(&Remembered::default()).gain();
+    player::rendered(&voices_of(player, seconds), seconds, gain)
 }
 
 /// An object of JavaScript; fields without a value are left out of its JSON.

@@ -5,6 +5,7 @@ use crate::page::app::{Activity, App};
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::layers::Layer;
 use crate::replay::player::ReplayPlayer;
+use jostle_game::Tools;
 use jostle_sim::TICKS_PER_SECOND;
 
 /// An arrow key skips this many ticks.
@@ -70,11 +71,17 @@ impl App {
             }
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),
-            ("F4", ..) => Some(|app| app.panels.network = !app.panels.network),
+            ("F4", ..) => Some(App::toggle_network),
+            (_, "m" | "M", Layer::Page) if self.may_mute() => Some(App::toggle_mute),
             (_, "?", _) | ("Escape", _, Layer::Help) => Some(App::toggle_help),
             ("Escape", _, Layer::Ask) => Some(|app| app.dialogs.question = None),
             _ => None,
         }
+    }
+
+    /// Whether M is free: where bodies are selected it selects a minion.
+    fn may_mute(&self) -> bool {
+        self.replica().is_none_or(|replica| !replica.scene.tools.contains(Tools::SELECT))
     }
 
     fn replay_key_down(&mut self, key: &Key) {
@@ -85,6 +92,11 @@ impl App {
             ("Escape", _) if top == Layer::Help => self.toggle_help(),
             _ if key.modified || top != Layer::Page || is_used_by_focus(key) => return,
             (_, " ") if key.repeat => {}
+            (_, "m" | "M") => {
+                if !key.repeat {
+                    self.toggle_mute();
+                }
+            }
             (_, letter) => {
                 if !self.control_replay(letter) {
                     return;

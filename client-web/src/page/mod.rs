@@ -3,6 +3,7 @@
 //! latter exist on wasm alone.
 
 mod app;
+mod captions;
 mod context;
 mod dialogs;
 #[cfg(target_arch = "wasm32")]
@@ -26,5 +27,7 @@ mod round;
 #[cfg(target_arch = "wasm32")]
 mod shell;
 mod shown;
+mod sound;
+mod sound_desk;
 mod strings;
 mod tools;

@@ -5,6 +5,7 @@ use crate::net::meter::Meter;
 use crate::page::event::Canvas;
 use crate::page::strings::{self, Card};
 use crate::replay::player::ReplayPlayer;
+use crate::sound::cue::Cue;
 use crate::view::camera::Camera;
 use crate::view::frame::{Frame, View};
 use jostle_game::Seat;
@@ -64,6 +65,8 @@ pub struct OpenReplay {
     pub drawn: Option<Drawn>,
     /// Jumps after which the news was read.
     news_jumps: u32,
+    /// The last jump after which cues were taken.
+    cue_jumps: u32,
 }
 
 /// Everything that a drawn frame depends on.
@@ -96,6 +99,7 @@ impl OpenReplay {
             framed_ms: now_ms,
             drawn: None,
             news_jumps: 0,
+            cue_jumps: 0,
             player,
         }
     }
@@ -165,6 +169,17 @@ impl OpenReplay {
     /// Whether the playhead jumped since the last call: news from before is of no interest then.
     pub fn has_jumped(&mut self) -> bool {
         std::mem::replace(&mut self.news_jumps, self.player.jumps) != self.player.jumps
+    }
+
+    /// Takes what can be heard since the last call. Only a replay that plays in real time is heard: faster, a
+    /// second would have the sounds of eight, and slower, tones would fall apart from what is seen. Single
+    /// steps and seeks show moments, which have no sound.
+    pub fn take_cues(&mut self) -> Vec<Cue> {
+        let player = &mut self.player;
+        let cues = std::iter::from_fn(|| player.next_cue()).collect();
+        let has_jumped = std::mem::replace(&mut self.cue_jumps, player.jumps) != player.jumps;
+        let is_heard = player.playing && player.speed == 1.0 && !player.is_seeking();
+        if is_heard && !has_jumped { cues } else { Vec::new() }
     }
 
     /// The card for a replay whose end is missing. One that was merely not ended may still be recorded:

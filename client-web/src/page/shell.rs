@@ -13,6 +13,8 @@ use crate::page::dom::listeners;
 use crate::page::dom::views::Views;
 use crate::page::event::{Address, Effect, Event};
 use crate::page::queue::{self, Arrival, Events};
+use crate::sound::player::{Player, Silence};
+use crate::sound::task::{SoundEvent, SoundTask};
 use std::cell::RefCell;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -30,6 +32,7 @@ pub struct Page {
     events: Events,
     socket: Option<Socket>,
     conditions: Conditions,
+    pub player: Player,
 }
 
 thread_local! {
@@ -61,7 +64,8 @@ fn main() {
     let events = Events::new(drain);
     let views = Views::new(events, &app);
     let (socket, conditions) = (None, Conditions::default());
-    PAGE.set(Some(Page { app, views, events, socket, conditions }));
+    let player = Player::default();
+    PAGE.set(Some(Page { app, views, events, socket, conditions, player }));
     listeners::all(events);
     dom::listen(&browser::window(), "popstate", move |_: web_sys::Event| {
         events.push(Event::Navigated(address()));
@@ -201,11 +205,21 @@ impl Page {
                 store(browser::session_storage(), &key, value.as_deref());
             }
             Effect::DropGraphics => self.views.stage.graphics = None,
+            Effect::Sound(task) => self.sound(&task),
             Effect::After(delay_ms, event) => {
                 browser::after(delay_ms, move || events.push(event));
             }
             Effect::Warn(text) => browser::warn(&text),
         }
+    }
+
+    fn sound(&mut self, task: &SoundTask) {
+        let silence = match self.player.carry_out(task) {
+            Ok(()) => return,
+            Err(Silence::Missing) => SoundEvent::Missing,
+            Err(Silence::Blocked) => SoundEvent::Blocked,
+        };
+        self.events.push(Event::Sound(silence));
     }
 
     fn connect(&mut self, origin: String, path: &str, session: u32) {

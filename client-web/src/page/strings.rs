@@ -2,6 +2,7 @@
 //! a session can end.
 
 use crate::replay::error::ReplayLoadError;
+use crate::sound::cue::Sound;
 use jostle_protocol::replay::ReplayError;
 use jostle_protocol::{BAD_MESSAGE_CODES, Refusal};
 use jostle_sim::TICKS_PER_SECOND;
@@ -229,6 +230,37 @@ fn span(ticks: u32) -> String {
         1 => "second is".into(),
         seconds if seconds < 120 => format!("{seconds} seconds are"),
         seconds => format!("{} minutes are", seconds / 60),
+    }
+}
+
+/// Shown in the panel of sound.
+pub const NO_SOUND: &str = "This browser can't play sound here. Captions still work.";
+
+/// The name of the speaker's button, for screen readers.
+pub fn speaker(on: bool, volume: u8) -> String {
+    if on { format!("Sound, volume {volume} %") } else { "Sound, off".to_owned() }
+}
+
+pub fn percent(share: u8) -> String {
+    format!("{share} %")
+}
+
+/// The caption of a sound at a multiple of its middle pitch.
+pub fn caption(sound: Sound, pitch: f32) -> &'static str {
+    match sound {
+        Sound::Wood | Sound::Rubber if pitch < 0.75 => "thump",
+        Sound::Wood => "knock",
+        Sound::Rubber => "thud",
+        Sound::Glass => "click",
+        Sound::Throw => "whoosh",
+        Sound::Burst => "splash",
+        Sound::Spawn => "pop",
+        Sound::Break => "crash",
+        Sound::Goal => "goal",
+        Sound::Count => "countdown",
+        Sound::Go => "go",
+        Sound::Won => "fanfare",
+        Sound::Lost => "falling notes",
     }
 }
 

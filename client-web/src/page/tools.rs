@@ -25,7 +25,9 @@ pub const TOUCH_HELP: [(&str, &str); 2] =
 /// Help for the keys of the page itself.
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
-pub const REPLAY_HELP: [(&str, &str); 11] = [
+/// Help for the key that switches sound off and on, in scenes that have no other use for it.
+pub const MUTE_HELP: (&str, &str) = ("M", "sound off / on");
+pub const REPLAY_HELP: [(&str, &str); 12] = [
     ("Space", "play, pause"),
     (", .", "step back / forward one tick"),
     ("\u{2190} \u{2192}", "skip back / forward one second"),
@@ -34,6 +36,7 @@ pub const REPLAY_HELP: [(&str, &str); 11] = [
     ("\u{2191} \u{2193}", "faster, slower"),
     ("1 to 9", "follow a player; press again to stop"),
     ("0", "the whole world"),
+    MUTE_HELP,
     ("F2", "collision outlines"),
     ("?", "this help"),
     ("Drop a .jostle file", "watch it"),

@@ -5,4 +5,7 @@
 pub mod cue;
 pub mod mixer;
 pub mod patch;
+#[cfg(target_arch = "wasm32")]
+pub mod player;
+pub mod task;
 pub mod witness;

@@ -9,6 +9,7 @@ mod game;
 mod lobby;
 mod moves;
 mod replays;
+mod sound;
 
 /// A page without a browser, and a room that answers its socket.
 struct Browser {

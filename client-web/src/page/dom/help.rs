@@ -3,7 +3,7 @@
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::tools;
-use jostle_game::Scene;
+use jostle_game::{Scene, Tools};
 
 /// Fills the help of a game, and the hint on the stage.
 pub fn fill_for_game(keys: &mut List, scene: &Scene) {
@@ -14,7 +14,8 @@ pub fn fill_for_game(keys: &mut List, scene: &Scene) {
     // Who has no keys is told of none.
     let touch = tools::TOUCH_HELP.into_iter().filter(|_| is_touched);
     let caps = tools::caps(scene).into_iter().map(|cap| (cap.key, cap.does));
-    let keys_of_page = caps.chain(tools::PAGE_HELP).filter(|_| !is_touched);
+    let mute = Some(tools::MUTE_HELP).filter(|_| !scene.tools.contains(Tools::SELECT));
+    let keys_of_page = caps.chain(mute).chain(tools::PAGE_HELP).filter(|_| !is_touched);
     let help = touch.chain(keys_of_page);
     fill(keys, ["How to play", &scene.about, "Back to the game"], help);
 }

@@ -2,9 +2,10 @@
 
 use crate::browser;
 use crate::page::dom;
-use crate::page::dom::{files, lobby, network_panel, replay_controls, touchpad};
+use crate::page::dom::{files, lobby, network_panel, replay_controls, sound_panel, touchpad};
 use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::queue::Events;
+use crate::sound::task::SoundEvent;
 use jostle_sim::Vec2;
 use wasm_bindgen::JsCast;
 use web_sys::{HtmlInputElement, KeyboardEvent, MouseEvent, PointerEvent};
@@ -19,6 +20,7 @@ pub fn all(events: Events) {
     touchpad::listen(events);
     network_panel::listen(events);
     replay_controls::listen(events);
+    sound_panel::listen(events);
     files::listen(events);
     if browser::media("(pointer: coarse)") {
         dom::mark("touch", true);
@@ -31,7 +33,9 @@ fn window(events: Events) {
     dom::listen(&browser::window(), "pagehide", move |_: web_sys::Event| {
         events.push(Event::Closing);
     });
-    dom::listen(&dom::document(), "visibilitychange", lost);
+    dom::listen(&dom::document(), "visibilitychange", move |_: web_sys::Event| {
+        events.push(Event::Sound(SoundEvent::Hidden(dom::document().hidden())));
+    });
     dom::listen(&browser::window(), "online", move |_: web_sys::Event| events.push(Event::Online));
     let stage = dom::html("stage");
     dom::listen(&stage, "webglcontextlost", move |event: web_sys::Event| {

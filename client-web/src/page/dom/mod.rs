@@ -12,6 +12,7 @@ mod network_panel;
 mod players;
 mod replay_controls;
 mod round;
+mod sound_panel;
 pub mod stage;
 mod tags;
 mod touchpad;

@@ -11,6 +11,7 @@ use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
 use crate::page::dom::replay_controls::ReplayControls;
 use crate::page::dom::round::RoundBoard;
+use crate::page::dom::sound_panel::SoundPanel;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
 use crate::page::dom::touchpad::Touchpad;
@@ -31,6 +32,7 @@ pub struct Views {
     network: NetworkPanel,
     replay: ReplayControls,
     round: RoundBoard,
+    sound: SoundPanel,
     tags: Tags,
     zone_labels: ZoneLabels,
     touchpad: Touchpad,
@@ -54,6 +56,7 @@ impl Views {
             network: NetworkPanel::new(),
             replay: ReplayControls::new(),
             round: RoundBoard::new(),
+            sound: SoundPanel::new(),
             tags: Tags::default(),
             zone_labels: ZoneLabels::default(),
             touchpad: Touchpad::new(),
@@ -91,6 +94,7 @@ impl Views {
             self.lobby.show(app);
         }
         self.touchpad.show(app);
+        self.sound.show(app);
         if std::mem::take(&mut self.focus_stage) {
             dom::focus_stage();
         }
@@ -159,6 +163,7 @@ impl Views {
         };
         self.hud.show_news(&app.news);
         self.round.show(app.replica());
+        self.sound.show_captions(app);
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());
         }

@@ -12,6 +12,7 @@ use crate::input::keys::Controls;
 use crate::net::meter::Meter;
 use crate::page::context::Context;
 use crate::page::event::Canvas;
+use crate::sound::cue::Cue;
 use crate::view::camera::Target;
 use crate::view::frame::{Frame, View};
 use crate::world::replica::{Eye, Replica};
@@ -74,6 +75,12 @@ impl GameScreen {
     /// The copy of the room, once there is one.
     pub fn replica(&self) -> Option<&Replica> {
         self.membership.as_ref().map(|membership| &membership.replica)
+    }
+
+    /// Takes what can be heard since the last call.
+    pub fn take_cues(&mut self) -> Vec<Cue> {
+        let replica = self.membership.as_mut().map(|membership| &mut membership.replica);
+        replica.map_or(Vec::new(), |replica| std::iter::from_fn(|| replica.next_cue()).collect())
     }
 
     /// The view of the last frame.
