@@ -55,6 +55,22 @@ pub struct State {
     /// The replay that is shown.
     #[serde(default)]
     pub replay: Option<Shown>,
+    /// Its sound.
+    #[serde(default)]
+    pub sound: Sound,
+}
+
+/// Sound of a page.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct Sound {
+    /// State of the audio context: `none`, `suspended` or `running`.
+    pub context: String,
+    /// Voices started so far.
+    pub started: u64,
+    /// Chosen volume, percent.
+    pub volume: u8,
+    /// Whether sound is neither muted nor at volume 0.
+    pub on: bool,
 }
 
 /// Prediction of the own hero.

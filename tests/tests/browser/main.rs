@@ -16,6 +16,7 @@ mod player;
 mod playing;
 mod replay;
 mod rounds;
+mod sound;
 #[path = "../particles/streams.rs"]
 mod streams;
 mod trouble;
@@ -110,6 +111,13 @@ fn cases() -> Result<Vec<Case>> {
             hosts::a_host_opens_a_private_room_and_removes_a_player,
         ),
         Case::new("a_host_closes_the_room", hosts::a_host_closes_the_room),
+        Case::new(
+            "sound_begins_with_play_and_rests_while_hidden",
+            sound::sound_begins_with_play_and_rests_while_hidden,
+        ),
+        Case::new("volume_and_captions_are_remembered", sound::volume_and_captions_are_remembered),
+        Case::new("a_page_without_sound_says_so", sound::a_page_without_sound_says_so),
+        Case::new("a_golden_minute_sounds_as_it_did", sound::a_golden_minute_sounds_as_it_did),
     ];
     cases.extend(pictures::cases());
     cases.extend([
