@@ -1,6 +1,8 @@
 //! The thread of one room: it owns the [`Room`], plays its ticks on schedule and hands snapshots to
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
+mod timing;
+
 use crate::durable::SavedRoom;
 use crate::fleet::lease::RoomLease;
 use crate::host::admission::{Admission, Held};
@@ -26,7 +28,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
+use timing::{Missed, Stopwatch};
 use tracing::{error, info, warn};
 
 /// The ends of the channels to a room's thread, with the state that it shares.
@@ -583,40 +586,6 @@ struct Opened {
     room: Room,
     recording: Option<RoomRecording>,
     state: Option<RoomState>,
-}
-
-/// Time by phase of a wakeup.
-struct Stopwatch {
-    since: Instant,
-    laps: [Duration; 3],
-}
-
-impl Stopwatch {
-    fn start(now: Instant) -> Stopwatch {
-        Stopwatch { since: now, laps: [Duration::ZERO; 3] }
-    }
-
-    fn lap(&mut self, phase: usize, now: Instant) {
-        self.laps[phase] += now - self.since;
-        self.since = now;
-    }
-}
-
-/// The log of missed ticks, one line at most in [`limits::MISSED_LOG_EVERY`].
-#[derive(Default)]
-struct Missed {
-    logged: u64,
-    logged_at: Option<Instant>,
-}
-
-impl Missed {
-    fn report(&mut self, room: &str, missed: u64, now: Instant) {
-        let quiet = self.logged_at.is_some_and(|at| now - at < limits::MISSED_LOG_EVERY);
-        if missed > self.logged && !quiet {
-            warn!(%room, ticks = missed - self.logged, in_all = missed, "missed ticks");
-            *self = Missed { logged: missed, logged_at: Some(now) };
-        }
-    }
 }
 
 #[cfg(test)]
