@@ -1,7 +1,8 @@
 //! Sends what rooms have put into outboxes. A room's thread is outside of the sessions' runtime, and a wakeup from there takes
 //! the lock of a common queue and may wake a thread by a system call, for each session again. So it wakes one task
 //! of each thread that serves sockets, once a tick, and that one sends the messages of all its sessions in one go. A session is
-//! woken only if its socket does not take them.
+//! woken only if its socket does not take them. Between ticks the thread pauses, so that inputs gather; what is to be sent ends
+//! the pause.
 
 use std::convert::Infallible;
 use std::mem;

@@ -139,7 +139,8 @@ impl<'a> Pump<'a> {
         End::Gone
     }
 
-    /// Sends what the room could not, one message after another: what waits in the outbox can still be replaced by a keyframe.
+    /// Sends what the thread's queue did not, one message after another: what waits in the outbox can still be replaced by
+    /// a keyframe.
     fn poll_write(&mut self, cx: &mut Context<'_>, now: Instant) -> Poll<End> {
         let outbox = &self.seated.outbox;
         outbox.register(cx.waker());
