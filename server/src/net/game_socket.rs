@@ -3,7 +3,7 @@
 use crate::host::socket_writer::SocketWriter;
 use crate::limits;
 use crate::limits::rate_limited_stream::{RateLimitedStream, SPENT};
-use crate::net::maybe_tls_stream::MaybeTlsStream;
+use crate::net::maybe_tls_stream::{FromPeer, MaybeTlsStream, into_directions};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
 use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Token, VERSION};
 use std::future::poll_fn;
@@ -11,7 +11,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll, Waker};
-use tokio::io::{AsyncRead, AsyncReadExt, ReadBuf, ReadHalf, split};
+use tokio::io::{AsyncRead, AsyncReadExt, ReadBuf};
 use tungstenite::error::{Error, ProtocolError};
 use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
@@ -45,7 +45,7 @@ impl Socket {
 /// A peer as the codec of its frames sees it: bytes come from the socket, and the answers to pings and to a close, which
 /// the codec gives by itself, are queued for the writer.
 struct Peer {
-    stream: RateLimitedStream<ReadHalf<MaybeTlsStream>>,
+    stream: RateLimitedStream<FromPeer>,
     /// Woken when there is more to read.
     waker: Waker,
     writer: Arc<SocketWriter>,
@@ -120,9 +120,10 @@ pub enum Violation {
 
 /// Wraps an upgraded connection; `read` holds bytes that came with the upgrade.
 pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> Socket {
-    let (stream, write) = split(stream);
-    let writer = Arc::new(SocketWriter::new(write));
-    let stream = RateLimitedStream::new(stream);
+    // From here on the session itself limits how long a message may take.
+    let (from_peer, to_peer) = into_directions(stream);
+    let writer = Arc::new(SocketWriter::new(to_peer));
+    let stream = RateLimitedStream::new(from_peer);
     let peer = Peer { stream, waker: Waker::noop().clone(), writer: Arc::clone(&writer) };
     let config = Some(socket_config());
     let frames = WebSocket::from_partially_read(peer, read, Role::Server, config);

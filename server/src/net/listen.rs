@@ -5,9 +5,7 @@ use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::Permit;
 use crate::net::http::{self, Upgrade};
-use crate::net::maybe_tls_stream::{
-    MaybeTlsStream, Socket, lift_write_timeout, with_write_timeout,
-};
+use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket, with_write_timeout};
 use crate::net::session::{self, Caller};
 use crate::net::socket_threads::SocketThreads;
 use crate::ops::refusal_log::Foreign;
@@ -26,6 +24,7 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, watch};
 use tokio::time::{sleep, timeout};
+use tokio_util::either::Either;
 use tracing::{debug, warn};
 
 /// The response to an address that connects too fast.
@@ -142,7 +141,7 @@ async fn serve(
             return None;
         }
     };
-    let stream = with_write_timeout(stream, state.config.waits.http_stall);
+    let stream = with_write_timeout(Either::Left(stream), state.config.waits.http_stall);
     let stream = secured(stream, peer.ip(), state).await?;
     let spoken = speak_http(stream, peer.ip(), permit, state);
     let upgrade = timeout(limits::HTTP_CONNECTION_MAX, spoken).await.ok()??;
@@ -151,9 +150,7 @@ async fn serve(
     let parts = connection
         .downcast::<TokioIo<MaybeTlsStream>>()
         .expect("every connection is served on a TokioIo<MaybeTlsStream>");
-    let (mut stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
-    // From here on the session itself limits how long a message may take.
-    lift_write_timeout(&mut stream);
+    let (stream, read) = (parts.io.into_inner(), parts.read_buf.to_vec());
     Some(Upgraded { stream, read, code: upgrade.code, address: upgrade.address })
 }
 

@@ -1,20 +1,28 @@
 //! A connection of the players' port, with or without TLS. The layers above do not distinguish the two.
 
+use std::mem;
 use std::pin::Pin;
 use std::time::Duration;
-use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::io::{AsyncRead, AsyncWrite, Empty, ReadHalf, WriteHalf, empty, split};
 use tokio::net::TcpStream;
+use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
 use tokio_io_timeout::TimeoutStream;
 use tokio_rustls::server::TlsStream;
 use tokio_util::either::Either;
 
 /// A socket whose writes fail when they make no progress for some time. The limit is below TLS, where it
-/// sees what the peer takes and not what the encryption buffers.
-pub type Socket = Pin<Box<TimeoutStream<TcpStream>>>;
+/// sees what the peer takes and not what the encryption buffers. A session takes the TCP socket out of it.
+pub type Socket = Pin<Box<TimeoutStream<Either<TcpStream, Empty>>>>;
 
 /// Bytes to and from a peer: as they are on the wire, or under TLS after the handshake. The latter is boxed,
 /// for its state is a kilobyte.
 pub type MaybeTlsStream = Either<Socket, Box<TlsStream<Socket>>>;
+
+/// The bytes from a peer to its session.
+pub type FromPeer = Either<OwnedReadHalf, ReadHalf<Box<TlsStream<Socket>>>>;
+
+/// The bytes from a session to its peer.
+pub type ToPeer = Either<OwnedWriteHalf, WriteHalf<Box<TlsStream<Socket>>>>;
 
 /// Limits the time for which writes to a stream may make no progress.
 pub fn with_write_timeout<S>(stream: S, limit: Duration) -> Pin<Box<TimeoutStream<S>>>
@@ -26,11 +34,20 @@ where
     Box::pin(stream)
 }
 
-/// Lifts the limit of [`with_write_timeout`].
-pub fn lift_write_timeout(stream: &mut MaybeTlsStream) {
-    let socket = match stream {
-        Either::Left(socket) => socket,
-        Either::Right(stream) => stream.get_mut().0,
-    };
-    socket.as_mut().set_write_timeout_pinned(None);
+/// Parts a connection into its directions, and lifts the limit of [`with_write_timeout`]. A plain socket needs no lock
+/// and no timer between the two, which a session would pay for at each message.
+pub fn into_directions(stream: MaybeTlsStream) -> (FromPeer, ToPeer) {
+    match stream {
+        Either::Left(mut socket) => {
+            let tcp = mem::replace(socket.as_mut().get_pin_mut().get_mut(), Either::Right(empty()));
+            let Either::Left(tcp) = tcp else { unreachable!("it is taken once") };
+            let (from_peer, to_peer) = tcp.into_split();
+            (Either::Left(from_peer), Either::Left(to_peer))
+        }
+        Either::Right(mut stream) => {
+            stream.get_mut().0.as_mut().set_write_timeout_pinned(None);
+            let (from_peer, to_peer) = split(stream);
+            (Either::Right(from_peer), Either::Right(to_peer))
+        }
+    }
 }
