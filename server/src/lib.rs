@@ -136,7 +136,7 @@ async fn drain(
     // Those that are left are closed now.
     let _ = timeout(drain_notice, all_gone.recv()).await;
     phase.send_replace(Phase::Closing);
-    let closes_by = ends_at.min(Instant::now() + drain);
+    let closes_by = (ends_at - limits::DRAIN_FILES).min(Instant::now() + drain);
     let sockets = async {
         if timeout_at(closes_by, all_gone.recv()).await.is_err() {
             warn!("some sockets did not close in time");
@@ -155,11 +155,12 @@ async fn drain(
             writer.inspect(|writer| writer.close());
         });
         tokio::join!(replays, kept);
+        // A socket that does not close takes no time from this: other nodes would wait for the lease to end.
+        if let Some(fleet) = &state.fleet {
+            fleet.leave(ends_at.min(Instant::now() + limits::FLEET_ANSWER)).await;
+        }
     };
     tokio::join!(sockets, rooms_and_files);
-    if let Some(fleet) = &state.fleet {
-        fleet.leave(ends_at.min(Instant::now() + limits::FLEET_ANSWER)).await;
-    }
 }
 
 /// Hands the rooms over to other nodes, and waits until their players were told.

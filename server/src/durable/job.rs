@@ -9,6 +9,8 @@ use std::sync::atomic::AtomicBool;
 pub struct RoomFile {
     /// The room's code.
     pub code: String,
+    /// Tells the room from another one with this code.
+    pub number: u64,
     /// Whether the writer gave it up.
     pub failed: AtomicBool,
 }

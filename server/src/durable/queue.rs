@@ -80,6 +80,10 @@ impl RecordSink for StateWriter {
         self.errors.load(Ordering::Relaxed)
     }
 
+    fn count_error(&self) {
+        self.errors.fetch_add(1, Ordering::Relaxed);
+    }
+
     /// Waits until everything is written and synced.
     fn close(&self) {
         self.send(Job::End);

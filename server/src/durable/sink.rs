@@ -16,6 +16,9 @@ pub trait RecordSink: Send + Sync {
     /// Times that the records of a room were given up, so far.
     fn errors(&self) -> u64;
 
+    /// Counts one more: they did not fit the queue.
+    fn count_error(&self);
+
     /// Waits until everything that was handed over is kept, and ends the sink.
     fn close(&self);
 }

@@ -61,8 +61,8 @@ impl Writer {
                 self.note(&room_file, begun);
             }
             // Another room with this code may have begun a file of its own by now.
-            Job::Append(room_file, _) | Job::Close(room_file) | Job::Remove(room_file)
-                if self.is_replaced(&room_file) => {}
+            Job::Append(room_file, _) | Job::Close(room_file) if self.is_replaced(&room_file) => {}
+            Job::Remove(room_file) if self.is_of_other_room(&room_file) => {}
             Job::Append(room_file, records) => {
                 // There is none if it was given up.
                 let open = self.files.get_mut(&room_file.code);
@@ -88,6 +88,12 @@ impl Writer {
     fn is_replaced(&self, room_file: &Arc<RoomFile>) -> bool {
         let open = self.files.get(&room_file.code);
         open.is_some_and(|open| !Arc::ptr_eq(&open.room_file, room_file))
+    }
+
+    /// Whether the open file of this code is another room's. One that could not keep up may have an older file open.
+    fn is_of_other_room(&self, room_file: &RoomFile) -> bool {
+        let open = self.files.get(&room_file.code);
+        open.is_some_and(|open| open.room_file.number != room_file.number)
     }
 
     /// Writes a new file, and puts it in the place of the old one once it is complete.

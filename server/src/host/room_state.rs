@@ -82,11 +82,7 @@ impl RoomState {
 
     /// Removes the file: the room is over.
     pub fn remove(self) {
-        let room_file = match self.phase {
-            Phase::On { room_file, .. } => room_file,
-            Phase::Off { .. } => new_file(&self.info.code),
-        };
-        self.writer.send(Job::Remove(room_file));
+        self.writer.send(Job::Remove(new_file(&self.info)));
     }
 
     /// The job that appends what is new, if anything is.
@@ -117,14 +113,19 @@ impl RoomState {
         room.record_for_restoring(env!("CARGO_PKG_VERSION"), unix.as_secs());
         let mut records = room.take_restorable(false);
         records.push(notes(&self.info, room, admission));
-        let room_file = new_file(room.code());
+        let room_file = new_file(&self.info);
         let job = Job::Begin(Arc::clone(&room_file), records);
         (room_file, job)
     }
 
     fn hand_over(&mut self, job: Job, room: &Room, now: Instant) {
         if !self.writer.try_send(job) {
-            warn!(room = room.code(), "the disk is too slow to keep this room; the game goes on");
+            self.writer.count_error();
+            warn!(
+                room = room.code(),
+                retry_s = limits::STATE_RETRY.as_secs(),
+                "what keeps the rooms is too slow to keep this one; the game goes on"
+            );
             self.phase = Phase::Off { retry_at: now + limits::STATE_RETRY };
         }
     }
@@ -137,8 +138,9 @@ fn notes(info: &RoomInfo, room: &Room, admission: &Admission) -> Record {
     Record::Host(serde_json::to_vec(&notes).expect("notes hold numbers, names and addresses"))
 }
 
-fn new_file(code: &str) -> Arc<RoomFile> {
-    Arc::new(RoomFile { code: code.to_owned(), failed: AtomicBool::new(false) })
+fn new_file(info: &RoomInfo) -> Arc<RoomFile> {
+    let RoomInfo { ref code, number, .. } = *info;
+    Arc::new(RoomFile { code: code.clone(), number, failed: AtomicBool::new(false) })
 }
 
 fn revision(room: &Room, admission: &Admission) -> Revision {

@@ -94,6 +94,10 @@ impl RecordSink for Publisher {
         self.errors.load(Ordering::Relaxed)
     }
 
+    fn count_error(&self) {
+        self.errors.fetch_add(1, Ordering::Relaxed);
+    }
+
     fn close(&self) {
         lock(&self.rooms).clear();
         lock(&self.alive).take();

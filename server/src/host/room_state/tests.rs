@@ -213,6 +213,47 @@ fn a_room_that_is_over_leaves_no_file_and_not_that_of_the_next_room() {
     assert_eq!(fs::read_dir(dir.0.join("rooms")).expect("a directory").count(), 0);
 }
 
+/// A queue that takes no job that can be refused, as if it were full.
+struct FullQueue(Arc<StateWriter>);
+
+impl RecordSink for FullQueue {
+    fn try_send(&self, _: Job) -> bool {
+        false
+    }
+
+    fn send(&self, job: Job) {
+        self.0.send(job);
+    }
+
+    fn set_aside(&self, code: &str, reason: &str) {
+        self.0.set_aside(code, reason);
+    }
+
+    fn errors(&self) -> u64 {
+        self.0.errors()
+    }
+
+    fn count_error(&self) {
+        self.0.count_error();
+    }
+
+    fn close(&self) {
+        self.0.close();
+    }
+}
+
+#[test]
+fn a_room_that_could_not_be_kept_is_counted_and_leaves_no_file_once_it_is_over() {
+    let dir = TestDir::new("full");
+    let mut written = Written::new(&dir, "oak");
+    written.state.writer = Arc::new(FullQueue(Arc::clone(&written.writer)));
+    written.play(limits::STATE_FILE_TICKS);
+    assert!(written.writer.errors() > 0);
+    written.state.remove();
+    written.writer.close();
+    assert_eq!(fs::read_dir(dir.0.join("rooms")).expect("a directory").count(), 0);
+}
+
 #[test]
 fn a_disk_that_fails_costs_the_file_and_not_the_game_and_a_new_file_begins() {
     let dir = TestDir::new("disk");
