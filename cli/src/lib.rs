@@ -95,7 +95,12 @@ fn fail(failure: Failure) -> ExitCode {
 /// dropped and counted, so that a log that is not read stops nothing else.
 fn start_log(arguments: &Arguments) -> Result<(ErrorCounter, WorkerGuard), Failure> {
     let named = arguments.log.clone().or_else(|| std::env::var("RUST_LOG").ok());
-    let usual = if matches!(arguments.command, Command::Serve(_)) { "info" } else { "warn" };
+    let usual = if matches!(arguments.command, Command::Serve(_)) {
+        // The client of NATS tells of each attempt to connect; the server says the same more seldom.
+        "info,async_nats=error"
+    } else {
+        "warn"
+    };
     let filter = EnvFilter::try_new(named.as_deref().unwrap_or(usual)).or_usage("--log")?;
     let color = std::io::IsTerminal::is_terminal(&std::io::stderr());
     let log = tracing_subscriber::fmt().with_env_filter(filter).with_target(false);

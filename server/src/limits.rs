@@ -245,6 +245,8 @@ pub const FLEET_PLACE_RETRY: Duration = Duration::from_millis(50);
 pub const FLEET_HAND_OVER: Duration = Duration::from_secs(10);
 /// Time between two looks at the inboxes of a room that is handed over.
 pub const FLEET_HAND_OVER_LOOK: Duration = Duration::from_millis(20);
+/// Time after which an error of NATS is logged again, if it is still the same.
+pub const FLEET_ERROR_AGAIN: Duration = Duration::from_secs(60);
 /// Time for which a room stands still without a lease before its players are told to look for it.
 pub const FLEET_STILL: Duration = Duration::from_secs(1);
 /// Time that a drain leaves for files and for what other nodes are to be told, whatever its players do.

@@ -15,14 +15,13 @@ use std::process::Command;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Files and directories in an archive besides the program and the licences of others.
-const ENCLOSED: [&str; 8] = [
+const ENCLOSED: [&str; 7] = [
     "README.md",
+    "ARCHITECTURE.md",
     "CHANGELOG.md",
     "LICENSE-APACHE",
     "LICENSE-MIT",
-    "docs/fleet.md",
-    "docs/hosting.md",
-    "docs/examples/jostle.toml",
+    "docs",
     "deploy",
 ];
 

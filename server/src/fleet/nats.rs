@@ -13,8 +13,10 @@ use crate::limits;
 use async_nats::ConnectOptions;
 use async_nats::jetstream::{self, Context};
 use async_nats::{Event, ServerAddr};
+use std::future::ready;
 use std::io;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 use tracing::{info, warn};
 
 /// Opens a connection that is made, and made again, in the background. Errors: an address or the credentials cannot
@@ -33,7 +35,13 @@ pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
         .reconnect_delay_callback(|attempts| {
             Duration::from_millis(50 << attempts.min(4)).min(Duration::from_millis(500))
         })
-        .event_callback(|event| async move { log(&event) });
+        .event_callback({
+            let log = Arc::new(EventLog { servers: settings.nats.clone(), told: Mutex::default() });
+            move |event| {
+                log.write(&event);
+                ready(())
+            }
+        });
     if let Some(file) = &settings.credentials {
         options = options.credentials_file(file).await?;
     }
@@ -42,14 +50,43 @@ pub async fn connect(settings: &FleetSettings) -> io::Result<Context> {
     Ok(builder.timeout(limits::FLEET_ANSWER).ack_timeout(limits::FLEET_ANSWER).build(client))
 }
 
-fn log(event: &Event) {
-    match event {
-        Event::Connected => info!("connected to NATS"),
-        Event::Disconnected => {
-            warn!("the connection to NATS is lost; rooms play on as long as the lease lasts")
+/// Logs what happens to the connection.
+struct EventLog {
+    servers: String,
+    /// The last error, and when it was logged.
+    told: Mutex<Option<(String, Instant)>>,
+}
+
+impl EventLog {
+    fn write(&self, event: &Event) {
+        match event {
+            Event::Connected => {
+                *self.told() = None;
+                info!(servers = %self.servers, "connected to NATS");
+            }
+            Event::Disconnected => {
+                warn!("the connection to NATS is lost; rooms play on as long as the lease lasts")
+            }
+            Event::ServerError(error) => self.error(error.to_string()),
+            Event::ClientError(error) => self.error(error.to_string()),
+            _ => {}
         }
-        Event::ServerError(error) => warn!(%error, "NATS"),
-        Event::ClientError(error) => warn!(%error, "NATS"),
-        _ => {}
+    }
+
+    /// Every attempt to connect ends in the same error: it is said again after a while.
+    fn error(&self, error: String) {
+        let mut told = self.told();
+        let again = |(last, at): &(String, Instant)| {
+            *last == error && at.elapsed() < limits::FLEET_ERROR_AGAIN
+        };
+        if !told.as_ref().is_some_and(again) {
+            warn!(servers = %self.servers, %error, "NATS cannot be reached, or refuses something");
+            *told = Some((error, Instant::now()));
+        }
+    }
+
+    /// Ignores poisoning: no operation here panics halfway.
+    fn told(&self) -> MutexGuard<'_, Option<(String, Instant)>> {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -77,14 +77,25 @@ async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
     }
     match request.uri().path() {
         "/healthz" => uncached(StatusCode::OK, TEXT, "alive\n"),
-        "/readyz" if *state.host.phase.borrow() == Phase::Running => {
-            uncached(StatusCode::OK, TEXT, "ready\n")
-        }
-        "/readyz" => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, "closing\n"),
+        "/readyz" => match readiness(state) {
+            Ok(()) => uncached(StatusCode::OK, TEXT, "ready\n"),
+            Err(why) => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, why),
+        },
         "/metrics" => {
             uncached(StatusCode::OK, OPEN_METRICS, state.host.metrics.text(gauges(state)))
         }
         _ => uncached(StatusCode::NOT_FOUND, TEXT, "/healthz, /readyz or /metrics\n"),
+    }
+}
+
+/// Whether players can be sent here, or why not.
+fn readiness(state: &ServerState) -> Result<(), &'static str> {
+    if *state.host.phase.borrow() != Phase::Running {
+        return Err("closing\n");
+    }
+    match &state.fleet {
+        Some(fleet) if fleet.lease_left().is_zero() => Err("no lease: NATS does not answer\n"),
+        _ => Ok(()),
     }
 }
 
