@@ -234,6 +234,8 @@ impl Ticker {
             }
             if !self.may_play(now) {
                 self.stand_still(room, now);
+                // Its players are kept away meanwhile, and have their time to come back once it goes on.
+                empty_since = now;
                 continue;
             }
             self.admit(room);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::fleet::lease::Lease;
 use crate::host::clock::SystemClock;
 use crate::host::inbox::{InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
@@ -17,6 +18,10 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::task::{Wake, Waker};
 use std::time::Duration;
 use tokio::sync::watch;
+
+/// Incarnation of the node of rooms in a fleet.
+const INCARNATION: u64 = 7;
+const HOUR: Duration = Duration::from_secs(3600);
 
 /// The parts of a room around its thread.
 struct Outside {
@@ -77,11 +82,13 @@ struct TestClock {
     stall: Option<(u32, Duration)>,
     /// Closes the server in the sleep of this number.
     closes: Option<(u32, watch::Sender<Phase>)>,
+    /// Renews a lease for an hour in the sleep of this number.
+    renews: Option<(u32, Arc<Lease>)>,
 }
 
 impl TestClock {
     fn new() -> TestClock {
-        TestClock { now: Instant::now(), sleeps: 0, stall: None, closes: None }
+        TestClock { now: Instant::now(), sleeps: 0, stall: None, closes: None, renews: None }
     }
 }
 
@@ -98,6 +105,9 @@ impl Clock for TestClock {
         }
         if let Some((_, phase)) = self.closes.take_if(|(sleep, _)| *sleep == self.sleeps) {
             phase.send_replace(Phase::Closing);
+        }
+        if let Some((_, lease)) = self.renews.take_if(|(sleep, _)| *sleep == self.sleeps) {
+            lease.set(INCARNATION, HOUR);
         }
         Some(Duration::ZERO)
     }
@@ -117,6 +127,23 @@ fn an_empty_room_ends_after_its_time_and_not_a_tick_before() {
     let began = clock.now;
     assert_eq!(play(&mut ticker, &mut clock), (45 * 60, End::Empty));
     assert_eq!(clock.now - began, Duration::from_secs(45));
+}
+
+#[test]
+fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
+    let (mut ticker, outside) = room("still", Duration::from_secs(45));
+    let (join, _inbox, outbox) = join();
+    outside.joins.send(join).expect("a place");
+    let began = Instant::now();
+    let lease = Arc::new(Lease::new(began));
+    lease.set(INCARNATION, Duration::from_secs(15));
+    ticker.lease = Some(RoomLease::new(Arc::clone(&lease), INCARNATION));
+    // It stands still from the 15th second to the 300th.
+    let renews = Some((300 * 60, lease));
+    let mut clock = TestClock { now: began, renews, ..TestClock::new() };
+    let (ticks, end) = play(&mut ticker, &mut clock);
+    assert_eq!((end_of(&outbox), end), (Refusal::Moving, End::Empty));
+    assert!(ticks.abs_diff((15 + 45) * 60) <= 1, "{ticks} ticks");
 }
 
 #[test]
