@@ -15,7 +15,7 @@ use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
 /// Rooms of a fleet under test; every third is private.
-const ROOMS: usize = 6;
+pub const ROOMS: usize = 6;
 /// Nodes.
 pub const NODES: usize = 3;
 const SCENES: [&str; 3] = ["arena", "pile", "hill"];
@@ -53,30 +53,35 @@ struct Playing {
 impl Games {
     /// Starts everything, and returns when every player plays. `nats` says how a node of this number reaches the cluster.
     pub async fn start(nats: impl Fn(&Cluster, usize) -> String) -> Games {
-        Games::start_with(Cluster::start(NODES).await.expect("a cluster"), nats).await
+        let cluster = Cluster::start(NODES).await.expect("a cluster");
+        Games::start_with(cluster, NODES, nats).await
     }
 
-    /// The same with a cluster that is there.
-    pub async fn start_with(cluster: Cluster, nats: impl Fn(&Cluster, usize) -> String) -> Games {
+    /// The same with a cluster that is there, and this number of nodes; NATS keeps as many copies.
+    pub async fn start_with(
+        cluster: Cluster,
+        count: usize,
+        nats: impl Fn(&Cluster, usize) -> String,
+    ) -> Games {
         let dir = Dir::new();
         let mut nodes = Vec::new();
-        for index in 0..NODES {
+        for index in 0..count {
             let mut node =
-                Node::with_replicas(&dir, &format!("node-{index}"), &nats(&cluster, index), NODES);
+                Node::with_replicas(&dir, &format!("node-{index}"), &nats(&cluster, index), count);
             node.start().await;
             nodes.push(node);
         }
         let mut rooms = Vec::new();
         for index in 0..ROOMS {
             let scene = SCENES[index % SCENES.len()];
-            let node = nodes[index % NODES].address;
+            let node = nodes[index % count].address;
             rooms.push(open(node, scene, index % 3 == 2).await);
         }
         let (stop, stopped) = watch::channel(false);
         let players = (0..players()).map(|index| {
             let room = rooms[index % ROOMS].clone();
             // Most ask a node that does not play their room.
-            let node = nodes[index / ROOMS % NODES].address;
+            let node = nodes[index / ROOMS % count].address;
             let player = Player::new(&room, &format!("P{index}"), node);
             let (sender, seen) = watch::channel((0, None));
             let task = tokio::spawn(player.play(stopped.clone(), sender));

@@ -1,9 +1,10 @@
 //! Rooms that outlive their nodes: drained, killed, cut off, or without the leader of the directory.
 
-use crate::games::{Games, NODES, number, percentiles};
+use crate::games::{Games, NODES, ROOMS, number, percentiles};
 use crate::joints::verify_joints;
 use crate::node::Node;
 use jostle_server::fleet::directory::HELD_FOR;
+use jostle_server::limits;
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_tests::nats::Cluster;
 use jostle_tests::nats::proxy::Proxy;
@@ -118,7 +119,7 @@ async fn a_node_without_the_directory_stands_still_before_another_plays() {
     for _ in 0..NODES {
         proxies.push(Proxy::start(cluster.addresses()).await.expect("a proxy"));
     }
-    let mut games = Games::start_with(cluster, |_, index| proxies[index].url()).await;
+    let mut games = Games::start_with(cluster, NODES, |_, index| proxies[index].url()).await;
     for _ in 0..times(1) {
         let (node, rooms) = fullest(&games);
         let before = games.nodes[node].count("the room stands still");
@@ -138,4 +139,27 @@ async fn a_node_without_the_directory_stands_still_before_another_plays() {
     // The node played on as long as its lease lasted, and could not say so.
     let held_ticks = HELD_FOR.as_secs() as i64 * i64::from(TICKS_PER_SECOND);
     assert!(lost <= held_ticks + LOST_TICKS_MAX, "{lost} ticks");
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_rooms_of_the_only_node_go_on_where_they_stood_when_nats_is_back() {
+    let cluster = Cluster::start(1).await.expect("a server");
+    let proxy = Proxy::start(cluster.addresses()).await.expect("a proxy");
+    let mut games = Games::start_with(cluster, 1, |_, _| proxy.url()).await;
+    let opened = games.nodes[0].count("the room is played here");
+    proxy.stall();
+    games.nodes[0].says("the room stands still", ROOMS).await;
+    games.nodes[0].says("CANNOT KEEP A ROOM", ROOMS).await;
+    // The connection has kept records that were given up, and they arrive late.
+    proxy.resume();
+    games.all_play().await;
+    // Until each room has begun a file again.
+    for _ in 0..=limits::STATE_RETRY.as_secs() {
+        games.all_play().await;
+    }
+    assert_eq!(games.nodes[0].count("records were refused"), 0);
+    assert_eq!(games.nodes[0].count("the room is played here"), opened);
+    let lost = games.end().await.lost_ticks_max();
+    assert!(lost <= 0, "{lost} ticks were played twice");
 }

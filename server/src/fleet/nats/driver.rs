@@ -1,7 +1,7 @@
 //! Carries out what the directory decides, and tells it what it hears of.
 
 use super::publisher::Publisher;
-use super::records::{Message, Published, Records, RoomRecords};
+use super::records::{Message, Published, RecordStream, Records, RoomRecords};
 use super::store::{Kind, Store, watched};
 use crate::durable::SavedRoom;
 use crate::fleet::directory::{Action, Change, RETRY};

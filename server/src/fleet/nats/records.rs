@@ -58,6 +58,36 @@ pub struct Message {
     pub payload: Bytes,
 }
 
+/// The last message of a room; all 0 if there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tail {
+    /// Its sequence.
+    pub sequence: Sequence,
+    /// Its writer's number of it.
+    pub writer: Option<u64>,
+}
+
+/// The messages of rooms, as their owners write them. An error of the last two: no answer came, it may be done or not.
+pub trait RecordStream: Clone + Send + Sync + 'static {
+    /// Writes a message if `last` is still the last one of the room.
+    fn publish(
+        &self,
+        code: &str,
+        message: &Message,
+        last: Sequence,
+    ) -> impl Future<Output = Published> + Send;
+
+    /// Reads the last message of a room from the leader.
+    fn tail(&self, code: &str) -> impl Future<Output = Result<Tail, String>> + Send;
+
+    /// Removes the messages of a room before a sequence.
+    fn purge(
+        &self,
+        code: &str,
+        before: Sequence,
+    ) -> impl Future<Output = Result<(), String>> + Send;
+}
+
 /// The records of a room.
 #[derive(Clone, Debug, Default)]
 pub struct RoomRecords {
@@ -90,8 +120,42 @@ impl Records {
         Ok(Records { context: context.clone(), stream })
     }
 
-    /// Writes a message if `last` is still the last one of the subject.
-    pub async fn publish(&self, code: &str, message: &Message, last: Sequence) -> Published {
+    /// Reads the newest whole file of a room, with what was appended to it.
+    pub async fn read(&self, code: &str) -> Result<RoomRecords, String> {
+        let Some(last) = self.last(code).await? else { return Ok(RoomRecords::default()) };
+        let (end, epoch) = (last.sequence, number(&last, EPOCH).unwrap_or(0));
+        let from = match number(&last, FROM) {
+            Some(0) | None => end,
+            Some(from) => from,
+        };
+        let mut file = File::default();
+        let mut message = if from == end { last } else { self.next(code, from).await? };
+        loop {
+            file.add(part(&message), message.sequence, &message.payload);
+            if message.sequence >= end {
+                break;
+            }
+            message = self.next(code, message.sequence + 1).await?;
+        }
+        Ok(RoomRecords { file: file.whole, from: file.from, last: end, epoch })
+    }
+
+    async fn last(&self, code: &str) -> Result<Option<StreamMessage>, String> {
+        match self.stream.get_last_raw_message_by_subject(&subject(code)).await {
+            Ok(message) => Ok(Some(message)),
+            Err(error) if error.kind() == LastRawMessageErrorKind::NoMessageFound => Ok(None),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    async fn next(&self, code: &str, sequence: Sequence) -> Result<StreamMessage, String> {
+        let builder = self.stream.raw_message_builder().sequence(sequence);
+        builder.next_by_subject(subject(code)).send().await.map_err(|error| error.to_string())
+    }
+}
+
+impl RecordStream for Records {
+    async fn publish(&self, code: &str, message: &Message, last: Sequence) -> Published {
         let mut headers = HeaderMap::new();
         headers.insert(EPOCH, message.epoch.to_string());
         headers.insert(WRITER, message.writer.to_string());
@@ -113,54 +177,16 @@ impl Records {
         }
     }
 
-    /// Sequence of the last message, if it is the writer's own of this number.
-    pub async fn own_last(&self, code: &str, writer: u64) -> Result<Option<Sequence>, String> {
+    async fn tail(&self, code: &str) -> Result<Tail, String> {
         let last = self.last(code).await?;
-        let own = last.filter(|last| number(last, WRITER) == Some(writer));
-        Ok(own.map(|last| last.sequence))
+        let tail =
+            |last: StreamMessage| Tail { sequence: last.sequence, writer: number(&last, WRITER) };
+        Ok(last.map_or(Tail::default(), tail))
     }
 
-    /// Reads the newest whole file of a room, with what was appended to it.
-    pub async fn read(&self, code: &str) -> Result<RoomRecords, String> {
-        let Some(last) = self.last(code).await? else { return Ok(RoomRecords::default()) };
-        let (end, epoch) = (last.sequence, number(&last, EPOCH).unwrap_or(0));
-        let from = match number(&last, FROM) {
-            Some(0) | None => end,
-            Some(from) => from,
-        };
-        let mut file = File::default();
-        let mut message = if from == end { last } else { self.next(code, from).await? };
-        loop {
-            file.add(part(&message), message.sequence, &message.payload);
-            if message.sequence >= end {
-                break;
-            }
-            message = self.next(code, message.sequence + 1).await?;
-        }
-        Ok(RoomRecords { file: file.whole, from: file.from, last: end, epoch })
-    }
-
-    /// Removes the messages of a room before a sequence, or all of them.
-    pub async fn purge(&self, code: &str, before: Option<Sequence>) -> Result<(), String> {
-        let purge = self.stream.purge().filter(subject(code));
-        let purged = match before {
-            Some(sequence) => purge.sequence(sequence).await,
-            None => purge.await,
-        };
-        purged.map(drop).map_err(|error| error.to_string())
-    }
-
-    async fn last(&self, code: &str) -> Result<Option<StreamMessage>, String> {
-        match self.stream.get_last_raw_message_by_subject(&subject(code)).await {
-            Ok(message) => Ok(Some(message)),
-            Err(error) if error.kind() == LastRawMessageErrorKind::NoMessageFound => Ok(None),
-            Err(error) => Err(error.to_string()),
-        }
-    }
-
-    async fn next(&self, code: &str, sequence: Sequence) -> Result<StreamMessage, String> {
-        let builder = self.stream.raw_message_builder().sequence(sequence);
-        builder.next_by_subject(subject(code)).send().await.map_err(|error| error.to_string())
+    async fn purge(&self, code: &str, before: Sequence) -> Result<(), String> {
+        let purge = self.stream.purge().filter(subject(code)).sequence(before);
+        purge.await.map(drop).map_err(|error| error.to_string())
     }
 }
 

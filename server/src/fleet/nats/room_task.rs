@@ -1,0 +1,226 @@
+//! The task of one room's records: it writes them into the stream one after another, and removes them at the end.
+
+use super::records::{Message, Published, RecordStream, Sequence, Tail, payloads};
+use crate::durable::{Job, RoomFile};
+use crate::fleet::directory::RETRY;
+use crate::limits;
+use bytes::Bytes;
+use jostle_protocol::replay::Record;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use tokio::sync::mpsc;
+use tokio::time::{Instant, sleep};
+use tracing::{error, warn};
+
+/// News of a room for the directory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Its last record is written, for the node that goes on with it.
+    Parted,
+    /// It is over, and its records are gone.
+    Ended,
+    /// Another node has begun to play it.
+    Fenced,
+}
+
+/// Shared by the tasks of all rooms.
+pub struct Shared {
+    /// Numbers of messages; the process begins at a random one.
+    next_writer: AtomicU64,
+    errors: AtomicU64,
+    report: Box<dyn Fn(&str, Outcome) + Send + Sync>,
+}
+
+impl Shared {
+    /// Numbers messages from `first_writer` on, and reports what becomes of rooms.
+    pub fn new(
+        first_writer: u64,
+        report: impl Fn(&str, Outcome) + Send + Sync + 'static,
+    ) -> Shared {
+        let next_writer = AtomicU64::new(first_writer);
+        Shared { next_writer, errors: AtomicU64::new(0), report: Box::new(report) }
+    }
+
+    /// A number that no other message has.
+    pub fn next_writer(&self) -> u64 {
+        self.next_writer.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// Times that the records of a room were given up, so far.
+    pub fn errors(&self) -> u64 {
+        self.errors.load(Ordering::Relaxed)
+    }
+}
+
+/// The task of one room.
+pub struct RoomTask<S> {
+    shared: Arc<Shared>,
+    stream: S,
+    code: String,
+    epoch: u64,
+    /// The last message of the room.
+    last: Sequence,
+    /// Numbers of the messages that were sent since: one that was given up may still be written, as long as the
+    /// connection to NATS keeps it.
+    sent: Vec<u64>,
+    /// The first message of the newest whole file; 0 before the first.
+    from: Sequence,
+    /// Whether another node has begun to play the room.
+    shut_out: bool,
+}
+
+impl<S: RecordStream> RoomTask<S> {
+    /// The task of a room whose last message is `last`, as the node writes under this epoch of the room's entry.
+    pub fn new(
+        shared: Arc<Shared>,
+        stream: S,
+        code: &str,
+        epoch: u64,
+        last: Sequence,
+    ) -> RoomTask<S> {
+        let code = code.to_owned();
+        RoomTask { shared, stream, code, epoch, last, sent: Vec::new(), from: 0, shut_out: false }
+    }
+
+    /// Does the jobs of a room until its thread has ended, or the sink is closed.
+    pub async fn run(mut self, mut jobs: mpsc::Receiver<Job>) {
+        let mut current: Option<Arc<RoomFile>> = None;
+        while let Some(job) = jobs.recv().await {
+            let is_current =
+                |file: &Arc<RoomFile>| current.as_ref().is_some_and(|c| Arc::ptr_eq(c, file));
+            match job {
+                Job::Begin(file, records) => {
+                    let begun = self.begin(&records).await;
+                    current = self.note(file, begun);
+                }
+                Job::Append(file, records) if is_current(&file) => {
+                    let appended = self.append(bytes(&records).into(), None).await;
+                    current = self.note(file, appended.is_some());
+                }
+                Job::Close(file) if is_current(&file) => {
+                    self.report(Outcome::Parted);
+                }
+                Job::Remove(_) => self.remove().await,
+                Job::Append(..) | Job::Close(_) | Job::End => {}
+            }
+        }
+    }
+
+    /// Writes the beginning of a new file, and removes the one before once it is whole.
+    async fn begin(&mut self, records: &[Record]) -> bool {
+        let payloads = payloads(bytes(records));
+        let count = payloads.len();
+        let mut first = 0;
+        for (part, payload) in (1..).zip(payloads) {
+            // The last part makes it whole.
+            let from = if part == count { Some(first) } else { None };
+            let Some(sequence) = self.append(payload, Some((part, count, from))).await else {
+                return false;
+            };
+            if part == 1 {
+                first = sequence;
+            }
+        }
+        self.from = first;
+        let (stream, code) = (self.stream.clone(), self.code.clone());
+        tokio::spawn(async move {
+            // What is left is removed after the next file.
+            let _ = stream.purge(&code, first).await;
+        });
+        true
+    }
+
+    /// Writes a message, and tries again until it is known to be written or the room is another node's.
+    async fn append(
+        &mut self,
+        payload: Bytes,
+        part: Option<(usize, usize, Option<Sequence>)>,
+    ) -> Option<Sequence> {
+        let writer = self.shared.next_writer();
+        self.sent.push(writer);
+        let message = Message {
+            epoch: self.epoch,
+            writer,
+            from: part.and_then(|(_, _, from)| from).unwrap_or(self.from),
+            part: part.map(|(number, count, _)| (number, count)),
+            payload,
+        };
+        let give_up_at = Instant::now() + limits::FLEET_PUBLISH;
+        while !self.shut_out && Instant::now() < give_up_at {
+            match self.stream.publish(&self.code, &message, self.last).await {
+                Published::Done(sequence) => return Some(self.written(sequence)),
+                Published::Unknown => sleep(RETRY).await,
+                Published::Refused => match self.stream.tail(&self.code).await {
+                    // An attempt before had been written after all.
+                    Ok(tail) if tail.writer == Some(writer) => {
+                        return Some(self.written(tail.sequence));
+                    }
+                    // The attempt before may be on its way to the copies of the stream.
+                    Ok(tail) if tail.sequence == self.last => sleep(RETRY).await,
+                    Ok(tail) if self.is_own(tail) => self.last = tail.sequence,
+                    Ok(_) => self.is_shut_out(),
+                    Err(_) => sleep(RETRY).await,
+                },
+            }
+        }
+        None
+    }
+
+    /// A message is known to be written: those before it are too, or never will be.
+    fn written(&mut self, sequence: Sequence) -> Sequence {
+        self.sent.clear();
+        self.last = sequence;
+        sequence
+    }
+
+    fn is_shut_out(&mut self) {
+        self.shut_out = true;
+        warn!(room = %self.code, epoch = self.epoch, "records were refused: another node plays the room");
+        self.report(Outcome::Fenced);
+    }
+
+    fn report(&self, outcome: Outcome) {
+        (self.shared.report)(&self.code, outcome);
+    }
+
+    async fn remove(&mut self) {
+        if self.shut_out {
+            return;
+        }
+        for _ in 0..3 {
+            match self.stream.purge(&self.code, Sequence::MAX).await {
+                Ok(()) => break,
+                Err(_) => sleep(RETRY).await,
+            }
+        }
+        self.report(Outcome::Ended);
+    }
+
+    /// Returns whether this message is the last one that is known, or one that was given up and arrived late.
+    fn is_own(&self, tail: Tail) -> bool {
+        let was_sent = |writer| self.sent.contains(&writer);
+        tail.sequence == self.last || tail.writer.is_some_and(was_sent)
+    }
+
+    /// Gives a file up after an error: its room begins a new one after a while.
+    fn note(&self, file: Arc<RoomFile>, is_kept: bool) -> Option<Arc<RoomFile>> {
+        if is_kept {
+            return Some(file);
+        }
+        self.shared.errors.fetch_add(1, Ordering::Relaxed);
+        if !file.failed.swap(true, Ordering::Relaxed) && !self.shut_out {
+            error!(
+                room = %self.code, retry_s = limits::STATE_RETRY.as_secs(),
+                "CANNOT KEEP A ROOM: the game goes on, but another node would not know what is played from here on"
+            );
+        }
+        None
+    }
+}
+
+fn bytes(records: &[Record]) -> Vec<u8> {
+    records.iter().flat_map(Record::seal).collect()
+}
+
+#[cfg(test)]
+mod tests;

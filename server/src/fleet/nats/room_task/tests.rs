@@ -1,0 +1,209 @@
+//! The task of a room against a stream whose network is at the hands of the test.
+
+use super::*;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
+
+const CODE: &str = "k7f3q2";
+/// Number of the first message that the task sends.
+const FIRST_WRITER: u64 = 100;
+/// The message of the node itself by which it took the room over.
+const TAKEN_OVER: Kept = Kept { sequence: 1, writer: FIRST_WRITER - 1 };
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Kept {
+    sequence: Sequence,
+    writer: u64,
+}
+
+/// A request to the stream.
+#[derive(Clone, Copy, Debug)]
+enum Request {
+    Write { writer: u64, last: Sequence },
+    Purge { before: Sequence },
+}
+
+/// A stream with the messages of one room. While it is cut off, the connection keeps all requests, and no answer comes.
+#[derive(Clone, Default)]
+struct Stream {
+    state: Arc<Mutex<State>>,
+}
+
+#[derive(Default)]
+struct State {
+    kept: Vec<Kept>,
+    sequences: Sequence,
+    is_cut_off: bool,
+    waiting: Vec<Request>,
+}
+
+impl State {
+    fn last(&self) -> Tail {
+        let tail = |kept: &Kept| Tail { sequence: kept.sequence, writer: Some(kept.writer) };
+        self.kept.last().map_or(Tail::default(), tail)
+    }
+
+    fn carry_out(&mut self, request: Request) -> Published {
+        match request {
+            Request::Write { last, .. } if last != self.last().sequence => Published::Refused,
+            Request::Write { writer, .. } => {
+                self.sequences += 1;
+                self.kept.push(Kept { sequence: self.sequences, writer });
+                Published::Done(self.sequences)
+            }
+            Request::Purge { before } => {
+                self.kept.retain(|kept| kept.sequence >= before);
+                Published::Done(self.sequences)
+            }
+        }
+    }
+
+    fn take(&mut self, request: Request) -> Published {
+        if self.is_cut_off {
+            self.waiting.push(request);
+            return Published::Unknown;
+        }
+        self.carry_out(request)
+    }
+}
+
+impl Stream {
+    fn new() -> Stream {
+        let stream = Stream::default();
+        stream.with(|state| {
+            (state.kept, state.sequences) = (vec![TAKEN_OVER], TAKEN_OVER.sequence);
+        });
+        stream
+    }
+
+    fn with<R>(&self, change: impl FnOnce(&mut State) -> R) -> R {
+        change(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn cut_off(&self) {
+        self.with(|state| state.is_cut_off = true);
+    }
+
+    /// The connection is made again, and passes on what it kept. Another node may have written `before` that.
+    fn comes_back(&self, before: impl FnOnce(&mut State)) {
+        self.with(|state| {
+            state.is_cut_off = false;
+            before(state);
+            for request in std::mem::take(&mut state.waiting) {
+                state.carry_out(request);
+            }
+        });
+    }
+
+    fn kept(&self) -> Vec<Kept> {
+        self.with(|state| state.kept.clone())
+    }
+}
+
+impl RecordStream for Stream {
+    async fn publish(&self, _: &str, message: &Message, last: Sequence) -> Published {
+        self.with(|state| state.take(Request::Write { writer: message.writer, last }))
+    }
+
+    async fn tail(&self, _: &str) -> Result<Tail, String> {
+        self.with(|state| match state.is_cut_off {
+            true => Err("cut off".to_owned()),
+            false => Ok(state.last()),
+        })
+    }
+
+    async fn purge(&self, _: &str, before: Sequence) -> Result<(), String> {
+        match self.with(|state| state.take(Request::Purge { before })) {
+            Published::Unknown => Err("cut off".to_owned()),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The task of a room, which runs beside the test.
+struct Room {
+    jobs: mpsc::Sender<Job>,
+    outcomes: mpsc::UnboundedReceiver<Outcome>,
+    shared: Arc<Shared>,
+    task: tokio::task::JoinHandle<()>,
+}
+
+impl Room {
+    fn begin(stream: &Stream) -> Room {
+        let (sender, outcomes) = mpsc::unbounded_channel();
+        let report = move |code: &str, outcome| {
+            assert_eq!(code, CODE);
+            sender.send(outcome).expect("the test listens");
+        };
+        let shared = Arc::new(Shared::new(FIRST_WRITER, report));
+        let stream = stream.clone();
+        let task = RoomTask::new(Arc::clone(&shared), stream, CODE, 1, TAKEN_OVER.sequence);
+        let (jobs, receiver) = mpsc::channel(limits::FLEET_BATCHES_MAX);
+        Room { jobs, outcomes, shared, task: tokio::spawn(task.run(receiver)) }
+    }
+
+    async fn does(&self, job: Job) {
+        self.jobs.send(job).await.expect("a task");
+    }
+
+    /// Ends the room's thread, waits for the task, and returns what it reported.
+    async fn ends(mut self) -> Vec<Outcome> {
+        drop(self.jobs);
+        self.task.await.expect("a task without a panic");
+        drop(self.shared);
+        let mut outcomes = Vec::new();
+        while let Some(outcome) = self.outcomes.recv().await {
+            outcomes.push(outcome);
+        }
+        outcomes
+    }
+}
+
+fn file() -> Arc<RoomFile> {
+    Arc::new(RoomFile { code: CODE.to_owned(), failed: AtomicBool::new(false) })
+}
+
+/// Waits until a condition holds. The time of these tests stands still but while all tasks wait.
+async fn until(is_so: impl Fn() -> bool) {
+    while !is_so() {
+        sleep(RETRY / 10).await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_message_that_was_given_up_and_arrives_late_is_its_own() {
+    let stream = Stream::new();
+    let room = Room::begin(&stream);
+    let files = [file(), file()];
+    room.does(Job::Begin(Arc::clone(&files[0]), Vec::new())).await;
+    until(|| stream.kept().iter().any(|kept| kept.writer == FIRST_WRITER)).await;
+
+    stream.cut_off();
+    room.does(Job::Append(Arc::clone(&files[0]), Vec::new())).await;
+    until(|| files[0].failed.load(Ordering::Relaxed)).await;
+    stream.comes_back(|_| {});
+    let late = stream.kept().last().map(|kept| kept.writer);
+    assert_eq!(late, Some(FIRST_WRITER + 1));
+
+    room.does(Job::Begin(Arc::clone(&files[1]), Vec::new())).await;
+    room.does(Job::Close(Arc::clone(&files[1]))).await;
+    assert_eq!(room.ends().await, [Outcome::Parted]);
+    assert_eq!(stream.kept().last().map(|kept| kept.writer), Some(FIRST_WRITER + 2));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_message_of_another_node_shuts_the_task_out() {
+    let stream = Stream::new();
+    let room = Room::begin(&stream);
+    let begun = file();
+    stream.cut_off();
+    room.does(Job::Begin(Arc::clone(&begun), Vec::new())).await;
+    until(|| begun.failed.load(Ordering::Relaxed)).await;
+    let other = Kept { sequence: 2, writer: 7 };
+    stream.comes_back(|state| {
+        state.carry_out(Request::Write { writer: other.writer, last: TAKEN_OVER.sequence });
+    });
+    room.does(Job::Begin(file(), Vec::new())).await;
+    assert_eq!(room.ends().await, [Outcome::Fenced]);
+    assert_eq!(stream.kept(), [TAKEN_OVER, other]);
+}
