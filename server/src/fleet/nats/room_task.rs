@@ -183,17 +183,26 @@ impl<S: RecordStream> RoomTask<S> {
         (self.shared.report)(&self.code, outcome);
     }
 
+    /// Removes the records, until it is known that none is left: another room of this code would be shut out by them.
     async fn remove(&mut self) {
-        if self.shut_out {
-            return;
-        }
-        for _ in 0..3 {
-            match self.stream.purge(&self.code, Sequence::MAX).await {
-                Ok(()) => break,
-                Err(_) => sleep(RETRY).await,
+        while !self.shut_out {
+            if self.try_remove().await.is_ok() {
+                return;
             }
+            sleep(RETRY).await;
         }
+    }
+
+    async fn try_remove(&mut self) -> Result<(), String> {
+        let tail = self.stream.tail(&self.code).await?;
+        if tail.sequence != 0 && !self.is_own(tail) {
+            self.is_shut_out();
+            return Ok(());
+        }
+        // The request may arrive late: what another node has written since stays.
+        self.stream.purge(&self.code, tail.sequence + 1).await?;
         self.report(Outcome::Ended);
+        Ok(())
     }
 
     /// Returns whether this message is the last one that is known, or one that was given up and arrived late.

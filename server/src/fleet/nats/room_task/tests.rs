@@ -34,6 +34,8 @@ struct State {
     kept: Vec<Kept>,
     sequences: Sequence,
     is_cut_off: bool,
+    /// Whether it is cut off by the next purge.
+    falls_silent: bool,
     waiting: Vec<Request>,
 }
 
@@ -59,6 +61,9 @@ impl State {
     }
 
     fn take(&mut self, request: Request) -> Published {
+        if let Request::Purge { .. } = request {
+            self.is_cut_off |= std::mem::take(&mut self.falls_silent);
+        }
         if self.is_cut_off {
             self.waiting.push(request);
             return Published::Unknown;
@@ -206,4 +211,34 @@ async fn a_message_of_another_node_shuts_the_task_out() {
     room.does(Job::Begin(file(), Vec::new())).await;
     assert_eq!(room.ends().await, [Outcome::Fenced]);
     assert_eq!(stream.kept(), [TAKEN_OVER, other]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_room_has_ended_once_its_records_are_gone() {
+    let stream = Stream::new();
+    let mut room = Room::begin(&stream);
+    room.does(Job::Begin(file(), Vec::new())).await;
+    until(|| stream.kept().len() == 1).await;
+    stream.cut_off();
+    room.does(Job::Remove(file())).await;
+    sleep(20 * RETRY).await;
+    assert!(room.outcomes.try_recv().is_err());
+    stream.comes_back(|_| {});
+    assert_eq!(room.ends().await, [Outcome::Ended]);
+    assert_eq!(stream.kept(), []);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_removal_that_arrives_late_leaves_the_records_of_the_next_node() {
+    let stream = Stream::new();
+    let room = Room::begin(&stream);
+    stream.with(|state| state.falls_silent = true);
+    room.does(Job::Remove(file())).await;
+    until(|| stream.with(|state| !state.waiting.is_empty())).await;
+    let other = Kept { sequence: 2, writer: 7 };
+    stream.comes_back(|state| {
+        state.carry_out(Request::Write { writer: other.writer, last: TAKEN_OVER.sequence });
+    });
+    assert_eq!(room.ends().await, [Outcome::Fenced]);
+    assert_eq!(stream.kept(), [other]);
 }
