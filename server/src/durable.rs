@@ -19,4 +19,4 @@ pub use job::{Job, RoomFile};
 pub use notes::Notes;
 pub use queue::StateWriter;
 pub use restore::SavedRoom;
-pub use sink::RecordSink;
+pub use sink::{RecordKeeper, RecordSink};

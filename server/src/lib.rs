@@ -82,7 +82,7 @@ pub async fn run_with_ops(
             key: key(&config, files.as_deref()),
             fleet: joining.as_ref().map(|joining| Arc::clone(&joining.fleet)),
             state_writer: match &joining {
-                Some(joining) => Some(Arc::clone(&joining.sink)),
+                Some(joining) => Some(Arc::clone(&joining.keeper)),
                 None => files.map(|files| files as _),
             },
         },

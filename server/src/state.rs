@@ -1,7 +1,7 @@
 //! The state that all connections of a server share.
 
 use crate::config::Config;
-use crate::durable::RecordSink;
+use crate::durable::RecordKeeper;
 use crate::fleet::handle::Fleet;
 use crate::host::neighbours::Neighbours;
 use crate::host::phase::Phase;
@@ -59,7 +59,7 @@ pub struct Parts {
     /// The writer of replays; `None` records nothing.
     pub recording: Option<Arc<Recording>>,
     /// Keeps the rooms' state; `None` lets them end with the process.
-    pub state_writer: Option<Arc<dyn RecordSink>>,
+    pub state_writer: Option<Arc<dyn RecordKeeper>>,
     /// Its part in a fleet.
     pub fleet: Option<Arc<Fleet>>,
     /// Key that signs tokens; `None` draws one.

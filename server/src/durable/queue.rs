@@ -3,7 +3,7 @@
 use super::dir::{StateDir, StateSettings};
 use super::job::Job;
 use super::restore::SavedRoom;
-use super::sink::RecordSink;
+use super::sink::{RecordKeeper, RecordSink};
 use super::writer::Writer;
 use crate::limits;
 use std::io;
@@ -59,7 +59,10 @@ impl RecordSink for StateWriter {
     fn try_send(&self, job: Job) -> bool {
         match self.queue.try_send(job) {
             Ok(()) => true,
-            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => false,
+            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => {
+                self.errors.fetch_add(1, Ordering::Relaxed);
+                false
+            }
         }
     }
 
@@ -76,12 +79,18 @@ impl RecordSink for StateWriter {
         tracing::error!(room = %code, reason, file = %to, "a room cannot be restored; its file was set aside");
     }
 
-    fn errors(&self) -> u64 {
-        self.errors.load(Ordering::Relaxed)
+    fn give_up(&self, code: &str, reason: &str) {
+        self.set_aside(code, reason);
+    }
+}
+
+impl RecordKeeper for StateWriter {
+    fn common_sink(self: Arc<Self>) -> Option<Arc<dyn RecordSink>> {
+        Some(self)
     }
 
-    fn count_error(&self) {
-        self.errors.fetch_add(1, Ordering::Relaxed);
+    fn errors(&self) -> u64 {
+        self.errors.load(Ordering::Relaxed)
     }
 
     /// Waits until everything is written and synced.

@@ -2,7 +2,7 @@
 
 use super::handle::Fleet;
 use super::settings::FleetSettings;
-use crate::durable::RecordSink;
+use crate::durable::RecordKeeper;
 use crate::host::room_handle::Host;
 use crate::host::rooms::Rooms;
 use std::io;
@@ -17,7 +17,7 @@ pub struct Joining {
     /// The fleet, as sessions see it.
     pub fleet: Arc<Fleet>,
     /// Keeps the records of its rooms.
-    pub sink: Arc<dyn RecordSink>,
+    pub keeper: Arc<dyn RecordKeeper>,
     #[cfg(feature = "nats")]
     publisher: Arc<Publisher>,
     #[cfg(feature = "nats")]
@@ -34,7 +34,7 @@ impl Joining {
         let fleet = Arc::new(Fleet::new(&settings, crate::host::random::random()));
         let handle = tokio::runtime::Handle::current();
         let publisher = Arc::new(Publisher::new(Arc::clone(&fleet), handle));
-        Ok(Joining { fleet, sink: Arc::clone(&publisher) as _, publisher, context, settings })
+        Ok(Joining { fleet, keeper: Arc::clone(&publisher) as _, publisher, context, settings })
     }
 
     /// Starts the driver of these rooms.

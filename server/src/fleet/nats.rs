@@ -3,6 +3,7 @@
 mod driver;
 mod publisher;
 mod records;
+mod room_sink;
 mod room_task;
 mod store;
 

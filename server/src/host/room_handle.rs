@@ -1,6 +1,6 @@
 //! The handle of a room: everything that is known of it and sent to it from outside its thread.
 
-use crate::durable::RecordSink;
+use crate::durable::RecordKeeper;
 use crate::fleet::lease::RoomLease;
 use crate::host::inbox::Inbox;
 use crate::host::neighbours::Neighbours;
@@ -152,7 +152,7 @@ pub struct Host {
     /// The writer of replays, if rooms are recorded.
     pub recording: Option<Arc<Recording>>,
     /// Keeps the rooms' state, if rooms outlive the process.
-    pub state_writer: Option<Arc<dyn RecordSink>>,
+    pub state_writer: Option<Arc<dyn RecordKeeper>>,
     /// The other nodes of the fleet, if there is one.
     pub neighbours: Neighbours,
     /// Send what rooms have put into outboxes; one for each thread that serves sockets.

@@ -120,7 +120,6 @@ impl RoomState {
 
     fn hand_over(&mut self, job: Job, room: &Room, now: Instant) {
         if !self.writer.try_send(job) {
-            self.writer.count_error();
             warn!(
                 room = room.code(),
                 retry_s = limits::STATE_RETRY.as_secs(),

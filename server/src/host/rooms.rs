@@ -1,7 +1,7 @@
 //! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
-use crate::durable::{Notes, SavedRoom};
+use crate::durable::{Notes, RecordSink, SavedRoom};
 use crate::fleet::entry::RoomFacts;
 use crate::fleet::lease::RoomLease;
 use crate::host::clock::SystemClock;
@@ -171,17 +171,24 @@ impl Rooms {
             return None;
         }
         let info = RoomInfo::new(code, random(), private, creator, scene);
-        self.start(info, None, |room| Ticker::new(room, random()))
+        self.start(info, None, self.records(), |room| Ticker::new(room, random()))
     }
 
-    /// Opens a room that the fleet's directory gives to this node, from its records if there are some. Returns
-    /// whether that was possible: a new one needs its scene, and each a thread.
+    /// The sink of rooms outside a fleet.
+    fn records(&self) -> Option<Arc<dyn RecordSink>> {
+        self.host.state_writer.clone()?.common_sink()
+    }
+
+    /// Opens a room that the fleet's directory gives to this node, from what was saved of it if there is something.
+    /// Returns whether that was possible: a new one needs its scene, and each a thread. The room drops its sink of
+    /// `records` when it ends here.
     pub fn adopt(
         &self,
         code: &str,
         facts: &RoomFacts,
         saved: Option<SavedRoom>,
         lease: RoomLease,
+        records: Arc<dyn RecordSink>,
     ) -> bool {
         let mut rooms = self.host.lock();
         if rooms.contains_key(code) || rooms.len() >= limits::ROOMS_MAX + limits::SCENES_MAX {
@@ -190,7 +197,7 @@ impl Rooms {
         let scene = saved.as_ref().map(|saved| &saved.scene).or_else(|| self.scene(&facts.scene));
         let Some(scene) = scene else { return false };
         let info = RoomInfo::new(code, facts.number, facts.private, facts.creator, scene);
-        let room = self.start(info, Some(lease), |ends| match saved {
+        let room = self.start(info, Some(lease), Some(records), |ends| match saved {
             Some(saved) => Ticker::restored(ends, saved),
             None => Ticker::new(ends, random()),
         });
@@ -212,7 +219,9 @@ impl Rooms {
             let Notes { number, private, creator, .. } = saved.notes;
             let info = RoomInfo::new(&saved.code, number, private, creator, &saved.scene);
             let code = saved.code.clone();
-            if let Some(room) = self.start(info, None, |room| Ticker::restored(room, saved)) {
+            if let Some(room) =
+                self.start(info, None, self.records(), |room| Ticker::restored(room, saved))
+            {
                 rooms.insert(code, room);
             }
         }
@@ -223,6 +232,7 @@ impl Rooms {
         &self,
         info: RoomInfo,
         lease: Option<RoomLease>,
+        records: Option<Arc<dyn RecordSink>>,
         ticker: impl FnOnce(Ends) -> Ticker,
     ) -> Option<RoomHandle> {
         let info = Arc::new(info);
@@ -234,6 +244,7 @@ impl Rooms {
             joins: receiver,
             commands: commanded,
             lease: lease.clone(),
+            records,
         });
         let spawned = std::thread::Builder::new()
             .name(format!("room {}", info.code))

@@ -3,7 +3,7 @@
 
 mod timing;
 
-use crate::durable::SavedRoom;
+use crate::durable::{RecordSink, SavedRoom};
 use crate::fleet::lease::RoomLease;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
@@ -44,6 +44,8 @@ pub struct Ends {
     pub commands: Receiver<AdminCommand>,
     /// Under which the room is held, in a fleet.
     pub lease: Option<RoomLease>,
+    /// Keeps what the room records, if rooms outlive the process.
+    pub records: Option<Arc<dyn RecordSink>>,
 }
 
 /// State of a room's thread.
@@ -65,6 +67,8 @@ pub struct Ticker {
     abandoned: bool,
     /// Under which the room is held, in a fleet.
     lease: Option<RoomLease>,
+    /// Keeps what the room records, if rooms outlive the process.
+    records: Option<Arc<dyn RecordSink>>,
     /// Since when the lease is over, and the room stands still.
     still_since: Option<Instant>,
     /// Why it is to end, if another node goes on with it.
@@ -90,7 +94,7 @@ enum End {
 impl Ticker {
     /// A room without players, which has not played yet.
     pub fn new(ends: Ends, seed: u64) -> Ticker {
-        let Ends { host, info, joins, commands, lease } = ends;
+        let Ends { host, info, joins, commands, lease, records } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
         Ticker {
             host,
@@ -104,6 +108,7 @@ impl Ticker {
             closed: false,
             abandoned: false,
             lease,
+            records,
             still_since: None,
             leaving: None,
             moved_to: None,
@@ -137,9 +142,9 @@ impl Ticker {
             }
         };
         refusal.into_iter().for_each(|refusal| self.end_all_sessions(refusal));
-        match (opened, &self.host.state_writer) {
+        match (opened, &self.records) {
             (Some(opened), _) => self.end(opened, played.as_ref().ok(), clock.now()),
-            (None, Some(writer)) => writer.set_aside(&code, "the room failed as it was restored"),
+            (None, Some(records)) => records.give_up(&code, "the room failed as it was restored"),
             (None, None) => {}
         }
         match played {
@@ -181,9 +186,8 @@ impl Ticker {
         }
         let recording = self.host.recording.clone().filter(|_| !self.info.private);
         let recording = recording.map(|recording| RoomRecording::start(recording, &mut room, now));
-        let writer = self.host.state_writer.clone();
-        let state = writer.map(|writer| {
-            RoomState::begin(writer, Arc::clone(&self.info), &mut room, &self.admission, now)
+        let state = self.records.clone().map(|records| {
+            RoomState::begin(records, Arc::clone(&self.info), &mut room, &self.admission, now)
         });
         Opened { room, recording, state }
     }
@@ -203,8 +207,8 @@ impl Ticker {
                 Some(room)
             }
             Err(reason) => {
-                if let Some(writer) = &self.host.state_writer {
-                    writer.set_aside(&self.info.code, &reason);
+                if let Some(records) = &self.records {
+                    records.set_aside(&self.info.code, &reason);
                 }
                 None
             }

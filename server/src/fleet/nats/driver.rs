@@ -267,8 +267,9 @@ impl Connected {
         let incarnation = self.fleet.ask(|directory| directory.owned_under(code));
         let incarnation = incarnation.ok_or("it went to another node meanwhile")?;
         let lease = RoomLease::new(Arc::clone(self.fleet.lease()), incarnation);
-        self.publisher.open(&self.records, code, entry.epoch, records.last);
-        match self.rooms.adopt(code, &entry.room, saved, lease) {
+        let sink = self.publisher.open(&self.records, code, entry.epoch, records.last);
+        let sink = sink.ok_or("the server ends")?;
+        match self.rooms.adopt(code, &entry.room, saved, lease, sink) {
             true => Ok(()),
             false => Err(format!("no thread or no scene {:?}", entry.room.scene)),
         }

@@ -27,7 +27,7 @@ pub enum Outcome {
 pub struct Shared {
     /// Numbers of messages; the process begins at a random one.
     next_writer: AtomicU64,
-    errors: AtomicU64,
+    errors: Arc<AtomicU64>,
     report: Box<dyn Fn(&str, Outcome) + Send + Sync>,
 }
 
@@ -38,7 +38,7 @@ impl Shared {
         report: impl Fn(&str, Outcome) + Send + Sync + 'static,
     ) -> Shared {
         let next_writer = AtomicU64::new(first_writer);
-        Shared { next_writer, errors: AtomicU64::new(0), report: Box::new(report) }
+        Shared { next_writer, errors: Arc::default(), report: Box::new(report) }
     }
 
     /// A number that no other message has.
@@ -49,6 +49,11 @@ impl Shared {
     /// Times that the records of a room were given up, so far.
     pub fn errors(&self) -> u64 {
         self.errors.load(Ordering::Relaxed)
+    }
+
+    /// The counter behind [`Shared::errors`].
+    pub fn error_count(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.errors)
     }
 }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::durable::Job;
 use crate::fleet::lease::Lease;
 use crate::host::clock::SystemClock;
 use crate::host::inbox::{InboxSender, inbox};
@@ -13,7 +14,7 @@ use jostle_protocol::Appearance;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use std::net::IpAddr;
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU32};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::task::{Wake, Waker};
 use std::time::Duration;
@@ -50,7 +51,14 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
     let (_commands, commands) = sync_channel(1);
     let info = RoomInfo::new(code, 1, false, None, &Arc::new(Scene::built_in().swap_remove(0)));
     let ticker = Ticker::new(
-        Ends { host: host(), info: Arc::new(info), joins: receiver, commands, lease: None },
+        Ends {
+            host: host(),
+            info: Arc::new(info),
+            joins: receiver,
+            commands,
+            lease: None,
+            records: None,
+        },
         1,
     );
     (ticker, Outside { rooms, phase, joins })
@@ -72,6 +80,49 @@ fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
 
 fn end_of(outbox: &Outbox) -> Refusal {
     outbox.end_reason().expect("the session ended")
+}
+
+/// Counts the jobs of rooms, and those that were given up.
+#[derive(Default)]
+struct Sink {
+    removed: AtomicU32,
+    given_up: AtomicU32,
+}
+
+impl RecordSink for Sink {
+    fn try_send(&self, _: Job) -> bool {
+        true
+    }
+
+    fn send(&self, job: Job) {
+        let is_removal = matches!(job, Job::Remove(_));
+        self.removed.fetch_add(u32::from(is_removal), Ordering::Relaxed);
+    }
+
+    fn set_aside(&self, _: &str, _: &str) {}
+
+    fn give_up(&self, _: &str, _: &str) {
+        self.given_up.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Runs a room on a clock that sleeps in no time; returns whether its records were removed, and whether they were given
+/// up. Its sink must have ended with it.
+fn records_of(mut ticker: Ticker) -> (u32, u32) {
+    let sink = Arc::new(Sink::default());
+    ticker.records = Some(Arc::clone(&sink) as _);
+    ticker.run(&mut TestClock::new());
+    let sink = Arc::into_inner(sink).expect("the room has dropped its sink");
+    (sink.removed.into_inner(), sink.given_up.into_inner())
+}
+
+#[test]
+fn a_room_drops_its_sink_at_its_end_and_gives_records_up_that_make_it_fail() {
+    let (ends, _outside) = room("over", Duration::from_secs(1));
+    assert_eq!(records_of(ends), (1, 0));
+    // This code makes it panic before it has played, as a fault in the records would.
+    let (fails, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
+    assert_eq!(records_of(fails), (0, 1));
 }
 
 /// A clock that sleeps in no time.

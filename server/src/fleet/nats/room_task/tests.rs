@@ -165,7 +165,7 @@ impl Room {
 }
 
 fn file() -> Arc<RoomFile> {
-    Arc::new(RoomFile { code: CODE.to_owned(), failed: AtomicBool::new(false) })
+    Arc::new(RoomFile { code: CODE.to_owned(), number: 0, failed: AtomicBool::new(false) })
 }
 
 /// Waits until a condition holds. The time of these tests stands still but while all tasks wait.
