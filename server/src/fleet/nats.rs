@@ -1,6 +1,7 @@
 //! A fleet by NATS: the directory in two key-value buckets, the records in a stream. Nothing here is asked for in a tick.
 
 mod driver;
+mod follower;
 mod publisher;
 mod records;
 mod room_sink;

@@ -1,10 +1,11 @@
 //! Carries out what the directory decides, and tells it what it hears of.
 
+use super::follower::Follower;
 use super::publisher::Publisher;
 use super::records::{Message, Published, RecordStream, Records, RoomRecords};
-use super::store::{Kind, Store, watched};
+use super::store::{Kind, Store};
 use crate::durable::SavedRoom;
-use crate::fleet::directory::{Action, Change, RETRY};
+use crate::fleet::directory::{Action, RETRY};
 use crate::fleet::entry::{Key, RoomCounts, RoomEntry};
 use crate::fleet::handle::Fleet;
 use crate::fleet::lease::RoomLease;
@@ -138,32 +139,26 @@ impl Driver {
 impl Connected {
     /// Follows a bucket, and begins again from all that is there when the connection was lost for too long.
     async fn follow(self, kind: Kind) {
+        let mut follower = Follower::default();
         loop {
-            if let Err(reason) = self.follow_once(kind).await {
+            follower.begin();
+            if let Err(reason) = self.follow_once(kind, &mut follower).await {
                 warn!(?kind, reason, "the directory is followed from its beginning again");
             }
             sleep(RETRY).await;
         }
     }
 
-    async fn follow_once(&self, kind: Kind) -> Result<(), String> {
+    async fn follow_once(&self, kind: Kind, follower: &mut Follower) -> Result<(), String> {
         let mut watch = self.store.watch(kind).await?;
-        let mut initial = Some(BTreeSet::new());
         while let Some(heard) = watch.next().await {
             let heard = heard.map_err(|error| error.to_string())?;
-            if let Some(key) = kind.key(&heard.key) {
-                let entry = watched(&key, heard.operation, &heard.value)?;
-                let change = match entry {
-                    Some(entry) => {
-                        initial.iter_mut().for_each(|present| present.extend([key.clone()]));
-                        Change::Written(key, entry, heard.revision)
-                    }
-                    None => Change::Gone(key, heard.revision),
-                };
-                self.fleet.heard(change);
-            }
+            let change = kind
+                .key(&heard.key)
+                .and_then(|key| follower.hear(key, heard.operation, &heard.value, heard.revision));
+            change.into_iter().for_each(|change| self.fleet.heard(change));
             if heard.seen_current
-                && let Some(present) = initial.take()
+                && let Some(present) = follower.take_initial()
             {
                 self.synced(kind, &present);
             }
