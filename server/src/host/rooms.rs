@@ -17,12 +17,17 @@ use jostle_protocol::{Refusal, Token};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::mpsc::{TrySendError, sync_channel};
+use std::time::Duration;
+use tokio::time::sleep;
 use tracing::error;
 
 /// Letters and digits that are not mistaken for each other.
 const CODE_ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
 /// Characters of a random code: 887 million codes.
 const CODE_CHARS: usize = 6;
+
+/// Wait before a command is sent again to a room whose queue is full; it is emptied in every tick.
+const COMMAND_RETRY: Duration = Duration::from_millis(2);
 
 /// All open rooms, and the scenes to open more of.
 pub struct Rooms {
@@ -144,6 +149,22 @@ impl Rooms {
     /// Sends a command to a room; `false` if there is no such room, or its queue is full.
     pub fn command(&self, code: &str, command: AdminCommand) -> bool {
         self.host.lock().get(code).is_some_and(|room| room.commands.try_send(command).is_ok())
+    }
+
+    /// Sends a command to a room, if it is open; returns the command if the room's queue is full.
+    pub fn try_command(&self, code: &str, command: AdminCommand) -> Option<AdminCommand> {
+        match self.host.lock().get(code)?.commands.try_send(command) {
+            Err(TrySendError::Full(command)) => Some(command),
+            Ok(()) | Err(TrySendError::Disconnected(_)) => None,
+        }
+    }
+
+    /// Sends a command to a room until its queue takes it, or the room has ended.
+    pub async fn insist(&self, code: &str, mut command: AdminCommand) {
+        while let Some(refused) = self.try_command(code, command) {
+            command = refused;
+            sleep(COMMAND_RETRY).await;
+        }
     }
 
     /// Waits for the threads of all rooms; they end by themselves when the server closes.

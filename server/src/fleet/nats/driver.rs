@@ -189,9 +189,9 @@ impl Connected {
                 incarnation.into_iter().for_each(|number| self.rooms.resume(&code, number));
             }
             Action::Stop(code, url) => {
-                self.rooms.command(&code, AdminCommand::Leave(url.map(Into::into)));
+                self.insist(code, AdminCommand::Leave(url.map(Into::into)));
             }
-            Action::Part(code) => drop(tokio::spawn(self.clone().part(code))),
+            Action::Part(code) => self.insist(code, AdminCommand::Part),
             Action::Open(code, entry) => drop(tokio::spawn(self.clone().open(code, entry))),
             Action::Write(..) | Action::Remove(..) | Action::Look(_) => {
                 tokio::spawn(self.clone().exchange(action));
@@ -218,11 +218,12 @@ impl Connected {
         }
     }
 
-    /// Has a room end with a last record. Its queue may be full for a moment.
-    async fn part(self, code: String) {
-        while self.rooms.is_open(&code) && !self.rooms.command(&code, AdminCommand::Part) {
-            sleep(THREAD_LOOK).await;
-        }
+    /// Sends a command to a room, which is carried out unless it ends before. Its queue may be full for a moment.
+    fn insist(&self, code: String, command: AdminCommand) {
+        // At once, so that it comes before whatever the directory asks for next.
+        let Some(command) = self.rooms.try_command(&code, command) else { return };
+        let rooms = Arc::clone(&self.rooms);
+        tokio::spawn(async move { rooms.insist(&code, command).await });
     }
 
     async fn open(self, code: String, entry: RoomEntry) {
@@ -232,7 +233,7 @@ impl Connected {
                 info!(room = %code, epoch = entry.epoch, "the room is played here");
                 self.fleet.tell(|directory, now| directory.opened(&code, now));
                 if !self.fleet.ask(|directory| directory.holds_epoch(&code, entry.epoch)) {
-                    self.rooms.command(&code, AdminCommand::Leave(None));
+                    self.insist(code, AdminCommand::Leave(None));
                 }
             }
             Err(reason) => {

@@ -5,6 +5,7 @@ use crate::host::clock::SystemClock;
 use crate::host::inbox::{InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Next, Outbox};
+use crate::host::room_handle::RoomHandle;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
 use crate::limits::Waits;
@@ -251,6 +252,33 @@ fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
     assert_eq!(metrics.ticks.missed.get(), 120 + 1 - u64::from(limits::CATCH_UP_TICKS_MAX));
     assert_eq!(u64::from(ticks) + metrics.ticks.missed.get(), due.round() as u64);
     assert_eq!(ticks, 60 + limits::CATCH_UP_TICKS_MAX + (199 - 61));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_command_that_is_insisted_on_waits_for_a_place_in_the_queue() {
+    let (mut ticker, outside) = room("full", Duration::MAX);
+    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let (commands, receiver) = sync_channel(1);
+    ticker.commands = receiver;
+    let network = IpNet::from(IpAddr::from([127, 0, 0, 1]));
+    commands.send(AdminCommand::Evict(network)).expect("a place");
+    let (info, joins) = (Arc::clone(&ticker.info), outside.joins.clone());
+    let thread = std::thread::spawn(|| {});
+    let handle = RoomHandle { info, joins, commands, lease: None, thread };
+    ticker.host.lock().insert("full".into(), handle);
+
+    let rooms = Rooms::new(&[], Arc::clone(&ticker.host), true);
+    let insists = tokio::spawn(async move {
+        rooms.insist("full", AdminCommand::Leave(None)).await;
+        rooms.insist("another", AdminCommand::Leave(None)).await;
+    });
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    assert!(!insists.is_finished(), "a full queue");
+    ticker.run_commands(&mut room);
+    assert_eq!(ticker.leaving, None);
+    insists.await.expect("no panic");
+    ticker.run_commands(&mut room);
+    assert_eq!(ticker.leaving, Some(End::Elsewhere));
 }
 
 #[test]
