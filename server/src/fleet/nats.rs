@@ -10,6 +10,7 @@ mod store;
 
 pub use driver::Driver;
 pub use publisher::Publisher;
+pub use store::Store;
 
 use super::settings::FleetSettings;
 use crate::limits;

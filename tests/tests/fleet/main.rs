@@ -6,4 +6,5 @@ mod nats;
 mod node;
 mod player;
 mod rooms;
+mod store;
 mod wire;

@@ -124,12 +124,17 @@ impl Wire {
         answer["seq"].as_u64().unwrap_or_else(|| panic!("not kept: {answer}"))
     }
 
+    /// The server's answer to a request of its API.
+    pub async fn ask(&mut self, subject: &str, body: &Value) -> Value {
+        let answer = self.request(subject, "", &body.to_string()).await;
+        assert_eq!(answer["error"], Value::Null);
+        answer
+    }
+
     /// Creates a stream with a copy on this many servers; it keeps what is published under its name.
     pub async fn create_stream(&mut self, name: &str, copies: usize) {
         let body = json!({"name": name, "subjects": [name], "num_replicas": copies});
-        let subject = format!("$JS.API.STREAM.CREATE.{name}");
-        let answer = self.request(&subject, "", &body.to_string()).await;
-        assert_eq!(answer["error"], Value::Null);
+        self.ask(&format!("$JS.API.STREAM.CREATE.{name}"), &body).await;
     }
 
     /// Messages that a stream keeps.

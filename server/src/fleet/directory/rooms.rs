@@ -80,8 +80,9 @@ impl Directory {
                 }
             }
             (Answer::Done(_), Operation::Remove { revision }) => {
-                self.removed.insert(code.to_owned(), revision);
+                // Otherwise a watcher has told of it already.
                 if self.entries.get(code).is_some_and(|(_, known)| *known == revision) {
+                    self.removed.insert(code.to_owned(), revision);
                     self.forget(code);
                     self.settle(code, now);
                 }

@@ -292,6 +292,22 @@ fn a_room_that_was_removed_does_not_come_back() {
 }
 
 #[test]
+fn a_removed_room_is_remembered_until_the_watcher_tells_of_it() {
+    let removal = Change::Gone(room_key("y"), 3);
+    for watcher_is_first in [false, true] {
+        let mut directory = playing();
+        directory.ended("y", s(1.0));
+        if watcher_is_first {
+            directory.changed(removal.clone(), s(1.1));
+        }
+        directory.answered(room_key("y"), Answer::Done(3), s(1.2));
+        assert_eq!(directory.removed.is_empty(), watcher_is_first);
+        directory.changed(removal.clone(), s(1.3));
+        assert!(directory.removed.is_empty() && directory.held.is_empty());
+    }
+}
+
+#[test]
 fn a_fenced_room_is_stopped_and_opened_again_if_it_is_still_ones_own() {
     let mut directory = playing();
     directory.fenced("y", s(1.0));

@@ -7,14 +7,19 @@ use async_nats::jetstream::Context;
 use async_nats::jetstream::kv::{
     Config, CreateErrorKind, Operation, Store as Bucket, UpdateErrorKind, Watch,
 };
-use async_nats::jetstream::stream::LastRawMessageErrorKind;
+use async_nats::jetstream::stream::{self, LastRawMessageErrorKind};
 use std::time::Duration;
+use tracing::warn;
 
 const NODES: &str = "jostle_nodes";
 const ROOMS: &str = "jostle_rooms";
 /// A key of the rooms' bucket that is no room's: with it, a watcher of the bucket is always told something.
 const FORMAT: &str = "format";
 const FORMAT_VALUE: &str = "1";
+
+/// Time after which NATS forgets that a room was removed. A follower that is cut off for longer may not hear of it,
+/// and asks for the room's entry when a player comes.
+const REMOVAL_TTL: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// Error of the store, in words.
 pub type StoreError = String;
@@ -24,16 +29,21 @@ pub type StoreError = String;
 pub struct Store {
     nodes: Bucket,
     rooms: Bucket,
+    /// Whether removals of rooms expire.
+    removals_expire: bool,
 }
 
 impl Store {
     /// Opens the buckets, and makes them if they are missing.
     pub async fn open(context: &Context, settings: &FleetSettings) -> Result<Store, StoreError> {
-        let nodes = bucket(context, settings, NODES, LEASE_TTL).await?;
-        let rooms = bucket(context, settings, ROOMS, Duration::ZERO).await?;
+        let nodes = Config { max_age: LEASE_TTL, ..config(settings, NODES) };
+        let nodes = bucket(context, nodes).await?;
+        let rooms = Config { limit_markers: Some(REMOVAL_TTL), ..config(settings, ROOMS) };
+        let rooms = bucket(context, rooms).await?;
+        let removals_expire = let_removals_expire(context, &rooms).await;
         match rooms.create(FORMAT, FORMAT_VALUE.into()).await {
             Err(error) if error.kind() != CreateErrorKind::AlreadyExists => Err(error.to_string()),
-            _ => Ok(Store { nodes, rooms }),
+            _ => Ok(Store { nodes, rooms, removals_expire }),
         }
     }
 
@@ -62,10 +72,14 @@ impl Store {
     /// Removes an entry if its revision is still `expected`. An answer other than "done" says nothing.
     pub async fn remove(&self, key: &Key, expected: Revision) -> Answer {
         let (bucket, name) = self.place(key);
-        match bucket.delete_expect_revision(name, Some(expected)).await {
-            Ok(()) => Answer::Done(0),
-            Err(_) => Answer::Unknown,
-        }
+        let removed = match key {
+            Key::Room(_) if self.removals_expire => {
+                let removed = bucket.purge_expect_revision_with_ttl(name, expected, REMOVAL_TTL);
+                removed.await.is_ok()
+            }
+            _ => bucket.delete_expect_revision(name, Some(expected)).await.is_ok(),
+        };
+        if removed { Answer::Done(0) } else { Answer::Unknown }
     }
 
     /// Reads an entry from the leader: what a follower knows may be older than a lease.
@@ -138,21 +152,33 @@ fn parse(key: &Key, value: &[u8]) -> Result<Entry, StoreError> {
     .map_err(|error| format!("{key:?}: {error}"))
 }
 
-async fn bucket(
-    context: &Context,
-    settings: &FleetSettings,
-    name: &str,
-    max_age: Duration,
-) -> Result<Bucket, StoreError> {
-    if let Ok(bucket) = context.get_key_value(name).await {
+fn config(settings: &FleetSettings, name: &str) -> Config {
+    let (bucket, num_replicas) = (name.to_owned(), settings.replicas);
+    Config { bucket, history: 1, num_replicas, ..Config::default() }
+}
+
+async fn bucket(context: &Context, config: Config) -> Result<Bucket, StoreError> {
+    if let Ok(bucket) = context.get_key_value(&config.bucket).await {
         return Ok(bucket);
     }
-    let config = Config {
-        bucket: name.to_owned(),
-        max_age,
-        history: 1,
-        num_replicas: settings.replicas,
-        ..Config::default()
-    };
+    let name = config.bucket.clone();
     context.create_key_value(config).await.map_err(|error| format!("bucket {name}: {error}"))
+}
+
+/// Lets messages of a bucket expire, which one of an earlier version may not do. Returns whether they may.
+async fn let_removals_expire(context: &Context, bucket: &Bucket) -> bool {
+    let before = &bucket.stream.cached_info().config;
+    if before.allow_message_ttl {
+        return true;
+    }
+    let config = stream::Config {
+        allow_message_ttl: true,
+        subject_delete_marker_ttl: Some(REMOVAL_TTL),
+        ..before.clone()
+    };
+    let updated = context.update_stream(config).await;
+    if let Err(error) = &updated {
+        warn!(bucket = %bucket.name, %error, "NATS will keep an entry of each room that is over");
+    }
+    updated.is_ok()
 }
