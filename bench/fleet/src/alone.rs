@@ -52,6 +52,7 @@ impl One {
             url: url(0),
             capacity: 10.0,
             incarnation: 1,
+            secret_mark: 0,
         });
         let mut one = One { directory, rooms, now: Duration::ZERO, revision: 0 };
         one.directory.measured(Load { used: 1.0, rooms_left: rooms, rooms: counts(0, rooms) });
@@ -195,6 +196,7 @@ fn entry(node: usize, rooms: usize) -> Entry {
         used: 1.0,
         rooms_left: rooms,
         rooms: counts(node, rooms),
+        secret_mark: None,
     })
 }
 

@@ -23,6 +23,9 @@ pub struct NodeEntry {
     pub used: f64,
     /// Rooms that it may still open.
     pub rooms_left: usize,
+    /// Tells whether it has the same secret; missing in entries of an earlier version.
+    #[serde(default)]
+    pub secret_mark: Option<u32>,
     /// Its public rooms, for the lists of other nodes.
     #[serde(default)]
     pub rooms: Vec<RoomCounts>,

@@ -2,7 +2,7 @@
 
 use super::directory::{Action, Load};
 use super::directory::{Change, Directory, Located, NodeSettings, PlaceError, Time};
-use super::entry::{Key, RoomCounts, RoomFacts};
+use super::entry::{Entry, Key, NodeEntry, RoomCounts, RoomFacts};
 use super::lease::Lease;
 use super::settings::FleetSettings;
 use crate::limits;
@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{Notify, watch};
 use tokio::time::{sleep, timeout, timeout_at};
+use tracing::error;
 
 /// This node's part in its fleet. Nothing here waits for the network, but for [`Fleet::find`] and [`Fleet::place`],
 /// which wait until the directory tells.
@@ -23,12 +24,30 @@ pub struct Fleet {
     changed: watch::Sender<()>,
     lease: Arc<Lease>,
     incarnation: u64,
+    secret_mark: u32,
 }
 
 struct State {
     directory: Directory,
     /// Origins of all nodes that were heard of, whose pages may play here.
     sites: BTreeSet<String>,
+    /// Nodes with another secret, which the log has named.
+    strangers: BTreeSet<String>,
+}
+
+impl State {
+    /// Names a node with another secret in the log, once: its players would lose their seats here, and those from here theirs.
+    fn compare_secret(&mut self, name: &str, node: &NodeEntry, mark: u32) {
+        if node.secret_mark.is_none_or(|other| other == mark) {
+            self.strangers.remove(name);
+        } else if self.strangers.insert(name.to_owned()) {
+            error!(
+                node = %name, url = %node.url,
+                "this node has another secret: players who come from there, or go there, lose their seats; \
+                 give all nodes of a fleet the same --secret"
+            );
+        }
+    }
 }
 
 impl Fleet {
@@ -40,8 +59,13 @@ impl Fleet {
             url: settings.url.clone(),
             capacity: settings.capacity,
             incarnation,
+            secret_mark: settings.secret_mark(),
         };
-        let state = State { directory: Directory::new(node), sites: BTreeSet::new() };
+        let state = State {
+            directory: Directory::new(node),
+            sites: BTreeSet::new(),
+            strangers: BTreeSet::new(),
+        };
         Fleet {
             start,
             state: Mutex::new(state),
@@ -49,6 +73,7 @@ impl Fleet {
             changed: watch::Sender::new(()),
             lease: Arc::new(Lease::new(start)),
             incarnation,
+            secret_mark: settings.secret_mark(),
         }
     }
 
@@ -88,11 +113,12 @@ impl Fleet {
 
     /// Passes on a change that was heard of, and remembers where nodes are reached.
     pub fn heard(&self, change: Change) {
-        if let Change::Written(_, super::entry::Entry::Node(node), _) = &change {
+        if let Change::Written(Key::Node(name), Entry::Node(node), _) = &change {
             let mut state = self.lock();
             if state.sites.len() < limits::FLEET_SITES_MAX {
                 state.sites.insert(node.url.clone());
             }
+            state.compare_secret(name, node, self.secret_mark);
         }
         self.tell(|directory, now| directory.changed(change, now));
     }

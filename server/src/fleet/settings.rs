@@ -22,6 +22,14 @@ pub struct FleetSettings {
     pub secret: [u8; 32],
 }
 
+impl FleetSettings {
+    /// A few bits of a hash of the secret, by which nodes see that they have the same without telling it.
+    pub fn secret_mark(&self) -> u32 {
+        let hash = Sha256::new().chain_update(b"jostle fleet").chain_update(self.secret).finalize();
+        u32::from_le_bytes([hash[0], hash[1], hash[2], hash[3]])
+    }
+}
+
 /// Bytes that a secret has at least.
 pub const SECRET_BYTES_MIN: usize = 32;
 
@@ -30,4 +38,27 @@ pub const SECRET_BYTES_MIN: usize = 32;
 pub fn secret(bytes: &[u8]) -> Option<[u8; 32]> {
     let bytes = bytes.trim_ascii();
     (bytes.len() >= SECRET_BYTES_MIN).then(|| Sha256::digest(bytes).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_see_whether_they_have_the_same_secret() {
+        let mark = |secret| {
+            let settings = FleetSettings {
+                nats: String::new(),
+                credentials: None,
+                replicas: 1,
+                node: String::new(),
+                url: String::new(),
+                capacity: 1.0,
+                secret,
+            };
+            settings.secret_mark()
+        };
+        assert_eq!(mark([7; 32]), mark([7; 32]));
+        assert_ne!(mark([7; 32]), mark([8; 32]));
+    }
 }

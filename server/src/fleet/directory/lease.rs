@@ -61,6 +61,7 @@ impl Directory {
             capacity: self.node.capacity,
             used: self.load.used,
             rooms_left: self.load.rooms_left,
+            secret_mark: Some(self.node.secret_mark),
             rooms: self.load.rooms.clone(),
         }
     }

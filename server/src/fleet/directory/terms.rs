@@ -114,4 +114,6 @@ pub struct NodeSettings {
     pub capacity: f64,
     /// A random number; the first incarnation.
     pub incarnation: u64,
+    /// [`super::super::settings::FleetSettings::secret_mark`].
+    pub secret_mark: u32,
 }

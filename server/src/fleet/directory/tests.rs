@@ -31,6 +31,7 @@ fn node(incarnation: u64, rooms_left: usize, used: f64) -> Entry {
         used,
         rooms_left,
         rooms: Vec::new(),
+        secret_mark: None,
     })
 }
 
@@ -53,6 +54,7 @@ fn unregistered() -> Directory {
         url: "https://a.example.org".into(),
         capacity: 1.0,
         incarnation: A,
+        secret_mark: 0,
     });
     directory.measured(Load { used: 0.0, rooms_left: 10, rooms: Vec::new() });
     directory.synced_nodes(&BTreeSet::new(), s(0.0));
@@ -389,6 +391,7 @@ fn of_all_nodes_that_know_of_each_other_one_claims_first() {
             url: String::new(),
             capacity: 1.0,
             incarnation: 1,
+            secret_mark: 0,
         });
         for (name, revision) in fleet.iter().zip(1..) {
             directory.changed(written(node_key(name), node(1, 9, 0.0), revision), s(0.0));

@@ -33,14 +33,14 @@ pub struct Records {
 }
 
 /// The result of a conditional write.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Published {
     /// Written, as this message.
     Done(Sequence),
     /// Another writer has written.
     Refused,
-    /// No answer came: it may be written or not.
-    Unknown,
+    /// It may be written or not: no answer came, or NATS says why not.
+    Unknown(String),
 }
 
 /// A message to be written.
@@ -173,7 +173,7 @@ impl RecordStream for Records {
         match acknowledged {
             Ok(acknowledgement) => Published::Done(acknowledgement.sequence),
             Err(error) if error.kind() == PublishErrorKind::WrongLastSequence => Published::Refused,
-            Err(_) => Published::Unknown,
+            Err(error) => Published::Unknown(error.to_string()),
         }
     }
 

@@ -72,6 +72,8 @@ pub struct RoomTask<S> {
     from: Sequence,
     /// Whether another node has begun to play the room.
     shut_out: bool,
+    /// Why the last attempt failed.
+    reason: String,
 }
 
 impl<S: RecordStream> RoomTask<S> {
@@ -84,7 +86,17 @@ impl<S: RecordStream> RoomTask<S> {
         last: Sequence,
     ) -> RoomTask<S> {
         let code = code.to_owned();
-        RoomTask { shared, stream, code, epoch, last, sent: Vec::new(), from: 0, shut_out: false }
+        RoomTask {
+            shared,
+            stream,
+            code,
+            epoch,
+            last,
+            sent: Vec::new(),
+            from: 0,
+            shut_out: false,
+            reason: String::new(),
+        }
     }
 
     /// Does the jobs of a room until its thread has ended, or the sink is closed.
@@ -154,7 +166,10 @@ impl<S: RecordStream> RoomTask<S> {
         while !self.shut_out && Instant::now() < give_up_at {
             match self.stream.publish(&self.code, &message, self.last).await {
                 Published::Done(sequence) => return Some(self.written(sequence)),
-                Published::Unknown => sleep(RETRY).await,
+                Published::Unknown(reason) => {
+                    self.reason = reason;
+                    sleep(RETRY).await;
+                }
                 Published::Refused => match self.stream.tail(&self.code).await {
                     // An attempt before had been written after all.
                     Ok(tail) if tail.writer == Some(writer) => {
@@ -224,7 +239,7 @@ impl<S: RecordStream> RoomTask<S> {
         self.shared.errors.fetch_add(1, Ordering::Relaxed);
         if !file.failed.swap(true, Ordering::Relaxed) && !self.shut_out {
             error!(
-                room = %self.code, retry_s = limits::STATE_RETRY.as_secs(),
+                room = %self.code, reason = %self.reason, retry_s = limits::STATE_RETRY.as_secs(),
                 "CANNOT KEEP A ROOM: the game goes on, but another node would not know what is played from here on"
             );
         }

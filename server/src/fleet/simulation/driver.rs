@@ -25,6 +25,7 @@ impl Simulation {
             url: format!("https://node-{index}.example.org"),
             capacity: (self.settings.rooms_max + 1) as f64 * ROOM_COST,
             incarnation: u64::from(self.rng.next_u32()) << 20,
+            secret_mark: 0,
         };
         self.nodes[index] = Some(Node {
             process,

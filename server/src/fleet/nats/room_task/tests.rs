@@ -66,7 +66,7 @@ impl State {
         }
         if self.is_cut_off {
             self.waiting.push(request);
-            return Published::Unknown;
+            return Published::Unknown("cut off".to_owned());
         }
         self.carry_out(request)
     }
@@ -119,7 +119,7 @@ impl RecordStream for Stream {
 
     async fn purge(&self, _: &str, before: Sequence) -> Result<(), String> {
         match self.with(|state| state.take(Request::Purge { before })) {
-            Published::Unknown => Err("cut off".to_owned()),
+            Published::Unknown(reason) => Err(reason),
             _ => Ok(()),
         }
     }
