@@ -42,8 +42,13 @@ pub(crate) struct Bots {
 impl Bots {
     /// The bots of a game; `None` if its scene asks for none.
     pub fn of(game: &Game, seed: u64) -> Option<Bots> {
+        let fill = game.scene().rules.round.as_ref()?.fill;
+        Bots::filling(game, seed, usize::from(fill))
+    }
+
+    /// Bots that take seats until this many are taken; `None` without a seat or a hero for them.
+    pub fn filling(game: &Game, seed: u64, fill: usize) -> Option<Bots> {
         let scene = game.scene();
-        let fill = usize::from(scene.rules.round.as_ref()?.fill);
         let hero = scene.hero.as_ref().filter(|_| fill > 0)?;
         let terrain = Terrain::new(scene.size, hero.body.shape.half_extent());
         let (aims, rng) = (Aims::of(scene), Rng::new(seed, STREAM));

@@ -79,6 +79,14 @@ impl Room {
         Room::of(code, Game::new(scene, seed), seed)
     }
 
+    /// The same, but bots take seats until `fill` are taken, instead of as many as the scene's file says. Without
+    /// heroes there are none.
+    pub fn filled(code: &str, scene: Arc<Scene>, seed: u64, fill: u16) -> Room {
+        let mut room = Room::new(code, scene, seed);
+        room.bots = Bots::filling(&room.game, seed, usize::from(fill));
+        room
+    }
+
     /// A room without members around a game.
     fn of(code: &str, game: Game, seed: u64) -> Room {
         let members = Members::new(game.scene().players_max);

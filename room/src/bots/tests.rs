@@ -47,6 +47,31 @@ fn bots_come_with_the_first_player_and_go_with_the_last() {
 }
 
 #[test]
+fn a_room_is_filled_with_as_many_bots_as_are_asked_for() {
+    let bots = |name: &str, fill| {
+        let mut room = Room::filled("test", scene(name), 1, fill);
+        join(&mut room);
+        ticks(&mut room, 1);
+        room.bots()
+    };
+    assert_eq!([bots("hockey", 0), bots("hockey", 1), bots("hockey", 3)], [0, 0, 2]);
+    assert_eq!(bots("hockey", 500), 7, "as many as there are seats");
+    assert_eq!(bots("arena", 3), 2, "its file asks for none");
+    assert_eq!(bots("bounds", 3), 0, "its players have no heroes");
+}
+
+#[test]
+fn a_room_filled_as_its_scene_says_plays_the_same_game() {
+    let play = |mut room: Room| {
+        join(&mut room);
+        ticks(&mut room, 20 * SECOND);
+        room.game().hash()
+    };
+    let asked = Room::filled("test", scene("hill"), 5, 4);
+    assert_eq!(play(Room::new("test", scene("hill"), 5)), play(asked));
+}
+
+#[test]
 fn a_bot_gives_up_the_colour_that_a_player_chose() {
     let mut room = Room::new("test", scene("hill"), 1);
     room.record("test", 0);
