@@ -15,6 +15,7 @@ pub use page::meant_code;
 use crate::fleet::handle::Fleet;
 use crate::host::rooms::is_code;
 use crate::limits;
+use crate::net::assets;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::body::Incoming;
@@ -178,13 +179,24 @@ async fn other_path(
     state: &ServerState,
 ) -> Answer {
     match word.split_once('/') {
-        Some(("assets", name)) => asset(state.config.files, headers, name),
+        Some(("assets", name)) => {
+            own_scene(name, state).unwrap_or_else(|| asset(state.config.files, headers, name))
+        }
         Some(("replays", file)) => replays::file(file, address, state).await,
         Some(("replay", name)) => {
             page(state.config.files, headers, replays::page_status(name, state))
         }
         _ => room_page(headers, word, state),
     }
+}
+
+/// The file of a scene that is not shipped, or is shipped otherwise: pages play it alone.
+fn own_scene(name: &str, state: &ServerState) -> Option<Answer> {
+    let scene = name.strip_prefix("scenes/")?.strip_suffix(".toml")?;
+    let scene = state.rooms.scene(scene)?;
+    let shipped = assets::find(state.config.files, name);
+    let is_shipped = shipped.is_some_and(|file| file.bytes == scene.source.as_bytes());
+    (!is_shipped).then(|| respond(StatusCode::OK, TEXT, scene.source.clone()))
 }
 
 /// Accepts an upgrade for any room: only on the socket can the page learn what is wrong. A path that cannot

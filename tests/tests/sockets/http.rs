@@ -2,9 +2,11 @@
 
 use crate::client::{Client, LONG};
 use crate::server::Server;
+use jostle_game::Scene;
 use jostle_protocol::Refusal;
-use jostle_server::limits;
 use jostle_server::net::assets;
+use jostle_server::{Config, limits};
+use jostle_tests::scenes::DUEL;
 use jostle_tests::server::patient;
 use serde_json::Value;
 use std::net::SocketAddr;
@@ -114,7 +116,7 @@ async fn the_page_comes_with_headers_that_protect_it() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     let origins = vec!["https://friends.example.org".to_owned()];
-    let server = Server::start_with(jostle_server::Config { origins, ..patient() }).await;
+    let server = Server::start_with(Config { origins, ..patient() }).await;
     let upgrade = |origin: &str| {
         format!(
             "GET /arena HTTP/1.1\r\nHost: localhost\r\nOrigin: {origin}\r\nConnection: upgrade\r\n\
@@ -207,6 +209,20 @@ async fn what_the_document_names_is_kept_for_good() {
         assert_eq!((other.status, other.header("cache-control")), (200, Some("no-cache")));
     }
     assert_eq!(get(server.address, &format!("/assets/{version}/nothing")).await.status, 404);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_files_of_added_and_changed_scenes_are_those_that_rooms_play() {
+    let own = |name: &str| Scene::parse(&format!("{name}.toml"), DUEL).expect("a good scene");
+    let scenes = vec![own("duel"), own("hockey")];
+    let server = Server::start_with(Config { scenes, ..patient() }).await;
+    for name in ["duel", "hockey"] {
+        let answer = get(server.address, &format!("/assets/scenes/{name}.toml")).await;
+        assert_eq!((answer.status, answer.body.as_slice()), (200, DUEL.as_bytes()), "{name}");
+    }
+    let shipped = get(server.address, "/assets/scenes/arena.toml").await;
+    assert_eq!((shipped.status, shipped.header("cache-control")), (200, Some("no-cache")));
+    assert_eq!(get(server.address, "/assets/scenes/nothing.toml").await.status, 404);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
