@@ -17,6 +17,7 @@ mod play;
 mod python;
 mod report;
 mod shell;
+mod static_page;
 mod test;
 mod tidy;
 mod traces;
@@ -62,6 +63,9 @@ enum Task {
         /// Compile in seconds instead of minutes; the result is larger and slower
         #[arg(long)]
         dev: bool,
+        /// Write the page without a server into target/static too, for any host of files
+        #[arg(long = "static")]
+        is_static: bool,
     },
     /// Build, try and pack a release into target/dist: static programs for 64-bit x86 and Arm, licences, lists of crates
     Dist,
@@ -145,7 +149,10 @@ fn run(task: Task) -> Result<bool> {
             traces::update()?;
         }
         Task::Test { quick, .. } => return Ok(test::test(quick)),
-        Task::Web { dev } => web::build(if dev { web::Profile::Dev } else { web::Profile::Small })?,
+        Task::Web { dev, is_static } => {
+            let profile = if dev { web::Profile::Dev } else { web::Profile::Small };
+            if is_static { web::build_static(profile)? } else { web::build(profile)? }
+        }
         Task::Dist => dist::dist()?,
         Task::Tidy { figures: false, .. } => tidy::tidy()?,
         Task::Tidy { root, .. } => tidy::figures(&root.unwrap_or_else(shell::root))?,

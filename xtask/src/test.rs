@@ -96,7 +96,7 @@ fn format() -> Result<()> {
 }
 
 fn web_client() -> Result<()> {
-    web::build(web::Profile::Small)
+    web::build_static(web::Profile::Small)
 }
 
 fn clippy_native() -> Result<()> {

@@ -68,6 +68,20 @@ pub struct SceneCard {
     pub picture: Option<String>,
 }
 
+impl SceneCard {
+    /// Bots beside a player who plays alone.
+    pub fn bots_alone(&self) -> u32 {
+        bots_beside_one(self.heroes, [self.fill, self.players_min, self.players_max])
+    }
+}
+
+/// Bots beside a player who plays alone, by the numbers of a scene: as many as would fill a room of the server, and
+/// at least as many as a round needs to begin. None where players have no heroes.
+pub fn bots_beside_one(heroes: bool, [fill, players_min, players_max]: [u32; 3]) -> u32 {
+    let seats = if heroes { fill.max(players_min).min(players_max) } else { 1 };
+    seats.saturating_sub(1)
+}
+
 /// Answer of `GET /api/replays`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 pub struct Replays {
@@ -98,9 +112,12 @@ pub struct ReplayCard {
     pub recording: bool,
 }
 
-/// Address of a shipped scene's file.
-pub fn scene_file(name: &str) -> String {
-    format!("/assets/scenes/{name}.toml")
+/// Folder of the server's files.
+pub const FILES: &str = "/assets";
+
+/// Address of a scene's file in the folder of all files.
+pub fn scene_file(files: &str, name: &str) -> String {
+    format!("{files}/scenes/{name}.toml")
 }
 
 /// Address of a replay's file.
@@ -256,6 +273,17 @@ mod tests {
         assert_eq!(liveliest(&[absent.clone(), bounds.clone(), lock]), None);
         let one = room("c", 1);
         assert_eq!(liveliest(&[absent, bounds, one]).map(|room| room.code.as_str()), Some("c"));
+    }
+
+    #[test]
+    fn a_player_alone_gets_the_bots_that_the_scene_wants() {
+        let bots = |heroes, fill, players_min, players_max| {
+            let card = SceneCard { fill, players_min, players_max, ..card("x", heroes) };
+            card.bots_alone()
+        };
+        assert_eq!([bots(true, 4, 1, 16), bots(true, 0, 1, 16), bots(true, 0, 2, 12)], [3, 0, 1]);
+        assert_eq!(bots(true, 8, 1, 4), 3, "as many as there are seats");
+        assert_eq!([bots(false, 4, 2, 8), bots(true, 0, 0, 1)], [0, 0]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ pub mod http;
 pub mod meter;
 pub mod reconnect;
 pub mod report;
+pub mod scene_link;
 pub mod simulated_link;
 #[cfg(target_arch = "wasm32")]
 pub mod socket;

@@ -5,6 +5,7 @@ use crate::input::touch::Fingers;
 use crate::net::api::{self, query_value};
 use crate::net::report::Fetched;
 use crate::net::simulated_link::NetworkConditions;
+use crate::page::awaited::Awaited;
 use crate::page::context::{Context, Remembered};
 use crate::page::dialogs::{Dialogs, Question};
 use crate::page::event::{Address, Canvas, Effect, Event, Form};
@@ -20,7 +21,6 @@ use crate::page::{name, tools};
 use crate::replay::player::ReplayPlayer;
 use crate::world::replica::{News, Replica};
 use crate::world::room_in_page::{DemoRequest, RoomInPage};
-use jostle_game::scene::is_name;
 use jostle_game::{Buttons, RoundPhase, Scene, Seat};
 use jostle_protocol::{Appearance, limits};
 use std::sync::Arc;
@@ -32,10 +32,15 @@ pub enum Activity {
     /// Choosing a room.
     Lobby,
     Game(Box<GameScreen>),
-    /// Waiting for the scene of a demo.
-    FetchingScene(DemoRequest),
-    /// Waiting for a replay of the server, by its name.
-    Fetching(String),
+    /// Waiting for a scene to play it in the page.
+    FetchingScene(Awaited),
+    /// Waiting for a replay.
+    Fetching {
+        /// Its name, for people.
+        name: String,
+        /// The address of its file.
+        file: String,
+    },
     /// It did not come, or cannot be watched; a card says why.
     NoReplay,
     Replay(Box<OpenReplay>),
@@ -70,6 +75,8 @@ pub struct Startup {
     pub query: String,
     /// Seed of everything that is left to chance.
     pub seed: u64,
+    /// The page has no server.
+    pub is_static: bool,
     /// The player prefers less motion.
     pub calm: bool,
 }
@@ -112,9 +119,10 @@ pub struct App {
 impl App {
     /// A page that shows nothing yet: the first event says where it is.
     pub fn new(startup: &Startup) -> App {
-        let Startup { remembered, query, seed, calm } = startup;
+        let Startup { remembered, query, seed, calm, is_static } = startup;
         let predicts = remembered.predicts(query_value(query, "predict"));
         let mut ctx = Context::new(remembered.clone(), predicts, *seed);
+        ctx.is_static = *is_static;
         let appearance = recall(&mut ctx, remembered);
         // For tests, and for links to a bad network: `?lag=150,30` or `?lag=300,100,stalls`.
         let conditions = query_value(query, "lag").and_then(NetworkConditions::parse);
@@ -184,6 +192,7 @@ impl App {
                     self.lobby.open(&mut self.ctx, &scene, form.private);
                 }
             }
+            Event::AloneClicked(scene, form) => self.play_scene_alone(&scene, &form),
             Event::Socket(session, event) => {
                 self.with_game(|game, ctx| game.on_socket(ctx, session, event));
             }
@@ -195,8 +204,9 @@ impl App {
             Event::SceneFetched(name, fetched) => self.take_scene(&name, fetched),
             Event::ReplayFetched(name, fetched) => self.take_fetched(&name, fetched),
             Event::ReplayRead(file, contents) => self.take_file(file, contents),
+            Event::SceneRead(file, contents) => self.take_scene_file(&file, contents),
             Event::FileDragged => {
-                let takes = !matches!(self.activity, Activity::Game(_));
+                let takes = self.takes_files();
                 self.ctx.request(Effect::OfferDrop(takes));
             }
             Event::Copied(copied) => self.note_copied(copied),
@@ -228,30 +238,45 @@ impl App {
     // Screens.
 
     /// Shows what an address asks for.
-    fn route(&mut self, address: Address) {
+    pub(super) fn route(&mut self, address: Address) {
         self.end_screen();
         self.address = address.clone();
+        if !self.route_hash(&address.hash) {
+            self.route_path(&address);
+        }
+        if let Activity::Game(_) = self.activity {
+            self.ctx.request(Effect::FocusStage);
+        }
+    }
+
+    fn route_path(&mut self, address: &Address) {
+        // The path of a page without a server is that of its folder.
+        let path = if self.ctx.is_static { "/" } else { &address.path };
         if let Some(request) = DemoRequest::parse(&address.query) {
-            let name = request.scene.clone();
-            self.activity = Activity::FetchingScene(request);
-            // Anything else would be a path of this server to some other file.
-            if is_name(&name) {
-                self.ctx.request(Effect::FetchScene(name));
-            } else {
-                self.take_scene(&name, Fetched::Nothing);
-            }
-        } else if let Some(name) = api::replay_name(&address.path) {
-            self.activity = Activity::Fetching(name.to_owned());
-            self.ctx.request(Effect::FetchReplay(name.to_owned()));
-        } else if let Some(code) = room_code(&address.path) {
+            self.await_scene(Awaited::Demo(request));
+        } else if let Some(name) = api::replay_name(path) {
+            self.fetch_replay(name.to_owned(), api::replay_file(name));
+        } else if let Some(code) = room_code(path) {
             let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone());
             self.activity = Activity::Game(Box::new(game));
         } else {
             self.lobby.show(&mut self.ctx);
         }
-        if let Activity::Game(_) = self.activity {
-            self.ctx.request(Effect::FocusStage);
-        }
+    }
+
+    /// Path of the lobby.
+    pub(super) fn home(&self) -> &str {
+        if self.ctx.is_static { &self.address.path } else { "/" }
+    }
+
+    /// Whether a file that is dropped is opened: a game on a server is not left for it.
+    pub(super) fn takes_files(&self) -> bool {
+        self.game().is_none_or(GameScreen::is_in_page)
+    }
+
+    fn go_home(&mut self) {
+        let home = self.home().to_owned();
+        self.go(&home);
     }
 
     /// Goes to a path of this server.
@@ -296,19 +321,22 @@ impl App {
         self.copied = None;
     }
 
-    /// Starts the demo that waits for this scene.
-    fn take_scene(&mut self, name: &str, fetched: Fetched) {
-        let Activity::FetchingScene(request) = &self.activity else { return };
-        if request.scene != name {
+    /// Starts the game in the page that waits for this scene.
+    pub(super) fn take_scene(&mut self, name: &str, fetched: Fetched) {
+        let Activity::FetchingScene(awaited) = &self.activity else { return };
+        if awaited.scene() != name {
             return;
         }
-        let request = request.clone();
+        let awaited = awaited.clone();
         let source = match fetched {
             Fetched::Bytes(bytes) => String::from_utf8(bytes).unwrap_or_default(),
             _ => String::new(),
         };
         if let Ok(scene) = Scene::parse(name, &source) {
-            self.start_demo(&request, Arc::new(scene));
+            match awaited {
+                Awaited::Demo(request) => self.start_demo(&request, Arc::new(scene)),
+                Awaited::Alone(_, wish) => self.play_alone(Arc::new(scene), wish),
+            }
             self.ctx.request(Effect::FocusStage);
         } else {
             self.activity = Activity::Lobby;
@@ -322,7 +350,7 @@ impl App {
         // A picture must not depend on the player.
         let neutral = || Appearance { name: "Jo".into(), color: 0 };
         let appearance = if frozen { neutral() } else { self.appearance.clone() };
-        let mut game = GameScreen::in_page(&mut self.ctx, room, appearance);
+        let mut game = GameScreen::in_page(&mut self.ctx, "demo", room, appearance);
         if let Some(ticks) = request.ticks {
             game.freeze_at(&mut self.ctx, ticks);
             self.own_color = 0;
@@ -410,7 +438,7 @@ impl App {
     // The lobby's form.
 
     /// Takes name and colour from the form; `false` if the name cannot be used.
-    fn read_form(&mut self, form: &Form) -> bool {
+    pub(super) fn read_form(&mut self, form: &Form) -> bool {
         self.own_color = form.color;
         let Some(appearance) = self.lobby.read(form) else { return false };
         self.ctx.remember_player(&appearance.name, appearance.color);
@@ -419,7 +447,9 @@ impl App {
     }
 
     fn play(&mut self, form: &Form) {
-        if self.read_form(form) {
+        if self.ctx.is_static {
+            self.play_scene_alone(api::FIRST_SCENE, form);
+        } else if self.read_form(form) {
             let code = self.lobby.play(&mut self.ctx, form.private);
             self.enter(code);
         }
@@ -430,7 +460,7 @@ impl App {
     /// Does what was clicked says (`data-action` in `index.html`).
     fn click(&mut self, action: &str, value: &str) {
         match action {
-            "leave" => self.go("/"),
+            "leave" => self.go_home(),
             "go" => self.go(&format!("/{value}")),
             "copy" => self.ctx.request(Effect::CopyAddress),
             "help" => self.toggle_help(),
@@ -474,7 +504,7 @@ impl App {
     /// Does what the button of a card says.
     fn act(&mut self, action: Option<CardAction>) {
         match action {
-            Some(CardAction::Lobby) => self.go("/"),
+            Some(CardAction::Lobby) => self.go_home(),
             Some(CardAction::Play) => self.go(&format!("/{}", api::FIRST_SCENE)),
             Some(CardAction::Reload) => self.ctx.request(Effect::Reload),
             Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),

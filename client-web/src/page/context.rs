@@ -52,6 +52,8 @@ pub struct Context {
     pub effects: Vec<Effect>,
     /// The own hero is shown ahead of the server.
     pub predicts: bool,
+    /// The page has no server.
+    pub is_static: bool,
     /// The clock itself, for work that is to end in time.
     pub clock: fn() -> f64,
     session: BTreeMap<String, String>,
@@ -79,6 +81,7 @@ impl Context {
             now_ms: 0.0,
             effects: Vec::new(),
             predicts,
+            is_static: false,
             clock: || 0.0,
             session,
             left: local,

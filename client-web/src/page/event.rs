@@ -6,6 +6,7 @@ use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
 use crate::sound::task::{SoundEvent, SoundTask};
 use jostle_game::Buttons;
+use jostle_game::scene::SceneError;
 use jostle_protocol::replay::ReplayError;
 use jostle_sim::Vec2;
 
@@ -92,6 +93,8 @@ pub struct Form {
     /// The chosen colour.
     pub color: u8,
     pub private: bool,
+    /// Bots play too where the game is played alone.
+    pub bots: bool,
 }
 
 /// Anything that happens to the page.
@@ -128,16 +131,20 @@ pub enum Event {
     PlayClicked(Form),
     /// A scene's card was pressed.
     SceneClicked(String, Form),
+    /// A scene is to be played alone.
+    AloneClicked(String, Form),
     /// The socket of a session changed.
     Socket(u32, SocketEvent),
     /// The connection is to be closed as a broken network would.
     ConnectionCut,
     /// The server answered a request, or did not.
     Answered(Request, Option<String>),
-    /// The scene of a demo came from the server, or did not.
+    /// The file of a scene came, by the scene's name, or did not.
     SceneFetched(String, Fetched),
-    /// A replay came from the server, or did not.
+    /// A replay came, by the address of its file, or did not.
     ReplayFetched(String, Fetched),
+    /// A scene file of this machine was read, by the file's name, or could not be.
+    SceneRead(String, Result<Vec<u8>, SceneError>),
     /// A replay file of this machine was read, or could not be.
     ReplayRead(String, Result<Vec<u8>, ReplayError>),
     /// A file is dragged over the page.
@@ -173,7 +180,7 @@ pub enum Effect {
     PushAddress(String),
     /// Loads the page again.
     Reload,
-    /// Lets the player choose a replay file.
+    /// Lets the player choose a file: a replay or a scene.
     ChooseFile,
     CopyAddress,
     /// Gives the keyboard focus to the canvas.
@@ -195,8 +202,9 @@ pub enum Effect {
     SetConditions(NetworkConditions),
     /// Calls the server.
     Request(Request),
-    /// Fetches a shipped scene by its name.
+    /// Fetches the file of a scene by the scene's name.
     FetchScene(String),
+    /// Fetches a replay by the address of its file.
     FetchReplay(String),
     /// Remembers a value for later visits, or forgets it.
     StoreLocal(String, Option<String>),

@@ -54,6 +54,7 @@ fn describe(page: &Page) -> JsValue {
         ("sections", meter.map(sections).into()),
         ("emitter_events", count(meter.map_or(0, |meter| meter.emitters))),
         ("hash", game.and_then(|game| game.state_hash()).map(hex).into()),
+        ("hash_tick", game.and_then(|game| Some(game.room_in_page()?.tick_count())).into()),
         ("told_place", played.and_then(Replica::told_place).map(point).into()),
         ("prediction", game.and_then(prediction).into()),
         ("replay", replay.map(shown_replay).into()),

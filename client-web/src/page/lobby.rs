@@ -62,6 +62,9 @@ impl Lobby {
         if self.scenes.is_empty() {
             ctx.request(Effect::Request(Request::Scenes));
         }
+        if ctx.is_static {
+            return;
+        }
         ctx.request(Effect::Request(Request::Rooms));
         if self.replays_asked_ms.is_none_or(|asked_ms| ctx.now_ms - asked_ms >= REPLAYS_MS) {
             self.replays_asked_ms = Some(ctx.now_ms);
@@ -126,6 +129,8 @@ impl Lobby {
             Request::Scenes => {
                 if let Some(Scenes { scenes }) = parse(answer) {
                     self.scenes = scenes;
+                } else if ctx.is_static {
+                    self.say(strings::NO_SCENES, true);
                 }
             }
             Request::Replays => {

@@ -2,7 +2,9 @@
 //! state into the document, and `shell` moves events and effects between the two. Only the
 //! latter exist on wasm alone.
 
+mod alone;
 mod app;
+mod awaited;
 mod captions;
 mod context;
 mod dialogs;

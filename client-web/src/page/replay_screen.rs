@@ -49,9 +49,9 @@ impl Opening {
 /// A replay that is being watched.
 pub struct OpenReplay {
     pub player: ReplayPlayer,
-    /// Its name on the server, if it came from there.
+    /// Its name, if the page's address leads to it.
     pub name: Option<String>,
-    /// The name of its file, if it did not.
+    /// The name of its file, if it came from this machine.
     pub file: String,
     /// Measurements of drawing.
     pub meter: Meter,

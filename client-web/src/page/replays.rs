@@ -3,7 +3,7 @@
 use crate::net::report::Fetched;
 use crate::page::app::{Activity, App};
 use crate::page::dialogs::Card;
-use crate::page::event::{Address, Effect};
+use crate::page::event::Effect;
 use crate::page::replay_screen::{OpenReplay, Opening};
 use crate::page::strings;
 use crate::replay::error::ReplayLoadError;
@@ -21,16 +21,23 @@ impl App {
         }
     }
 
-    pub(super) fn take_fetched(&mut self, name: &str, fetched: Fetched) {
-        let Activity::Fetching(awaited) = &self.activity else { return };
-        if awaited != name {
+    /// Asks for a replay by the address of its file.
+    pub(super) fn fetch_replay(&mut self, name: String, file: String) {
+        self.activity = Activity::Fetching { name, file: file.clone() };
+        self.ctx.request(Effect::FetchReplay(file));
+    }
+
+    pub(super) fn take_fetched(&mut self, from: &str, fetched: Fetched) {
+        let Activity::Fetching { name, file } = &self.activity else { return };
+        if file != from {
             return;
         }
+        let name = name.clone();
         let (card, detail) = match fetched {
             Fetched::Bytes(bytes) => {
-                return self.begin_replay(Some(name.to_owned()), String::new(), bytes);
+                return self.begin_replay(Some(name), String::new(), bytes);
             }
-            Fetched::Refused(404) => (strings::NO_SUCH_REPLAY, format!("/replay/{name}")),
+            Fetched::Refused(404) => (strings::NO_SUCH_REPLAY, from.to_owned()),
             Fetched::Refused(status) => (strings::REPLAY_REFUSED, format!("HTTP status {status}")),
             Fetched::Nothing => (strings::REPLAY_REFUSED, String::new()),
         };
@@ -40,7 +47,7 @@ impl App {
 
     /// Watches a file of this machine. A game that is on is not left for it.
     pub(super) fn take_file(&mut self, file: String, contents: Result<Vec<u8>, ReplayError>) {
-        if let Activity::Game(_) = self.activity {
+        if !self.takes_files() {
             return;
         }
         match contents {
@@ -74,9 +81,8 @@ impl App {
     fn watch(&mut self, player: ReplayPlayer, name: Option<String>, file: String) {
         self.end_screen();
         // Going back leads to where the player was.
-        if name.is_none() && self.address.hash != FILE_HASH {
-            self.address = Address { hash: FILE_HASH.to_owned(), ..Address::default() };
-            self.ctx.request(Effect::PushAddress(format!("/{FILE_HASH}")));
+        if name.is_none() {
+            self.show_hash(FILE_HASH.to_owned());
         }
         let replay = OpenReplay::new(player, name, file, self.ctx.now_ms);
         self.dialogs.card = replay.cut();
@@ -87,8 +93,8 @@ impl App {
 
     /// Says why a file cannot be watched. What is being watched stays.
     fn refuse_replay(&mut self, error: &ReplayLoadError) {
-        let watching = self.replay().is_some();
-        if let Activity::Fetching(_) = self.activity {
+        let watching = self.replay().is_some() || self.game().is_some();
+        if let Activity::Fetching { .. } = self.activity {
             self.activity = Activity::NoReplay;
         }
         self.dialogs.card = Some(strings::bad_replay(error, watching));

@@ -2,7 +2,7 @@
 //! views show the result.
 
 use crate::browser;
-use crate::net::api::{Request, replay_file, scene_file};
+use crate::net::api::{FILES, Request, scene_file};
 use crate::net::http;
 use crate::net::report::SocketEvent;
 use crate::net::socket::{Conditions, Socket};
@@ -33,6 +33,28 @@ pub struct Page {
     socket: Option<Socket>,
     conditions: Conditions,
     pub player: Player,
+    files: Files,
+}
+
+/// The folder of all files: the one that the document names if there is no server.
+#[derive(Clone)]
+struct Files(Option<String>);
+
+impl Files {
+    fn folder(&self) -> &str {
+        self.0.as_deref().unwrap_or(FILES)
+    }
+
+    /// HTTP method and address of a request. Without a server the list of scenes is a file.
+    fn target(&self, request: &Request) -> (&'static str, String) {
+        match (request, &self.0) {
+            (Request::Scenes, Some(folder)) => ("GET", format!("{folder}/scenes.json")),
+            _ => {
+                let (method, path) = request.target();
+                (method, path.to_owned())
+            }
+        }
+    }
 }
 
 thread_local! {
@@ -50,6 +72,7 @@ fn main() {
         dom::dialogs::show_crash();
     }));
     let query = browser::window().location().search().unwrap_or_default();
+    let files = Files(dom::root().get_attribute("data-static"));
     let startup = Startup {
         remembered: Remembered {
             local: browser::stored(browser::local_storage().as_ref()),
@@ -57,6 +80,7 @@ fn main() {
         },
         seed: (js_sys::Math::random() * 2f64.powi(53)) as u64,
         calm: browser::media("(prefers-reduced-motion: reduce)"),
+        is_static: files.0.is_some(),
         query,
     };
     let mut app = App::new(&startup);
@@ -65,7 +89,7 @@ fn main() {
     let views = Views::new(events, &app);
     let (socket, conditions) = (None, Conditions::default());
     let player = Player::default();
-    PAGE.set(Some(Page { app, views, events, socket, conditions, player }));
+    PAGE.set(Some(Page { app, views, events, socket, conditions, player, files }));
     listeners::all(events);
     dom::listen(&browser::window(), "popstate", move |_: web_sys::Event| {
         events.push(Event::Navigated(address()));
@@ -187,15 +211,15 @@ impl Page {
                 socket => drop(socket),
             },
             Effect::SetConditions(conditions) => self.conditions.set(conditions),
-            Effect::Request(request) => call(events, request),
+            Effect::Request(request) => call(events, &self.files, request),
             Effect::FetchScene(name) => {
-                http::fetch(&scene_file(&name), move |fetched| {
+                http::fetch(&scene_file(self.files.folder(), &name), move |fetched| {
                     events.push(Event::SceneFetched(name, fetched));
                 });
             }
-            Effect::FetchReplay(name) => {
-                http::fetch(&replay_file(&name), move |fetched| {
-                    events.push(Event::ReplayFetched(name, fetched));
+            Effect::FetchReplay(file) => {
+                http::fetch(&file.clone(), move |fetched| {
+                    events.push(Event::ReplayFetched(file, fetched));
                 });
             }
             Effect::StoreLocal(key, value) => {
@@ -232,10 +256,10 @@ impl Page {
     }
 }
 
-fn call(events: Events, request: Request) {
-    let (method, path) = request.target();
+fn call(events: Events, files: &Files, request: Request) {
+    let (method, path) = files.target(&request);
     let body = request.body();
-    http::call(method, path, body.as_deref(), move |answer| {
+    http::call(method, &path, body.as_deref(), move |answer| {
         events.push(Event::Answered(request, answer));
     });
 }

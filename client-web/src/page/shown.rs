@@ -61,7 +61,7 @@ impl App {
         match &self.activity {
             Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => "unsupported",
             Activity::Replay(_) => "replay",
-            Activity::Fetching(_) | Activity::FetchingScene(_) => "connecting",
+            Activity::Fetching { .. } | Activity::FetchingScene(_) => "connecting",
             _ if self.opening.is_some() => "connecting",
             Activity::NoReplay => "refused",
             Activity::Game(game) if game.is_frozen() && self.drawn_frames == 0 => "connecting",
@@ -79,12 +79,12 @@ impl App {
             return Some(strings::reading(opening.reader.progress()));
         }
         match &self.activity {
-            Activity::Fetching(_) => Some(strings::FETCHING),
+            Activity::Fetching { .. } => Some(strings::FETCHING),
             Activity::FetchingScene(_) => Some(strings::connecting(0)),
             Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => {
                 Some(strings::NO_WEBGL2)
             }
-            Activity::Game(game) => game_notice(game, lost),
+            Activity::Game(game) => game_notice(game, lost).or_else(|| self.dialogs.card.clone()),
             Activity::Replay(_) if lost => Some(strings::GRAPHICS_LOST),
             _ => self.dialogs.card.clone(),
         }

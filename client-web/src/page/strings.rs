@@ -1,8 +1,10 @@
 //! The texts of the page: names for strangers, and one sentence and one button for every way in which
 //! a session can end.
 
+use crate::net::scene_link::SceneLinkError;
 use crate::replay::error::ReplayLoadError;
 use crate::sound::cue::Sound;
+use jostle_game::scene::SceneError;
 use jostle_protocol::replay::ReplayError;
 use jostle_protocol::{BAD_MESSAGE_CODES, Refusal};
 use jostle_sim::TICKS_PER_SECOND;
@@ -86,6 +88,9 @@ const fn elsewhere(title: &'static str, text: &'static str) -> Card {
 /// Shown while the lists of the lobby cannot be refreshed.
 pub const UNANSWERED: &str = "Can't reach the server; this list may be out of date.";
 
+/// Shown while the list of scenes of a page without a server did not come.
+pub const NO_SCENES: &str = "Can't load the scenes. Check your connection; we'll keep trying.";
+
 /// The browser cannot draw the game.
 pub const NO_WEBGL2: Card = card(
     "No WebGL 2",
@@ -151,7 +156,7 @@ pub const CLOSED_BY_YOU: Card = card(
 /// A replay is on its way.
 pub const FETCHING: Card = passing(card(
     "Loading the replay",
-    "Fetching it from the server.",
+    "Fetching the file.",
     "Back to the lobby",
     CardAction::Lobby,
 ));
@@ -169,8 +174,8 @@ const READING: Card = passing(card(
 pub const NO_SUCH_REPLAY: Card = card_or(
     card(
         "Replay not found",
-        "This replay isn't on the server. It may have been deleted to save space, or the link is incomplete.",
-        "See all replays",
+        "There is no replay at this address. It may have been deleted to save space, or the link is incomplete.",
+        "Back to the lobby",
         CardAction::Lobby,
     ),
     "Open a file",
@@ -184,7 +189,7 @@ pub const REPLAY_REFUSED: Card = card_or(
         "Try again",
         CardAction::Refetch,
     ),
-    "All rooms",
+    "Back to the lobby",
     CardAction::Lobby,
 );
 
@@ -192,11 +197,38 @@ pub const REPLAY_REFUSED: Card = card_or(
 pub fn bad_replay(error: &ReplayLoadError, watching: bool) -> Card {
     let (label, action) = match watching {
         true => ("Keep watching", CardAction::Stay),
-        false => ("All rooms", CardAction::Lobby),
+        false => ("Back to the lobby", CardAction::Lobby),
     };
     let (title, text) = error.title_and_advice();
     let card = card(title, text, "Open another file", CardAction::File);
     Card { detail: error.to_string(), ..card_or(card, label, action) }
+}
+
+/// The card for a scene that cannot be played, while a game or a replay is on or not.
+pub fn bad_scene(error: &SceneError, playing: bool) -> Card {
+    let (label, action) = match playing {
+        true => ("Keep going", CardAction::Stay),
+        false => ("Back to the lobby", CardAction::Lobby),
+    };
+    let text = "It can be played once this is corrected:";
+    let card = card("The scene has an error", text, "Open another file", CardAction::File);
+    Card { detail: error.to_string(), ..card_or(card, label, action) }
+}
+
+/// The card for a scene link that cannot be read.
+pub fn bad_link(error: &SceneLinkError) -> Card {
+    let text = "This link holds no scene that can be played. Ask for the link again, or for the scene's file.";
+    let card = card("Broken scene link", text, "Back to the lobby", CardAction::Lobby);
+    Card { detail: error.to_string(), ..card }
+}
+
+/// Words for the bots of a game that is played alone.
+pub fn bots(count: u32) -> String {
+    match count {
+        0 => String::new(),
+        1 => "with 1 bot".to_owned(),
+        many => format!("with {many} bots"),
+    }
 }
 
 /// The card for a replay that is shorter than it was, by how many ticks it still has.

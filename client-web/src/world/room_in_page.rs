@@ -1,5 +1,5 @@
-//! A room inside the page: the offline demo. It speaks the same bytes as a server, so everything
-//! past the socket is the code that plays online. Scripted, it gives the same picture every time.
+//! A room inside the page, for playing alone and for demos. It speaks the same bytes as a server, so everything
+//! past the socket is the code that plays online. A scripted demo gives the same picture every time.
 
 use crate::net::api::query_value;
 use jostle_game::{Buttons, Input, Scene, Seat, Tools};
@@ -60,22 +60,33 @@ pub struct RoomInPage {
 impl RoomInPage {
     /// A room at tick 0. `scripted`: inputs of the own player come from the script too.
     pub fn new(scene: Arc<Scene>, seed: u64, bots: u8, scripted: bool) -> RoomInPage {
-        let mut room = Room::new("demo", scene.clone(), seed);
+        let room = Room::new("demo", Arc::clone(&scene), seed);
+        let mut demo = RoomInPage { scripted, ..RoomInPage::around(room, Arc::clone(&scene)) };
         const COLORS: u16 = jostle_protocol::limits::COLORS as u16;
         let bots = u16::from(bots).min(scene.players_max.saturating_sub(1));
         let names = ["Ada", "Grace", "Alan", "Edsger", "Barbara", "Donald", "Niklaus", "Radia"];
         let seats = (0..bots).filter_map(|i| {
             let name = names[usize::from(i) % names.len()].to_owned();
             let appearance = Appearance { name: name.into(), color: ((i + 1) % COLORS) as u8 };
-            room.join(appearance, None).ok().map(|welcome| welcome.claim.seat)
+            demo.room.join(appearance, None).ok().map(|welcome| welcome.claim.seat)
         });
-        let bots = seats.collect();
+        demo.bots = seats.collect();
+        demo
+    }
+
+    /// A room at tick 0 for one player, who plays against this many of the server's bots.
+    pub fn alone(scene: Arc<Scene>, seed: u64, bots: u16) -> RoomInPage {
+        let room = Room::filled("alone", Arc::clone(&scene), seed, bots.saturating_add(1));
+        RoomInPage::around(room, scene)
+    }
+
+    fn around(room: Room, scene: Arc<Scene>) -> RoomInPage {
         RoomInPage {
             room,
             scene,
             own: None,
-            bots,
-            scripted,
+            bots: Vec::new(),
+            scripted: false,
             reader: None,
             outbox: Vec::new(),
             started_ms: None,
@@ -145,6 +156,11 @@ impl RoomInPage {
             };
             self.outbox.extend(message.map(|bytes| bytes.to_vec()));
         }
+    }
+
+    /// Ticks played so far.
+    pub fn tick_count(&self) -> u32 {
+        self.tick
     }
 
     fn seat(&self) -> Option<Seat> {

@@ -5,6 +5,7 @@ use crate::page::event::{Focus, Key};
 use jostle_game::Buttons;
 use jostle_protocol::{ClientMessage, ServerMessage};
 
+mod alone;
 mod game;
 mod lobby;
 mod moves;
@@ -42,7 +43,8 @@ impl Browser {
     }
 
     fn open_with(path: &str, query: &str, remembered: Remembered) -> Browser {
-        let startup = Startup { remembered, query: query.to_owned(), seed: 1, calm: false };
+        let startup =
+            Startup { remembered, query: query.to_owned(), seed: 1, calm: false, is_static: false };
         let mut browser = Browser {
             app: App::new(&startup),
             now_ms: 0.0,
@@ -177,5 +179,5 @@ fn has(effects: &[String], name: &str) -> bool {
 }
 
 fn form(name: &str) -> Form {
-    Form { name: name.to_owned(), color: 5, private: false }
+    Form { name: name.to_owned(), color: 5, private: false, bots: true }
 }

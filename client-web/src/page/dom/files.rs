@@ -1,10 +1,11 @@
-//! Replay files of this machine: dropped onto the page, or chosen.
+//! Files of this machine, replays and scenes: dropped onto the page, or chosen.
 
 use crate::browser;
+use crate::page::alone::file_error;
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::queue::Events;
-use jostle_protocol::limits::REPLAY_BYTES_MAX;
+use jostle_protocol::limits::{REPLAY_BYTES_MAX, SCENE_BYTES_MAX};
 use jostle_protocol::replay::{Problem, ReplayError};
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
@@ -40,23 +41,78 @@ pub fn listen(events: Events) {
     });
 }
 
+/// The two kinds of files, by the ending of the name.
+#[derive(Clone, Copy)]
+enum FileKind {
+    Replay,
+    Scene,
+}
+
+impl FileKind {
+    fn of(name: &str) -> FileKind {
+        if name.ends_with(".toml") { FileKind::Scene } else { FileKind::Replay }
+    }
+
+    fn bytes_max(self) -> usize {
+        match self {
+            FileKind::Replay => REPLAY_BYTES_MAX,
+            FileKind::Scene => SCENE_BYTES_MAX,
+        }
+    }
+
+    fn read(self, name: String, bytes: Vec<u8>) -> Event {
+        match self {
+            FileKind::Replay => Event::ReplayRead(name, Ok(bytes)),
+            FileKind::Scene => Event::SceneRead(name, Ok(bytes)),
+        }
+    }
+
+    /// A file of this many bytes is too long.
+    fn too_long(self, name: String, bytes: f64) -> Event {
+        match self {
+            FileKind::Replay => {
+                let problem = Problem::TooLong { bytes: bytes as usize };
+                let error = ReplayError { offset: REPLAY_BYTES_MAX, problem };
+                Event::ReplayRead(name, Err(error))
+            }
+            FileKind::Scene => {
+                let error = file_error(
+                    &name,
+                    &format!("{bytes} bytes"),
+                    &format!("at most {SCENE_BYTES_MAX}"),
+                );
+                Event::SceneRead(name, Err(error))
+            }
+        }
+    }
+
+    fn unreadable(self, name: String) -> Event {
+        match self {
+            FileKind::Replay => {
+                let error = ReplayError { offset: 0, problem: Problem::CutOff };
+                Event::ReplayRead(name, Err(error))
+            }
+            FileKind::Scene => {
+                let error = file_error(&name, "a file that cannot be read", "a TOML file");
+                Event::SceneRead(name, Err(error))
+            }
+        }
+    }
+}
+
 /// Reads a file and reports its contents.
 fn read(events: Events, file: &File) {
-    let name = file.name();
-    let bytes = file.size();
-    if bytes > REPLAY_BYTES_MAX as f64 {
-        let problem = Problem::TooLong { bytes: bytes as usize };
-        let error = ReplayError { offset: REPLAY_BYTES_MAX, problem };
-        return events.push(Event::ReplayRead(name, Err(error)));
+    let (name, kind) = (file.name(), FileKind::of(&file.name()));
+    if file.size() > kind.bytes_max() as f64 {
+        return events.push(kind.too_long(name, file.size()));
     }
     let unread = name.clone();
     let taken = Closure::<dyn FnMut(JsValue)>::new(move |buffer: JsValue| {
         let bytes = js_sys::Uint8Array::new(&buffer).to_vec();
-        events.push(Event::ReplayRead(name.clone(), Ok(bytes)));
+        events.push(kind.read(name.clone(), bytes));
     });
     let failed = Closure::<dyn FnMut(JsValue)>::new(move |_| {
-        let error = ReplayError { offset: 0, problem: Problem::CutOff };
-        events.push(Event::ReplayRead(unread.clone(), Err(error)));
+        events.push(kind.unreadable(unread.clone()));
     });
     let _ = file.array_buffer().unchecked_into::<js_sys::Promise>().then2(&taken, &failed);
     // The promise decides which of them is called and when: a few bytes a file.

@@ -61,6 +61,7 @@ impl Hud {
             dom::show(id, false);
         }
         dom::show("copy", true);
+        dom::show("signal", true);
         dom::document().set_title("Jostle");
     }
 
@@ -102,7 +103,14 @@ impl Hud {
         dom::text("room-title", &scene.title);
         dom::document().set_title(&format!("{} \u{b7} Jostle", scene.title));
         let code = format!("/{}", game.code);
-        dom::text("room-code", if game.is_in_page() { "demo, offline" } else { &code });
+        let about = match game.is_in_page() {
+            true if game.is_alone() => "played alone",
+            true => "demo, offline",
+            false => &code,
+        };
+        dom::text("room-code", about);
+        // There is no connection to show.
+        dom::show("signal", !game.is_alone());
         help::fill_for_game(&mut self.help, scene);
     }
 

@@ -91,7 +91,9 @@ fn click(events: Events, event: &MouseEvent) {
     let attribute = |name| element.get_attribute(name).unwrap_or_default();
     let (action, value) = (attribute("data-action"), attribute("data-value"));
     events.push(match action.as_str() {
+        "open-scene" if dom::is_static() => Event::AloneClicked(value, lobby::form()),
         "open-scene" => Event::SceneClicked(value, lobby::form()),
+        "play-alone" => Event::AloneClicked(value, lobby::form()),
         _ => Event::Clicked(action, value),
     });
 }

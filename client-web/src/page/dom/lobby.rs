@@ -78,6 +78,7 @@ pub fn form() -> Form {
         name: dom::by_id::<HtmlInputElement>("name").value(),
         color: checked.and_then(|radio| radio.value().parse().ok()).unwrap_or(0),
         private: dom::by_id::<HtmlInputElement>("private").checked(),
+        bots: dom::by_id::<HtmlInputElement>("bots").checked(),
     }
 }
 
@@ -181,23 +182,26 @@ fn category_of(scene: &SceneCard) -> &'static str {
     known.unwrap_or("playgrounds")
 }
 
-fn scene_entry(scene: &SceneCard) -> Item {
-    let mut seats = match (scene.players_min, scene.players_max) {
+/// How a scene is played, in a few words: by how many, in teams, for how long.
+fn manner(scene: &SceneCard) -> String {
+    let seats = match (scene.players_min, scene.players_max) {
+        _ if dom::is_static() => String::new(),
         (_, 1) => "1 player".to_owned(),
         (..=1, many) => format!("Up to {many} players"),
         (few, many) => format!("{few} to {many} players"),
     };
-    if scene.fill > 0 {
-        seats.push_str(" and bots");
-    }
-    if scene.teams > 1 {
-        seats.push_str(&format!(", {} teams", scene.teams));
-    }
-    if scene.round_s > 0 {
-        let minutes = scene.round_s.div_ceil(60);
-        seats.push_str(&format!(", {minutes} min"));
-    }
+    let bots = if scene.fill > 0 && !dom::is_static() { " and bots" } else { "" };
+    let teams = (scene.teams > 1).then(|| format!("{} teams", scene.teams));
+    let minutes = (scene.round_s > 0).then(|| format!("{} min", scene.round_s.div_ceil(60)));
+    let parts = [Some(seats + bots), teams, minutes].into_iter().flatten();
+    parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
+}
+
+fn scene_entry(scene: &SceneCard) -> Item {
     let pictured = scene.picture.is_some();
+    let bots = strings::bots(scene.bots_alone());
+    let alone = format!("Play alone {bots}");
+    let name = format!("Play {} alone {bots}", scene.title);
     Item::new("scene-item", &scene.name)
         .with("button", "data-value", scene.name.clone())
         .with("img", "hidden", (!pictured).then(String::new))
@@ -205,5 +209,9 @@ fn scene_entry(scene: &SceneCard) -> Item {
         .with("span.picture", "hidden", pictured.then(String::new))
         .text("strong", &scene.title)
         .text(".about", &scene.about)
-        .text(".go span", seats)
+        .text(".go span", manner(scene))
+        .with(".go span", "data-bots", (!bots.is_empty()).then_some(bots))
+        .with(".alone", "data-value", scene.name.clone())
+        .with(".alone", "aria-label", name.trim_end().to_owned())
+        .text(".alone", alone.trim_end())
 }

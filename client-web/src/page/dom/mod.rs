@@ -103,6 +103,11 @@ pub fn is_touched() -> bool {
     root().has_attribute("data-touch")
 }
 
+/// Whether the page has no server.
+pub fn is_static() -> bool {
+    root().has_attribute("data-static")
+}
+
 /// Chooses the radio button of a group that has a value.
 pub fn check(group: &str, value: &str) {
     let selector = format!("#{group} input[value='{value}']");

@@ -26,6 +26,9 @@ use status::{State, Status};
 /// Without a frame for this long the page is hidden: messages move the display then.
 const UNSEEN_MS: f64 = 500.0;
 
+/// Code of a room in the page that is played alone; any other is a demo's.
+pub const ALONE: &str = "alone";
+
 pub struct GameScreen {
     /// Code of the room, as in its link.
     pub code: String,
@@ -52,8 +55,14 @@ impl GameScreen {
         game
     }
 
-    pub fn in_page(ctx: &mut Context, room: RoomInPage, appearance: Appearance) -> GameScreen {
-        let mut game = GameScreen::new(ctx, "demo", appearance, Link::InPage(Box::new(room)));
+    /// A game in a room inside the page. `code` says what for.
+    pub fn in_page(
+        ctx: &mut Context,
+        code: &str,
+        room: RoomInPage,
+        appearance: Appearance,
+    ) -> GameScreen {
+        let mut game = GameScreen::new(ctx, code, appearance, Link::InPage(Box::new(room)));
         game.hello(ctx);
         game
     }
@@ -97,11 +106,21 @@ impl GameScreen {
         self.status.state == State::Frozen
     }
 
+    /// Whether it is played alone.
+    pub fn is_alone(&self) -> bool {
+        self.is_in_page() && self.code == ALONE
+    }
+
     /// Digest of the whole state of a room in the page.
     pub fn state_hash(&self) -> Option<u64> {
+        self.room_in_page().map(RoomInPage::state_hash)
+    }
+
+    /// The room, if it is in the page.
+    pub fn room_in_page(&self) -> Option<&RoomInPage> {
         match &self.link {
             Link::Server(_) => None,
-            Link::InPage(room) => Some(room.state_hash()),
+            Link::InPage(room) => Some(room),
         }
     }
 

@@ -281,7 +281,7 @@ fn addresses_select_screens() {
     for (path, query, state, effect) in [
         ("/abc", "", "connecting", "Connect { path: \"/abc\""),
         ("/Impulse/", "", "connecting", "Connect { path: \"/Impulse\""),
-        ("/replay/arena-1", "", "connecting", "FetchReplay(\"arena-1\")"),
+        ("/replay/arena-1", "", "connecting", "FetchReplay(\"/replays/arena-1.jostle\")"),
         ("/", "?demo=pile", "playing", "FetchScene(\"pile\")"),
         ("/", "?demo=nosuch", "refused", "FetchScene(\"nosuch\")"),
         ("/index.html", "", "lobby", "Request(Rooms)"),
@@ -300,7 +300,8 @@ fn a_demo_that_cannot_start_says_why() {
     let mut browser = Browser::open("/", "?demo=../arena");
     assert!(!browser.effects.iter().any(|effect| matches!(effect, Effect::FetchScene(_))));
     assert_eq!(browser.app.state(), "refused");
-    let awaits_arena = || Activity::FetchingScene(DemoRequest::parse("?demo=arena").expect("one"));
+    let awaits_arena =
+        || Activity::FetchingScene(Awaited::Demo(DemoRequest::parse("?demo=arena").expect("one")));
     let broken = Fetched::Bytes(b"title".to_vec());
     for fetched in [Fetched::Nothing, Fetched::Refused(404), broken] {
         browser.app.activity = awaits_arena();

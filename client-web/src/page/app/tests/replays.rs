@@ -90,17 +90,17 @@ fn a_bad_file_is_explained_and_the_current_replay_stays() {
 fn a_fetched_replay_is_shown_unless_the_player_has_left() {
     let mut browser = Browser::open("/replay/arena-1", "");
     assert_eq!(browser.title(), strings::FETCHING.title);
-    browser.say(Event::ReplayFetched("other".into(), Fetched::Bytes(replay())));
+    browser.say(Event::ReplayFetched(api::replay_file("other"), Fetched::Bytes(replay())));
     assert_eq!(browser.app.state(), "connecting", "not the one that is awaited");
-    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Refused(404)));
+    browser.say(Event::ReplayFetched(api::replay_file("arena-1"), Fetched::Refused(404)));
     assert_eq!((browser.app.state(), browser.title()), ("refused", strings::NO_SUCH_REPLAY.title));
-    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Bytes(replay())));
+    browser.say(Event::ReplayFetched(api::replay_file("arena-1"), Fetched::Bytes(replay())));
     assert_eq!(browser.app.state(), "refused", "too late");
 
     let mut browser = Browser::open("/replay/arena-1", "");
-    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Nothing));
+    browser.say(Event::ReplayFetched(api::replay_file("arena-1"), Fetched::Nothing));
     assert!(has(&browser.click("notice"), "FetchReplay"), "asks again");
-    browser.say(Event::ReplayFetched("arena-1".into(), Fetched::Bytes(replay())));
+    browser.say(Event::ReplayFetched(api::replay_file("arena-1"), Fetched::Bytes(replay())));
     assert_eq!(browser.app.state(), "replay");
     assert_eq!(browser.app.replay().and_then(|replay| replay.name.as_deref()), Some("arena-1"));
 }

@@ -1,0 +1,141 @@
+//! Playing alone: a room inside the page, for a scene of the site, of a link or of a file, and the part of the
+//! address after `#` that asks for it. Nothing of that part is ever sent.
+
+use crate::net::api::{self, SceneCard, query_value};
+use crate::net::report::Fetched;
+use crate::net::scene_link;
+use crate::page::app::{Activity, App};
+use crate::page::awaited::{Awaited, Wish};
+use crate::page::event::{Address, Effect, Form};
+use crate::page::game::{ALONE, GameScreen};
+use crate::page::strings;
+use crate::world::room_in_page::RoomInPage;
+use jostle_game::Scene;
+use jostle_game::scene::{SceneError, is_name};
+use std::sync::Arc;
+
+/// Name of a scene whose file is not known, only its text.
+const LINKED: &str = "scene";
+/// A scene's text in the address.
+const SCENE: &str = "#scene=";
+/// The address of a replay in the page's own.
+const REPLAY: &str = "#replay=";
+
+/// An error of a whole file, as the parser of scenes reports it.
+pub fn file_error(file: &str, found: &str, allowed: &str) -> SceneError {
+    let (file, found, allowed) = (file.to_owned(), found.to_owned(), allowed.to_owned());
+    SceneError { file, line: 1, field: "file".to_owned(), found, allowed }
+}
+
+/// The text of a scene file; the error names the line that holds something else.
+fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, SceneError> {
+    String::from_utf8(bytes).map_err(|error| {
+        let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
+        SceneError { line, ..file_error(file, "bytes that are not UTF-8", "UTF-8 text") }
+    })
+}
+
+/// Bots beside one player: those that a round needs to begin, and those that the scene wants.
+fn bots_beside_one(scene: &Scene) -> [u16; 2] {
+    let round = scene.rules.round.as_ref();
+    let (fill, players_min) = round.map_or((0, 1), |round| (round.fill, round.players_min));
+    [0, fill].map(|fill| {
+        let seats = [fill, players_min, scene.players_max].map(u32::from);
+        api::bots_beside_one(scene.hero.is_some(), seats) as u16
+    })
+}
+
+impl App {
+    /// Shows what the part of the address after `#` asks for; `false` if it asks for nothing that is known.
+    pub(super) fn route_hash(&mut self, hash: &str) -> bool {
+        if let Some(file) = hash.strip_prefix(REPLAY).filter(|file| !file.is_empty()) {
+            let name = file.rsplit('/').next().unwrap_or(file).to_owned();
+            self.fetch_replay(name, file.to_owned());
+        } else if let Some(rest) = hash.strip_prefix(SCENE) {
+            let (link, wish) = rest.split_once('&').unwrap_or((rest, ""));
+            match scene_link::decode(link) {
+                Ok(source) => self.play_text(&format!("{LINKED}.toml"), &source, Wish::of(wish)),
+                Err(error) => self.dialogs.card = Some(strings::bad_link(&error)),
+            }
+        } else if let Some(name) = query_value(hash.trim_start_matches('#'), "alone") {
+            self.await_scene(Awaited::Alone(name.to_owned(), Wish::of(hash)));
+        } else {
+            return false;
+        }
+        true
+    }
+
+    /// Asks for the file of a scene.
+    pub(super) fn await_scene(&mut self, awaited: Awaited) {
+        let name = awaited.scene().to_owned();
+        self.activity = Activity::FetchingScene(awaited);
+        // Anything else would be a path to some other file.
+        if is_name(&name) {
+            self.ctx.request(Effect::FetchScene(name));
+        } else {
+            self.take_scene(&name, Fetched::Nothing);
+        }
+    }
+
+    /// Has the address name what is shown, unless it does already. Going back leads to where the player was.
+    pub(super) fn show_hash(&mut self, hash: String) {
+        if self.address.hash != hash {
+            let path = self.home().to_owned();
+            self.ctx.request(Effect::PushAddress(format!("{path}{hash}")));
+            self.address = Address { path, query: String::new(), hash };
+        }
+    }
+
+    /// Plays a scene of the lobby alone. The seed is in the address, so that the page begins the same game again when
+    /// it is loaded again.
+    pub(super) fn play_scene_alone(&mut self, scene: &str, form: &Form) {
+        if self.read_form(form) {
+            let card = self.lobby.scenes.iter().find(|card| card.name == scene);
+            let bots = if form.bots { card.map(SceneCard::bots_alone) } else { Some(0) };
+            let bots = bots.map_or(String::new(), |bots| format!("&bots={bots}"));
+            let seed = self.ctx.random_bits();
+            self.show_hash(format!("#alone={scene}{bots}&seed={seed}"));
+            self.route(self.address.clone());
+        }
+    }
+
+    /// Plays a scene file of this machine alone, or says what is wrong with it. The address becomes its link, so that
+    /// the page begins the same game again when it is loaded again.
+    pub(super) fn take_scene_file(&mut self, file: &str, contents: Result<Vec<u8>, SceneError>) {
+        if !self.takes_files() {
+            return;
+        }
+        let text = contents.and_then(|bytes| text_of(file, bytes));
+        let parsed = text.and_then(|text| Ok((Scene::parse(file, &text)?, text)));
+        match parsed {
+            Ok((scene, text)) => {
+                self.end_screen();
+                self.show_hash(format!("{SCENE}{}", scene_link::encode(&text)));
+                self.play_alone(Arc::new(scene), Wish::default());
+                self.ctx.request(Effect::FocusStage);
+            }
+            Err(error) => {
+                let busy = self.game().is_some() || self.replay().is_some();
+                self.dialogs.card = Some(strings::bad_scene(&error, busy));
+            }
+        }
+    }
+
+    fn play_text(&mut self, file: &str, source: &str, wish: Wish) {
+        match Scene::parse(file, source) {
+            Ok(scene) => self.play_alone(Arc::new(scene), wish),
+            Err(error) => self.dialogs.card = Some(strings::bad_scene(&error, false)),
+        }
+    }
+
+    /// Begins a game in a room inside the page.
+    pub(super) fn play_alone(&mut self, scene: Arc<Scene>, wish: Wish) {
+        let [needed, wanted] = bots_beside_one(&scene);
+        let bots = wish.bots.unwrap_or(wanted).max(needed);
+        let room = RoomInPage::alone(scene, wish.seed.unwrap_or(1), bots);
+        let appearance = self.appearance.clone();
+        let game = GameScreen::in_page(&mut self.ctx, ALONE, room, appearance);
+        self.activity = Activity::Game(Box::new(game));
+    }
+}

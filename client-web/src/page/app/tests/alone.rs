@@ -1,0 +1,216 @@
+//! Playing alone: scenes of the lobby, of links and of files, on a page with a server and without one.
+
+use super::*;
+use crate::net::scene_link;
+use crate::page::event::Form;
+use jostle_game::Input;
+use jostle_room::Room;
+use proptest::prelude::*;
+
+const YARD: &str = r#"title = "Yard"
+size = [320, 180]
+tools = ["steer"]
+groups = ["hero"]
+
+[hero]
+size = [12, 12]
+spawns = [[20, 20], [60, 20], [100, 20]]
+"#;
+const SCENES: &str = r#"{"scenes":[{"name":"splash","title":"Splash","about":"","players_max":16,"heroes":true,"fill":4,"players_min":1,"picture":null}]}"#;
+
+fn at(hash: &str) -> Address {
+    Address { path: "/".into(), query: String::new(), hash: hash.to_owned() }
+}
+
+/// A page without a server in the folder `/jostle/`, in its lobby.
+fn static_page() -> Browser {
+    let startup = Startup { seed: 1, is_static: true, ..Startup::default() };
+    let mut browser = Browser { app: App::new(&startup), ..Browser::open("/", "") };
+    browser.effects.clear();
+    let path = "/jostle/".to_owned();
+    browser.say(Event::Navigated(Address { path, ..Address::default() }));
+    browser.say(Event::Answered(Request::Scenes, Some(SCENES.into())));
+    browser
+}
+
+fn scene_file(text: &str) -> Event {
+    Event::SceneRead("yard.toml".into(), Ok(text.into()))
+}
+
+fn bots(browser: &Browser) -> usize {
+    browser.app.replica().map_or(0, |replica| replica.players().len()) - 1
+}
+
+fn hash(browser: &Browser) -> Option<(u32, u64)> {
+    let room = browser.app.game()?.room_in_page()?;
+    Some((room.tick_count(), room.state_hash()))
+}
+
+#[test]
+fn a_scene_of_the_lobby_is_played_alone_with_bots_and_again_after_a_reload() {
+    for (mut browser, home) in [(Browser::open("/", ""), "/"), (static_page(), "/jostle/")] {
+        browser.say(Event::Answered(Request::Scenes, Some(SCENES.into())));
+        let done = browser.say(Event::AloneClicked("splash".into(), form("Bea")));
+        assert!(has(&done, "FetchScene(\"splash\")"), "{done:?}");
+        let hash_part = browser.address.strip_prefix(home).expect("below the lobby").to_owned();
+        assert!(hash_part.starts_with("#alone=splash&bots=3&seed="), "{hash_part}");
+        browser.wait(1000);
+        assert_eq!((browser.app.state(), bots(&browser)), ("playing", 3));
+        assert!(browser.app.game().is_some_and(GameScreen::is_alone));
+        let first = hash(&browser);
+
+        let mut again = Browser::open("/", "");
+        again.say(Event::Navigated(at(&hash_part)));
+        again.wait(1000);
+        assert_eq!(hash(&again), first);
+        browser.click("leave");
+        assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", home));
+    }
+}
+
+#[test]
+fn the_address_says_how_many_bots_play() {
+    for (hash, expected) in [
+        ("#alone=splash", 3),
+        ("#alone=splash&bots=0", 0),
+        ("#alone=splash&bots=60000", 15),
+        ("#alone=splash&bots=-1&seed=x", 3),
+        ("#alone=flags", 1),
+        ("#alone=flags&bots=0", 1),
+        ("#alone=bounds&bots=5", 0),
+    ] {
+        let mut browser = Browser::open("/", "");
+        browser.say(Event::Navigated(at(hash)));
+        browser.wait(400);
+        assert_eq!((browser.app.state(), bots(&browser)), ("playing", expected), "{hash}");
+    }
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::Answered(Request::Scenes, Some(SCENES.into())));
+    let alone = Form { bots: false, ..form("Bea") };
+    browser.say(Event::AloneClicked("splash".into(), alone));
+    assert!(browser.address.starts_with("/#alone=splash&bots=0&"), "{}", browser.address);
+}
+
+#[test]
+fn a_scene_link_is_played_and_asks_for_nothing() {
+    let mut browser = Browser::open("/", "");
+    let link = format!("#scene={}", scene_link::encode(YARD));
+    let done = browser.say(Event::Navigated(at(&link)));
+    assert!(!has(&done, "Fetch") && !has(&done, "Request"), "{done:?}");
+    browser.wait(400);
+    let title = browser.app.replica().map(|replica| replica.scene.title.clone());
+    assert_eq!((browser.app.state(), title.as_deref()), ("playing", Some("Yard")));
+    browser.say(Event::Navigated(at(&format!("{link}&bots=2"))));
+    browser.wait(400);
+    assert_eq!(bots(&browser), 2);
+}
+
+#[test]
+fn a_scene_file_is_played_and_its_link_stands_in_the_address() {
+    let mut browser = static_page();
+    assert!(has(&browser.say(Event::FileDragged), "OfferDrop(true)"));
+    browser.say(scene_file(YARD));
+    browser.wait(400);
+    assert_eq!(browser.app.state(), "playing");
+    let link = browser.address.strip_prefix("/jostle/#scene=").expect("a link");
+    assert_eq!(scene_link::decode(link).as_deref(), Ok(YARD));
+
+    // A changed file takes the place of the game.
+    assert!(has(&browser.say(Event::FileDragged), "OfferDrop(true)"));
+    browser.say(scene_file(&YARD.replace("Yard", "Court")));
+    browser.wait(40);
+    let title = |browser: &Browser| browser.app.replica().map(|r| r.scene.title.clone());
+    assert_eq!(title(&browser).as_deref(), Some("Court"));
+    // A wrong one does not.
+    browser.say(scene_file(&YARD.replace("320", "-3")));
+    assert_eq!((browser.app.state(), browser.title()), ("playing", "The scene has an error"));
+    browser.click("notice-other");
+    assert_eq!((browser.title(), title(&browser).as_deref()), ("", Some("Court")));
+}
+
+#[test]
+fn a_scene_file_does_not_end_a_game_on_a_server() {
+    let mut browser = Browser::playing();
+    browser.say(scene_file(YARD));
+    assert_eq!(browser.address, "/arena");
+}
+
+#[test]
+fn a_wrong_scene_is_explained_as_the_command_line_does() {
+    let wrong = YARD.replace("320", "-3");
+    let expected = |file| Scene::parse(file, &wrong).expect_err("a wrong size").to_string();
+    let mut browser = Browser::open("/", "");
+    browser.say(scene_file(&wrong));
+    let detail = |browser: &Browser| browser.app.notice().map(|card| card.detail);
+    assert_eq!(detail(&browser), Some(expected("yard.toml")));
+    browser.say(Event::Navigated(at(&format!("#scene={}", scene_link::encode(&wrong)))));
+    assert_eq!(detail(&browser), Some(expected("scene.toml")));
+    browser.say(Event::SceneRead("yard.toml".into(), Ok(b"title = 1\n\xff".to_vec())));
+    let expected = "yard.toml:2: file: found bytes that are not UTF-8; allowed: UTF-8 text";
+    assert_eq!(detail(&browser).as_deref(), Some(expected));
+}
+
+#[test]
+fn a_replay_is_opened_by_its_address() {
+    let mut browser = static_page();
+    let path = "/jostle/".to_owned();
+    let hash = "#replay=games/a.jostle?x=1&y=2".to_owned();
+    let done = browser.say(Event::Navigated(Address { path, hash, ..Address::default() }));
+    assert!(has(&done, "FetchReplay(\"games/a.jostle?x=1&y=2\")"), "{done:?}");
+    browser.say(Event::ReplayFetched("games/a.jostle?x=1&y=2".into(), Fetched::Refused(404)));
+    assert_eq!(browser.title(), strings::NO_SUCH_REPLAY.title);
+    browser.click("notice");
+    assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", "/jostle/"));
+}
+
+#[test]
+fn a_page_without_a_server_asks_for_nothing_but_its_scenes() {
+    let mut browser = static_page();
+    browser.wait(20_000);
+    let asked = |effect: &&Effect| matches!(effect, Effect::Request(_) | Effect::Connect { .. });
+    let asked: Vec<_> = browser.effects.iter().filter(asked).collect();
+    assert_eq!(asked, [&Effect::Request(Request::Scenes)]);
+    browser.say(Event::PlayClicked(form("Bea")));
+    assert!(browser.address.starts_with("/jostle/#alone=splash"), "{}", browser.address);
+    browser.say(Event::Navigated(Address { path: "/jostle/room".into(), ..Address::default() }));
+    assert_eq!(browser.app.state(), "lobby");
+
+    let mut browser = static_page();
+    browser.app.lobby.scenes.clear();
+    browser.say(Event::Answered(Request::Scenes, None));
+    assert_eq!(browser.app.lobby.note.text, strings::NO_SCENES);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+    #[test]
+    fn any_address_shows_something(
+        word in "(alone=|scene=|replay=|bots=|file)?",
+        rest in "([a-zA-Z0-9_=&%/.-]{0,40}|\\PC{0,20})",
+    ) {
+        let mut browser = Browser::open("/", "");
+        browser.say(Event::Navigated(at(&format!("#{word}{rest}"))));
+        browser.say(Event::Frame(Some(CANVAS)));
+        prop_assert!(["lobby", "playing", "connecting", "refused"].contains(&browser.app.state()));
+    }
+}
+
+/// The page of an idle player changes nothing, and sends often enough for the player not to count as away.
+#[test]
+fn a_game_alone_is_that_of_a_room_elsewhere() {
+    for (name, bots) in [("arena", 2), ("splash", 3), ("flags", 5)] {
+        let mut browser = Browser::open("/", "");
+        browser.say(Event::Navigated(at(&format!("#alone={name}&bots={bots}&seed=7"))));
+        browser.wait(6000);
+        let (tick, hash) = hash(&browser).expect("a game");
+        let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
+        let mut room = Room::filled("x", Arc::new(scene.expect("shipped")), 7, bots + 1);
+        let joined = room.join(Appearance { name: "Ada".into(), color: 1 }, None);
+        let seat = joined.expect("a seat").claim.seat;
+        for tick in 0..tick {
+            room.input(seat, tick + 1, Input::default());
+            room.tick();
+        }
+        assert_eq!((tick > 300, room.game().hash()), (true, hash), "{name}");
+    }
+}

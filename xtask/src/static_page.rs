@@ -1,0 +1,114 @@
+//! The page without a server: a folder for any host of files. It is the page that the server embeds, with relative
+//! addresses, a mark on the document, and the list of scenes as a file.
+
+use anyhow::{Context, Result, ensure};
+use jostle_game::Scene;
+use jostle_sim::TICKS_PER_SECOND;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Start of the document, as the page has it.
+const ROOT: &str = "<html ";
+
+/// Writes the folder `out` from the files of a page, which replaces what was there.
+pub fn write(out: &Path, files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<()> {
+    if out.exists() {
+        fs::remove_dir_all(out).with_context(|| format!("cannot clear {}", out.display()))?;
+    }
+    for (name, content) in site(files)? {
+        let path = out.join(name);
+        let dir = path.parent().expect("a file of the folder lies in one");
+        fs::create_dir_all(dir).with_context(|| format!("cannot make {}", dir.display()))?;
+        fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// All files of the folder: path below it -> content. All but the document lie below a digest of themselves, so that
+/// no browser mixes those of two versions.
+fn site(files: &BTreeMap<PathBuf, Vec<u8>>) -> Result<BTreeMap<PathBuf, Vec<u8>>> {
+    let text = |name: &str| {
+        let content = files.get(Path::new(name)).with_context(|| format!("no {name}"))?;
+        std::str::from_utf8(content).with_context(|| name.to_owned())
+    };
+    let folder = format!("assets/{}", text("version.txt")?);
+    let mut site = BTreeMap::new();
+    for (name, content) in files {
+        if !["index.html", "version.txt"].map(Path::new).contains(&name.as_path()) {
+            site.insert(Path::new(&folder).join(name), content.clone());
+        }
+    }
+    site.insert(Path::new(&folder).join("scenes.json"), scenes(&folder, files).to_string().into());
+    site.insert("index.html".into(), document(text("index.html")?, &folder)?.into());
+    Ok(site)
+}
+
+/// The document with relative addresses, and with the folder of all other files in its mark.
+fn document(page: &str, folder: &str) -> Result<String> {
+    ensure!(page.contains(ROOT), "index.html has no {ROOT:?}");
+    let marked = page.replacen(ROOT, &format!("{ROOT}data-static=\"{folder}\" "), 1);
+    let relative = marked.replace("=\"/", "=\"");
+    ensure!(relative.contains(&format!("=\"{folder}/")), "index.html names no file of {folder}");
+    Ok(relative)
+}
+
+/// The answer of a server's `/api/scenes`, as a file.
+fn scenes(folder: &str, files: &BTreeMap<PathBuf, Vec<u8>>) -> Value {
+    let entry = |scene: &Scene| {
+        let picture = format!("pictures/{}.webp", scene.name);
+        let picture =
+            files.contains_key(Path::new(&picture)).then(|| format!("{folder}/{picture}"));
+        let round = scene.rules.round.as_ref();
+        let round_ticks = round.and_then(|round| round.time);
+        json!({
+            "name": scene.name,
+            "title": scene.title,
+            "about": scene.about,
+            "players_max": scene.players_max,
+            "category": scene.category.name(),
+            "teams": scene.rules.teams.len(),
+            "round_s": round_ticks.unwrap_or(0) / TICKS_PER_SECOND,
+            "heroes": scene.hero.is_some(),
+            "players_min": round.map_or(1, |round| round.players_min),
+            "fill": round.map_or(0, |round| round.fill),
+            "picture": picture,
+        })
+    };
+    json!({ "scenes": Scene::built_in().iter().map(entry).collect::<Vec<_>>() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_document_is_marked_and_its_addresses_are_relative() {
+        let page =
+            r#"<html lang="en"><link href="/assets/v-1/a.css"><a href="https://x/"></a></html>"#;
+        let expected = r#"<html data-static="assets/v-1" lang="en"><link href="assets/v-1/a.css"><a href="https://x/"></a></html>"#;
+        assert_eq!(document(page, "assets/v-1").expect("a page"), expected);
+        assert!(document("<p>", "assets/v-1").is_err());
+    }
+
+    #[test]
+    fn files_lie_below_their_version_and_scenes_are_listed() {
+        let page = r#"<html lang="en"><script src="/assets/v-1/start.js"></script></html>"#;
+        let files = [
+            ("index.html", page),
+            ("version.txt", "v-1"),
+            ("start.js", "1"),
+            ("pictures/arena.webp", "2"),
+        ];
+        let files = files.map(|(name, text)| (PathBuf::from(name), text.into()));
+        let site = site(&BTreeMap::from(files)).expect("a site");
+        let names: Vec<_> = site.keys().filter_map(|name| name.to_str()).collect();
+        let below = ["pictures/arena.webp", "scenes.json", "start.js"];
+        let below = below.map(|name| format!("assets/v-1/{name}"));
+        assert_eq!(names, [&below[..], &["index.html".to_owned()]].concat());
+        let listed: Value = serde_json::from_slice(&site[Path::new(&below[1])]).expect("JSON");
+        assert_eq!(listed["scenes"][0]["picture"], "assets/v-1/pictures/arena.webp");
+        assert_eq!(listed["scenes"].as_array().map(Vec::len), Some(Scene::built_in().len()));
+    }
+}
