@@ -5,6 +5,7 @@
 
 pub mod browser;
 pub mod devtools;
+pub mod files;
 pub mod nats;
 pub mod picture;
 pub mod program;

@@ -16,9 +16,12 @@ pub struct State {
     /// Displayed tick with its fraction: a little behind the server.
     #[serde(default)]
     pub tick: Option<f64>,
-    /// State hash of a demo's game, 16 hex digits.
+    /// State hash of a game in the page, 16 hex digits.
     #[serde(default)]
     pub hash: Option<String>,
+    /// Tick of that hash.
+    #[serde(default)]
+    pub hash_tick: Option<u32>,
     /// Bodies shown.
     #[serde(default)]
     pub bodies: Vec<Body>,

@@ -1,5 +1,6 @@
 //! The page in a real Chromium, against a real server: one file per subject.
 
+mod alone;
 mod fleet;
 #[path = "../fleet/games.rs"]
 mod games;
@@ -134,6 +135,7 @@ fn cases() -> Result<Vec<Case>> {
             replay::a_dropped_replay_plays_and_every_tick_is_equal,
         ),
     ]);
+    cases.extend(alone::cases());
     cases.extend(replay::cases()?);
     cases.extend([
         Case::new(

@@ -31,7 +31,7 @@ const HIDE_HUD: &str = "(() => { const style = document.createElement('style'); 
     document.head.append(style); return true; })()";
 
 /// A game of three scripted players in the arena.
-fn records() -> Result<Vec<Record>> {
+pub fn records() -> Result<Vec<Record>> {
     let found = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
     let scene = Arc::new(found.context("the arena")?);
     let mut room = Room::new("browser", Arc::clone(&scene), 11);
@@ -51,14 +51,14 @@ fn records() -> Result<Vec<Record>> {
     Ok(room.stop_recording())
 }
 
-fn file(records: &[Record]) -> Vec<u8> {
+pub fn file(records: &[Record]) -> Vec<u8> {
     let mut bytes = header();
     records.iter().for_each(|record| bytes.extend(record.seal()));
     bytes
 }
 
 /// Drops a file onto the page.
-async fn drop_file(tab: &Tab, name: &str, bytes: &[u8]) -> Result<()> {
+pub async fn drop_file(tab: &Tab, name: &str, bytes: &[u8]) -> Result<()> {
     let numbers = serde_json::to_string(bytes)?;
     tab.eval::<bool>(&format!(
         "(() => {{ const data = new DataTransfer(); \

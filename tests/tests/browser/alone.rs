@@ -1,0 +1,221 @@
+//! The page without a server: a folder on a plain server of files, below a path. It plays alone and with bots bit for
+//! bit as a native room does, opens scene links and replays, and asks for nothing outside of its folder.
+
+use super::replay::{drop_file, file, records};
+use anyhow::{Context, Result, anyhow, ensure};
+use jostle_client_web::net::scene_link;
+use jostle_game::{Input, Scene};
+use jostle_protocol::Appearance;
+use jostle_room::Room;
+use jostle_tests::files::{FileServer, static_page};
+use jostle_tests::runner::{Case, Stage};
+use jostle_tests::state::State;
+use jostle_tests::tab::{Screen, Tab};
+use serde_json::Value;
+use std::sync::Arc;
+
+/// The path of the folder.
+const BELOW: &str = "/jostle/";
+/// Ticks after which the games are compared: rounds have begun, and bots are at it.
+const TICKS: u32 = 300;
+const SEED: u64 = 7;
+/// A scene that is not shipped.
+const YARD: &str = r#"title = "Yard"
+size = [320, 180]
+tools = ["steer"]
+groups = ["hero", "ball"]
+pairs = [["hero", "ball"], ["hero", "hero"]]
+
+[hero]
+size = [12, 12]
+spawns = [[20, 20], [60, 20], [100, 20]]
+
+[[bodies]]
+kind = "block"
+group = "ball"
+radius = 8
+position = [200, 120]
+velocity = [30, 0]
+"#;
+
+pub fn cases() -> Vec<Case> {
+    vec![
+        Case::new(
+            "the_page_without_a_server_plays_as_a_native_room_does",
+            the_page_without_a_server_plays_as_a_native_room_does,
+        ),
+        Case::new(
+            "the_page_without_a_server_opens_links_and_files",
+            the_page_without_a_server_opens_links_and_files,
+        ),
+        Case::new("a_scene_is_played_alone_in_the_lobby", a_scene_is_played_alone_in_the_lobby),
+    ]
+}
+
+async fn host(more: Vec<(String, Vec<u8>)>) -> Result<FileServer> {
+    FileServer::start(static_page(), BELOW, more).await
+}
+
+fn shipped(name: &str) -> Result<Scene> {
+    let found = Scene::built_in().into_iter().find(|scene| scene.name == name);
+    found.with_context(|| format!("no scene {name}"))
+}
+
+/// State hash of a native room with one idle player and this number of bots, after this number of ticks.
+fn native_hash(scene: Scene, seed: u64, bots: u16, ticks: u32) -> Result<Option<String>> {
+    let mut room = Room::filled("native", Arc::new(scene), seed, bots + 1);
+    let look = Appearance::new("Native", 0).map_err(|error| anyhow!("{error}"))?;
+    let joined = room.join(look, None).map_err(|refusal| anyhow!("{refusal:?}"))?;
+    for tick in 0..ticks {
+        // Without any input the player would count as away.
+        room.input(joined.claim.seat, tick + 1, Input::default());
+        room.tick();
+    }
+    ensure!(room.bots() == usize::from(bots), "{} bots, not {bots}", room.bots());
+    Ok(Some(format!("{:016x}", room.game().hash())))
+}
+
+/// Waits for a game that was played for so long, and compares it with a native one.
+async fn compare(tab: &Tab, scene: Scene, seed: u64, bots: u16) -> Result<()> {
+    let played = |s: &State| s.state == "playing" && s.hash_tick.unwrap_or(0) >= TICKS;
+    let state = tab.until(&format!("{TICKS} ticks of {}", scene.name), played).await?;
+    ensure!(state.players.len() == usize::from(bots) + 1, "{}: {:?}", scene.name, state.players);
+    let (name, tick) = (scene.name.clone(), state.hash_tick.context("a tick")?);
+    let native = native_hash(scene, seed, bots, tick)?;
+    ensure!(state.hash == native, "{name}, {bots} bots, tick {tick}: {:?}, {native:?}", state.hash);
+    Ok(())
+}
+
+/// Fails if anything was asked for outside of the folder, of this server or of another.
+async fn check_requests(server: &FileServer, tab: &Tab) -> Result<()> {
+    let asked = server.asked();
+    let outside: Vec<_> = asked.iter().filter(|path| !path.starts_with(BELOW)).collect();
+    ensure!(outside.is_empty(), "outside of the folder: {outside:?}");
+    let loaded: Vec<String> =
+        tab.eval("performance.getEntriesByType('resource').map(entry => entry.name)").await?;
+    let folder = server.link(BELOW);
+    let elsewhere: Vec<_> = loaded.iter().filter(|name| !name.starts_with(&folder)).collect();
+    ensure!(!loaded.is_empty() && elsewhere.is_empty(), "from elsewhere: {elsewhere:?}");
+    Ok(())
+}
+
+async fn the_page_without_a_server_plays_as_a_native_room_does(stage: Arc<Stage>) -> Result<()> {
+    let server = host(Vec::new()).await?;
+    for (scene, bots) in [
+        ("arena", &[0, 2][..]),
+        ("splash", &[0, 3]),
+        ("hockey", &[0, 3]),
+        ("flags", &[1, 5]),
+        ("bounds", &[0]),
+    ] {
+        for &bots in bots {
+            let hash = format!("{BELOW}#alone={scene}&bots={bots}&seed={SEED}");
+            let tab = stage.visit_link(&server.link(&hash), Screen::SMALL).await?;
+            compare(&tab, shipped(scene)?, SEED, bots).await?;
+            check_requests(&server, &tab).await?;
+            stage.clear().await?;
+        }
+    }
+    Ok(())
+}
+
+async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> Result<()> {
+    let records = records()?;
+    let server = host(vec![("games/arena.jostle".into(), file(&records))]).await?;
+    let yard = || Scene::parse("scene.toml", YARD).map_err(|error| anyhow!("{error}"));
+    let link = format!("{BELOW}#scene={}", scene_link::encode(YARD));
+    let tab = stage.visit_link(&server.link(&format!("{link}&bots=2")), Screen::SMALL).await?;
+    compare(&tab, yard()?, 1, 2).await?;
+    let sent = server.asked();
+    ensure!(sent.iter().all(|path| !path.contains("scene=")), "the text was sent: {sent:?}");
+
+    tab.go(&server.link(&format!("{BELOW}#replay=games/arena.jostle"))).await?;
+    let watched = |s: &State| s.state == "replay" && s.replay.as_ref().is_some_and(|r| r.tick > 5);
+    tab.until("the replay of the address", watched).await?;
+    tab.until_true("!document.querySelector('#copy').hidden").await?;
+    tab.click_on("#leave").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    assert_eq!(tab.link().await?, server.link(BELOW));
+    drop_file(&tab, "game.jostle", &file(&records)).await?;
+    tab.until("the dropped replay", watched).await?;
+
+    // A scene file takes its place, and its link stands in the address.
+    drop_file(&tab, "scene.toml", YARD.as_bytes()).await?;
+    compare(&tab, yard()?, 1, 0).await?;
+    assert_eq!(tab.link().await?, server.link(&link));
+    let wrong = YARD.replace("radius = 8", "radius = -8");
+    let error = Scene::parse("wrong.toml", &wrong).err().context("an error")?.to_string();
+    drop_file(&tab, "wrong.toml", wrong.as_bytes()).await?;
+    let shown = serde_json::to_string(&error)?;
+    tab.until_true(&format!("document.querySelector('#notice-detail').textContent === {shown}"))
+        .await?;
+    tab.keep("alone-wrong").await?;
+    tab.click_on("#notice-other").await?;
+    tab.until_true("document.querySelector('#notice').hidden").await?;
+    check_requests(&server, &tab).await
+}
+
+/// Seed in the page's address.
+async fn seed_of(tab: &Tab) -> Result<u64> {
+    let link = tab.link().await?;
+    let seed = link.rsplit_once("&seed=").with_context(|| link.clone())?.1;
+    seed.parse().with_context(|| link.clone())
+}
+
+async fn a_scene_is_played_alone_in_the_lobby(stage: Arc<Stage>) -> Result<()> {
+    let server = host(Vec::new()).await?;
+    let lists = "fetch(document.documentElement.dataset.static + '/scenes.json')\
+                 .then(answer => answer.text())";
+    for screen in [Screen::LAPTOP, Screen::PHONE] {
+        let tab = stage.visit_link(&server.link(BELOW), screen).await?;
+        tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
+        tab.until_true("document.documentElement.scrollWidth <= innerWidth").await?;
+        tab.until_true("document.querySelector('#rooms').getBoundingClientRect().height === 0")
+            .await?;
+        tab.keep(&format!("alone-lobby-{}", screen.width)).await?;
+        tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
+        tab.keep(&format!("alone-scenes-{}", screen.width)).await?;
+        tab.click_on("#game-list [data-value=hockey]").await?;
+        compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
+        tab.keep(&format!("alone-game-{}", screen.width)).await?;
+
+        // Loaded again, the same game begins.
+        tab.eval::<bool>("(location.reload(), true)").await?;
+        tab.until("the beginning", |s| s.hash_tick.is_some_and(|tick| tick < TICKS)).await?;
+        compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
+        tab.eval::<bool>("(history.back(), true)").await?;
+        tab.until("the lobby", |s| s.state == "lobby").await?;
+        check_requests(&server, &tab).await?;
+        stage.clear().await?;
+    }
+
+    // The lobby of a server has the same scenes, and plays them alone too.
+    let tab = stage.visit_link(&server.link(BELOW), Screen::SMALL).await?;
+    let without: Value = serde_json::from_str(&tab.eval::<String>(lists).await?)?;
+    for screen in [Screen::LAPTOP, Screen::PHONE] {
+        let tab = stage.visit("/", screen).await?;
+        tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
+        let list = "fetch('/api/scenes').then(answer => answer.text())";
+        let with: Value = serde_json::from_str(&tab.eval::<String>(list).await?)?;
+        assert_eq!(without_pictures(with), without_pictures(without.clone()));
+        tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
+        tab.keep(&format!("served-lobby-{}", screen.width)).await?;
+        // By the keyboard.
+        let button = "document.querySelector('#game-list .alone[data-value=hill]')";
+        tab.eval::<bool>(&format!("({button}.focus(), true)")).await?;
+        tab.key_down(" ").await?;
+        tab.key_up(" ").await?;
+        tab.until("a game", |s| s.state == "playing").await?;
+        compare(&tab, shipped("hill")?, seed_of(&tab).await?, 3).await?;
+        tab.keep(&format!("served-alone-{}", screen.width)).await?;
+    }
+    Ok(())
+}
+
+fn without_pictures(mut list: Value) -> Value {
+    for scene in list["scenes"].as_array_mut().into_iter().flatten() {
+        assert!(scene["picture"].is_string(), "{scene}");
+        scene["picture"] = Value::Null;
+    }
+    list
+}
