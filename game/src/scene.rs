@@ -8,6 +8,7 @@ mod bodies;
 mod checks;
 mod drag;
 mod error;
+mod field;
 mod groups;
 mod kind;
 mod launchers;
@@ -31,6 +32,7 @@ mod traits;
 mod tests;
 
 pub use error::SceneError;
+pub use field::{FieldForm, FieldInfo};
 pub use kind::Kind;
 pub use launchers::LAUNCHERS_MAX;
 pub use limits::*;

@@ -2,6 +2,7 @@
 
 use super::actors;
 use super::error::SceneError;
+use super::field::FieldInfo;
 use super::groups::Groups;
 use super::launchers::{self, LAUNCHERS_MAX};
 use super::limits::{
@@ -70,6 +71,16 @@ impl Scene {
         let scene = document.checked(root.read(|root| read(name, source, root)))?;
         checks::check(&root, &scene);
         document.checked(scene)
+    }
+
+    /// The fields that a file has or may have, as far as it can be read: its errors do not matter, unless it is no TOML.
+    pub fn fields(source: &str) -> Vec<FieldInfo> {
+        let document = Document::noting("fields.toml", source);
+        if let Ok(entries) = toml::de::DeTable::parse(source) {
+            let root = document.root(entries.get_ref());
+            root.read(|root| read(String::new(), source, root));
+        }
+        document.into_asked()
     }
 
     /// The scenes that Jostle ships, embedded from `assets/scenes`, `arena` first.

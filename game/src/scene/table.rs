@@ -10,6 +10,7 @@
 //! misspelled field is reported as such rather than as a missing one.
 
 use super::error::SceneError;
+use super::field::{FieldForm, FieldInfo};
 use super::limits::SIZE_MAX;
 use glam::Vec2;
 use std::cell::RefCell;
@@ -25,6 +26,8 @@ pub(super) struct Document<'a> {
     pub file: &'a str,
     pub source: &'a str,
     error: RefCell<Option<SceneError>>,
+    /// Every field that was asked for, if that is wanted.
+    asked: Option<RefCell<Vec<FieldInfo>>>,
 }
 
 /// Numbers that a field may hold.
@@ -67,6 +70,11 @@ impl Range {
         Range { low, high, above_low: true }
     }
 
+    /// Its ends.
+    const fn ends(&self) -> [f32; 2] {
+        [self.low, self.high]
+    }
+
     /// NaN and infinities lie in no range.
     fn contains(&self, value: f32) -> bool {
         value <= self.high && if self.above_low { value > self.low } else { value >= self.low }
@@ -85,7 +93,17 @@ impl fmt::Display for Range {
 
 impl<'a> Document<'a> {
     pub fn new(file: &'a str, source: &'a str) -> Document<'a> {
-        Document { file, source, error: RefCell::new(None) }
+        Document { file, source, error: RefCell::new(None), asked: None }
+    }
+
+    /// A document that notes which fields its readers ask for.
+    pub fn noting(file: &'a str, source: &'a str) -> Document<'a> {
+        Document { asked: Some(RefCell::default()), ..Document::new(file, source) }
+    }
+
+    /// The fields that were asked for, in that order.
+    pub fn into_asked(self) -> Vec<FieldInfo> {
+        self.asked.map(RefCell::into_inner).unwrap_or_default()
     }
 
     /// The top level.
@@ -204,6 +222,16 @@ impl<'a> Field<'a> {
         }
     }
 
+    /// Notes what is asked for here, where that is wanted. Entries of lists of values are not fields.
+    fn note(&self, form: impl FnOnce() -> FieldForm) {
+        let Some(asked) = &self.document.asked else { return };
+        let mut asked = asked.borrow_mut();
+        if !self.path.ends_with(']') && !asked.iter().any(|known| known.path == self.path) {
+            let given = self.is_given().then(|| self.at.clone());
+            asked.push(FieldInfo { path: self.path.clone(), given, form: form() });
+        }
+    }
+
     /// `wanted` of the value, if the file has it; reports a value without.
     fn parse<T>(
         &self,
@@ -219,6 +247,7 @@ impl<'a> Field<'a> {
 
     /// A finite number in the range; whole numbers count.
     pub fn number(&self, default: f32, range: Range) -> f32 {
+        self.note(|| FieldForm::Number { range: range.ends(), above: range.above_low, default });
         let number = |value| number_of(value).filter(|&number| range.contains(number));
         self.parse(number, || range.to_string()).unwrap_or(default)
     }
@@ -230,6 +259,8 @@ impl<'a> Field<'a> {
 
     /// A whole number in the range.
     pub fn whole(&self, default: u32, range: RangeInclusive<u32>) -> u32 {
+        let ends = || [i64::from(*range.start()), i64::from(*range.end())];
+        self.note(|| FieldForm::Whole { range: ends(), default: default.into() });
         let whole = |value| u32::try_from(integer_of(value)?).ok().filter(|n| range.contains(n));
         let allowed = || format!("a whole number from {} to {}", range.start(), range.end());
         self.parse(whole, allowed).unwrap_or(default)
@@ -237,6 +268,8 @@ impl<'a> Field<'a> {
 
     /// A whole number of either sign, at most `max` in amount.
     pub fn signed(&self, default: i32, max: i32) -> i32 {
+        let ends = [-i64::from(max), i64::from(max)];
+        self.note(|| FieldForm::Whole { range: ends, default: default.into() });
         let fits = |number: &i32| number.abs() <= max;
         let signed = |value| i32::try_from(integer_of(value)?).ok().filter(fits);
         self.parse(signed, || format!("a whole number from -{max} to {max}")).unwrap_or(default)
@@ -244,11 +277,13 @@ impl<'a> Field<'a> {
 
     /// `true` or `false`.
     pub fn truth(&self, default: bool) -> bool {
+        self.note(|| FieldForm::Truth { default });
         self.parse(DeValue::as_bool, || "true or false".to_owned()).unwrap_or(default)
     }
 
     /// A string of 1 to `chars_max` characters without control characters; else an empty one.
     pub fn text(&self, chars_max: usize) -> String {
+        self.note(|| FieldForm::Text { chars_max });
         let text = |value: &'a DeValue<'a>| {
             let text = value.as_str()?;
             let fits = (1..=chars_max).contains(&text.chars().count());
@@ -265,6 +300,8 @@ impl<'a> Field<'a> {
 
     /// The index of the string in a list of names.
     pub fn index_in<T: AsRef<str>>(&self, names: &[T]) -> Option<usize> {
+        let words = || names.iter().map(|name| name.as_ref().to_owned()).collect();
+        self.note(|| FieldForm::Choice { names: words() });
         let index = |value: &DeValue| {
             let word = value.as_str()?;
             names.iter().position(|name| name.as_ref() == word)
@@ -320,6 +357,7 @@ impl<'a> Field<'a> {
 
     /// Two numbers, each in the range.
     pub fn vector(&self, default: Vec2, range: Range) -> Vec2 {
+        self.note(|| FieldForm::Vector { range: range.ends(), default: default.to_array() });
         let allowed = || format!("[x, y], each {range}");
         self.array(default.to_array(), allowed, |item, base| item.number(base, range)).into()
     }
