@@ -6,6 +6,7 @@
 
 #[cfg(target_arch = "wasm32")]
 mod browser;
+pub mod editor;
 #[cfg(any(target_arch = "wasm32", test))]
 mod input;
 pub mod net;

@@ -60,6 +60,7 @@ impl ReplayPlayer {
             calm: false,
             copy: self.jumps,
             dimmed: false,
+            sketch: None,
         }
     }
 }

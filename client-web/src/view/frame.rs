@@ -130,6 +130,57 @@ pub enum EffectKind {
     Gone,
 }
 
+/// The editor's drawing over and under a scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sketch {
+    /// Distance between lines of the grid, world units.
+    pub grid: f32,
+    /// Width of a CSS pixel, world units.
+    pub pixel: f32,
+    /// In drawing order.
+    pub strokes: Vec<Stroke>,
+}
+
+/// A mark of the editor. Points are in world units, widths follow from [`Sketch::pixel`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stroke {
+    /// The outline of a piece.
+    Outline {
+        /// Its shape.
+        shape: Shape,
+        /// Its centre.
+        center: Vec2,
+        /// How it is drawn.
+        tone: Tone,
+    },
+    /// A line between two points.
+    Line([Vec2; 2], Tone),
+    /// A part to take hold of: a square one sizes, a round one is a point of a path.
+    Handle {
+        /// Its centre.
+        at: Vec2,
+        /// It is round.
+        round: bool,
+    },
+    /// The sign of an emitter.
+    Flame(Vec2),
+    /// The sign of a launcher.
+    Target(Vec2),
+    /// A place where heroes appear, with half their extent.
+    Spawn(Vec2, Vec2),
+}
+
+/// How a mark of the editor is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// A piece that the game draws faintly, or not at all.
+    Quiet,
+    /// The selection.
+    Chosen,
+    /// A line that something is aligned to.
+    Guide,
+}
+
 /// The part of the world that the camera shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
@@ -195,4 +246,6 @@ pub struct Frame<'a> {
     pub copy: u32,
     /// The world is dimmed while the connection is lost.
     pub dimmed: bool,
+    /// The editor's drawing.
+    pub sketch: Option<&'a Sketch>,
 }

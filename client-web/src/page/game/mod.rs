@@ -181,7 +181,7 @@ impl GameScreen {
             self.receive_in_page(ctx);
             self.move_display(now_ms);
         }
-        if let Some(Canvas { pixels, top, bottom }) = canvas {
+        if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
             let replica = self.membership.as_ref().map(|membership| &membership.replica);
             self.view.aim(replica, Target { pixels, hero: None, top, bottom, elapsed_s });
         }
@@ -235,6 +235,7 @@ impl GameScreen {
             calm,
             copy: membership.copy,
             dimmed: !matches!(self.status.state, State::Playing | State::Moving | State::Frozen),
+            sketch: None,
         })
     }
 }

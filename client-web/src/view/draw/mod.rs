@@ -11,6 +11,7 @@ mod marks;
 pub(crate) mod motion;
 mod outline;
 mod quads;
+mod sketch;
 mod sling;
 pub mod sprite;
 mod stage;
@@ -68,6 +69,7 @@ impl DrawList {
         self.motion.begin(frame.time, frame.calm);
 
         let mut stage = Stage { quads: &mut self.quads, light: &mut self.light, frame };
+        sketch::fill_under(&mut stage);
         zones::fill(&mut stage);
         marks::fill(&mut stage);
         sling::fill(&mut stage);
@@ -79,6 +81,7 @@ impl DrawList {
         if frame.bounds {
             outline::fill(&mut Stage { quads: &mut self.quads, light: &mut self.light, frame });
         }
+        sketch::fill_over(&mut Stage { quads: &mut self.quads, light: &mut self.light, frame });
         if frame.dimmed {
             let veil = rgba(INK[0], 0.62);
             self.quads.push(SolidVertex::new(SolidKind::Box, frame.view.center, half, veil));

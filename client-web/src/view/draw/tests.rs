@@ -43,6 +43,7 @@ fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
         calm: true,
         copy: 0,
         dimmed: false,
+        sketch: None,
     }
 }
 

@@ -46,6 +46,7 @@ fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) ->
         calm: true,
         copy: 0,
         dimmed: false,
+        sketch: None,
     }
 }
 

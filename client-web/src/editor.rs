@@ -1,0 +1,23 @@
+//! The scene editor: pieces of a scene in the picture beside its text, of which the text is the truth.
+//!
+//! All of it is plain Rust without a browser. [`text`] finds the pieces in the text, [`edit`] changes
+//! bytes of it, [`history`] undoes that, [`snap`] aligns, and [`update`] takes what the pointer, the keys
+//! and the page's buttons do.
+
+pub mod edit;
+pub mod field;
+pub mod form;
+mod gesture;
+pub mod hand;
+pub mod history;
+pub mod number;
+pub mod palette;
+mod sketch;
+pub mod snap;
+pub mod state;
+mod strings;
+pub mod text;
+pub mod update;
+
+#[cfg(test)]
+mod tests;

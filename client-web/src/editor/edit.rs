@@ -1,0 +1,153 @@
+//! Changes of a text: bytes that are replaced by others. Everything else stays as it is.
+
+use super::number::written;
+use super::text::{Extent, Number, Piece, Place, Point, Sheet, line_end, line_start};
+use jostle_sim::Vec2;
+use std::ops::Range;
+
+/// Bytes of a text, and what comes in their place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Splice {
+    /// The bytes.
+    pub at: Range<usize>,
+    /// Their replacement.
+    pub with: String,
+}
+
+impl Splice {
+    /// Puts something at a byte.
+    pub fn insert(at: usize, with: impl Into<String>) -> Splice {
+        Splice { at: at..at, with: with.into() }
+    }
+
+    /// Takes bytes away.
+    pub fn remove(at: Range<usize>) -> Splice {
+        Splice { at, with: String::new() }
+    }
+}
+
+/// The text after some splices, in any order, none of which touches another's bytes.
+pub fn apply(text: &str, mut splices: Vec<Splice>) -> String {
+    splices.sort_by_key(|splice| (splice.at.start, splice.at.end));
+    let mut new = String::with_capacity(text.len() + 64);
+    let mut from = 0;
+    for Splice { at, with } in splices {
+        // One that lies within another, as a table of a table does, went with it.
+        if at.start < from {
+            continue;
+        }
+        new.push_str(&text[from..at.start]);
+        new.push_str(&with);
+        from = at.end;
+    }
+    new.push_str(&text[from..]);
+    new
+}
+
+/// Gives a number of the text another value, with at most `decimals` digits after the point.
+pub fn set_number(text: &str, number: &Number, value: f32, decimals: u32) -> Option<Splice> {
+    let before = &text[number.at.clone()];
+    let with = written(value, decimals, before);
+    (with != before).then(|| Splice { at: number.at.clone(), with })
+}
+
+/// Gives two numbers other values.
+pub fn set_point(text: &str, point: &Point, value: Vec2, decimals: u32) -> Vec<Splice> {
+    let pairs = point.iter().zip(value.to_array());
+    pairs.filter_map(|(number, value)| set_number(text, number, value, decimals)).collect()
+}
+
+/// Moves a piece.
+pub fn moved(text: &str, piece: &Piece, by: Vec2, decimals: u32) -> Vec<Splice> {
+    let points = match &piece.place {
+        Some(Place::Center(point)) => std::slice::from_ref(point),
+        Some(Place::Area(corners)) => corners.as_slice(),
+        Some(Place::Path(points)) => points.as_slice(),
+        None => return Vec::new(),
+    };
+    let shift = |point: &Point| {
+        // A coordinate that does not change keeps its bytes, however many digits it has.
+        let pairs = point.iter().zip(by.to_array()).filter(|(_, by)| *by != 0.0);
+        let new = pairs.filter_map(|(n, by)| set_number(text, n, n.value + by, decimals));
+        new.collect::<Vec<_>>()
+    };
+    points.iter().flat_map(shift).collect()
+}
+
+/// Takes pieces out of the text: exactly their bytes, and the empty line above a table. Comments right above
+/// a header go with it, others stay.
+pub fn removed<'a>(text: &str, pieces: impl IntoIterator<Item = &'a Piece>) -> Vec<Splice> {
+    let whole = pieces.into_iter().filter(|piece| !piece.scattered);
+    whole.map(|piece| Splice::remove(own_bytes(text, piece))).collect()
+}
+
+fn own_bytes(text: &str, piece: &Piece) -> Range<usize> {
+    if piece.inline {
+        return item_bytes(text, &piece.bytes);
+    }
+    let Range { start, end } = piece.bytes;
+    if start > 0 && line_start(text, start - 1) == start - 1 {
+        return start - 1..end;
+    }
+    start..end
+}
+
+/// The bytes of an entry between brackets, with its comma and the blanks before it.
+fn item_bytes(text: &str, bytes: &Range<usize>) -> Range<usize> {
+    let blanks = |text: &str| text.len() - text.trim_start_matches([' ', '\t', '\r', '\n']).len();
+    let mut end = bytes.end;
+    let to_comma = end + blanks(&text[end..]);
+    if text[to_comma..].starts_with(',') {
+        end = to_comma + 1;
+    }
+    let before = &text[..bytes.start];
+    let start = before.trim_end_matches([' ', '\t']).len();
+    let alone = text[start..].starts_with(|_| true) && text[..start].ends_with('\n');
+    let rest = &text[end..line_end(text, end)];
+    if alone && rest.trim().is_empty() {
+        return start..line_end(text, end);
+    }
+    // The first of a list leaves the blank before it to the next.
+    if text[..start].ends_with('[') {
+        bytes.start..end + blanks_on_line(&text[end..])
+    } else {
+        start..end
+    }
+}
+
+fn blanks_on_line(text: &str) -> usize {
+    text.len() - text.trim_start_matches([' ', '\t']).len()
+}
+
+/// Copies a piece: its bytes again, right after it.
+pub fn copied(text: &str, piece: &Piece) -> Option<Splice> {
+    if piece.scattered {
+        return None;
+    }
+    let copy = &text[piece.bytes.clone()];
+    if piece.inline {
+        return Some(Splice::insert(piece.bytes.end, format!(", {copy}")));
+    }
+    let ended = if copy.ends_with('\n') { "" } else { "\n" };
+    Some(Splice::insert(piece.bytes.end, format!("{ended}\n{copy}")))
+}
+
+/// Appends a table's text after the last of its list, or at the end.
+pub fn appended(text: &str, sheet: &Sheet, list: super::text::List, table: &str) -> Splice {
+    let last = sheet.pieces.iter().rfind(|piece| piece.id.list == list && !piece.inline);
+    let at = last.map_or(text.len(), |piece| piece.bytes.end);
+    let ended = if at == 0 || text[..at].ends_with('\n') { "" } else { "\n" };
+    let gap = if at == 0 { "" } else { "\n" };
+    Splice::insert(at, format!("{ended}{gap}{table}"))
+}
+
+/// Gives a piece a size: the numbers of its text, or a new field where it has none.
+pub fn sized(text: &str, piece: &Piece, size: Vec2, decimals: u32) -> Vec<Splice> {
+    match &piece.extent {
+        Extent::Radius(radius) => {
+            set_number(text, radius, 0.5 * size.min_element(), decimals).into_iter().collect()
+        }
+        Extent::Size(point) => set_point(text, point, size, decimals),
+        Extent::Unsaid => Vec::new(),
+    }
+}

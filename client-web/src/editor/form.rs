@@ -1,0 +1,132 @@
+//! The form of a piece or of the scene: the fields whose values the reader of scenes knows.
+
+use super::number::rounded;
+use super::state::Editor;
+use super::strings;
+use super::text::List;
+use jostle_game::Scene;
+use jostle_game::scene::{FieldForm, FieldInfo};
+
+/// A field in a form.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its path in the file.
+    pub path: String,
+    /// Its name.
+    pub name: String,
+    /// The values that it may have.
+    pub form: FieldForm,
+    /// The words of the text, one value for each control; `None` where it says nothing.
+    pub values: Option<Vec<String>>,
+    /// The values that hold then.
+    pub default: Vec<String>,
+}
+
+/// The fields of the selected piece; without one, those of the scene.
+pub fn rows(editor: &Editor) -> Vec<Row> {
+    let prefix = prefix(editor);
+    let fields = Scene::fields(editor.text());
+    fields.into_iter().filter_map(|field| row(editor.text(), &prefix, field)).collect()
+}
+
+/// Paths of the form's fields begin with this.
+fn prefix(editor: &Editor) -> String {
+    match editor.selection[..] {
+        [id] if id.list == List::Spawns => "hero.".to_owned(),
+        [id] => format!("{}.", id.path()),
+        _ => String::new(),
+    }
+}
+
+fn row(text: &str, prefix: &str, field: FieldInfo) -> Option<Row> {
+    let name = field.path.strip_prefix(prefix)?;
+    // The scene's own fields are those of no list and no table, but for its limits.
+    if prefix.is_empty() && name.contains(['.', '[']) && !name.starts_with("limits.") {
+        return None;
+    }
+    let said = field.given.as_ref().map(|at| &text[at.clone()]);
+    let values = match (&field.form, said) {
+        (_, None) => None,
+        (FieldForm::Vector { .. }, Some(said)) => {
+            let inner = said.strip_prefix('[').and_then(|said| said.strip_suffix(']'));
+            let parts = inner.unwrap_or(said).split(',');
+            Some(parts.map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect())
+        }
+        (FieldForm::Text { .. } | FieldForm::Choice { .. }, Some(said)) => {
+            let value = toml::de::DeValue::parse(said).ok();
+            let word = value.and_then(|value| Some(value.get_ref().as_str()?.to_owned()));
+            Some(vec![word.unwrap_or_default()])
+        }
+        (_, Some(said)) => Some(vec![said.to_owned()]),
+    };
+    let default = match &field.form {
+        FieldForm::Number { default, .. } => vec![rounded(*default, 4)],
+        FieldForm::Whole { default, .. } => vec![default.to_string()],
+        FieldForm::Vector { default, .. } => default.iter().map(|part| rounded(*part, 4)).collect(),
+        _ => Vec::new(),
+    };
+    Some(Row { name: name.to_owned(), path: field.path, form: field.form, values, default })
+}
+
+/// The TOML of what the controls of a field hold; `None` where they are empty, so that the default holds. Numbers in
+/// no range are for the reader to refuse.
+pub fn value(form: &FieldForm, values: &[String], default: &[String]) -> Option<String> {
+    if values.iter().all(|value| value.trim().is_empty()) {
+        return None;
+    }
+    let first = values.first()?;
+    Some(match form {
+        FieldForm::Vector { .. } => {
+            let part = |at: usize| {
+                let given = values.get(at).filter(|value| !value.trim().is_empty());
+                given.or(default.get(at)).map_or("0", |value| value.trim())
+            };
+            format!("[{}, {}]", part(0), part(1))
+        }
+        FieldForm::Text { .. } | FieldForm::Choice { .. } => quoted(first),
+        _ => first.trim().to_owned(),
+    })
+}
+
+/// A text as TOML writes it.
+pub fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for letter in text.chars() {
+        match letter {
+            '"' | '\\' => out.extend(['\\', letter]),
+            _ if letter.is_control() => out.push(' '),
+            _ => out.push(letter),
+        }
+    }
+    out.push('"');
+    out
+}
+
+impl Editor {
+    /// The subject of the form.
+    pub fn form_title(&self) -> String {
+        match self.selection[..] {
+            [] => strings::SCENE.to_owned(),
+            [id] if id.list == List::Spawns => strings::HEROES.to_owned(),
+            [id] => self.sheet.piece(id).map(|piece| self.short_name(piece)).unwrap_or_default(),
+            _ => strings::pieces(self.selection.len()),
+        }
+    }
+
+    /// A remark about it.
+    pub fn form_note(&self) -> &'static str {
+        match self.selection[..] {
+            [] if self.text().is_empty() => strings::EMPTY,
+            _ if !self.is_toml => strings::BROKEN,
+            [id] => self.sheet.piece(id).and_then(|piece| piece.stuck).unwrap_or_default(),
+            _ => "",
+        }
+    }
+
+    /// Gives a field of the form the values of its controls.
+    pub fn set_field(&mut self, now_ms: f64, path: &str, values: &[String]) {
+        let Some(row) = rows(self).into_iter().find(|row| row.path == path) else { return };
+        let value = value(&row.form, values, &row.default);
+        self.update(now_ms, super::update::Deed::FieldSet(row.path, value));
+    }
+}

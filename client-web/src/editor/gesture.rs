@@ -1,0 +1,341 @@
+//! Pointers in the picture: one selects, moves, sizes and drops pieces. A gesture begins with the
+//! text as it was, and each move makes the new text from that one.
+
+use super::edit::{self, Splice, apply};
+use super::hand::{Gesture, Grip, Hand};
+use super::palette::{self, Make};
+use super::snap::{Extents, Guides};
+use super::state::{Editor, path_of};
+use super::text::{Extent, List, Piece, PieceId, Place, Sheet, vector};
+use super::{field, number};
+use jostle_sim::{Shape, Vec2};
+
+/// Share of a hand's reach within which it has not moved yet.
+const STILL: f32 = 0.25;
+/// Handles lie so far outside of a piece, CSS pixels.
+const GRIP_CSS: f32 = 8.0;
+/// Edges of which half is shorter have no handle of their own, CSS pixels.
+const EDGE_CSS: f32 = 24.0;
+
+impl Editor {
+    pub(super) fn down(&mut self, hand: Hand) {
+        if let Some(gesture) = &mut self.gesture {
+            gesture.free = gesture.id != hand.id;
+            return;
+        }
+        let grip = match self.grip_at(&hand) {
+            Some(grip) => grip,
+            None => match self.piece_at(hand.at, hand.reach) {
+                Some(id) => {
+                    self.pick(id, hand.adds);
+                    Grip::Move
+                }
+                None => {
+                    if !hand.adds {
+                        self.select(Vec::new());
+                    }
+                    Grip::Box
+                }
+            },
+        };
+        self.begin(grip, hand.id, hand.at);
+    }
+
+    fn begin(&mut self, grip: Grip, id: i32, from: Vec2) {
+        self.gesture = Some(Gesture {
+            id,
+            grip,
+            from,
+            at: from,
+            base: self.text().to_owned(),
+            sheet: self.sheet.clone(),
+            selection: self.selection.clone(),
+            moving: false,
+            free: false,
+        });
+    }
+
+    pub(super) fn take(&mut self, make: Make, id: i32) {
+        self.cancel();
+        self.begin(Grip::New(make), id, Vec2::ZERO);
+    }
+
+    fn pick(&mut self, id: PieceId, adds: bool) {
+        let mut ids = self.selection.clone();
+        match (ids.iter().position(|known| *known == id), adds) {
+            (Some(at), true) => _ = ids.remove(at),
+            (None, true) => ids.push(id),
+            (Some(_), false) => return,
+            (None, false) => ids = vec![id],
+        }
+        self.select(ids);
+    }
+
+    /// A handle of the selected piece that is in reach.
+    fn grip_at(&self, hand: &Hand) -> Option<Grip> {
+        let [id] = self.selection[..] else { return None };
+        let piece = self.sheet.piece(id).filter(|piece| piece.place.is_some())?;
+        let away = |at: Vec2| (at - hand.at).abs().max_element();
+        // The inside of a small piece is there to move it.
+        let extents = self.extents(piece)?;
+        let deep = (hand.at - extents.center()).abs().cmplt((extents.high - extents.low) * 0.3);
+        let is_on_path = |grip: &Grip| matches!(grip, Grip::Point(_));
+        let near = grips(self, piece, hand.step).into_iter();
+        let near = near.filter(|(_, at)| away(*at) <= hand.reach);
+        let near = near.filter(|(grip, _)| !deep.all() || is_on_path(grip));
+        near.min_by(|a, b| away(a.1).total_cmp(&away(b.1))).map(|(grip, _)| grip)
+    }
+
+    /// The smallest piece at a point.
+    fn piece_at(&self, at: Vec2, reach: f32) -> Option<PieceId> {
+        let hits = self.sheet.pieces.iter().filter_map(|piece| {
+            let extents = self.extents(piece)?;
+            let half = ((extents.high - extents.low) * 0.5).max(Vec2::splat(0.6 * reach));
+            let away = (at - extents.center()).abs();
+            let inside = away.x <= half.x && away.y <= half.y;
+            inside.then_some((half.x * half.y, piece.id))
+        });
+        hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
+    }
+
+    pub(super) fn moved(&mut self, mut hand: Hand) {
+        let Some(mut gesture) = self.gesture.take_if(|gesture| gesture.id == hand.id) else {
+            return;
+        };
+        gesture.at = hand.at;
+        gesture.moving |= (hand.at - gesture.from).length() > STILL * hand.reach;
+        hand.free |= gesture.free;
+        if gesture.moving {
+            self.drag(&gesture, &hand);
+        }
+        self.gesture = Some(gesture);
+    }
+
+    fn drag(&mut self, gesture: &Gesture, hand: &Hand) {
+        self.guides = Guides::default();
+        let splices = match gesture.grip {
+            Grip::Box => return self.select_within(gesture),
+            Grip::New(make) => return self.carry(gesture, make, hand),
+            // A text that is no TOML has to be mended before its pieces move.
+            _ if !self.is_toml => return,
+            Grip::Move => self.move_selection(gesture, hand),
+            Grip::Size(way) => self.size_selected(gesture, way, hand),
+            Grip::Point(index) => self.move_point(gesture, index, hand),
+        };
+        self.show(apply(&gesture.base, splices));
+    }
+
+    fn select_within(&mut self, gesture: &Gesture) {
+        let Some([low, high]) = gesture.frame() else { return };
+        let mut ids = gesture.selection.clone();
+        for piece in &self.sheet.pieces {
+            let inside =
+                piece.center().is_some_and(|at| at.cmpge(low).all() && at.cmple(high).all());
+            if inside && !ids.contains(&piece.id) {
+                ids.push(piece.id);
+            }
+        }
+        if ids != self.selection {
+            self.select(ids);
+        }
+    }
+
+    /// A new piece hangs on the hand as long as that is over the picture.
+    fn carry(&mut self, gesture: &Gesture, make: Make, hand: &Hand) {
+        self.selection.clear();
+        if !hand.inside {
+            return self.show(gesture.base.clone());
+        }
+        let Some((text, id)) = palette::added(&gesture.base, make, hand.at) else { return };
+        // Its own size decides what its edges meet.
+        let Some(sheet) = Sheet::read(&text) else { return };
+        self.selection = vec![id];
+        let snapping = self.snapping(&sheet, hand);
+        let way = sheet.piece(id).and_then(|piece| {
+            let extents = self.extents(piece)?;
+            Some(snapping.moved(extents, anchor(piece)?, Vec2::ZERO))
+        });
+        let (way, guides) = way.unwrap_or_default();
+        self.guides = guides;
+        if let Some((text, id)) = palette::added(&gesture.base, make, hand.at + way) {
+            self.show(text);
+            self.selection = vec![id];
+        }
+    }
+
+    fn move_selection(&mut self, gesture: &Gesture, hand: &Hand) -> Vec<Splice> {
+        let pieces: Vec<&Piece> =
+            self.selection.iter().filter_map(|id| gesture.sheet.piece(*id)).collect();
+        let rects: Vec<Extents> = pieces.iter().filter_map(|piece| self.extents(piece)).collect();
+        let (Some(first), Some(anchor)) =
+            (rects.first(), pieces.iter().find_map(|piece| anchor(piece)))
+        else {
+            return Vec::new();
+        };
+        let around = rects.iter().fold(*first, |all, one| Extents {
+            low: all.low.min(one.low),
+            high: all.high.max(one.high),
+        });
+        let snapping = self.snapping(&gesture.sheet, hand);
+        let (by, guides) = snapping.moved(around, anchor, hand.at - gesture.from);
+        let decimals = self.decimals(hand);
+        let moved = pieces.iter().flat_map(|piece| edit::moved(&gesture.base, piece, by, decimals));
+        let splices = moved.collect();
+        self.guides = guides;
+        splices
+    }
+
+    fn move_point(&mut self, gesture: &Gesture, index: usize, hand: &Hand) -> Vec<Splice> {
+        let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
+        let Some(Place::Path(points)) = piece.and_then(|piece| piece.place.as_ref()) else {
+            return Vec::new();
+        };
+        let Some(point) = points.get(index) else { return Vec::new() };
+        let snapping = self.snapping(&gesture.sheet, hand);
+        let goal = vector(point) + hand.at - gesture.from;
+        let (x, upright) = snapping.line(0, goal.x);
+        let (y, level) = snapping.line(1, goal.y);
+        let splices = edit::set_point(&gesture.base, point, Vec2::new(x, y), self.decimals(hand));
+        self.guides = [upright, level];
+        splices
+    }
+
+    /// Moves an edge or a corner; the opposite one stays.
+    fn size_selected(&mut self, gesture: &Gesture, way: Vec2, hand: &Hand) -> Vec<Splice> {
+        let piece = self.selection.first().and_then(|id| gesture.sheet.piece(*id));
+        let Some(piece) = piece else { return Vec::new() };
+        let Some(Extents { mut low, mut high }) = self.extents(piece) else { return Vec::new() };
+        let snapping = self.snapping(&gesture.sheet, hand);
+        let by = hand.at - gesture.from;
+        let least = self.unit().min(hand.step.max(1e-3));
+        if let Some(Shape::Circle { .. }) = self.shape(piece) {
+            return self.size_circle(gesture, piece, way, hand);
+        }
+        for axis in 0..2 {
+            let side = way[axis];
+            if side == 0.0 {
+                continue;
+            }
+            let edge = if side > 0.0 { &mut high } else { &mut low };
+            let (at, guide) = snapping.line(axis, edge[axis] + by[axis]);
+            edge[axis] = at;
+            self.guides[axis] = guide;
+        }
+        // An edge goes no further than to the other one.
+        let size = (high - low).max(Vec2::splat(least));
+        let low = Vec2::select(way.cmplt(Vec2::ZERO), high - size, low);
+        let decimals = self.decimals(hand);
+        if let Some(Place::Area([from, to])) = &piece.place {
+            let mut splices = edit::set_point(&gesture.base, from, low, decimals);
+            splices.extend(edit::set_point(&gesture.base, to, low + size, decimals));
+            return splices;
+        }
+        let mut splices = match &piece.extent {
+            Extent::Unsaid => {
+                let text = [size.x, size.y].map(|side| number::rounded(side, decimals));
+                let field_path = format!("{}.size", piece.id.path());
+                let value = format!("[{}, {}]", text[0], text[1]);
+                field::set(&gesture.base, &field_path, &value).into_iter().collect()
+            }
+            _ => edit::sized(&gesture.base, piece, size, decimals),
+        };
+        if let Some(Place::Center(center)) = &piece.place {
+            splices.extend(edit::set_point(&gesture.base, center, low + size * 0.5, decimals));
+        }
+        splices
+    }
+
+    fn size_circle(
+        &mut self,
+        gesture: &Gesture,
+        piece: &Piece,
+        way: Vec2,
+        hand: &Hand,
+    ) -> Vec<Splice> {
+        let Some(Extents { low, high }) = self.extents(piece) else { return Vec::new() };
+        let center = (low + high) * 0.5;
+        let edge = center + (high - low) * 0.5 * way + hand.at - gesture.from;
+        let away = (edge - center).abs();
+        let radius = if way.x == 0.0 {
+            away.y
+        } else if way.y == 0.0 {
+            away.x
+        } else {
+            away.max_element()
+        };
+        let snapping = self.snapping(&gesture.sheet, hand);
+        let radius = snapping.on_unit(radius * 2.0) * 0.5;
+        let radius = radius.max(0.5 * self.unit().min(hand.step.max(1e-3)));
+        let decimals = self.decimals(hand);
+        if let Extent::Radius(old) = &piece.extent {
+            return edit::set_number(&gesture.base, old, radius, decimals).into_iter().collect();
+        }
+        let path = format!("{}.radius", piece.id.path());
+        let value = number::rounded(radius, decimals);
+        field::set(&gesture.base, &path, &value).into_iter().collect()
+    }
+
+    pub(super) fn up(&mut self, hand: Hand) {
+        match &mut self.gesture {
+            Some(gesture) if gesture.id != hand.id => return gesture.free = false,
+            None => return,
+            Some(_) => {}
+        }
+        let Some(gesture) = self.gesture.take() else { return };
+        self.guides = Guides::default();
+        match gesture.grip {
+            Grip::Move if !gesture.moving && !hand.adds => {
+                // A press on one of many, without a move, selects that one.
+                if let Some(id) = self.piece_at(hand.at, hand.reach) {
+                    self.select(vec![id]);
+                }
+            }
+            _ => {
+                self.note(&gesture.base);
+                if gesture.moving && gesture.grip != Grip::Box {
+                    self.select(self.selection.clone());
+                }
+            }
+        }
+    }
+
+    /// Ends a gesture as if it had never begun.
+    pub(super) fn cancel(&mut self) {
+        let Some(gesture) = self.gesture.take() else { return };
+        self.guides = Guides::default();
+        self.show(gesture.base);
+        self.selection = gesture.selection;
+    }
+}
+
+/// The numbers of a piece that are to be round.
+fn anchor(piece: &Piece) -> Option<Vec2> {
+    match piece.place.as_ref()? {
+        Place::Center(point) => Some(vector(point)),
+        Place::Area([low, _]) => Some(vector(low)),
+        Place::Path(points) => points.first().map(vector),
+    }
+}
+
+/// The parts of a piece that a hand can hold, and where. `pixel` is the width of a CSS pixel, world units.
+pub(super) fn grips(editor: &Editor, piece: &Piece, pixel: f32) -> Vec<(Grip, Vec2)> {
+    let points = path_of(piece).iter().enumerate();
+    let mut grips: Vec<_> = points.map(|(at, point)| (Grip::Point(at), vector(point))).collect();
+    let is_point = matches!(piece.id.list, List::Spawns | List::Emitters | List::Launchers);
+    if piece.stuck.is_some() || is_point {
+        return grips;
+    }
+    let Some(extents) = editor.extents(piece) else { return grips };
+    let half = (extents.high - extents.low) * 0.5;
+    let away = half + Vec2::splat(GRIP_CSS * pixel);
+    for (x, y) in [(-1, -1), (1, -1), (-1, 1), (1, 1), (0, -1), (0, 1), (-1, 0), (1, 0)] {
+        // In the middle of a short edge one would be in the way of those at its ends.
+        let along = if x == 0 { half.x } else { half.y };
+        if (x == 0 || y == 0) && along < EDGE_CSS * pixel {
+            continue;
+        }
+        let way = Vec2::new(x as f32, y as f32);
+        grips.push((Grip::Size(way), extents.center() + away * way));
+    }
+    grips
+}

@@ -1,0 +1,137 @@
+//! The steps of a text, to be undone and done again without end.
+
+use std::ops::Range;
+
+/// Typing after a longer pause begins another entry, milliseconds.
+const PAUSE_MS: f64 = 1000.0;
+
+/// One step: what stood at a byte, and what stands there now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Step {
+    at: usize,
+    before: String,
+    after: String,
+}
+
+/// Steps back and forth between all texts that there were.
+#[derive(Clone, Debug, Default)]
+pub struct History {
+    done: Vec<Step>,
+    undone: Vec<Step>,
+    /// When the last step was typed, if it was.
+    typed_ms: Option<f64>,
+}
+
+impl Step {
+    /// The difference of two texts; `None` if nothing does.
+    fn between(before: &str, after: &str) -> Option<Step> {
+        if before == after {
+            return None;
+        }
+        let same = before.bytes().zip(after.bytes()).take_while(|(a, b)| a == b).count();
+        let start = floor(before, after, same);
+        let rest = before.len().min(after.len()) - start;
+        let ends = before.bytes().rev().zip(after.bytes().rev()).take(rest);
+        let mut tail = ends.take_while(|(a, b)| a == b).count();
+        while !before.is_char_boundary(before.len() - tail)
+            || !after.is_char_boundary(after.len() - tail)
+        {
+            tail -= 1;
+        }
+        Some(Step {
+            at: start,
+            before: before[start..before.len() - tail].to_owned(),
+            after: after[start..after.len() - tail].to_owned(),
+        })
+    }
+
+    fn undo(&self, text: &mut String) -> Range<usize> {
+        text.replace_range(self.at..self.at + self.after.len(), &self.before);
+        self.at..self.at + self.before.len()
+    }
+
+    fn redo(&self, text: &mut String) -> Range<usize> {
+        text.replace_range(self.at..self.at + self.before.len(), &self.after);
+        self.at..self.at + self.after.len()
+    }
+}
+
+/// The last place up to `same` at which both texts may be cut.
+fn floor(before: &str, after: &str, mut same: usize) -> usize {
+    while !before.is_char_boundary(same) || !after.is_char_boundary(same) {
+        same -= 1;
+    }
+    same
+}
+
+impl History {
+    /// Notes that `before` became `after` in one step.
+    pub fn note(&mut self, before: &str, after: &str) {
+        if let Some(step) = Step::between(before, after) {
+            self.done.push(step);
+            self.undone.clear();
+            self.typed_ms = None;
+        }
+    }
+
+    /// Makes the last step one that leads from `before` to `after`.
+    pub fn note_again(&mut self, before: &str, after: &str) {
+        self.done.pop();
+        self.note(before, after);
+    }
+
+    /// Notes that it became so by typing: letters of one word, typed without a pause, are one step.
+    pub fn note_typed(&mut self, before: &str, after: &str, now_ms: f64) {
+        let Some(step) = Step::between(before, after) else { return };
+        self.undone.clear();
+        let went_on = self.typed_ms.is_some_and(|typed| now_ms - typed <= PAUSE_MS);
+        self.typed_ms = Some(now_ms);
+        if let Some(last) = self.done.last_mut().filter(|_| went_on)
+            && step.before.is_empty()
+            && step.at == last.at + last.after.len()
+            && !begins_word(&last.after, &step.after)
+        {
+            last.after.push_str(&step.after);
+            return;
+        }
+        if let Some(last) = self.done.last_mut().filter(|_| went_on)
+            && step.after.is_empty()
+            && last.after.is_empty()
+            && step.at + step.before.len() == last.at
+        {
+            last.before.insert_str(0, &step.before);
+            last.at = step.at;
+            return;
+        }
+        self.done.push(step);
+    }
+
+    /// Takes the last step back; the bytes that changed.
+    pub fn undo(&mut self, text: &mut String) -> Option<Range<usize>> {
+        let step = self.done.pop()?;
+        let changed = step.undo(text);
+        self.undone.push(step);
+        self.typed_ms = None;
+        Some(changed)
+    }
+
+    /// Does the last undone step again; the bytes that changed.
+    pub fn redo(&mut self, text: &mut String) -> Option<Range<usize>> {
+        let step = self.undone.pop()?;
+        let changed = step.redo(text);
+        self.done.push(step);
+        self.typed_ms = None;
+        Some(changed)
+    }
+
+    /// Whether there is a step to take back, and one to do again.
+    pub fn can(&self) -> [bool; 2] {
+        [!self.done.is_empty(), !self.undone.is_empty()]
+    }
+}
+
+/// Whether what is typed now begins a word after what was typed before.
+fn begins_word(before: &str, now: &str) -> bool {
+    let blank = |letter: Option<char>| letter.is_some_and(char::is_whitespace);
+    blank(before.chars().next_back()) && !blank(now.chars().next())
+}

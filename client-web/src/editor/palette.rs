@@ -1,0 +1,274 @@
+//! Things that can be added to a scene: the pieces of the palette, as text.
+
+use super::edit::{Splice, appended, apply};
+use super::field;
+use super::number::{decimals_of, rounded};
+use super::snap::unit_of;
+use super::text::{List, PieceId, Sheet};
+use jostle_sim::Vec2;
+
+/// A piece of the palette.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Make {
+    /// A slab to stand on.
+    Platform,
+    /// A wall.
+    Wall,
+    /// A crate.
+    Block,
+    /// A round block.
+    Ball,
+    /// A minion.
+    Minion,
+    /// A place where heroes appear.
+    Spawn,
+    /// A zone.
+    Zone,
+    /// An emitter of particles.
+    Emitter,
+    /// A launcher of dye packs.
+    Launcher,
+    /// A platform that moves to and fro.
+    Path,
+}
+
+/// The scene that an empty text becomes with its first piece.
+pub const BLANK: &str = r#"title = "My scene"
+size = [320, 180]
+tools = ["hold"]
+groups = ["hero", "minion", "platform", "block", "pack"]
+pairs = [
+    ["hero", "platform"], ["hero", "hero"], ["hero", "block"], ["hero", "minion"],
+    ["minion", "platform"], ["minion", "minion"], ["minion", "block"],
+    ["block", "platform"], ["block", "block"],
+    ["pack", "platform"], ["pack", "block"], ["pack", "minion"],
+]
+particles_meet = ["hero", "platform", "block"]
+"#;
+
+/// Groups that meet by default, each pair once.
+const PAIRS: [[&str; 2]; 12] = [
+    ["hero", "platform"],
+    ["hero", "hero"],
+    ["hero", "block"],
+    ["hero", "minion"],
+    ["minion", "platform"],
+    ["minion", "minion"],
+    ["minion", "block"],
+    ["block", "platform"],
+    ["block", "block"],
+    ["pack", "platform"],
+    ["pack", "block"],
+    ["pack", "minion"],
+];
+/// Height of the world for which the pieces' sizes are, units.
+const WORLD_HEIGHT: f32 = 180.0;
+/// Width and height of the heroes of a new `[hero]`, and how they walk.
+const HERO: Vec2 = Vec2::new(9.0, 12.0);
+const HERO_WALK: &str = "{ speed = 40, jump = 50 }";
+
+impl Make {
+    /// Every piece, in the palette's order, with the name by which the page's buttons call it.
+    pub const ALL: [(Make, &str); 10] = [
+        (Make::Platform, "platform"),
+        (Make::Wall, "wall"),
+        (Make::Block, "block"),
+        (Make::Ball, "ball"),
+        (Make::Minion, "minion"),
+        (Make::Spawn, "spawn"),
+        (Make::Zone, "zone"),
+        (Make::Emitter, "emitter"),
+        (Make::Launcher, "launcher"),
+        (Make::Path, "path"),
+    ];
+
+    /// The piece of a name.
+    pub fn named(name: &str) -> Option<Make> {
+        Make::ALL.iter().find(|(_, known)| *known == name).map(|(make, _)| *make)
+    }
+
+    /// The list that it is added to.
+    pub fn list(self) -> List {
+        match self {
+            Make::Spawn => List::Spawns,
+            Make::Zone => List::Zones,
+            Make::Emitter => List::Emitters,
+            Make::Launcher => List::Launchers,
+            _ => List::Bodies,
+        }
+    }
+
+    /// The collision group that it needs.
+    fn group(self) -> Option<&'static str> {
+        match self {
+            Make::Platform | Make::Wall | Make::Path => Some("platform"),
+            Make::Block | Make::Ball => Some("block"),
+            Make::Minion => Some("minion"),
+            Make::Spawn | Make::Zone => Some("hero"),
+            Make::Launcher => Some("pack"),
+            Make::Emitter => None,
+        }
+    }
+
+    /// Its width and height in a world of [`WORLD_HEIGHT`].
+    fn size(self) -> Vec2 {
+        match self {
+            Make::Platform | Make::Path => Vec2::new(40.0, 4.0),
+            Make::Wall => Vec2::new(8.0, 40.0),
+            Make::Zone => Vec2::new(40.0, 30.0),
+            Make::Ball => Vec2::new(8.0, 8.0),
+            _ => Vec2::new(10.0, 10.0),
+        }
+    }
+}
+
+/// The text with another piece at a point, and the new piece; `None` if the text is no TOML.
+pub fn added(text: &str, make: Make, at: Vec2) -> Option<(String, PieceId)> {
+    let text = match is_bare(text) {
+        true => format!("{text}{BLANK}"),
+        false => text.to_owned(),
+    };
+    let text = make.group().map_or(text.clone(), |group| with_group(&text, group));
+    let sheet = Sheet::read(&text)?;
+    let world = sheet.world.unwrap_or(Vec2::new(320.0, WORLD_HEIGHT));
+    let list = make.list();
+    let index = sheet.pieces.iter().filter(|piece| piece.id.list == list).count();
+    let id = PieceId { list, index };
+    let draft = Draft { at, world, text: &text };
+    let new = match make {
+        Make::Spawn => spawned(&draft)?,
+        _ => {
+            let fields = draft.fields(make);
+            let inline = field::push(&text, list.path(), &format!("{{ {} }}", fields.join(", ")))
+                .filter(|_| sheet.pieces.iter().any(|piece| piece.id.list == list && piece.inline));
+            let table = format!("[[{}]]\n{}\n", list.path(), fields.join("\n"));
+            apply(&text, vec![inline.unwrap_or_else(|| appended(&text, &sheet, list, &table))])
+        }
+    };
+    Some((new, id))
+}
+
+/// Whether a text has nothing but comments and empty lines.
+fn is_bare(text: &str) -> bool {
+    text.lines().all(|line| line.trim().is_empty() || line.trim_start().starts_with('#'))
+}
+
+struct Draft<'a> {
+    at: Vec2,
+    world: Vec2,
+    text: &'a str,
+}
+
+impl Draft<'_> {
+    fn number(&self, value: f32) -> String {
+        rounded(value, decimals_of(unit_of(self.world)) + 1)
+    }
+
+    fn point(&self, at: Vec2) -> String {
+        format!("[{}, {}]", self.number(at.x), self.number(at.y))
+    }
+
+    /// A size that suits the world, at least a unit.
+    fn scaled(&self, size: Vec2) -> Vec2 {
+        let unit = unit_of(self.world);
+        let scale = self.world.y / WORLD_HEIGHT;
+        let scale = if (0.5..2.5).contains(&scale) { 1.0 } else { scale };
+        ((size * scale / unit).round() * unit).max(Vec2::splat(unit))
+    }
+
+    fn fields(&self, make: Make) -> Vec<String> {
+        let size = self.scaled(make.size());
+        let position = format!("position = {}", self.point(self.at));
+        let kind = |kind: &str| format!("kind = \"{kind}\"");
+        let sized = format!("size = {}", self.point(size));
+        match make {
+            Make::Platform => vec![kind("platform"), position, sized],
+            Make::Wall => vec![kind("wall"), position, sized],
+            Make::Block => vec![kind("block"), position, sized],
+            Make::Ball => {
+                vec![kind("block"), position, format!("radius = {}", self.number(0.5 * size.y))]
+            }
+            Make::Minion => {
+                vec![kind("minion"), position, format!("radius = {}", self.number(0.5 * size.y))]
+            }
+            Make::Zone => {
+                let [low, high] = [-0.5, 0.5].map(|share| self.point(self.at + size * share));
+                let name = format!("name = \"{}\"", free_name(self.text, "zone"));
+                vec![name, format!("area = [{low}, {high}]"), "color = 1".to_owned()]
+            }
+            Make::Emitter => {
+                let every = ["count = 6", "every = 12"].map(str::to_owned);
+                [vec!["recipe = \"fire\"".to_owned(), position], every.to_vec()].concat()
+            }
+            Make::Launcher => vec![position, "every = 3".to_owned()],
+            Make::Path => {
+                let reach = Vec2::new(self.scaled(Vec2::new(30.0, 0.0)).x, 0.0);
+                let [from, to] = [self.at - reach, self.at + reach].map(|at| self.point(at));
+                vec![kind("platform"), format!("path = [{from}, {to}]"), "period = 4".into(), sized]
+            }
+            Make::Spawn => Vec::new(),
+        }
+    }
+}
+
+/// A spawn point joins those of `[hero]`. Where that is missing it is added, with the keys that steer it.
+fn spawned(draft: &Draft) -> Option<String> {
+    let point = draft.point(draft.at);
+    if let Some(splice) = field::push(draft.text, "hero.spawns", &point) {
+        return Some(apply(draft.text, vec![splice]));
+    }
+    let mut text = draft.text.to_owned();
+    let is_new = words(&text, "hero").is_none() && field::is_missing(&text, "hero");
+    let mut set = |path: &str, value: &str| {
+        text = apply(&text, vec![field::set(&text, path, value)?]);
+        Some(())
+    };
+    set("hero.spawns", &format!("[{point}]"))?;
+    if is_new {
+        set("hero.size", &draft.point(draft.scaled(HERO)))?;
+        set("hero.walk", HERO_WALK)?;
+        if !words(&text, "tools").is_some_and(|tools| tools.iter().any(|tool| tool == "steer")) {
+            let steer = "\"steer\"";
+            let splice = field::push(&text, "tools", steer);
+            let splice = splice.or_else(|| field::set(&text, "tools", &format!("[{steer}]")))?;
+            text = apply(&text, vec![splice]);
+        }
+    }
+    Some(text)
+}
+
+/// The text with a collision group, which meets those that it usually meets.
+fn with_group(text: &str, group: &str) -> String {
+    let Some(groups) = words(text, "groups") else { return text.to_owned() };
+    if groups.iter().any(|known| known == group) {
+        return text.to_owned();
+    }
+    let mut text = match field::push(text, "groups", &format!("\"{group}\"")) {
+        Some(splice) => apply(text, vec![splice]),
+        None => return text.to_owned(),
+    };
+    let known = |name: &str| name == group || groups.iter().any(|known| known == name);
+    for pair in PAIRS.iter().filter(|pair| pair.contains(&group) && pair.iter().all(|n| known(n))) {
+        let pair = format!("[\"{}\", \"{}\"]", pair[0], pair[1]);
+        let splice: Option<Splice> = field::push(&text, "pairs", &pair)
+            .or_else(|| field::set(&text, "pairs", &format!("[{pair}]")));
+        if let Some(splice) = splice {
+            text = apply(&text, vec![splice]);
+        }
+    }
+    text
+}
+
+fn words(text: &str, path: &str) -> Option<Vec<String>> {
+    let root = toml::de::DeTable::parse(text).ok()?;
+    let items = root.get_ref().get(path)?.get_ref().as_array()?;
+    Some(items.iter().filter_map(|item| item.get_ref().as_str().map(str::to_owned)).collect())
+}
+
+/// A name that no piece of the text has, like `zone-2`.
+pub fn free_name(text: &str, base: &str) -> String {
+    let sheet = Sheet::read(text).unwrap_or_default();
+    let taken = |name: &str| sheet.pieces.iter().any(|piece| piece.name.as_deref() == Some(name));
+    let names = (1..).map(|number| format!("{base}-{number}"));
+    names.into_iter().find(|name| !taken(name)).unwrap_or_default()
+}

@@ -1,0 +1,103 @@
+//! Alignment: to the unit of a world, and to edges and middles of what is near.
+
+use jostle_sim::Vec2;
+
+/// Worlds of less than this many units in height have a finer unit than 1.
+const UNITS_MIN: f32 = 20.0;
+
+/// The unit of a world: 1, or less in a small one.
+pub fn unit_of(world: Vec2) -> f32 {
+    let mut unit = 1.0;
+    while world.y < UNITS_MIN * unit && unit > 0.001 {
+        unit *= 0.1;
+    }
+    unit
+}
+
+/// A rectangle that others align to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extents {
+    /// Lower left corner.
+    pub low: Vec2,
+    /// Upper right corner.
+    pub high: Vec2,
+}
+
+impl Extents {
+    /// Around a centre.
+    pub fn around(center: Vec2, half: Vec2) -> Extents {
+        Extents { low: center - half, high: center + half }
+    }
+
+    /// Its centre.
+    pub fn center(&self) -> Vec2 {
+        (self.low + self.high) * 0.5
+    }
+
+    fn marks(&self, axis: usize) -> [f32; 3] {
+        [self.low, self.center(), self.high].map(|corner| corner.to_array()[axis])
+    }
+}
+
+/// Lines along which something was aligned: x of upright ones, y of level ones.
+pub type Guides = [Option<f32>; 2];
+
+/// The facts that snapping needs.
+#[derive(Clone, Debug, Default)]
+pub struct Snapping {
+    /// Coordinates in use are multiples of this; 0 switches all snapping off.
+    pub unit: f32,
+    /// Edges of others that are not further than this are met, world units.
+    pub reach: f32,
+    /// The others.
+    pub others: Vec<Extents>,
+}
+
+impl Snapping {
+    /// Without any.
+    pub fn off() -> Snapping {
+        Snapping::default()
+    }
+
+    /// Where a rectangle goes that is moved by `by`: that way changed so that an edge or its middle meets one
+    /// of the others, or so that its anchor is on the unit.
+    pub fn moved(&self, moving: Extents, anchor: Vec2, by: Vec2) -> (Vec2, Guides) {
+        let mut guides = Guides::default();
+        let way = std::array::from_fn(|axis| {
+            let by = by.to_array()[axis];
+            let marks = moving.marks(axis);
+            match self.nearest(axis, &marks.map(|mark| mark + by)) {
+                Some((shift, line)) => {
+                    guides[axis] = Some(line);
+                    by + shift
+                }
+                None => self.on_unit(anchor.to_array()[axis] + by) - anchor.to_array()[axis],
+            }
+        });
+        (Vec2::from_array(way), guides)
+    }
+
+    /// Where a single coordinate goes.
+    pub fn line(&self, axis: usize, at: f32) -> (f32, Option<f32>) {
+        match self.nearest(axis, &[at]) {
+            Some((shift, line)) => (at + shift, Some(line)),
+            None => (self.on_unit(at), None),
+        }
+    }
+
+    /// The multiple of the unit next to a coordinate.
+    pub fn on_unit(&self, at: f32) -> f32 {
+        if self.unit > 0.0 { (at / self.unit).round() * self.unit } else { at }
+    }
+
+    /// The least shift that brings one of some marks onto a line of the others, and that line.
+    fn nearest(&self, axis: usize, marks: &[f32]) -> Option<(f32, f32)> {
+        if self.unit <= 0.0 {
+            return None;
+        }
+        let lines = self.others.iter().flat_map(|other| other.marks(axis));
+        let shifts = lines.flat_map(|line| marks.iter().map(move |mark| (line - mark, line)));
+        let near = shifts.filter(|(shift, _)| shift.abs() <= self.reach);
+        near.min_by(|a, b| a.0.abs().total_cmp(&b.0.abs()))
+    }
+}

@@ -1,0 +1,26 @@
+//! The texts of the editor.
+
+/// Pieces are not changed while the text is no TOML.
+pub const BROKEN: &str = "The text has an error: mend it first.";
+/// There is no text.
+pub const EMPTY: &str = "Drag a piece into the picture to begin.";
+/// The place of a piece is relative to that of a body.
+pub const FOLLOWS: &str = "It moves with the body that it follows.";
+/// A piece has no place.
+pub const NO_PLACE: &str = "It has no place of its own: see its text.";
+/// One piece is gone.
+pub const DELETED: &str = "Deleted.";
+/// Titles of the form, without a selection and with a spawn point.
+pub const SCENE: &str = "The scene";
+/// The heroes.
+pub const HEROES: &str = "Heroes";
+
+/// Several pieces.
+pub fn pieces(count: usize) -> String {
+    format!("{count} pieces")
+}
+
+/// This number of pieces is gone.
+pub fn deleted(count: usize) -> String {
+    if count == 1 { DELETED.to_owned() } else { format!("{} deleted.", pieces(count)) }
+}

@@ -1,0 +1,360 @@
+use super::hand::Hand;
+use super::palette::{self, Make};
+use super::state::Editor;
+use super::text::{List, PieceId, Sheet};
+use super::update::Deed;
+use super::{edit, field, form};
+use jostle_game::Scene;
+use jostle_game::scene::FieldForm;
+use jostle_sim::{Rng, Vec2};
+use std::collections::BTreeSet;
+
+mod random;
+
+/// A scene with comments everywhere, and lists of both kinds.
+const YARD: &str = r#"# The yard.
+title = "Yard"   # its name
+size = [320, 180]
+tools = ["hold"]
+groups = ["hero", "platform", "block"] # who meets whom
+pairs = [["block", "platform"], ["hero", "platform"]]
+
+# The floor.
+[[bodies]]
+kind = "wall"
+position = [ 160, 2.50 ] # its middle
+size = [320, 5]
+
+# A crate,
+# twice as high as wide.
+[[bodies]]
+kind = "block" # wood
+position = [40, 15]
+size = [10, 20]
+
+# Not of the crate.
+
+[hero]
+spawns = [[20, 20], [30, 20]] # left
+# The last line.
+"#;
+
+fn hand(x: f32, y: f32) -> Hand {
+    Hand {
+        id: 1,
+        at: Vec2::new(x, y),
+        inside: true,
+        reach: 3.0,
+        step: 0.25,
+        adds: false,
+        free: false,
+    }
+}
+
+fn yard() -> Editor {
+    let editor = Editor::open(YARD.to_owned(), Some("yard.toml"));
+    assert_eq!(editor.error, None);
+    editor
+}
+
+fn act(editor: &mut Editor, deeds: impl IntoIterator<Item = Deed>) {
+    deeds.into_iter().for_each(|deed| editor.update(0.0, deed));
+    editor.check();
+}
+
+fn drag(editor: &mut Editor, from: Hand, to: Hand) {
+    act(editor, [Deed::Down(from), Deed::Moved(to), Deed::Up(to)]);
+}
+
+/// The lines in which two texts of as many lines differ.
+fn differing(before: &str, after: &str) -> Vec<(String, String)> {
+    assert_eq!(before.lines().count(), after.lines().count());
+    let pairs = before.lines().zip(after.lines()).filter(|(a, b)| a != b);
+    pairs.map(|(a, b)| (a.to_owned(), b.to_owned())).collect()
+}
+
+const CRATE: PieceId = PieceId { list: List::Bodies, index: 1 };
+
+#[test]
+fn pieces_are_found_with_their_bytes() {
+    let editor = yard();
+    let bytes = |list, index| {
+        let piece = editor.sheet.piece(PieceId { list, index }).expect("a piece");
+        &YARD[piece.bytes.clone()]
+    };
+    let crate_text = "# A crate,\n# twice as high as wide.\n[[bodies]]\nkind = \"block\" # wood\n\
+                      position = [40, 15]\nsize = [10, 20]\n";
+    assert_eq!(bytes(List::Bodies, 1), crate_text);
+    assert_eq!(bytes(List::Spawns, 1), "[30, 20]");
+    assert_eq!(editor.sheet.pieces.len(), 4);
+    assert_eq!(editor.sheet.world, Some(Vec2::new(320.0, 180.0)));
+}
+
+#[test]
+fn a_drag_replaces_the_bytes_of_a_position() {
+    let mut editor = yard();
+    // 40 to 61 is free of edges of others: it goes to the unit.
+    drag(&mut editor, hand(40.0, 15.0), hand(101.3, 60.4));
+    let changed = differing(YARD, editor.text());
+    assert_eq!(changed, [("position = [40, 15]".into(), "position = [101, 60]".into())]);
+    assert_eq!(editor.selection, [CRATE]);
+    // Only one coordinate changes.
+    drag(&mut editor, hand(101.0, 60.0), hand(110.0, 60.1));
+    assert!(editor.text().contains("position = [110, 60]"), "{}", editor.text());
+}
+
+#[test]
+fn edges_meet_those_of_others_unless_snapping_is_off() {
+    let mut editor = yard();
+    drag(&mut editor, hand(40.0, 15.0), hand(40.0, 16.2));
+    assert_eq!(editor.text(), YARD, "it stands on the floor again: 5 and 10 up");
+    drag(&mut editor, hand(40.0, 15.0), Hand { free: true, ..hand(40.0, 17.3) });
+    assert!(editor.text().contains("position = [40, 17.3]"), "{}", editor.text());
+    // A second finger does what Alt does.
+    let second = Hand { id: 2, ..hand(0.0, 0.0) };
+    let mut editor = yard();
+    act(&mut editor, [Deed::Down(hand(40.0, 15.0)), Deed::Down(second)]);
+    act(&mut editor, [Deed::Moved(hand(40.0, 16.3)), Deed::Up(hand(40.0, 16.3))]);
+    assert!(editor.text().contains("position = [40, 16.3]"), "{}", editor.text());
+}
+
+#[test]
+fn handles_size_a_box_and_the_opposite_edge_stays() {
+    let mut editor = yard();
+    editor.update(0.0, Deed::Down(hand(40.0, 15.0)));
+    editor.update(0.0, Deed::Up(hand(40.0, 15.0)));
+    drag(&mut editor, hand(45.0, 15.0), hand(57.0, 15.0));
+    let changed = differing(YARD, editor.text());
+    assert_eq!(
+        changed,
+        [
+            ("position = [40, 15]".into(), "position = [46, 15]".to_owned()),
+            ("size = [10, 20]".into(), "size = [22, 20]".to_owned()),
+        ]
+    );
+}
+
+#[test]
+fn a_deleted_piece_takes_its_own_comments_along_and_no_others() {
+    let mut editor = yard();
+    editor.select(vec![CRATE]);
+    act(&mut editor, [Deed::Deleted]);
+    let text = editor.text();
+    assert!(!text.contains("crate,") && !text.contains("wood"), "{text}");
+    for comment in ["# The yard.", "# The floor.", "# Not of the crate.", "# The last line."] {
+        assert!(text.contains(comment), "{comment} is gone: {text}");
+    }
+    editor.select(vec![PieceId { list: List::Spawns, index: 0 }]);
+    act(&mut editor, [Deed::Deleted]);
+    assert!(editor.text().contains("spawns = [[30, 20]] # left"), "{}", editor.text());
+    act(&mut editor, [Deed::Undone, Deed::Undone]);
+    assert_eq!(editor.text(), YARD);
+    act(&mut editor, [Deed::Redone]);
+    assert!(!editor.text().contains("crate,"));
+}
+
+#[test]
+fn a_copy_stands_right_after_its_original() {
+    let mut editor = yard();
+    editor.select(vec![CRATE]);
+    act(&mut editor, [Deed::Duplicated]);
+    assert_eq!(editor.error, None);
+    assert!(editor.text().contains("position = [44, 19]\nsize = [10, 20]\n\n# Not of"));
+    assert_eq!(editor.selection, [PieceId { index: 2, ..CRATE }]);
+    act(&mut editor, [Deed::Deleted]);
+    assert_eq!(editor.text(), YARD, "what was added goes to the last byte");
+}
+
+#[test]
+fn nudges_in_a_row_are_one_step() {
+    let mut editor = yard();
+    editor.select(vec![CRATE]);
+    let right = |far| Deed::Nudged { way: Vec2::X, far };
+    editor.update(0.0, right(false));
+    editor.update(100.0, right(true));
+    assert!(editor.text().contains("position = [51, 15]"));
+    editor.update(5000.0, right(false));
+    editor.update(5000.0, Deed::Undone);
+    assert!(editor.text().contains("position = [51, 15]"));
+    editor.update(5000.0, Deed::Undone);
+    assert_eq!(editor.text(), YARD);
+}
+
+#[test]
+fn an_empty_text_becomes_a_scene_with_each_piece_of_the_palette() {
+    for (make, name) in Make::ALL {
+        let mut editor = Editor::open(String::new(), None);
+        assert!(editor.error.is_some(), "nothing is no scene");
+        act(&mut editor, [Deed::Placed(make, Vec2::new(100.0, 90.0))]);
+        assert_eq!(editor.error, None, "{name}: {}", editor.text());
+        assert_eq!(editor.selection.len(), 1, "{name}");
+        act(&mut editor, [Deed::Undone]);
+        assert_eq!(editor.text(), "", "{name}");
+    }
+    // All of them one after the other, too.
+    let mut editor = Editor::open(String::new(), None);
+    for (index, (make, _)) in Make::ALL.into_iter().enumerate() {
+        act(&mut editor, [Deed::Placed(make, Vec2::new(25.0 + 28.0 * index as f32, 90.0))]);
+    }
+    assert_eq!(editor.error, None, "{}", editor.text());
+    assert_eq!(editor.sheet.pieces.len(), Make::ALL.len());
+}
+
+#[test]
+fn every_shipped_scene_takes_every_piece_of_the_palette() {
+    for scene in Scene::built_in() {
+        for (make, name) in Make::ALL {
+            let at = scene.size * 0.5;
+            let (text, id) = palette::added(&scene.source, make, at).expect("it is TOML");
+            let sheet = Sheet::read(&text).expect("it still is");
+            assert!(sheet.piece(id).is_some_and(|piece| piece.place.is_some()), "{}", scene.name);
+            let Err(error) = Scene::parse("scene.toml", &text) else { continue };
+            // It may stand inside of another, or be one too many; but nothing is missing.
+            let told = error.to_string();
+            let known = ["inside", "entries", "round", "walk", "found 2 zones", "limits"];
+            assert!(known.iter().any(|word| told.contains(word)), "{} {name}: {told}", scene.name);
+        }
+    }
+}
+
+#[test]
+fn a_piece_is_dragged_out_of_the_palette_as_one_step() {
+    let mut editor = yard();
+    let outside = Hand { inside: false, ..hand(-50.0, 60.0) };
+    act(&mut editor, [Deed::Taken(Make::Ball, 1), Deed::Moved(hand(200.2, 90.4))]);
+    assert!(editor.text().contains("position = [200, 90]"), "{}", editor.text());
+    act(&mut editor, [Deed::Moved(outside)]);
+    assert_eq!(editor.text(), YARD, "back over the palette it is gone");
+    act(&mut editor, [Deed::Moved(hand(210.0, 92.0)), Deed::Up(hand(210.0, 92.0))]);
+    assert_eq!(editor.error, None);
+    assert_eq!(editor.sheet.pieces.len(), 5);
+    act(&mut editor, [Deed::Undone]);
+    assert_eq!(editor.text(), YARD);
+}
+
+#[test]
+fn a_text_with_an_error_keeps_the_last_pieces_and_is_not_dragged() {
+    let mut editor = yard();
+    let broken = YARD.replace("kind = \"wall\"", "kind = ");
+    act(&mut editor, [Deed::Typed(broken.clone())]);
+    assert!(!editor.is_toml && editor.scene.is_some());
+    assert_eq!(editor.sheet.pieces.len(), 4);
+    drag(&mut editor, hand(40.0, 15.0), hand(101.3, 60.4));
+    act(&mut editor, [Deed::Deleted, Deed::Duplicated]);
+    assert_eq!(editor.text(), broken);
+}
+
+/// How the reader begins to say which values a field may have, each alone.
+const RANGES: [&str; 6] =
+    ["a number ", "a whole number ", "[x, y], each ", "true or false", "one of ", "a text of "];
+
+#[test]
+fn every_field_of_a_form_is_accepted_at_both_ends_of_its_range() {
+    let mut tried = BTreeSet::new();
+    for scene in Scene::built_in() {
+        for field in Scene::fields(&scene.source) {
+            // One entry of a list stands for all of them.
+            let kind = field.path.replace(|c: char| c.is_ascii_digit(), "");
+            if !tried.insert((kind, field.given.is_some())) {
+                continue;
+            }
+            for value in ends(&field.form) {
+                let splice = field::set(&scene.source, &field.path, &value);
+                let splice = splice.unwrap_or_else(|| panic!("no place for {}", field.path));
+                let text = edit::apply(&scene.source, vec![splice]);
+                let Err(error) = Scene::parse("scene.toml", &text) else { continue };
+                // Two fields may not go together; but each is in its range, known and of the right type.
+                let told = error.to_string();
+                let is_own = error.field.starts_with(&field.path);
+                let is_out = RANGES.iter().any(|words| error.allowed.starts_with(words));
+                assert!(!(is_own && is_out), "{}: {told}", scene.name);
+                assert!(!told.contains("unknown field"), "{}: {told}", scene.name);
+                assert_ne!(error.allowed, "TOML", "{}: {told}", scene.name);
+            }
+        }
+    }
+    assert!(tried.len() > 150, "{}", tried.len());
+}
+
+/// Values at the ends of a field's range.
+fn ends(form: &FieldForm) -> Vec<String> {
+    match form {
+        FieldForm::Number { range: [low, high], above, .. } => {
+            let low = if *above { low.next_up().max(1e-6) } else { *low };
+            vec![low.to_string(), high.to_string()]
+        }
+        FieldForm::Whole { range, .. } => range.map(|end| end.to_string()).to_vec(),
+        FieldForm::Vector { range, .. } => range.map(|end| format!("[{end}, {end}]")).to_vec(),
+        FieldForm::Truth { .. } => vec!["true".into(), "false".into()],
+        FieldForm::Text { chars_max } => {
+            vec![form::quoted("x"), form::quoted(&"x".repeat(*chars_max))]
+        }
+        FieldForm::Choice { names } => names.iter().map(|name| form::quoted(name)).collect(),
+    }
+}
+
+#[test]
+fn a_form_sets_adds_and_removes_fields() {
+    let mut editor = yard();
+    editor.select(vec![CRATE]);
+    editor.set_field(0.0, "bodies[1].mass", &["2.5".into()]);
+    assert!(editor.text().contains("size = [10, 20]\nmass = 2.5\n\n# Not"), "{}", editor.text());
+    editor.set_field(0.0, "bodies[1].size", &["12".into(), String::new()]);
+    assert!(editor.text().contains("size = [12, 0]") || editor.text().contains("size = [12, 1]"));
+    editor.set_field(0.0, "bodies[1].mass", &[String::new()]);
+    editor.set_field(0.0, "bodies[1].size", &["10".into(), "20".into()]);
+    assert_eq!(editor.text(), YARD);
+    editor.select(Vec::new());
+    editor.set_field(0.0, "title", &["A \"new\" yard".into()]);
+    assert!(editor.text().contains("title = \"A \\\"new\\\" yard\"   # its name"));
+    editor.set_field(0.0, "limits.players", &["4".into()]);
+    assert!(editor.text().ends_with("# The last line.\n\n[limits]\nplayers = 4\n"));
+    editor.check();
+    assert_eq!(editor.error, None);
+}
+
+#[test]
+fn an_error_is_that_of_the_check() {
+    let mut editor = yard();
+    let wrong = YARD.replace("[10, 20]", "[10, -2]");
+    act(&mut editor, [Deed::Typed(wrong.clone())]);
+    let checked = Scene::parse("yard.toml", &wrong).expect_err("a negative size");
+    assert_eq!(editor.error.as_ref().map(ToString::to_string), Some(checked.to_string()));
+    assert!(checked.to_string().starts_with("yard.toml:19: bodies[1].size"), "{checked}");
+}
+
+#[test]
+fn typing_is_undone_word_by_word() {
+    let mut editor = Editor::open(String::new(), None);
+    let mut text = String::new();
+    for (index, letter) in "title = \"A b\"".chars().enumerate() {
+        text.push(letter);
+        editor.update(50.0 * index as f64, Deed::Typed(text.clone()));
+    }
+    let mut steps = Vec::new();
+    while editor.can()[0] {
+        editor.update(9000.0, Deed::Undone);
+        steps.push(editor.text().to_owned());
+    }
+    assert_eq!(steps, ["title = \"A ", "title = ", "title ", ""]);
+}
+
+#[test]
+fn a_box_and_shift_select_many_and_tab_goes_through_all() {
+    let mut editor = yard();
+    drag(&mut editor, hand(10.0, 40.0), hand(60.0, 10.0));
+    assert_eq!(editor.selection.len(), 3, "the crate and both spawns");
+    let click = Hand { adds: true, ..hand(40.0, 15.0) };
+    act(&mut editor, [Deed::Down(click), Deed::Up(click)]);
+    assert_eq!(editor.selection.len(), 2);
+    act(&mut editor, [Deed::Deselected]);
+    let mut seen = Vec::new();
+    for _ in 0..editor.sheet.pieces.len() {
+        act(&mut editor, [Deed::Next { back: false }]);
+        seen.push(editor.said.clone());
+    }
+    assert_eq!(
+        seen,
+        ["wall 1 at 160, 2.5", "block 2 at 40, 15", "spawn 1 at 20, 20", "spawn 2 at 30, 20"]
+    );
+}

@@ -1,0 +1,350 @@
+//! The text of a scene, and the pieces that are found in it: a view of the text, made again after every
+//! change. Each piece knows the bytes of its table and of its numbers; nothing is ever written from it.
+
+use super::strings;
+use jostle_sim::{Shape, Vec2};
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A list of a scene file whose entries have a place in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum List {
+    /// `[[bodies]]`.
+    Bodies,
+    /// `[[layouts]]`.
+    Layouts,
+    /// `[[zones]]`.
+    Zones,
+    /// `[[emitters]]`.
+    Emitters,
+    /// `[[launchers]]`.
+    Launchers,
+    /// The points of `hero.spawns`.
+    Spawns,
+}
+
+impl List {
+    /// Every list, in the order in which pieces are drawn.
+    pub const ALL: [List; 6] =
+        [List::Zones, List::Layouts, List::Bodies, List::Emitters, List::Launchers, List::Spawns];
+
+    /// Its path in the file.
+    pub fn path(self) -> &'static str {
+        match self {
+            List::Bodies => "bodies",
+            List::Layouts => "layouts",
+            List::Zones => "zones",
+            List::Emitters => "emitters",
+            List::Launchers => "launchers",
+            List::Spawns => "hero.spawns",
+        }
+    }
+}
+
+/// A piece by its place in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct PieceId {
+    /// The list that it is in.
+    pub list: List,
+    /// Its number in that list, from 0.
+    pub index: usize,
+}
+
+impl PieceId {
+    /// Its path in the file, like `bodies[3]`.
+    pub fn path(self) -> String {
+        format!("{}[{}]", self.list.path(), self.index)
+    }
+}
+
+/// A number of the text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// Its bytes.
+    pub at: Range<usize>,
+    /// Its value.
+    pub value: f32,
+}
+
+/// Two numbers of the text, `[x, y]`.
+pub type Point = [Number; 2];
+
+/// The value of a point.
+pub fn vector(point: &Point) -> Vec2 {
+    Vec2::new(point[0].value, point[1].value)
+}
+
+/// Where a piece is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// Around its centre.
+    Center(Point),
+    /// Between two corners, the low one first.
+    Area([Point; 2]),
+    /// On its way along these points.
+    Path(Vec<Point>),
+}
+
+/// How large a piece is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Extent {
+    /// `radius`.
+    Radius(Number),
+    /// `size`, the whole width and height.
+    Size(Point),
+    /// The text does not say; its kind decides.
+    Unsaid,
+}
+
+/// An entry of the text that has a place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Piece {
+    /// Its place in the file.
+    pub id: PieceId,
+    /// The word of its `kind`, or what else it is.
+    pub kind: String,
+    /// Its `name`, if it has one.
+    pub name: Option<String>,
+    /// Its bytes: comments right above the header, the header, and all fields up to the end of the last
+    /// one's line. Of an entry within a list, those between its brackets, which included.
+    pub bytes: Range<usize>,
+    /// It stands within the brackets of a list, and has no header of its own.
+    pub inline: bool,
+    /// Where it is; `None` where only the text says.
+    pub place: Option<Place>,
+    /// How large it is.
+    pub extent: Extent,
+    /// Why it cannot be dragged, if it cannot.
+    pub stuck: Option<&'static str>,
+    /// Other tables stand between its own ones: it is neither removed nor copied as a whole.
+    pub scattered: bool,
+}
+
+impl Piece {
+    /// The shape that its text gives it.
+    pub fn shape(&self) -> Option<Shape> {
+        match (&self.place, &self.extent) {
+            (Some(Place::Area([low, high])), _) => {
+                let size = (vector(high) - vector(low)).abs();
+                Some(Shape::rect(size.x, size.y))
+            }
+            (_, Extent::Radius(radius)) => Some(Shape::circle(radius.value.abs())),
+            (_, Extent::Size(size)) => {
+                let size = vector(size).abs();
+                Some(Shape::rect(size.x, size.y))
+            }
+            (_, Extent::Unsaid) => None,
+        }
+    }
+
+    /// Its centre, or the first point of its path.
+    pub fn center(&self) -> Option<Vec2> {
+        Some(match self.place.as_ref()? {
+            Place::Center(point) => vector(point),
+            Place::Area([low, high]) => (vector(low) + vector(high)) * 0.5,
+            Place::Path(points) => vector(points.first()?),
+        })
+    }
+}
+
+/// The pieces of a text.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sheet {
+    /// In the order of [`List::ALL`] and of the file.
+    pub pieces: Vec<Piece>,
+    /// `size`, if it can be read.
+    pub world: Option<Vec2>,
+}
+
+impl Sheet {
+    /// Reads a text; `None` if it is no TOML.
+    pub fn read(text: &str) -> Option<Sheet> {
+        let root = DeTable::parse(text).ok()?;
+        let root = root.get_ref();
+        let mut pieces = Vec::new();
+        let headers = headers(text, root);
+        for list in List::ALL {
+            let Some(items) = value_at(root, list.path()).and_then(|v| v.get_ref().as_array())
+            else {
+                continue;
+            };
+            for (index, item) in items.iter().enumerate() {
+                pieces.extend(piece(text, &headers, PieceId { list, index }, item));
+            }
+        }
+        let world = root.get("size").and_then(point).map(|size| vector(&size));
+        Some(Sheet { pieces, world })
+    }
+
+    /// The piece with an id.
+    pub fn piece(&self, id: PieceId) -> Option<&Piece> {
+        self.pieces.iter().find(|piece| piece.id == id)
+    }
+}
+
+/// The value at a path of names, like `hero.spawns`.
+pub fn value_at<'a, 'b>(root: &'b DeTable<'a>, path: &str) -> Option<&'b Spanned<DeValue<'a>>> {
+    let (first, rest) = path.split_once('.').map_or((path, None), |(a, b)| (a, Some(b)));
+    let value = root.get(first)?;
+    match rest {
+        Some(rest) => value_at(value.get_ref().as_table()?, rest),
+        None => Some(value),
+    }
+}
+
+fn piece(text: &str, headers: &[usize], id: PieceId, item: &Spanned<DeValue>) -> Option<Piece> {
+    let at = item.span();
+    let inline = id.list == List::Spawns || text[at.clone()].starts_with('{');
+    let base = Piece {
+        id,
+        kind: id.list.path().trim_end_matches('s').to_owned(),
+        name: None,
+        bytes: at,
+        inline,
+        place: None,
+        extent: Extent::Unsaid,
+        stuck: None,
+        scattered: false,
+    };
+    if id.list == List::Spawns {
+        let place = point(item).map(Place::Center);
+        return Some(Piece { kind: "spawn".to_owned(), place, ..base });
+    }
+    let table = item.get_ref().as_table()?;
+    let word = |field: &str| Some(table.get(field)?.get_ref().as_str()?.to_owned());
+    let place = place(table);
+    let stuck = match () {
+        () if table.contains_key("follow") => Some(strings::FOLLOWS),
+        () if place.is_none() => Some(strings::NO_PLACE),
+        () => None,
+    };
+    let bytes = match inline {
+        true => item.span(),
+        false => table_bytes(text, item.span().start, table),
+    };
+    Some(Piece {
+        kind: word("kind").unwrap_or(base.kind),
+        name: word("name"),
+        scattered: !inline && is_scattered(text, headers, &bytes, item.span().start, table),
+        bytes,
+        place: place.filter(|_| stuck.is_none()),
+        extent: extent(table),
+        stuck,
+        ..base
+    })
+}
+
+fn place(table: &DeTable) -> Option<Place> {
+    let corners = |value: &Spanned<DeValue>| -> Option<[Point; 2]> {
+        let [low, high] = value.get_ref().as_array()?.get(..)? else { return None };
+        Some([point(low)?, point(high)?])
+    };
+    if let Some(value) = table.get("path") {
+        let points = value.get_ref().as_array()?.iter().map(point).collect::<Option<Vec<_>>>()?;
+        return Some(Place::Path(points)).filter(|place| *place != Place::Path(Vec::new()));
+    }
+    if let Some(value) = table.get("area") {
+        return corners(value).map(Place::Area);
+    }
+    table.get("position").and_then(point).map(Place::Center)
+}
+
+fn extent(table: &DeTable) -> Extent {
+    let radius = table.get("radius").and_then(number).map(Extent::Radius);
+    let size = || table.get("size").and_then(point).map(Extent::Size);
+    radius.or_else(size).unwrap_or(Extent::Unsaid)
+}
+
+/// The two numbers of a value, if it has the form.
+pub fn point(value: &Spanned<DeValue>) -> Option<Point> {
+    let [x, y] = value.get_ref().as_array()?.get(..)? else { return None };
+    Some([number(x)?, number(y)?])
+}
+
+/// The number of a value, if it is a finite one.
+pub fn number(value: &Spanned<DeValue>) -> Option<Number> {
+    let parsed = match value.get_ref() {
+        DeValue::Float(float) => float.as_str().parse::<f64>().ok()?,
+        DeValue::Integer(whole) => i64::from_str_radix(whole.as_str(), whole.radix()).ok()? as f64,
+        _ => return None,
+    };
+    let number = Number { at: value.span(), value: parsed as f32 };
+    number.value.is_finite().then_some(number)
+}
+
+/// The bytes of a table with a header at `start`, and of the comments right above it.
+fn table_bytes(text: &str, header: usize, table: &DeTable) -> Range<usize> {
+    let start = with_comments(text, line_start(text, header));
+    start..line_end(text, last_byte(table).max(header))
+}
+
+/// Whether a header that is not the table's own stands within its bytes.
+fn is_scattered(
+    text: &str,
+    all: &[usize],
+    bytes: &Range<usize>,
+    header: usize,
+    table: &DeTable,
+) -> bool {
+    let own = headers(text, table);
+    let foreign = |at: &&usize| **at != header && !own.contains(at);
+    all.iter().filter(|at| bytes.contains(at)).any(|at| foreign(&at))
+}
+
+/// Where the headers of a table's tables begin.
+fn headers(text: &str, table: &DeTable) -> Vec<usize> {
+    let mut found = Vec::new();
+    let mut look = |value: &Spanned<DeValue>| {
+        let Some(table) = value.get_ref().as_table() else { return };
+        if text[value.span()].starts_with('[') {
+            found.push(value.span().start);
+        }
+        found.extend(headers(text, table));
+    };
+    for value in table.values() {
+        match value.get_ref().as_array() {
+            Some(items) => items.iter().for_each(&mut look),
+            None => look(value),
+        }
+    }
+    found
+}
+
+/// The furthest byte of anything in a table.
+pub fn last_byte(table: &DeTable) -> usize {
+    let ends = table.iter().map(|(key, value)| {
+        let inner = value.get_ref().as_table().map_or(0, last_byte);
+        let listed = value.get_ref().as_array().map_or(0, |items| {
+            let ends = items.iter().map(|item| {
+                let inner = item.get_ref().as_table().map_or(0, last_byte);
+                inner.max(item.span().end)
+            });
+            ends.max().unwrap_or(0)
+        });
+        key.span().end.max(value.span().end).max(inner).max(listed)
+    });
+    ends.max().unwrap_or(0)
+}
+
+/// The start of the line that a byte is on.
+pub fn line_start(text: &str, at: usize) -> usize {
+    text[..at].rfind('\n').map_or(0, |newline| newline + 1)
+}
+
+/// The end of the line that a byte is on, its newline included.
+pub fn line_end(text: &str, at: usize) -> usize {
+    text[at..].find('\n').map_or(text.len(), |newline| at + newline + 1)
+}
+
+/// The start of the first of the comments that stand without a gap above the line that begins at `start`.
+fn with_comments(text: &str, mut start: usize) -> usize {
+    while start > 0 {
+        let above = line_start(text, start - 1);
+        if !text[above..start].trim_start().starts_with('#') {
+            break;
+        }
+        start = above;
+    }
+    start
+}
