@@ -249,7 +249,25 @@ impl Tab {
         self.key_up(key).await
     }
 
+    /// Presses a key and releases it, with `Ctrl+`, `Shift+` or `Alt+` before its name.
+    pub async fn press(&self, chord: &str) -> Result<()> {
+        let mut parts: Vec<&str> = chord.split('+').collect();
+        let key = parts.pop().context("a key")?;
+        let bit = |name: &&str| ["Alt", "Ctrl", "Meta", "Shift"].iter().position(|k| k == name);
+        let modifiers = parts.iter().filter_map(bit).fold(0, |all, bit| all | 1 << bit);
+        self.key_with(key, "rawKeyDown", modifiers).await?;
+        if key == "Enter" {
+            let event = json!({"type": "char", "text": "\r"});
+            self.session.call("Input.dispatchKeyEvent", event).await?;
+        }
+        self.key_with(key, "keyUp", modifiers).await
+    }
+
     async fn key(&self, key: &str, kind: &str) -> Result<()> {
+        self.key_with(key, kind, 0).await
+    }
+
+    async fn key_with(&self, key: &str, kind: &str, modifiers: u32) -> Result<()> {
         let letter = key.chars().next().filter(|_| key.len() == 1);
         let (name, code, number) = match letter.map(|letter| letter.to_ascii_uppercase()) {
             Some(letter) => (key.to_ascii_lowercase(), format!("Key{letter}"), letter as i64),
@@ -257,6 +275,7 @@ impl Tab {
         };
         let event = json!({
             "type": kind, "key": name, "code": code, "windowsVirtualKeyCode": number,
+            "modifiers": modifiers,
         });
         let sent = self.session.call("Input.dispatchKeyEvent", event).await;
         sent.with_context(|| format!("key {key}")).map(drop)
@@ -350,6 +369,25 @@ impl Tab {
         sent.with_context(|| format!("finger at {x}, {y}"))
     }
 
+    /// Drags with the left button from one point of the page to another, in some steps.
+    pub async fn drag(&self, from: [f64; 2], to: [f64; 2]) -> Result<()> {
+        self.move_to(from, false).await?;
+        self.mouse_down(from).await?;
+        for at in way(from, to) {
+            self.move_to(at, true).await?;
+        }
+        self.mouse_up(to).await
+    }
+
+    /// Drags with a finger.
+    pub async fn swipe(&self, from: [f64; 2], to: [f64; 2]) -> Result<()> {
+        self.touch(from, false).await?;
+        for at in way(from, to) {
+            self.touch(at, true).await?;
+        }
+        self.lift().await
+    }
+
     /// Lifts all fingers.
     pub async fn lift(&self) -> Result<()> {
         self.fingers("touchEnd", json!([])).await.context("no finger lifted")
@@ -437,7 +475,11 @@ fn number_of(key: &str) -> i64 {
         "F2" => 113,
         "F3" => 114,
         "F4" => 115,
+        "ArrowLeft" => 37,
+        "ArrowUp" => 38,
+        "ArrowRight" => 39,
         "ArrowDown" => 40,
+        "Delete" => 46,
         _ => 0,
     }
 }
@@ -481,4 +523,13 @@ fn shown(value: &Value) -> String {
 fn exception_text(details: &Value) -> String {
     let description = details["exception"]["description"].as_str().unwrap_or("");
     format!("{} {description}", details["text"].as_str().unwrap_or(""))
+}
+
+/// Points on the way from one to another, the last included.
+fn way(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
+    const STEPS: u32 = 6;
+    (1..=STEPS).map(move |step| {
+        let share = f64::from(step) / f64::from(STEPS);
+        std::array::from_fn(|axis| from[axis] + (to[axis] - from[axis]) * share)
+    })
 }

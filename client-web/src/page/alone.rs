@@ -6,6 +6,7 @@ use crate::net::report::Fetched;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
+use crate::page::editing;
 use crate::page::event::{Address, Effect, Form};
 use crate::page::game::{ALONE, GameScreen};
 use crate::page::strings;
@@ -49,7 +50,9 @@ fn bots_beside_one(scene: &Scene) -> [u16; 2] {
 impl App {
     /// Shows what the part of the address after `#` asks for; `false` if it asks for nothing that is known.
     pub(super) fn route_hash(&mut self, hash: &str) -> bool {
-        if let Some(file) = hash.strip_prefix(REPLAY).filter(|file| !file.is_empty()) {
+        if let Some(origin) = editing::requested(hash) {
+            self.open_editor(origin);
+        } else if let Some(file) = hash.strip_prefix(REPLAY).filter(|file| !file.is_empty()) {
             let name = file.rsplit('/').next().unwrap_or(file).to_owned();
             self.fetch_replay(name, file.to_owned());
         } else if let Some(rest) = hash.strip_prefix(SCENE) {
@@ -107,6 +110,10 @@ impl App {
             return;
         }
         let text = contents.and_then(|bytes| text_of(file, bytes));
+        let text = match text {
+            Ok(text) if self.edit_screen().is_some() => return self.replace_edited(file, text),
+            text => text,
+        };
         let parsed = text.and_then(|text| Ok((Scene::parse(file, &text)?, text)));
         match parsed {
             Ok((scene, text)) => {
@@ -120,6 +127,12 @@ impl App {
                 self.dialogs.card = Some(strings::bad_scene(&error, busy));
             }
         }
+    }
+
+    /// Name of the scene of the site that is played alone, and the seed of its game.
+    pub(super) fn alone(&self) -> (Option<&str>, u64) {
+        let hash = &self.address.hash;
+        (query_value(hash.trim_start_matches('#'), "alone"), Wish::of(hash).seed.unwrap_or(1))
     }
 
     fn play_text(&mut self, file: &str, source: &str, wish: Wish) {

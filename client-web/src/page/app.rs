@@ -8,6 +8,7 @@ use crate::net::simulated_link::NetworkConditions;
 use crate::page::awaited::Awaited;
 use crate::page::context::{Context, Remembered};
 use crate::page::dialogs::{Dialogs, Question};
+use crate::page::edit_screen::{self, EditScreen};
 use crate::page::event::{Address, Canvas, Effect, Event, Form};
 use crate::page::game::GameScreen;
 use crate::page::game::status::State;
@@ -44,6 +45,7 @@ pub enum Activity {
     /// It did not come, or cannot be watched; a card says why.
     NoReplay,
     Replay(Box<OpenReplay>),
+    Edit(Box<EditScreen>),
 }
 
 /// Panels that the player opens and closes.
@@ -93,6 +95,8 @@ pub struct App {
     pub appearance: Appearance,
     /// The colour that the page wears.
     pub own_color: u8,
+    /// The editor whose scene is played now.
+    pub(super) edited: Option<Box<EditScreen>>,
     /// Open cards.
     pub dialogs: Dialogs,
     pub news: NewsLog,
@@ -132,6 +136,7 @@ impl App {
             ctx,
             activity: Activity::Lobby,
             opening: None,
+            edited: None,
             screen: 0,
             lobby: Lobby::default(),
             own_color: appearance.color,
@@ -196,6 +201,10 @@ impl App {
             Event::Socket(session, event) => {
                 self.with_game(|game, ctx| game.on_socket(ctx, session, event));
             }
+            Event::Edited(deed) => self.do_edit(deed),
+            Event::FieldChanged(path, values) => self.with_editor(|screen, now_ms| {
+                screen.editor.set_field(now_ms, &path, &values);
+            }),
             Event::ConnectionCut => self.with_game(|game, ctx| game.drop_socket(ctx)),
             Event::Answered(request, answer) => {
                 let code = self.lobby.take(&mut self.ctx, &request, answer.as_deref());
@@ -296,6 +305,7 @@ impl App {
     /// the page is shown again, it reconnects.
     fn close_tab(&mut self) {
         self.release_input();
+        self.keep_draft();
         if let Activity::Game(game) = &self.activity {
             self.ctx.leave_seat_behind(&game.code);
         }
@@ -304,11 +314,19 @@ impl App {
 
     /// Leaves game or replay.
     pub(super) fn end_screen(&mut self) {
+        self.keep_draft();
+        self.edited = None;
         let ended = std::mem::replace(&mut self.activity, Activity::Lobby);
         if let Activity::Game(game) = ended {
             game.leave(&mut self.ctx);
         }
         self.opening = None;
+        self.begin_screen();
+        self.world_shown = false;
+    }
+
+    /// Forgets what belongs to one screen alone.
+    pub(super) fn begin_screen(&mut self) {
         self.screen += 1;
         self.own_color = self.appearance.color;
         self.dialogs = Dialogs::default();
@@ -317,7 +335,6 @@ impl App {
         self.touch_scene = None;
         self.panels.network = false;
         self.end_sound();
-        self.world_shown = false;
         self.copied = None;
     }
 
@@ -336,6 +353,7 @@ impl App {
             match awaited {
                 Awaited::Demo(request) => self.start_demo(&request, Arc::new(scene)),
                 Awaited::Alone(_, wish) => self.play_alone(Arc::new(scene), wish),
+                Awaited::Edit(name) => self.edit(source, Some(&name), edit_screen::SEED),
             }
             self.ctx.request(Effect::FocusStage);
         } else {
@@ -365,6 +383,7 @@ impl App {
     fn pulse(&mut self, hidden: bool) {
         match &mut self.activity {
             Activity::Game(game) => game.keep_connected(&mut self.ctx),
+            Activity::Edit(_) => self.keep_draft(),
             Activity::Lobby if self.dialogs.card.is_none() && !hidden => {
                 self.lobby.refresh(&mut self.ctx);
             }
@@ -410,6 +429,7 @@ impl App {
                     }
                 }
             }
+            Activity::Edit(screen) => screen.advance(canvas),
             _ => {}
         }
     }
@@ -497,7 +517,7 @@ impl App {
                 let seat = value.parse().ok().map(Seat);
                 self.with_replay(|player| seat.into_iter().for_each(|s| player.toggle_follow(s)));
             }
-            _ => {}
+            _ => _ = self.click_editor(action, value),
         }
     }
 

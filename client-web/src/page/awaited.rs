@@ -9,6 +9,8 @@ pub enum Awaited {
     Demo(DemoRequest),
     /// A scene to play alone, by its name.
     Alone(String, Wish),
+    /// A scene to edit, by its name.
+    Edit(String),
 }
 
 impl Awaited {
@@ -16,7 +18,7 @@ impl Awaited {
     pub fn scene(&self) -> &str {
         match self {
             Awaited::Demo(request) => &request.scene,
-            Awaited::Alone(scene, _) => scene,
+            Awaited::Alone(scene, _) | Awaited::Edit(scene) => scene,
         }
     }
 }

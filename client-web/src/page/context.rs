@@ -2,6 +2,7 @@
 //! remembered values, chance, and numbers that are never used twice.
 
 use crate::page::event::Effect;
+use jostle_game::scene::SCENE_BYTES_MAX;
 use jostle_protocol::Token;
 use jostle_sim::Rng;
 use std::collections::BTreeMap;
@@ -12,6 +13,9 @@ const PREDICT_KEY: &str = "jostle.predict";
 const VOLUME_KEY: &str = "jostle.volume";
 const MUTED_KEY: &str = "jostle.muted";
 const CAPTIONS_KEY: &str = "jostle.captions";
+const DRAFT_KEY: &str = "jostle.draft";
+/// Name of the shipped scene that the draft began with.
+const DRAFT_OF_KEY: &str = "jostle.draft.of";
 const SEAT_PREFIX: &str = "jostle.seat.";
 
 /// Values that the browser remembered, read once when the page is opened.
@@ -44,6 +48,14 @@ impl Remembered {
     }
 }
 
+/// The text of a scene that is edited, as it is kept for later visits.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Draft {
+    /// Name of the shipped scene that it began with.
+    pub origin: Option<String>,
+    pub text: String,
+}
+
 /// The context in which an event is handled.
 pub struct Context {
     /// Time of the event, milliseconds since the page was opened.
@@ -59,6 +71,8 @@ pub struct Context {
     session: BTreeMap<String, String>,
     /// Seats that tabs left behind when they were closed, by the keys of their secrets.
     left: BTreeMap<String, String>,
+    /// The one draft that is kept.
+    draft: Option<Draft>,
     rng: Rng,
     last_number: u32,
 }
@@ -76,6 +90,8 @@ impl Context {
     /// A context at time zero.
     pub fn new(remembered: Remembered, predicts: bool, seed: u64) -> Context {
         let Remembered { mut local, session } = remembered;
+        let origin = local.remove(DRAFT_OF_KEY);
+        let draft = local.remove(DRAFT_KEY).map(|text| Draft { origin, text });
         local.retain(|key, _| key.starts_with(SEAT_PREFIX));
         Context {
             now_ms: 0.0,
@@ -85,6 +101,7 @@ impl Context {
             clock: || 0.0,
             session,
             left: local,
+            draft,
             rng: Rng::new(seed, 0),
             last_number: 0,
         }
@@ -127,6 +144,21 @@ impl Context {
 
     fn store(&mut self, key: &str, value: String) {
         self.request(Effect::StoreLocal(key.to_owned(), Some(value)));
+    }
+
+    /// The draft of an earlier visit, or of this one.
+    pub fn draft(&self) -> Option<&Draft> {
+        self.draft.as_ref()
+    }
+
+    /// Keeps a draft in place of any other. A text that can be no scene, because it is too long, is not kept.
+    pub fn keep_draft(&mut self, draft: Draft) {
+        if draft.text.len() > SCENE_BYTES_MAX {
+            return;
+        }
+        self.request(Effect::StoreLocal(DRAFT_KEY.to_owned(), Some(draft.text.clone())));
+        self.request(Effect::StoreLocal(DRAFT_OF_KEY.to_owned(), draft.origin.clone()));
+        self.draft = Some(draft);
     }
 
     /// A secret of this tab for a room, or of one that was closed.

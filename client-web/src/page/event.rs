@@ -1,6 +1,7 @@
 //! The page's two vocabularies: an [`Event`] is anything the browser, the network or the player does;
 //! an [`Effect`] is anything the page asks of the browser. Between them stands `App::update`.
 
+use crate::editor::update::Deed;
 use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
@@ -29,6 +30,8 @@ pub struct Canvas {
     /// The parts at the top and at the bottom that the hud covers.
     pub top: u32,
     pub bottom: u32,
+    /// Width in CSS pixels.
+    pub css_width: u32,
 }
 
 /// A key that went down or up.
@@ -41,6 +44,9 @@ pub struct Key {
     pub repeat: bool,
     /// Ctrl, Meta or Alt is held: the system may take the release.
     pub modified: bool,
+    /// Ctrl or Meta is.
+    pub command: bool,
+    pub shift: bool,
     /// The kind of element that has the focus.
     pub focus: Focus,
 }
@@ -72,6 +78,10 @@ pub struct Pointer {
     pub button: i16,
     /// The primary or secondary button is down.
     pub pressed: bool,
+    /// Shift is held.
+    pub shift: bool,
+    /// Alt is held.
+    pub alt: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -167,6 +177,10 @@ pub enum Event {
     PredictionChosen(bool),
     ConditionsChosen(NetworkConditions),
     Sound(SoundEvent),
+    /// Something was done to the scene that is edited.
+    Edited(Deed),
+    /// The controls of a field of the editor's form changed: its path, and their values.
+    FieldChanged(String, Vec<String>),
 }
 
 /// Anything the page asks of the browser.
@@ -213,6 +227,12 @@ pub enum Effect {
     /// Drops everything that was made with the lost drawing context.
     DropGraphics,
     Sound(SoundTask),
+    /// Saves a text as a file of this name.
+    SaveFile(String, String),
+    /// Puts a link into the clipboard: the page's origin, and this.
+    CopyLink(String),
+    /// Gives the keyboard focus to the text that is edited, at this byte.
+    FocusText(usize),
     /// Delivers an event later.
     After(i32, Event),
     /// Writes a line for developers.

@@ -4,7 +4,7 @@ use crate::net::meter::Meter;
 use crate::net::timeline::Sample;
 use crate::page::app::App;
 use crate::page::context::Remembered;
-use crate::page::dom::{stage, views};
+use crate::page::dom::{self, stage, views};
 use crate::page::event::Event;
 use crate::page::game::GameScreen;
 use crate::page::replay_screen::OpenReplay;
@@ -219,7 +219,9 @@ pub fn drop_socket() {
 pub fn to_page(x: f32, y: f32) -> js_sys::Array {
     let at = shell::with(|page| {
         let view = views::view(&page.app)?;
-        Some(view.to_pixel(Vec2::new(x, y)) * stage::css_per_pixel(view.pixels))
+        let place = dom::html("stage").get_bounding_client_rect();
+        let corner = Vec2::new(place.left() as f32, place.top() as f32);
+        Some(corner + view.to_pixel(Vec2::new(x, y)) * stage::css_per_pixel(view.pixels))
     });
     let at = at.flatten().unwrap_or(Vec2::ZERO);
     js_sys::Array::of2(&at.x.into(), &at.y.into())

@@ -3,6 +3,7 @@
 use crate::input::keys::meaning;
 use crate::page::app::{Activity, App};
 use crate::page::event::{Effect, Focus, Key};
+use crate::page::game::GameScreen;
 use crate::page::layers::Layer;
 use crate::replay::player::ReplayPlayer;
 use jostle_game::Tools;
@@ -16,6 +17,7 @@ impl App {
         match &self.activity {
             Activity::Game(_) => self.game_key_down(key),
             Activity::Replay(_) => self.replay_key_down(key),
+            Activity::Edit(_) => self.editor_key_down(key),
             _ => {}
         }
     }
@@ -68,6 +70,9 @@ impl App {
         match (key.code.as_str(), key.letter.as_str(), self.top()) {
             ("Enter", _, Layer::Page) if key.focus != Focus::Button && self.is_round_over() => {
                 Some(App::go_on)
+            }
+            (_, "e" | "E", Layer::Page) if self.game().is_some_and(GameScreen::is_in_page) => {
+                Some(App::toggle_edit)
             }
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),

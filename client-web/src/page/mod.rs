@@ -10,6 +10,8 @@ mod context;
 mod dialogs;
 #[cfg(target_arch = "wasm32")]
 mod dom;
+mod edit_screen;
+mod editing;
 mod event;
 mod game;
 #[cfg(target_arch = "wasm32")]

@@ -9,6 +9,7 @@ use crate::net::socket::{Conditions, Socket};
 use crate::page::app::{App, Startup};
 use crate::page::context::Remembered;
 use crate::page::dom;
+use crate::page::dom::editor;
 use crate::page::dom::listeners;
 use crate::page::dom::views::Views;
 use crate::page::event::{Address, Effect, Event};
@@ -228,6 +229,14 @@ impl Page {
             Effect::StoreSession(key, value) => {
                 store(browser::session_storage(), &key, value.as_deref());
             }
+            Effect::SaveFile(name, text) => editor::save(&name, &text),
+            Effect::CopyLink(link) => {
+                let origin = browser::window().location().origin().unwrap_or_default();
+                dom::copy(&format!("{origin}{link}"), move |copied| {
+                    events.push(Event::Copied(copied));
+                });
+            }
+            Effect::FocusText(at) => self.views.editor.focus_text(at),
             Effect::DropGraphics => self.views.stage.graphics = None,
             Effect::Sound(task) => self.sound(&task),
             Effect::After(delay_ms, event) => {

@@ -43,6 +43,7 @@ impl App {
         match &self.activity {
             Activity::Game(game) => game.replica(),
             Activity::Replay(replay) => Some(replay.player.replica()),
+            Activity::Edit(screen) => screen.picture(),
             _ => None,
         }
     }
@@ -52,6 +53,7 @@ impl App {
         match &self.activity {
             Activity::Game(game) => game.frame((self.ctx.now_ms / 1000.0) as f32, self.calm),
             Activity::Replay(replay) => replay.frame(self.calm),
+            Activity::Edit(screen) => Some(screen.frame((self.ctx.now_ms / 1000.0) as f32)),
             _ => None,
         }
     }
@@ -59,7 +61,12 @@ impl App {
     /// The value of `data-state`. A frozen picture counts once it is drawn.
     pub fn state(&self) -> &'static str {
         match &self.activity {
-            Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => "unsupported",
+            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_)
+                if self.graphics.missing =>
+            {
+                "unsupported"
+            }
+            Activity::Edit(_) => "editing",
             Activity::Replay(_) => "replay",
             Activity::Fetching { .. } | Activity::FetchingScene(_) => "connecting",
             _ if self.opening.is_some() => "connecting",
@@ -81,9 +88,12 @@ impl App {
         match &self.activity {
             Activity::Fetching { .. } => Some(strings::FETCHING),
             Activity::FetchingScene(_) => Some(strings::connecting(0)),
-            Activity::Game(_) | Activity::Replay(_) if self.graphics.missing => {
+            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_)
+                if self.graphics.missing =>
+            {
                 Some(strings::NO_WEBGL2)
             }
+            Activity::Edit(_) if lost => Some(strings::GRAPHICS_LOST),
             Activity::Game(game) => game_notice(game, lost).or_else(|| self.dialogs.card.clone()),
             Activity::Replay(_) if lost => Some(strings::GRAPHICS_LOST),
             _ => self.dialogs.card.clone(),

@@ -1,6 +1,7 @@
 //! The page in a real Chromium, against a real server: one file per subject.
 
 mod alone;
+mod editor;
 mod fleet;
 #[path = "../fleet/games.rs"]
 mod games;
@@ -120,6 +121,7 @@ fn cases() -> Result<Vec<Case>> {
         Case::new("a_page_without_sound_says_so", sound::a_page_without_sound_says_so),
         Case::new("a_golden_minute_sounds_as_it_did", sound::a_golden_minute_sounds_as_it_did),
     ];
+    cases.extend(editor_cases());
     cases.extend(pictures::cases());
     cases.extend([
         Case::new(
@@ -153,6 +155,28 @@ fn cases() -> Result<Vec<Case>> {
         ),
     ]);
     Ok(cases)
+}
+
+/// The scene editor.
+fn editor_cases() -> [Case; 7] {
+    [
+        Case::new(
+            "a_scene_is_built_from_nothing_played_undone_and_shared",
+            editor::a_scene_is_built_from_nothing_played_undone_and_shared,
+        ),
+        Case::new(
+            "a_shipped_scene_keeps_its_comments_in_the_editor",
+            editor::a_shipped_scene_keeps_its_comments,
+        ),
+        Case::new(
+            "errors_of_a_scene_are_shown_at_their_place",
+            editor::errors_are_shown_at_their_place,
+        ),
+        Case::new("a_scene_is_built_by_touch", editor::a_scene_is_built_by_touch),
+        Case::new("a_scene_is_built_by_keys", editor::a_scene_is_built_by_keys),
+        Case::new("a_form_writes_into_the_text_of_a_scene", editor::a_form_writes_into_the_text),
+        Case::new("a_scene_is_dropped_and_saved_as_a_file", editor::a_scene_is_a_file_too),
+    ]
 }
 
 fn main() -> ExitCode {

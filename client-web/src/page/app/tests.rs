@@ -6,6 +6,7 @@ use jostle_game::Buttons;
 use jostle_protocol::{ClientMessage, ServerMessage};
 
 mod alone;
+mod editing;
 mod game;
 mod lobby;
 mod moves;
@@ -26,7 +27,7 @@ struct Browser {
     address: String,
 }
 
-const CANVAS: Canvas = Canvas { pixels: [800, 600], top: 0, bottom: 0 };
+const CANVAS: Canvas = Canvas { pixels: [800, 600], top: 0, bottom: 0, css_width: 800 };
 
 /// The server's answer to a request for a scene's file.
 fn scene_fetched(name: &str) -> Event {
@@ -171,7 +172,15 @@ impl Browser {
 
 fn key(code: &str, letter: &str) -> Key {
     let (code, letter) = (code.to_owned(), letter.to_owned());
-    Key { code, letter, repeat: false, modified: false, focus: Focus::Elsewhere }
+    Key {
+        code,
+        letter,
+        repeat: false,
+        modified: false,
+        command: false,
+        shift: false,
+        focus: Focus::Elsewhere,
+    }
 }
 
 fn has(effects: &[String], name: &str) -> bool {

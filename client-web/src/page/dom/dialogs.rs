@@ -52,6 +52,7 @@ impl DialogsView {
         for (id, layer) in [
             ("lobby", Layer::Page),
             ("game", Layer::Page),
+            ("editor", Layer::Page),
             ("help", Layer::Help),
             ("ask", Layer::Ask),
             ("notice", Layer::Notice),

@@ -57,7 +57,7 @@ impl Hud {
         for id in ["room-title", "room-code", "told"] {
             dom::text(id, "");
         }
-        for id in ["banner", "lag-badge", "hint", "help-hint", "close-room"] {
+        for id in ["banner", "lag-badge", "hint", "help-hint", "close-room", "edit-game"] {
             dom::show(id, false);
         }
         dom::show("copy", true);
@@ -123,6 +123,7 @@ impl Hud {
             self.players.show(players::entries(replica, game.status.host));
         }
         dom::show("close-room", game.status.host);
+        dom::show("edit-game", game.is_in_page());
         if app.panels.figures {
             show_figures(game, app.now_ms());
         }

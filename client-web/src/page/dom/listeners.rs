@@ -2,13 +2,14 @@
 
 use crate::browser;
 use crate::page::dom;
-use crate::page::dom::{files, lobby, network_panel, replay_controls, sound_panel, touchpad};
+use crate::page::dom::{
+    editor, files, lobby, network_panel, replay_controls, sound_panel, touchpad,
+};
 use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::queue::Events;
 use crate::sound::task::SoundEvent;
 use jostle_sim::Vec2;
-use wasm_bindgen::JsCast;
-use web_sys::{HtmlInputElement, KeyboardEvent, MouseEvent, PointerEvent};
+use web_sys::{KeyboardEvent, MouseEvent, PointerEvent};
 
 /// Starts all listeners.
 pub fn all(events: Events) {
@@ -22,6 +23,7 @@ pub fn all(events: Events) {
     replay_controls::listen(events);
     sound_panel::listen(events);
     files::listen(events);
+    editor::listen(events);
     if browser::media("(pointer: coarse)") {
         dom::mark("touch", true);
     }
@@ -59,9 +61,10 @@ fn keys(events: Events) {
 }
 
 fn key(event: &KeyboardEvent) -> Key {
-    let is_input = event.target().is_some_and(|target| target.is_instance_of::<HtmlInputElement>());
     let focus = match () {
-        () if is_input || dom::target_within(event, "[contenteditable]").is_some() => Focus::Field,
+        () if dom::target_within(event, "input, textarea, select, [contenteditable]").is_some() => {
+            Focus::Field
+        }
         () if dom::target_within(event, "button, a").is_some() => Focus::Button,
         () => Focus::Elsewhere,
     };
@@ -70,6 +73,8 @@ fn key(event: &KeyboardEvent) -> Key {
         letter: event.key(),
         repeat: event.repeat(),
         modified: event.ctrl_key() || event.meta_key() || event.alt_key(),
+        command: event.ctrl_key() || event.meta_key(),
+        shift: event.shift_key(),
         focus,
     }
 }
@@ -139,5 +144,7 @@ fn change(event: &PointerEvent, change: PointerChange) -> Pointer {
         canvas: Vec2::new(stage.client_width() as f32, stage.client_height() as f32),
         button: event.button(),
         pressed: event.buttons() & 0b11 != 0,
+        shift: event.shift_key(),
+        alt: event.alt_key(),
     }
 }

@@ -204,6 +204,9 @@ fn scene_entry(scene: &SceneCard) -> Item {
     let name = format!("Play {} alone {bots}", scene.title);
     Item::new("scene-item", &scene.name)
         .with("button", "data-value", scene.name.clone())
+        .with("a.edit", "data-value", scene.name.clone())
+        .with("a.edit", "href", format!("#edit={}", scene.name))
+        .with("a.edit", "aria-label", format!("Edit {}", scene.title))
         .with("img", "hidden", (!pictured).then(String::new))
         .with("img", "src", scene.picture.clone())
         .with("span.picture", "hidden", pictured.then(String::new))

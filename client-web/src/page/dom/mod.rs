@@ -2,6 +2,7 @@
 //! a missing one is a bug and ends in a panic that names it.
 
 pub mod dialogs;
+pub mod editor;
 mod files;
 mod help;
 mod hud;
@@ -108,6 +109,11 @@ pub fn is_static() -> bool {
     root().has_attribute("data-static")
 }
 
+/// Whether the page has no room for panels beside the picture.
+pub fn is_narrow() -> bool {
+    browser::media("(max-width: 60rem)")
+}
+
 /// Chooses the radio button of a group that has a value.
 pub fn check(group: &str, value: &str) {
     let selector = format!("#{group} input[value='{value}']");
@@ -166,26 +172,33 @@ pub fn date_and_time(unix_ms: f64) -> String {
 
 /// Puts the page's address into the clipboard and says whether the browser let it.
 pub fn copy_address(done: impl Fn(bool) + Clone + 'static) {
-    let Ok(address) = browser::window().location().href() else { return done(false) };
+    match browser::window().location().href() {
+        Ok(address) => copy(&address, done),
+        Err(_) => done(false),
+    }
+}
+
+/// Puts a text into the clipboard and says whether the browser let it.
+pub fn copy(text: &str, done: impl Fn(bool) + Clone + 'static) {
     // Outside of a secure context (a plain http address in a LAN) there is no clipboard object.
     let navigator = browser::window().navigator();
     if !js_sys::Reflect::get(&navigator, &"clipboard".into()).is_ok_and(|c| c.is_object()) {
-        return done(copy_by_selection(&address).unwrap_or(false));
+        return done(copy_by_selection(text).unwrap_or(false));
     }
     let denied = done.clone();
     let copied = Closure::<dyn FnMut(JsValue)>::new(move |_| done(true));
     let refused = Closure::<dyn FnMut(JsValue)>::new(move |_| denied(false));
-    let _ = navigator.clipboard().write_text(&address).then2(&copied, &refused);
+    let _ = navigator.clipboard().write_text(text).then2(&copied, &refused);
     // The promise decides which of them is called and when: a few bytes a click.
     copied.forget();
     refused.forget();
 }
 
 /// The old way: a field whose text is selected, and the command of the edit menu.
-fn copy_by_selection(address: &str) -> Option<bool> {
+fn copy_by_selection(text: &str) -> Option<bool> {
     let area: web_sys::HtmlTextAreaElement =
         document().create_element("textarea").ok()?.dyn_into().ok()?;
-    area.set_value(address);
+    area.set_value(text);
     root().append_child(&area).ok()?;
     area.select();
     let page = document().dyn_into::<web_sys::HtmlDocument>();

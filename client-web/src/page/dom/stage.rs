@@ -47,7 +47,7 @@ impl Stage {
     /// The canvas of the next frame; `None` while nothing can be drawn. `covered_css` are the CSS pixels that the
     /// hud covers at the top and at the bottom.
     pub fn canvas(&mut self, app: &App, covered_css: [f32; 2]) -> Option<Canvas> {
-        if app.game().is_none() && app.replay().is_none() {
+        if app.game().is_none() && app.replay().is_none() && app.edit_screen().is_none() {
             return None;
         }
         if self.graphics.is_none() {
@@ -63,11 +63,13 @@ impl Stage {
         let share = if full { 1.0 } else { self.quality.frame(browser::now_ms()) };
         let pixels = self.graphics.as_mut()?.fit(share)?;
         let [top, bottom] = covered_css.map(|css| (css / css_per_pixel(pixels)) as u32);
-        app.graphics.lost_ms.is_none().then_some(Canvas { pixels, top, bottom })
+        let css_width = dom::html("stage").client_width().max(0) as u32;
+        app.graphics.lost_ms.is_none().then_some(Canvas { pixels, top, bottom, css_width })
     }
 
     fn set_up(&mut self, app: &App) {
-        self.keep_pixels |= app.game().is_some_and(|game| game.is_in_page());
+        let in_page = app.game().is_some_and(|game| game.is_in_page());
+        self.keep_pixels |= in_page || app.edit_screen().is_some();
         if app.graphics.missing || app.graphics.lost_ms.is_some() {
             return;
         }
@@ -79,11 +81,12 @@ impl Stage {
 
     /// Draws what has changed: `None` if nothing has, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
-        let (frame, replica) = (app.frame()?, app.replica()?);
+        let frame = app.frame()?;
+        let particles = app.replica().is_some_and(|replica| replica.plan.features.particles);
         let graphics = self.graphics.as_mut()?;
         let Graphics { renderer, device, queue, .. } = graphics;
         // Pipelines of earlier scenes are kept.
-        renderer.prepare(device, queue, replica.plan.features.particles);
+        renderer.prepare(device, queue, particles);
         Some(graphics.draw(&frame))
     }
 }

@@ -5,6 +5,7 @@ use crate::net::api::query_value;
 use crate::page::app::{Activity, App};
 use crate::page::dom;
 use crate::page::dom::dialogs::{self, DialogsView};
+use crate::page::dom::editor::EditorView;
 use crate::page::dom::help;
 use crate::page::dom::hud::Hud;
 use crate::page::dom::lobby::LobbyView;
@@ -36,6 +37,7 @@ pub struct Views {
     tags: Tags,
     zone_labels: ZoneLabels,
     touchpad: Touchpad,
+    pub editor: EditorView,
     /// Number of the screen.
     screen: u32,
     text_ms: f64,
@@ -60,6 +62,7 @@ impl Views {
             tags: Tags::default(),
             zone_labels: ZoneLabels::default(),
             touchpad: Touchpad::new(),
+            editor: EditorView::default(),
             screen: app.screen,
             text_ms: 0.0,
             focus_stage: false,
@@ -95,6 +98,7 @@ impl Views {
         }
         self.touchpad.show(app);
         self.sound.show(app);
+        self.editor.show(app);
         if std::mem::take(&mut self.focus_stage) {
             dom::focus_stage();
         }
@@ -126,6 +130,8 @@ impl Views {
                 let stage_css = f64::from(dom::html("stage").client_height());
                 [0.0, (stage_css - covered.top()).max(0.0) as f32]
             }
+            // What is edited and played is one picture.
+            None if app.edited().is_some() => [0.0; 2],
             // The style hides the controls only after the first picture.
             None if app.frozen_hud == Some(false) => [0.0; 2],
             None => self.hud.covered_css,
@@ -158,6 +164,9 @@ impl Views {
         } else if let Some(replay) = app.replay() {
             self.replay.show(&replay.player, now_ms);
             Some(replay.player.tick().to_string())
+        } else if let Some(screen) = app.edit_screen() {
+            self.editor.show_frame(screen);
+            Some("0".to_owned())
         } else {
             return;
         };
@@ -175,7 +184,7 @@ pub fn view(app: &App) -> Option<&View> {
     match (app.game(), app.replay()) {
         (Some(game), _) => Some(game.view()),
         (_, Some(replay)) => Some(&replay.view),
-        _ => None,
+        _ => app.edit_screen().map(|screen| &screen.view),
     }
 }
 
@@ -187,6 +196,8 @@ fn show_copied(copied: Option<bool>) {
         Some(true) => ("Copied", ""),
         Some(false) => ("Couldn't copy", "Copy the link from the address bar."),
     };
-    dom::text("copy", text);
-    dom::set(&dom::html("copy"), "title", Some(title));
+    for id in ["copy", "edit-copy"] {
+        dom::text(id, text);
+        dom::set(&dom::html(id), "title", Some(title));
+    }
 }

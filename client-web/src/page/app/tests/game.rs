@@ -118,7 +118,8 @@ fn a_page_that_loses_the_focus_releases_everything() {
 fn pointer(change: PointerChange, at: Vec2) -> Pointer {
     let pressed = change == PointerChange::Down;
     let canvas = Vec2::new(400.0, 300.0);
-    Pointer { change, id: 1, touch: false, at, canvas, button: 0, pressed }
+    let (shift, alt) = (false, false);
+    Pointer { change, id: 1, touch: false, at, canvas, button: 0, pressed, shift, alt }
 }
 
 #[test]

@@ -48,6 +48,8 @@ impl Browser {
                     canvas,
                     button,
                     pressed,
+                    shift: false,
+                    alt: false,
                 }));
                 self.wait(200);
             }

@@ -1,0 +1,138 @@
+//! The text: a field over a copy of itself, in which the error is underlined and the selection is lit.
+
+use crate::editor::state::Editor;
+use crate::editor::update::Deed;
+use crate::page::dom;
+use crate::page::event::Event;
+use crate::page::queue::Events;
+use std::ops::Range;
+use web_sys::{Element, HtmlElement, HtmlTextAreaElement};
+
+/// The text as it was shown last.
+#[derive(Default)]
+pub struct TextView {
+    revision: Option<u32>,
+    marked: Option<(u32, Marks)>,
+}
+
+/// Bytes of the text that are marked.
+#[derive(Clone, PartialEq, Eq)]
+struct Marks {
+    error: Option<Range<usize>>,
+    chosen: Vec<Range<usize>>,
+}
+
+impl TextView {
+    /// Shows a text that was changed by other means than typing.
+    pub fn show(&mut self, editor: &Editor) {
+        if self.revision == Some(editor.revision) {
+            return;
+        }
+        self.revision = Some(editor.revision);
+        let area = area();
+        if area.value() == editor.text() {
+            return;
+        }
+        let scroll = (area.scroll_top(), area.scroll_left());
+        area.set_value(editor.text());
+        area.set_scroll_top(scroll.0);
+        area.set_scroll_left(scroll.1);
+    }
+
+    /// Underlines the error, and lights the lines of the selection.
+    pub fn underline(&mut self, editor: &Editor) {
+        let chosen = editor.selected().map(|piece| piece.bytes.clone()).collect();
+        let marks = Marks { error: editor.error_bytes(), chosen };
+        let shown = (editor.revision, marks);
+        if self.marked.as_ref() == Some(&shown) {
+            return;
+        }
+        let before = self.marked.as_ref().map(|(_, marks)| marks.chosen.first().cloned());
+        let first = shown.1.chosen.first().cloned();
+        fill(editor.text(), &shown.1);
+        self.marked = Some(shown);
+        if let Some(at) = first.filter(|at| before != Some(Some(at.clone())))
+            && !is_focused()
+        {
+            reveal(editor.text(), at.start);
+        }
+        follow();
+    }
+
+    /// Gives the text the focus at a byte.
+    pub fn focus(&self, at: usize) {
+        let area = area();
+        let text = area.value();
+        let at = at.min(text.len());
+        let units = text.get(..at).map_or(0, |before| before.encode_utf16().count()) as u32;
+        let _ = area.focus();
+        let _ = area.set_selection_range(units, units);
+        reveal(&text, at);
+        follow();
+    }
+}
+
+fn area() -> HtmlTextAreaElement {
+    dom::by_id("text")
+}
+
+fn is_focused() -> bool {
+    dom::document().active_element().is_some_and(|element| element.id() == "text")
+}
+
+/// Scrolls the line of a byte into view.
+fn reveal(text: &str, at: usize) {
+    let area = area();
+    let lines = text.lines().count().max(1) as f64;
+    let line = text.as_bytes()[..at.min(text.len())].iter().filter(|byte| **byte == b'\n').count();
+    let line_height = f64::from(area.scroll_height()) / lines;
+    let (top, height) = (area.scroll_top(), area.client_height());
+    let place = (line as f64 * line_height) as i32;
+    if place < top || place > top + height - 3 * line_height as i32 {
+        area.set_scroll_top((place - height / 3).max(0));
+    }
+}
+
+/// The copy below shows what the field shows.
+fn follow() {
+    let (area, below) = (area(), dom::html("underlay"));
+    below.set_scroll_top(area.scroll_top());
+    below.set_scroll_left(area.scroll_left());
+}
+
+/// Fills the copy: spans of text, some of them marked.
+fn fill(text: &str, marks: &Marks) {
+    let below: HtmlElement = dom::html("underlay");
+    below.set_text_content(None);
+    let mut cuts: Vec<usize> = vec![0, text.len()];
+    let ranges = marks.chosen.iter().chain(&marks.error);
+    cuts.extend(ranges.flat_map(|range| [range.start, range.end]).filter(|at| *at < text.len()));
+    cuts.sort_unstable();
+    cuts.dedup();
+    for pair in cuts.windows(2) {
+        let part = text.get(pair[0]..pair[1]).unwrap_or_default();
+        let within = |range: &Range<usize>| range.start <= pair[0] && pair[1] <= range.end;
+        let is_wrong = marks.error.as_ref().is_some_and(within);
+        let element = span(if is_wrong { "mark" } else { "span" }, part);
+        if marks.chosen.iter().any(within) {
+            dom::set(&element, "class", Some("chosen"));
+        }
+        let _ = below.append_child(&element);
+    }
+    // The field ends with an empty line where the text does.
+    let _ = below.append_child(&span("span", "\n\n"));
+}
+
+fn span(tag: &str, text: &str) -> Element {
+    let element = dom::document().create_element(tag).expect("both are tags");
+    element.set_text_content(Some(text));
+    element
+}
+
+pub fn listen(events: Events) {
+    let field = area();
+    dom::listen(&field, "input", move |_: web_sys::Event| {
+        events.push(Event::Edited(Deed::Typed(area().value())));
+    });
+    dom::listen(&field, "scroll", |_: web_sys::Event| follow());
+}

@@ -1,0 +1,159 @@
+//! The editor on the page: the editor itself, and the picture of its scene before the first tick.
+
+use crate::editor::hand::Hand;
+use crate::editor::state::Editor;
+use crate::editor::update::Deed;
+use crate::page::event::{Canvas, Pointer, PointerChange};
+use crate::page::game::membership::GameView;
+use crate::view::camera::{Camera, Target};
+use crate::view::frame::{Frame, Sketch, View};
+use crate::world::replica::{Eye, Replica};
+use jostle_game::scene::Camera as CameraRule;
+use jostle_game::{Game, Scene, Seat};
+use jostle_protocol::Snapshot;
+use jostle_sim::{Particles, Vec2};
+use std::sync::Arc;
+
+/// Seed of the games that are played of a scene that is edited: the same each time.
+pub const SEED: u64 = 1;
+/// A seat without a player.
+const NO_PLAYER: Seat = Seat(u16::MAX);
+/// Reach of a mouse and of a finger, CSS pixels.
+const MOUSE_CSS: f32 = 12.0;
+const FINGER_CSS: f32 = 22.0;
+
+/// The editor of one scene.
+pub struct EditScreen {
+    pub editor: Editor,
+    /// Name of the shipped scene that it began with.
+    pub origin: Option<String>,
+    /// Seed of the games that are played of it.
+    pub seed: u64,
+    /// The scene at tick 0; of the last text that was a scene.
+    picture: Option<Replica>,
+    /// Number of the picture.
+    copy: u32,
+    sketch: Sketch,
+    none: Particles,
+    pub view: View,
+    /// CSS pixels a device pixel.
+    css_per_pixel: f32,
+    /// Revision of the text that was kept for the next visit.
+    pub kept: u32,
+}
+
+impl EditScreen {
+    pub fn new(editor: Editor, origin: Option<String>, seed: u64) -> EditScreen {
+        let kept = editor.revision;
+        let mut screen = EditScreen {
+            editor,
+            origin,
+            seed,
+            picture: None,
+            copy: 0,
+            sketch: Sketch::default(),
+            none: Particles::new(Vec::new(), 0),
+            view: GameView::UNSEEN,
+            css_per_pixel: 1.0,
+            kept,
+        };
+        screen.draw_scene();
+        screen
+    }
+
+    /// The part of the address after `#` under which it is edited.
+    pub fn hash(&self) -> String {
+        self.origin.as_ref().map_or("#edit".to_owned(), |origin| format!("#edit={origin}"))
+    }
+
+    /// Does something to the scene.
+    pub fn update(&mut self, now_ms: f64, deed: Deed) {
+        self.editor.update(now_ms, deed);
+    }
+
+    /// Does what a pointer over the canvas means.
+    pub fn point(&mut self, now_ms: f64, pointer: &Pointer) {
+        let hand = self.hand(pointer);
+        let deed = match pointer.change {
+            PointerChange::Down => Deed::Down(hand),
+            PointerChange::Moved => Deed::Moved(hand),
+            PointerChange::Up => Deed::Up(hand),
+            PointerChange::Left => return,
+        };
+        self.update(now_ms, deed);
+    }
+
+    fn hand(&mut self, pointer: &Pointer) -> Hand {
+        let pixels = self.view.pixels[0].max(1) as f32;
+        self.css_per_pixel = pointer.canvas.x.max(1.0) / pixels;
+        let step = self.view.unit_per_pixel() / self.css_per_pixel;
+        let Vec2 { x, y } = pointer.at;
+        Hand {
+            id: pointer.id,
+            at: self.view.to_world(pointer.at / self.css_per_pixel),
+            inside: x >= 0.0 && y >= 0.0 && x <= pointer.canvas.x && y <= pointer.canvas.y,
+            reach: step * if pointer.touch { FINGER_CSS } else { MOUSE_CSS },
+            step,
+            adds: pointer.shift,
+            free: pointer.alt,
+        }
+    }
+
+    /// Checks what was typed or dragged, and brings the picture to the present.
+    pub fn advance(&mut self, canvas: Option<Canvas>) {
+        if self.editor.check() && self.editor.error.is_none() {
+            self.draw_scene();
+        }
+        let Some(Canvas { pixels, top, bottom, css_width }) = canvas else { return };
+        self.css_per_pixel = css_width as f32 / pixels[0] as f32;
+        let mut camera = Camera::new(CameraRule::Fit, self.editor.world());
+        self.view = camera.view(Target { pixels, hero: None, top, bottom, elapsed_s: 0.0 });
+        let pixel = self.view.unit_per_pixel() / self.css_per_pixel.max(f32::MIN_POSITIVE);
+        self.editor.sketch(pixel, &mut self.sketch);
+    }
+
+    fn draw_scene(&mut self) {
+        let Some(scene) = &self.editor.scene else { return };
+        let game = Game::new(Arc::clone(scene), self.seed);
+        let mut picture = Replica::without_particles(Arc::clone(scene), NO_PLAYER);
+        picture.file(Snapshot::capture(&game, Vec::new()), Vec::new());
+        picture.advance(0.0, Eye::default());
+        self.picture = Some(picture);
+        self.copy += 1;
+    }
+
+    /// The scene before its first tick.
+    pub fn picture(&self) -> Option<&Replica> {
+        self.picture.as_ref()
+    }
+
+    /// The scene to play, if the text is one.
+    pub fn playable(&mut self) -> Option<Arc<Scene>> {
+        self.editor.update(0.0, Deed::Cancelled);
+        self.editor.check();
+        self.editor.scene.clone().filter(|_| self.editor.error.is_none())
+    }
+
+    /// The frame to draw. `time` is the page's age in seconds.
+    pub fn frame(&self, time: f32) -> Frame<'_> {
+        let picture = self.picture.as_ref();
+        Frame {
+            view: self.view,
+            world_size: self.editor.world(),
+            bodies: picture.map_or(&[], |picture| picture.bodies()),
+            zones: picture.map_or(&[], |picture| &picture.zones),
+            marks: picture.map_or(&[], |picture| &picture.marks),
+            lamps: picture.map_or(&[], |picture| &picture.lamps),
+            sling: picture.and_then(|picture| picture.sling.as_ref()),
+            particles: &self.none,
+            particle_lead: 0.0,
+            effects: &[],
+            time,
+            bounds: false,
+            calm: true,
+            copy: self.copy,
+            dimmed: false,
+            sketch: Some(&self.sketch),
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! Editing a scene: how the editor is opened, played and left, and what its buttons and keys do.
+
+use crate::editor::palette::Make;
+use crate::editor::state::Editor;
+use crate::editor::update::Deed;
+use crate::net::scene_link;
+use crate::page::app::{Activity, App};
+use crate::page::awaited::{Awaited, Wish};
+use crate::page::context::Draft;
+use crate::page::edit_screen::{EditScreen, SEED};
+use crate::page::event::{Effect, Focus, Key};
+use crate::page::layers::Layer;
+use jostle_game::scene::is_name;
+use jostle_sim::Vec2;
+
+/// The wish of `#edit` in an address: the name of a shipped scene, or a scene of one's own.
+pub fn requested(hash: &str) -> Option<Option<&str>> {
+    match hash.strip_prefix("#edit")? {
+        "" => Some(None),
+        rest => Some(Some(rest.strip_prefix('=')?)).filter(|name| name.is_some_and(is_name)),
+    }
+}
+
+impl App {
+    /// Opens the editor that an address asks for: with the draft of it, if there is one.
+    pub(super) fn open_editor(&mut self, origin: Option<&str>) {
+        let draft = self.ctx.draft().filter(|draft| draft.origin.as_deref() == origin).cloned();
+        match (draft, origin) {
+            (Some(draft), _) => self.edit(draft.text, origin, SEED),
+            (None, Some(name)) => self.await_scene(Awaited::Edit(name.to_owned())),
+            (None, None) => self.edit(String::new(), None, SEED),
+        }
+    }
+
+    /// Opens the editor with a text.
+    pub(super) fn edit(&mut self, text: String, origin: Option<&str>, seed: u64) {
+        let file = origin.map(|name| format!("{name}.toml"));
+        let editor = Editor::open(text, file.as_deref());
+        let screen = EditScreen::new(editor, origin.map(str::to_owned), seed);
+        self.activity = Activity::Edit(Box::new(screen));
+        self.ctx.request(Effect::FocusStage);
+    }
+
+    /// From playing to editing and back, in the same picture.
+    pub(super) fn toggle_edit(&mut self) {
+        match &mut self.activity {
+            Activity::Edit(_) => self.play_edited(),
+            Activity::Game(game) if game.is_in_page() => self.stop_playing(),
+            _ => {}
+        }
+    }
+
+    fn play_edited(&mut self) {
+        self.keep_draft();
+        let Activity::Edit(screen) = &mut self.activity else { return };
+        let Some(scene) = screen.playable() else {
+            screen.editor.said =
+                screen.editor.error.as_ref().map_or(String::new(), |e| e.to_string());
+            return;
+        };
+        let seed = Some(screen.seed);
+        let edits = std::mem::replace(&mut self.activity, Activity::Lobby);
+        self.play_alone(scene, Wish { bots: None, seed });
+        // It takes its seat at once: nothing is to be waited for.
+        self.with_game(|game, ctx| game.advance(ctx, None));
+        if let Activity::Edit(screen) = edits {
+            self.edited = Some(screen);
+        }
+        self.begin_in_place();
+    }
+
+    fn stop_playing(&mut self) {
+        let known = self.edited.take();
+        let Activity::Game(game) = &self.activity else { return };
+        match known {
+            Some(screen) => self.activity = Activity::Edit(screen),
+            None => {
+                let Some(scene) = game.replica().map(|replica| replica.scene.clone()) else {
+                    return;
+                };
+                let (name, seed) = self.alone();
+                let name = name.map(str::to_owned);
+                self.edit(scene.source.clone(), name.as_deref(), seed);
+                let hash = self.edit_screen().map(EditScreen::hash).unwrap_or_default();
+                self.show_hash(hash);
+            }
+        }
+        self.begin_in_place();
+    }
+
+    /// The next screen shows the same picture.
+    fn begin_in_place(&mut self) {
+        self.begin_screen();
+        self.ctx.request(Effect::FocusStage);
+    }
+
+    pub fn edit_screen(&self) -> Option<&EditScreen> {
+        match &self.activity {
+            Activity::Edit(screen) => Some(screen),
+            _ => None,
+        }
+    }
+
+    /// The editor, also while its scene is played.
+    pub fn edited(&self) -> Option<&EditScreen> {
+        self.edit_screen().or(self.edited.as_deref())
+    }
+
+    pub(super) fn with_editor(&mut self, work: impl FnOnce(&mut EditScreen, f64)) {
+        if let Activity::Edit(screen) = &mut self.activity {
+            work(screen, self.ctx.now_ms);
+        }
+    }
+
+    pub(super) fn do_edit(&mut self, deed: Deed) {
+        self.with_editor(|screen, now_ms| screen.update(now_ms, deed));
+    }
+
+    fn go_to_hash(&mut self, hash: String) {
+        self.show_hash(hash);
+        self.route(self.address.clone());
+    }
+
+    /// Keeps the text for the next visit, if it changed.
+    pub(super) fn keep_draft(&mut self) {
+        let screen = match &mut self.activity {
+            Activity::Edit(screen) => screen,
+            _ => return,
+        };
+        if screen.editor.is_held() || screen.kept == screen.editor.revision {
+            return;
+        }
+        screen.kept = screen.editor.revision;
+        let text = screen.editor.text().to_owned();
+        self.ctx.keep_draft(Draft { origin: screen.origin.clone(), text });
+    }
+
+    /// A scene file was dropped or chosen: its text takes the place of the one that is edited.
+    pub(super) fn replace_edited(&mut self, file: &str, text: String) {
+        self.with_editor(|screen, _| screen.editor.replace(text, Some(file)));
+    }
+
+    /// Does what a button of the editor says; `false` if it is none.
+    pub(super) fn click_editor(&mut self, action: &str, value: &str) -> bool {
+        match action {
+            "edit-scene" => self.go_to_hash(format!("#edit={value}")),
+            "edit-new-scene" => self.go_to_hash("#edit".to_owned()),
+            "edit-toggle" => self.toggle_edit(),
+            "edit-undo" => self.do_edit(Deed::Undone),
+            "edit-redo" => self.do_edit(Deed::Redone),
+            "edit-duplicate" => self.do_edit(Deed::Duplicated),
+            "edit-delete" => self.do_edit(Deed::Deleted),
+            "edit-new" => self.with_editor(|screen, _| screen.editor.replace(String::new(), None)),
+            "edit-place" => {
+                if let Some(make) = Make::named(value) {
+                    self.with_editor(|screen, now_ms| {
+                        let at: Vec2 = screen.view.center;
+                        screen.update(now_ms, Deed::Placed(make, at));
+                    });
+                }
+            }
+            "edit-save" => self.save_file(),
+            "edit-copy" => self.copy_link(),
+            "edit-error" => self.go_to_error(),
+            _ => return false,
+        }
+        true
+    }
+
+    fn save_file(&mut self) {
+        let Some(screen) = self.edited() else { return };
+        let editor = &screen.editor;
+        let effect = Effect::SaveFile(editor.file.clone(), editor.text().to_owned());
+        self.ctx.request(effect);
+    }
+
+    fn copy_link(&mut self) {
+        let link = self.edited().map(|screen| scene_link::encode(screen.editor.text()));
+        let home = self.home().to_owned();
+        if let Some(link) = link {
+            self.ctx.request(Effect::CopyLink(format!("{home}#scene={link}")));
+        }
+    }
+
+    fn go_to_error(&mut self) {
+        let at = self.edit_screen().and_then(|screen| screen.editor.error_bytes());
+        if let Some(at) = at {
+            self.ctx.request(Effect::FocusText(at.start));
+        }
+    }
+
+    pub(super) fn editor_key_down(&mut self, key: &Key) {
+        if self.top() != Layer::Page {
+            if key.code == "Escape" && self.top() == Layer::Help || key.letter == "?" {
+                self.toggle_help();
+                self.ctx.request(Effect::PreventDefault);
+            }
+            return;
+        }
+        if self.editor_command(key) {
+            self.ctx.request(Effect::PreventDefault);
+        }
+    }
+
+    /// Does what a key means to the editor; `false` if that is nothing.
+    fn editor_command(&mut self, key: &Key) -> bool {
+        let letter = key.letter.to_lowercase();
+        match (letter.as_str(), key.command, key.shift) {
+            ("z", true, false) => self.do_edit(Deed::Undone),
+            ("z", true, true) | ("y", true, _) => self.do_edit(Deed::Redone),
+            ("s", true, _) => self.save_file(),
+            ("escape", ..) if key.focus == Focus::Field => self.ctx.request(Effect::FocusStage),
+            _ if key.focus == Focus::Field => return false,
+            ("d", true, _) => self.do_edit(Deed::Duplicated),
+            ("a", true, _) => self.do_edit(Deed::SelectedAll),
+            _ if key.modified => return false,
+            ("e", ..) => {
+                if !key.repeat {
+                    self.toggle_edit();
+                }
+            }
+            ("?", ..) => self.toggle_help(),
+            ("delete" | "backspace", ..) => self.do_edit(Deed::Deleted),
+            ("escape", ..) => self.do_edit(Deed::Deselected),
+            ("tab", _, back) if key.focus == Focus::Elsewhere => return self.tab(back),
+            (arrow, _, far) => {
+                let way = match arrow {
+                    "arrowleft" => -Vec2::X,
+                    "arrowright" => Vec2::X,
+                    "arrowup" => Vec2::Y,
+                    "arrowdown" => -Vec2::Y,
+                    _ => return false,
+                };
+                self.do_edit(Deed::Nudged { way, far });
+            }
+        }
+        true
+    }
+
+    /// Selects the next piece. After the last one the focus goes on to the buttons, so that it is never caught.
+    fn tab(&mut self, back: bool) -> bool {
+        let Activity::Edit(screen) = &mut self.activity else { return false };
+        let editor = &mut screen.editor;
+        let ends = match back {
+            false => editor.sheet.pieces.last(),
+            true => editor.sheet.pieces.first(),
+        };
+        let at_end = ends.is_none_or(|piece| editor.selection.last() == Some(&piece.id));
+        let deed = if at_end { Deed::Deselected } else { Deed::Next { back } };
+        self.do_edit(deed);
+        !at_end
+    }
+}

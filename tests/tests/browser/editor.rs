@@ -1,0 +1,349 @@
+//! The scene editor: pieces by mouse, finger and key, the text beside them, and what becomes of it.
+
+use anyhow::{Context, Result, ensure};
+use jostle_game::Scene;
+use jostle_tests::runner::Stage;
+use jostle_tests::tab::{Screen, Tab};
+use serde_json::json;
+use std::sync::Arc;
+
+/// Frames from a press of E to a game that moves, at most: half a second.
+const FRAMES_MAX: usize = 30;
+
+/// Notes in each frame the state of the page and the tick on display, until `window.noted` is taken away.
+const NOTE: &str = "(() => { const noted = window.noted = []; const look = () => { \
+    const root = document.documentElement; \
+    noted.push([root.dataset.state, root.dataset.tick, performance.now()]); \
+    if (window.noted === noted) requestAnimationFrame(look); }; look(); return true; })()";
+
+async fn open(stage: &Stage, hash: &str, screen: Screen) -> Result<Tab> {
+    let tab = stage.visit(&format!("/{hash}"), screen).await?;
+    tab.until("the editor", |s| s.state == "editing").await?;
+    tab.until("a picture", |s| s.drawn_frames > 1).await?;
+    Ok(tab)
+}
+
+async fn text(tab: &Tab) -> Result<String> {
+    tab.eval("document.querySelector('#text').value").await
+}
+
+async fn until_text(tab: &Tab, part: &str) -> Result<()> {
+    let quoted = serde_json::to_string(part)?;
+    tab.until_true(&format!("document.querySelector('#text').value.includes({quoted})")).await
+}
+
+/// Drags a piece of the palette to a world point.
+async fn pull(tab: &Tab, piece: &str, to: [f32; 2]) -> Result<()> {
+    let from = tab.middle_of(&format!("[data-piece={piece}]")).await?;
+    let to = tab.to_page(to).await?;
+    match tab.screen().touch {
+        true => tab.swipe(from, to).await,
+        false => tab.drag(from, to).await,
+    }
+}
+
+async fn drag(tab: &Tab, from: [f32; 2], to: [f32; 2]) -> Result<()> {
+    let [from, to] = [tab.to_page(from).await?, tab.to_page(to).await?];
+    match tab.screen().touch {
+        true => tab.swipe(from, to).await,
+        false => tab.drag(from, to).await,
+    }
+}
+
+/// The sentence of the error that is shown.
+async fn error(tab: &Tab) -> Result<String> {
+    tab.eval(
+        "(() => { const error = document.querySelector('#edit-error'); \
+         return error.hidden ? '' : error.textContent; })()",
+    )
+    .await
+}
+
+/// The underlined text.
+async fn underlined(tab: &Tab) -> Result<String> {
+    tab.eval("[...document.querySelectorAll('#underlay mark')].map(m => m.textContent).join('')")
+        .await
+}
+
+pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
+    stage: Arc<Stage>,
+) -> Result<()> {
+    let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
+    tab.keep("editor-empty").await?;
+    pull(&tab, "wall", [160.0, 30.0]).await?;
+    until_text(&tab, "position = [160, 30]").await?;
+    // A handle on its upper right corner makes the floor of it.
+    let corner = tab.to_page([164.0, 50.0]).await?;
+    let goal = tab.to_page([310.0, 14.0]).await?;
+    tab.drag([corner[0] + 6.0, corner[1] - 6.0], [goal[0] + 6.0, goal[1] - 6.0]).await?;
+    until_text(&tab, "size = [154, 4]").await?;
+    for (step, x) in [200.0, 215.0, 230.0].into_iter().enumerate() {
+        pull(&tab, "block", [x, 60.0 + 10.0 * step as f32]).await?;
+    }
+    pull(&tab, "ball", [232.0, 120.0]).await?;
+    pull(&tab, "spawn", [180.0, 40.0]).await?;
+    pull(&tab, "zone", [280.0, 40.0]).await?;
+    until_text(&tab, "name = \"zone-1\"").await?;
+    ensure!(error(&tab).await?.is_empty(), "{}", error(&tab).await?);
+    tab.keep("editor-built").await?;
+
+    // A rule, by text.
+    tab.click_on("#tab-text").await?;
+    let built = text(&tab).await?;
+    let ruled = format!(
+        "{built}\n# A hero that comes there is told.\n[[rules]]\nenter = \"zone-1\"\nsay = \"Well done\"\n"
+    );
+    tab.fill("#text", &ruled).await?;
+    until_text(&tab, "[[rules]]").await?;
+    tab.until_true("document.querySelector('#edit-error').hidden").await?;
+    Scene::parse("my-scene.toml", &ruled)?;
+
+    // Played in the same frame, and back at what was edited.
+    tab.press("Escape").await?;
+    let before: Vec<f64> = tab.eval(PLACE).await?;
+    tab.eval::<bool>(NOTE).await?;
+    tab.press("e").await?;
+    tab.until("the game", |s| s.state == "playing" && s.ticks() > 20).await?;
+    tab.keep("editor-played").await?;
+    assert_eq!(tab.eval::<Vec<f64>>(PLACE).await?, before, "the picture stays where it was");
+    check_start(&tab).await?;
+    tab.press("e").await?;
+    tab.until("the editor", |s| s.state == "editing").await?;
+    assert_eq!(text(&tab).await?, ruled);
+
+    // Shared.
+    tab.eval::<bool>(
+        "(navigator.clipboard.writeText = text => { window.copied = text; return Promise.resolve(); \
+         }, true)",
+    )
+    .await?;
+    tab.click_on("#edit-copy").await?;
+    tab.until_true("window.copied").await?;
+    let link: String = tab.eval("window.copied").await?;
+    let other = stage.visit_link(&link, Screen::SMALL).await?;
+    other.until("the scene, played", |s| s.state == "playing" && s.ticks() > 5).await?;
+    other.press("e").await?;
+    other.until("the scene, edited", |s| s.state == "editing").await?;
+    assert_eq!(text(&other).await?, ruled, "to the last byte");
+
+    // Undone to nothing, and redone.
+    tab.press("Escape").await?;
+    while !text(&tab).await?.is_empty() {
+        let before = text(&tab).await?;
+        tab.press("Ctrl+z").await?;
+        let quoted = serde_json::to_string(&before)?;
+        tab.until_true(&format!("document.querySelector('#text').value !== {quoted}")).await?;
+    }
+    while !tab.eval::<bool>("document.querySelector('#edit-redo').disabled").await? {
+        tab.press("Ctrl+Shift+z").await?;
+    }
+    assert_eq!(text(&tab).await?, ruled);
+    Ok(())
+}
+
+/// Place of the canvas on the page.
+const PLACE: &str = "(() => { const r = document.querySelector('#stage').getBoundingClientRect(); \
+    return [r.x, r.y, r.width, r.height]; })()";
+
+/// From editing to playing there is no other state, and the game moves soon.
+async fn check_start(tab: &Tab) -> Result<()> {
+    let noted: Vec<(String, Option<String>, f64)> = tab
+        .eval("(() => { const noted = window.noted; window.noted = null; return noted; })()")
+        .await?;
+    let edits =
+        noted.iter().rposition(|(state, ..)| state == "editing").context("it was edited")?;
+    let moves = |(state, tick, _): &(String, Option<String>, f64)| {
+        state == "playing" && tick.as_deref().is_some_and(|tick| !matches!(tick, "0" | "NaN"))
+    };
+    let played = noted.iter().position(moves).context("it is played")?;
+    let between: Vec<&str> =
+        noted[edits..played].iter().map(|(state, ..)| state.as_str()).collect();
+    ensure!(between.iter().all(|state| matches!(*state, "editing" | "playing")), "{between:?}");
+    ensure!(between.len() <= FRAMES_MAX, "{} frames", between.len());
+    println!(
+        "from E to a moving game: {} frames, {:.0} ms",
+        between.len(),
+        noted[played].2 - noted[edits].2
+    );
+    Ok(())
+}
+
+pub async fn a_shipped_scene_keeps_its_comments(stage: Arc<Stage>) -> Result<()> {
+    let lobby = stage.visit("/", Screen::LAPTOP).await?;
+    lobby.until("the lobby", |s| s.state == "lobby").await?;
+    lobby.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
+    lobby.keep("editor-lobby").await?;
+    lobby.click_on("#game-list .edit[data-value=splash]").await?;
+    lobby.until("the editor", |s| s.state == "editing" && s.drawn_frames > 1).await?;
+    let source = text(&lobby).await?;
+    let shipped = Scene::built_in().into_iter().find(|scene| scene.name == "splash");
+    assert_eq!(source, shipped.context("it is shipped")?.source);
+    lobby.keep("editor-splash").await?;
+    drag(&lobby, [160.0, 86.0], [150.0, 121.0]).await?;
+    lobby
+        .until_true("!document.querySelector('#text').value.includes('position = [160, 86]')")
+        .await?;
+    let moved = text(&lobby).await?;
+    // All but two numbers is as it was.
+    let line = moved.lines().zip(source.lines()).find(|(new, old)| new != old);
+    let (new, old) = line.context("a line changed")?;
+    ensure!(old == "position = [160, 86]" && new.starts_with("position = [150, 12"), "{new}");
+    assert_eq!(moved, source.replacen(old, new, 1));
+    // A reload loses nothing.
+    let kept = serde_json::to_string(&moved)?;
+    lobby.until_true(&format!("localStorage['jostle.draft'] === {kept}")).await?;
+    let link = lobby.link().await?;
+    lobby.go(&link).await?;
+    lobby.until("the editor", |s| s.state == "editing").await?;
+    assert_eq!(text(&lobby).await?, moved);
+    Ok(())
+}
+
+pub async fn errors_are_shown_at_their_place(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit=splash", Screen::LAPTOP).await?;
+    let source = text(&tab).await?;
+    tab.click_on("#tab-text").await?;
+    for (from, to, marked) in [
+        // Out of its range, unknown, of another type, missing, two that contradict each other, and no TOML.
+        ("restitution = 0.3", "restitution = 7", "restitution = 7"),
+        ("thrust = [120", "trust = [120", "trust = [120, 160]"),
+        ("packs = 3", "packs = \"three\"", "packs = \"three\""),
+        ("kind = \"wall\"\n", "", "[[bodies]]"),
+        ("[40, 16], [280", "[160, 2], [280", "[160, 2]"),
+        ("players = 16", "players = = 16", "players = = 16"),
+    ] {
+        let wrong = source.replacen(from, to, 1);
+        ensure!(wrong != source, "{from} is in the scene");
+        let told = Scene::parse("splash.toml", &wrong).err().context("it is wrong")?.to_string();
+        tab.fill("#text", &wrong).await?;
+        let quoted = serde_json::to_string(&told)?;
+        tab.until_true(&format!("document.querySelector('#edit-error').textContent === {quoted}"))
+            .await?;
+        tab.until_true("document.querySelector('#underlay mark')").await?;
+        let under = underlined(&tab).await?;
+        ensure!(under.contains(marked) || marked.contains(&under), "{under:?} for {told}");
+        if from.starts_with("rest") {
+            tab.keep("editor-error").await?;
+        }
+        // A click on the sentence goes there.
+        tab.click_on("#edit-error").await?;
+        let before: String = tab
+            .eval("(() => { const t = document.querySelector('#text'); \
+                   return document.activeElement === t ? t.value.slice(0, t.selectionStart) : ''; })()")
+            .await?;
+        let line =
+            before.lines().count() + usize::from(before.ends_with('\n') || before.is_empty());
+        ensure!(told.contains(&format!(":{line}:")), "line {line} for {told}");
+    }
+    tab.fill("#text", &source).await?;
+    tab.until_true("document.querySelector('#edit-error').hidden").await?;
+    Ok(())
+}
+
+pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit", Screen::PHONE).await?;
+    tab.keep("editor-phone-empty").await?;
+    pull(&tab, "platform", [160.0, 60.0]).await?;
+    until_text(&tab, "kind = \"platform\"").await?;
+    drag(&tab, [160.0, 60.0], [120.0, 40.0]).await?;
+    // A pixel of a phone is nearly a unit.
+    tab.until_true(
+        "/position = \\[1(19|20|21), (39|40|41)\\]/.test(document.querySelector('#text').value)",
+    )
+    .await?;
+    pull(&tab, "spawn", [120.0, 90.0]).await?;
+    until_text(&tab, "[hero]").await?;
+    tab.keep("editor-phone").await?;
+    tab.click_on("#tab-form").await?;
+    tab.until_true("document.querySelector('#form-fields label')").await?;
+    tab.keep("editor-phone-form").await?;
+    tab.click_on("#tab-text").await?;
+    tab.keep("editor-phone-text").await?;
+    tab.click_on("#edit-toggle").await?;
+    tab.until("the game", |s| s.state == "playing" && s.ticks() > 5).await?;
+    tab.keep("editor-phone-played").await?;
+    tab.click_on("#edit-toggle").await?;
+    tab.until("the editor", |s| s.state == "editing").await?;
+    tab.click_on("#edit-undo").await?;
+    tab.until_true("!document.querySelector('#text').value.includes('[hero]')").await?;
+    Ok(())
+}
+
+pub async fn a_scene_is_built_by_keys(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
+    tab.eval::<bool>("(document.querySelector('[data-piece=block]').focus(), true)").await?;
+    tab.press("Enter").await?;
+    until_text(&tab, "position = [160, 90]").await?;
+    tab.press("ArrowRight").await?;
+    tab.press("Shift+ArrowUp").await?;
+    until_text(&tab, "position = [161, 100]").await?;
+    tab.press("Ctrl+d").await?;
+    until_text(&tab, "position = [165, 104]").await?;
+    tab.press("Delete").await?;
+    tab.until_true("!document.querySelector('#text').value.includes('[165, 104]')").await?;
+    tab.press("Ctrl+z").await?;
+    until_text(&tab, "position = [165, 104]").await?;
+    tab.press("Ctrl+y").await?;
+    tab.until_true("!document.querySelector('#text').value.includes('[165, 104]')").await?;
+    tab.press("Escape").await?;
+    tab.eval::<bool>("(document.querySelector('#stage').focus(), true)").await?;
+    tab.press("Tab").await?;
+    tab.until_true("document.querySelector('#edit-said').textContent === 'block 1 at 161, 100'")
+        .await?;
+    // After the last piece the focus goes on.
+    tab.press("Tab").await?;
+    tab.until_true("document.activeElement.id !== 'stage'").await?;
+    Ok(())
+}
+
+pub async fn a_form_writes_into_the_text(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit=splash", Screen::LAPTOP).await?;
+    let at = tab.to_page([160.0, 86.0]).await?;
+    tab.move_to(at, false).await?;
+    tab.mouse_down(at).await?;
+    tab.mouse_up(at).await?;
+    let field = "[data-path='bodies[6].restitution'] input";
+    tab.until_true(&format!("document.querySelector(\"{field}\")")).await?;
+    tab.keep("editor-form").await?;
+    tab.fill(field, "0.5").await?;
+    tab.press("Enter").await?;
+    until_text(&tab, "size = [56, 4]\nrestitution = 0.5\n").await?;
+    tab.click_on(field).await?;
+    tab.eval::<bool>("(document.activeElement.select(), true)").await?;
+    tab.press("Delete").await?;
+    tab.press("Tab").await?;
+    tab.until_true("!document.querySelector('#text').value.includes('[56, 4]\\nrestitution')")
+        .await?;
+    Ok(())
+}
+
+pub async fn a_scene_is_a_file_too(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
+    let source = stage_scene("bounce")?;
+    let quoted = json!(source).to_string();
+    tab.eval::<bool>(&format!(
+        "(() => {{ const data = new DataTransfer(); \
+         data.items.add(new File([{quoted}], 'my-bounce.toml')); \
+         window.dispatchEvent(new DragEvent('drop', {{dataTransfer: data, cancelable: true}})); \
+         return true; }})()"
+    ))
+    .await?;
+    until_text(&tab, "title = \"Bounce\"").await?;
+    assert_eq!(text(&tab).await?, source);
+    // What would be saved is the text, under the file's name.
+    tab.eval::<bool>(
+        "(HTMLAnchorElement.prototype.click = function () { \
+         window.saved = [this.download, decodeURIComponent(this.href.split(',')[1])]; }, true)",
+    )
+    .await?;
+    tab.click_on("#edit-save").await?;
+    tab.until_true("window.saved").await?;
+    let saved: (String, String) = tab.eval("window.saved").await?;
+    assert_eq!(saved, ("my-bounce.toml".to_owned(), source));
+    Ok(())
+}
+
+fn stage_scene(name: &str) -> Result<String> {
+    let found = Scene::built_in().into_iter().find(|scene| scene.name == name);
+    Ok(found.with_context(|| format!("{name} is shipped"))?.source)
+}
