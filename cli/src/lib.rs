@@ -4,7 +4,6 @@
 mod bot_input;
 pub mod bots;
 mod config_file;
-mod cost;
 mod descriptors;
 mod doctor;
 mod inputs;

@@ -1,8 +1,7 @@
 //! `jostle scene plan`: the [`Plan`] of a scene, as text and as JSON: what is in, what is left out, and which
 //! field decides.
 
-use crate::cost::WorstTick;
-use jostle_game::scene::{Bodies, Per, Plan};
+use jostle_game::scene::{Bodies, Per, Plan, WorstTick};
 use jostle_game::{Scene, Tools};
 use jostle_sim::{Motion, Solver};
 use serde_json::{Value, json};

@@ -5,7 +5,9 @@
 
 mod actors;
 mod bodies;
+mod budget;
 mod checks;
+mod cost;
 mod drag;
 mod error;
 mod field;
@@ -13,6 +15,7 @@ mod groups;
 mod kind;
 mod launchers;
 mod limits;
+mod locate;
 mod marks;
 mod name;
 mod parse;
@@ -31,6 +34,8 @@ mod traits;
 #[cfg(test)]
 mod tests;
 
+pub use budget::Budget;
+pub use cost::WorstTick;
 pub use error::SceneError;
 pub use field::{FieldForm, FieldInfo};
 pub use kind::Kind;

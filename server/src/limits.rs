@@ -8,6 +8,7 @@ pub mod rate_limited_stream;
 pub mod token_bucket;
 
 use jostle_game::SEATS_MAX;
+use jostle_game::scene::{Budget, FOLLOWERS_MAX};
 use jostle_protocol::limits::{
     CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
 };
@@ -179,6 +180,64 @@ pub const CATCH_UP_TICKS_MAX: u32 = 5;
 /// Time between two log lines about missed ticks of a room.
 pub const MISSED_LOG_EVERY: Duration = Duration::from_secs(1);
 
+// Scenes of guests.
+
+/// Bytes of a guest's scene: the largest that Jostle ships, `hall`, has 19 kB.
+pub const GUEST_SCENE_BYTES_MAX: usize = 32 << 10;
+/// A guest's scene stays within this. Each shipped scene does, but for `hall`.
+pub const GUEST_BUDGET: Budget = Budget {
+    // Sending to more costs more than most scenes do.
+    players: FOLLOWERS_MAX as u16,
+    // A keyframe of them has some 10 kB, and each player that joins or lags gets one.
+    bodies: 1000,
+    // Twice the default. They are simulated by the page of each player too.
+    particles: 8192,
+    // Twelve screens of the usual height in a row, and a kill zone around them.
+    size: 4096.0,
+    // Half a tick, so that a room that has its worst ticks in a row is not late.
+    tick_ms: 8.0,
+    // Twice the default.
+    iterations: 30,
+    // The defaults.
+    sweeps: 400,
+    work: 2_000_000,
+    // Twice the default.
+    position_passes: 8,
+    // A chain as long as the widest shipped scene.
+    springs: 256,
+    // 32 zones with all bodies that are allowed, some tenths of a millisecond.
+    zone_looks: 32_000,
+    // They are compared with each contact.
+    rules: 64,
+    // Ten in each tick; each is an event that all players are sent.
+    starts_per_s: 600,
+    // As many as live for two seconds when all particles are in the air.
+    emitted_per_s: 4096,
+    // One in each tick.
+    launched_per_s: 60,
+};
+/// A room with a guest's scene has one processor divided by this in the long run: two milliseconds of each tick, as most
+/// scenes take far less.
+pub const GUEST_SHARE: u32 = 8;
+/// All of them together have the processors divided by this, so that at least as much is left to other rooms.
+pub const GUESTS_SHARE: usize = 2;
+/// Ticks that are tried before a room opens: its bodies have fallen, and each key was pressed many times.
+pub const GUEST_TRIAL_TICKS: u32 = 2 * TICKS_PER_SECOND;
+/// Players in such a trial, who press all keys at random.
+pub const GUEST_TRIAL_PLAYERS: u16 = 8;
+/// Scenes of guests that are tried or wait for that. One is tried at a time, at half a processor.
+pub const GUEST_TRIALS_MAX: usize = 16;
+/// Of these, of one address.
+pub const ADDRESS_GUEST_TRIALS_MAX: usize = 2;
+/// Niceness of the threads that play and try scenes of guests, so that all others go first.
+pub const GUEST_NICENESS: i32 = 10;
+
+/// Rooms with scenes of guests that may be open at a time on a machine with so many processors.
+pub const fn guest_rooms_max(processors: usize) -> usize {
+    let rooms = processors * GUEST_SHARE as usize / GUESTS_SHARE;
+    if rooms < ROOMS_MAX { rooms } else { ROOMS_MAX }
+}
+
 // Replays.
 
 /// Ticks in one file: an hour. Then a new one begins in the middle of the game.
@@ -321,6 +380,11 @@ pub struct Waits {
     pub drain: Duration,
     /// Time from the beginning of the end to the end, in every case: the files have what is left of it.
     pub drain_max: Duration,
+    /// Processor time in which a guest's scene is read and plays its trial: twice a room's share, as the trial is livelier
+    /// than players are.
+    pub guest_trial: Duration,
+    /// Processor time that a room with a guest's scene may take beyond its share before it is closed.
+    pub guest_excess: Duration,
     /// Time between two looks at the files of the certificate. A change is taken up once it has lasted for one.
     pub certificate_look: Duration,
 }
@@ -342,6 +406,8 @@ impl Waits {
         drain_notice: Duration::from_secs(2),
         drain: Duration::from_secs(3),
         drain_max: Duration::from_millis(6500),
+        guest_trial: Duration::from_millis(500),
+        guest_excess: Duration::from_secs(5),
         certificate_look: Duration::from_secs(5),
     };
 }
@@ -352,6 +418,11 @@ impl Default for Waits {
     }
 }
 
+const _: () = assert!(
+    Waits::USUAL.guest_trial.as_micros()
+        == 2 * GUEST_TRIAL_TICKS as u128 * 1_000_000 / (TICKS_PER_SECOND * GUEST_SHARE) as u128,
+    "a trial has twice a room's share"
+);
 const _: () = assert!(INBOX_MAX > MESSAGES_BURST_MAX as usize, "an honest burst fits the inbox");
 const _: () =
     assert!(Waits::USUAL.drain.as_secs() > CLOSE_WAIT.as_secs(), "a close fits the drain");

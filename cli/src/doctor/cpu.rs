@@ -1,8 +1,8 @@
 //! The processor: how fast a core plays, and what the host of a virtual machine takes of it.
 
 use super::finding::Finding;
-use crate::cost::WorstTick;
 use crate::run::bots::Bots;
+use jostle_game::scene::WorstTick;
 use jostle_game::{Game, Scene};
 use jostle_protocol::replay::Change;
 use jostle_sim::{DT, TICKS_PER_SECOND};

@@ -109,13 +109,35 @@ impl Bodies {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Box { .. }))
     }
 
+    /// Number of bodies with so many players.
+    pub(super) fn total(&self, players: u16) -> u32 {
+        match self.per {
+            Per::Player => self.count * u32::from(players),
+            Per::Scene | Per::Tool => self.count,
+        }
+    }
+
+    /// Field of the file that says how many of them there are, or the list that has them. A limit may be missing in
+    /// the file, where its default holds.
+    pub(super) fn count_field(&self) -> String {
+        match self.field.as_str() {
+            "hero" => "limits.players".to_owned(),
+            "pack" => "limits.packs".to_owned(),
+            "dumb" => "limits.dumb".to_owned(),
+            field if field.starts_with("layouts") => format!("{field}.count"),
+            field if field.starts_with("launchers") => format!("{field}.limit"),
+            field if field.starts_with("bodies") => "bodies".to_owned(),
+            field => field.to_owned(),
+        }
+    }
+
     fn is_dynamic(&self) -> bool {
         self.def.motion == Motion::Dynamic
     }
 }
 
 /// Everything that can bring bodies: entries of the file, and tools.
-fn sources(scene: &Scene) -> Vec<Bodies> {
+pub(super) fn sources(scene: &Scene) -> Vec<Bodies> {
     let mut sources = Vec::new();
     for (index, body) in scene.bodies.iter().enumerate() {
         sources.push(Bodies::one(format!("bodies[{index}]"), body.kind, body.def));

@@ -6,11 +6,13 @@
 //! Intel Xeon server, shared with other work, and belong to the worst of 1200 to 3600 ticks with 8 to
 //! 64 bots. Sending snapshots comes on top.
 
-use jostle_game::{Scene, Tools};
-use jostle_sim::{BodyDef, DT, Motion, Solver};
+use super::plan::{self, Bodies};
+use super::spec::Scene;
+use jostle_sim::{BodyDef, DT, Motion, Relaxation, Solver};
 
 /// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
-/// bodies in ten pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms.
+/// bodies in ten pits with 64 bots took 12.1 ms, the 250 marbles of `pile` 0.73 ms. More iterations than usual count in
+/// proportion.
 const RELAXED_BODY_US: f32 = 4.0;
 /// Microseconds of a dynamic body with the conjugate solver, where nothing bounces: the 357 of `tower` took 3.1 ms, 1000
 /// shaken ones 5.0 ms, each on a machine that was up to 1.7 times as slow at other times.
@@ -22,53 +24,55 @@ const BOUNCING_BODY_US: f32 = 25.0;
 const PARTICLE_US: f32 = 0.08;
 
 /// An upper estimate of a tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct WorstTick {
     /// Processor time of the simulation, milliseconds.
     pub ms: f32,
+    /// Field of the file that costs most, like `layouts[2].count`.
+    pub field: String,
 }
 
-/// Alike bodies that can move.
-struct Movers<'a> {
-    def: &'a BodyDef,
-    count: u32,
+/// Time of the bodies or particles that one field brings, microseconds.
+struct Share {
+    us: f32,
+    field: String,
 }
 
 impl WorstTick {
     /// The worst tick of this scene.
     pub fn of(scene: &Scene) -> WorstTick {
-        let is_conjugate = matches!(scene.world.solver, Some(Solver::Conjugate(_)));
         let movers = movers(scene);
-        let mut costs: Vec<(f32, u32)> = movers
-            .iter()
-            .map(|alike| match is_conjugate {
-                false => (RELAXED_BODY_US, alike.count),
-                true if bounces(scene, &movers, alike.def) => (BOUNCING_BODY_US, alike.count),
-                true => (CONJUGATE_BODY_US, alike.count),
-            })
-            .collect();
+        let mut costs: Vec<(f32, &Bodies)> =
+            movers.iter().map(|alike| (body_us(scene, &movers, &alike.def), alike)).collect();
         // Beyond the limit of bodies the cheap ones are left out.
         costs.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         let mut room = scene.world.bodies_max as u32;
-        let mut us = 0.0;
-        for (cost, count) in costs {
-            let count = count.min(room);
+        let mut shares: Vec<Share> = Vec::new();
+        for (cost, alike) in costs {
+            let count = alike.total(scene.players_max).min(room);
             room -= count;
-            us += cost * count as f32;
+            let (us, field) = (cost * count as f32, alike.count_field());
+            match shares.iter_mut().find(|share| share.field == field) {
+                Some(share) => share.us += us,
+                None => shares.push(Share { us, field }),
+            }
         }
         if emits(scene) {
-            us += PARTICLE_US * scene.world.particles_max as f32;
+            let us = PARTICLE_US * scene.world.particles_max as f32;
+            shares.push(Share { us, field: "limits.particles".to_owned() });
         }
-        WorstTick { ms: us / 1000.0 }
+        let us: f32 = shares.iter().map(|share| share.us).sum();
+        let largest = shares.into_iter().max_by(|a, b| a.us.total_cmp(&b.us));
+        WorstTick { ms: us / 1000.0, field: largest.map_or_else(String::new, |share| share.field) }
     }
 
     /// Rooms of this scene that keep up on one core even if all have their worst tick at once.
-    pub fn rooms_per_core(self) -> u32 {
+    pub fn rooms_per_core(&self) -> u32 {
         (1000.0 * DT / self.ms.max(0.01)) as u32
     }
 
     /// The estimate as people read it.
-    pub fn sentence(self) -> String {
+    pub fn sentence(&self) -> String {
         let (ms, share) = (self.ms, self.ms / (1000.0 * DT));
         match self.rooms_per_core() {
             0 => format!(
@@ -82,26 +86,30 @@ impl WorstTick {
     }
 }
 
+/// Microseconds of one body in the worst tick.
+fn body_us(scene: &Scene, movers: &[Bodies], def: &BodyDef) -> f32 {
+    match scene.world.solver {
+        None => RELAXED_BODY_US,
+        Some(Solver::Relaxation(settings)) => {
+            let usual = Relaxation::default().iterations as f32;
+            RELAXED_BODY_US * (settings.iterations as f32 / usual).max(1.0)
+        }
+        Some(Solver::Conjugate(_)) if bounces(scene, movers, def) => BOUNCING_BODY_US,
+        Some(Solver::Conjugate(_)) => CONJUGATE_BODY_US,
+    }
+}
+
 /// All dynamic bodies that the scene can bring.
-fn movers(scene: &Scene) -> Vec<Movers<'_>> {
-    let players = u32::from(scene.players_max);
-    let mut movers = Vec::new();
-    movers.extend(scene.bodies.iter().map(|body| Movers { def: &body.def, count: 1 }));
-    let layouts = scene.layouts.iter();
-    movers.extend(layouts.map(|layout| Movers { def: &layout.def, count: layout.count }));
-    movers.extend(scene.hero.iter().map(|hero| Movers { def: &hero.body, count: players }));
-    let packs = scene.pack.iter().filter(|_| scene.tools.contains(Tools::LAUNCH));
-    movers.extend(packs.map(|pack| Movers { def: &pack.body, count: players * pack.count_max }));
-    let marbles = scene.marble.iter();
-    movers.extend(marbles.map(|marble| Movers { def: &marble.body, count: marble.count_max }));
-    movers.retain(|movers| movers.def.motion == Motion::Dynamic);
+fn movers(scene: &Scene) -> Vec<Bodies> {
+    let mut movers = plan::sources(scene);
+    movers.retain(|alike| alike.def.motion == Motion::Dynamic);
     movers
 }
 
 /// Whether a body bounces off any other: both have restitution.
-fn bounces(scene: &Scene, movers: &[Movers<'_>], def: &BodyDef) -> bool {
+fn bounces(scene: &Scene, movers: &[Bodies], def: &BodyDef) -> bool {
     let placed = scene.bodies.iter().map(|body| &body.def);
-    let moving = movers.iter().map(|alike| alike.def);
+    let moving = movers.iter().map(|alike| &alike.def);
     let meets =
         |other: &BodyDef| other.restitution > 0.0 && scene.groups_meet(def.group, other.group);
     def.restitution > 0.0 && placed.chain(moving).any(meets)
@@ -139,6 +147,16 @@ mod tests {
         assert_eq!(ms(conjugate, "restitution = 0"), 15.0);
         assert_eq!(ms(conjugate, "restitution = 0.2"), 25.0);
         assert_eq!(ms(conjugate, "motion = \"kinematic\""), 0.0);
+        assert_eq!(ms("relaxation = { iterations = 60 }", ""), 16.0);
+    }
+
+    #[test]
+    fn the_field_that_costs_most_is_named() {
+        let field = |top: &str| WorstTick::of(&scene(top, "", 1000)).field;
+        assert_eq!(field(""), "layouts[0].count");
+        let marbles =
+            "tools = [\"dumb\"]\nlimits = { dumb = 2000 }\n[dumb]\ngroup = \"block\"\nradius = 1";
+        assert_eq!(field(marbles), "limits.dumb");
     }
 
     #[test]
@@ -147,7 +165,7 @@ mod tests {
         assert_eq!(ms(spray, ""), 4.8);
         assert_eq!(ms("limits = { particles = 10000 }", ""), 4.0);
         let arena = Scene::built_in().swap_remove(0);
-        let all: u32 = movers(&arena).iter().map(|movers| movers.count).sum();
+        let all: u32 = movers(&arena).iter().map(|alike| alike.total(arena.players_max)).sum();
         let mut few = arena.clone();
         few.world.bodies_max = 100;
         let saved = WorstTick::of(&arena).ms - WorstTick::of(&few).ms;
@@ -156,7 +174,7 @@ mod tests {
 
     #[test]
     fn the_sentence_says_how_many_rooms_fit_a_core() {
-        let says = |ms| WorstTick { ms }.sentence();
+        let says = |ms| WorstTick { ms, field: String::new() }.sentence();
         assert_eq!(says(2.6), "2.6 ms by its limits (0.16 of a tick; 6 rooms fit a core)");
         assert_eq!(says(9.7), "9.7 ms by its limits (0.58 of a tick; 1 room fits a core)");
         assert_eq!(

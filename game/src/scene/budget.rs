@@ -1,0 +1,187 @@
+//! What a scene may need at most, where its author is a stranger: checked by its [`Plan`](super::Plan), before
+//! anything of it is played.
+
+use super::cost::WorstTick;
+use super::error::SceneError;
+use super::locate::has_field;
+use super::plan;
+use super::spec::{Launcher, Scene, ScheduledEmitter};
+use jostle_sim::math::max;
+use jostle_sim::{Solver, TICKS_PER_SECOND};
+
+/// The most that a scene may need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// Players at a time.
+    pub players: u16,
+    /// Bodies at a time, of all kinds.
+    pub bodies: usize,
+    /// Particles at a time.
+    pub particles: usize,
+    /// Width and height of the world, units.
+    pub size: f32,
+    /// The worst tick by the scene's limits ([`WorstTick`]), milliseconds of a processor.
+    pub tick_ms: f32,
+    /// Iterations of the relaxation in a step.
+    pub iterations: u32,
+    /// Sweeps of the conjugate solver in a step.
+    pub sweeps: u32,
+    /// Its work in a step.
+    pub work: u32,
+    /// Its passes over positions in a step.
+    pub position_passes: u32,
+    /// Springs.
+    pub springs: usize,
+    /// Zones times bodies, which are looked at in a tick.
+    pub zone_looks: usize,
+    /// Rules, which are compared with each contact.
+    pub rules: usize,
+    /// Times that emitters start in a second, all together.
+    pub starts_per_s: u32,
+    /// Particles that emitters make in a second, all together.
+    pub emitted_per_s: u32,
+    /// Bodies that launchers make in a second, all together.
+    pub launched_per_s: u32,
+}
+
+impl Budget {
+    /// Checks a scene. The error is about the first field that asks for too much.
+    pub fn check(&self, scene: &Scene) -> Result<(), SceneError> {
+        self.check_limits(scene)?;
+        self.check_solver(scene)?;
+        self.check_rules(scene)?;
+        self.check_sources(scene)?;
+        self.check_tick(scene)
+    }
+
+    fn check_limits(&self, scene: &Scene) -> Result<(), SceneError> {
+        let world = &scene.world;
+        let players = u32::from(scene.players_max);
+        at_most(scene, "limits.players", "players", players, self.players.into())?;
+        let size = max(scene.size.x, scene.size.y);
+        if size > self.size {
+            let found = format!("a world of {} x {}", scene.size.x, scene.size.y);
+            let allowed = format!("at most {} on each side", self.size);
+            return Err(SceneError::in_scene(scene, "size", found, allowed));
+        }
+        let (bodies, allowed) = (world.bodies_max as u32, self.bodies as u32);
+        at_most(scene, &bodies_field(scene), "bodies at a time", bodies, allowed)?;
+        let (particles, allowed) = (world.particles_max as u32, self.particles as u32);
+        at_most(scene, "limits.particles", "particles at a time", particles, allowed)
+    }
+
+    fn check_solver(&self, scene: &Scene) -> Result<(), SceneError> {
+        match scene.world.solver {
+            None => Ok(()),
+            Some(Solver::Relaxation(settings)) => {
+                let field = "relaxation.iterations";
+                at_most(scene, field, "iterations", settings.iterations, self.iterations)
+            }
+            Some(Solver::Conjugate(settings)) => {
+                let (sweeps, work) = ("conjugate.sweeps_max", "conjugate.work_max");
+                let passes = "conjugate.position_passes";
+                at_most(scene, sweeps, "sweeps", settings.sweeps_max, self.sweeps)?;
+                at_most(scene, work, "units of work", settings.work_max, self.work)?;
+                at_most(scene, passes, "passes", settings.position_passes, self.position_passes)
+            }
+        }
+    }
+
+    fn check_rules(&self, scene: &Scene) -> Result<(), SceneError> {
+        let (springs, rules) = (scene.springs.len() as u32, scene.rules.rules.len() as u32);
+        at_most(scene, "springs", "springs", springs, self.springs as u32)?;
+        at_most(scene, "rules", "rules", rules, self.rules as u32)?;
+        let zones = scene.rules.zones.len();
+        let looks = zones * scene.world.bodies_max;
+        if looks > self.zone_looks {
+            let found = format!("{zones} zones and up to {} bodies", scene.world.bodies_max);
+            let allowed = format!("at most {} as the product of the two", self.zone_looks);
+            return Err(SceneError::in_scene(scene, "zones", found, allowed));
+        }
+        Ok(())
+    }
+
+    /// Emitters and launchers, by what they make in a second.
+    fn check_sources(&self, scene: &Scene) -> Result<(), SceneError> {
+        let starts = |emitter: &ScheduledEmitter| emitter.every.map_or(0.0, per_second);
+        let emitted = |emitter: &ScheduledEmitter| match emitter.every {
+            // Those that run once come in a single tick at most.
+            None => f64::from(emitter.count),
+            Some(every) => f64::from(emitter.count) * per_second(every),
+        };
+        let launched = |launcher: &Launcher| per_second(launcher.every);
+        let (emitters, launchers) = (&scene.emitters, &scene.launchers);
+        let (field, per_s) = most(emitters.iter().map(starts), "emitters", "every");
+        at_most(scene, &field, "starts of emitters a second", per_s, self.starts_per_s)?;
+        let (field, per_s) = most(emitters.iter().map(emitted), "emitters", "count");
+        at_most(scene, &field, "particles a second", per_s, self.emitted_per_s)?;
+        let (field, per_s) = most(launchers.iter().map(launched), "launchers", "every");
+        at_most(scene, &field, "launches a second", per_s, self.launched_per_s)
+    }
+
+    fn check_tick(&self, scene: &Scene) -> Result<(), SceneError> {
+        let worst = WorstTick::of(scene);
+        if worst.ms <= self.tick_ms {
+            return Ok(());
+        }
+        let found =
+            format!("a worst tick of {:.1} ms by its limits, most of it from here", worst.ms);
+        let allowed = format!("at most {} ms; fewer bodies, or a cheaper solver", self.tick_ms);
+        Err(SceneError::in_scene(scene, &worst.field, found, allowed))
+    }
+}
+
+/// Refuses a count above what is allowed.
+fn at_most(
+    scene: &Scene,
+    field: &str,
+    what: &str,
+    count: u32,
+    allowed: u32,
+) -> Result<(), SceneError> {
+    match count <= allowed {
+        true => Ok(()),
+        false => {
+            let found = format!("{count} {what}");
+            Err(SceneError::in_scene(scene, field, found, format!("at most {allowed}")))
+        }
+    }
+}
+
+/// The field that decides how many bodies there may be: the limit if the file has one, else what brings most.
+fn bodies_field(scene: &Scene) -> String {
+    let limit = "limits.bodies";
+    let mut fields: Vec<(String, u32)> = Vec::new();
+    for alike in plan::sources(scene) {
+        let (field, total) = (alike.count_field(), alike.total(scene.players_max));
+        match fields.iter_mut().find(|(known, _)| *known == field) {
+            Some((_, count)) => *count += total,
+            None => fields.push((field, total)),
+        }
+    }
+    let most = fields.into_iter().max_by_key(|(_, count)| *count);
+    match most {
+        Some((field, _)) if !has_field(scene, limit) => field,
+        _ => limit.to_owned(),
+    }
+}
+
+/// The sum of what the entries of a list make, rounded up, and the field of the one that makes most.
+fn most(each: impl Iterator<Item = f64>, list: &str, field: &str) -> (String, u32) {
+    let (mut sum, mut largest, mut at) = (0.0, 0.0, 0);
+    for (index, made) in each.enumerate() {
+        sum += made;
+        if made > largest {
+            (largest, at) = (made, index);
+        }
+    }
+    (format!("{list}[{at}].{field}"), sum.ceil() as u32)
+}
+
+/// Times a second of something that comes every so many ticks.
+fn per_second(every: u32) -> f64 {
+    f64::from(TICKS_PER_SECOND) / f64::from(every.max(1))
+}
+
+#[cfg(test)]
+mod tests;
