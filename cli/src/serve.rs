@@ -12,6 +12,7 @@ use crate::systemd;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
+use jostle_server::guests::GuestScenes;
 use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
 use jostle_server::ops::agones;
@@ -69,6 +70,10 @@ pub struct Serve {
     /// Directory with more scenes (*.toml); one with a built-in name replaces that one
     #[arg(long, value_name = "DIR")]
     scenes: Option<PathBuf>,
+    /// Whether players may open rooms with scene files of their own: `private` for rooms that no list shows, `all` also for
+    /// listed ones, `off` for none. Such a scene keeps to a budget, and its room to a share of a processor
+    #[arg(long, value_name = "WHO", default_value = "private")]
+    guest_scenes: GuestFlag,
     /// Another site whose pages may play here, as its address bar says it: https://play.example.org.
     /// May be given more than once; pages of this server always may
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
@@ -124,6 +129,14 @@ enum StateSync {
     System,
 }
 
+/// Rooms that guests may open with scenes of their own.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum GuestFlag {
+    Off,
+    Private,
+    All,
+}
+
 impl Serve {
     /// Serves until a signal. `log_drops` counts the lines that the log drops.
     pub fn run(self, log_drops: ErrorCounter) -> Result<(), Failure> {
@@ -154,6 +167,11 @@ impl Serve {
             let tls = Tls::read(certificates, key);
             config.tls = Some(tls.map_err(|error| Failure::Usage(error.to_string()))?);
         }
+        config.guest_scenes = match self.guest_scenes {
+            GuestFlag::Off => GuestScenes::Off,
+            GuestFlag::Private => GuestScenes::Private,
+            GuestFlag::All => GuestScenes::All,
+        };
         config.origins = self.allow_origin.clone();
         config.hosts = hosts(self.host.clone(), self.listen, !self.trusted_proxy.is_empty());
         config.trusted_proxies = self.trusted_proxy.clone();

@@ -28,6 +28,7 @@ mod solver;
 mod spec;
 mod springs;
 mod table;
+mod texts;
 mod tools;
 mod traits;
 

@@ -54,7 +54,7 @@ impl Appearance {
             return Err(AppearanceError::NameTooLong);
         }
         let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
-        if name.chars().all(is_blank) {
+        if !has_visible(&name) {
             return Err(AppearanceError::NameEmpty);
         }
         if name.len() > NAME_BYTES_MAX || name.chars().count() > NAME_CHARS_MAX {
@@ -92,6 +92,17 @@ impl Appearance {
         check(&*appearance.name == name, "name")?;
         Ok(appearance)
     }
+}
+
+/// The first character of a text that no name may have: a control, a direction mark or override, or a format
+/// character.
+pub fn first_forbidden(text: &str) -> Option<char> {
+    text.chars().find(|&character| is_forbidden(character))
+}
+
+/// Returns whether a text has a character that is drawn.
+pub fn has_visible(text: &str) -> bool {
+    !text.chars().all(is_blank)
 }
 
 /// Controls, direction marks and overrides, and format characters that no name needs.

@@ -18,6 +18,7 @@ mod snapshot_stream;
 mod token;
 pub mod wire;
 
+pub use appearance::{first_forbidden, has_visible};
 pub use codec::EncodeScratch;
 pub use error::DecodeError;
 pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage, VERSION};

@@ -45,12 +45,14 @@ pub enum Refusal {
     Moved,
     /// No server plays the room at the moment, because it is on its way from one to another.
     Moving,
+    /// The scene of a guest took more than the room's share of the server.
+    TooCostly,
 }
 
 impl Refusal {
     /// All refusals in wire order. The bytes are the same in all versions of the protocol, so that a
     /// client of another version can read the reason.
-    pub const ALL: [Refusal; 18] = [
+    pub const ALL: [Refusal; 19] = [
         Refusal::Version,
         Refusal::RoomFull,
         Refusal::NoSuchRoom,
@@ -69,6 +71,7 @@ impl Refusal {
         Refusal::GaveWay,
         Refusal::Moved,
         Refusal::Moving,
+        Refusal::TooCostly,
     ];
 
     /// WebSocket close code (RFC 6455, section 7.4): a registered one where one fits, otherwise one from 4000 on, which
@@ -91,6 +94,7 @@ impl Refusal {
             Refusal::GaveWay => 4009,
             Refusal::Moved => 4010,
             Refusal::Moving => 4011,
+            Refusal::TooCostly => 4012,
         }
     }
 
@@ -133,6 +137,9 @@ impl Refusal {
             }
             Refusal::Moved => "This room is now on another server. Rejoin to follow it.",
             Refusal::Moving => "This room is moving to another server. Try again in a moment.",
+            Refusal::TooCostly => {
+                "This room was closed: its scene takes too much of the server. Try it with fewer bodies."
+            }
         }
     }
 }

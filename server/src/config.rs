@@ -2,6 +2,7 @@
 
 use crate::durable::StateSettings;
 use crate::fleet::settings::FleetSettings;
+use crate::guests::GuestScenes;
 use crate::limits;
 use crate::net::http::host::Hosts;
 use crate::net::{assets, tls};
@@ -21,6 +22,8 @@ pub struct Config {
     pub scenes: Vec<Scene>,
     /// How long the server waits before it gives up a peer or a room.
     pub waits: limits::Waits,
+    /// Whether guests may open rooms with scenes of their own.
+    pub guest_scenes: GuestScenes,
     /// Sites besides this one whose pages may play here, such as `https://play.example.org`.
     pub origins: Vec<String>,
     /// Names by which requests may address this server.
@@ -58,6 +61,7 @@ impl Default for Config {
             files: assets::FILES,
             scenes: Scene::built_in(),
             waits: limits::Waits::default(),
+            guest_scenes: GuestScenes::default(),
             origins: Vec::new(),
             hosts: Hosts::Any,
             trusted_proxies: Vec::new(),

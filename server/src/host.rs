@@ -18,5 +18,6 @@ pub mod run_queue;
 pub mod schedule;
 pub mod send_queue;
 pub mod socket_writer;
+pub mod thread_time;
 pub mod ticker;
 pub mod token_signer;

@@ -13,6 +13,7 @@
 pub mod config;
 pub mod durable;
 pub mod fleet;
+pub mod guests;
 pub mod host;
 pub mod limits;
 pub mod net;

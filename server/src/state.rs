@@ -22,7 +22,7 @@ use std::num::NonZero;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::available_parallelism;
 use std::time::Instant;
-use tokio::sync::{Notify, watch};
+use tokio::sync::{Notify, Semaphore, watch};
 
 /// State shared by all connections of a server.
 pub struct ServerState {
@@ -46,6 +46,10 @@ pub struct ServerState {
     pub responses: Arc<ConnectionLimits>,
     /// Limits on game sockets.
     pub sessions: Arc<ConnectionLimits>,
+    /// Limits on scenes of guests that are tried or wait for that.
+    pub trials: Arc<ConnectionLimits>,
+    /// Whose scene is tried.
+    pub trial_turn: Semaphore,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
     /// Descriptors for operators.
@@ -110,6 +114,11 @@ impl ServerState {
             )),
             responses: ConnectionLimits::new(in_all, limits::ADDRESS_RESPONSES_MAX),
             sessions: ConnectionLimits::new(in_all, address_max),
+            trials: ConnectionLimits::new(
+                limits::GUEST_TRIALS_MAX,
+                limits::ADDRESS_GUEST_TRIALS_MAX,
+            ),
+            trial_turn: Semaphore::new(1),
             refusal_log: RefusalLog::default(),
             spare: SpareDescriptors::default(),
             drain: Notify::new(),

@@ -204,6 +204,6 @@ fn room_of(node: usize, epoch: u64) -> Entry {
     Entry::Room(RoomEntry {
         owner: Owner { node: name(node), incarnation: 1 },
         epoch,
-        room: RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None },
+        room: RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None, guest: false },
     })
 }

@@ -341,7 +341,7 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
         Refusal::Replaced => ("Playing in another tab", "Play here", Again),
         Refusal::Closing | Refusal::BadToken | Refusal::Moved | Refusal::Moving => return None,
         Refusal::Kicked => ("You were removed", "See the rooms", Lobby),
-        Refusal::RoomClosed => ("Room closed", "See the rooms", Lobby),
+        Refusal::RoomClosed | Refusal::TooCostly => ("Room closed", "See the rooms", Lobby),
         Refusal::GaveWay => ("Your spot is taken", "Rejoin", Again),
         Refusal::RoomFailed => ("Room crashed", "Go to the lobby", Lobby),
         Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),

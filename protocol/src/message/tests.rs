@@ -243,7 +243,7 @@ fn fields_out_of_range_are_named() {
     let refused = |bytes: &[u8], field| {
         assert_eq!(ServerMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
-    refused(&[1, 18], "refusal");
+    refused(&[1, 19], "refusal");
     refused(&[0, 0x80, 4], "seat");
     refused(b"\x05\x06ws://b", "origin");
     refused(b"\x05\x09http://b/", "origin");

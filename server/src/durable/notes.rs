@@ -15,6 +15,9 @@ pub struct Notes {
     pub private: bool,
     /// Network of the creator; `None` for a standing room.
     pub creator: Option<IpAddr>,
+    /// Whether a guest brought the scene.
+    #[serde(default)]
+    pub guest: bool,
     /// Who has which seat.
     pub members: SavedMembers,
     /// The networks of the seats, and the kicked players.

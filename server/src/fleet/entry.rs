@@ -76,6 +76,9 @@ pub struct RoomFacts {
     /// Network of the creator; `None` for a standing room.
     #[serde(default)]
     pub creator: Option<IpAddr>,
+    /// Whether a guest brought the scene: only the node that opens the room has it, and then the room's records.
+    #[serde(default)]
+    pub guest: bool,
 }
 
 /// The name of an entry.

@@ -157,9 +157,22 @@ impl Fleet {
 
     /// Places a new room, and waits until its node is known.
     pub async fn place(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
+        self.place_by(code, |directory| directory.place(code, facts.clone())).await
+    }
+
+    /// The same for a room that only this node can open.
+    pub async fn place_here(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
+        self.place_by(code, |directory| directory.place_here(code, facts.clone())).await
+    }
+
+    async fn place_by(
+        &self,
+        code: &str,
+        place: impl Fn(&mut Directory) -> Result<(), PlaceError>,
+    ) -> Result<Located, PlaceError> {
         let until = tokio::time::Instant::now() + limits::FLEET_FIND;
         // A node that has just started does not know the others yet.
-        while let Err(error) = self.tell(|directory, _| directory.place(code, facts.clone())) {
+        while let Err(error) = self.tell(|directory, _| place(directory)) {
             if error != PlaceError::NotNow || tokio::time::Instant::now() >= until {
                 return Err(error);
             }

@@ -35,6 +35,8 @@ pub struct RoomInfo {
     pub creator: Option<IpAddr>,
     /// Its scene.
     pub scene: Arc<Scene>,
+    /// Whether a guest brought the scene, so that the room has a share of a processor only.
+    pub guest: bool,
     /// Newest tick.
     pub tick: AtomicU32,
     /// Seats taken.
@@ -46,7 +48,7 @@ pub struct RoomInfo {
 }
 
 impl RoomInfo {
-    /// The info of a room that has not played yet.
+    /// The info of a room that has not played yet, with a scene of the server's own.
     pub fn new(
         code: &str,
         number: u64,
@@ -60,6 +62,7 @@ impl RoomInfo {
             private,
             creator,
             scene: Arc::clone(scene),
+            guest: false,
             tick: AtomicU32::new(0),
             players: AtomicUsize::new(0),
             connected: AtomicUsize::new(0),

@@ -131,9 +131,9 @@ impl RoomState {
 }
 
 fn notes(info: &RoomInfo, room: &Room, admission: &Admission) -> Record {
-    let RoomInfo { number, private, creator, .. } = *info;
+    let RoomInfo { number, private, creator, guest, .. } = *info;
     let (members, admission) = (room.saved_members(), admission.clone());
-    let notes = Notes { number, private, creator, members, admission };
+    let notes = Notes { number, private, creator, guest, members, admission };
     Record::Host(serde_json::to_vec(&notes).expect("notes hold numbers, names and addresses"))
 }
 

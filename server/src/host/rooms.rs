@@ -8,16 +8,20 @@ use crate::host::clock::SystemClock;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
+use crate::host::thread_time;
 use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
 use crate::limits::networks::{LEVELS, network, networks, shares};
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Refusal, Token};
+use std::collections::BTreeMap;
 use std::net::IpAddr;
-use std::sync::Arc;
+use std::num::NonZero;
 use std::sync::mpsc::{TrySendError, sync_channel};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::available_parallelism;
+use std::time::{Duration, Instant};
 use tokio::time::sleep;
 use tracing::error;
 
@@ -35,6 +39,27 @@ pub struct Rooms {
     host: Arc<Host>,
     /// Whether a directory decides which rooms are open here.
     in_fleet: bool,
+    /// Rooms with scenes of guests that may be open.
+    guests_max: usize,
+    /// Scenes of guests whose rooms the fleet's directory is about to give to this node, by their codes.
+    expected: Mutex<BTreeMap<String, Expected>>,
+}
+
+/// A guest's scene whose room is about to open.
+struct Expected {
+    scene: Arc<Scene>,
+    since: Instant,
+}
+
+/// The result of [`Rooms::adopt`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Adopted {
+    /// The room is open.
+    Open,
+    /// It is not possible here: there is no thread, or not its scene.
+    NotHere,
+    /// It is not possible anywhere: its scene was a guest's, and is lost.
+    Over,
 }
 
 /// A newly created room.
@@ -60,6 +85,9 @@ pub enum CreateError {
     /// The server is closing, or a thread could not be started.
     #[error("The server isn't opening new rooms right now. Try again later.")]
     NotNow,
+    /// [`limits::guest_rooms_max`] rooms with scenes of guests are open.
+    #[error("This server already plays as many scenes of guests as it can. Try again later.")]
+    TooManyGuests,
     /// No node of the fleet has room for another one.
     #[error("All servers are full at the moment. Try again later.")]
     FleetFull,
@@ -68,7 +96,14 @@ pub enum CreateError {
 impl Rooms {
     /// Creates a list of rooms on which none is open. In a fleet only [`Rooms::adopt`] opens one.
     pub fn new(scenes: &[Scene], host: Arc<Host>, in_fleet: bool) -> Rooms {
-        Rooms { scenes: scenes.iter().cloned().map(Arc::new).collect(), host, in_fleet }
+        let processors = available_parallelism().map_or(1, NonZero::get);
+        Rooms {
+            scenes: scenes.iter().cloned().map(Arc::new).collect(),
+            host,
+            in_fleet,
+            guests_max: limits::guest_rooms_max(processors),
+            expected: Mutex::default(),
+        }
     }
 
     /// The scenes, in the order in which they are offered.
@@ -102,14 +137,56 @@ impl Rooms {
             return Err(CreateError::NoSuchScene(scene.to_owned()));
         };
         let mut rooms = self.host.lock();
-        check_shares(
-            rooms.values().filter_map(|room| room.info.creator),
-            limits::ROOMS_MAX,
-            creator,
-        )?;
-        let creator = network(creator);
+        check_created(&rooms, creator)?;
+        self.create_in(&mut rooms, scene, private, false, creator)
+    }
+
+    /// Opens a room with a random code and the scene of a guest.
+    pub fn create_guest(
+        &self,
+        scene: &Arc<Scene>,
+        private: bool,
+        creator: IpAddr,
+    ) -> Result<Created, CreateError> {
+        let mut rooms = self.host.lock();
+        check_created(&rooms, creator)?;
+        self.check_guests(&rooms)?;
+        self.create_in(&mut rooms, scene, private, true, creator)
+    }
+
+    /// Checks that [`Rooms::create_guest`] could open a room now.
+    pub fn check_guest(&self, creator: IpAddr) -> Result<(), CreateError> {
+        if *self.host.phase.borrow() != Phase::Running {
+            return Err(CreateError::NotNow);
+        }
+        let rooms = self.host.lock();
+        // In a fleet the directory counts the rooms of all nodes.
+        if !self.in_fleet {
+            check_created(&rooms, creator)?;
+        }
+        self.check_guests(&rooms)
+    }
+
+    fn check_guests(&self, rooms: &BTreeMap<String, RoomHandle>) -> Result<(), CreateError> {
+        let open = rooms.values().filter(|room| room.info.guest).count();
+        match open + self.expected().len() < self.guests_max {
+            true => Ok(()),
+            false => Err(CreateError::TooManyGuests),
+        }
+    }
+
+    fn create_in(
+        &self,
+        rooms: &mut BTreeMap<String, RoomHandle>,
+        scene: &Arc<Scene>,
+        private: bool,
+        guest: bool,
+        creator: IpAddr,
+    ) -> Result<Created, CreateError> {
+        let creator = Some(network(creator));
         let code = self.free_code(private, |code| rooms.contains_key(code));
-        let room = self.open(&code, scene, private, Some(creator)).ok_or(CreateError::NotNow)?;
+        let info = RoomInfo::new(&code, random(), private, creator, scene);
+        let room = self.open(RoomInfo { guest, ..info }).ok_or(CreateError::NotNow)?;
         let host_key = self.host.signer.host_key(room.info.number);
         rooms.insert(code.clone(), room);
         Ok(Created { code, host_key })
@@ -135,7 +212,8 @@ impl Rooms {
                 return Err(Refusal::Moving);
             }
             let scene = self.scene(code).ok_or(Refusal::NoSuchRoom)?;
-            let room = self.open(code, scene, false, None).ok_or(Refusal::ServerFull)?;
+            let info = RoomInfo::new(code, random(), false, None, scene);
+            let room = self.open(info).ok_or(Refusal::ServerFull)?;
             rooms.insert(code.to_owned(), room);
         }
         let room = &rooms[code];
@@ -181,17 +259,10 @@ impl Rooms {
         self.scenes.iter().find(|scene| scene.name == name)
     }
 
-    fn open(
-        &self,
-        code: &str,
-        scene: &Arc<Scene>,
-        private: bool,
-        creator: Option<IpAddr>,
-    ) -> Option<RoomHandle> {
+    fn open(&self, info: RoomInfo) -> Option<RoomHandle> {
         if *self.host.phase.borrow() != Phase::Running {
             return None;
         }
-        let info = RoomInfo::new(code, random(), private, creator, scene);
         self.start(info, None, self.records(), |room| Ticker::new(room, random()))
     }
 
@@ -200,9 +271,26 @@ impl Rooms {
         self.host.state_writer.clone()?.common_sink()
     }
 
-    /// Opens a room that the fleet's directory gives to this node, from what was saved of it if there is something.
-    /// Returns whether that was possible: a new one needs its scene, and each a thread. The room drops its sink of
-    /// `records` when it ends here.
+    /// Keeps a guest's scene for the room that the fleet's directory is about to give to this node.
+    pub fn expect_guest(&self, code: &str, scene: &Arc<Scene>) {
+        let expected = Expected { scene: Arc::clone(scene), since: Instant::now() };
+        self.expected().insert(code.to_owned(), expected);
+    }
+
+    /// Gives that up.
+    pub fn forget_guest(&self, code: &str) {
+        self.expected().remove(code);
+    }
+
+    /// The expected scenes, without those whose rooms should have opened long ago.
+    fn expected(&self) -> MutexGuard<'_, BTreeMap<String, Expected>> {
+        let mut expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
+        expected.retain(|_, expected| expected.since.elapsed() < limits::FLEET_OPEN);
+        expected
+    }
+
+    /// Opens a room that the fleet's directory gives to this node, from what was saved of it if there is something:
+    /// a new one needs its scene, and each a thread. The room drops its sink of `records` when it ends here.
     pub fn adopt(
         &self,
         code: &str,
@@ -210,19 +298,31 @@ impl Rooms {
         saved: Option<SavedRoom>,
         lease: RoomLease,
         records: Arc<dyn RecordSink>,
-    ) -> bool {
+    ) -> Adopted {
         let mut rooms = self.host.lock();
         if rooms.contains_key(code) || rooms.len() >= limits::ROOMS_MAX + limits::SCENES_MAX {
-            return false;
+            return Adopted::NotHere;
         }
-        let scene = saved.as_ref().map(|saved| &saved.scene).or_else(|| self.scene(&facts.scene));
-        let Some(scene) = scene else { return false };
-        let info = RoomInfo::new(code, facts.number, facts.private, facts.creator, scene);
+        let new = || match facts.guest {
+            true => self.expected().remove(code).map(|expected| expected.scene),
+            false => self.scene(&facts.scene).cloned(),
+        };
+        let Some(scene) = saved.as_ref().map(|saved| Arc::clone(&saved.scene)).or_else(new) else {
+            return if facts.guest { Adopted::Over } else { Adopted::NotHere };
+        };
+        let info = RoomInfo::new(code, facts.number, facts.private, facts.creator, &scene);
+        let info = RoomInfo { guest: facts.guest, ..info };
         let room = self.start(info, Some(lease), Some(records), |ends| match saved {
             Some(saved) => Ticker::restored(ends, saved),
             None => Ticker::new(ends, random()),
         });
-        room.map(|room| rooms.insert(code.to_owned(), room)).is_some()
+        match room {
+            Some(room) => {
+                rooms.insert(code.to_owned(), room);
+                Adopted::Open
+            }
+            None => Adopted::NotHere,
+        }
     }
 
     /// Holds a room under another incarnation of this node.
@@ -237,8 +337,9 @@ impl Rooms {
     pub fn restore(&self, saved: Vec<SavedRoom>) {
         let mut rooms = self.host.lock();
         for saved in saved {
-            let Notes { number, private, creator, .. } = saved.notes;
+            let Notes { number, private, creator, guest, .. } = saved.notes;
             let info = RoomInfo::new(&saved.code, number, private, creator, &saved.scene);
+            let info = RoomInfo { guest, ..info };
             let code = saved.code.clone();
             if let Some(room) =
                 self.start(info, None, self.records(), |room| Ticker::restored(room, saved))
@@ -257,6 +358,7 @@ impl Rooms {
         ticker: impl FnOnce(Ends) -> Ticker,
     ) -> Option<RoomHandle> {
         let info = Arc::new(info);
+        let guest = info.guest;
         let (sender, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
         let (commands, commanded) = sync_channel(limits::COMMANDS_WAITING_MAX);
         let ticker = ticker(Ends {
@@ -269,10 +371,21 @@ impl Rooms {
         });
         let spawned = std::thread::Builder::new()
             .name(format!("room {}", info.code))
-            .spawn(move || ticker.run(&mut SystemClock::of_this_thread()))
+            .spawn(move || {
+                if guest {
+                    thread_time::go_after_others(limits::GUEST_NICENESS);
+                }
+                ticker.run(&mut SystemClock::of_this_thread());
+            })
             .inspect_err(|error| error!(room = %info.code, %error, "no thread for a room"));
         Some(RoomHandle { info, joins: sender, commands, lease, thread: spawned.ok()? })
     }
+}
+
+/// Checks that the networks of a creator may have one more room on this server.
+fn check_created(rooms: &BTreeMap<String, RoomHandle>, creator: IpAddr) -> Result<(), CreateError> {
+    let creators = rooms.values().filter_map(|room| room.info.creator);
+    check_shares(creators, limits::ROOMS_MAX, creator)
 }
 
 /// Checks that the networks of a creator may have one more room beside those of these creators. The last eighth

@@ -5,6 +5,7 @@ mod timing;
 
 use crate::durable::{RecordSink, SavedRoom};
 use crate::fleet::lease::RoomLease;
+use crate::guests::Share;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
 use crate::host::member::Member;
@@ -84,6 +85,8 @@ pub struct Ticker {
 enum End {
     Empty,
     Closed,
+    /// The scene of a guest takes too much of the server.
+    TooCostly,
     Closing,
     /// It is handed over to another node.
     Parted,
@@ -133,7 +136,11 @@ impl Ticker {
         let refusal = match &played {
             Ok(end) => {
                 info!(room = %code, reason = ?end, "room closed");
-                (*end == End::Closed).then_some(Refusal::RoomClosed)
+                match end {
+                    End::Closed => Some(Refusal::RoomClosed),
+                    End::TooCostly => Some(Refusal::TooCostly),
+                    _ => None,
+                }
             }
             Err(_) => {
                 error!(room = %code, players = self.members.len(), "room failed and was closed");
@@ -164,7 +171,7 @@ impl Ticker {
             match end {
                 Some(End::Closing | End::Parted) => state.close(&mut room, &self.admission),
                 Some(End::Elsewhere) => {}
-                Some(End::Empty | End::Closed) | None => state.remove(),
+                Some(End::Empty | End::Closed | End::TooCostly) | None => state.remove(),
             }
         }
         if let Some(recording) = recording {
@@ -220,6 +227,7 @@ impl Ticker {
         let mut empty_since = clock.now();
         let mut schedule = Schedule::new(empty_since);
         let mut missed = Missed::default();
+        let mut share = self.info.guest.then(|| Share::new(self.host.waits.guest_excess));
         loop {
             let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
             let queued = clock.sleep_until(awaited);
@@ -271,6 +279,9 @@ impl Ticker {
             }
             if self.closed {
                 return End::Closed;
+            }
+            if share.as_mut().is_some_and(|share| !share.spend(now, clock.worked())) {
+                return End::TooCostly;
             }
             let is_awaited = !self.abandoned || room.players() > 0;
             let is_over = !is_awaited || empty >= self.host.waits.room_empty;

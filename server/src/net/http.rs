@@ -3,9 +3,11 @@
 
 mod api;
 mod body;
+mod guests;
 pub mod host;
 mod origin;
 mod page;
+mod read;
 mod replays;
 pub mod response;
 
@@ -152,6 +154,10 @@ async fn route(
         "/api/rooms" if *request.method() == Method::POST => {
             api::create_room(request, address, state).await
         }
+        "/api/guest-rooms" if *request.method() == Method::POST => {
+            guests::create_room(request, address, state).await
+        }
+        "/api/guest-rooms" => not_allowed(&path),
         _ if !reads => not_allowed(&path),
         "/" => page(state.config.files, request.headers(), StatusCode::OK),
         "/api/scenes" => json(StatusCode::OK, &api::scenes(state)),
@@ -228,7 +234,11 @@ fn too_many() -> Answer {
 }
 
 fn not_allowed(path: &str) -> Answer {
-    let allowed = if path == "/api/rooms" { "GET, HEAD, POST" } else { "GET, HEAD" };
+    let allowed = match path {
+        "/api/rooms" => "GET, HEAD, POST",
+        "/api/guest-rooms" => "POST",
+        _ => "GET, HEAD",
+    };
     let mut answer =
         respond(StatusCode::METHOD_NOT_ALLOWED, TEXT, "This method is not allowed here.\n");
     answer.headers_mut().insert(header::ALLOW, HeaderValue::from_static(allowed));

@@ -111,6 +111,7 @@ async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), End>
             number: random(),
             private: false,
             creator: None,
+            guest: false,
         };
         located = match fleet.place(code, facts).await {
             Ok(located) => located,

@@ -307,6 +307,7 @@ pub fn reason(refusal: Refusal) -> &'static str {
         Refusal::GaveWay => "gave_way",
         Refusal::Moved => "moved",
         Refusal::Moving => "moving",
+        Refusal::TooCostly => "too_costly",
     }
 }
 

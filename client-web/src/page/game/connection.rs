@@ -115,10 +115,11 @@ impl GameScreen {
 
     /// Forgets the secrets that a refusal makes worthless.
     fn forget(&self, ctx: &mut Context, refusal: Refusal) {
-        if matches!(refusal, Refusal::Kicked | Refusal::RoomClosed | Refusal::GaveWay) {
+        let closed = matches!(refusal, Refusal::RoomClosed | Refusal::TooCostly);
+        if closed || matches!(refusal, Refusal::Kicked | Refusal::GaveWay) {
             ctx.set_secret(Secret::Seat, &self.code, None);
         }
-        if matches!(refusal, Refusal::NoSuchRoom | Refusal::RoomClosed) {
+        if closed || refusal == Refusal::NoSuchRoom {
             ctx.set_secret(Secret::Host, &self.code, None);
         }
     }

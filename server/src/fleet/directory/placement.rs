@@ -8,13 +8,28 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 impl Directory {
     /// Places a room that there is not yet. [`Directory::locate`] tells where, once it is placed.
     pub fn place(&mut self, code: &str, room: RoomFacts) -> Result<(), PlaceError> {
+        self.place_at(code, room, |_| true)
+    }
+
+    /// Places such a room at this node.
+    pub fn place_here(&mut self, code: &str, room: RoomFacts) -> Result<(), PlaceError> {
+        let own = self.node.name.clone();
+        self.place_at(code, room, |name| name == own)
+    }
+
+    fn place_at(
+        &mut self,
+        code: &str,
+        room: RoomFacts,
+        allowed: impl Fn(&str) -> bool,
+    ) -> Result<(), PlaceError> {
         if self.entries.contains_key(code) || self.operations.contains_key(code) {
             return Err(PlaceError::Taken);
         }
         if !self.has_synced() || !self.is_registered() {
             return Err(PlaceError::NotNow);
         }
-        let owner = self.roomiest(|_| true).ok_or(PlaceError::Full)?;
+        let owner = self.roomiest(allowed).ok_or(PlaceError::Full)?;
         if let Some(peer) = self.nodes.get_mut(&owner.node) {
             peer.placed += 1;
         }

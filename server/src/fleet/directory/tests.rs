@@ -36,7 +36,7 @@ fn node(incarnation: u64, rooms_left: usize, used: f64) -> Entry {
 }
 
 fn facts() -> RoomFacts {
-    RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None }
+    RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None, guest: false }
 }
 
 fn room(owner: Owner, epoch: u64) -> Entry {

@@ -4,21 +4,21 @@ use super::follower::Follower;
 use super::publisher::Publisher;
 use super::records::{Message, Published, RecordStream, Records, RoomRecords};
 use super::store::{Kind, Store};
-use crate::durable::SavedRoom;
+use crate::durable::{Job, RoomFile, SavedRoom};
 use crate::fleet::directory::{Action, RETRY};
 use crate::fleet::entry::{Key, RoomCounts, RoomEntry};
 use crate::fleet::handle::Fleet;
 use crate::fleet::lease::RoomLease;
 use crate::fleet::settings::FleetSettings;
 use crate::host::room_handle::{AdminCommand, Host};
-use crate::host::rooms::Rooms;
+use crate::host::rooms::{Adopted, Rooms};
 use crate::limits;
 use async_nats::jetstream::Context;
 use bytes::Bytes;
 use futures_util::StreamExt;
 use std::collections::BTreeSet;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tokio::task::{JoinSet, spawn_blocking};
 use tokio::time::{Instant, interval, sleep, timeout};
@@ -229,7 +229,10 @@ impl Connected {
     async fn open(self, code: String, entry: RoomEntry) {
         let opened = timeout(limits::FLEET_OPEN, self.try_open(&code, &entry)).await;
         match opened.unwrap_or_else(|_| Err("NATS does not answer".to_owned())) {
-            Ok(()) => {
+            Ok(Adopted::Over) => {
+                warn!(room = %code, "a room is over: its node ended before the scene of its guest was kept");
+            }
+            Ok(_) => {
                 info!(room = %code, epoch = entry.epoch, "the room is played here");
                 self.fleet.tell(|directory, now| directory.opened(&code, now));
                 if !self.fleet.ask(|directory| directory.holds_epoch(&code, entry.epoch)) {
@@ -243,7 +246,7 @@ impl Connected {
         }
     }
 
-    async fn try_open(&self, code: &str, entry: &RoomEntry) -> Result<(), String> {
+    async fn try_open(&self, code: &str, entry: &RoomEntry) -> Result<Adopted, String> {
         while self.rooms.is_open(code) {
             sleep(THREAD_LOOK).await;
         }
@@ -265,10 +268,17 @@ impl Connected {
         let lease = RoomLease::new(Arc::clone(self.fleet.lease()), incarnation);
         let sink = self.publisher.open(&self.records, code, entry.epoch, records.last);
         let sink = sink.ok_or("the server ends")?;
-        match self.rooms.adopt(code, &entry.room, saved, lease, sink) {
-            true => Ok(()),
-            false => Err(format!("no thread or no scene {:?}", entry.room.scene)),
+        let adopted = self.rooms.adopt(code, &entry.room, saved, lease, Arc::clone(&sink));
+        match adopted {
+            Adopted::NotHere => return Err(format!("no thread or no scene {:?}", entry.room.scene)),
+            Adopted::Over => {
+                let (code, number) = (code.to_owned(), entry.room.number);
+                let file = RoomFile { code, number, failed: AtomicBool::new(false) };
+                sink.try_send(Job::Remove(Arc::new(file)));
+            }
+            Adopted::Open => {}
         }
+        Ok(adopted)
     }
 
     /// Reads the records of a room, and shuts out the node that wrote them. An error: it is this node that is late.

@@ -319,7 +319,13 @@ impl Simulation {
         let at = self.now + self.seconds(1.0, 3.0);
         self.queue.push(at, Event::Place(code.clone()));
         let Some(process) = self.some_node(0) else { return Ok(()) };
-        let facts = RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None };
+        let facts = RoomFacts {
+            scene: "arena".into(),
+            number: 1,
+            private: false,
+            creator: None,
+            guest: false,
+        };
         let Some(node) = self.node(process) else { return Ok(()) };
         // If it cannot be placed now, it is tried elsewhere soon.
         let _ = node.directory.place(&code, facts);

@@ -130,6 +130,8 @@ fn a_room_drops_its_sink_at_its_end_and_gives_records_up_that_make_it_fail() {
 struct TestClock {
     now: Instant,
     sleeps: u32,
+    /// Processor time of all between two sleeps.
+    cost: Duration,
     /// Makes the sleep of this number longer.
     stall: Option<(u32, Duration)>,
     /// Closes the server in the sleep of this number.
@@ -140,7 +142,14 @@ struct TestClock {
 
 impl TestClock {
     fn new() -> TestClock {
-        TestClock { now: Instant::now(), sleeps: 0, stall: None, closes: None, renews: None }
+        TestClock {
+            now: Instant::now(),
+            sleeps: 0,
+            cost: Duration::ZERO,
+            stall: None,
+            closes: None,
+            renews: None,
+        }
     }
 }
 
@@ -162,6 +171,10 @@ impl Clock for TestClock {
             lease.set(INCARNATION, HOUR);
         }
         Some(Duration::ZERO)
+    }
+
+    fn worked(&self) -> Duration {
+        self.cost * self.sleeps
     }
 }
 
@@ -196,6 +209,34 @@ fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
     let (ticks, end) = play(&mut ticker, &mut clock);
     assert_eq!((end_of(&outbox), end), (Refusal::Moving, End::Empty));
     assert!(ticks.abs_diff((15 + 45) * 60) <= 1, "{ticks} ticks");
+}
+
+#[test]
+fn a_guests_room_that_takes_more_than_its_share_for_long_is_closed_and_says_so() {
+    let play_guest = |guest: bool, cost_us: u64| {
+        let (mut ticker, outside) = room("dear", Duration::from_secs(60));
+        Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = guest;
+        let (join, _inbox, outbox) = join();
+        outside.joins.send(join).expect("a place");
+        let closes = Some((3000, outside.phase));
+        let cost = Duration::from_micros(cost_us);
+        let mut clock = TestClock { cost, closes, ..TestClock::new() };
+        let mut opened = ticker.open(clock.now);
+        let end = ticker.play(&mut opened, &mut clock);
+        (end, clock.sleeps, outbox)
+    };
+    assert_eq!(play_guest(false, 16_000).0, End::Closing, "a room of the server's own scenes");
+    assert_eq!(play_guest(true, 2_000).0, End::Closing, "within the share");
+    let (end, ticks, _outbox) = play_guest(true, 16_000);
+    assert_eq!(end, End::TooCostly);
+    assert!((300..420).contains(&ticks), "closed after {ticks} ticks");
+
+    let (mut ticker, outside) = room("dear", Duration::from_secs(60));
+    Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = true;
+    let (join, _inbox, outbox) = join();
+    outside.joins.send(join).expect("a place");
+    ticker.run(&mut TestClock { cost: Duration::from_millis(100), ..TestClock::new() });
+    assert_eq!(end_of(&outbox), Refusal::TooCostly);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The JSON API: lists of scenes and rooms, and the creation of rooms.
 
+use super::read;
 use super::response::{Answer, failed, json};
 use crate::fleet::directory::{Located, PlaceError};
 use crate::fleet::entry::{RoomCounts, RoomFacts};
@@ -12,8 +13,7 @@ use crate::limits::networks::network;
 use crate::net::assets;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
-use http_body_util::{BodyExt, LengthLimitError, Limited};
-use hyper::body::{Bytes, Incoming};
+use hyper::body::Incoming;
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
 use jostle_sim::TICKS_PER_SECOND;
@@ -22,7 +22,6 @@ use serde_json::{Value, json};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use tokio::time::timeout;
 
 /// The body of `GET /api/scenes`. A scene without a picture has `null` for its path.
 pub fn scenes(state: &ServerState) -> Value {
@@ -45,7 +44,10 @@ pub fn scenes(state: &ServerState) -> Value {
             "picture": picture.map(|file| assets::address(state.config.files, file)),
         })
     };
-    json!({ "scenes": state.rooms.scenes().iter().map(entry).collect::<Vec<_>>() })
+    json!({
+        "scenes": state.rooms.scenes().iter().map(entry).collect::<Vec<_>>(),
+        "guest_scenes": state.config.guest_scenes.name(),
+    })
 }
 
 /// The body of `GET /api/rooms`: the public ones.
@@ -70,7 +72,8 @@ pub fn rooms(state: &ServerState) -> Value {
 fn rooms_elsewhere(state: &ServerState) -> Vec<Value> {
     let Some(fleet) = &state.fleet else { return Vec::new() };
     let entry = |(counts, facts): (&RoomCounts, &RoomFacts)| {
-        let scene = state.rooms.scene(&facts.scene)?;
+        // The title of a guest's scene is known to its own node only.
+        let scene = state.rooms.scene(&facts.scene).filter(|_| !facts.guest)?;
         Some(json!({
             "code": counts.code,
             "scene": scene.name,
@@ -98,12 +101,9 @@ pub async fn create_room(
     address: IpAddr,
     state: &ServerState,
 ) -> Answer {
-    let body = match timeout(state.config.waits.http_body, read_body(request)).await {
-        Ok(Ok(body)) => body,
-        Ok(Err(answer)) => return answer,
-        Err(_late) => {
-            return failed(StatusCode::REQUEST_TIMEOUT, "the body came too slowly; send it again");
-        }
+    let body = match read::body(request, limits::HTTP_BODY_BYTES_MAX, state).await {
+        Ok(body) => body,
+        Err(error) => return error.answer(limits::HTTP_BODY_BYTES_MAX),
     };
     let create: Create = match serde_json::from_slice(&body) {
         Ok(create) => create,
@@ -119,15 +119,49 @@ pub async fn create_room(
         Some(fleet) => create_in_fleet(&create, address, fleet, state).await,
     };
     match created {
-        Ok(room) => {
-            let created = json!({ "code": room.code, "host_key": room.host_key.text() });
-            json(StatusCode::CREATED, &created)
-        }
-        Err(error) => {
-            state.refused("no_room_created", address, Foreign(error.to_string().as_bytes()));
-            failed(refused_status(&error), &error.to_string())
-        }
+        Ok(room) => self::created(&room),
+        Err(error) => no_room(&error, address, state),
     }
+}
+
+/// The response with a room that was opened.
+pub fn created(room: &Created) -> Answer {
+    json(StatusCode::CREATED, &json!({ "code": room.code, "host_key": room.host_key.text() }))
+}
+
+/// The response where none was.
+pub fn no_room(error: &CreateError, address: IpAddr, state: &ServerState) -> Answer {
+    state.refused("no_room_created", address, Foreign(error.to_string().as_bytes()));
+    failed(refused_status(error), &error.to_string())
+}
+
+/// Checks that there may be one more room with a scene of a guest from this address.
+pub fn check_guest(creator: IpAddr, state: &ServerState) -> Result<(), CreateError> {
+    state.rooms.check_guest(creator)?;
+    state.fleet.as_ref().map_or(Ok(()), |fleet| check_fleet_shares(creator, fleet))
+}
+
+/// Places a room at this node, as no other has the scene.
+pub async fn create_guest_in_fleet(
+    scene: &Arc<Scene>,
+    private: bool,
+    creator: IpAddr,
+    fleet: &Fleet,
+    state: &ServerState,
+) -> Result<Created, CreateError> {
+    check_guest(creator, state)?;
+    let code = state.rooms.free_code(private, |code| state.knows_room(code));
+    let creator = Some(network(creator));
+    let scene_name = scene.name.clone();
+    let facts = RoomFacts { scene: scene_name, number: random(), private, creator, guest: true };
+    let host_key = state.host.signer.host_key(facts.number);
+    state.rooms.expect_guest(&code, scene);
+    let placed = fleet.place_here(&code, facts).await;
+    let created = placed_at(placed, Created { code: code.clone(), host_key });
+    if created.is_err() {
+        state.rooms.forget_guest(&code);
+    }
+    created
 }
 
 /// Places a room at the node with the most ticks left. Clients that ask for it here are told where it is.
@@ -140,6 +174,21 @@ async fn create_in_fleet(
     if state.rooms.scene(&create.scene).is_none() {
         return Err(CreateError::NoSuchScene(create.scene.clone()));
     }
+    check_fleet_shares(creator, fleet)?;
+    let code = state.rooms.free_code(create.private, |code| state.knows_room(code));
+    let facts = RoomFacts {
+        scene: create.scene.clone(),
+        number: random(),
+        private: create.private,
+        creator: Some(network(creator)),
+        guest: false,
+    };
+    let host_key = state.host.signer.host_key(facts.number);
+    placed_at(fleet.place(&code, facts).await, Created { code, host_key })
+}
+
+/// Checks that the networks of a creator may have one more room in the fleet.
+fn check_fleet_shares(creator: IpAddr, fleet: &Fleet) -> Result<(), CreateError> {
     fleet.ask(|directory| {
         let creators: Vec<_> =
             directory.rooms().filter_map(|(_, entry)| entry.room.creator).collect();
@@ -148,17 +197,15 @@ async fn create_in_fleet(
             limits::ROOMS_MAX * directory.nodes().max(1),
             creator,
         )
-    })?;
-    let code = state.rooms.free_code(create.private, |code| state.knows_room(code));
-    let facts = RoomFacts {
-        scene: create.scene.clone(),
-        number: random(),
-        private: create.private,
-        creator: Some(network(creator)),
-    };
-    let host_key = state.host.signer.host_key(facts.number);
-    match fleet.place(&code, facts).await {
-        Ok(Located::Here | Located::At(_) | Located::Soon) => Ok(Created { code, host_key }),
+    })
+}
+
+fn placed_at(
+    placed: Result<Located, PlaceError>,
+    created: Created,
+) -> Result<Created, CreateError> {
+    match placed {
+        Ok(Located::Here | Located::At(_) | Located::Soon) => Ok(created),
         Ok(Located::Lost | Located::Unknown) => Err(CreateError::NotNow),
         Err(PlaceError::Full) => Err(CreateError::FleetFull),
         Err(PlaceError::Taken | PlaceError::NotNow) => Err(CreateError::NotNow),
@@ -169,20 +216,9 @@ fn refused_status(error: &CreateError) -> StatusCode {
     match error {
         CreateError::NoSuchScene(_) => StatusCode::NOT_FOUND,
         CreateError::TooManyOfAddress => StatusCode::TOO_MANY_REQUESTS,
-        CreateError::TooMany | CreateError::NotNow | CreateError::FleetFull => {
-            StatusCode::SERVICE_UNAVAILABLE
-        }
-    }
-}
-
-async fn read_body(request: Request<Incoming>) -> Result<Bytes, Answer> {
-    let limited = Limited::new(request.into_body(), limits::HTTP_BODY_BYTES_MAX);
-    match limited.collect().await {
-        Ok(body) => Ok(body.to_bytes()),
-        Err(error) if error.is::<LengthLimitError>() => {
-            let text = format!("the body is longer than {} bytes", limits::HTTP_BODY_BYTES_MAX);
-            Err(failed(StatusCode::PAYLOAD_TOO_LARGE, &text))
-        }
-        Err(_) => Err(failed(StatusCode::BAD_REQUEST, "the body could not be read")),
+        CreateError::TooMany
+        | CreateError::TooManyGuests
+        | CreateError::NotNow
+        | CreateError::FleetFull => StatusCode::SERVICE_UNAVAILABLE,
     }
 }

@@ -1,0 +1,158 @@
+//! Rooms with scenes of guests: a player sends a scene file, and gets a room that plays it.
+//!
+//! A stranger's scene must not slow down other rooms, so it passes three checks. [`read`] refuses what asks for more
+//! than [`limits::GUEST_BUDGET`] by its file. [`try_out`] plays its beginning on a thread that goes after all others,
+//! and refuses it if that takes too long. The room that opens has a [`Share`] of a processor, and is closed when it
+//! takes more for long; there are only so many such rooms ([`limits::guest_rooms_max`]).
+
+mod share;
+mod trial;
+
+pub use share::Share;
+
+use crate::host::thread_time;
+use crate::limits;
+use jostle_game::Scene;
+use jostle_game::scene::SceneError;
+use jostle_protocol::{first_forbidden, has_visible};
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::oneshot;
+
+/// Name of each guest's scene. Its file is `guest.toml` in errors.
+pub const NAME: &str = "guest";
+const FILE: &str = "guest.toml";
+
+/// Whether guests may open rooms with scenes of their own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GuestScenes {
+    /// They may not.
+    Off,
+    /// Only rooms that are not listed.
+    #[default]
+    Private,
+    /// Also rooms that are listed.
+    All,
+}
+
+impl GuestScenes {
+    /// Its word in flags and answers.
+    pub fn name(self) -> &'static str {
+        match self {
+            GuestScenes::Off => "off",
+            GuestScenes::Private => "private",
+            GuestScenes::All => "all",
+        }
+    }
+}
+
+/// Parses a guest's scene, and checks that it keeps to its budget.
+pub fn read(text: &[u8]) -> Result<Scene, SceneError> {
+    let text = std::str::from_utf8(text).map_err(|error| {
+        let valid = &text[..error.valid_up_to()];
+        let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
+        about_file(line, "bytes that are not UTF-8".to_owned(), "UTF-8 text".to_owned())
+    })?;
+    if text.len() > limits::GUEST_SCENE_BYTES_MAX {
+        return Err(too_long(format!("{} bytes", text.len())));
+    }
+    let scene = Scene::parse(FILE, text)?;
+    limits::GUEST_BUDGET.check(&scene)?;
+    check_texts(&scene)?;
+    Ok(scene)
+}
+
+/// The refusal of a text of this length.
+pub fn too_long(found: String) -> SceneError {
+    about_file(1, found, format!("at most {} bytes", limits::GUEST_SCENE_BYTES_MAX))
+}
+
+fn about_file(line: usize, found: String, allowed: String) -> SceneError {
+    SceneError { file: FILE.to_owned(), line, field: "file".to_owned(), found, allowed }
+}
+
+/// Texts that others are shown keep to the rules for names.
+fn check_texts(scene: &Scene) -> Result<(), SceneError> {
+    for (field, text) in scene.texts() {
+        let found = match first_forbidden(text) {
+            Some(character) => format!("the character U+{:04X}", u32::from(character)),
+            None if !has_visible(text) => "a text without a visible character".to_owned(),
+            None => continue,
+        };
+        let allowed = "visible characters, without control and direction marks".to_owned();
+        return Err(SceneError::in_scene(scene, &field, found, allowed));
+    }
+    Ok(())
+}
+
+/// Reads a scene and plays its trial, on a thread of its own. Errors of the thread itself are those of the server.
+pub async fn try_out(text: Vec<u8>, most: Duration) -> io::Result<Result<Arc<Scene>, SceneError>> {
+    let (sender, tried) = oneshot::channel();
+    std::thread::Builder::new().name("trial".to_owned()).spawn(move || {
+        thread_time::go_after_others(limits::GUEST_NICENESS);
+        // The request may be gone by then.
+        let _ = sender.send(try_here(&text, most));
+    })?;
+    tried.await.map_err(|_| io::Error::other("the trial of a scene panicked"))
+}
+
+fn try_here(text: &[u8], most: Duration) -> Result<Arc<Scene>, SceneError> {
+    let scene = Arc::new(read(text)?);
+    // It takes half a processor, also where nothing else is to go first.
+    trial::play(&scene, most, thread_time::taken, std::thread::sleep)?;
+    Ok(scene)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scene with this title and these limits.
+    fn text(title: &str, limits: &str) -> String {
+        format!(
+            "title = \"{title}\"\nsize = [100, 100]\ngroups = [\"wall\"]\nlimits = {{ {limits} }}\n"
+        )
+    }
+
+    fn refused(text: impl AsRef<[u8]>) -> String {
+        read(text.as_ref()).expect_err("a refusal").to_string()
+    }
+
+    #[test]
+    fn every_shipped_scene_but_the_largest_may_be_a_guests() {
+        for scene in Scene::built_in() {
+            let read = read(scene.source.as_bytes());
+            match scene.name.as_str() {
+                "hall" => assert_eq!(read.expect_err("too large").field, "bodies"),
+                name => assert_eq!(read.map(|scene| scene.name), Ok("guest".to_owned()), "{name}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_refusal_is_the_sentence_of_a_check_of_the_file() {
+        let found = refused(text("Mine", "players = 65"));
+        assert_eq!(found, "guest.toml:4: limits.players: found 65 players; allowed: at most 64");
+        let long = text("Mine", "") + &"#".repeat(limits::GUEST_SCENE_BYTES_MAX);
+        let sentence = format!("guest.toml:1: file: found {} bytes; allowed: at most", long.len());
+        assert!(refused(long).starts_with(&sentence));
+        assert_eq!(
+            refused(b"title = \"a\"\n\xff"),
+            "guest.toml:2: file: found bytes that are not UTF-8; allowed: UTF-8 text"
+        );
+        assert!(refused("title = 1").starts_with("guest.toml:1: title: found 1; allowed: a text"));
+    }
+
+    #[test]
+    fn texts_that_others_are_shown_keep_to_the_rules_for_names() {
+        assert!(read(text("Grüße an alle", "").as_bytes()).is_ok());
+        let refused = |title| refused(text(title, ""));
+        assert_eq!(
+            refused("a\\u202Eb"),
+            "guest.toml:1: title: found the character U+202E; allowed: visible characters, without control and \
+             direction marks"
+        );
+        assert!(refused("\\u3164").contains("found a text without a visible character"));
+    }
+}

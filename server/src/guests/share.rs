@@ -1,0 +1,61 @@
+//! The share of a processor that a room with a guest's scene has: measured, as a scene within its budget may still be
+//! slow.
+
+use crate::limits::GUEST_SHARE;
+use std::time::{Duration, Instant};
+
+/// A token bucket of processor time. It gains the [`GUEST_SHARE`]th part of the time that passes.
+#[derive(Debug)]
+pub struct Share {
+    left: Duration,
+    max: Duration,
+    last: Option<(Instant, Duration)>,
+}
+
+impl Share {
+    /// A full bucket that holds `excess`.
+    pub fn new(excess: Duration) -> Share {
+        Share { left: excess, max: excess, last: None }
+    }
+
+    /// Takes the work since the last call from the bucket: `worked` is the processor time that the room's thread has
+    /// taken in all. Returns whether there was enough; the first call only begins to count.
+    pub fn spend(&mut self, now: Instant, worked: Duration) -> bool {
+        let Some((then, worked_before)) = self.last.replace((now, worked)) else { return true };
+        let gained = now.saturating_duration_since(then) / GUEST_SHARE;
+        let spent = worked.saturating_sub(worked_before);
+        let left = self.left.saturating_add(gained).min(self.max).checked_sub(spent);
+        self.left = left.unwrap_or_default();
+        left.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TICK: Duration = Duration::from_nanos(1_000_000_000 / 60);
+
+    /// Ticks that a room lasts whose ticks take `cost` each, at most 100,000.
+    fn lasts(cost: Duration) -> u32 {
+        let mut share = Share::new(Duration::from_secs(5));
+        let began = Instant::now();
+        (0..100_000).find(|&tick| !share.spend(began + TICK * tick, cost * tick)).unwrap_or(100_000)
+    }
+
+    #[test]
+    fn a_room_within_its_share_lasts_and_another_ends_the_sooner_the_more_it_takes() {
+        assert_eq!(lasts(TICK / GUEST_SHARE), 100_000);
+        assert_eq!(lasts(TICK / 4).div_ceil(60), 40, "seconds at twice the share");
+        assert_eq!(lasts(TICK).div_ceil(60), 6, "seconds at a whole processor");
+    }
+
+    #[test]
+    fn time_that_was_not_used_is_saved_up_to_the_excess_only() {
+        let mut share = Share::new(Duration::from_secs(1));
+        let began = Instant::now();
+        assert!(share.spend(began, Duration::from_secs(7)), "the first call only begins to count");
+        assert!(share.spend(began + Duration::from_secs(3600), Duration::from_secs(8)));
+        assert!(!share.spend(began + Duration::from_secs(3600), Duration::from_millis(8001)));
+    }
+}

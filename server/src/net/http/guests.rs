@@ -1,0 +1,118 @@
+//! Rooms with scenes of guests: `POST /api/guest-rooms` with the text of a scene file.
+
+use super::api::{self, no_room};
+use super::read::{self, ReadError};
+use super::response::{Answer, failed, json};
+use crate::guests::{self, GuestScenes};
+use crate::host::rooms::{CreateError, Created};
+use crate::limits;
+use crate::ops::refusal_log::Foreign;
+use crate::state::ServerState;
+use hyper::body::Incoming;
+use hyper::header::{self, HeaderValue};
+use hyper::{Request, StatusCode};
+use jostle_game::Scene;
+use jostle_game::scene::SceneError;
+use serde_json::json;
+use std::net::IpAddr;
+use std::sync::Arc;
+use tracing::error;
+
+/// Error where guests bring no scenes.
+const OFF: &str =
+    "this server plays no scenes of guests; its host can allow them with --guest-scenes private";
+/// Error where their rooms are not listed.
+const UNLISTED: &str = "this server does not list rooms with scenes of guests; its host can allow it with --guest-scenes all";
+/// Error for a network whose scenes are being tried, or where too many are.
+const BUSY: &str = "other scenes are being tried at the moment; try again in some seconds";
+/// Seconds after which to try again: most trials are over by then.
+const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
+
+/// Opens a room with the scene in the body, and answers as where any other room is opened. With `?listed=true` it is
+/// public, if the server allows that.
+pub async fn create_room(
+    request: Request<Incoming>,
+    address: IpAddr,
+    state: &ServerState,
+) -> Answer {
+    let listed = request.uri().query().is_some_and(|query| query == "listed=true");
+    let refusal = match state.config.guest_scenes {
+        GuestScenes::Off => Some(OFF),
+        GuestScenes::Private if listed => Some(UNLISTED),
+        GuestScenes::Private | GuestScenes::All => None,
+    };
+    if let Some(text) = refusal {
+        state.refused("guest_scenes_off", address, "a scene");
+        return failed(StatusCode::FORBIDDEN, text);
+    }
+    let text = match read::body(request, limits::GUEST_SCENE_BYTES_MAX, state).await {
+        Ok(text) => text.to_vec(),
+        Err(ReadError::TooLong) => {
+            let found = format!("more than {} bytes", limits::GUEST_SCENE_BYTES_MAX);
+            return scene_refused(&guests::too_long(found), address, state);
+        }
+        Err(error) => return error.answer(limits::GUEST_SCENE_BYTES_MAX),
+    };
+    match try_out(text, address, state).await {
+        Ok(scene) => match open(&scene, !listed, address, state).await {
+            Ok(room) => api::created(&room),
+            Err(error) => no_room(&error, address, state),
+        },
+        Err(answer) => answer,
+    }
+}
+
+/// Waits for its turn, and tries a scene.
+async fn try_out(
+    text: Vec<u8>,
+    address: IpAddr,
+    state: &ServerState,
+) -> Result<Arc<Scene>, Answer> {
+    let Some(_waiting) = state.trials.admit(address) else {
+        state.refused("guest_trials_busy", address, "a scene");
+        return Err(busy());
+    };
+    // Before the work, which would be for nothing. What has changed after it is checked again.
+    api::check_guest(address, state).map_err(|error| no_room(&error, address, state))?;
+    let Ok(_turn) = state.trial_turn.acquire().await else { return Err(busy()) };
+    match guests::try_out(text, state.config.waits.guest_trial).await {
+        Ok(Ok(scene)) => Ok(scene),
+        Ok(Err(error)) => Err(scene_refused(&error, address, state)),
+        Err(error) => {
+            error!(%error, "a guest's scene could not be tried");
+            Err(failed(StatusCode::INTERNAL_SERVER_ERROR, "the scene could not be tried"))
+        }
+    }
+}
+
+async fn open(
+    scene: &Arc<Scene>,
+    private: bool,
+    creator: IpAddr,
+    state: &ServerState,
+) -> Result<Created, CreateError> {
+    match &state.fleet {
+        None => state.rooms.create_guest(scene, private, creator),
+        Some(fleet) => api::create_guest_in_fleet(scene, private, creator, fleet, state).await,
+    }
+}
+
+/// The sentence that `jostle scene check` prints, and its parts for an editor.
+fn scene_refused(error: &SceneError, address: IpAddr, state: &ServerState) -> Answer {
+    let sentence = error.to_string();
+    state.refused("guest_scene", address, Foreign(sentence.as_bytes()));
+    let refusal = json!({
+        "error": sentence,
+        "line": error.line,
+        "field": error.field,
+        "found": error.found,
+        "allowed": error.allowed,
+    });
+    json(StatusCode::UNPROCESSABLE_ENTITY, &refusal)
+}
+
+fn busy() -> Answer {
+    let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, BUSY);
+    answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
+    answer
+}
