@@ -6,6 +6,7 @@
 pub mod browser;
 pub mod devtools;
 pub mod files;
+pub mod guest_scenes;
 pub mod nats;
 pub mod picture;
 pub mod program;

@@ -31,7 +31,8 @@ fn main() -> io::Result<()> {
     write("room", rooms())?;
     write("link", links())?;
     write("handshake", handshakes())?;
-    write("token", tokens())
+    write("token", tokens())?;
+    write("guest_scene", guest_scenes())
 }
 
 fn write(property: &str, inputs: Vec<Vec<u8>>) -> io::Result<()> {
@@ -292,6 +293,21 @@ fn tokens() -> Vec<Vec<u8>> {
     all.map(|token| token.0.to_vec()).collect()
 }
 
+/// Scenes of guests: within the budget, above it, and with a text that deceives.
+fn guest_scenes() -> Vec<Vec<u8>> {
+    let small = ["arena", "hill", "planets", "slingshot"];
+    let mut texts: Vec<String> = Scene::built_in()
+        .into_iter()
+        .filter(|scene| small.contains(&scene.name.as_str()))
+        .map(|scene| scene.source)
+        .collect();
+    let head = "title = \"Mine\"\nsize = [100, 100]\ngroups = [\"wall\"]\n";
+    texts.push(format!("{head}limits = {{ bodies = 1001 }}\n"));
+    texts.push(format!("{head}relaxation = {{ iterations = 31 }}\n"));
+    texts.push(head.replace("Mine", "\\u202EMine"));
+    texts.into_iter().map(String::into_bytes).collect()
+}
+
 fn handshakes() -> Vec<Vec<u8>> {
     let key = "Sec-WebSocket-Key: YW55IHNpeHRlZW4gYnl0ZQ==\r\n";
     let upgrade = "Host: a\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n";
@@ -306,6 +322,10 @@ fn handshakes() -> Vec<Vec<u8>> {
         "POST /api/rooms HTTP/1.1\r\nHost: a\r\nContent-Length: 17\r\n\r\n{\"scene\":\"arena\"}"
             .into(),
         "POST /api/rooms HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n0\r\n\r\n".into(),
+        "POST /api/guest-rooms HTTP/1.1\r\nHost: a\r\nContent-Length: 11\r\n\r\ntitle = \"a\""
+            .into(),
+        "POST /api/guest-rooms?listed=true HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\n\r\n#"
+            .into(),
         "OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n".into(),
         "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n".into(),
     ];

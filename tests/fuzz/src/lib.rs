@@ -14,14 +14,14 @@ pub use files::{replay, scene};
 pub use messages::{client_message, delta, events, keyframe, particles, server_message};
 pub use play::room;
 #[cfg(feature = "server")]
-pub use server::{SIGNING_KEY, handshake, link, token};
+pub use server::{SIGNING_KEY, guest_scene, handshake, link, token};
 
 /// A property of bytes; panics if it does not hold.
 pub type Property = fn(&[u8]);
 
 /// All properties. The fuzzer's targets and the directories of the corpus have these names.
 #[cfg(feature = "server")]
-pub const PROPERTIES: [(&str, Property); 12] = [
+pub const PROPERTIES: [(&str, Property); 13] = [
     ("client_message", client_message),
     ("server_message", server_message),
     ("keyframe", keyframe),
@@ -34,6 +34,7 @@ pub const PROPERTIES: [(&str, Property); 12] = [
     ("link", link),
     ("handshake", handshake),
     ("token", token),
+    ("guest_scene", guest_scene),
 ];
 
 /// Takes a part off an input that consists of several, each after its kind and length; a length

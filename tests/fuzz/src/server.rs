@@ -1,8 +1,10 @@
 //! Bytes that reach the server before a session: the head of a request, and the code in a link.
 
-use jostle_protocol::Token;
+use jostle_protocol::{Token, first_forbidden};
+use jostle_server::guests;
 use jostle_server::host::rooms::is_code;
 use jostle_server::host::token_signer::TokenSigner;
+use jostle_server::limits::{GUEST_BUDGET, GUEST_SCENE_BYTES_MAX};
 use jostle_server::net::http;
 use jostle_server::net::listen::speak_http;
 use jostle_server::{Config, Parts, Phase, ServerState, replays};
@@ -62,6 +64,24 @@ pub fn handshake(bytes: &[u8]) {
     assert!(answer.is_empty() || answer.starts_with(b"HTTP/1."), "{answer:?}");
 }
 
+/// A scene file of a guest: an accepted one keeps to its budget and has no text that deceives others; the refusal of
+/// another is about a line of it.
+pub fn guest_scene(bytes: &[u8]) {
+    match guests::read(bytes) {
+        Ok(scene) => {
+            assert!(bytes.len() <= GUEST_SCENE_BYTES_MAX);
+            assert_eq!(GUEST_BUDGET.check(&scene), Ok(()));
+            assert!(scene.world.bodies_max <= GUEST_BUDGET.bodies);
+            assert!(scene.texts().iter().all(|(_, text)| first_forbidden(text).is_none()));
+        }
+        Err(error) => {
+            let lines = 1 + bytes.iter().filter(|&&byte| byte == b'\n').count();
+            assert!((1..=lines).contains(&error.line), "{error}");
+            assert!(!error.field.is_empty() && !error.allowed.is_empty(), "{error}");
+        }
+    }
+}
+
 /// The key of [`token`], for the corpus.
 pub const SIGNING_KEY: [u8; 32] = [7; 32];
 
@@ -88,11 +108,12 @@ struct Host {
     _phase: watch::Sender<Phase>,
 }
 
-/// A server without scenes, so that no request opens a room, which would start a thread.
+/// A server without scenes that is about to end, so that no request opens a room or tries a guest's scene, which would
+/// start a thread.
 fn host() -> &'static Host {
     static HOST: OnceLock<Host> = OnceLock::new();
     HOST.get_or_init(|| {
-        let (sender, phase) = watch::channel(Phase::Running);
+        let (sender, phase) = watch::channel(Phase::Draining);
         let config = Config { scenes: Vec::new(), ..Config::default() };
         let runtime = Builder::new_current_thread().enable_time().build();
         Host {

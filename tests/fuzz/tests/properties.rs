@@ -137,6 +137,11 @@ fn only_signed_tokens_are_believed() {
 }
 
 #[test]
+fn a_guests_scene_keeps_to_its_budget_or_is_refused_by_a_line() {
+    check("guest_scene", 500);
+}
+
+#[test]
 fn every_property_has_a_target_and_a_corpus() {
     let properties: BTreeSet<String> =
         PROPERTIES.iter().map(|(name, _)| name.to_string()).collect();

@@ -9,6 +9,7 @@ mod close_codes;
 mod ending;
 mod examples;
 mod faults;
+mod guests;
 mod hosts;
 mod http;
 #[cfg(unix)]
