@@ -207,7 +207,7 @@ async fn a_network_has_so_many_rooms_and_so_has_the_server() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_guests_room_outlives_the_process_with_its_scene() {
-    let dir = Dir::new();
+    let dir = Dir::new("guests");
     let state = || {
         let settings = StateSettings { dir: dir.path().to_owned(), sync: Sync::System };
         Config { state: Some(settings), ..hospitable(GuestScenes::Private) }

@@ -43,7 +43,8 @@ impl Written {
     fn new(dir: &TestDir, code: &str) -> Written {
         let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
         let scene = Arc::new(scene.expect("a shipped scene"));
-        let info = Arc::new(RoomInfo::new(code, 77, true, Some([10, 0, 0, 1].into()), &scene));
+        let info = RoomInfo::new(code, 77, true, Some([10, 0, 0, 1].into()), &scene);
+        let info = Arc::new(RoomInfo { guest: true, ..info });
         Written::of(dir, info, Room::new(code, scene, 5), Admission::default())
     }
 
@@ -117,6 +118,7 @@ fn a_closed_room_loses_no_tick_and_a_killed_one_half_a_second_at_most() {
         let (tick, hash) = written.close();
         let saved = saved(&dir);
         assert_eq!((saved.notes.number, saved.notes.private), (77, true));
+        assert!(saved.notes.guest, "its share outlives the process too");
         assert_eq!(saved.notes.creator, Some([10, 0, 0, 1].into()));
         assert_eq!(saved.seed(), 5);
         let mut room = saved.restore().expect("a room");
