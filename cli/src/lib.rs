@@ -17,6 +17,7 @@ mod scenes;
 mod serve;
 mod signals;
 mod systemd;
+pub mod tiled;
 mod trace;
 
 use clap::error::ErrorKind;

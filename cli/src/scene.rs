@@ -1,11 +1,12 @@
 //! `jostle scene`: lists, checks and explains scenes.
 
 use super::plan;
-use crate::output::{Failure, say};
+use crate::output::{Failure, OrFail, say};
 use crate::scenes::{scene_file, scene_named};
+use crate::tiled;
 use jostle_game::Scene;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// List, check and explain scenes
 #[derive(clap::Subcommand)]
@@ -20,6 +21,14 @@ pub enum SceneCommand {
     Check {
         /// The TOML file
         file: PathBuf,
+    },
+    /// Make a scene file from a map of the Tiled editor; its objects are the scene's bodies, zones and launchers
+    Import {
+        /// The map in Tiled's JSON format (.tmj)
+        map: PathBuf,
+        /// File to write; without it the scene is printed
+        #[arg(long, value_name = "FILE.toml")]
+        out: Option<PathBuf>,
     },
     /// Print what a scene needs, what is left out, and which field of the file decides
     Plan {
@@ -41,11 +50,25 @@ impl SceneCommand {
                 let scene = scene_file(&file)?;
                 say(format_args!("{}: ok, scene {:?}", file.display(), scene.name))
             }
+            SceneCommand::Import { map, out } => import(&map, out.as_deref()),
             SceneCommand::Plan { scene, json: as_json } => {
                 let scene = scene_named(&scene)?;
                 if as_json { say(plan::as_json(&scene)) } else { say(plan::as_text(&scene)) }
             }
         }
+    }
+}
+
+/// The scene is called as the file that it is written to, or as the map.
+fn import(map: &Path, out: Option<&Path>) -> Result<(), Failure> {
+    let file = map.display().to_string();
+    let bytes = std::fs::read(map).or_usage(&file)?;
+    let stem = out.unwrap_or(map).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let text = tiled::import(&file, stem, &bytes);
+    let text = text.map_err(|error| Failure::Check(error.to_string()))?;
+    match out {
+        None => say(text.trim_end()),
+        Some(out) => std::fs::write(out, text).or_check(out.display()),
     }
 }
 

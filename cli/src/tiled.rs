@@ -1,0 +1,92 @@
+//! Scenes from maps of the Tiled editor, in its JSON format (`.tmj`).
+//!
+//! [`map`] is the format, as far as a scene needs it. [`objects`] turns each object of a map into an entry of a list of
+//! the scene file. The result is checked like any scene; an error about one of its fields names the object that the field
+//! came from.
+
+mod map;
+mod objects;
+
+use jostle_game::Scene;
+use jostle_game::scene::SceneError;
+use map::Map;
+use objects::{Origin, Written};
+use std::fmt;
+
+/// Error of [`import`]: `FILE: PLACE: FIELD: found ...; allowed: ...`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImportError {
+    file: String,
+    /// The layer and the object, or nothing for the map itself.
+    place: String,
+    field: String,
+    found: String,
+    allowed: String,
+}
+
+impl fmt::Display for ImportError {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ImportError { file, place, field, found, allowed } = self;
+        let place = if place.is_empty() { String::new() } else { format!("{place}: ") };
+        write!(out, "{file}: {place}{field}: found {found}; allowed: {allowed}")
+    }
+}
+
+/// What is wrong at a place of the map.
+struct Wrong {
+    origin: Origin,
+    field: String,
+    found: String,
+    allowed: String,
+}
+
+/// Turns a map into the text of a scene file that [`Scene::parse`] accepts. `file` is used in errors, and `name` is the
+/// scene's.
+pub fn import(file: &str, name: &str, bytes: &[u8]) -> Result<String, ImportError> {
+    let map: Map = serde_json::from_slice(bytes).map_err(|error| ImportError {
+        file: file.to_owned(),
+        place: String::new(),
+        field: "file".to_owned(),
+        found: error.to_string(),
+        allowed: "a map of Tiled in its JSON format".to_owned(),
+    })?;
+    let written = objects::write(&map).map_err(|wrong| at(file, wrong))?;
+    let text = toml::to_string(&written.scene).map_err(|error| ImportError {
+        file: file.to_owned(),
+        place: String::new(),
+        field: "file".to_owned(),
+        found: error.to_string(),
+        allowed: "values that TOML has".to_owned(),
+    })?;
+    let text = format!("# Made from a map of Tiled by `jostle scene import`.\n\n{text}");
+    match Scene::parse(&format!("{name}.toml"), &text) {
+        Ok(_) => Ok(text),
+        Err(error) => Err(at(file, blame(error, &written))),
+    }
+}
+
+fn at(file: &str, wrong: Wrong) -> ImportError {
+    ImportError {
+        file: file.to_owned(),
+        place: wrong.origin.place(),
+        field: wrong.field,
+        found: wrong.found,
+        allowed: wrong.allowed,
+    }
+}
+
+/// Finds the object that a field of the scene came from.
+fn blame(error: SceneError, written: &Written) -> Wrong {
+    let object = || {
+        let (list, rest) = error.field.split_once('[')?;
+        let (index, rest) = rest.split_once(']')?;
+        let origin = written.origins.get(list)?.get(index.parse::<usize>().ok()?)?;
+        let field = rest.strip_prefix('.').unwrap_or("class");
+        Some((origin.clone(), field.to_owned()))
+    };
+    let (origin, field) = object().unwrap_or_else(|| (Origin::Map, error.field.clone()));
+    Wrong { origin, field, found: error.found.clone(), allowed: error.allowed.clone() }
+}
+
+#[cfg(test)]
+mod tests;

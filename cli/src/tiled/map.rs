@@ -1,0 +1,92 @@
+//! The JSON format of Tiled, as far as a scene needs it. Fields that are not listed are of no concern to a scene.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+/// A map.
+#[derive(Debug, Deserialize)]
+pub struct Map {
+    #[serde(default)]
+    pub orientation: String,
+    #[serde(default)]
+    pub infinite: bool,
+    /// Columns and rows of tiles.
+    pub width: f64,
+    pub height: f64,
+    /// Pixels of a tile.
+    pub tilewidth: f64,
+    pub tileheight: f64,
+    pub layers: Vec<Layer>,
+    #[serde(default)]
+    pub properties: Vec<Property>,
+}
+
+/// A layer: of objects, or a group of layers, or without a meaning for a scene.
+#[derive(Debug, Deserialize)]
+pub struct Layer {
+    #[serde(default)]
+    pub name: String,
+    /// `objectgroup`, `group`, `tilelayer` or `imagelayer`.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Pixels by which everything in it is moved.
+    #[serde(default)]
+    pub offsetx: f64,
+    #[serde(default)]
+    pub offsety: f64,
+    #[serde(default)]
+    pub objects: Vec<Object>,
+    #[serde(default)]
+    pub layers: Vec<Layer>,
+}
+
+/// An object. Lengths are pixels, y goes down, and a position is the upper left corner.
+#[derive(Debug, Deserialize)]
+pub struct Object {
+    #[serde(default)]
+    pub id: i64,
+    #[serde(default)]
+    pub name: String,
+    /// Its class; Tiled 1.9 called the field so, too.
+    #[serde(default, rename = "type", alias = "class")]
+    pub class: String,
+    #[serde(default)]
+    pub x: f64,
+    #[serde(default)]
+    pub y: f64,
+    #[serde(default)]
+    pub width: f64,
+    #[serde(default)]
+    pub height: f64,
+    /// Degrees, clockwise.
+    #[serde(default)]
+    pub rotation: f64,
+    #[serde(default)]
+    pub ellipse: bool,
+    #[serde(default)]
+    pub capsule: bool,
+    #[serde(default)]
+    pub point: bool,
+    pub polygon: Option<Vec<Corner>>,
+    pub polyline: Option<Vec<Corner>>,
+    /// The tile that it shows.
+    pub gid: Option<u64>,
+    pub text: Option<Value>,
+    pub template: Option<String>,
+    #[serde(default)]
+    pub properties: Vec<Property>,
+}
+
+/// A point relative to its object.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub struct Corner {
+    pub x: f64,
+    pub y: f64,
+}
+
+/// A custom property.
+#[derive(Debug, Deserialize)]
+pub struct Property {
+    pub name: String,
+    pub value: Value,
+}
