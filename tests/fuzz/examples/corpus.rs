@@ -32,7 +32,8 @@ fn main() -> io::Result<()> {
     write("link", links())?;
     write("handshake", handshakes())?;
     write("token", tokens())?;
-    write("guest_scene", guest_scenes())
+    write("guest_scene", guest_scenes())?;
+    write("tiled_map", tiled_maps())
 }
 
 fn write(property: &str, inputs: Vec<Vec<u8>>) -> io::Result<()> {
@@ -291,6 +292,14 @@ fn tokens() -> Vec<Vec<u8>> {
     let seats = claims.map(|claim| signer.seat_token(claim));
     let all = seats.into_iter().chain([signer.host_key(0), signer.host_key(1 << 40)]);
     all.map(|token| token.0.to_vec()).collect()
+}
+
+/// Maps: the example, one without layers, and one whose object cannot be imported.
+fn tiled_maps() -> Vec<Vec<u8>> {
+    let head = r#"{"width":9,"height":9,"tilewidth":8,"tileheight":8,"properties":[{"name":"title","value":"A"},{"name":"groups","value":"[\"a\"]"}],"layers":"#;
+    let object = r#"[{"type":"objectgroup","objects":[{"type":"wall","polygon":[{"x":0,"y":0},{"x":9,"y":9}]}]}]}"#;
+    let example = include_str!("../../../docs/examples/tiled/court.tmj");
+    [example.to_owned(), format!("{head}[]}}"), format!("{head}{object}")].map(Vec::from).to_vec()
 }
 
 /// Scenes of guests: within the budget, above it, and with a text that deceives.

@@ -9,19 +9,23 @@ mod play;
 #[cfg(feature = "server")]
 mod server;
 pub mod snapshots;
+#[cfg(feature = "server")]
+mod tiled;
 
 pub use files::{replay, scene};
 pub use messages::{client_message, delta, events, keyframe, particles, server_message};
 pub use play::room;
 #[cfg(feature = "server")]
 pub use server::{SIGNING_KEY, guest_scene, handshake, link, token};
+#[cfg(feature = "server")]
+pub use tiled::tiled_map;
 
 /// A property of bytes; panics if it does not hold.
 pub type Property = fn(&[u8]);
 
 /// All properties. The fuzzer's targets and the directories of the corpus have these names.
 #[cfg(feature = "server")]
-pub const PROPERTIES: [(&str, Property); 13] = [
+pub const PROPERTIES: [(&str, Property); 14] = [
     ("client_message", client_message),
     ("server_message", server_message),
     ("keyframe", keyframe),
@@ -35,6 +39,7 @@ pub const PROPERTIES: [(&str, Property); 13] = [
     ("handshake", handshake),
     ("token", token),
     ("guest_scene", guest_scene),
+    ("tiled_map", tiled_map),
 ];
 
 /// Takes a part off an input that consists of several, each after its kind and length; a length

@@ -142,6 +142,11 @@ fn a_guests_scene_keeps_to_its_budget_or_is_refused_by_a_line() {
 }
 
 #[test]
+fn a_map_of_tiled_is_refused_or_becomes_a_scene() {
+    check("tiled_map", 2_000);
+}
+
+#[test]
 fn every_property_has_a_target_and_a_corpus() {
     let properties: BTreeSet<String> =
         PROPERTIES.iter().map(|(name, _)| name.to_string()).collect();
