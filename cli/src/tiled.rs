@@ -6,12 +6,14 @@
 
 mod map;
 mod objects;
+mod wrong;
 
 use jostle_game::Scene;
 use jostle_game::scene::SceneError;
 use map::Map;
-use objects::{Origin, Written};
+use objects::Written;
 use std::fmt;
+use wrong::{Origin, Wrong};
 
 /// Error of [`import`]: `FILE: PLACE: FIELD: found ...; allowed: ...`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -32,14 +34,6 @@ impl fmt::Display for ImportError {
     }
 }
 
-/// What is wrong at a place of the map.
-struct Wrong {
-    origin: Origin,
-    field: String,
-    found: String,
-    allowed: String,
-}
-
 /// Turns a map into the text of a scene file that [`Scene::parse`] accepts. `file` is used in errors, and `name` is the
 /// scene's.
 pub fn import(file: &str, name: &str, bytes: &[u8]) -> Result<String, ImportError> {
@@ -50,7 +44,7 @@ pub fn import(file: &str, name: &str, bytes: &[u8]) -> Result<String, ImportErro
         found: error.to_string(),
         allowed: "a map of Tiled in its JSON format".to_owned(),
     })?;
-    let written = objects::write(&map).map_err(|wrong| at(file, wrong))?;
+    let written = objects::write(&map).map_err(|wrong| at(file, *wrong))?;
     let text = toml::to_string(&written.scene).map_err(|error| ImportError {
         file: file.to_owned(),
         place: String::new(),

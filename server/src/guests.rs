@@ -3,7 +3,7 @@
 //! A stranger's scene must not slow down other rooms, so it passes three checks. [`read`] refuses what asks for more
 //! than [`limits::GUEST_BUDGET`] by its file. [`try_out`] plays its beginning on a thread that goes after all others,
 //! and refuses it if that takes too long. The room that opens has a [`Share`] of a processor, and is closed when it
-//! takes more for long; there are only so many such rooms ([`limits::guest_rooms_max`]).
+//! takes more for long; the number of such rooms is bounded ([`limits::guest_rooms_max`]).
 
 mod share;
 mod trial;

@@ -232,7 +232,7 @@ pub const ADDRESS_GUEST_TRIALS_MAX: usize = 2;
 /// Niceness of the threads that play and try scenes of guests, so that all others go first.
 pub const GUEST_NICENESS: i32 = 10;
 
-/// Rooms with scenes of guests that may be open at a time on a machine with so many processors.
+/// Rooms with scenes of guests that may be open at a time on a machine with this many processors.
 pub const fn guest_rooms_max(processors: usize) -> usize {
     let rooms = processors * GUEST_SHARE as usize / GUESTS_SHARE;
     if rooms < ROOMS_MAX { rooms } else { ROOMS_MAX }

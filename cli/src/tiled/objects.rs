@@ -1,7 +1,7 @@
 //! Objects of a map become entries of a scene file.
 
-use super::Wrong;
 use super::map::{Corner, Layer, Map, Object, Property};
+use super::wrong::{Origin, Wrong};
 use jostle_game::Kind;
 use std::collections::BTreeMap;
 use toml::{Table, Value};
@@ -30,35 +30,6 @@ pub(super) const KINDS: [Kind; 5] =
     [Kind::Wall, Kind::Platform, Kind::Block, Kind::Minion, Kind::Marble];
 /// Lists whose entries have names. Elsewhere an object's name is for its author alone.
 const NAMED: [&str; 4] = ["bodies", "zones", "signals", "teams"];
-
-/// Where something in a scene came from.
-#[derive(Clone, Debug)]
-pub enum Origin {
-    /// The properties of the map.
-    Map,
-    /// An object in a layer.
-    Object { layer: String, id: i64, name: String },
-}
-
-impl Origin {
-    /// The place as an error names it.
-    pub fn place(&self) -> String {
-        match self {
-            Origin::Map => String::new(),
-            Origin::Object { layer, id, name } if name.is_empty() => {
-                format!("layer {layer:?}, object {id}")
-            }
-            Origin::Object { layer, id, name } => {
-                format!("layer {layer:?}, object {id} ({name:?})")
-            }
-        }
-    }
-
-    fn wrong(&self, field: &str, found: impl Into<String>, allowed: impl Into<String>) -> Wrong {
-        let (found, allowed) = (found.into(), allowed.into());
-        Wrong { origin: self.clone(), field: field.to_owned(), found, allowed }
-    }
-}
 
 /// A scene file, and the objects that the entries of its lists came from.
 pub struct Written {
@@ -89,7 +60,7 @@ fn rounded(number: f64) -> Value {
 }
 
 /// Turns a map into a scene file.
-pub fn write(map: &Map) -> Result<Written, Wrong> {
+pub fn write(map: &Map) -> Result<Written, Box<Wrong>> {
     let scale = check(map)?;
     let mut written = Written { scene: Table::new(), origins: BTreeMap::new() };
     for property in map.properties.iter().filter(|property| property.name != SCALE) {
@@ -102,7 +73,7 @@ pub fn write(map: &Map) -> Result<Written, Wrong> {
     Ok(written)
 }
 
-fn check(map: &Map) -> Result<Scale, Wrong> {
+fn check(map: &Map) -> Result<Scale, Box<Wrong>> {
     let origin = Origin::Map;
     if map.infinite {
         let allowed = "false: a scene has a fixed size (Map > Map Properties > Infinite)";
@@ -137,7 +108,7 @@ fn write_layers(
     depth: usize,
     scale: &Scale,
     written: &mut Written,
-) -> Result<(), Wrong> {
+) -> Result<(), Box<Wrong>> {
     for layer in layers {
         let moved = [moved[0] + layer.offsetx, moved[1] + layer.offsety];
         if layer.kind == "group" && depth == DEPTH_MAX {
@@ -160,7 +131,7 @@ fn write_object(
     origin: &Origin,
     scale: &Scale,
     written: &mut Written,
-) -> Result<(), Wrong> {
+) -> Result<(), Box<Wrong>> {
     let (list, kind) = list_of(&object.class, origin)?;
     let drawing = drawing(object, moved, origin)?;
     if list == "spawns" {
@@ -200,7 +171,7 @@ fn write_object(
 }
 
 /// The list of the scene that an object of a class belongs to, and the kind of a body.
-fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>), Wrong> {
+fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>), Box<Wrong>> {
     if let Some(kind) = KINDS.into_iter().find(|kind| kind.name() == class) {
         return Ok(("bodies", Some(kind)));
     }
@@ -213,7 +184,7 @@ fn list_of(class: &str, origin: &Origin) -> Result<(&'static str, Option<Kind>),
     Err(origin.wrong("class", found, format!("one of {}", classes.join(", "))))
 }
 
-/// What is drawn, in pixels of the map.
+/// The shape of an object, in pixels of the map.
 enum Drawing {
     Point([f64; 2]),
     /// Lowest and highest coordinates.
@@ -222,7 +193,7 @@ enum Drawing {
     Line(Vec<[f64; 2]>),
 }
 
-fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<Drawing, Wrong> {
+fn drawing(object: &Object, moved: [f64; 2], origin: &Origin) -> Result<Drawing, Box<Wrong>> {
     let (x, y) = (object.x + moved[0], object.y + moved[1]);
     let [low, high] = [[x, y], [x + object.width, y + object.height]];
     let shapes = "a rectangle, a circle, a point or a polyline";
@@ -294,7 +265,7 @@ fn geometry(
     drawing: &Drawing,
     origin: &Origin,
     scale: &Scale,
-) -> Result<Vec<(&'static str, Value)>, Wrong> {
+) -> Result<Vec<(&'static str, Value)>, Box<Wrong>> {
     // Entries without a place in the world may be drawn as a point anywhere.
     if matches!(list, "signals" | "rules" | "teams") {
         return Ok(Vec::new());
@@ -351,7 +322,7 @@ fn write_spawn(
     origin: &Origin,
     scale: &Scale,
     scene: &mut Table,
-) -> Result<(), Wrong> {
+) -> Result<(), Box<Wrong>> {
     let Drawing::Point(at) = drawing else {
         return Err(origin.wrong("shape", "another shape", "a point"));
     };
@@ -367,7 +338,7 @@ fn write_spawn(
 }
 
 /// The value of a property. A text that is a list or a table of TOML stands for that.
-fn value(property: &Property, origin: &Origin) -> Result<Value, Wrong> {
+fn value(property: &Property, origin: &Origin) -> Result<Value, Box<Wrong>> {
     let other = || {
         let allowed = "a number, true or false, or a text; lists as [1, 2], tables as { a = 1 }";
         origin.wrong(&property.name, property.value.to_string(), allowed)
@@ -387,7 +358,7 @@ fn value(property: &Property, origin: &Origin) -> Result<Value, Wrong> {
 }
 
 /// Sets a field by its path, such as `limits.players`.
-fn set_at(scene: &mut Table, path: &str, value: Value) -> Result<(), Wrong> {
+fn set_at(scene: &mut Table, path: &str, value: Value) -> Result<(), Box<Wrong>> {
     match path.split_once('.') {
         None => {
             scene.insert(path.to_owned(), value);

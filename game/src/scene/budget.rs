@@ -1,4 +1,4 @@
-//! What a scene may need at most, where its author is a stranger: checked by its [`Plan`](super::Plan), before
+//! Bounds on what a scene may need, for authors who are strangers: checked by its [`Plan`](super::Plan), before
 //! anything of it is played.
 
 use super::cost::WorstTick;
@@ -178,7 +178,7 @@ fn most(each: impl Iterator<Item = f64>, list: &str, field: &str) -> (String, u3
     (format!("{list}[{at}].{field}"), sum.ceil() as u32)
 }
 
-/// Times a second of something that comes every so many ticks.
+/// Times a second of something that comes every `every` ticks.
 fn per_second(every: u32) -> f64 {
     f64::from(TICKS_PER_SECOND) / f64::from(every.max(1))
 }

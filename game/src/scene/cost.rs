@@ -8,6 +8,7 @@
 
 use super::plan::{self, Bodies};
 use super::spec::Scene;
+use jostle_sim::math::max;
 use jostle_sim::{BodyDef, DT, Motion, Relaxation, Solver};
 
 /// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
@@ -68,7 +69,7 @@ impl WorstTick {
 
     /// Rooms of this scene that keep up on one core even if all have their worst tick at once.
     pub fn rooms_per_core(&self) -> u32 {
-        (1000.0 * DT / self.ms.max(0.01)) as u32
+        (1000.0 * DT / max(self.ms, 0.01)) as u32
     }
 
     /// The estimate as people read it.
@@ -92,7 +93,7 @@ fn body_us(scene: &Scene, movers: &[Bodies], def: &BodyDef) -> f32 {
         None => RELAXED_BODY_US,
         Some(Solver::Relaxation(settings)) => {
             let usual = Relaxation::default().iterations as f32;
-            RELAXED_BODY_US * (settings.iterations as f32 / usual).max(1.0)
+            RELAXED_BODY_US * max(settings.iterations as f32 / usual, 1.0)
         }
         Some(Solver::Conjugate(_)) if bounces(scene, movers, def) => BOUNCING_BODY_US,
         Some(Solver::Conjugate(_)) => CONJUGATE_BODY_US,

@@ -109,7 +109,7 @@ impl Bodies {
         self.shapes.iter().any(|shape| matches!(shape, Shape::Box { .. }))
     }
 
-    /// Number of bodies with so many players.
+    /// Number of bodies with this many players.
     pub(super) fn total(&self, players: u16) -> u32 {
         match self.per {
             Per::Player => self.count * u32::from(players),

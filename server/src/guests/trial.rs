@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// Seed of the game and of its players' keys.
 const SEED: u64 = 1;
-/// A player presses other keys after so many ticks, at the mean.
+/// Ticks after which a player presses other keys, at the mean.
 const HELD_TICKS: u32 = 6;
 
 /// Plays the beginning of a scene with players who press every key. `worked` returns the processor time of this thread,
