@@ -30,6 +30,8 @@ pub struct Editor {
     pub scene: Option<Arc<Scene>>,
     /// Why the text is no scene, if it is none.
     pub error: Option<SceneError>,
+    /// Why a server opened no room with this text.
+    pub refusal: Option<SceneError>,
     /// The text changed since it was checked.
     unchecked: bool,
     pub(super) history: History,
@@ -56,6 +58,7 @@ impl Editor {
             is_toml: false,
             scene: None,
             error: None,
+            refusal: None,
             unchecked: true,
             history: History::default(),
             selection: Vec::new(),
@@ -86,6 +89,12 @@ impl Editor {
     }
 
     // The text.
+
+    /// The error that is shown: of the text, or of a server about it.
+    pub fn problem(&self) -> Option<&SceneError> {
+        let error = self.error.as_ref().or(self.refusal.as_ref());
+        error.filter(|_| !self.text.is_empty())
+    }
 
     /// Checks the text if it changed; whether it did.
     pub fn check(&mut self) -> bool {
@@ -118,7 +127,7 @@ impl Editor {
 
     /// The bytes that the error is about: the value of its field on its line, or what else is on that line.
     pub fn error_bytes(&self) -> Option<Range<usize>> {
-        let error = self.error.as_ref()?;
+        let error = self.problem()?;
         if let Some(at) =
             self.field_bytes(&error.field).filter(|at| self.line_of(at.start) == error.line)
         {
@@ -156,6 +165,7 @@ impl Editor {
         }
         let sheet = &self.sheet;
         self.selection.retain(|id| sheet.piece(*id).is_some());
+        self.refusal = None;
         self.unchecked = true;
         self.revision += 1;
     }

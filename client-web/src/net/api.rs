@@ -1,5 +1,6 @@
 //! The server's HTTP answers about rooms and scenes, and which room "Play" joins.
 
+use jostle_game::scene::SceneError;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -138,7 +139,7 @@ pub fn query_value<'a>(query: &'a str, name: &str) -> Option<&'a str> {
     pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
 }
 
-/// Answer of `POST /api/rooms`: a code and a key, or an error.
+/// Answer of `POST /api/rooms` and `POST /api/guest-rooms`: a code and a key, or an error.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 pub struct Opened {
     /// The word in the link of the room.
@@ -147,6 +148,27 @@ pub struct Opened {
     pub host_key: Option<String>,
     /// Why no room was opened, for people.
     pub error: Option<String>,
+    /// The line of the error in a scene, from 1.
+    pub line: Option<usize>,
+    /// The path of its field.
+    pub field: Option<String>,
+    /// Content of the file there.
+    pub found: Option<String>,
+    /// Contents that are allowed there.
+    pub allowed: Option<String>,
+}
+
+impl Opened {
+    /// The error of a scene that was refused, for its file of this name.
+    pub fn scene_error(self, file: &str) -> Option<SceneError> {
+        Some(SceneError {
+            file: file.to_owned(),
+            line: self.line?,
+            field: self.field?,
+            found: self.found?,
+            allowed: self.allowed?,
+        })
+    }
 }
 
 /// Reads an answer with the browser's own parser; one of ours would add to the download.
@@ -177,7 +199,14 @@ pub enum Request {
         /// Not listed.
         private: bool,
     },
+    /// Opens a private room with the scene of this text.
+    OpenGuest(String),
 }
+
+/// Time after which a call counts as unanswered, milliseconds.
+const TIMEOUT_MS: u32 = 8000;
+/// The same where a scene is tried first, after those of others.
+const TRIAL_TIMEOUT_MS: u32 = 40_000;
 
 impl Request {
     /// HTTP method and path.
@@ -187,13 +216,25 @@ impl Request {
             Request::Scenes => ("GET", "/api/scenes"),
             Request::Replays => ("GET", "/api/replays"),
             Request::Open { .. } => ("POST", "/api/rooms"),
+            Request::OpenGuest(_) => ("POST", "/api/guest-rooms"),
         }
     }
 
-    /// JSON body, if it has one. Names of scenes hold nothing that would need an escape.
-    pub fn body(&self) -> Option<String> {
-        let Request::Open { scene, private } = self else { return None };
-        Some(format!(r#"{{"scene":"{scene}","private":{private}}}"#))
+    /// Body and its media type, if it has one. Names of scenes hold nothing that would need an escape.
+    pub fn body(&self) -> Option<(String, &'static str)> {
+        match self {
+            Request::Open { scene, private } => {
+                let json = format!(r#"{{"scene":"{scene}","private":{private}}}"#);
+                Some((json, "application/json"))
+            }
+            Request::OpenGuest(text) => Some((text.clone(), "application/toml")),
+            _ => None,
+        }
+    }
+
+    /// Time after which it counts as unanswered, milliseconds.
+    pub fn timeout_ms(&self) -> u32 {
+        if let Request::OpenGuest(_) = self { TRIAL_TIMEOUT_MS } else { TIMEOUT_MS }
     }
 }
 
@@ -300,16 +341,22 @@ mod tests {
         assert!(replays.replays[0].recording);
         let opened: Opened = parse(r#"{"code":"abc","host_key":"0f"}"#).expect("valid");
         let (code, host_key) = (Some("abc".into()), Some("0f".into()));
-        assert_eq!(opened, Opened { code, host_key, error: None });
+        assert_eq!(opened, Opened { code, host_key, ..Opened::default() });
         let refused: Opened = parse(r#"{"error":"full"}"#).expect("valid");
         assert_eq!(refused, Opened { error: Some("full".into()), ..Opened::default() });
         assert_eq!(parse::<Opened>("<html>"), None);
+        let refused: Opened = parse(
+            r#"{"error":"guest.toml:3: size","line":3,"field":"size","found":"[9000, 1]","allowed":"less"}"#,
+        )
+        .expect("valid");
+        let error = refused.scene_error("mine.toml").expect("it has a place");
+        assert_eq!((error.line, &*error.field, &*error.file), (3, "size", "mine.toml"));
     }
 
     #[test]
     fn a_request_for_a_room_is_json() {
         let body = Request::Open { scene: "arena".to_owned(), private: true }.body();
-        let body: serde_json::Value = parse(&body.expect("a body")).expect("valid");
+        let body: serde_json::Value = parse(&body.expect("a body").0).expect("valid");
         assert_eq!(body, serde_json::json!({ "scene": "arena", "private": true }));
     }
 

@@ -1,12 +1,10 @@
 //! Small HTTP calls to the own server.
 
+use crate::net::api::Request;
 use crate::net::report::Fetched;
 use wasm_bindgen::JsCast;
 use wasm_bindgen::closure::Closure;
 use web_sys::{XmlHttpRequest, XmlHttpRequestResponseType};
-
-/// Time after which a call counts as unanswered, milliseconds.
-const TIMEOUT_MS: u32 = 8000;
 
 /// Time after which a file counts as unanswered, milliseconds.
 const FILE_TIMEOUT_MS: u32 = 60_000;
@@ -36,21 +34,19 @@ pub fn fetch(path: &str, done: impl FnOnce(Fetched) + 'static) {
     request.set_onloadend(Some(closure.unchecked_ref()));
 }
 
-/// Calls `done` with the answer's text, or with `None` if none came. An answer that refuses is an
-/// answer.
+/// Makes a call to an address, and calls `done` with the answer's text, or with `None` if none came. An
+/// answer that refuses is an answer.
 pub fn call(
-    method: &str,
-    path: &str,
-    body: Option<&str>,
+    call: &Request,
+    (method, path): (&str, &str),
     done: impl FnOnce(Option<String>) + 'static,
 ) {
     let Ok(request) = XmlHttpRequest::new() else { return done(None) };
     let sent = request.open_with_async(method, path, true).and_then(|()| {
-        request.set_timeout(TIMEOUT_MS);
-        if body.is_some() {
-            request.set_request_header("content-type", "application/json")?;
-        }
-        request.send_with_opt_str(body)
+        request.set_timeout(call.timeout_ms());
+        let Some((body, media_type)) = call.body() else { return request.send() };
+        request.set_request_header("content-type", media_type)?;
+        request.send_with_opt_str(Some(&body))
     });
     if sent.is_err() {
         return done(None);

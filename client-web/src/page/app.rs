@@ -2,7 +2,7 @@
 //! effects go out, and everything else that the browser shows is read from here.
 
 use crate::input::touch::Fingers;
-use crate::net::api::{self, query_value};
+use crate::net::api::{self, Request, query_value};
 use crate::net::report::Fetched;
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::awaited::Awaited;
@@ -206,6 +206,9 @@ impl App {
                 screen.editor.set_field(now_ms, &path, &values);
             }),
             Event::ConnectionCut => self.with_game(|game, ctx| game.drop_socket(ctx)),
+            Event::Answered(Request::OpenGuest(text), answer) => {
+                self.take_guest_room(&text, answer.as_deref());
+            }
             Event::Answered(request, answer) => {
                 let code = self.lobby.take(&mut self.ctx, &request, answer.as_deref());
                 self.enter(code);
@@ -294,7 +297,7 @@ impl App {
         self.route(Address { path: path.to_owned(), ..Address::default() });
     }
 
-    fn enter(&mut self, code: Option<String>) {
+    pub(super) fn enter(&mut self, code: Option<String>) {
         if let Some(code) = code {
             self.go(&format!("/{code}"));
         }

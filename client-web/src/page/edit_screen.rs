@@ -40,6 +40,8 @@ pub struct EditScreen {
     css_per_pixel: f32,
     /// Revision of the text that was kept for the next visit.
     pub kept: u32,
+    /// A room with it is being opened.
+    pub opening: bool,
 }
 
 impl EditScreen {
@@ -56,6 +58,7 @@ impl EditScreen {
             view: GameView::UNSEEN,
             css_per_pixel: 1.0,
             kept,
+            opening: false,
         };
         screen.draw_scene();
         screen

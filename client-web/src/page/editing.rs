@@ -3,6 +3,7 @@
 use crate::editor::palette::Make;
 use crate::editor::state::Editor;
 use crate::editor::update::Deed;
+use crate::net::api::Request;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
@@ -10,6 +11,8 @@ use crate::page::context::Draft;
 use crate::page::edit_screen::{EditScreen, SEED};
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::layers::Layer;
+use crate::page::lobby;
+use crate::page::strings;
 use jostle_game::scene::is_name;
 use jostle_sim::Vec2;
 
@@ -106,6 +109,13 @@ impl App {
         self.edit_screen().or(self.edited.as_deref())
     }
 
+    fn edited_mut(&mut self) -> Option<&mut EditScreen> {
+        match &mut self.activity {
+            Activity::Edit(screen) => Some(screen),
+            _ => self.edited.as_deref_mut(),
+        }
+    }
+
     pub(super) fn with_editor(&mut self, work: impl FnOnce(&mut EditScreen, f64)) {
         if let Activity::Edit(screen) = &mut self.activity {
             work(screen, self.ctx.now_ms);
@@ -161,6 +171,7 @@ impl App {
             }
             "edit-save" => self.save_file(),
             "edit-copy" => self.copy_link(),
+            "edit-room" => self.open_guest_room(),
             "edit-error" => self.go_to_error(),
             _ => return false,
         }
@@ -179,6 +190,39 @@ impl App {
         let home = self.home().to_owned();
         if let Some(link) = link {
             self.ctx.request(Effect::CopyLink(format!("{home}#scene={link}")));
+        }
+    }
+
+    /// Has the server open a private room with the text.
+    fn open_guest_room(&mut self) {
+        let Some(screen) = self.edited_mut().filter(|screen| !screen.opening) else { return };
+        if screen.playable().is_none() {
+            return self.go_to_error();
+        }
+        screen.opening = true;
+        let text = screen.editor.text().to_owned();
+        self.ctx.request(Effect::Request(Request::OpenGuest(text)));
+    }
+
+    /// Takes the answer to that: the player goes into the room, unless they went elsewhere meanwhile. What is
+    /// wrong with the text is shown there.
+    pub(super) fn take_guest_room(&mut self, sent: &str, answer: Option<&str>) {
+        let taken = lobby::take_room(&mut self.ctx, answer);
+        let Some(screen) = self.edited_mut().filter(|screen| screen.opening) else { return };
+        screen.opening = false;
+        let refused = match taken {
+            Ok(code) => return self.enter(Some(code)),
+            Err(refused) => refused,
+        };
+        let sentence = refused.error.clone().unwrap_or_else(|| strings::SILENCE.to_owned());
+        let error = refused.scene_error(&screen.editor.file);
+        let Some(error) = error.filter(|_| screen.editor.text() == sent) else {
+            self.dialogs.card = Some(strings::no_room(&sentence));
+            return;
+        };
+        screen.editor.refusal = Some(error);
+        if self.edit_screen().is_none() {
+            self.toggle_edit();
         }
     }
 

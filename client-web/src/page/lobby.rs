@@ -139,26 +139,37 @@ impl Lobby {
                 }
             }
             Request::Open { .. } => {
-                return self.opened(ctx, parse(answer).unwrap_or_default());
+                return self.opened(ctx, answer);
             }
+            Request::OpenGuest(_) => {}
         }
         None
     }
 
-    fn opened(&mut self, ctx: &mut Context, opened: Opened) -> Option<String> {
+    fn opened(&mut self, ctx: &mut Context, answer: Option<&str>) -> Option<String> {
         self.busy = false;
-        if let Opened { code: Some(code), host_key: Some(host_key), .. } = opened {
-            ctx.set_secret(Secret::Host, &code, Token::parse(&host_key));
-            return Some(code);
+        match take_room(ctx, answer) {
+            Ok(code) => Some(code),
+            Err(refused) => {
+                self.say(refused.error.as_deref().unwrap_or(strings::SILENCE), true);
+                None
+            }
         }
-        let silence = "Can't reach the server. Check your connection.";
-        self.say(opened.error.as_deref().unwrap_or(silence), true);
-        None
     }
 
     fn say(&mut self, text: &str, bad: bool) {
         self.note = Note { text: text.to_owned(), bad };
     }
+}
+
+/// The code of a room that the server opened, of which the player is the host from now on; or why it opened none.
+pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Opened> {
+    let opened = parse(answer).unwrap_or_default();
+    if let Opened { code: Some(code), host_key: Some(host_key), .. } = opened {
+        ctx.set_secret(Secret::Host, &code, Token::parse(&host_key));
+        return Ok(code);
+    }
+    Err(opened)
 }
 
 fn parse<T: DeserializeOwned>(answer: Option<&str>) -> Option<T> {

@@ -267,8 +267,7 @@ impl Page {
 
 fn call(events: Events, files: &Files, request: Request) {
     let (method, path) = files.target(&request);
-    let body = request.body();
-    http::call(method, &path, body.as_deref(), move |answer| {
+    http::call(&request.clone(), (method, &path), move |answer| {
         events.push(Event::Answered(request, answer));
     });
 }

@@ -91,6 +91,9 @@ pub const UNANSWERED: &str = "Can't reach the server; this list may be out of da
 /// Shown while the list of scenes of a page without a server did not come.
 pub const NO_SCENES: &str = "Can't load the scenes. Check your connection; we'll keep trying.";
 
+/// The server did not answer a player who asked for a room.
+pub const SILENCE: &str = "Can't reach the server. Check your connection.";
+
 /// The browser cannot draw the game.
 pub const NO_WEBGL2: Card = card(
     "No WebGL 2",
@@ -220,6 +223,13 @@ pub fn bad_link(error: &SceneLinkError) -> Card {
     let text = "This link holds no scene that can be played. Ask for the link again, or for the scene's file.";
     let card = card("Broken scene link", text, "Back to the lobby", CardAction::Lobby);
     Card { detail: error.to_string(), ..card }
+}
+
+/// The card for a scene of which no room was opened, for a reason that is not its text's.
+pub fn no_room(reason: &str) -> Card {
+    let text = "You can go on editing, and nothing is lost.";
+    let card = card("No room was opened", text, "Keep going", CardAction::Stay);
+    Card { detail: reason.to_owned(), ..card }
 }
 
 /// Words for the bots of a game that is played alone.

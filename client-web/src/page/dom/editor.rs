@@ -68,6 +68,9 @@ impl EditorView {
         ] {
             dom::set(&dom::html(id), "disabled", (!(on && edits)).then_some(""));
         }
+        let empty = editor.text().is_empty();
+        dom::set(&dom::html("edit-room"), "disabled", (empty || screen.opening).then_some(""));
+        dom::text("edit-room", if screen.opening { "Opening\u{2026}" } else { "Open a room" });
         dom::text("edit-file", &editor.file);
         dom::text("edit-said", &editor.said);
     }
@@ -75,8 +78,8 @@ impl EditorView {
     /// Shows what follows from the checked text.
     pub fn show_frame(&mut self, screen: &EditScreen) {
         let editor = &screen.editor;
-        let error = editor.error.as_ref().filter(|_| !editor.text().is_empty());
-        dom::text_or_hide("edit-error", error.map(ToString::to_string).as_deref());
+        let problem = editor.problem().map(ToString::to_string);
+        dom::text_or_hide("edit-error", problem.as_deref());
         self.text.underline(editor);
         self.form.show(editor);
     }

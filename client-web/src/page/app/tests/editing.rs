@@ -1,6 +1,7 @@
 //! The editor: opened, played, and left.
 
 use super::*;
+use crate::editor::update::Deed;
 
 fn browser_at(hash: &str, local: &[(&str, &str)]) -> Browser {
     let local = local.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
@@ -69,4 +70,78 @@ fn a_scene_that_is_played_alone_becomes_one_that_is_edited() {
     let effects = browser.press("KeyE", "e");
     assert!(has(&effects, "PushAddress(\"/#edit=pile\")"), "{effects:?}");
     assert_eq!(browser.app.state(), "editing");
+}
+
+/// A text that is a scene.
+const SCENE: &str = "title = \"Mine\"\nsize = [100, 100]\ngroups = [\"wall\"]\n";
+
+fn open_room(browser: &mut Browser) -> Request {
+    browser.click("edit-room");
+    let asked = browser.effects.iter().rev().find_map(|effect| match effect {
+        Effect::Request(request @ Request::OpenGuest(_)) => Some(request.clone()),
+        _ => None,
+    });
+    asked.expect("the server was asked for a room")
+}
+
+#[test]
+fn a_room_with_the_edited_scene_is_opened_and_entered_as_its_host() {
+    let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
+    browser.wait(100);
+    let request = open_room(&mut browser);
+    assert_eq!(request, Request::OpenGuest(SCENE.to_owned()));
+    let answer = format!(r#"{{"code":"fox","host_key":"{}"}}"#, "ab".repeat(16));
+    let effects = browser.say(Event::Answered(request, Some(answer)));
+    assert!(has(&effects, "StoreSession(\"jostle.host.fox\""), "{effects:?}");
+    assert_eq!(browser.address, "/fox");
+    assert!(browser.app.game().is_some_and(|game| game.code == "fox"));
+}
+
+#[test]
+fn a_refusal_of_the_server_is_an_error_of_the_text_until_that_changes() {
+    let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
+    browser.wait(100);
+    let request = open_room(&mut browser);
+    let answer = r#"{"error":"guest.toml:2: size: found","line":2,"field":"size","found":"[100, 100]","allowed":"less"}"#;
+    browser.press("KeyE", "e");
+    browser.say(Event::Answered(request, Some(answer.to_owned())));
+    assert_eq!(browser.app.state(), "editing", "the error is shown where it is");
+    let editor = &browser.app.edited().expect("the editor").editor;
+    let shown = editor.problem().expect("an error").to_string();
+    assert_eq!(shown, "my-scene.toml:2: size: found [100, 100]; allowed: less");
+    assert_eq!(editor.error_bytes().map(|at| &SCENE[at]), Some("size = [100, 100]"));
+    browser.say(Event::Edited(Deed::Typed(format!("{SCENE}\n"))));
+    assert!(browser.app.edited().is_some_and(|screen| screen.editor.problem().is_none()));
+}
+
+#[test]
+fn a_room_that_is_not_opened_for_another_reason_is_a_card() {
+    let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
+    browser.wait(100);
+    for (answer, detail) in [
+        (Some(r#"{"error":"this server plays no scenes of guests"}"#), "plays no scenes of guests"),
+        (None, "Can't reach the server"),
+    ] {
+        let request = open_room(&mut browser);
+        browser.say(Event::Answered(request, answer.map(str::to_owned)));
+        let card = browser.app.notice().expect("a card");
+        assert!(card.detail.contains(detail), "{}", card.detail);
+        browser.click("notice");
+        assert_eq!((browser.app.state(), browser.app.notice()), ("editing", None));
+    }
+}
+
+#[test]
+fn a_text_with_an_error_gets_no_room_and_an_answer_that_comes_late_leads_nowhere() {
+    let mut browser = browser_at("#edit", &[("jostle.draft", "title = 3\n")]);
+    browser.wait(100);
+    let count = browser.effects.len();
+    browser.click("edit-room");
+    assert!(matches!(browser.effects[count..], [Effect::FocusText(0)]));
+    browser.say(Event::Edited(Deed::Typed(SCENE.to_owned())));
+    let request = open_room(&mut browser);
+    browser.click("leave");
+    let answer = format!(r#"{{"code":"fox","host_key":"{}"}}"#, "ab".repeat(16));
+    browser.say(Event::Answered(request, Some(answer)));
+    assert_eq!((browser.app.state(), &*browser.address), ("lobby", "/"));
 }
