@@ -10,10 +10,11 @@ pub async fn the_lobby_opens_a_room_and_copies_its_link(stage: Arc<Stage>) -> Re
     let ada = stage.visit("/", Screen::LAPTOP).await?;
     ada.until("the lobby", |s| s.state == "lobby").await?;
     ada.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
-    // Pictures that are far below are otherwise not loaded yet.
+    // Pictures are loaded as they come into view.
+    ensure!(ada.eval::<bool>("!!document.querySelector('#game-list img:not([src])')").await?);
     ada.until_true(
-        "[...document.querySelectorAll('#game-list img')].every(i => { i.loading = 'eager'; \
-         return i.complete && i.naturalWidth; })",
+        "[...document.querySelectorAll('#game-list img')].every(i => { \
+         if (!i.src) i.scrollIntoView(); return i.complete && i.naturalWidth; })",
     )
     .await?;
     ada.fill("#name", "Ada").await?;
@@ -116,7 +117,7 @@ const COLD_BYTES_MAX: u64 = 1_000_000;
 pub async fn the_lobby_is_downloaded_once(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/", Screen::LAPTOP).await?;
     let loaded = "document.querySelectorAll('#game-list img').length > 5 && [...document.images]\
-                  .filter(i => i.getBoundingClientRect().top < innerHeight).every(i => i.complete)";
+                  .filter(i => i.getBoundingClientRect().top < innerHeight).every(i => i.src && i.complete)";
     tab.until("the lobby", |s| s.state == "lobby").await?;
     tab.until_true(loaded).await?;
     let bytes = "['navigation', 'resource'].flatMap(t => performance.getEntriesByType(t))\

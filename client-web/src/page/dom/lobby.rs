@@ -17,6 +17,8 @@ use web_sys::{Element, HtmlElement, HtmlInputElement, InputEvent, MouseEvent, Po
 const CATEGORIES: [(&str, &str); 3] =
     [("games", "game-list"), ("playgrounds", "playground-list"), ("book", "book-list")];
 
+/// Pictures are loaded above this multiple of the window's height.
+const NEAR: f64 = 1.25;
 /// Replays that a folded list shows: the style sheet hides the others.
 const FOLDED: usize = 6;
 
@@ -39,6 +41,7 @@ impl LobbyView {
     }
 
     pub fn show(&mut self, app: &App) {
+        load_near();
         let lobby = &app.lobby;
         let screen = self.shown.as_ref().map(|shown| shown.0);
         if screen != Some(app.screen) {
@@ -69,6 +72,23 @@ impl LobbyView {
         self.replays.show(lobby.replays.iter().map(|replay| replay_entry(lobby, replay)));
         let is_folded = dom::html("replay-list").class_list().contains("folded");
         dom::show("all-replays", is_folded && lobby.replays.len() > FOLDED);
+    }
+}
+
+/// Loads the pictures of scenes that are in view, or nearly. Browsers load lazy ones from far below, and few visits get
+/// that far. The page pulses, so that this follows what is scrolled.
+fn load_near() {
+    let height = f64::from(dom::root().client_height());
+    let waiting = dom::document().query_selector_all("img[data-src]").expect("a valid selector");
+    for at in 0..waiting.length() {
+        let Some(image) = waiting.item(at).and_then(|node| node.dyn_into::<Element>().ok()) else {
+            continue;
+        };
+        let place = image.get_bounding_client_rect();
+        if place.height() > 0.0 && place.top() < NEAR * height {
+            dom::set(&image, "src", image.get_attribute("data-src").as_deref());
+            dom::set(&image, "data-src", None);
+        }
     }
 }
 
@@ -208,7 +228,7 @@ fn scene_entry(scene: &SceneCard) -> Item {
         .with("a.edit", "href", format!("#edit={}", scene.name))
         .with("a.edit", "aria-label", format!("Edit {}", scene.title))
         .with("img", "hidden", (!pictured).then(String::new))
-        .with("img", "src", scene.picture.clone())
+        .with("img", "data-src", scene.picture.clone())
         .with("span.picture", "hidden", pictured.then(String::new))
         .text("strong", &scene.title)
         .text(".about", &scene.about)
