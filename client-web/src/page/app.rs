@@ -79,6 +79,8 @@ pub struct Startup {
     pub seed: u64,
     /// The page has no server.
     pub is_static: bool,
+    /// The part of all its addresses before the path.
+    pub origin: String,
     /// The player prefers less motion.
     pub calm: bool,
 }
@@ -115,6 +117,8 @@ pub struct App {
     /// Whether the controls are shown over a frozen demo, if one is on.
     pub frozen_hud: Option<bool>,
     pub(super) address: Address,
+    /// The part of the page's addresses before the path.
+    pub(super) origin: String,
     pub(super) calm: bool,
     /// Source of the scene that the fingers know.
     touch_scene: Option<String>,
@@ -123,7 +127,7 @@ pub struct App {
 impl App {
     /// A page that shows nothing yet: the first event says where it is.
     pub fn new(startup: &Startup) -> App {
-        let Startup { remembered, query, seed, calm, is_static } = startup;
+        let Startup { remembered, query, seed, calm, is_static, origin } = startup;
         let predicts = remembered.predicts(query_value(query, "predict"));
         let mut ctx = Context::new(remembered.clone(), predicts, *seed);
         ctx.is_static = *is_static;
@@ -153,6 +157,7 @@ impl App {
             copied: None,
             frozen_hud: None,
             address: Address::default(),
+            origin: origin.clone(),
             calm: *calm,
             touch_scene: None,
         }
@@ -486,6 +491,7 @@ impl App {
             "leave" => self.go_home(),
             "go" => self.go(&format!("/{value}")),
             "copy" => self.ctx.request(Effect::CopyAddress),
+            "qr-code" => self.show_code(),
             "help" => self.toggle_help(),
             "network" => self.toggle_network(),
             "sound" => {
@@ -532,6 +538,7 @@ impl App {
             Some(CardAction::Reload) => self.ctx.request(Effect::Reload),
             Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),
             Some(CardAction::Stay) => self.dialogs.card = None,
+            Some(CardAction::Edit) => self.edit_linked(),
             Some(CardAction::Refetch) => self.route(self.address.clone()),
             Some(CardAction::Again) => self.with_game(|game, ctx| {
                 if game.status.state == State::Refused { game.connect(ctx) } else { game.hurry() }
@@ -566,6 +573,14 @@ impl App {
         let player = replica.players().iter().find(|player| player.seat.0.to_string() == seat);
         let question = player.map(|p| Question::Kick(p.seat, p.appearance.clone()));
         self.dialogs.question = question;
+    }
+
+    /// Shows the link of what is on as a QR code.
+    fn show_code(&mut self) {
+        self.release_input();
+        let Address { path, query, hash } = &self.address;
+        let link = self.edited_link().unwrap_or_else(|| format!("{path}{query}{hash}"));
+        self.dialogs.card = Some(strings::link_code(format!("{}{link}", self.origin)));
     }
 
     fn note_copied(&mut self, copied: bool) {

@@ -5,6 +5,7 @@ use crate::editor::state::Editor;
 use crate::editor::update::Deed;
 use crate::net::api::Request;
 use crate::net::scene_link;
+use crate::page::alone;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
 use crate::page::context::Draft;
@@ -186,11 +187,25 @@ impl App {
     }
 
     fn copy_link(&mut self) {
-        let link = self.edited().map(|screen| scene_link::encode(screen.editor.text()));
-        let home = self.home().to_owned();
-        if let Some(link) = link {
-            self.ctx.request(Effect::CopyLink(format!("{home}#scene={link}")));
+        if let Some(link) = self.edited_link() {
+            self.ctx.request(Effect::CopyLink(format!("{}{link}", self.origin)));
         }
+    }
+
+    /// The link of the scene that is edited, from the first slash on.
+    pub(super) fn edited_link(&self) -> Option<String> {
+        let link = scene_link::encode(self.edited()?.editor.text());
+        Some(format!("{}{}{link}", self.home(), alone::SCENE))
+    }
+
+    /// Edits the scene of the address, which has an error, there.
+    pub(super) fn edit_linked(&mut self) {
+        let Some(text) = alone::linked(&self.address.hash) else { return };
+        self.dialogs.card = None;
+        self.edit(text, None, SEED);
+        self.show_hash("#edit".to_owned());
+        self.begin_in_place();
+        self.go_to_error();
     }
 
     /// Has the server open a private room with the text.

@@ -229,7 +229,7 @@ pub enum Effect {
     Sound(SoundTask),
     /// Saves a text as a file of this name.
     SaveFile(String, String),
-    /// Puts a link into the clipboard: the page's origin, and this.
+    /// Puts a link into the clipboard.
     CopyLink(String),
     /// Gives the keyboard focus to the text that is edited, at this byte.
     FocusText(usize),

@@ -14,6 +14,10 @@ const SKIP_TICKS: i64 = TICKS_PER_SECOND as i64;
 
 impl App {
     pub(super) fn key_down(&mut self, key: &Key) {
+        if key.code == "Escape" && self.notice().is_some_and(|card| card.code.is_some()) {
+            self.dialogs.card = None;
+            return self.ctx.request(Effect::PreventDefault);
+        }
         match &self.activity {
             Activity::Game(_) => self.game_key_down(key),
             Activity::Replay(_) => self.replay_key_down(key),

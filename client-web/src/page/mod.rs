@@ -23,6 +23,7 @@ mod name;
 mod news_log;
 mod plot;
 mod pointing;
+mod qr_code;
 #[cfg(target_arch = "wasm32")]
 mod queue;
 mod replay_screen;

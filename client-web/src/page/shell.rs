@@ -82,6 +82,7 @@ fn main() {
         seed: (js_sys::Math::random() * 2f64.powi(53)) as u64,
         calm: browser::media("(prefers-reduced-motion: reduce)"),
         is_static: files.0.is_some(),
+        origin: browser::window().location().origin().unwrap_or_default(),
         query,
     };
     let mut app = App::new(&startup);
@@ -231,12 +232,11 @@ impl Page {
             }
             Effect::SaveFile(name, text) => editor::save(&name, &text),
             Effect::CopyLink(link) => {
-                let origin = browser::window().location().origin().unwrap_or_default();
-                dom::copy(&format!("{origin}{link}"), move |copied| {
+                dom::copy(&link, move |copied| {
                     events.push(Event::Copied(copied));
                 });
             }
-            Effect::FocusText(at) => self.views.editor.focus_text(at),
+            Effect::FocusText(at) => self.views.focus_text = Some(at),
             Effect::DropGraphics => self.views.stage.graphics = None,
             Effect::Sound(task) => self.sound(&task),
             Effect::After(delay_ms, event) => {

@@ -2,6 +2,7 @@
 //! a session can end.
 
 use crate::net::scene_link::SceneLinkError;
+use crate::page::qr_code;
 use crate::replay::error::ReplayLoadError;
 use crate::sound::cue::Sound;
 use jostle_game::scene::SceneError;
@@ -42,6 +43,8 @@ pub enum CardAction {
     File,
     /// Asks the server again.
     Refetch,
+    /// Edits the scene of the link.
+    Edit,
 }
 
 /// A card in the middle of the page that says what happened and what to do.
@@ -59,6 +62,8 @@ pub struct Card {
     pub other: Option<(&'static str, CardAction)>,
     /// Goes away by itself; the button need not have the focus.
     pub passing: bool,
+    /// A link that is shown as a QR code.
+    pub code: Option<String>,
 }
 
 const fn card(
@@ -68,7 +73,8 @@ const fn card(
     action: CardAction,
 ) -> Card {
     let text = Cow::Borrowed(text);
-    Card { title, text, detail: String::new(), button, action, other: None, passing: false }
+    let detail = String::new();
+    Card { title, text, detail, button, action, other: None, passing: false, code: None }
 }
 
 const fn passing(mut card: Card) -> Card {
@@ -217,6 +223,23 @@ pub fn bad_scene(error: &SceneError, playing: bool) -> Card {
     let card = card("The scene has an error", text, "Open another file", CardAction::File);
     Card { detail: error.to_string(), ..card_or(card, label, action) }
 }
+
+/// The card for a scene link whose scene cannot be played.
+pub fn bad_linked_scene(error: &SceneError) -> Card {
+    let card = Card { button: "Edit", action: CardAction::Edit, ..bad_scene(error, false) };
+    Card { text: "It can be played once this is corrected.".into(), ..card }
+}
+
+/// The card with the QR code of a link.
+pub fn link_code(link: String) -> Card {
+    let text = "Point the camera of a phone at the code to open the link there.";
+    let card = card("QR code", text, "Done", CardAction::Stay);
+    match qr_code::draw(&link) {
+        Some(_) => Card { code: Some(link), ..card },
+        None => Card { text: LONG_LINK.into(), ..card },
+    }
+}
+const LONG_LINK: &str = "This scene is too long for a QR code. Copy its link instead.";
 
 /// The card for a scene link that cannot be read.
 pub fn bad_link(error: &SceneLinkError) -> Card {

@@ -44,8 +44,9 @@ impl Browser {
     }
 
     fn open_with(path: &str, query: &str, remembered: Remembered) -> Browser {
+        let (query, origin) = (query.to_owned(), "http://play.example".to_owned());
         let startup =
-            Startup { remembered, query: query.to_owned(), seed: 1, calm: false, is_static: false };
+            Startup { remembered, query: query.clone(), seed: 1, origin, ..Startup::default() };
         let mut browser = Browser {
             app: App::new(&startup),
             now_ms: 0.0,
@@ -57,7 +58,7 @@ impl Browser {
         };
         browser.say(Event::Navigated(Address {
             path: path.to_owned(),
-            query: query.to_owned(),
+            query,
             hash: String::new(),
         }));
         browser

@@ -6,10 +6,11 @@ use crate::page::app::App;
 use crate::page::dialogs::{Card, Question};
 use crate::page::dom;
 use crate::page::layers::{Layer, Layers};
+use crate::page::qr_code;
 use crate::page::strings;
 use wasm_bindgen::JsCast;
 use wasm_bindgen::closure::Closure;
-use web_sys::HtmlElement;
+use web_sys::{Element, HtmlElement};
 
 /// The cards as they were shown last.
 #[derive(Default)]
@@ -89,6 +90,13 @@ fn fill_card(card: &Card) {
     dom::text_or_hide("notice-detail", Some(&*card.detail).filter(|detail| !detail.is_empty()));
     dom::text("notice-button", card.button);
     dom::text_or_hide("notice-other", card.other.map(|(label, _)| label));
+    let code = card.code.as_deref().and_then(qr_code::draw);
+    dom::show("notice-code", code.is_some());
+    if let (Some(code), Some(svg)) = (code, dom::query::<Element>("#notice-code svg")) {
+        dom::set(&svg, "viewBox", Some(&format!("0 0 {0} {0}", code.side)));
+        let path = svg.first_element_child().expect("a path in it");
+        dom::set(&path, "d", Some(&code.path));
+    }
     let modal = if card.passing { "false" } else { "true" };
     dom::set(&dom::html("notice"), "aria-modal", Some(modal));
 }

@@ -61,6 +61,7 @@ impl Hud {
             dom::show(id, false);
         }
         dom::show("copy", true);
+        dom::show("qr-code", true);
         dom::show("signal", true);
         dom::document().set_title("Jostle");
     }

@@ -54,6 +54,7 @@ impl ReplayControls {
         };
         dom::text_or_hide("hint", cut.as_deref());
         dom::show("copy", name.is_some());
+        dom::show("qr-code", name.is_some());
         dom::set(&dom::html("seek"), "min", Some(&player.first_tick().to_string()));
         self.draw_marks(player);
     }

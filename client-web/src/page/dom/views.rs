@@ -43,6 +43,8 @@ pub struct Views {
     text_ms: f64,
     /// The canvas is to get the focus as soon as it is visible.
     pub focus_stage: bool,
+    /// The text that is edited is to get it, at this byte.
+    pub focus_text: Option<usize>,
 }
 
 impl Views {
@@ -66,6 +68,7 @@ impl Views {
             screen: app.screen,
             text_ms: 0.0,
             focus_stage: false,
+            focus_text: None,
         }
     }
 
@@ -103,6 +106,9 @@ impl Views {
             dom::focus_stage();
         }
         self.dialogs.show(app);
+        if let Some(at) = self.focus_text.take() {
+            self.editor.focus_text(at);
+        }
     }
 
     fn begin_screen(&mut self, app: &App) {

@@ -145,3 +145,49 @@ fn a_text_with_an_error_gets_no_room_and_an_answer_that_comes_late_leads_nowhere
     browser.say(Event::Answered(request, Some(answer)));
     assert_eq!((browser.app.state(), &*browser.address), ("lobby", "/"));
 }
+
+fn at_link(text: &str) -> Browser {
+    browser_at(&format!("#scene={}", crate::net::scene_link::encode(text)), &[])
+}
+
+#[test]
+fn a_linked_scene_with_an_error_is_edited_where_that_is() {
+    let wrong = format!("{SCENE}gravity = \"down\"\n");
+    let mut browser = at_link(&wrong);
+    let card = browser.app.notice().expect("a card");
+    assert_eq!(
+        (card.button, card.other.map(|(label, _)| label)),
+        ("Edit", Some("Back to the lobby"))
+    );
+    assert!(card.detail.starts_with("scene.toml:4: gravity: found"), "{}", card.detail);
+    let count = browser.effects.len();
+    browser.click("notice");
+    assert_eq!((browser.app.state(), browser.app.notice()), ("editing", None));
+    assert_eq!(text(&browser), wrong);
+    let last = browser.effects[count..].last();
+    assert!(matches!(last, Some(Effect::FocusText(at)) if wrong[*at..].starts_with("gravity")));
+    assert_eq!(browser.address, "/#edit");
+}
+
+#[test]
+fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
+    let mut browser = Browser::open("/fox", "");
+    browser.accept("arena");
+    browser.click("qr-code");
+    let card = browser.app.notice().expect("a card");
+    assert_eq!(card.code.as_deref(), Some("http://play.example/fox"));
+    browser.press("Escape", "Escape");
+    assert_eq!(browser.app.notice(), None);
+    // In the editor it is that of the scene, which is too long for one if the scene is.
+    let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
+    browser.click("qr-code");
+    let link = browser.app.notice().and_then(|card| card.code).expect("a link");
+    assert!(link.starts_with("http://play.example/#scene="), "{link}");
+    let mut rng = jostle_sim::Rng::new(1, 0);
+    let noise = (0..3000).map(|_| char::from(33 + rng.below(94) as u8)).collect();
+    browser.say(Event::Edited(Deed::Typed(noise)));
+    browser.click("qr-code");
+    let card = browser.app.notice().expect("a card");
+    assert_eq!(card.code, None);
+    assert!(card.text.contains("too long"), "{}", card.text);
+}
