@@ -12,6 +12,7 @@ pub mod hand;
 pub mod history;
 pub mod number;
 pub mod palette;
+mod path;
 mod sketch;
 pub mod snap;
 pub mod state;

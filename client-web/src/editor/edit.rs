@@ -93,7 +93,7 @@ fn own_bytes(text: &str, piece: &Piece) -> Range<usize> {
 }
 
 /// The bytes of an entry between brackets, with its comma and the blanks before it.
-fn item_bytes(text: &str, bytes: &Range<usize>) -> Range<usize> {
+pub(super) fn item_bytes(text: &str, bytes: &Range<usize>) -> Range<usize> {
     let blanks = |text: &str| text.len() - text.trim_start_matches([' ', '\t', '\r', '\n']).len();
     let mut end = bytes.end;
     let to_comma = end + blanks(&text[end..]);

@@ -10,6 +10,8 @@ use super::text::{Extent, List, Piece, PieceId, Place, Sheet, vector};
 use super::{field, number};
 use jostle_sim::{Shape, Vec2};
 
+/// Two presses within this time are a double one, milliseconds.
+const DOUBLE_MS: f64 = 400.0;
 /// Share of a hand's reach within which it has not moved yet.
 const STILL: f32 = 0.25;
 /// Handles lie so far outside of a piece, CSS pixels.
@@ -18,14 +20,24 @@ const GRIP_CSS: f32 = 8.0;
 const EDGE_CSS: f32 = 24.0;
 
 impl Editor {
-    pub(super) fn down(&mut self, hand: Hand) {
+    pub(super) fn down(&mut self, hand: Hand, now_ms: f64) {
         if let Some(gesture) = &mut self.gesture {
             gesture.free = gesture.id != hand.id;
             return;
         }
-        let grip = match self.grip_at(&hand) {
-            Some(grip) => grip,
-            None => match self.piece_at(hand.at, hand.reach) {
+        let is_again = |(then_ms, at): &(f64, Vec2)| {
+            now_ms - then_ms <= DOUBLE_MS && (*at - hand.at).length() <= hand.reach
+        };
+        let is_double = self.tap.take().as_ref().is_some_and(is_again);
+        let leg = self.leg_at(hand.at, hand.reach);
+        let grip = match (self.grip_at(&hand), leg) {
+            (Some(Grip::Point(index)), _) if is_double => return self.remove_point(index),
+            (Some(grip), _) => grip,
+            (None, Some((id, leg))) if is_double && self.selection == [id] => {
+                self.add_point((id, leg), self.on_unit(hand.at));
+                Grip::Point(leg + 1)
+            }
+            _ => match self.piece_at(hand.at, hand.reach).or(leg.map(|(id, _)| id)) {
                 Some(id) => {
                     self.pick(id, hand.adds);
                     Grip::Move
@@ -275,7 +287,7 @@ impl Editor {
         field::set(&gesture.base, &path, &value).into_iter().collect()
     }
 
-    pub(super) fn up(&mut self, hand: Hand) {
+    pub(super) fn up(&mut self, hand: Hand, now_ms: f64) {
         match &mut self.gesture {
             Some(gesture) if gesture.id != hand.id => return gesture.free = false,
             None => return,
@@ -283,6 +295,7 @@ impl Editor {
         }
         let Some(gesture) = self.gesture.take() else { return };
         self.guides = Guides::default();
+        self.tap = (!gesture.moving).then_some((now_ms, hand.at));
         match gesture.grip {
             Grip::Move if !gesture.moving && !hand.adds => {
                 // A press on one of many, without a move, selects that one.

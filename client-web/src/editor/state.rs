@@ -46,6 +46,8 @@ pub struct Editor {
     pub revision: u32,
     /// Text and time of the first and the last of some nudges.
     pub(super) nudges: Option<(String, f64)>,
+    /// Time and place of a press that moved nothing.
+    pub(super) tap: Option<(f64, Vec2)>,
 }
 
 impl Editor {
@@ -67,6 +69,7 @@ impl Editor {
             said: String::new(),
             revision: 0,
             nudges: None,
+            tap: None,
         };
         editor.reread();
         editor.check();

@@ -15,6 +15,11 @@ pub const SCENE: &str = "The scene";
 /// The heroes.
 pub const HEROES: &str = "Heroes";
 
+/// Labels of a button: a body has no path yet, or has one.
+pub const ADD_PATH: &str = "Let it move on a path";
+/// It has one.
+pub const ADD_POINT: &str = "Add a point to its path";
+
 /// Several pieces.
 pub fn pieces(count: usize) -> String {
     format!("{count} pieces")

@@ -358,3 +358,70 @@ fn a_box_and_shift_select_many_and_tab_goes_through_all() {
         ["wall 1 at 160, 2.5", "block 2 at 40, 15", "spawn 1 at 20, 20", "spawn 2 at 30, 20"]
     );
 }
+
+/// A yard in which the crate has a path with these points.
+fn with_path(points: &str) -> Editor {
+    let text =
+        YARD.replace("position = [40, 15]", &format!("path = {points} # its way\nperiod = 4"));
+    let editor = Editor::open(text, Some("yard.toml"));
+    assert_eq!(editor.error, None);
+    editor
+}
+
+/// A press without a move, twice.
+fn double(editor: &mut Editor, x: f32, y: f32) {
+    for ms in [0.0, 90.0, 200.0, 290.0] {
+        let deed = if ms % 20.0 == 0.0 { Deed::Down } else { Deed::Up };
+        editor.update(ms, deed(hand(x, y)));
+    }
+}
+
+#[test]
+fn a_body_gets_a_path_where_it_stands_and_the_path_more_points() {
+    let mut editor = yard();
+    editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
+    act(&mut editor, [Deed::PathExtended]);
+    editor.check();
+    assert_eq!(editor.error, None, "{}", editor.text());
+    let wanted = YARD
+        .replace("position = [40, 15]", "path = [[10, 15], [70, 15]]")
+        .replace("size = [10, 20]\n", "size = [10, 20]\nperiod = 4\n");
+    assert_eq!(editor.text(), wanted);
+    act(&mut editor, [Deed::PathExtended]);
+    assert_eq!(editor.text(), wanted.replace("[10, 15], [", "[10, 15], [40, 15], ["));
+    act(&mut editor, [Deed::Undone, Deed::Undone]);
+    assert_eq!(editor.text(), YARD);
+    // What moved by itself moves on its path alone.
+    let text = YARD.replace("[40, 15]", "[40, 15]\nvelocity = [3, 0]\nmotion = \"dynamic\"");
+    let mut editor = Editor::open(text, None);
+    editor.select(vec![PieceId { list: List::Bodies, index: 1 }]);
+    act(&mut editor, [Deed::PathExtended]);
+    editor.check();
+    assert_eq!((editor.text(), &editor.error), (&*wanted, &None));
+}
+
+#[test]
+fn two_presses_add_a_point_to_a_path_and_remove_one() {
+    let mut editor = with_path("[[40, 15], [100, 15]]");
+    let before = editor.text().to_owned();
+    double(&mut editor, 70.0, 15.4);
+    assert_eq!(editor.text(), before.replace("15], [100", "15], [70, 15], [100"));
+    assert!(editor.path_offer().is_some(), "it is selected");
+    double(&mut editor, 70.0, 15.0);
+    assert_eq!(editor.text(), before);
+    // The last two stay.
+    double(&mut editor, 100.0, 15.0);
+    assert_eq!(editor.text(), before);
+    act(&mut editor, [Deed::Undone, Deed::Undone]);
+    assert_eq!(editor.text(), before);
+}
+
+#[test]
+fn a_press_on_a_path_selects_its_body_and_one_elsewhere_none() {
+    let mut editor = with_path("[[40, 15], [100, 75]]");
+    act(&mut editor, [Deed::Down(hand(70.0, 45.5)), Deed::Up(hand(70.0, 45.5))]);
+    assert_eq!(editor.selection, [PieceId { list: List::Bodies, index: 1 }]);
+    assert_eq!(editor.path_offer(), Some(super::strings::ADD_POINT));
+    act(&mut editor, [Deed::Down(hand(70.0, 60.0)), Deed::Up(hand(70.0, 60.0))]);
+    assert_eq!((editor.selection.len(), editor.path_offer()), (0, None));
+}

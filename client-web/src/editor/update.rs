@@ -44,6 +44,8 @@ pub enum Deed {
     },
     /// The selection is copied.
     Duplicated,
+    /// The selected body gets a path, or its path a point.
+    PathExtended,
     /// The selection is removed.
     Deleted,
     /// The last step is taken back.
@@ -76,9 +78,9 @@ impl Editor {
         }
         match deed {
             Deed::Typed(text) => self.type_text(text, now_ms),
-            Deed::Down(hand) => self.down(hand),
+            Deed::Down(hand) => self.down(hand, now_ms),
             Deed::Moved(hand) => self.moved(hand),
-            Deed::Up(hand) => self.up(hand),
+            Deed::Up(hand) => self.up(hand, now_ms),
             Deed::Taken(make, id) => self.take(make, id),
             Deed::Placed(make, at) => {
                 let at = self.on_unit(at);
@@ -87,6 +89,7 @@ impl Editor {
             }
             Deed::Nudged { way, far } => self.nudge(way, far, now_ms),
             Deed::Duplicated => self.duplicate(),
+            Deed::PathExtended => self.extend_path(),
             Deed::Deleted => self.delete(),
             Deed::Undone => self.step(History::undo),
             Deed::Redone => self.step(History::redo),

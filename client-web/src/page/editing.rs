@@ -160,6 +160,7 @@ impl App {
             "edit-undo" => self.do_edit(Deed::Undone),
             "edit-redo" => self.do_edit(Deed::Redone),
             "edit-duplicate" => self.do_edit(Deed::Duplicated),
+            "edit-path" => self.do_edit(Deed::PathExtended),
             "edit-delete" => self.do_edit(Deed::Deleted),
             "edit-new" => self.with_editor(|screen, _| screen.editor.replace(String::new(), None)),
             "edit-place" => {

@@ -32,6 +32,7 @@ impl FormView {
         }
         dom::text("form-title", &title);
         dom::text("form-note", editor.form_note());
+        dom::text_or_hide("edit-path", editor.path_offer());
         let rows = rows(editor);
         let alike = |(one, other): (&Row, &Row)| one.path == other.path && one.form == other.form;
         if self.rows.len() != rows.len() || !self.rows.iter().zip(&rows).all(alike) {
