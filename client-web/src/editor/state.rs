@@ -2,7 +2,7 @@
 
 use super::edit::{Splice, apply};
 use super::field::{self, Spot};
-use super::hand::{Gesture, Hand};
+use super::hand::{Gesture, Grip, Hand};
 use super::history::History;
 use super::number::{DECIMALS_MAX, decimals_of, rounded};
 use super::snap::{Extents, Guides, Snapping, unit_of};
@@ -89,6 +89,11 @@ impl Editor {
     /// Whether a hand holds something.
     pub fn is_held(&self) -> bool {
         self.gesture.is_some()
+    }
+
+    /// Whether a hand is there, and holds no piece and no handle.
+    pub fn holds_nothing(&self) -> bool {
+        self.gesture.as_ref().is_some_and(|gesture| gesture.grip == Grip::Box)
     }
 
     // The text.

@@ -26,6 +26,8 @@ use jostle_game::{Buttons, RoundPhase, Scene, Seat};
 use jostle_protocol::{Appearance, limits};
 use std::sync::Arc;
 
+/// A wheel that turns so far doubles the picture of the editor, CSS pixels.
+const WHEEL_PIXELS: f32 = 300.0;
 /// The copy button says for this long what came of it, milliseconds.
 const COPIED_MS: i32 = 1500;
 
@@ -192,6 +194,12 @@ impl App {
             Event::KeyDown(key) => self.key_down(&key),
             Event::KeyUp(key) => self.key_up(&key),
             Event::Pointer(pointer) => self.pointer(&pointer),
+            Event::Wheel(at, by) => {
+                if self.edit_screen().is_some() {
+                    self.with_editor(|screen, _| screen.zoom(at, (-by / WHEEL_PIXELS).exp2()));
+                    self.ctx.request(Effect::PreventDefault);
+                }
+            }
             Event::ToolArmed(buttons) => self.fingers.armed = buttons,
             Event::ToolPressed(buttons, down) => self.press(buttons, down),
             Event::Clicked(action, value) => self.click(&action, &value),

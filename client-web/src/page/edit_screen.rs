@@ -21,6 +21,10 @@ const NO_PLAYER: Seat = Seat(u16::MAX);
 /// Reach of a mouse and of a finger, CSS pixels.
 const MOUSE_CSS: f32 = 12.0;
 const FINGER_CSS: f32 = 22.0;
+/// The scene is shown so much larger than as a whole, at most.
+const ZOOM_MAX: f32 = 16.0;
+/// The browser's number of the middle button.
+const MIDDLE: i16 = 1;
 
 /// The editor of one scene.
 pub struct EditScreen {
@@ -36,6 +40,13 @@ pub struct EditScreen {
     sketch: Sketch,
     none: Particles,
     pub view: View,
+    /// How much larger than as a whole the scene is shown, and how far from its middle, world units.
+    zoom: f32,
+    pan: Vec2,
+    /// Pointers that move the picture, not the scene, and where they are, CSS pixels: a middle button, or two fingers.
+    pinch: Vec<(i32, Vec2)>,
+    /// The finger that went down first, which becomes one of them.
+    first_touch: Option<(i32, Vec2)>,
     /// CSS pixels a device pixel.
     css_per_pixel: f32,
     /// Revision of the text that was kept for the next visit.
@@ -56,6 +67,10 @@ impl EditScreen {
             sketch: Sketch::default(),
             none: Particles::new(Vec::new(), 0),
             view: GameView::UNSEEN,
+            zoom: 1.0,
+            pan: Vec2::ZERO,
+            pinch: Vec::new(),
+            first_touch: None,
             css_per_pixel: 1.0,
             kept,
             opening: false,
@@ -76,6 +91,9 @@ impl EditScreen {
 
     /// Does what a pointer over the canvas means.
     pub fn point(&mut self, now_ms: f64, pointer: &Pointer) {
+        if self.move_picture(now_ms, pointer) {
+            return;
+        }
         let hand = self.hand(pointer);
         let deed = match pointer.change {
             PointerChange::Down => Deed::Down(hand),
@@ -84,6 +102,72 @@ impl EditScreen {
             PointerChange::Left => return,
         };
         self.update(now_ms, deed);
+    }
+
+    /// Moves the picture if a pointer is to; `false` if the pointer is for the scene.
+    fn move_picture(&mut self, now_ms: f64, pointer: &Pointer) -> bool {
+        let here = (pointer.id, pointer.at);
+        match pointer.change {
+            PointerChange::Down if pointer.button == MIDDLE => self.pinch = vec![here],
+            PointerChange::Down if pointer.touch => {
+                let first = self.first_touch.replace(here).filter(|first| first.0 != pointer.id);
+                // A finger that holds a piece keeps it.
+                let Some(first) = first.filter(|_| self.editor.holds_nothing()) else {
+                    return false;
+                };
+                self.update(now_ms, Deed::Cancelled);
+                self.pinch = vec![first, here];
+            }
+            PointerChange::Moved => {
+                if let Some(first) = self.first_touch.as_mut().filter(|first| first.0 == here.0) {
+                    first.1 = here.1;
+                }
+                let Some(at) = self.pinch.iter().position(|held| held.0 == here.0) else {
+                    return false;
+                };
+                self.css_per_pixel = pointer.canvas.x.max(1.0) / self.view.pixels[0].max(1) as f32;
+                let before = self.span();
+                self.pinch[at].1 = here.1;
+                let after = self.span();
+                self.show_at(before.0, after.0, after.1 / before.1);
+            }
+            PointerChange::Up => {
+                self.first_touch = None;
+                let count = self.pinch.len();
+                self.pinch.retain(|held| held.0 != here.0);
+                return self.pinch.len() < count;
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    /// The middle of the pointers that move the picture, and their distance, CSS pixels.
+    fn span(&self) -> (Vec2, f32) {
+        match self.pinch[..] {
+            [(_, one), (_, other)] => ((one + other) * 0.5, (one - other).length().max(1.0)),
+            [(_, one), ..] => (one, 1.0),
+            [] => (Vec2::ZERO, 1.0),
+        }
+    }
+
+    /// Zooms at a point of the canvas, CSS pixels.
+    pub fn zoom(&mut self, at: Vec2, factor: f32) {
+        self.show_at(at, at, factor);
+    }
+
+    /// Shows the world point that was at `from` at `to`, CSS pixels, and everything larger by a factor.
+    fn show_at(&mut self, from: Vec2, to: Vec2, factor: f32) {
+        let point = self.view.to_world(from / self.css_per_pixel);
+        let zoom = (self.zoom * factor).clamp(1.0, ZOOM_MAX);
+        self.view.height *= self.zoom / zoom;
+        self.zoom = zoom;
+        let by = point - self.view.to_world(to / self.css_per_pixel);
+        // As a whole it is in the middle, and its edges come no further than there.
+        let most = self.editor.world() * (0.5 - 0.5 / zoom);
+        let pan = (self.pan + by).clamp(-most, most);
+        self.view.center += pan - self.pan;
+        self.pan = pan;
     }
 
     fn hand(&mut self, pointer: &Pointer) -> Hand {
@@ -111,6 +195,8 @@ impl EditScreen {
         self.css_per_pixel = css_width as f32 / pixels[0] as f32;
         let mut camera = Camera::new(CameraRule::Fit, self.editor.world());
         self.view = camera.view(Target { pixels, hero: None, top, bottom, elapsed_s: 0.0 });
+        self.view.height /= self.zoom;
+        self.view.center += self.pan;
         let pixel = self.view.unit_per_pixel() / self.css_per_pixel.max(f32::MIN_POSITIVE);
         self.editor.sketch(pixel, &mut self.sketch);
     }

@@ -130,6 +130,8 @@ pub enum Event {
     KeyUp(Key),
     /// A pointer over the canvas changed.
     Pointer(Pointer),
+    /// The wheel turned over the canvas: at this point, CSS pixels, by this many pixels.
+    Wheel(Vec2, f32),
     /// A tool button of the touch screen was chosen for the next touch.
     ToolArmed(Buttons),
     /// A tool button of the touch screen went down or up.

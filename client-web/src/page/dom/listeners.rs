@@ -9,7 +9,7 @@ use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::queue::Events;
 use crate::sound::task::SoundEvent;
 use jostle_sim::Vec2;
-use web_sys::{KeyboardEvent, MouseEvent, PointerEvent};
+use web_sys::{KeyboardEvent, MouseEvent, PointerEvent, WheelEvent};
 
 /// Starts all listeners.
 pub fn all(events: Events) {
@@ -106,6 +106,12 @@ fn click(events: Events, event: &MouseEvent) {
 fn pointer(events: Events) {
     let stage = dom::html("stage");
     dom::listen(&stage, "contextmenu", |event: MouseEvent| event.prevent_default());
+    dom::listen(&stage, "wheel", move |event: WheelEvent| {
+        let at = Vec2::new(event.offset_x() as f32, event.offset_y() as f32);
+        // Lines and pages count as pixels of a usual size.
+        let unit = [1.0, 20.0, 400.0][event.delta_mode().min(2) as usize];
+        events.push_from(Event::Wheel(at, event.delta_y() as f32 * unit), &event);
+    });
     dom::listen(&stage, "pointerdown", move |event: PointerEvent| {
         event.prevent_default();
         dom::mark("tabbing", false);

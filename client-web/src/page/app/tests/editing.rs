@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::editor::update::Deed;
+use crate::page::event::{Pointer, PointerChange};
+use jostle_sim::Vec2;
 
 fn browser_at(hash: &str, local: &[(&str, &str)]) -> Browser {
     let local = local.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
@@ -190,4 +192,80 @@ fn the_link_of_what_is_on_is_shown_as_a_code_until_escape() {
     let card = browser.app.notice().expect("a card");
     assert_eq!(card.code, None);
     assert!(card.text.contains("too long"), "{}", card.text);
+}
+
+/// A finger, or the middle button of a mouse.
+fn pointed(browser: &mut Browser, change: PointerChange, id: i32, touch: bool, at: [f32; 2]) {
+    let pointer = Pointer {
+        change,
+        id,
+        touch,
+        at: Vec2::from(at),
+        canvas: Vec2::new(800.0, 600.0),
+        button: if touch { 0 } else { 1 },
+        pressed: true,
+        shift: false,
+        alt: false,
+    };
+    browser.say(Event::Pointer(pointer));
+}
+
+/// The world point at a place of the canvas.
+fn world_at(browser: &mut Browser, at: [f32; 2]) -> Vec2 {
+    browser.wait(50);
+    let screen = browser.app.edit_screen().expect("the editor");
+    screen.view.to_world(Vec2::from(at))
+}
+
+#[test]
+fn the_wheel_zooms_at_the_pointer_and_back_to_the_whole_scene() {
+    let mut browser = browser_at("#edit=splash", &[]);
+    let [whole, before] = [[400.0, 300.0], [500.0, 200.0]].map(|at| world_at(&mut browser, at));
+    let effects = browser.say(Event::Wheel(Vec2::new(500.0, 200.0), -600.0));
+    assert!(has(&effects, "PreventDefault"));
+    assert!((world_at(&mut browser, [500.0, 200.0]) - before).length() < 0.01);
+    let height = |browser: &Browser| browser.app.edit_screen().map(|screen| screen.view.height);
+    let near = height(&browser).expect("a view");
+    // The middle button drags the point that it is on.
+    pointed(&mut browser, PointerChange::Down, 1, false, [500.0, 200.0]);
+    pointed(&mut browser, PointerChange::Moved, 1, false, [450.0, 260.0]);
+    pointed(&mut browser, PointerChange::Up, 1, false, [450.0, 260.0]);
+    assert!((world_at(&mut browser, [450.0, 260.0]) - before).length() < 0.01);
+    let selected = |browser: &Browser| browser.app.edited().map(|s| s.editor.selection.len());
+    assert_eq!(selected(&browser), Some(0));
+    browser.say(Event::Wheel(Vec2::new(10.0, 10.0), 6000.0));
+    assert!((world_at(&mut browser, [400.0, 300.0]) - whole).length() < 0.01);
+    assert!(height(&browser).is_some_and(|far| (far / near - 4.0).abs() < 0.01));
+}
+
+#[test]
+fn two_fingers_zoom_and_one_on_a_piece_drags_it() {
+    let mut browser = browser_at("#edit", &[("jostle.draft", SCENE)]);
+    let before = world_at(&mut browser, [400.0, 300.0]);
+    pointed(&mut browser, PointerChange::Down, 1, true, [380.0, 300.0]);
+    pointed(&mut browser, PointerChange::Down, 2, true, [420.0, 300.0]);
+    pointed(&mut browser, PointerChange::Moved, 1, true, [360.0, 320.0]);
+    pointed(&mut browser, PointerChange::Moved, 2, true, [440.0, 320.0]);
+    assert!((world_at(&mut browser, [400.0, 320.0]) - before).length() < 0.01);
+    let unit = (world_at(&mut browser, [401.0, 320.0]) - before).x;
+    pointed(&mut browser, PointerChange::Up, 1, true, [360.0, 320.0]);
+    pointed(&mut browser, PointerChange::Up, 2, true, [440.0, 320.0]);
+    browser.say(Event::Wheel(Vec2::ZERO, 9000.0));
+    let whole = world_at(&mut browser, [401.0, 300.0]) - world_at(&mut browser, [400.0, 300.0]);
+    assert!((whole.x / unit - 2.0).abs() < 0.01, "twice as large");
+    // A finger that holds a piece keeps it, whatever a second one does.
+    browser.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
+    let place = world_at(&mut browser, [400.0, 300.0]);
+    for (change, id, at) in [
+        (PointerChange::Down, 1, [400.0, 300.0]),
+        (PointerChange::Down, 2, [700.0, 100.0]),
+        (PointerChange::Moved, 1, [460.0, 300.0]),
+        (PointerChange::Up, 1, [460.0, 300.0]),
+    ] {
+        pointed(&mut browser, change, id, true, at);
+    }
+    assert!((world_at(&mut browser, [400.0, 300.0]) - place).length() < 0.01);
+    let editor = &browser.app.edited().expect("the editor").editor;
+    let at = editor.selected().next().and_then(|piece| piece.center()).expect("a piece");
+    assert!(at.x > place.x + 1.0, "{at}");
 }
