@@ -77,6 +77,8 @@ impl Screen {
     pub const SMALL: Screen = Screen { width: 640, height: 360, touch: false };
     /// The narrowest phone that is supported.
     pub const PHONE: Screen = Screen { width: 360, height: 740, touch: true };
+    /// A phone on its side.
+    pub const PHONE_ON_SIDE: Screen = Screen { width: 640, height: 360, touch: true };
     /// A laptop.
     pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false };
 }

@@ -16,14 +16,14 @@ const NOTE: &str = "(() => { const noted = window.noted = []; const look = () =>
     noted.push([root.dataset.state, root.dataset.tick, performance.now()]); \
     if (window.noted === noted) requestAnimationFrame(look); }; look(); return true; })()";
 
-async fn open(stage: &Stage, hash: &str, screen: Screen) -> Result<Tab> {
+pub async fn open(stage: &Stage, hash: &str, screen: Screen) -> Result<Tab> {
     let tab = stage.visit(&format!("/{hash}"), screen).await?;
     tab.until("the editor", |s| s.state == "editing").await?;
     tab.until("a picture", |s| s.drawn_frames > 1).await?;
     Ok(tab)
 }
 
-async fn text(tab: &Tab) -> Result<String> {
+pub async fn text(tab: &Tab) -> Result<String> {
     tab.eval("document.querySelector('#text').value").await
 }
 
@@ -63,6 +63,11 @@ async fn error(tab: &Tab) -> Result<String> {
 async fn underlined(tab: &Tab) -> Result<String> {
     tab.eval("[...document.querySelectorAll('#underlay mark')].map(m => m.textContent).join('')")
         .await
+}
+
+/// The sentence of the error that is shown, and the underlined text.
+pub async fn errors_of(tab: &Tab) -> Result<[String; 2]> {
+    Ok([error(tab).await?, underlined(tab).await?])
 }
 
 pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
@@ -266,6 +271,26 @@ pub async fn a_scene_is_built_by_touch(stage: Arc<Stage>) -> Result<()> {
     tab.until("the editor", |s| s.state == "editing").await?;
     tab.click_on("#edit-undo").await?;
     tab.until_true("!document.querySelector('#text').value.includes('[hero]')").await?;
+    Ok(())
+}
+
+/// Picture and panels share the screen, and each piece of the palette can be reached.
+pub async fn the_editor_fits_a_phone_on_its_side(stage: Arc<Stage>) -> Result<()> {
+    let tab = open(&stage, "#edit=splash", Screen::PHONE_ON_SIDE).await?;
+    tab.keep("editor-side").await?;
+    let [x, y, width, height]: [f64; 4] = tab.eval(PLACE).await?;
+    ensure!(x == 0.0 && y <= 56.0 && width >= 300.0 && height >= 280.0, "{width} x {height}");
+    tab.until_true(
+        "(() => { const panel = document.querySelector('#palette').getBoundingClientRect(); \
+         return panel.bottom <= innerHeight && panel.width >= 240 && panel.height >= 200; })()",
+    )
+    .await?;
+    pull(&tab, "path", [160.0, 150.0]).await?;
+    until_text(&tab, "path = [[").await?;
+    tab.click_on("#tab-text").await?;
+    tab.keep("editor-side-text").await?;
+    tab.click_on("#edit-leave").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
     Ok(())
 }
 

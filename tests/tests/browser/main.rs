@@ -18,6 +18,7 @@ mod player;
 mod playing;
 mod replay;
 mod rounds;
+mod sharing;
 mod sound;
 #[path = "../particles/streams.rs"]
 mod streams;
@@ -122,6 +123,7 @@ fn cases() -> Result<Vec<Case>> {
         Case::new("a_golden_minute_sounds_as_it_did", sound::a_golden_minute_sounds_as_it_did),
     ];
     cases.extend(editor_cases());
+    cases.extend(sharing_cases());
     cases.extend(pictures::cases());
     cases.extend([
         Case::new(
@@ -158,7 +160,7 @@ fn cases() -> Result<Vec<Case>> {
 }
 
 /// The scene editor.
-fn editor_cases() -> [Case; 7] {
+fn editor_cases() -> [Case; 8] {
     [
         Case::new(
             "a_scene_is_built_from_nothing_played_undone_and_shared",
@@ -173,9 +175,32 @@ fn editor_cases() -> [Case; 7] {
             editor::errors_are_shown_at_their_place,
         ),
         Case::new("a_scene_is_built_by_touch", editor::a_scene_is_built_by_touch),
+        Case::new(
+            "the_editor_fits_a_phone_on_its_side",
+            editor::the_editor_fits_a_phone_on_its_side,
+        ),
         Case::new("a_scene_is_built_by_keys", editor::a_scene_is_built_by_keys),
         Case::new("a_form_writes_into_the_text_of_a_scene", editor::a_form_writes_into_the_text),
         Case::new("a_scene_is_dropped_and_saved_as_a_file", editor::a_scene_is_a_file_too),
+    ]
+}
+
+/// Rooms, codes and links of scenes.
+fn sharing_cases() -> [Case; 4] {
+    [
+        Case::new(
+            "a_room_with_the_edited_scene_is_opened",
+            sharing::a_room_with_the_edited_scene_is_opened,
+        ),
+        Case::new(
+            "a_scene_that_the_server_refuses_shows_why_at_its_place",
+            sharing::a_scene_that_the_server_refuses_shows_why_at_its_place,
+        ),
+        Case::new(
+            "the_code_of_an_edited_scene_is_its_link",
+            sharing::the_code_of_an_edited_scene_is_its_link,
+        ),
+        Case::new("a_link_with_an_error_leads_to_it", sharing::a_link_with_an_error_leads_to_it),
     ]
 }
 
