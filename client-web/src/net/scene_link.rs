@@ -6,6 +6,8 @@ use jostle_protocol::limits::SCENE_BYTES_MAX;
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_with_limit};
 
+/// The part of an address after which a link stands.
+pub const HASH: &str = "#scene=";
 /// Characters of a link, at most: those of the longest text that a scene may have, if it cannot be compressed.
 pub const SCENE_LINK_CHARS_MAX: usize = (SCENE_BYTES_MAX + 64) / 3 * 4;
 /// Deflate level: higher ones shorten a scene by less than a percent.
@@ -40,6 +42,12 @@ pub fn decode(link: &str) -> Result<String, SceneLinkError> {
             }
         })?;
     String::from_utf8(text).map_err(|_| SceneLinkError::Damaged)
+}
+
+/// The link in the part of an address from `#` on, and how its scene is to be played.
+pub fn in_hash(hash: &str) -> Option<(&str, &str)> {
+    let rest = hash.strip_prefix(HASH)?;
+    Some(rest.split_once('&').unwrap_or((rest, "")))
 }
 
 /// The link of a scene's text.

@@ -17,21 +17,8 @@ use std::sync::Arc;
 
 /// Name of a scene whose file is not known, only its text.
 const LINKED: &str = "scene";
-/// A scene's text in the address.
-pub const SCENE: &str = "#scene=";
 /// The address of a replay in the page's own.
 const REPLAY: &str = "#replay=";
-
-/// The link of a scene in the part of an address after `#`, and how it is to be played.
-fn split(hash: &str) -> Option<(&str, &str)> {
-    let rest = hash.strip_prefix(SCENE)?;
-    Some(rest.split_once('&').unwrap_or((rest, "")))
-}
-
-/// The text of the scene in that part.
-pub fn linked(hash: &str) -> Option<String> {
-    scene_link::decode(split(hash)?.0).ok()
-}
 
 /// An error of a whole file, as the parser of scenes reports it.
 pub fn file_error(file: &str, found: &str, allowed: &str) -> SceneError {
@@ -66,7 +53,7 @@ impl App {
         } else if let Some(file) = hash.strip_prefix(REPLAY).filter(|file| !file.is_empty()) {
             let name = file.rsplit('/').next().unwrap_or(file).to_owned();
             self.fetch_replay(name, file.to_owned());
-        } else if let Some((link, wish)) = split(hash) {
+        } else if let Some((link, wish)) = scene_link::in_hash(hash) {
             match scene_link::decode(link) {
                 Ok(source) => self.play_text(&format!("{LINKED}.toml"), &source, Wish::of(wish)),
                 Err(error) => self.dialogs.card = Some(strings::bad_link(&error)),
@@ -128,7 +115,7 @@ impl App {
         match parsed {
             Ok((scene, text)) => {
                 self.end_screen();
-                self.show_hash(format!("{SCENE}{}", scene_link::encode(&text)));
+                self.show_hash(format!("{}{}", scene_link::HASH, scene_link::encode(&text)));
                 self.play_alone(Arc::new(scene), Wish::default());
                 self.ctx.request(Effect::FocusStage);
             }

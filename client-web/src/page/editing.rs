@@ -5,7 +5,6 @@ use crate::editor::state::Editor;
 use crate::editor::update::Deed;
 use crate::net::api::Request;
 use crate::net::scene_link;
-use crate::page::alone;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
 use crate::page::context::Draft;
@@ -196,12 +195,13 @@ impl App {
     /// The link of the scene that is edited, from the first slash on.
     pub(super) fn edited_link(&self) -> Option<String> {
         let link = scene_link::encode(self.edited()?.editor.text());
-        Some(format!("{}{}{link}", self.home(), alone::SCENE))
+        Some(format!("{}{}{link}", self.home(), scene_link::HASH))
     }
 
     /// Edits the scene of the address, which has an error, there.
     pub(super) fn edit_linked(&mut self) {
-        let Some(text) = alone::linked(&self.address.hash) else { return };
+        let link = scene_link::in_hash(&self.address.hash);
+        let Some(text) = link.and_then(|(link, _)| scene_link::decode(link).ok()) else { return };
         self.dialogs.card = None;
         self.edit(text, None, SEED);
         self.show_hash("#edit".to_owned());

@@ -163,13 +163,13 @@ impl Lobby {
 }
 
 /// The code of a room that the server opened, of which the player is the host from now on; or why it opened none.
-pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Opened> {
+pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Box<Opened>> {
     let opened = parse(answer).unwrap_or_default();
     if let Opened { code: Some(code), host_key: Some(host_key), .. } = opened {
         ctx.set_secret(Secret::Host, &code, Token::parse(&host_key));
         return Ok(code);
     }
-    Err(opened)
+    Err(Box::new(opened))
 }
 
 fn parse<T: DeserializeOwned>(answer: Option<&str>) -> Option<T> {
