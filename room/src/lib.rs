@@ -10,6 +10,7 @@ pub mod playback;
 mod recorder;
 mod replication;
 mod room;
+pub mod run;
 mod saved;
 
 pub use input_queue::{
@@ -19,4 +20,5 @@ pub use playback::{Playback, PlaybackError, Played};
 pub use recorder::{BLOCK_TICKS, KEYFRAME_TICKS_MIN, Recorder};
 pub use replication::{BufferPool, InterestArea, Rate, Subscriber, view_of};
 pub use room::{Claim, Room, SEAT_HELD_TICKS, VIEW_EVERY_TICKS, Welcome};
+pub use run::{Measure, Run, Unproven};
 pub use saved::{SavedMembers, SavedSeat};

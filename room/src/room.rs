@@ -421,6 +421,12 @@ impl Room {
         self.recorder.as_mut().map(Recorder::take).unwrap_or_default()
     }
 
+    /// The last records of the recording if it ended now. It goes on.
+    pub fn recording_end(&self) -> Vec<Record> {
+        let recorder = self.recorder.clone();
+        recorder.map(|recorder| recorder.finish(&self.game)).unwrap_or_default()
+    }
+
     /// Ends the recording, and returns its last records.
     pub fn stop_recording(&mut self) -> Vec<Record> {
         let recorder = self.recorder.take();

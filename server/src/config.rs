@@ -11,6 +11,7 @@ use crate::ops::supervisor::Supervisor;
 use crate::replays;
 use ipnet::IpNet;
 use jostle_game::Scene;
+use std::path::PathBuf;
 use tracing_appender::non_blocking::ErrorCounter;
 
 /// Settings that a server starts with.
@@ -51,6 +52,15 @@ pub struct Config {
     pub supervisor: Supervisor,
     /// Agones' sidecar, if Agones started the server.
     pub agones: Option<agones::Settings>,
+}
+
+impl Config {
+    /// Where the best runs are kept: beside the open rooms, or else beside the replays.
+    pub fn records_dir(&self) -> Option<PathBuf> {
+        let state = self.state.as_ref().map(|state| &state.dir);
+        let dir = state.or(self.replays.as_ref().map(|replays| &replays.dir))?;
+        Some(dir.join("records"))
+    }
 }
 
 impl Default for Config {

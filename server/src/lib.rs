@@ -6,7 +6,7 @@
 //! configured, [`net::http`] answers or upgrades it, [`net::session`] runs the game session. A session meets
 //! its room at two bounded queues: the inbox that it fills and the [`host::outbox`] that it empties.
 //! [`host::ticker`] is the room's thread between them; [`host::rooms`] lists the rooms.
-//! [`replays`] records games on a thread of its own, and [`durable`] keeps rooms on another, so that they outlive
+//! [`replays`] records games on a thread of its own, [`records`] keeps the best runs, and [`durable`] keeps rooms on another, so that they outlive
 //! the process. [`limits`] bounds what an address, a network and a socket
 //! may do. [`ops`] counts events, shows them to operators on a port of their own and logs refusals.
 
@@ -18,6 +18,7 @@ pub mod host;
 pub mod limits;
 pub mod net;
 pub mod ops;
+pub mod records;
 pub mod replays;
 pub mod state;
 
@@ -34,6 +35,7 @@ use net::socket_threads::SocketThreads;
 use ops::agones;
 use ops::bans::Bans;
 use ops::supervisor::{self, Sign};
+use records::Records;
 use replays::Recording;
 use std::convert::Infallible;
 use std::io;
@@ -71,6 +73,7 @@ pub async fn run_with_ops(
     let recording = config.replays.clone().map(Recording::start).transpose()?;
     let files = config.state.as_ref().map(StateWriter::start).transpose()?;
     let saved = files.as_ref().map(|files| files.saved_rooms()).transpose()?;
+    let records = open_records(&config)?;
     let joining = match config.fleet.clone() {
         Some(settings) => Some(Joining::new(settings).await?),
         None => None,
@@ -79,6 +82,7 @@ pub async fn run_with_ops(
         Parts {
             phase: followed,
             recording,
+            records,
             bans: Bans::open(files.as_ref().map(|files| files.dir().bans())),
             key: key(&config, files.as_deref()),
             fleet: joining.as_ref().map(|joining| Arc::clone(&joining.fleet)),
@@ -179,6 +183,14 @@ async fn blocking(until: Instant, late: &str, work: impl FnOnce() + Send + 'stat
     if timeout_at(until, spawn_blocking(work)).await.is_err() {
         warn!("{late}");
     }
+}
+
+/// The records, where the server has a directory for them. Their files are played again from now on.
+fn open_records(config: &Config) -> io::Result<Option<Arc<Records>>> {
+    let Some(dir) = config.records_dir() else { return Ok(None) };
+    let records = Records::open(dir, &config.scenes, config.waits.run_trial)?;
+    records.reload()?;
+    Ok(Some(records))
 }
 
 /// The key that signs tokens: that of the fleet, or that of the process before.

@@ -276,6 +276,19 @@ pub const REPLAY_READERS_MAX: usize = 64;
 /// Of these, of one address.
 pub const ADDRESS_REPLAY_READERS_MAX: usize = 4;
 
+// Records.
+
+/// Best runs of a scene that are kept, one of the same players.
+pub const RECORDS_MAX: usize = 10;
+/// Bytes of a run's replay: half an hour takes some 230 kB for its hashes, and a busy pointer as much again.
+pub const RUN_BYTES_MAX: usize = 1 << 20;
+/// Files of records that are played again when the server starts: those of all scenes.
+pub const RECORD_FILES_MAX: usize = SCENES_MAX * RECORDS_MAX;
+/// Replays that are checked or wait for that, a megabyte each. One is played at a time, at half a processor.
+pub const RUN_TRIALS_MAX: usize = 16;
+/// Of these, of one address.
+pub const ADDRESS_RUN_TRIALS_MAX: usize = 2;
+
 // The state directory.
 
 /// Ticks after which a room's file gives way to a new one: as many as a restart has to play again, a third of a
@@ -383,6 +396,8 @@ pub struct Waits {
     /// Processor time in which a guest's scene is read and plays its trial: twice a room's share, as the trial is livelier
     /// than players are.
     pub guest_trial: Duration,
+    /// Processor time in which a replay of a run is played again: half an hour of a scene takes a few seconds.
+    pub run_trial: Duration,
     /// Processor time that a room with a guest's scene may take beyond its share before it is closed.
     pub guest_excess: Duration,
     /// Time between two looks at the files of the certificate. A change is taken up once it has lasted for one.
@@ -407,6 +422,7 @@ impl Waits {
         drain: Duration::from_secs(3),
         drain_max: Duration::from_millis(6500),
         guest_trial: Duration::from_millis(500),
+        run_trial: Duration::from_secs(10),
         guest_excess: Duration::from_secs(5),
         certificate_look: Duration::from_secs(5),
     };

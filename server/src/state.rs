@@ -15,6 +15,7 @@ use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
 use crate::ops::spare::SpareDescriptors;
+use crate::records::Records;
 use crate::replays::{Recording, ReplayStore};
 use std::fmt::Display;
 use std::net::IpAddr;
@@ -34,6 +35,8 @@ pub struct ServerState {
     pub rooms: Arc<Rooms>,
     /// This server's part in a fleet.
     pub fleet: Option<Arc<Fleet>>,
+    /// The best runs, if they are kept.
+    pub records: Option<Arc<Records>>,
     /// Networks that operators have banned.
     pub bans: Bans,
     /// Limits on TCP connections.
@@ -62,6 +65,8 @@ pub struct Parts {
     pub phase: watch::Receiver<Phase>,
     /// The writer of replays; `None` records nothing.
     pub recording: Option<Arc<Recording>>,
+    /// The best runs; `None` keeps none.
+    pub records: Option<Arc<Records>>,
     /// Keeps the rooms' state; `None` lets them end with the process.
     pub state_writer: Option<Arc<dyn RecordKeeper>>,
     /// Its part in a fleet.
@@ -76,7 +81,8 @@ impl Parts {
     /// The parts of a server that keeps nothing, and is in no fleet.
     pub fn new(phase: watch::Receiver<Phase>) -> Parts {
         let bans = Bans::default();
-        Parts { phase, recording: None, state_writer: None, fleet: None, key: None, bans }
+        let (recording, records) = (None, None);
+        Parts { phase, recording, records, state_writer: None, fleet: None, key: None, bans }
     }
 }
 
@@ -85,7 +91,7 @@ impl ServerState {
     pub fn new(parts: Parts, config: Config) -> ServerState {
         let (in_all, address_max) = (config.connections_max, config.address_sessions_max);
         let connections_max = limits::ADDRESS_CONNECTIONS_SPARE + address_max;
-        let Parts { phase, recording, state_writer, fleet, key, bans } = parts;
+        let Parts { phase, recording, records, state_writer, fleet, key, bans } = parts;
         // With the key of the process before, or of the fleet, its tokens go on giving seats back.
         let signer = key.map_or_else(TokenSigner::with_random_key, |key| TokenSigner::new(&key));
         let threads = available_parallelism().map_or(1, NonZero::get);
@@ -106,6 +112,7 @@ impl ServerState {
             fleet,
             config,
             host,
+            records,
             bans,
             connections: ConnectionLimits::new(in_all, connections_max),
             requests: Mutex::new(AddressRateLimiter::new(

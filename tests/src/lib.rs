@@ -11,6 +11,7 @@ pub mod nats;
 pub mod picture;
 pub mod program;
 pub mod runner;
+pub mod runs;
 pub mod scenes;
 pub mod server;
 pub mod state;

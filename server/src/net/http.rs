@@ -8,6 +8,7 @@ pub mod host;
 mod origin;
 mod page;
 mod read;
+mod records;
 mod replays;
 pub mod response;
 
@@ -158,11 +159,15 @@ async fn route(
             guests::create_room(request, address, state).await
         }
         "/api/guest-rooms" => not_allowed(&path),
+        "/api/records" if *request.method() == Method::POST => {
+            records::submit(request, address, state).await
+        }
         _ if !reads => not_allowed(&path),
         "/" => page(state.config.files, request.headers(), StatusCode::OK),
         "/api/scenes" => json(StatusCode::OK, &api::scenes(state)),
         "/api/rooms" => json(StatusCode::OK, &api::rooms(state)),
         "/api/replays" => replays::list(state),
+        "/api/records" => records::list(request.uri().query(), state),
         _ => other_path(request.headers(), word, address, state).await,
     };
     (answer, None)
@@ -188,6 +193,7 @@ async fn other_path(
         Some(("assets", name)) => {
             own_scene(name, state).unwrap_or_else(|| asset(state.config.files, headers, name))
         }
+        Some(("records", file)) => records::file(file, address, state).await,
         Some(("replays", file)) => replays::file(file, address, state).await,
         Some(("replay", name)) => {
             page(state.config.files, headers, replays::page_status(name, state))
@@ -235,7 +241,7 @@ fn too_many() -> Answer {
 
 fn not_allowed(path: &str) -> Answer {
     let allowed = match path {
-        "/api/rooms" => "GET, HEAD, POST",
+        "/api/rooms" | "/api/records" => "GET, HEAD, POST",
         "/api/guest-rooms" => "POST",
         _ => "GET, HEAD",
     };

@@ -40,6 +40,13 @@ pub async fn raw(address: SocketAddr, request: &str) -> Answer {
     raw_over(stream, request).await
 }
 
+/// The same for a request with a body that is no text.
+pub async fn raw_bytes(address: SocketAddr, request: &[u8]) -> Answer {
+    let stream = TcpStream::connect(address).await.expect("a connection");
+    let answer = timeout(LONG, exchange_bytes(stream, request)).await.expect("an answer in time");
+    answer.expect("an answer and not a closed connection")
+}
+
 /// The same over a given stream.
 pub async fn raw_over(stream: impl AsyncRead + AsyncWrite + Unpin, request: &str) -> Answer {
     let answer = timeout(LONG, exchange(stream, request)).await.expect("an answer in time");
@@ -48,10 +55,17 @@ pub async fn raw_over(stream: impl AsyncRead + AsyncWrite + Unpin, request: &str
 
 /// The same; `None` if the connection is closed instead.
 pub async fn exchange(
-    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    stream: impl AsyncRead + AsyncWrite + Unpin,
     request: &str,
 ) -> Option<Answer> {
-    stream.write_all(request.as_bytes()).await.ok()?;
+    exchange_bytes(stream, request.as_bytes()).await
+}
+
+async fn exchange_bytes(
+    mut stream: impl AsyncRead + AsyncWrite + Unpin,
+    request: &[u8],
+) -> Option<Answer> {
+    stream.write_all(request).await.ok()?;
     let mut bytes = Vec::new();
     stream.read_to_end(&mut bytes).await.ok()?;
     let split = bytes.windows(4).position(|part| part == b"\r\n\r\n")?;

@@ -19,6 +19,7 @@ mod ops;
 mod play;
 mod power;
 mod process;
+mod records;
 mod replays;
 mod restarts;
 mod server;

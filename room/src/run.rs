@@ -1,0 +1,222 @@
+//! Runs: what a replay shows of a scene's rounds, once it was played again.
+//!
+//! A run belongs to the scene whose text the replay holds, and its measure follows from the rules of the scene: the
+//! time until a side wins, or the points of the winners. Nothing is believed but the players' inputs: the game begins
+//! at tick 0 with the seed of the replay, every hash and every state in the file is compared with what is played, and
+//! the result is read off the game. That a person pressed the keys cannot be proved, nor whose name it was.
+
+use crate::playback::{Playback, PlaybackError};
+use jostle_game::scene::RuleSpec;
+use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side};
+use jostle_protocol::Appearance;
+use jostle_protocol::replay::{Ending, Replay, ReplayError};
+use jostle_sim::TICKS_PER_SECOND;
+use std::sync::Arc;
+
+/// Ticks of a replay that may be a run: half an hour, as its game is played from its first tick each time.
+pub const RUN_TICKS_MAX: u32 = 30 * 60 * TICKS_PER_SECOND;
+
+/// Which of two runs of a scene is better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// The one in which a side wins sooner.
+    Time,
+    /// The one whose winners have more points; of equals the shorter.
+    Points,
+}
+
+impl Measure {
+    /// The measure that the rules of a scene define. `None` without rounds, and where teams play against each other,
+    /// as it depends on the others then how soon one wins.
+    pub fn of(scene: &Scene) -> Option<Measure> {
+        let round = scene.rules.round.as_ref().filter(|_| scene.rules.teams.len() < 2)?;
+        let wins = |rule: &RuleSpec| rule.effects.end == Some(true);
+        let is_won = round.goal.is_some() || scene.rules.rules.iter().any(wins);
+        match round.stars {
+            None if is_won => Some(Measure::Time),
+            _ => scene.counts_points().then_some(Measure::Points),
+        }
+    }
+
+    /// Its word in answers of a server.
+    pub fn name(self) -> &'static str {
+        match self {
+            Measure::Time => "time",
+            Measure::Points => "points",
+        }
+    }
+}
+
+/// A round that was won.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// How it is compared with others.
+    pub measure: Measure,
+    /// Ticks of the game before the round began.
+    pub begin: u32,
+    /// The tick that decided it.
+    pub end: u32,
+    /// Points of the winners.
+    pub points: i32,
+    /// Digest of the whole state after that tick.
+    pub hash: u64,
+    /// The winners, in seat order; at least one.
+    pub players: Vec<(Seat, Appearance)>,
+}
+
+impl Run {
+    /// Ticks that the round took.
+    pub fn ticks(&self) -> u32 {
+        self.end - self.begin
+    }
+
+    /// The smaller, the better.
+    pub fn rank(&self) -> (i32, u32) {
+        match self.measure {
+            Measure::Time => (0, self.ticks()),
+            Measure::Points => (-self.points, self.ticks()),
+        }
+    }
+}
+
+/// The reason why a replay proves no run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unproven {
+    /// Runs of the scene are not compared.
+    #[error(
+        "runs of this scene are not compared: it has no rounds, or teams play against each other"
+    )]
+    NotCompared,
+    /// It is of another scene, or of another text of it.
+    #[error("the scene in the replay is not the one that is played here under the name {0:?}")]
+    OtherScene(String),
+    /// It begins in the middle of a game.
+    #[error("the replay begins after tick {0}; a run is recorded from the first tick of its game")]
+    Midway(u32),
+    /// It is too long.
+    #[error("the replay has {0} ticks; a run has at most {RUN_TICKS_MAX}")]
+    TooLong(u32),
+    /// It was damaged, or cut short.
+    #[error("the replay is not whole: {0}")]
+    NotWhole(ReplayError),
+    /// It cannot be played.
+    #[error("the replay cannot be played: {0}")]
+    Unplayable(#[from] PlaybackError),
+    /// An input or a hash is not what was recorded.
+    #[error("tick {0} does not have the recorded hash when it is played again")]
+    Differs(u32),
+    /// A state in the file is not the one that is played.
+    #[error("the keyframe of tick {0} is not the state that is played")]
+    OtherState(u32),
+    /// No round is won in it.
+    #[error("nobody wins a round in this replay")]
+    NoResult,
+    /// It takes too long to play.
+    #[error("the replay takes too long to play: it came to tick {0}")]
+    TooSlow(u32),
+}
+
+/// Plays a replay of this scene again, and returns the best run in it. `may_go_on` is asked after each tick.
+pub fn prove(
+    replay: &Arc<Replay>,
+    scene: &Scene,
+    mut may_go_on: impl FnMut() -> bool,
+) -> Result<Run, Unproven> {
+    let measure = Measure::of(scene).ok_or(Unproven::NotCompared)?;
+    check_outline(replay, scene)?;
+    let mut playback = Playback::new(Arc::clone(replay))?;
+    let mut keyframes = replay.keyframe_ticks().peekable();
+    let mut watch = Watch { measure, round: None, begin: None, best: None };
+    while let Some(played) = playback.step()? {
+        if !played.agrees {
+            return Err(Unproven::Differs(played.tick));
+        }
+        if keyframes.next_if_eq(&played.tick).is_some() && !has_state(&playback) {
+            return Err(Unproven::OtherState(played.tick));
+        }
+        watch.see(&playback);
+        if !may_go_on() {
+            return Err(Unproven::TooSlow(played.tick));
+        }
+    }
+    if replay.end_hash() != Some(playback.game().hash()) {
+        return Err(Unproven::Differs(playback.tick()));
+    }
+    // One before the first tick, or a second one of the same tick, was not compared.
+    if let Some(tick) = keyframes.next() {
+        return Err(Unproven::OtherState(tick));
+    }
+    watch.best.ok_or(Unproven::NoResult)
+}
+
+/// Checks what can be seen without playing.
+fn check_outline(replay: &Replay, scene: &Scene) -> Result<(), Unproven> {
+    let start = replay.start();
+    if (start.scene_name != scene.name) || (start.scene != scene.source) {
+        return Err(Unproven::OtherScene(start.scene_name.clone()));
+    }
+    if start.first_tick > 0 {
+        return Err(Unproven::Midway(start.first_tick));
+    }
+    if replay.last_tick() > RUN_TICKS_MAX {
+        return Err(Unproven::TooLong(replay.last_tick()));
+    }
+    match replay.ending() {
+        Ending::Whole => Ok(()),
+        Ending::Cut(error) | Ending::Damaged(error) => Err(Unproven::NotWhole(error)),
+    }
+}
+
+/// Returns whether the keyframe of this tick is what was played: players of replays go on from it.
+fn has_state(playback: &Playback) -> bool {
+    let (moment, game) = (playback.moment(), playback.game());
+    let keyframe = playback.replay().keyframe_before(playback.tick());
+    keyframe.is_some_and(|keyframe| {
+        let members = keyframe.members.iter().map(|(seat, look)| (&seat.0, look));
+        keyframe.hash == game.hash() && keyframe.state == game.save() && members.eq(&moment.members)
+    })
+}
+
+/// Looks at the rounds of a game while it is played.
+struct Watch {
+    measure: Measure,
+    round: Option<RoundInfo>,
+    /// Ticks before the round that runs.
+    begin: Option<u32>,
+    best: Option<Run>,
+}
+
+impl Watch {
+    fn see(&mut self, playback: &Playback) {
+        playback.game().capture_round(&mut self.round);
+        let Some(round) = &self.round else { return };
+        match round.phase {
+            RoundPhase::Running => self.begin = Some(round.since),
+            RoundPhase::Waiting | RoundPhase::Countdown => self.begin = None,
+            RoundPhase::Over => {
+                let begin = self.begin.take();
+                let run = begin.and_then(|begin| result(self.measure, begin, round, playback));
+                let is_better =
+                    |run: &Run| self.best.as_ref().is_none_or(|best| run.rank() < best.rank());
+                if let Some(run) = run.filter(is_better) {
+                    self.best = Some(run);
+                }
+            }
+        }
+    }
+}
+
+/// The run of a round that is over, if anybody won it.
+fn result(measure: Measure, begin: u32, round: &RoundInfo, playback: &Playback) -> Option<Run> {
+    let points = round.winners.iter().filter_map(|&side| Some(round.side(side)?.score)).max()?;
+    let won = |side: &Side| round.winners.contains(side);
+    let seats = round.players.iter().map(|player| player.seat);
+    let winners = seats.filter(|&seat| won(&round.side_of(seat)));
+    let look = |seat: Seat| Some((seat, playback.moment().members.get(&seat.0)?.clone()));
+    let players: Vec<(Seat, Appearance)> = winners.filter_map(look).collect();
+    let (end, hash) = (playback.tick(), playback.game().hash());
+    (!players.is_empty()).then_some(Run { measure, begin, end, points, hash, players })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,132 @@
+//! Records over HTTP: `POST /api/records` with a replay, the lists of the best runs, and their files.
+
+use super::body::Body;
+use super::read;
+use super::response::{Answer, failed, json, not_found};
+use crate::limits;
+use crate::ops::refusal_log::Foreign;
+use crate::records::{BestRuns, Record, Records};
+use crate::state::ServerState;
+use hyper::body::Incoming;
+use hyper::header::{self, HeaderValue};
+use hyper::{Request, Response, StatusCode};
+use jostle_game::Scene;
+use jostle_room::Measure;
+use serde_json::{Value, json};
+use std::net::IpAddr;
+use std::sync::Arc;
+use tracing::error;
+
+/// Error where nothing is kept.
+const OFF: &str = "this server keeps no records; its host can have it keep them with --state DIR or --replays DIR";
+/// Error for a network whose runs are being checked, or where too many are.
+const BUSY: &str = "other runs are being checked at the moment; try again in some seconds";
+/// Seconds after which to try again.
+const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
+
+/// The best run of each scene, or the best ones of `?scene=NAME`.
+pub fn list(query: Option<&str>, state: &ServerState) -> Answer {
+    let wanted = query.and_then(|query| query.strip_prefix("scene="));
+    let tables = state.records.as_ref().map_or_else(Vec::new, |records| records.tables());
+    let is_wanted = |(scene, ..): &&(Arc<Scene>, Measure, BestRuns)| {
+        wanted.is_none_or(|name| scene.name == name)
+    };
+    let shown = if wanted.is_some() { limits::RECORDS_MAX } else { 1 };
+    let table = |(scene, measure, runs): &(Arc<Scene>, Measure, BestRuns)| {
+        let records: Vec<Value> = runs.list().iter().take(shown).map(entry).collect();
+        json!({ "scene": scene.name, "measure": measure.name(), "records": records })
+    };
+    let scenes: Vec<Value> = tables.iter().filter(is_wanted).map(table).collect();
+    if wanted.is_some() && state.records.is_some() && scenes.is_empty() {
+        return failed(StatusCode::NOT_FOUND, "runs of no such scene are compared here");
+    }
+    json(StatusCode::OK, &json!({ "kept": state.records.is_some(), "scenes": scenes }))
+}
+
+fn entry(record: &Record) -> Value {
+    let Record { name, run, unix_s, bytes } = record;
+    let (seat, look) = &run.players[0];
+    let players: Vec<&str> = run.players.iter().map(|(_, look)| &*look.name).collect();
+    json!({
+        "name": name,
+        "ticks": run.ticks(),
+        "points": run.points,
+        "begin": run.begin,
+        "seat": seat.0,
+        "players": players,
+        "color": look.color,
+        "unix_s": unix_s,
+        "bytes": bytes,
+    })
+}
+
+/// Plays the replay in the body again, and enters its best run.
+pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerState) -> Answer {
+    let Some(records) = &state.records else {
+        state.refused("records_off", address, "a run");
+        return failed(StatusCode::FORBIDDEN, OFF);
+    };
+    // Before the body, which is long.
+    let Some(_waiting) = records.admit(address) else {
+        state.refused("runs_busy", address, "a run");
+        let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, BUSY);
+        answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
+        return answer;
+    };
+    let bytes = match read::body(request, limits::RUN_BYTES_MAX, state).await {
+        Ok(bytes) => bytes.to_vec(),
+        Err(error) => return error.answer(limits::RUN_BYTES_MAX),
+    };
+    match play(records, bytes).await {
+        Ok(answer) => answer,
+        Err(reason) => {
+            state.refused("run", address, Foreign(reason.as_bytes()));
+            failed(StatusCode::UNPROCESSABLE_ENTITY, &reason)
+        }
+    }
+}
+
+/// Plays a replay, and returns the response to its run, or the sentence of the refusal.
+async fn play(records: &Arc<Records>, bytes: Vec<u8>) -> Result<Answer, String> {
+    match records.submit(bytes).await {
+        Ok(Ok(entered)) => {
+            let status = entered.rank.map_or(StatusCode::OK, |_| StatusCode::CREATED);
+            let (name, rank) = (&entered.name, entered.rank);
+            let (ticks, points) = (entered.run.ticks(), entered.run.points);
+            let run = json!({ "name": name, "rank": rank, "ticks": ticks, "points": points });
+            Ok(json(status, &run))
+        }
+        Ok(Err(reason)) => Err(reason.to_string()),
+        Err(error) => {
+            error!(%error, "a run could not be checked");
+            Ok(failed(StatusCode::INTERNAL_SERVER_ERROR, "the run could not be checked or kept"))
+        }
+    }
+}
+
+/// The replay of a record.
+pub async fn file(file: &str, address: IpAddr, state: &ServerState) -> Answer {
+    let name = file.strip_suffix(".jostle");
+    let (Some(records), Some(name)) = (&state.records, name) else { return not_found() };
+    let readable = match records.read(name, address) {
+        Ok(Some(readable)) => readable,
+        Ok(None) => return not_found(),
+        Err(_busy) => {
+            state.refused("replays_busy", address, Foreign(name.as_bytes()));
+            let text = "too many replays are being downloaded; try again later";
+            return failed(StatusCode::SERVICE_UNAVAILABLE, text);
+        }
+    };
+    match Body::open(readable).await {
+        Ok(body) => {
+            let mut answer = Response::new(body);
+            let bytes = HeaderValue::from_static("application/octet-stream");
+            answer.headers_mut().insert(header::CONTENT_TYPE, bytes);
+            answer
+        }
+        Err(error) => {
+            state.refused("unreadable_replay", address, format_args!("{name}: {error}"));
+            not_found()
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! From the bytes of a replay to the run that it proves.
+
+use crate::host::thread_time;
+use crate::limits;
+use jostle_game::Scene;
+use jostle_protocol::replay::{Replay, ReplayError};
+use jostle_room::{Run, Unproven, run};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Ticks between two looks at the time.
+const LOOK_TICKS: u32 = 64;
+
+/// The reason why bytes prove no run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NoRun {
+    /// They are too many.
+    #[error("the replay has {0} bytes; a run has at most {max}", max = limits::RUN_BYTES_MAX)]
+    TooLong(usize),
+    /// They are no replay.
+    #[error("this is no replay that can be read: {0}")]
+    Unreadable(#[from] ReplayError),
+    /// Its scene is not on offer.
+    #[error("this server has no scene {0:?}")]
+    NoSuchScene(String),
+    /// It is not what it says, or says nothing.
+    #[error("{0}")]
+    Unproven(#[from] Unproven),
+}
+
+impl NoRun {
+    /// Returns whether it may be a run where other scenes are on offer.
+    pub fn is_of_other_scene(&self) -> bool {
+        let unproven =
+            matches!(self, NoRun::Unproven(Unproven::OtherScene(_) | Unproven::NotCompared));
+        unproven || matches!(self, NoRun::NoSuchScene(_))
+    }
+}
+
+/// Plays a replay of one of these scenes, in at most so much processor time, and returns the scene and the best run.
+/// This thread rests for as long as it works.
+pub fn prove<'a>(
+    bytes: Vec<u8>,
+    scenes: &'a [Arc<Scene>],
+    most: Duration,
+) -> Result<(&'a Arc<Scene>, Run), NoRun> {
+    if bytes.len() > limits::RUN_BYTES_MAX {
+        return Err(NoRun::TooLong(bytes.len()));
+    }
+    let replay = Arc::new(Replay::read(bytes)?);
+    let name = &replay.start().scene_name;
+    let scene = scenes.iter().find(|scene| scene.name == *name);
+    let scene = scene.ok_or_else(|| NoRun::NoSuchScene(name.clone()))?;
+    let began = thread_time::taken();
+    let (mut ticks, mut before) = (0u32, began);
+    let run = run::prove(&replay, scene, || {
+        ticks += 1;
+        if !ticks.is_multiple_of(LOOK_TICKS) {
+            return true;
+        }
+        let now = thread_time::taken();
+        std::thread::sleep(now - before);
+        before = now;
+        now - began <= most
+    })?;
+    Ok((scene, run))
+}

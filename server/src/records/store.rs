@@ -1,0 +1,230 @@
+//! The directory of records, and the thread that plays one replay at a time.
+
+use super::best_runs::{BestRuns, Record};
+use super::proof::{NoRun, prove};
+use crate::durable::write_closed;
+use crate::host::thread_time;
+use crate::limits;
+use crate::limits::connection_limits::{ConnectionLimits, Permit};
+use crate::replays::Readable;
+use jostle_game::Scene;
+use jostle_room::{Measure, Run};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, SystemTime};
+use tokio::sync::oneshot;
+use tracing::{error, info, warn};
+
+/// Ending of the files.
+const ENDING: &str = "jostle";
+/// Ending of a file that proves nothing any more; it is kept for a diagnosis.
+const DAMAGED: &str = "damaged";
+/// Ending of a file that was not complete when the process ended.
+const NEW: &str = "new";
+
+/// The records of a server.
+pub struct Records {
+    dir: PathBuf,
+    /// Scenes on offer.
+    scenes: Vec<Arc<Scene>>,
+    /// Processor time in which a replay is played.
+    most: Duration,
+    /// By the name of the scene.
+    tables: Mutex<BTreeMap<String, BestRuns>>,
+    /// Held by the thread whose replay is played.
+    turn: Mutex<()>,
+    trials: Arc<ConnectionLimits>,
+    readers: Arc<ConnectionLimits>,
+}
+
+/// A run that was proven.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entered {
+    /// The run.
+    pub run: Run,
+    /// Name of its file.
+    pub name: String,
+    /// Its rank, from 1; `None` if it is not among the best.
+    pub rank: Option<usize>,
+}
+
+impl Records {
+    /// Opens or makes the directory for runs of these scenes.
+    pub fn open(dir: PathBuf, scenes: &[Scene], most: Duration) -> io::Result<Arc<Records>> {
+        fs::create_dir_all(&dir)
+            .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", dir.display())))?;
+        let limited = ConnectionLimits::new;
+        Ok(Arc::new(Records {
+            dir,
+            scenes: scenes.iter().cloned().map(Arc::new).collect(),
+            most,
+            tables: Mutex::default(),
+            turn: Mutex::default(),
+            trials: limited(limits::RUN_TRIALS_MAX, limits::ADDRESS_RUN_TRIALS_MAX),
+            readers: limited(limits::REPLAY_READERS_MAX, limits::ADDRESS_REPLAY_READERS_MAX),
+        }))
+    }
+
+    /// Starts to play the files of the directory again, on a thread of its own.
+    pub fn reload(self: &Arc<Records>) -> io::Result<JoinHandle<()>> {
+        let records = Arc::clone(self);
+        std::thread::Builder::new().name("records".to_owned()).spawn(move || {
+            thread_time::go_after_others(limits::GUEST_NICENESS);
+            if let Err(error) = records.reload_here() {
+                warn!(dir = %records.dir.display(), %error, "cannot read the records");
+            }
+        })
+    }
+
+    fn reload_here(&self) -> io::Result<()> {
+        let (mut kept, mut others) = (0, 0);
+        for path in self.files()? {
+            let _turn = lock(&self.turn);
+            match self.read_again(&path) {
+                Ok(()) => kept += 1,
+                Err(reason) if reason.is_of_other_scene() => others += 1,
+                Err(reason) => self.set_aside(&path, &reason),
+            }
+        }
+        if kept + others > 0 {
+            info!(kept, of_other_scenes = others, "records played again");
+        }
+        Ok(())
+    }
+
+    /// Files of records, in the order of their names. What was not complete is deleted.
+    fn files(&self) -> io::Result<Vec<PathBuf>> {
+        let mut files = Vec::new();
+        for entry in fs::read_dir(&self.dir)? {
+            let path = entry?.path();
+            match path.extension().and_then(|ending| ending.to_str()) {
+                Some(ENDING) if path.is_file() => files.push(path),
+                Some(NEW) => drop(fs::remove_file(&path)),
+                _ => {}
+            }
+        }
+        files.sort();
+        files.truncate(limits::RECORD_FILES_MAX);
+        Ok(files)
+    }
+
+    fn read_again(&self, path: &Path) -> Result<(), NoRun> {
+        let length = fs::metadata(path).map_or(0, |metadata| metadata.len() as usize);
+        if length > limits::RUN_BYTES_MAX {
+            return Err(NoRun::TooLong(length));
+        }
+        // What cannot be read is no replay either.
+        let bytes = fs::read(path).unwrap_or_default();
+        let modified = fs::metadata(path).and_then(|metadata| metadata.modified());
+        let (scene, run) = prove(bytes.clone(), &self.scenes, self.most)?;
+        let came = modified.unwrap_or(SystemTime::UNIX_EPOCH);
+        let record = record(scene, run, came, bytes.len());
+        let right = self.path(&record.name);
+        if path != right && fs::rename(path, &right).is_err() {
+            return Ok(());
+        }
+        self.enter(&scene.name, record);
+        Ok(())
+    }
+
+    fn set_aside(&self, path: &Path, reason: &NoRun) {
+        let aside = path.with_extension(DAMAGED);
+        let moved = fs::rename(path, &aside);
+        let file = path.display();
+        match moved {
+            Ok(()) => warn!(%file, aside = %aside.display(), %reason, "a record is set aside"),
+            Err(error) => warn!(%file, %reason, %error, "a record cannot be set aside"),
+        }
+    }
+
+    /// Counts a replay of this address that is to be played; `None` if too many are.
+    pub fn admit(&self, address: IpAddr) -> Option<Permit> {
+        self.trials.admit(address)
+    }
+
+    /// Plays a replay, and enters its run if that is among the best. Errors of the outer kind are those of the server.
+    pub async fn submit(self: &Arc<Records>, bytes: Vec<u8>) -> io::Result<Result<Entered, NoRun>> {
+        let (sender, entered) = oneshot::channel();
+        let records = Arc::clone(self);
+        std::thread::Builder::new().name("record".to_owned()).spawn(move || {
+            thread_time::go_after_others(limits::GUEST_NICENESS);
+            let _turn = lock(&records.turn);
+            // The request may be gone by then.
+            let _ = sender.send(records.submit_here(bytes));
+        })?;
+        entered.await.map_err(|_| io::Error::other("a record's proof panicked"))?
+    }
+
+    fn submit_here(&self, bytes: Vec<u8>) -> io::Result<Result<Entered, NoRun>> {
+        let (scene, run) = match prove(bytes.clone(), &self.scenes, self.most) {
+            Ok(proven) => proven,
+            Err(reason) => return Ok(Err(reason)),
+        };
+        let record = record(scene, run.clone(), SystemTime::now(), bytes.len());
+        let name = record.name.clone();
+        if self.table(&scene.name).takes(&record) {
+            if let Err(error) = write_closed(&self.path(&name), &bytes) {
+                error!(file = %self.path(&name).display(), %error, "CANNOT KEEP A RECORD");
+                return Err(error);
+            }
+            self.enter(&scene.name, record);
+        }
+        let rank = self.table(&scene.name).rank(&name);
+        Ok(Ok(Entered { run, name, rank }))
+    }
+
+    /// Enters a run whose file is written, and removes the files of those that it displaces.
+    fn enter(&self, scene: &str, record: Record) {
+        let displaced = lock(&self.tables).entry(scene.to_owned()).or_default().enter(record);
+        for name in displaced {
+            if let Err(error) = fs::remove_file(self.path(&name)) {
+                warn!(name, %error, "cannot delete a record that was beaten");
+            }
+        }
+    }
+
+    /// Scenes whose runs are compared, with the measure and the best runs.
+    pub fn tables(&self) -> Vec<(Arc<Scene>, Measure, BestRuns)> {
+        let compared = |scene: &Arc<Scene>| {
+            Some((Arc::clone(scene), Measure::of(scene)?, self.table(&scene.name)))
+        };
+        self.scenes.iter().filter_map(compared).collect()
+    }
+
+    fn table(&self, scene: &str) -> BestRuns {
+        lock(&self.tables).get(scene).cloned().unwrap_or_default()
+    }
+
+    /// Opens the file of a record for a client of this address; `Ok(None)` if there is none of that name, and an
+    /// error if too many are being read. Names are only looked up, so no name leads anywhere else.
+    pub fn read(&self, name: &str, address: IpAddr) -> Result<Option<Readable>, Busy> {
+        let tables = lock(&self.tables);
+        let mut all = tables.values().flat_map(BestRuns::list);
+        let Some(record) = all.find(|record| record.name == name) else { return Ok(None) };
+        let permit = self.readers.admit(address).ok_or(Busy)?;
+        Ok(Some(Readable { path: self.path(name), bytes: record.bytes, permit }))
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.join(format!("{name}.{ENDING}"))
+    }
+}
+
+/// Too many records are being read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Busy;
+
+fn record(scene: &Scene, run: Run, came: SystemTime, bytes: usize) -> Record {
+    let since = came.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let name = format!("{}-{:016x}", scene.name, run.hash);
+    Record { name, run, unix_s: since.as_secs(), bytes: bytes as u64 }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,82 @@
+//! Runs for tests of records: a scene in which one is short, and replays of it.
+
+use jostle_game::{Buttons, Input, RoundPhase, Scene};
+use jostle_protocol::Appearance;
+use jostle_protocol::replay::{Record, header};
+use jostle_room::Room;
+use std::sync::Arc;
+
+/// Name of the scene.
+pub const DASH_NAME: &str = "dash";
+
+/// A dash to the right: who reaches the post has won.
+pub const DASH: &str = r#"title = "Dash"
+size = [100, 60]
+gravity = [0, 0]
+tools = ["steer"]
+groups = ["hero"]
+
+[round]
+goal = 1
+time = 60
+countdown = 1
+
+[hero]
+size = [4, 4]
+spawns = [[10, 30], [10, 40]]
+
+[[zones]]
+name = "post"
+area = [[80, 0], [100, 60]]
+
+[[rules]]
+enter = "post"
+score = 1
+"#;
+
+/// The records of a game of [`DASH`] in which this player waits for so many ticks of the round, and then flies to the
+/// post.
+pub fn dash(player: &str, wait: u32) -> Vec<Record> {
+    let scene = Scene::parse("dash.toml", DASH).expect("a scene");
+    let mut room = Room::new("alone", Arc::new(scene), 7);
+    room.record("test", 1000);
+    let look = Appearance::new(player, 3).expect("a name");
+    let seat = room.join(look, None).expect("a seat").claim.seat;
+    let mut records = Vec::new();
+    for seq in 1..=400 + wait {
+        let round = room.game().round().expect("rules");
+        let flies = round.phase == RoundPhase::Running && seq > round.since + wait;
+        let buttons = if flies { Buttons::RIGHT } else { Buttons::default() };
+        room.input(seat, seq, Input { buttons, pointer: None });
+        room.tick();
+        records.extend(room.take_records());
+        if round.phase == RoundPhase::Over {
+            break;
+        }
+    }
+    records.extend(room.stop_recording());
+    records
+}
+
+/// The records of a game of the shipped race that a bot of the room wins, beside a player who rests.
+pub fn race() -> Vec<Record> {
+    let scene = Scene::built_in().into_iter().find(|scene| scene.name == "race");
+    let mut room = Room::filled("alone", Arc::new(scene.expect("a shipped scene")), 1, 2);
+    room.record("test", 1000);
+    let look = Appearance::new("Ann", 3).expect("a name");
+    room.join(look, None).expect("a seat");
+    let mut records = Vec::new();
+    while room.game().round().is_none_or(|round| round.phase != RoundPhase::Over) {
+        room.tick();
+        records.extend(room.take_records());
+    }
+    records.extend(room.stop_recording());
+    records
+}
+
+/// The file of these records.
+pub fn file(records: &[Record]) -> Vec<u8> {
+    let mut bytes = header();
+    records.iter().for_each(|record| bytes.extend(record.seal()));
+    bytes
+}
