@@ -6,7 +6,7 @@
 //! the result is read off the game. That a person pressed the keys cannot be proved, nor whose name it was.
 
 use crate::playback::{Playback, PlaybackError};
-use jostle_game::scene::RuleSpec;
+use jostle_game::scene::{RoundSpec, RuleSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side};
 use jostle_protocol::Appearance;
 use jostle_protocol::replay::{Ending, Replay, ReplayError};
@@ -27,11 +27,14 @@ pub enum Measure {
 
 impl Measure {
     /// The measure that the rules of a scene define. `None` without rounds, and where teams play against each other,
-    /// as it depends on the others then how soon one wins.
+    /// as it depends on the others then how soon one wins. The same holds where each plays alone and others can lose.
     pub fn of(scene: &Scene) -> Option<Measure> {
         let round = scene.rules.round.as_ref().filter(|_| scene.rules.teams.len() < 2)?;
-        let wins = |rule: &RuleSpec| rule.effects.end == Some(true);
-        let is_won = round.goal.is_some() || scene.rules.rules.iter().any(wins);
+        let ends = |won| move |rule: &RuleSpec| rule.effects.end == Some(won);
+        let has = |won| scene.rules.rules.iter().any(ends(won));
+        let can_lose = round.lives.is_some() || has(false);
+        let is_crew = !scene.rules.teams.is_empty();
+        let is_won = (round.goal.is_some() || has(true)) && (is_crew || !can_lose);
         match round.stars {
             None if is_won => Some(Measure::Time),
             _ => scene.counts_points().then_some(Measure::Points),
@@ -206,6 +209,12 @@ impl Watch {
     }
 }
 
+/// Returns whether a round was won by what was done in it, and not by the end of its time.
+fn is_finished(measure: Measure, spec: &RoundSpec, ticks: u32, points: i32) -> bool {
+    let reached = spec.goal.is_some_and(|goal| points >= goal);
+    measure == Measure::Points || reached || spec.time.is_none_or(|time| ticks < time)
+}
+
 /// The run of a round that is over, if anybody won it.
 fn result(measure: Measure, begin: u32, round: &RoundInfo, playback: &Playback) -> Option<Run> {
     let points = round.winners.iter().filter_map(|&side| Some(round.side(side)?.score)).max()?;
@@ -215,6 +224,10 @@ fn result(measure: Measure, begin: u32, round: &RoundInfo, playback: &Playback) 
     let look = |seat: Seat| Some((seat, playback.moment().members.get(&seat.0)?.clone()));
     let players: Vec<(Seat, Appearance)> = winners.filter_map(look).collect();
     let (end, hash) = (playback.tick(), playback.game().hash());
+    let spec = playback.game().scene().rules.round.as_ref()?;
+    if !is_finished(measure, spec, end - begin, points) {
+        return None;
+    }
     (!players.is_empty()).then_some(Run { measure, begin, end, points, hash, players })
 }
 

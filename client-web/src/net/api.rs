@@ -113,6 +113,65 @@ pub struct ReplayCard {
     pub recording: bool,
 }
 
+/// Answer of `GET /api/records`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct Records {
+    /// Scenes whose runs are kept.
+    pub scenes: Vec<RecordTable>,
+}
+
+/// The best runs of a scene.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct RecordTable {
+    /// Name of the scene.
+    pub scene: String,
+    /// Which run is better: `time` or `points`.
+    pub measure: String,
+    /// The best first.
+    pub records: Vec<RecordCard>,
+}
+
+/// A run that is kept.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+pub struct RecordCard {
+    /// Name of its file: the scene, a dash and 16 digits.
+    pub name: String,
+    /// Ticks of its round.
+    pub ticks: u32,
+    /// Points of who won it.
+    pub points: i32,
+    /// Ticks of the replay before the round.
+    pub begin: u32,
+    /// Seat of the first who won it.
+    pub seat: u16,
+    /// Names of who won it.
+    pub players: Vec<String>,
+}
+
+impl RecordCard {
+    /// The link that plays its replay.
+    pub fn watch(&self) -> String {
+        format!("#replay=/records/{}.jostle", self.name)
+    }
+
+    /// The link that plays its scene alone, beside its ghost.
+    pub fn race(&self, scene: &str) -> String {
+        let number = self.name.rsplit('-').next().unwrap_or_default();
+        format!("#alone={scene}&bots=0&ghost={number}.{}.{}", self.begin, self.seat)
+    }
+}
+
+/// Answer of `POST /api/records`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+pub struct RunAnswer {
+    /// The rank of the run, if it is among the best.
+    #[serde(default)]
+    pub rank: Option<u32>,
+    /// Why it is not taken, for people.
+    #[serde(default)]
+    pub error: Option<String>,
+}
+
 /// Folder of the server's files.
 pub const FILES: &str = "/assets";
 
@@ -192,6 +251,10 @@ pub enum Request {
     Scenes,
     /// The replays.
     Replays,
+    /// The best runs.
+    Records,
+    /// Sends the replay of a run.
+    Run(Vec<u8>),
     /// Opens a room with a scene; a private one is not listed.
     Open {
         /// Name of the scene.
@@ -215,19 +278,22 @@ impl Request {
             Request::Rooms => ("GET", "/api/rooms"),
             Request::Scenes => ("GET", "/api/scenes"),
             Request::Replays => ("GET", "/api/replays"),
+            Request::Records => ("GET", "/api/records"),
+            Request::Run(_) => ("POST", "/api/records"),
             Request::Open { .. } => ("POST", "/api/rooms"),
             Request::OpenGuest(_) => ("POST", "/api/guest-rooms"),
         }
     }
 
     /// Body and its media type, if it has one. Names of scenes hold nothing that would need an escape.
-    pub fn body(&self) -> Option<(String, &'static str)> {
+    pub fn body(&self) -> Option<(Vec<u8>, &'static str)> {
         match self {
             Request::Open { scene, private } => {
                 let json = format!(r#"{{"scene":"{scene}","private":{private}}}"#);
-                Some((json, "application/json"))
+                Some((json.into_bytes(), "application/json"))
             }
-            Request::OpenGuest(text) => Some((text.clone(), "application/toml")),
+            Request::OpenGuest(text) => Some((text.clone().into_bytes(), "application/toml")),
+            Request::Run(replay) => Some((replay.clone(), "application/octet-stream")),
             _ => None,
         }
     }
@@ -356,7 +422,8 @@ mod tests {
     #[test]
     fn a_request_for_a_room_is_json() {
         let body = Request::Open { scene: "arena".to_owned(), private: true }.body();
-        let body: serde_json::Value = parse(&body.expect("a body").0).expect("valid");
+        let body = String::from_utf8(body.expect("a body").0).expect("text");
+        let body: serde_json::Value = parse(&body).expect("valid");
         assert_eq!(body, serde_json::json!({ "scene": "arena", "private": true }));
     }
 

@@ -46,7 +46,7 @@ pub fn call(
         request.set_timeout(call.timeout_ms());
         let Some((body, media_type)) = call.body() else { return request.send() };
         request.set_request_header("content-type", media_type)?;
-        request.send_with_opt_str(Some(&body))
+        request.send_with_opt_u8_array(Some(&body))
     });
     if sent.is_err() {
         return done(None);

@@ -1,14 +1,14 @@
 //! Playing alone: a room inside the page, for a scene of the site, of a link or of a file, and the part of the
 //! address after `#` that asks for it. Nothing of that part is ever sent.
 
-use crate::net::api::{self, SceneCard, query_value};
+use crate::net::api::{self, Request, SceneCard, query_value};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
 use crate::page::editing;
 use crate::page::event::{Address, Effect, Form};
-use crate::page::game::{ALONE, GameScreen};
+use crate::page::game::{ALONE, GameScreen, GhostSlot};
 use crate::page::strings;
 use crate::world::room_in_page::RoomInPage;
 use jostle_game::Scene;
@@ -60,6 +60,9 @@ impl App {
             }
         } else if let Some(name) = query_value(hash.trim_start_matches('#'), "alone") {
             self.await_scene(Awaited::Alone(name.to_owned(), Wish::of(hash)));
+            if !self.ctx.is_static {
+                self.ctx.request(Effect::Request(Request::Records));
+            }
         } else {
             return false;
         }
@@ -143,9 +146,14 @@ impl App {
     pub(super) fn play_alone(&mut self, scene: Arc<Scene>, wish: Wish) {
         let [needed, wanted] = bots_beside_one(&scene);
         let bots = wish.bots.unwrap_or(wanted).max(needed);
+        let ghost = wish.ghost.map(|ghost| (ghost, ghost.file(&scene.name)));
         let room = RoomInPage::alone(scene, wish.seed.unwrap_or(1), bots);
         let appearance = self.appearance.clone();
-        let game = GameScreen::in_page(&mut self.ctx, ALONE, room, appearance);
+        let mut game = GameScreen::in_page(&mut self.ctx, ALONE, room, appearance);
+        if let Some((ghost, file)) = ghost.filter(|_| !self.ctx.is_static) {
+            self.ctx.request(Effect::FetchReplay(file.clone()));
+            game.ghost = Some(GhostSlot::Awaited(ghost, file));
+        }
         self.activity = Activity::Game(Box::new(game));
     }
 }

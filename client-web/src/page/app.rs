@@ -15,6 +15,7 @@ use crate::page::game::status::State;
 use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
+use crate::page::records::Records;
 use crate::page::replay_screen::{OpenReplay, Opening};
 use crate::page::sound_desk::SoundDesk;
 use crate::page::strings::{self, CardAction};
@@ -96,6 +97,7 @@ pub struct App {
     /// Number of the screen: games and replays that were begun or ended.
     pub screen: u32,
     pub lobby: Lobby,
+    pub records: Records,
     pub appearance: Appearance,
     /// The colour that the page wears.
     pub own_color: u8,
@@ -145,6 +147,7 @@ impl App {
             edited: None,
             screen: 0,
             lobby: Lobby::default(),
+            records: Records::default(),
             own_color: appearance.color,
             appearance,
             dialogs: Dialogs::default(),
@@ -185,6 +188,7 @@ impl App {
             Event::Pulse { hidden } => self.pulse(hidden),
             Event::Frame(canvas) => {
                 self.advance(canvas);
+                self.send_run();
                 self.mix();
             }
             Event::Drawn(drawn) => self.note_drawn(drawn),
@@ -223,8 +227,10 @@ impl App {
                 self.take_guest_room(&text, answer.as_deref());
             }
             Event::Answered(request, answer) => {
-                let code = self.lobby.take(&mut self.ctx, &request, answer.as_deref());
-                self.enter(code);
+                if !self.take_record(&request, answer.as_deref()) {
+                    let code = self.lobby.take(&mut self.ctx, &request, answer.as_deref());
+                    self.enter(code);
+                }
             }
             Event::SceneFetched(name, fetched) => self.take_scene(&name, fetched),
             Event::ReplayFetched(name, fetched) => self.take_fetched(&name, fetched),
@@ -352,6 +358,7 @@ impl App {
         self.panels.network = false;
         self.end_sound();
         self.copied = None;
+        self.records.begin();
     }
 
     /// Starts the game in the page that waits for this scene.

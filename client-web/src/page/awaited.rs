@@ -1,6 +1,7 @@
 //! Games in the page that the address asks for, while their scenes are awaited.
 
 use crate::net::api::query_value;
+use crate::world::ghost::GhostWish;
 use crate::world::room_in_page::DemoRequest;
 
 /// A game in the page that waits for its scene.
@@ -30,6 +31,8 @@ pub struct Wish {
     pub bots: Option<u16>,
     /// Seed of the game; 1 if not given.
     pub seed: Option<u64>,
+    /// The run whose ghost goes along.
+    pub ghost: Option<GhostWish>,
 }
 
 impl Wish {
@@ -39,6 +42,7 @@ impl Wish {
         Wish {
             bots: number("bots").and_then(|bots| bots.parse().ok()),
             seed: number("seed").and_then(|seed| seed.parse().ok()),
+            ghost: number("ghost").and_then(GhostWish::parse),
         }
     }
 }

@@ -243,6 +243,7 @@ impl EditScreen {
             copy: self.copy,
             dimmed: false,
             sketch: Some(&self.sketch),
+            ghost: None,
         }
     }
 }

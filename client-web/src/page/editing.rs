@@ -63,7 +63,7 @@ impl App {
         };
         let seed = Some(screen.seed);
         let edits = std::mem::replace(&mut self.activity, Activity::Lobby);
-        self.play_alone(scene, Wish { bots: None, seed });
+        self.play_alone(scene, Wish { seed, ..Wish::default() });
         // It takes its seat at once: nothing is to be waited for.
         self.with_game(|game, ctx| game.advance(ctx, None));
         if let Activity::Edit(screen) = edits {

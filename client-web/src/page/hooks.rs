@@ -57,6 +57,7 @@ fn describe(page: &Page) -> JsValue {
         ("hash_tick", game.and_then(|game| Some(game.room_in_page()?.tick_count())).into()),
         ("told_place", played.and_then(Replica::told_place).map(point).into()),
         ("prediction", game.and_then(prediction).into()),
+        ("ghost", game.and_then(|game| game.ghost_body()).map(|ghost| point(ghost.center)).into()),
         ("replay", replay.map(shown_replay).into()),
         ("sound", sound(page)),
     ])

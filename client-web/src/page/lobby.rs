@@ -69,6 +69,7 @@ impl Lobby {
         if self.replays_asked_ms.is_none_or(|asked_ms| ctx.now_ms - asked_ms >= REPLAYS_MS) {
             self.replays_asked_ms = Some(ctx.now_ms);
             ctx.request(Effect::Request(Request::Replays));
+            ctx.request(Effect::Request(Request::Records));
         }
     }
 
@@ -138,6 +139,7 @@ impl Lobby {
                     self.replays = replays;
                 }
             }
+            Request::Records | Request::Run(_) => {}
             Request::Open { .. } => {
                 return self.opened(ctx, answer);
             }

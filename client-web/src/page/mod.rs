@@ -26,6 +26,7 @@ mod pointing;
 mod qr_code;
 #[cfg(target_arch = "wasm32")]
 mod queue;
+mod records;
 mod replay_screen;
 mod replays;
 mod round;

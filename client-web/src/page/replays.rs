@@ -28,7 +28,9 @@ impl App {
     }
 
     pub(super) fn take_fetched(&mut self, from: &str, fetched: Fetched) {
-        let Activity::Fetching { name, file } = &self.activity else { return };
+        let Activity::Fetching { name, file } = &self.activity else {
+            return self.take_ghost(from, fetched);
+        };
         if file != from {
             return;
         }

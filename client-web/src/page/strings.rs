@@ -1,6 +1,7 @@
 //! The texts of the page: names for strangers, and one sentence and one button for every way in which
 //! a session can end.
 
+use crate::net::api::{RecordCard, RecordTable, RunAnswer};
 use crate::net::scene_link::SceneLinkError;
 use crate::page::qr_code;
 use crate::replay::error::ReplayLoadError;
@@ -261,6 +262,43 @@ pub fn bots(count: u32) -> String {
         0 => String::new(),
         1 => "with 1 bot".to_owned(),
         many => format!("with {many} bots"),
+    }
+}
+
+/// The own run is on its way to the server.
+pub const RUN_CHECKED: &str = "The server is checking your run\u{2026}";
+/// The game is too long for a run of it to be kept.
+pub const RUN_TOO_LONG: &str =
+    "This game is older than half an hour: load the page again to set records.";
+/// The replay of a ghost did not come, or is none of the scene.
+pub const NO_GHOST: Card = card(
+    "No ghost",
+    "The record couldn't be loaded, or it is of another version of this scene.",
+    "Race alone",
+    CardAction::Stay,
+);
+
+/// The best run of a scene.
+pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
+    let result = match &*table.measure {
+        "time" => clock(f64::from(run.ticks), true),
+        _ => format!("{} points", run.points),
+    };
+    let others = match run.players.len() {
+        0 | 1 => String::new(),
+        many => format!(" and {} more", many - 1),
+    };
+    format!("Best: {result} by {}{others}", run.players.first().map_or("", String::as_str))
+}
+
+/// What came of the own run.
+pub fn run_said(answer: Option<&RunAnswer>) -> String {
+    match answer {
+        Some(RunAnswer { rank: Some(1), .. }) => "A new record! The server has checked it.".into(),
+        Some(RunAnswer { rank: Some(rank), .. }) => format!("Your run is number {rank} here."),
+        Some(RunAnswer { error: Some(error), .. }) => format!("Your run was not kept: {error}."),
+        Some(_) => "Your run is not among the best yet.".into(),
+        None => "Can't reach the server, so your run was not kept.".into(),
     }
 }
 

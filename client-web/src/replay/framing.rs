@@ -61,6 +61,7 @@ impl ReplayPlayer {
             copy: self.jumps,
             dimmed: false,
             sketch: None,
+            ghost: None,
         }
     }
 }

@@ -248,4 +248,6 @@ pub struct Frame<'a> {
     pub dimmed: bool,
     /// The editor's drawing.
     pub sketch: Option<&'a Sketch>,
+    /// The hero of a run that goes along, drawn through.
+    pub ghost: Option<&'a FrameBody>,
 }

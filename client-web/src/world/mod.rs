@@ -1,5 +1,6 @@
 //! The page's copy of a room, the prediction of the own hero, and rooms that run inside the page.
 
+pub mod ghost;
 pub mod overlap;
 pub mod predict;
 pub mod replica;

@@ -4,8 +4,10 @@
 use crate::net::api::query_value;
 use jostle_game::{Buttons, Input, Scene, Seat, Tools};
 use jostle_protocol::limits::TOKEN_BYTES;
+use jostle_protocol::replay::header;
 use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Token};
-use jostle_room::{Claim, Rate, Room, Subscriber, Welcome};
+use jostle_room::run::RUN_TICKS_MAX;
+use jostle_room::{Claim, Measure, Rate, Room, Subscriber, Welcome};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 use std::sync::Arc;
 
@@ -55,6 +57,8 @@ pub struct RoomInPage {
     started_ms: Option<f64>,
     played: f64,
     tick: u32,
+    /// The records of the game so far, where it may be a run.
+    recorded: Option<Vec<u8>>,
 }
 
 impl RoomInPage {
@@ -76,8 +80,13 @@ impl RoomInPage {
 
     /// A room at tick 0 for one player, who plays against this many of the server's bots.
     pub fn alone(scene: Arc<Scene>, seed: u64, bots: u16) -> RoomInPage {
-        let room = Room::filled("alone", Arc::clone(&scene), seed, bots.saturating_add(1));
-        RoomInPage::around(room, scene)
+        let mut room = Room::filled("alone", Arc::clone(&scene), seed, bots.saturating_add(1));
+        let recorded = Measure::of(&scene).map(|_| header());
+        if recorded.is_some() {
+            // The server knows the time better.
+            room.record(env!("CARGO_PKG_VERSION"), 0);
+        }
+        RoomInPage { recorded, ..RoomInPage::around(room, scene) }
     }
 
     fn around(room: Room, scene: Arc<Scene>) -> RoomInPage {
@@ -92,6 +101,7 @@ impl RoomInPage {
             started_ms: None,
             played: 0.0,
             tick: 0,
+            recorded: None,
         }
     }
 
@@ -145,6 +155,7 @@ impl RoomInPage {
         }
         self.room.tick();
         self.tick = self.room.game().tick_count();
+        self.keep_records();
         if let Some(seat) = self.seat() {
             let message = match &self.reader {
                 Some(reader) => self.room.message(reader).cloned(),
@@ -156,6 +167,29 @@ impl RoomInPage {
             };
             self.outbox.extend(message.map(|bytes| bytes.to_vec()));
         }
+    }
+
+    /// Appends what was recorded. Past the longest run nothing more is.
+    fn keep_records(&mut self) {
+        let records = self.room.take_records();
+        if self.tick > RUN_TICKS_MAX {
+            self.room.stop_recording();
+            self.recorded = None;
+        }
+        let Some(recorded) = &mut self.recorded else { return };
+        records.iter().for_each(|record| recorded.extend(record.seal()));
+    }
+
+    /// The replay of the game so far, unless it is too long for a run, or of a scene without any.
+    pub fn run(&self) -> Option<Vec<u8>> {
+        let mut bytes = self.recorded.clone()?;
+        self.room.recording_end().iter().for_each(|record| bytes.extend(record.seal()));
+        Some(bytes)
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
     }
 
     /// Ticks played so far.

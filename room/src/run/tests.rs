@@ -147,6 +147,8 @@ fn a_replay_that_was_tampered_with_is_refused() {
         joins.retain(|change| !matches!(change, Change::Join(Seat(1), _)));
     });
     assert!(matches!(seat, Unproven::Differs(_) | Unproven::Unplayable(_)), "{seat}");
+    let late = proved(&records(4000, &[])).expect_err("time was up, and nobody came to the post");
+    assert_eq!(late, Unproven::NoResult);
     let none = proved(&records(480, &[])).expect_err("nobody won");
     assert_eq!(none.to_string(), "nobody wins a round in this replay");
 }

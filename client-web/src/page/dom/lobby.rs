@@ -5,9 +5,11 @@ use crate::net::api::{ReplayCard, Room, SceneCard};
 use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
+use crate::page::dom::records::on_card;
 use crate::page::event::{Event, Form};
 use crate::page::lobby::Lobby;
 use crate::page::queue::Events;
+use crate::page::records::Records;
 use crate::page::{name, strings};
 use jostle_sim::TICKS_PER_SECOND;
 use wasm_bindgen::JsCast;
@@ -25,7 +27,7 @@ const FOLDED: usize = 6;
 /// The lobby as it was shown last.
 pub struct LobbyView {
     /// With the number of the screen.
-    shown: Option<(u32, Lobby)>,
+    shown: Option<(u32, Lobby, Records)>,
     rooms: List,
     /// One a category.
     scenes: [(&'static str, List); 3],
@@ -42,15 +44,17 @@ impl LobbyView {
 
     pub fn show(&mut self, app: &App) {
         load_near();
-        let lobby = &app.lobby;
+        let (lobby, records) = (&app.lobby, &app.records);
         let screen = self.shown.as_ref().map(|shown| shown.0);
         if screen != Some(app.screen) {
             dom::by_id::<HtmlInputElement>("name").set_value(&app.appearance.name);
             dom::check("colors", &app.appearance.color.to_string());
-        } else if self.shown.as_ref().is_some_and(|shown| shown.1 == *lobby) {
+        } else if self.shown.as_ref().is_some_and(|shown| (&shown.1, &shown.2) == (lobby, records))
+        {
             return;
         }
-        let before = self.shown.replace((app.screen, lobby.clone())).map(|(_, lobby)| lobby.note);
+        let before = self.shown.replace((app.screen, lobby.clone(), records.clone()));
+        let before = before.map(|(_, lobby, _)| lobby.note);
         dom::text("lobby-note", &lobby.note.text);
         // What went wrong is seen wherever the page was scrolled to.
         if lobby.note.bad && before.as_ref() != Some(&lobby.note) {
@@ -66,7 +70,7 @@ impl LobbyView {
         dom::show("no-rooms", lobby.rooms_known && lobby.rooms.is_empty());
         for (category, list) in &mut self.scenes {
             let on_it = lobby.scenes.iter().filter(|scene| category_of(scene) == *category);
-            list.show(on_it.map(scene_entry));
+            list.show(on_it.map(|scene| scene_entry(scene, records)));
         }
         self.rooms.show(lobby.rooms.iter().map(|room| room_entry(lobby, room)));
         self.replays.show(lobby.replays.iter().map(|replay| replay_entry(lobby, replay)));
@@ -217,12 +221,13 @@ fn manner(scene: &SceneCard) -> String {
     parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
-fn scene_entry(scene: &SceneCard) -> Item {
+fn scene_entry(scene: &SceneCard, records: &Records) -> Item {
     let pictured = scene.picture.is_some();
     let bots = strings::bots(scene.bots_alone());
     let alone = format!("Play alone {bots}");
     let name = format!("Play {} alone {bots}", scene.title);
-    Item::new("scene-item", &scene.name)
+    let item = Item::new("scene-item", &scene.name);
+    on_card(item, records, &scene.name, scene.heroes)
         .with("button", "data-value", scene.name.clone())
         .with("a.edit", "data-value", scene.name.clone())
         .with("a.edit", "href", format!("#edit={}", scene.name))

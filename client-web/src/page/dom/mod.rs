@@ -11,6 +11,7 @@ pub mod listeners;
 mod lobby;
 mod network_panel;
 mod players;
+mod records;
 mod replay_controls;
 mod round;
 mod sound_panel;

@@ -10,6 +10,7 @@ use crate::page::dom::help;
 use crate::page::dom::hud::Hud;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
+use crate::page::dom::records;
 use crate::page::dom::replay_controls::ReplayControls;
 use crate::page::dom::round::RoundBoard;
 use crate::page::dom::sound_panel::SoundPanel;
@@ -178,6 +179,7 @@ impl Views {
         };
         self.hud.show_news(&app.news);
         self.round.show(app.replica());
+        records::show_result(app);
         self.sound.show_captions(app);
         if tick.is_some() {
             dom::set(&dom::root(), "data-tick", tick.as_deref());

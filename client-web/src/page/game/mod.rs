@@ -14,7 +14,8 @@ use crate::page::context::Context;
 use crate::page::event::Canvas;
 use crate::sound::cue::Cue;
 use crate::view::camera::Target;
-use crate::view::frame::{Frame, View};
+use crate::view::frame::{Frame, FrameBody, View};
+use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
 use crate::world::room_in_page::RoomInPage;
 use jostle_protocol::Appearance;
@@ -29,6 +30,16 @@ const UNSEEN_MS: f64 = 500.0;
 /// Code of a room in the page that is played alone; any other is a demo's.
 pub const ALONE: &str = "alone";
 
+/// Time that a frame may take to play a ghost, milliseconds.
+const GHOST_MS: f64 = 4.0;
+
+/// The ghost of a run beside the own hero.
+pub enum GhostSlot {
+    /// Its replay is awaited from this address.
+    Awaited(GhostWish, String),
+    Here(Box<Ghost>),
+}
+
 pub struct GameScreen {
     /// Code of the room, as in its link.
     pub code: String,
@@ -40,6 +51,8 @@ pub struct GameScreen {
     pub status: Status,
     /// The seat, once there was a welcome.
     pub membership: Option<Membership>,
+    /// In a game that is played alone.
+    pub ghost: Option<GhostSlot>,
     view: GameView,
     appearance: Appearance,
     link: Link,
@@ -74,6 +87,7 @@ impl GameScreen {
             meter: Meter::default(),
             status: Status::default(),
             membership: None,
+            ghost: None,
             view: GameView::new(ctx.now_ms),
             appearance,
             link,
@@ -121,6 +135,39 @@ impl GameScreen {
         match &self.link {
             Link::Server(_) => None,
             Link::InPage(room) => Some(room),
+        }
+    }
+
+    /// Whether the replay at this address is that of the ghost.
+    pub fn awaits_ghost(&self, file: &str) -> bool {
+        matches!(&self.ghost, Some(GhostSlot::Awaited(_, awaited)) if awaited == file)
+    }
+
+    /// Takes the replay of the ghost; `false` if it is none of this scene.
+    pub fn take_ghost(&mut self, bytes: Vec<u8>) -> bool {
+        let Some(GhostSlot::Awaited(wish, _)) = self.ghost.take() else { return false };
+        let scene = self.room_in_page().map(RoomInPage::scene);
+        let ghost = scene.and_then(|scene| Ghost::new(bytes, wish, scene));
+        self.ghost = ghost.map(|ghost| GhostSlot::Here(Box::new(ghost)));
+        self.ghost.is_some()
+    }
+
+    /// Moves the ghost to the displayed moment.
+    fn move_ghost(&mut self, clock: fn() -> f64) {
+        let (Some(GhostSlot::Here(ghost)), Some(membership)) = (&mut self.ghost, &self.membership)
+        else {
+            return;
+        };
+        let replica = &membership.replica;
+        let until_ms = clock() + GHOST_MS;
+        ghost.advance(replica.round(), replica.display, || clock() < until_ms);
+    }
+
+    /// Where the ghost is, if one is on the stage.
+    pub fn ghost_body(&self) -> Option<&FrameBody> {
+        match &self.ghost {
+            Some(GhostSlot::Here(ghost)) => ghost.shown.as_ref(),
+            _ => None,
         }
     }
 
@@ -180,6 +227,7 @@ impl GameScreen {
             }
             self.receive_in_page(ctx);
             self.move_display(now_ms);
+            self.move_ghost(ctx.clock);
         }
         if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
             let replica = self.membership.as_ref().map(|membership| &membership.replica);
@@ -236,6 +284,7 @@ impl GameScreen {
             copy: membership.copy,
             dimmed: !matches!(self.status.state, State::Playing | State::Moving | State::Frozen),
             sketch: None,
+            ghost: self.ghost_body(),
         })
     }
 }

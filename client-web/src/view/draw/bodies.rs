@@ -37,6 +37,9 @@ pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>
     for (index, pose) in posed.iter() {
         shadow(stage, &bodies[*index as usize], pose);
     }
+    if let Some(ghost) = stage.frame.ghost {
+        self::ghost(stage, ghost);
+    }
     // Nobody loses sight of a hero in a heap.
     for heroes in [false, true] {
         let is_next =
@@ -44,6 +47,25 @@ pub fn fill(stage: &mut Stage, motion: &mut Motion, posed: &mut Vec<(u32, Pose)>
         for (index, pose) in posed.iter().filter(is_next) {
             toy(stage, &bodies[*index as usize], pose);
         }
+    }
+}
+
+/// A hero that one sees through, without a shadow: nothing meets it.
+fn ghost(stage: &mut Stage, body: &FrameBody) {
+    let (center, half) = (body.center, body.shape.half_extent());
+    if !stage.quads.sees(center, half) {
+        return;
+    }
+    let (fill, edge) = skin(body);
+    let round = corner(body, half);
+    let quad = SolidVertex::new(SolidKind::Box, center, half, stage.shade(fill, 0.3));
+    stage.quads.push(quad.rounded(round));
+    let ring = SolidVertex::new(SolidKind::RingBox, center, half, stage.shade(edge, 0.7));
+    stage.quads.push(SolidVertex { edge: [0, 0, 0, 50], ..ring }.rounded(round).soft(0.4));
+    for side in [-0.36, 0.36] {
+        let at = center + half * Vec2::new(side, 0.25);
+        let eye = Vec2::splat(0.17 * half.x.min(half.y));
+        stage.quads.push(SolidVertex::new(SolidKind::Oval, at, eye, stage.shade(PAPER[0], 0.6)));
     }
 }
 

@@ -44,6 +44,7 @@ fn frame<'a>(bodies: &'a [FrameBody], particles: &'a Particles) -> Frame<'a> {
         copy: 0,
         dimmed: false,
         sketch: None,
+        ghost: None,
     }
 }
 

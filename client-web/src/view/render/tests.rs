@@ -47,6 +47,7 @@ fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) ->
         copy: 0,
         dimmed: false,
         sketch: None,
+        ghost: None,
     }
 }
 

@@ -1,0 +1,102 @@
+//! Records: the best runs that the server keeps, the own run that is sent to it, and the ghost of a run.
+
+use crate::net::api::{self, RecordCard, RecordTable, Request, RunAnswer};
+use crate::net::report::Fetched;
+use crate::page::app::{Activity, App};
+use crate::page::event::Effect;
+use crate::page::strings;
+use jostle_game::RoundPhase;
+
+/// What the page knows of records.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Records {
+    /// The best run of each scene.
+    pub list: api::Records,
+    /// What came of the own run.
+    pub said: String,
+    /// The beginning of the result whose run was looked at.
+    result_since: Option<u32>,
+}
+
+impl Records {
+    /// Forgets the own run.
+    pub fn begin(&mut self) {
+        *self = Records { list: std::mem::take(&mut self.list), ..Records::default() };
+    }
+
+    /// The table of a scene, if its runs are kept.
+    pub fn table(&self, scene: &str) -> Option<&RecordTable> {
+        self.list.scenes.iter().find(|table| table.scene == scene)
+    }
+
+    /// The best run of a scene, with its table.
+    pub fn best(&self, scene: &str) -> Option<(&RecordTable, &RecordCard)> {
+        let table = self.table(scene)?;
+        Some((table, table.records.first()?))
+    }
+}
+
+impl App {
+    /// Name of the scene of this site that is played alone now.
+    pub fn ranked_scene(&self) -> Option<&str> {
+        let is_played = self.game().is_some_and(|game| game.is_alone()) && self.edited.is_none();
+        self.alone().0.filter(|_| is_played && !self.ctx.is_static)
+    }
+
+    /// Takes an answer about records; `false` if it is about something else.
+    pub(super) fn take_record(&mut self, request: &Request, answer: Option<&str>) -> bool {
+        match request {
+            Request::Records => {
+                if let Some(list) = answer.and_then(api::parse) {
+                    self.records.list = list;
+                }
+            }
+            Request::Run(_) => {
+                let answer = answer.and_then(api::parse::<RunAnswer>);
+                self.records.said = strings::run_said(answer.as_ref());
+                self.ctx.request(Effect::Request(Request::Records));
+            }
+            _ => return false,
+        }
+        true
+    }
+
+    /// Sends the run of a round that the player has just won alone, if the server keeps runs of the scene.
+    pub(super) fn send_run(&mut self) {
+        let is_kept = |scene| self.records.table(scene).is_some();
+        if !self.ranked_scene().is_some_and(is_kept) {
+            return;
+        }
+        let (Some(game), Some(replica)) = (self.game(), self.replica()) else { return };
+        let round = replica.round().filter(|round| round.phase == RoundPhase::Over);
+        let Some(round) = round.filter(|r| self.records.result_since != Some(r.since)) else {
+            return;
+        };
+        let (since, won) = (round.since, round.winners.contains(&round.side_of(replica.seat)));
+        let run = game.room_in_page().filter(|_| won).map(|room| room.run());
+        self.records.result_since = Some(since);
+        self.records.said = match run {
+            None => String::new(),
+            Some(None) => strings::RUN_TOO_LONG.to_owned(),
+            Some(Some(bytes)) => {
+                self.ctx.request(Effect::Request(Request::Run(bytes)));
+                strings::RUN_CHECKED.to_owned()
+            }
+        };
+    }
+
+    /// Takes the replay of a ghost.
+    pub(super) fn take_ghost(&mut self, file: &str, fetched: Fetched) {
+        let Activity::Game(game) = &mut self.activity else { return };
+        if !game.awaits_ghost(file) {
+            return;
+        }
+        let bytes = match fetched {
+            Fetched::Bytes(bytes) => bytes,
+            Fetched::Refused(_) | Fetched::Nothing => Vec::new(),
+        };
+        if !game.take_ghost(bytes) {
+            self.dialogs.card = Some(strings::NO_GHOST);
+        }
+    }
+}
