@@ -55,6 +55,9 @@ pub struct State {
     /// Prediction of the own hero.
     #[serde(default)]
     pub prediction: Option<Prediction>,
+    /// Position of a ghost on the stage, world units.
+    #[serde(default)]
+    pub ghost: Option<[f32; 2]>,
     /// The replay that is shown.
     #[serde(default)]
     pub replay: Option<Shown>,

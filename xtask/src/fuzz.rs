@@ -13,7 +13,7 @@ const TARGETS: &str = "tests/fuzz/targets";
 const TOOL: &str = "cargo-fuzz";
 const TOOL_VERSION: &str = "0.13.2";
 /// Those that need the server compiled, which takes minutes.
-const OF_SERVER: [&str; 5] = ["link", "handshake", "token", "guest_scene", "tiled_map"];
+const OF_SERVER: [&str; 6] = ["link", "handshake", "token", "guest_scene", "run", "tiled_map"];
 /// Inputs besides the corpus, by target.
 const MORE_INPUTS: [(&str, &str); 2] = [("scene", "assets/scenes"), ("scene", "tests/scenes")];
 /// Lines of the fuzzer that are shown when it found something.

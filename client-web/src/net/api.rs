@@ -161,17 +161,6 @@ impl RecordCard {
     }
 }
 
-/// Answer of `POST /api/records`.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-pub struct RunAnswer {
-    /// The rank of the run, if it is among the best.
-    #[serde(default)]
-    pub rank: Option<u32>,
-    /// Why it is not taken, for people.
-    #[serde(default)]
-    pub error: Option<String>,
-}
-
 /// Folder of the server's files.
 pub const FILES: &str = "/assets";
 
@@ -198,14 +187,17 @@ pub fn query_value<'a>(query: &'a str, name: &str) -> Option<&'a str> {
     pairs.filter(|(key, _)| *key == name).map(|(_, value)| value).next()
 }
 
-/// Answer of `POST /api/rooms` and `POST /api/guest-rooms`: a code and a key, or an error.
+/// Answer to what was sent: of `POST /api/rooms` and `POST /api/guest-rooms` a code and a key, of `POST /api/records` a rank,
+/// or an error.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-pub struct Opened {
+pub struct Posted {
     /// The word in the link of the room.
     pub code: Option<String>,
     /// Makes the client that says hello with it the room's host.
     pub host_key: Option<String>,
-    /// Why no room was opened, for people.
+    /// Of a run that is among the best.
+    pub rank: Option<u32>,
+    /// Why it was refused, for people.
     pub error: Option<String>,
     /// The line of the error in a scene, from 1.
     pub line: Option<usize>,
@@ -217,7 +209,7 @@ pub struct Opened {
     pub allowed: Option<String>,
 }
 
-impl Opened {
+impl Posted {
     /// The error of a scene that was refused, for its file of this name.
     pub fn scene_error(self, file: &str) -> Option<SceneError> {
         Some(SceneError {
@@ -405,13 +397,13 @@ mod tests {
         )
         .expect("valid");
         assert!(replays.replays[0].recording);
-        let opened: Opened = parse(r#"{"code":"abc","host_key":"0f"}"#).expect("valid");
+        let opened: Posted = parse(r#"{"code":"abc","host_key":"0f"}"#).expect("valid");
         let (code, host_key) = (Some("abc".into()), Some("0f".into()));
-        assert_eq!(opened, Opened { code, host_key, ..Opened::default() });
-        let refused: Opened = parse(r#"{"error":"full"}"#).expect("valid");
-        assert_eq!(refused, Opened { error: Some("full".into()), ..Opened::default() });
-        assert_eq!(parse::<Opened>("<html>"), None);
-        let refused: Opened = parse(
+        assert_eq!(opened, Posted { code, host_key, ..Posted::default() });
+        let refused: Posted = parse(r#"{"error":"full"}"#).expect("valid");
+        assert_eq!(refused, Posted { error: Some("full".into()), ..Posted::default() });
+        assert_eq!(parse::<Posted>("<html>"), None);
+        let refused: Posted = parse(
             r#"{"error":"guest.toml:3: size","line":3,"field":"size","found":"[9000, 1]","allowed":"less"}"#,
         )
         .expect("valid");

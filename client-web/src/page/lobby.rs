@@ -1,6 +1,6 @@
 //! The lobby: the player's form, open rooms, scenes and replays, and the note under the form.
 
-use crate::net::api::{self, Opened, ReplayCard, Replays, Request, Room, Rooms, SceneCard, Scenes};
+use crate::net::api::{self, Posted, ReplayCard, Replays, Request, Room, Rooms, SceneCard, Scenes};
 use crate::page::context::{Context, Secret};
 use crate::page::event::{Effect, Form};
 use crate::page::{name, strings};
@@ -165,9 +165,9 @@ impl Lobby {
 }
 
 /// The code of a room that the server opened, of which the player is the host from now on; or why it opened none.
-pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Box<Opened>> {
+pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Box<Posted>> {
     let opened = parse(answer).unwrap_or_default();
-    if let Opened { code: Some(code), host_key: Some(host_key), .. } = opened {
+    if let Posted { code: Some(code), host_key: Some(host_key), .. } = opened {
         ctx.set_secret(Secret::Host, &code, Token::parse(&host_key));
         return Ok(code);
     }

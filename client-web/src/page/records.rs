@@ -1,6 +1,6 @@
 //! Records: the best runs that the server keeps, the own run that is sent to it, and the ghost of a run.
 
-use crate::net::api::{self, RecordCard, RecordTable, Request, RunAnswer};
+use crate::net::api::{self, Posted, RecordCard, RecordTable, Request};
 use crate::net::report::Fetched;
 use crate::page::app::{Activity, App};
 use crate::page::event::Effect;
@@ -52,7 +52,7 @@ impl App {
                 }
             }
             Request::Run(_) => {
-                let answer = answer.and_then(api::parse::<RunAnswer>);
+                let answer = answer.and_then(api::parse::<Posted>);
                 self.records.said = strings::run_said(answer.as_ref());
                 self.ctx.request(Effect::Request(Request::Records));
             }

@@ -1,7 +1,7 @@
 //! The texts of the page: names for strangers, and one sentence and one button for every way in which
 //! a session can end.
 
-use crate::net::api::{RecordCard, RecordTable, RunAnswer};
+use crate::net::api::{Posted, RecordCard, RecordTable};
 use crate::net::scene_link::SceneLinkError;
 use crate::page::qr_code;
 use crate::replay::error::ReplayLoadError;
@@ -292,11 +292,11 @@ pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
 }
 
 /// What came of the own run.
-pub fn run_said(answer: Option<&RunAnswer>) -> String {
+pub fn run_said(answer: Option<&Posted>) -> String {
     match answer {
-        Some(RunAnswer { rank: Some(1), .. }) => "A new record! The server has checked it.".into(),
-        Some(RunAnswer { rank: Some(rank), .. }) => format!("Your run is number {rank} here."),
-        Some(RunAnswer { error: Some(error), .. }) => format!("Your run was not kept: {error}."),
+        Some(Posted { rank: Some(1), .. }) => "A new record! The server has checked it.".into(),
+        Some(Posted { rank: Some(rank), .. }) => format!("Your run is number {rank} here."),
+        Some(Posted { error: Some(error), .. }) => format!("Your run was not kept: {error}."),
         Some(_) => "Your run is not among the best yet.".into(),
         None => "Can't reach the server, so your run was not kept.".into(),
     }

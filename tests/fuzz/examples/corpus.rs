@@ -3,7 +3,7 @@
 //!
 //! Usage: `cargo run -p jostle-fuzz --example corpus`
 
-use jostle_fuzz::{push_part, snapshots};
+use jostle_fuzz::{RUN_SCENE, push_part, snapshots};
 use jostle_game::scene::presets;
 use jostle_game::{Buttons, Event, Input, Kind, Scene, Seat};
 use jostle_protocol::limits::TOKEN_BYTES;
@@ -33,6 +33,7 @@ fn main() -> io::Result<()> {
     write("handshake", handshakes())?;
     write("token", tokens())?;
     write("guest_scene", guest_scenes())?;
+    write("run", runs())?;
     write("tiled_map", tiled_maps())
 }
 
@@ -302,6 +303,30 @@ fn tiled_maps() -> Vec<Vec<u8>> {
     [example.to_owned(), format!("{head}[]}}"), format!("{head}{object}")].map(Vec::from).to_vec()
 }
 
+/// Runs: one player wins, soon and late, and one never moves.
+fn runs() -> Vec<Vec<u8>> {
+    [0, 20, 1000].map(run_after).to_vec()
+}
+
+/// The records, in parts, of a game in which the player flies to the post after so many ticks.
+fn run_after(wait: u32) -> Vec<u8> {
+    let scene = Scene::parse("hop.toml", RUN_SCENE).expect("a scene");
+    let mut room = Room::new("corpus", Arc::new(scene), 3);
+    room.record("corpus", 0);
+    let look = Appearance::new("Ann", 1).expect("a name");
+    let seat = room.join(look, None).expect("a seat").claim.seat;
+    for seq in 1..=60 {
+        let buttons = if seq > wait { Buttons::RIGHT } else { Buttons::default() };
+        room.input(seat, seq, Input { buttons, pointer: None });
+        room.tick();
+    }
+    let mut input = Vec::new();
+    for record in room.stop_recording() {
+        push_part(kind_of(&record), &record.seal()[frame(0, &[]).len()..], &mut input);
+    }
+    input
+}
+
 /// Scenes of guests: within the budget, above it, and with a text that deceives.
 fn guest_scenes() -> Vec<Vec<u8>> {
     let small = ["arena", "hill", "planets", "slingshot"];
@@ -335,6 +360,8 @@ fn handshakes() -> Vec<Vec<u8>> {
             .into(),
         "POST /api/guest-rooms?listed=true HTTP/1.1\r\nHost: a\r\nContent-Length: 1\r\n\r\n#"
             .into(),
+        "POST /api/records HTTP/1.1\r\nHost: a\r\nContent-Length: 8\r\n\r\njostle\u{1a}\n".into(),
+        "GET /api/records?scene=race HTTP/1.1\r\nHost: a\r\n\r\n".into(),
         "OPTIONS * HTTP/1.1\r\nHost: a\r\n\r\n".into(),
         "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n".into(),
     ];

@@ -16,7 +16,7 @@ pub use files::{replay, scene};
 pub use messages::{client_message, delta, events, keyframe, particles, server_message};
 pub use play::room;
 #[cfg(feature = "server")]
-pub use server::{SIGNING_KEY, guest_scene, handshake, link, token};
+pub use server::{RUN_SCENE, SIGNING_KEY, guest_scene, handshake, link, run, token};
 #[cfg(feature = "server")]
 pub use tiled::tiled_map;
 
@@ -25,7 +25,7 @@ pub type Property = fn(&[u8]);
 
 /// All properties. The fuzzer's targets and the directories of the corpus have these names.
 #[cfg(feature = "server")]
-pub const PROPERTIES: [(&str, Property); 14] = [
+pub const PROPERTIES: [(&str, Property); 15] = [
     ("client_message", client_message),
     ("server_message", server_message),
     ("keyframe", keyframe),
@@ -39,6 +39,7 @@ pub const PROPERTIES: [(&str, Property); 14] = [
     ("handshake", handshake),
     ("token", token),
     ("guest_scene", guest_scene),
+    ("run", run),
     ("tiled_map", tiled_map),
 ];
 

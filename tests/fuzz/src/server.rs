@@ -1,15 +1,20 @@
 //! Bytes that reach the server before a session: the head of a request, and the code in a link.
 
+use crate::part;
+use jostle_game::Scene;
+use jostle_protocol::replay::{frame, header};
 use jostle_protocol::{Token, first_forbidden};
+use jostle_room::run::RUN_TICKS_MAX;
 use jostle_server::guests;
 use jostle_server::host::rooms::is_code;
 use jostle_server::host::token_signer::TokenSigner;
 use jostle_server::limits::{GUEST_BUDGET, GUEST_SCENE_BYTES_MAX};
 use jostle_server::net::http;
 use jostle_server::net::listen::speak_http;
-use jostle_server::{Config, Parts, Phase, ServerState, replays};
+use jostle_server::{Config, Parts, Phase, ServerState, records, replays};
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::watch;
@@ -79,6 +84,35 @@ pub fn guest_scene(bytes: &[u8]) {
             assert!((1..=lines).contains(&error.line), "{error}");
             assert!(!error.field.is_empty() && !error.allowed.is_empty(), "{error}");
         }
+    }
+}
+
+/// The scene of [`run`], for the corpus: a short flight to the right.
+pub const RUN_SCENE: &str = "title = \"Hop\"\nsize = [40, 30]\ngravity = [0, 0]\ntools = [\"steer\"]\n\
+    groups = [\"hero\"]\nround = { goal = 1, countdown = 0 }\n\
+    hero = { size = [4, 4], spawns = [[10, 15]] }\n\
+    zones = [{ name = \"post\", area = [[14, 0], [40, 30]] }]\n\
+    rules = [{ enter = \"post\", score = 1 }]\n";
+
+/// The replay of a run, its records as parts, which are framed with correct checksums: a proven one has a winner and
+/// proves the same again; the refusal of another has a sentence.
+pub fn run(mut bytes: &[u8]) {
+    let mut file = header();
+    while let Some((kind, payload)) = part(&mut bytes) {
+        file.extend(frame(kind, payload));
+    }
+    static SCENES: OnceLock<Vec<Arc<Scene>>> = OnceLock::new();
+    let scenes = SCENES
+        .get_or_init(|| vec![Arc::new(Scene::parse("hop.toml", RUN_SCENE).expect("a scene"))]);
+    let prove = || records::prove(file.clone(), scenes, Duration::from_secs(1));
+    match prove() {
+        Ok((scene, run)) => {
+            assert_eq!(scene.source, RUN_SCENE);
+            assert!(run.begin < run.end && run.end <= RUN_TICKS_MAX, "{run:?}");
+            assert!(run.points >= 1 && !run.players.is_empty(), "{run:?}");
+            assert_eq!(prove().map(|(_, again)| again), Ok(run));
+        }
+        Err(reason) => assert!(!reason.to_string().is_empty()),
     }
 }
 

@@ -137,6 +137,11 @@ fn only_signed_tokens_are_believed() {
 }
 
 #[test]
+fn a_run_is_proven_or_refused_with_a_sentence() {
+    check("run", 1_000);
+}
+
+#[test]
 fn a_guests_scene_keeps_to_its_budget_or_is_refused_by_a_line() {
     check("guest_scene", 500);
 }

@@ -16,6 +16,7 @@ mod pictures;
 #[path = "../fleet/player.rs"]
 mod player;
 mod playing;
+mod records;
 mod replay;
 mod rounds;
 mod sharing;
@@ -140,6 +141,7 @@ fn cases() -> Result<Vec<Case>> {
         ),
     ]);
     cases.extend(alone::cases());
+    cases.extend(records::cases());
     cases.extend(replay::cases()?);
     cases.extend([
         Case::new(
