@@ -20,6 +20,7 @@ groups = ["hero"]
 goal = 1
 time = 60
 countdown = 1
+pause = 60
 
 [hero]
 size = [4, 4]

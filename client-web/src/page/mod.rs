@@ -5,6 +5,7 @@
 mod alone;
 mod app;
 mod awaited;
+mod best_runs;
 mod captions;
 mod context;
 mod dialogs;

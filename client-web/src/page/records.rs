@@ -1,40 +1,11 @@
-//! Records: the best runs that the server keeps, the own run that is sent to it, and the ghost of a run.
+//! Records: the own run that is sent to the server, its answers, and the ghost of a run.
 
-use crate::net::api::{self, Posted, RecordCard, RecordTable, Request};
+use crate::net::api::{self, Posted, Request};
 use crate::net::report::Fetched;
 use crate::page::app::{Activity, App};
 use crate::page::event::Effect;
 use crate::page::strings;
 use jostle_game::RoundPhase;
-
-/// What the page knows of records.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Records {
-    /// The best run of each scene.
-    pub list: api::Records,
-    /// What came of the own run.
-    pub said: String,
-    /// The beginning of the result whose run was looked at.
-    result_since: Option<u32>,
-}
-
-impl Records {
-    /// Forgets the own run.
-    pub fn begin(&mut self) {
-        *self = Records { list: std::mem::take(&mut self.list), ..Records::default() };
-    }
-
-    /// The table of a scene, if its runs are kept.
-    pub fn table(&self, scene: &str) -> Option<&RecordTable> {
-        self.list.scenes.iter().find(|table| table.scene == scene)
-    }
-
-    /// The best run of a scene, with its table.
-    pub fn best(&self, scene: &str) -> Option<(&RecordTable, &RecordCard)> {
-        let table = self.table(scene)?;
-        Some((table, table.records.first()?))
-    }
-}
 
 impl App {
     /// Name of the scene of this site that is played alone now.

@@ -3,13 +3,13 @@
 
 use crate::net::api::{ReplayCard, Room, SceneCard};
 use crate::page::app::App;
+use crate::page::best_runs::Records;
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::dom::records::on_card;
 use crate::page::event::{Event, Form};
 use crate::page::lobby::Lobby;
 use crate::page::queue::Events;
-use crate::page::records::Records;
 use crate::page::{name, strings};
 use jostle_sim::TICKS_PER_SECOND;
 use wasm_bindgen::JsCast;

@@ -2,9 +2,9 @@
 
 use crate::net::api::{RecordCard, RecordTable};
 use crate::page::app::App;
+use crate::page::best_runs::Records;
 use crate::page::dom;
 use crate::page::dom::list::Item;
-use crate::page::records::Records;
 use crate::page::strings;
 
 /// Adds the best run of a scene to its card. One without heroes has no ghosts.
