@@ -39,11 +39,11 @@ impl NoRun {
 
 /// Plays a replay of one of these scenes, in at most so much processor time, and returns the scene and the best run.
 /// This thread rests for as long as it works.
-pub fn prove<'a>(
+pub fn prove(
     bytes: Vec<u8>,
-    scenes: &'a [Arc<Scene>],
+    scenes: &[Arc<Scene>],
     most: Duration,
-) -> Result<(&'a Arc<Scene>, Run), NoRun> {
+) -> Result<(&Arc<Scene>, Run), NoRun> {
     if bytes.len() > limits::RUN_BYTES_MAX {
         return Err(NoRun::TooLong(bytes.len()));
     }
