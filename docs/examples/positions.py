@@ -10,7 +10,7 @@ name, port = host.rsplit(":", 1)
 wire = socket.create_connection((name, int(port))).makefile("rwb")
 wire.write(f"GET /{room} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
            "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: YW55IHNpeHRlZW4gYnl0ZQ==\r\n\r\n".encode())
-hello = struct.pack("<BHB", 0, 4, 6) + b"Python" + bytes(3)  # version 4, a name, colour 0, no tokens
+hello = struct.pack("<BHB", 0, 5, 6) + b"Python" + bytes(4)  # version 5, a name, colour 0, no tokens, a player
 wire.write(bytes([0x82, 0x80 | len(hello)]) + bytes(4) + hello)  # a frame, masked with zeros
 wire.flush()
 while len(wire.readline()) > 2: pass  # the response headers
@@ -30,7 +30,7 @@ def leb(data):
 
 welcome = message()
 if u8(welcome) != 0: sys.exit(f"refused: {u8(welcome)}")
-seat, host, token, tick = leb(welcome), u8(welcome), welcome.read(34), leb(welcome)
+has_seat, seat, host, token, tick = u8(welcome), leb(welcome), u8(welcome), welcome.read(34), leb(welcome)
 code, scene = text(welcome), text(welcome)
 quantum = tomllib.loads(text(welcome)).get("quantum", 1 / 64)
 

@@ -41,10 +41,11 @@ def receive(wire):
 def join(host, room, name="Python"):
     """Joins; returns the socket, and the size of a quantum in world units."""
     wire = connect(host, room)
-    send(wire, struct.pack("<BHB", 0, 4, len(name)) + name.encode() + bytes([0, 0, 0]))
+    send(wire, struct.pack("<BHB", 0, 5, len(name)) + name.encode() + bytes([0, 0, 0, 0]))
     welcome = Reader(receive(wire))
     if welcome.u8() != 0: sys.exit(f"refused, see the protocol: {welcome.u8()}")
-    _seat, _host, _token, _tick = welcome.leb(), welcome.u8(), welcome.raw(34), welcome.leb()
+    _is_seated, _seat, _host = welcome.u8(), welcome.leb(), welcome.u8()
+    _token, _tick = welcome.raw(34), welcome.leb()
     _code, _name, scene = welcome.text(), welcome.text(), tomllib.loads(welcome.text())
     return wire, scene.get("quantum", 1 / 64)
 

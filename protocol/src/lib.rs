@@ -3,6 +3,7 @@
 
 mod appearance;
 mod bits;
+mod clip;
 mod codec;
 mod error;
 mod fields;
@@ -21,7 +22,10 @@ pub mod wire;
 pub use appearance::{first_forbidden, has_visible};
 pub use codec::EncodeScratch;
 pub use error::DecodeError;
-pub use message::{Appearance, AppearanceError, ClientMessage, Refusal, ServerMessage, VERSION};
+pub use message::{
+    Appearance, AppearanceError, ClientMessage, ClipRefusal, Refusal, Role, ServerMessage, VERSION,
+    WelcomeSeat,
+};
 pub use origin::is_origin;
 pub use refusal::BAD_MESSAGE_CODES;
 pub use servers::Servers;

@@ -35,6 +35,8 @@ pub const PARTICLES_BYTES_MAX: usize =
 pub const EVENTS_MAX: usize = 4096;
 /// Number of player colours, as in the palette of the page.
 pub const COLORS: u8 = 8;
+/// Number of emotes that players can show.
+pub const EMOTES: u8 = 8;
 /// Largest coordinate on the wire, quanta, of either sign.
 pub const QUANTA_MAX: i32 = scene::QUANTA_MAX;
 /// Largest coordinate of a pointer in an input, world units, of either sign.
@@ -49,6 +51,8 @@ pub const REPLAY_RECORD_BYTES_MAX: usize = 8 << 20;
 pub const REPLAY_BLOCK_TICKS_MAX: usize = 600;
 /// The last tick that a replay may have, counted from the room's beginning: more than a year.
 pub const REPLAY_TICKS_MAX: u32 = 1 << 31;
+/// Longest name of a replay, bytes: two names of 32 bytes, a time, a kind and a number.
+pub const REPLAY_NAME_BYTES_MAX: usize = 96;
 /// Longest name of a program version in a replay, bytes.
 pub const PROGRAM_BYTES_MAX: usize = 64;
 
@@ -56,7 +60,7 @@ pub const PROGRAM_BYTES_MAX: usize = 64;
 // longest welcome, and a keyframe or delta with the most bodies and events, 30 and 36 bytes each, the most players,
 // 113 bytes each, and all live particles.
 const _: () =
-    assert!(CLIENT_MESSAGE_BYTES_MAX >= 1 + 2 + 1 + NAME_BYTES_MAX + 1 + 2 * (1 + TOKEN_BYTES));
+    assert!(CLIENT_MESSAGE_BYTES_MAX >= 2 + 2 + 1 + NAME_BYTES_MAX + 1 + 2 * (1 + TOKEN_BYTES));
 const _: () = assert!(
     SERVER_MESSAGE_BYTES_MAX
         >= 64 + TOKEN_BYTES + SCENE_BYTES_MAX + SCENE_NAME_BYTES_MAX + ROOM_CODE_BYTES_MAX

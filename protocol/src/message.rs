@@ -2,13 +2,14 @@
 //! `docs/protocol.md` lists the bytes.
 
 pub use crate::appearance::{Appearance, AppearanceError};
+pub use crate::clip::ClipRefusal;
 pub use crate::refusal::Refusal;
 
 use crate::error::{DecodeError, check};
 use crate::fields::{read_seat, write_seat};
 use crate::limits::{
-    CLIENT_MESSAGE_BYTES_MAX, NODES_MAX, POINTER_MAX, ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX,
-    SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX, VIEW_MAX,
+    CLIENT_MESSAGE_BYTES_MAX, EMOTES, NODES_MAX, POINTER_MAX, REPLAY_NAME_BYTES_MAX,
+    ROOM_CODE_BYTES_MAX, SCENE_BYTES_MAX, SCENE_NAME_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX, VIEW_MAX,
 };
 use crate::origin::{read_origin, write_origin};
 use crate::snapshot::SNAPSHOT;
@@ -18,7 +19,7 @@ use jostle_game::{Buttons, Input, Seat};
 use jostle_sim::Vec2;
 
 /// Version of the protocol; both ends must agree.
-pub const VERSION: u16 = 4;
+pub const VERSION: u16 = 5;
 
 const HELLO: u8 = 0;
 const INPUT: u8 = 1;
@@ -26,6 +27,8 @@ const PING: u8 = 2;
 const VIEW: u8 = 3;
 const KICK: u8 = 4;
 const CLOSE_ROOM: u8 = 5;
+const CLIP: u8 = 6;
+const EMOTE: u8 = 7;
 
 const WELCOME: u8 = 0;
 const REFUSED: u8 = 1;
@@ -34,6 +37,18 @@ const PONG: u8 = 3;
 const DENIED: u8 = 4;
 const MOVED: u8 = 5;
 const NODES: u8 = 6;
+const EMOTED: u8 = 7;
+const CLIPPED: u8 = 8;
+
+/// The part that a client takes in a room.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Role {
+    /// A player, with a seat.
+    #[default]
+    Player,
+    /// A spectator, without one: it is sent everything and can change nothing.
+    Spectator,
+}
 
 /// A message from client to server.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +63,8 @@ pub enum ClientMessage {
         token: Option<Token>,
         /// Key of the room's host, if the player has it.
         host_key: Option<Token>,
+        /// Whether it plays or watches. A spectator's token and key are not looked at.
+        role: Role,
     },
     /// A player's intent for one tick.
     Input {
@@ -75,20 +92,34 @@ pub enum ClientMessage {
     },
     /// The host closes the room.
     CloseRoom,
+    /// A player asks the server to keep the last seconds of the game, which answers with a [`ServerMessage::Clip`].
+    Clip,
+    /// A player shows an emote to the whole room.
+    Emote {
+        /// Which, below [`EMOTES`].
+        emote: u8,
+    },
+}
+
+/// The seat in a welcome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WelcomeSeat {
+    /// The seat.
+    pub seat: Seat,
+    /// Whether the player is the room's host, because the hello had the right key.
+    pub host: bool,
+    /// The token with which the player gets the seat back after a lost socket, once.
+    pub token: Token,
 }
 
 /// A message from server to client.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ServerMessage {
-    /// The seat is taken; a keyframe follows.
+    /// The client is in the room; a keyframe follows.
     Welcome {
-        /// The seat.
-        seat: u16,
-        /// Whether the player is the room's host, because the hello had the right key.
-        host: bool,
-        /// The token with which the player gets the seat back after a lost socket, once.
-        token: Token,
-        /// Tick at which the player joins.
+        /// The seat of a player; a spectator has none.
+        seat: Option<WelcomeSeat>,
+        /// Tick at which the client joins.
         tick: u32,
         /// Code of the room, as in its link.
         room: String,
@@ -129,6 +160,18 @@ pub enum ServerMessage {
         /// Their origins, at most [`NODES_MAX`].
         urls: Vec<String>,
     },
+    /// A player of the room shows an emote.
+    Emote {
+        /// The player's seat.
+        seat: Seat,
+        /// Which, below [`EMOTES`].
+        emote: u8,
+    },
+    /// The answer to a request for a clip.
+    Clip {
+        /// Name of the replay that was kept, under which the server has it like any other.
+        kept: Result<String, ClipRefusal>,
+    },
     /// A snapshot, still coded, with its kind, for [`crate::SnapshotStream::decode`].
     Snapshot(Vec<u8>),
 }
@@ -139,13 +182,14 @@ impl ClientMessage {
     pub fn encode(&self) -> Vec<u8> {
         let mut writer = Writer::new();
         match self {
-            ClientMessage::Hello { version, appearance, token, host_key } => {
+            ClientMessage::Hello { version, appearance, token, host_key, role } => {
                 writer.byte(HELLO);
                 writer.fixed16(*version);
                 appearance.write(&mut writer);
                 for token in [token, host_key] {
                     writer.option(token.as_ref(), |writer, token| token.write(writer));
                 }
+                writer.flag(*role == Role::Spectator);
             }
             ClientMessage::Input { seq, ack_tick, input } => {
                 writer.byte(INPUT);
@@ -166,6 +210,11 @@ impl ClientMessage {
                 write_seat(&mut writer, *seat);
             }
             ClientMessage::CloseRoom => writer.byte(CLOSE_ROOM),
+            ClientMessage::Clip => writer.byte(CLIP),
+            ClientMessage::Emote { emote } => {
+                writer.byte(EMOTE);
+                writer.byte(*emote);
+            }
         }
         writer.finish()
     }
@@ -176,18 +225,10 @@ impl ClientMessage {
         check_length(bytes, CLIENT_MESSAGE_BYTES_MAX)?;
         let mut reader = Reader::new(bytes);
         let message = match reader.byte("kind")? {
-            HELLO => {
-                let version = reader.fixed16("version")?;
-                if version != VERSION {
-                    let appearance = Appearance { name: "?".into(), color: 0 };
-                    let (token, host_key) = (None, None);
-                    return Ok(ClientMessage::Hello { version, appearance, token, host_key });
-                }
-                let appearance = Appearance::read(&mut reader)?;
-                let token = read_token(&mut reader, "token")?;
-                let host_key = read_token(&mut reader, "host key")?;
-                ClientMessage::Hello { version, appearance, token, host_key }
-            }
+            HELLO => match reader.fixed16("version")? {
+                VERSION => read_hello(&mut reader)?,
+                version => return Ok(hello_of(version)),
+            },
             INPUT => {
                 let seq = reader.leb32("seq")?;
                 let ack_tick = reader.fixed16("ack tick")?;
@@ -197,11 +238,34 @@ impl ClientMessage {
             VIEW => ClientMessage::View { size: read_view(&mut reader)? },
             KICK => ClientMessage::Kick { seat: read_seat(&mut reader)? },
             CLOSE_ROOM => ClientMessage::CloseRoom,
+            CLIP => ClientMessage::Clip,
+            EMOTE => ClientMessage::Emote { emote: read_emote(&mut reader)? },
             _ => return Err(DecodeError::OutOfRange { field: "kind" }),
         };
         reader.end()?;
         Ok(message)
     }
+}
+
+/// A hello of another version, of which nothing else is known.
+fn hello_of(version: u16) -> ClientMessage {
+    let appearance = Appearance { name: "?".into(), color: 0 };
+    let role = Role::Player;
+    ClientMessage::Hello { version, appearance, token: None, host_key: None, role }
+}
+
+fn read_hello(reader: &mut Reader) -> Result<ClientMessage, DecodeError> {
+    let appearance = Appearance::read(reader)?;
+    let token = read_token(reader, "token")?;
+    let host_key = read_token(reader, "host key")?;
+    let role = if reader.flag("role")? { Role::Spectator } else { Role::Player };
+    Ok(ClientMessage::Hello { version: VERSION, appearance, token, host_key, role })
+}
+
+fn read_emote(reader: &mut Reader) -> Result<u8, DecodeError> {
+    let emote = reader.byte("emote")?;
+    check(emote < EMOTES, "emote")?;
+    Ok(emote)
 }
 
 fn read_token(reader: &mut Reader, field: &'static str) -> Result<Option<Token>, DecodeError> {
@@ -247,11 +311,13 @@ impl ServerMessage {
     /// Encodes the message, and appends it to the writer.
     pub fn write(&self, writer: &mut Writer) {
         match self {
-            ServerMessage::Welcome { seat, host, token, tick, room, scene_name, scene } => {
+            ServerMessage::Welcome { seat, tick, room, scene_name, scene } => {
                 writer.byte(WELCOME);
-                write_seat(writer, Seat(*seat));
-                writer.flag(*host);
-                token.write(writer);
+                writer.option(seat.as_ref(), |writer, WelcomeSeat { seat, host, token }| {
+                    write_seat(writer, *seat);
+                    writer.flag(*host);
+                    token.write(writer);
+                });
                 writer.leb32(*tick);
                 writer.text(room, ROOM_CODE_BYTES_MAX);
                 writer.text(scene_name, SCENE_NAME_BYTES_MAX);
@@ -281,6 +347,21 @@ impl ServerMessage {
                 writer.byte(NODES);
                 writer.count(urls.len());
                 urls.iter().for_each(|url| write_origin(writer, url));
+            }
+            ServerMessage::Emote { seat, emote } => {
+                writer.byte(EMOTED);
+                write_seat(writer, *seat);
+                writer.byte(*emote);
+            }
+            ServerMessage::Clip { kept } => {
+                writer.byte(CLIPPED);
+                match kept {
+                    Ok(name) => {
+                        writer.byte(0);
+                        writer.text(name, REPLAY_NAME_BYTES_MAX);
+                    }
+                    Err(refusal) => writer.byte(*refusal as u8),
+                }
             }
             ServerMessage::Snapshot(bytes) => writer.raw(bytes),
         }
@@ -315,6 +396,11 @@ impl ServerMessage {
                 }
                 ServerMessage::Nodes { urls }
             }
+            EMOTED => {
+                let seat = read_seat(&mut reader)?;
+                ServerMessage::Emote { seat, emote: read_emote(&mut reader)? }
+            }
+            CLIPPED => ServerMessage::Clip { kept: read_clip(&mut reader)? },
             SNAPSHOT.. => {
                 reader.raw(reader.remaining(), "snapshot")?;
                 ServerMessage::Snapshot(bytes.to_vec())
@@ -327,15 +413,30 @@ impl ServerMessage {
 }
 
 fn read_welcome(reader: &mut Reader) -> Result<ServerMessage, DecodeError> {
+    let seat = reader.option("seat", |reader| {
+        Ok(WelcomeSeat {
+            seat: read_seat(reader)?,
+            host: reader.flag("host")?,
+            token: Token::read(reader, "token")?,
+        })
+    })?;
     Ok(ServerMessage::Welcome {
-        seat: read_seat(reader)?.0,
-        host: reader.flag("host")?,
-        token: Token::read(reader, "token")?,
+        seat,
         tick: reader.leb32("tick")?,
         room: reader.text(ROOM_CODE_BYTES_MAX, "room")?.to_owned(),
         scene_name: reader.text(SCENE_NAME_BYTES_MAX, "scene name")?.to_owned(),
         scene: reader.text(SCENE_BYTES_MAX, "scene")?.to_owned(),
     })
+}
+
+fn read_clip(reader: &mut Reader) -> Result<Result<String, ClipRefusal>, DecodeError> {
+    match reader.byte("clip")? {
+        0 => Ok(Ok(reader.text(REPLAY_NAME_BYTES_MAX, "clip")?.to_owned())),
+        byte => {
+            let refusal = ClipRefusal::ALL.into_iter().find(|&refusal| refusal as u8 == byte);
+            Ok(Err(refusal.ok_or(DecodeError::OutOfRange { field: "clip" })?))
+        }
+    }
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use bytes::Bytes;
 use jostle_game::{Game, Input, Scene, Seat};
 use jostle_protocol::limits::{COLORS, ROOM_CODE_BYTES_MAX};
 use jostle_protocol::replay::{self, Record};
-use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, Token};
+use jostle_protocol::{Appearance, Refusal, ServerMessage, Snapshot, WelcomeSeat};
 use jostle_sim::Vec2;
 use std::sync::Arc;
 
@@ -177,14 +177,12 @@ impl Room {
         self.members.seats.get(&claim.seat).is_some_and(|member| member.answers_to(claim.serial))
     }
 
-    /// Encodes the [`ServerMessage::Welcome`] that a player who joined is sent first. `token` seals
-    /// the player's claim.
-    pub fn welcome(&self, seat: Seat, token: Token, host: bool) -> Vec<u8> {
+    /// Encodes the [`ServerMessage::Welcome`] that a client is sent first. The token of a player's seat seals the
+    /// player's claim; a spectator has no seat.
+    pub fn welcome(&self, seat: Option<WelcomeSeat>) -> Vec<u8> {
         let scene = self.game.scene();
         let welcome = ServerMessage::Welcome {
-            seat: seat.0,
-            host,
-            token,
+            seat,
             tick: self.game.tick_count() + 1,
             room: self.code.clone(),
             scene_name: scene.name.clone(),

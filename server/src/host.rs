@@ -4,6 +4,7 @@
 pub mod ack_lag;
 pub mod admission;
 pub mod clock;
+pub mod emotes;
 pub mod inbox;
 pub mod member;
 pub mod names;

@@ -165,6 +165,10 @@ pub const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
 pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
 /// Kicked addresses that a room remembers; one more replaces the oldest.
 pub const KICKED_MAX: usize = 64;
+/// Ticks from one emote of a player to the next that is shown.
+pub const EMOTE_TICKS: u32 = 2 * TICKS_PER_SECOND;
+/// Emotes that a room shows in a second; each is a message to all of its clients.
+pub const EMOTES_PER_SECOND_MAX: usize = 16;
 /// Characters of the code of a private room, 5 bits each: none can be found by trying.
 pub const PRIVATE_CODE_CHARS: usize = 20;
 /// Characters of an operators' token, at least.

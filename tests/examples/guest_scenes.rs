@@ -5,7 +5,9 @@
 
 use anyhow::{Context, Result, bail};
 use futures_util::{SinkExt, StreamExt};
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage, SnapshotStream, Token, VERSION};
+use jostle_protocol::{
+    Appearance, ClientMessage, Role, ServerMessage, SnapshotStream, Token, VERSION,
+};
 use jostle_server::Config;
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_tests::guest_scenes::random_scene;
@@ -105,7 +107,8 @@ async fn join(server: SocketAddr, room: &str, host_key: Option<Token>) -> Result
     let stream = TcpStream::connect(server).await?;
     let (mut socket, _) = client_async(format!("ws://{server}/{room}"), stream).await?;
     let appearance = Appearance { name: "Ann".into(), color: 1 };
-    let hello = ClientMessage::Hello { version: VERSION, appearance, token: None, host_key };
+    let (token, role) = (None, Role::Player);
+    let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
     socket.send(Message::Binary(hello.encode().into())).await?;
     Ok(socket)
 }

@@ -3,10 +3,11 @@
 use super::target::Target;
 use bytes::Bytes;
 use futures_util::{SinkExt, StreamExt};
-use jostle_game::Scene;
+use jostle_game::{Scene, Seat};
 use jostle_protocol::limits::SERVER_MESSAGE_BYTES_MAX;
 use jostle_protocol::{
-    Appearance, ClientMessage, DecodeError, Refusal, ServerMessage, SnapshotStream, Token, VERSION,
+    Appearance, ClientMessage, DecodeError, Refusal, Role, ServerMessage, SnapshotStream, Token,
+    VERSION, WelcomeSeat,
 };
 use jostle_sim::{BodyId, Vec2};
 use std::time::{Duration, Instant};
@@ -126,10 +127,15 @@ async fn arrive(
     let (mut socket, _) =
         client_async_with_config(url, stream, Some(config)).await.map_err(socket_error)?;
     let hello_at = Instant::now();
-    let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key: None };
+    let (host_key, role) = (None, Role::Player);
+    let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
     send(&mut socket, &hello).await?;
-    let ServerMessage::Welcome { seat, token, scene_name, scene, .. } =
-        message(&mut socket).await?
+    let ServerMessage::Welcome {
+        seat: Some(WelcomeSeat { seat: Seat(seat), token, .. }),
+        scene_name,
+        scene,
+        ..
+    } = message(&mut socket).await?
     else {
         return Err(SessionEnd::Unexpected);
     };

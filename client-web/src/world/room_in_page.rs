@@ -5,7 +5,7 @@ use crate::net::api::query_value;
 use jostle_game::{Buttons, Input, Scene, Seat, Tools};
 use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::replay::header;
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Token};
+use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Token, WelcomeSeat};
 use jostle_room::run::RUN_TICKS_MAX;
 use jostle_room::{Claim, Measure, Rate, Room, Subscriber, Welcome};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
@@ -115,7 +115,8 @@ impl RoomInPage {
                         (self.own, self.reader) = (Some(claim), None);
                         // The room ends with its page, and there is one player to give the seat to.
                         let token = Token([0; TOKEN_BYTES]);
-                        self.outbox.push(self.room.welcome(claim.seat, token, false));
+                        let seat = WelcomeSeat { seat: claim.seat, host: false, token };
+                        self.outbox.push(self.room.welcome(Some(seat)));
                     }
                     Err(refusal) => self.outbox.push(ServerMessage::Refused { refusal }.encode()),
                 }
@@ -131,7 +132,12 @@ impl RoomInPage {
             Ok(ClientMessage::View { size }) => {
                 self.seat().into_iter().for_each(|seat| self.room.view(seat, size));
             }
-            Ok(ClientMessage::Kick { .. } | ClientMessage::CloseRoom) | Err(_) => {}
+            Ok(ClientMessage::Emote { emote }) => {
+                let shown = self.seat().map(|seat| ServerMessage::Emote { seat, emote }.encode());
+                self.outbox.extend(shown);
+            }
+            Ok(ClientMessage::Kick { .. } | ClientMessage::CloseRoom | ClientMessage::Clip)
+            | Err(_) => {}
         }
     }
 

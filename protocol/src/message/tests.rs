@@ -37,16 +37,25 @@ fn tokens() -> impl Strategy<Value = Token> {
 
 fn client_messages() -> impl Strategy<Value = ClientMessage> {
     let token = || proptest::option::of(tokens());
-    let hello = (appearances(), token(), token()).prop_map(|(appearance, token, host_key)| {
-        ClientMessage::Hello { version: VERSION, appearance, token, host_key }
-    });
+    let roles = || proptest::sample::select(vec![Role::Player, Role::Spectator]);
+    let hello = (appearances(), token(), token(), roles()).prop_map(
+        |(appearance, token, host_key, role)| ClientMessage::Hello {
+            version: VERSION,
+            appearance,
+            token,
+            host_key,
+            role,
+        },
+    );
     let input = (any::<u32>(), any::<u16>(), inputs())
         .prop_map(|(seq, ack_tick, input)| ClientMessage::Input { seq, ack_tick, input });
     let ping = any::<u32>().prop_map(|stamp| ClientMessage::Ping { stamp });
     let side = || f32::MIN_POSITIVE..=VIEW_MAX;
     let view = (side(), side()).prop_map(|(x, y)| ClientMessage::View { size: Vec2::new(x, y) });
     let kick = (0..SEATS_MAX).prop_map(|seat| ClientMessage::Kick { seat: Seat(seat as u16) });
-    prop_oneof![hello, input, ping, view, kick, Just(ClientMessage::CloseRoom)]
+    let emote = (0..EMOTES).prop_map(|emote| ClientMessage::Emote { emote });
+    let plain = proptest::sample::select(vec![ClientMessage::CloseRoom, ClientMessage::Clip]);
+    prop_oneof![hello, input, ping, view, kick, emote, plain]
 }
 
 fn origins() -> impl Strategy<Value = String> {
@@ -55,17 +64,20 @@ fn origins() -> impl Strategy<Value = String> {
 
 fn server_messages() -> impl Strategy<Value = ServerMessage> {
     let texts = ("[a-z0-9-]{0,32}", "[a-z-]{0,32}", any::<String>());
-    let welcome = ((0..SEATS_MAX as u16, any::<bool>()), tokens(), any::<u32>(), texts).prop_map(
-        |((seat, host), token, tick, (room, scene_name, scene))| ServerMessage::Welcome {
+    let seat = || (0..SEATS_MAX as u16).prop_map(Seat);
+    let held = (seat(), any::<bool>(), tokens());
+    let held = held.prop_map(|(seat, host, token)| WelcomeSeat { seat, host, token });
+    let welcome = (proptest::option::of(held), any::<u32>(), texts).prop_map(
+        |(seat, tick, (room, scene_name, scene))| ServerMessage::Welcome {
             seat,
-            host,
-            token,
             tick,
             room,
             scene_name,
             scene,
         },
     );
+    let refusals = proptest::sample::select(ClipRefusal::ALL.to_vec()).prop_map(Err);
+    let kept = prop_oneof!["[a-z0-9-]{0,96}".prop_map(Ok), refusals];
     prop_oneof![
         welcome,
         proptest::sample::select(&Refusal::ALL[..])
@@ -77,6 +89,8 @@ fn server_messages() -> impl Strategy<Value = ServerMessage> {
         origins().prop_map(|url| ServerMessage::Moved { url }),
         proptest::collection::vec(origins(), 0..=NODES_MAX)
             .prop_map(|urls| ServerMessage::Nodes { urls }),
+        (seat(), 0..EMOTES).prop_map(|(seat, emote)| ServerMessage::Emote { seat, emote }),
+        kept.prop_map(|kept| ServerMessage::Clip { kept }),
         any::<Vec<u8>>().prop_map(|mut bytes| {
             bytes.insert(0, 0x80 | bytes.len() as u8);
             ServerMessage::Snapshot(bytes)
@@ -121,7 +135,7 @@ proptest! {
 
     /// An accepted message has only one form: it encodes to the bytes that it was decoded from.
     #[test]
-    fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..8) {
+    fn any_bytes_are_safe(bytes in proptest::collection::vec(any::<u8>(), 0..48), kind in 0u8..10) {
         let bytes = [&[kind][..], &bytes].concat();
         if let Ok(message) = ClientMessage::decode(&bytes) {
             let other = matches!(message, ClientMessage::Hello { version, .. } if version != VERSION);
@@ -162,13 +176,22 @@ fn counted() -> Token {
 
 fn hello(version: u16) -> ClientMessage {
     let appearance = Appearance::new("Ann", 3).unwrap();
-    ClientMessage::Hello { version, appearance, token: Some(counted()), host_key: None }
+    let (token, role) = (Some(counted()), Role::Player);
+    ClientMessage::Hello { version, appearance, token, host_key: None, role }
 }
 
 #[test]
 fn client_messages_have_the_documented_bytes() {
-    let bytes = [&[0, 4, 0, 3, b'A', b'n', b'n', 3, 1][..], &counted().0, &[0]];
+    let bytes = [&[0, 5, 0, 3, b'A', b'n', b'n', 3, 1][..], &counted().0, &[0, 0]];
     assert_eq!(hello(VERSION).encode(), bytes.concat());
+    let watches = ClientMessage::Hello {
+        version: VERSION,
+        appearance: Appearance::new("Bo", 0).unwrap(),
+        token: None,
+        host_key: None,
+        role: Role::Spectator,
+    };
+    assert_eq!(watches.encode(), [0, 5, 0, 2, b'B', b'o', 0, 0, 0, 1]);
 
     let input = Input { buttons: Buttons(0x90), pointer: Some(Vec2::new(1.0, -2.5)) };
     let bytes = [1, 0xac, 2, 0x34, 0x12, 0x90, 1, 1, 0, 0, 0x80, 0x3f, 0, 0, 0x20, 0xc0];
@@ -181,22 +204,30 @@ fn client_messages_have_the_documented_bytes() {
     assert_eq!(view.encode(), [3, 0, 0, 0x80, 0x3f, 0, 0, 0, 0x40]);
     assert_eq!(ClientMessage::Kick { seat: Seat(9) }.encode(), [4, 9]);
     assert_eq!(ClientMessage::CloseRoom.encode(), [5]);
+    assert_eq!(ClientMessage::Clip.encode(), [6]);
+    assert_eq!(ClientMessage::Emote { emote: 7 }.encode(), [7, 7]);
 }
 
 #[test]
 fn server_messages_have_the_documented_bytes() {
     let welcome = ServerMessage::Welcome {
-        seat: 2,
-        host: true,
-        token: counted(),
+        seat: Some(WelcomeSeat { seat: Seat(2), host: true, token: counted() }),
         tick: 200,
         room: "oak".to_owned(),
         scene_name: "arena".to_owned(),
         scene: "x = 1".to_owned(),
     };
     let texts = [&b"oak"[..], b"\x05arena", b"\x05x = 1"].concat();
-    let bytes = [&[0, 2, 1][..], &counted().0, &[0xc8, 1, 3], &texts];
+    let bytes = [&[0, 1, 2, 1][..], &counted().0, &[0xc8, 1, 3], &texts];
     assert_eq!(welcome.encode(), bytes.concat());
+    let watching = ServerMessage::Welcome {
+        seat: None,
+        tick: 200,
+        room: "oak".to_owned(),
+        scene_name: "arena".to_owned(),
+        scene: "x = 1".to_owned(),
+    };
+    assert_eq!(watching.encode(), [&[0, 0, 0xc8, 1, 3][..], &texts].concat());
     let refused = ServerMessage::Refused { refusal: Refusal::Closing };
     assert_eq!(refused.encode(), [1, 10]);
     let draining = ServerMessage::Draining { seconds: 5, keeps_room: true };
@@ -207,6 +238,11 @@ fn server_messages_have_the_documented_bytes() {
     assert_eq!(moved.encode(), *b"\x05\x0bhttp://b:81");
     let urls = vec!["https://a".to_owned(), "http://b:81".to_owned()];
     assert_eq!(ServerMessage::Nodes { urls }.encode(), *b"\x06\x02\x09https://a\x0bhttp://b:81");
+    assert_eq!(ServerMessage::Emote { seat: Seat(3), emote: 5 }.encode(), [7, 3, 5]);
+    let kept = Ok("arena-oak-20260101-120000-clip".to_owned());
+    assert_eq!(ServerMessage::Clip { kept }.encode(), *b"\x08\0\x1earena-oak-20260101-120000-clip");
+    let kept = Err(ClipRefusal::TooMany);
+    assert_eq!(ServerMessage::Clip { kept }.encode(), [8, 2]);
     assert_eq!(ServerMessage::Snapshot(vec![0x89, 8]).encode(), [0x89, 8]);
 }
 
@@ -225,18 +261,20 @@ fn fields_out_of_range_are_named() {
     let refused = |bytes: &[u8], field| {
         assert_eq!(ClientMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
-    refused(&[6], "kind");
-    refused(&[0, 4, 0, 1, b' ', 0, 0], "name");
-    refused(&[0, 4, 0, 2, b' ', b'A', 0, 0], "name");
-    refused(&[0, 4, 0, 1, b'A', 8, 0], "color");
-    refused(&[0, 4, 0, 1, b'A', 0, 2], "token");
-    refused(&[0, 4, 0, 1, b'A', 0, 0, 2], "host key");
-    refused(&[0, 4, 0, 65], "name");
+    refused(&[8], "kind");
+    refused(&[0, 5, 0, 1, b' ', 0, 0], "name");
+    refused(&[0, 5, 0, 2, b' ', b'A', 0, 0], "name");
+    refused(&[0, 5, 0, 1, b'A', 8, 0], "color");
+    refused(&[0, 5, 0, 1, b'A', 0, 2], "token");
+    refused(&[0, 5, 0, 1, b'A', 0, 0, 2], "host key");
+    refused(&[0, 5, 0, 1, b'A', 0, 0, 0, 2], "role");
+    refused(&[0, 5, 0, 65], "name");
     refused(&[1, 1, 0, 0, 0x80, 0x80, 1, 0], "buttons");
     refused(&[1, 1, 0, 0, 0, 1, 0, 0, 0xc0, 0x7f, 0, 0, 0, 0], "pointer");
     refused(&[1, 1, 0, 0, 0, 1, 0, 0, 0, 0x4a, 0, 0, 0, 0], "pointer");
     refused(&[1, 0x80, 0, 0, 0, 0, 0], "seq");
     refused(&[4, 0x80, 4], "seat");
+    refused(&[7, 8], "emote");
     refused(&[3, 0, 0, 0, 0, 0, 0, 0, 0x40], "view");
     refused(&[3, 0, 0, 0, 0x40, 0, 0, 0x80, 0xbf], "view");
     refused(&[3, 0, 0, 0, 0x40, 1, 0, 0x80, 0x49], "view");
@@ -244,12 +282,14 @@ fn fields_out_of_range_are_named() {
         assert_eq!(ServerMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
     refused(&[1, 19], "refusal");
-    refused(&[0, 0x80, 4], "seat");
+    refused(&[0, 1, 0x80, 4], "seat");
+    refused(&[7, 3, 8], "emote");
+    refused(&[8, 4], "clip");
     refused(b"\x05\x06ws://b", "origin");
     refused(b"\x05\x09http://b/", "origin");
     refused(b"\x06\x02\x08http://b\x07http://", "origin");
     refused(&[6, 9], "nodes");
-    refused(&[7], "kind");
+    refused(&[9], "kind");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use super::*;
 use crate::{SEQ_AHEAD_MAX, SILENCE_TICKS};
 use jostle_game::{Buttons, Event};
 use jostle_protocol::limits::TOKEN_BYTES;
-use jostle_protocol::{PlayerState, SnapshotStream, TimedEvent};
+use jostle_protocol::{PlayerState, SnapshotStream, TimedEvent, Token, WelcomeSeat};
 use jostle_sim::Vec2;
 
 /// Three seats, heroes on a floor, a few blocks to run into.
@@ -142,16 +142,15 @@ fn a_welcome_holds_everything_that_a_client_needs() {
     let welcome = room.join(look("Ann"), None).unwrap();
     assert_eq!((welcome.claim.seat, welcome.resumed), (Seat(0), false));
     let token = Token([9; TOKEN_BYTES]);
+    let seat = Some(WelcomeSeat { seat: welcome.claim.seat, host: true, token });
     let expected = ServerMessage::Welcome {
-        seat: 0,
-        host: true,
-        token,
+        seat,
         tick: 5,
         room: "oak".to_owned(),
         scene_name: "yard".to_owned(),
         scene: YARD.to_owned(),
     };
-    let bytes = room.welcome(welcome.claim.seat, token, true);
+    let bytes = room.welcome(seat);
     assert_eq!(ServerMessage::decode(&bytes), Ok(expected));
 }
 

@@ -111,6 +111,13 @@ pub enum FromSession {
     },
     /// The host closes the room.
     CloseRoom,
+    /// The player asks for a clip.
+    Clip,
+    /// The player shows an emote.
+    Emote {
+        /// Which.
+        emote: u8,
+    },
     /// The player closed the socket on purpose: the seat need not be held.
     Leave,
 }

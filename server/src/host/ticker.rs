@@ -8,6 +8,7 @@ use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
+use crate::host::emotes::Emotes;
 use crate::host::member::Member;
 use crate::host::names;
 use crate::host::phase::Phase;
@@ -20,9 +21,10 @@ use crate::limits;
 use crate::ops::metrics::Late;
 use crate::ops::refusal_log::Foreign;
 use crate::replays::RoomRecording;
+use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Seat;
-use jostle_protocol::{Appearance, Refusal, ServerMessage};
+use jostle_protocol::{Appearance, ClipRefusal, Refusal, ServerMessage, WelcomeSeat};
 use jostle_room::{Room, Welcome};
 use jostle_sim::TICKS_PER_SECOND;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -62,6 +64,7 @@ pub struct Ticker {
     /// Players with a socket.
     members: Vec<Member>,
     admission: Admission,
+    emotes: Emotes,
     /// Whether the host or an operator closed the room.
     closed: bool,
     /// Whether who made the room left it, so that nobody is awaited once it is empty.
@@ -108,6 +111,7 @@ impl Ticker {
             saved: None,
             members,
             admission,
+            emotes: Emotes::default(),
             closed: false,
             abandoned: false,
             lease,
@@ -355,7 +359,7 @@ impl Ticker {
                     "player joined"
                 );
                 let token = self.host.signer.seat_token(SeatClaim { room: own, claim });
-                join.outbox.control(room.welcome(seat, token, host));
+                join.outbox.control(room.welcome(Some(WelcomeSeat { seat, host, token })));
                 if self.host.neighbours.revision() > 0 {
                     join.outbox.control(self.host.neighbours.message());
                 }
@@ -419,6 +423,7 @@ impl Ticker {
     fn empty_inboxes(&mut self, room: &mut Room) {
         let (code, metrics) = (&self.info.code, &self.host.metrics);
         let (mut kicks, mut closes, mut abandons) = (Vec::new(), false, false);
+        let mut emotes = Vec::new();
         self.members.retain_mut(|member| {
             let seat = member.seat.0;
             loop {
@@ -436,6 +441,11 @@ impl Ticker {
                     Ok(FromSession::CloseRoom) if member.host => closes = true,
                     Ok(FromSession::Kick { .. } | FromSession::CloseRoom) => {
                         member.outbox.control(ServerMessage::Denied.encode());
+                    }
+                    Ok(FromSession::Emote { emote }) => emotes.push((member.seat, emote)),
+                    Ok(FromSession::Clip) => {
+                        let kept = Err(ClipRefusal::Off);
+                        member.outbox.control(ServerMessage::Clip { kept }.encode());
                     }
                     Ok(FromSession::Leave) => {
                         info!(room = %code, seat, "player left");
@@ -461,8 +471,22 @@ impl Ticker {
                 self.kick(room, seat);
             }
         }
+        for (seat, emote) in emotes {
+            self.show(seat, emote, room.game().tick_count());
+        }
         self.closed |= closes;
         self.abandoned |= abandons;
+    }
+
+    /// Shows an emote to all clients, unless there were too many.
+    fn show(&mut self, seat: Seat, emote: u8, tick: u32) {
+        if !self.emotes.admit(seat, tick) {
+            return self.host.metrics.ignored("emote");
+        }
+        let message = Bytes::from(ServerMessage::Emote { seat, emote }.encode());
+        for member in &self.members {
+            member.outbox.control(message.clone());
+        }
     }
 
     /// Kicks a player, connected or not. Returns whether there was one in this seat.

@@ -5,7 +5,7 @@ use crate::limits;
 use crate::limits::rate_limited_stream::{RateLimitedStream, SPENT};
 use crate::net::maybe_tls_stream::{FromPeer, MaybeTlsStream, into_directions};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, Token, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, ServerMessage, Token, VERSION};
 use std::future::poll_fn;
 use std::io::{self, ErrorKind, Read, Write};
 use std::pin::Pin;
@@ -15,7 +15,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, ReadBuf};
 use tungstenite::error::{Error, ProtocolError};
 use tungstenite::protocol::frame::Frame;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
-use tungstenite::protocol::{CloseFrame, Message, Role, WebSocket, WebSocketConfig};
+use tungstenite::protocol::{self, CloseFrame, Message, WebSocket, WebSocketConfig};
 
 /// A game socket, with a limit on the bytes that the peer may send.
 pub struct Socket {
@@ -126,7 +126,7 @@ pub fn accept(stream: MaybeTlsStream, read: Vec<u8>) -> Socket {
     let stream = RateLimitedStream::new(from_peer);
     let peer = Peer { stream, waker: Waker::noop().clone(), writer: Arc::clone(&writer) };
     let config = Some(socket_config());
-    let frames = WebSocket::from_partially_read(peer, read, Role::Server, config);
+    let frames = WebSocket::from_partially_read(peer, read, protocol::Role::Server, config);
     Socket { frames, writer }
 }
 
@@ -148,6 +148,8 @@ pub struct Hello {
     pub token: Option<Token>,
     /// Key of a room's host.
     pub host_key: Option<Token>,
+    /// Whether it plays or watches.
+    pub role: Role,
 }
 
 /// Receives the first message of a socket.
@@ -167,8 +169,8 @@ pub async fn receive_hello(socket: &mut Socket) -> Result<Hello, End> {
             Ok(ClientMessage::Hello { version, .. }) if version != VERSION => {
                 Err(End::Refused(Refusal::Version))
             }
-            Ok(ClientMessage::Hello { appearance, token, host_key, .. }) => {
-                Ok(Hello { appearance, token, host_key })
+            Ok(ClientMessage::Hello { appearance, token, host_key, role, .. }) => {
+                Ok(Hello { appearance, token, host_key, role })
             }
             _ => Err(End::Refused(Refusal::BadHello)),
         };

@@ -117,6 +117,8 @@ impl<'a> Pump<'a> {
             Ok(ClientMessage::View { size }) => self.pass_on(FromSession::View { size }),
             Ok(ClientMessage::Kick { seat }) => self.pass_on(FromSession::Kick { seat }),
             Ok(ClientMessage::CloseRoom) => self.pass_on(FromSession::CloseRoom),
+            Ok(ClientMessage::Clip) => self.pass_on(FromSession::Clip),
+            Ok(ClientMessage::Emote { emote }) => self.pass_on(FromSession::Emote { emote }),
             Ok(ClientMessage::Hello { .. }) => Err(End::Violated(Violation::Order)),
             Err(_) => Err(End::Violated(Violation::Content)),
         }

@@ -37,6 +37,7 @@ pub struct Metrics {
     pub agones_errors: Counter,
     /// In the order of [`Skip`].
     skips: [Counter; 4],
+    messages_ignored: Family<Label, Counter>,
     joins: Family<Label, Counter>,
     leaves: Family<Label, Counter>,
     refusals: Family<Label, Counter>,
@@ -177,6 +178,12 @@ impl Default for Metrics {
                 "inputs_ignored",
                 "Inputs with old, repeated or far-future numbers",
                 ignored,
+            ),
+            messages_ignored: add(
+                r,
+                "messages_ignored",
+                "Messages without effect, beside inputs: emotes that came too soon, and what spectators may not send",
+                Family::default(),
             ),
             joins: add(r, "joins", "Players who got a seat, resumed or new", Family::default()),
             leaves: add(r, "leaves", "Players who left, by cause", Family::default()),
@@ -325,6 +332,11 @@ impl Metrics {
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
+    /// Counts a message that has no effect: an `emote` that came too soon.
+    pub fn ignored(&self, kind: &'static str) {
+        self.messages_ignored.get_or_create(&[("kind", kind)]).inc();
+    }
+
     /// Counts snapshots that were not sent to a client.
     pub fn skipped(&self, why: Skip, count: usize) {
         self.skips[why as usize].inc_by(count as u64);
@@ -396,6 +408,7 @@ mod tests {
         metrics.joined(false);
         metrics.joined(true);
         metrics.left("left");
+        metrics.ignored("emote");
         metrics.skipped(Skip::Queue, 3);
         metrics.lag.observe(5.0);
         metrics.refused(reason(Refusal::Flood));
@@ -432,6 +445,7 @@ mod tests {
             "jostle_joins_total{how=\"new\"} 1",
             "jostle_joins_total{how=\"resumed\"} 1",
             "jostle_inputs_ignored_total 0",
+            "jostle_messages_ignored_total{kind=\"emote\"} 1",
             "jostle_rooms_failed_total 0",
             "jostle_agones_errors_total 0",
             "jostle_leaves_total{how=\"left\"} 1",

@@ -9,8 +9,8 @@ use jostle_game::{Buttons, Event, Input, Kind, Scene, Seat};
 use jostle_protocol::limits::TOKEN_BYTES;
 use jostle_protocol::replay::{Record, frame};
 use jostle_protocol::{
-    Appearance, ClientMessage, Refusal, ServerMessage, Snapshot, SnapshotStream, TimedEvent, Token,
-    VERSION,
+    Appearance, ClientMessage, ClipRefusal, Refusal, Role, ServerMessage, Snapshot, SnapshotStream,
+    TimedEvent, Token, VERSION, WelcomeSeat,
 };
 use jostle_room::{Claim, Rate, Room};
 use jostle_server::host::token_signer::SeatClaim;
@@ -51,7 +51,14 @@ fn write(property: &str, inputs: Vec<Vec<u8>>) -> io::Result<()> {
 
 fn hello(name: &str, token: Option<Token>) -> ClientMessage {
     let appearance = Appearance { name: name.into(), color: 5 };
-    ClientMessage::Hello { version: VERSION, appearance, token, host_key: None }
+    let role = Role::Player;
+    ClientMessage::Hello { version: VERSION, appearance, token, host_key: None, role }
+}
+
+fn watcher() -> ClientMessage {
+    let appearance = Appearance { name: "Eye".into(), color: 0 };
+    let role = Role::Spectator;
+    ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None, role }
 }
 
 /// An unsigned token, as the fuzzer's room accepts it.
@@ -75,6 +82,9 @@ fn client_messages() -> Vec<Vec<u8>> {
         ClientMessage::View { size: Vec2::new(160.0, 90.0) },
         ClientMessage::Kick { seat: Seat(63) },
         ClientMessage::CloseRoom,
+        watcher(),
+        ClientMessage::Clip,
+        ClientMessage::Emote { emote: 7 },
     ];
     let mut inputs: Vec<Vec<u8>> = messages.iter().map(ClientMessage::encode).collect();
     // A hello of another version.
@@ -84,9 +94,7 @@ fn client_messages() -> Vec<Vec<u8>> {
 
 fn server_messages() -> Vec<Vec<u8>> {
     let welcome = ServerMessage::Welcome {
-        seat: 3,
-        host: true,
-        token: token(1, 2),
+        seat: Some(WelcomeSeat { seat: Seat(3), host: true, token: token(1, 2) }),
         tick: 300,
         room: "k7f3q2".into(),
         scene_name: "arena".into(),
@@ -100,8 +108,18 @@ fn server_messages() -> Vec<Vec<u8>> {
         ServerMessage::Moved { url: "https://b.example.org:8443".into() },
         ServerMessage::Nodes { urls: vec!["http://10.0.0.1:80".into(), "https://c".into()] },
         ServerMessage::Snapshot(vec![0x80, 1]),
+        ServerMessage::Emote { seat: Seat(3), emote: 5 },
+        ServerMessage::Clip { kept: Ok("arena-k7f3q2-20260101-120000-clip".into()) },
+        ServerMessage::Clip { kept: Err(ClipRefusal::TooMany) },
     ];
-    let all = [welcome].into_iter().chain(refused).chain(others);
+    let watching = ServerMessage::Welcome {
+        seat: None,
+        tick: 1,
+        room: "arena".into(),
+        scene_name: "arena".into(),
+        scene: "title = \"A\"\n".into(),
+    };
+    let all = [welcome].into_iter().chain(refused).chain(others).chain([watching]);
     all.map(|message| message.encode()).collect()
 }
 

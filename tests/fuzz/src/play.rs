@@ -3,7 +3,7 @@
 use crate::part;
 use jostle_game::{Scene, Seat};
 use jostle_protocol::limits::TOKEN_BYTES;
-use jostle_protocol::{ClientMessage, ServerMessage, SnapshotStream, Token};
+use jostle_protocol::{ClientMessage, Role, ServerMessage, SnapshotStream, Token, WelcomeSeat};
 use jostle_room::{Claim, Rate, Room, Subscriber};
 use std::sync::{Arc, OnceLock};
 
@@ -48,6 +48,10 @@ fn scene() -> &'static Arc<Scene> {
 
 fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
     match ClientMessage::decode(message) {
+        // The room knows no spectators: they only read.
+        Ok(ClientMessage::Hello { role: Role::Spectator, .. }) => {
+            clients.push(Client::begin(room, Rate::ALL[clients.len() % Rate::ALL.len()]));
+        }
         Ok(ClientMessage::Hello { appearance, token, .. }) => {
             // Unsigned tokens: they begin with seat and serial number.
             let claim = token.map(|Token([seat, serial, ..])| Claim {
@@ -56,9 +60,12 @@ fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
             });
             if let Ok(joined) = room.join(appearance, claim) {
                 let fresh = Token([7; TOKEN_BYTES]);
-                let welcome = room.welcome(joined.claim.seat, fresh, false);
+                let seat = WelcomeSeat { seat: joined.claim.seat, host: false, token: fresh };
+                let welcome = room.welcome(Some(seat));
                 let welcome = ServerMessage::decode(&welcome).expect("a readable welcome");
-                assert!(matches!(welcome, ServerMessage::Welcome { token, .. } if token == fresh));
+                assert!(
+                    matches!(welcome, ServerMessage::Welcome { seat: Some(own), .. } if own == seat)
+                );
                 assert_eq!(joined.resumed, claim.is_some());
                 clients.push(Client::begin(room, Rate::ALL[clients.len() % Rate::ALL.len()]));
             }
@@ -67,8 +74,7 @@ fn say(message: &[u8], seat: Seat, room: &mut Room, clients: &mut Vec<Client>) {
             room.input(seat, seq, input);
         }
         Ok(ClientMessage::View { size }) => room.view(seat, size),
-        Ok(ClientMessage::Ping { .. } | ClientMessage::Kick { .. } | ClientMessage::CloseRoom)
-        | Err(_) => {}
+        Ok(_) | Err(_) => {}
     }
 }
 

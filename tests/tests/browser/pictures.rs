@@ -6,8 +6,8 @@
 use anyhow::{Context, Result, anyhow, bail};
 use jostle_client_web::world::replica::{Eye, Replica};
 use jostle_client_web::world::room_in_page::RoomInPage;
-use jostle_game::{Scene, Seat};
-use jostle_protocol::{Appearance, ClientMessage, ServerMessage, VERSION};
+use jostle_game::Scene;
+use jostle_protocol::{Appearance, ClientMessage, Role, ServerMessage, VERSION};
 use jostle_tests::picture::Picture;
 use jostle_tests::runner::{Case, Stage, artifacts};
 use jostle_tests::tab::Screen;
@@ -118,10 +118,9 @@ fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
     let scene = Arc::new(found.with_context(|| format!("no scene {scene}"))?);
     let appearance = Appearance::new("Native", 0).map_err(|error| anyhow!("{error:?}"))?;
     let mut demo = RoomInPage::new(Arc::clone(&scene), SEED, BOTS, true);
-    demo.receive(
-        &ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None }
-            .encode(),
-    );
+    let (token, host_key, role) = (None, None, Role::Player);
+    let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
+    demo.receive(&hello.encode());
     let mut replica = None;
     for tick in 0..=ticks {
         for bytes in demo.take() {
@@ -139,8 +138,8 @@ fn native_demo(scene: &str, ticks: u32) -> Result<(RoomInPage, Replica)> {
 
 fn receive(scene: &Arc<Scene>, replica: &mut Option<Replica>, bytes: &[u8]) -> Result<()> {
     match (ServerMessage::decode(bytes)?, replica) {
-        (ServerMessage::Welcome { seat, .. }, replica) => {
-            *replica = Some(Replica::new(Arc::clone(scene), Seat(seat)));
+        (ServerMessage::Welcome { seat: Some(own), .. }, replica) => {
+            *replica = Some(Replica::new(Arc::clone(scene), own.seat));
         }
         (ServerMessage::Snapshot(coded), Some(replica)) => {
             replica.hear(&coded)?;

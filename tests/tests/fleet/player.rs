@@ -3,7 +3,7 @@
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::{Buttons, Input};
 use jostle_protocol::{
-    Appearance, ClientMessage, Refusal, ServerMessage, SnapshotStream, Token, VERSION,
+    Appearance, ClientMessage, Refusal, Role, ServerMessage, SnapshotStream, Token, VERSION,
 };
 use jostle_sim::{Rng, Vec2};
 use std::net::SocketAddr;
@@ -96,8 +96,8 @@ impl Player {
     ) -> Left {
         let Some(mut socket) = connect(node, &self.room).await else { return Left::Lost };
         let appearance = Appearance { name: self.name.as_str().into(), color: 0 };
-        let (token, host_key) = (self.token, None);
-        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key };
+        let (token, host_key, role) = (self.token, None, Role::Player);
+        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
         if socket.send(Message::Binary(hello.encode().into())).await.is_err() {
             return Left::Lost;
         }
@@ -126,9 +126,9 @@ impl Player {
             };
             heard_at = Instant::now();
             match ServerMessage::decode(&bytes).expect("a message of the protocol") {
-                ServerMessage::Welcome { seat, token, tick, .. } => {
-                    self.welcomed(seat, tick);
-                    self.token = Some(token);
+                ServerMessage::Welcome { seat: Some(own), tick, .. } => {
+                    self.welcomed(own.seat.0, tick);
+                    self.token = Some(own.token);
                     newest = tick;
                 }
                 ServerMessage::Snapshot(bytes) => {

@@ -114,6 +114,7 @@ async fn text_garbage_and_oversize_are_refused_before_and_after_the_hello() {
         appearance: jostle_protocol::Appearance { name: "Again".into(), color: 0 },
         token: None,
         host_key: None,
+        role: jostle_protocol::Role::Player,
     };
     let bad = [
         Message::Text("hello".into()),
@@ -280,8 +281,8 @@ async fn sockets_of_one_address_are_counted() {
         let mut bob = Client::connect(server.address, "arena").await;
         bob.hello(VERSION, "Bob", None).await;
         match bob.message().await {
-            ServerMessage::Welcome { seat, .. } => {
-                bob.seat = seat;
+            ServerMessage::Welcome { seat: Some(own), .. } => {
+                bob.seat = own.seat.0;
                 break bob;
             }
             ServerMessage::Refused { refusal } => assert_eq!(refusal, Refusal::TooManySockets),

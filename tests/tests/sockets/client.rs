@@ -4,8 +4,8 @@ use futures_util::{SinkExt, StreamExt};
 use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::{SERVER_MESSAGE_BYTES_MAX, TOKEN_BYTES};
 use jostle_protocol::{
-    Appearance, BAD_MESSAGE_CODES, ClientMessage, PlayerState, Refusal, ServerMessage, Snapshot,
-    SnapshotStream, Token, VERSION,
+    Appearance, BAD_MESSAGE_CODES, ClientMessage, PlayerState, Refusal, Role, ServerMessage,
+    Snapshot, SnapshotStream, Token, VERSION,
 };
 use jostle_sim::Vec2;
 use std::net::SocketAddr;
@@ -59,8 +59,8 @@ impl Client {
     pub async fn host(address: SocketAddr, room: &str, name: &str, key: Token) -> Client {
         let mut client = Client::connect(address, room).await;
         let appearance = Appearance { name: name.into(), color: 1 };
-        let (token, host_key) = (None, Some(key));
-        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key };
+        let (token, host_key, role) = (None, Some(key), Role::Player);
+        let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
         client.send(&hello).await;
         client.welcomed(name).await;
         client
@@ -90,8 +90,8 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
 
     async fn welcomed(&mut self, name: &str) {
         match self.message().await {
-            ServerMessage::Welcome { seat, token, host, .. } => {
-                (self.seat, self.token, self.host) = (seat, token, host);
+            ServerMessage::Welcome { seat: Some(own), .. } => {
+                (self.seat, self.token, self.host) = (own.seat.0, own.token, own.host);
             }
             other => panic!("{name}: {other:?} instead of a welcome"),
         }
@@ -100,7 +100,8 @@ impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
 
     pub async fn hello(&mut self, version: u16, name: &str, token: Option<Token>) {
         let appearance = Appearance { name: name.into(), color: 1 };
-        self.send(&ClientMessage::Hello { version, appearance, token, host_key: None }).await;
+        let (host_key, role) = (None, Role::Player);
+        self.send(&ClientMessage::Hello { version, appearance, token, host_key, role }).await;
     }
 
     pub async fn send(&mut self, message: &ClientMessage) {

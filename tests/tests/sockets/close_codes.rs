@@ -5,7 +5,7 @@ use crate::client::Client;
 use crate::faults::frames::{FIRST, NEXT, WHOLE, frame, input, write};
 use crate::server::Server;
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, VERSION};
 use tokio_tungstenite::tungstenite::Message;
 
 /// First byte of a whole text frame, of the last fragment, of a ping and of a close.
@@ -22,7 +22,8 @@ fn claims(length: u64) -> Vec<u8> {
 fn hello() -> Vec<u8> {
     let appearance = Appearance { name: "Again".into(), color: 0 };
     let (token, host_key) = (None, None);
-    ClientMessage::Hello { version: VERSION, appearance, token, host_key }.encode()
+    ClientMessage::Hello { version: VERSION, appearance, token, host_key, role: Role::Player }
+        .encode()
 }
 
 /// Frames that are refused before and after the hello, with the close code.

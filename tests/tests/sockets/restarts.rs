@@ -64,7 +64,8 @@ impl Player {
         let mut client = Client::connect(server, &self.room).await;
         client.hello(VERSION, &self.name, self.token).await;
         match client.message().await {
-            ServerMessage::Welcome { seat, token, .. } => {
+            ServerMessage::Welcome { seat: Some(own), .. } => {
+                let (seat, token) = (own.seat.0, own.token);
                 assert!(self.token.is_none() || seat == self.seat, "{}: seat {seat}", self.name);
                 (self.seat, self.token) = (seat, Some(token));
             }

@@ -3,6 +3,7 @@ use super::*;
 use crate::bots::socket::Socket;
 use futures_util::SinkExt;
 use jostle_game::Scene;
+use jostle_protocol::WelcomeSeat;
 use jostle_room::{Rate, Room};
 use tokio::net::TcpListener;
 use tokio::time::timeout;
@@ -74,7 +75,7 @@ async fn play(socket: &mut Socket, ticks: u32) {
     let seat = room.join(appearance, None).expect("a seat").claim.seat;
     room.tick();
     let (reader, keyframe) = room.subscribe_view(seat, Rate::Full);
-    let welcome = room.welcome(seat, TOKEN, false);
+    let welcome = room.welcome(Some(WelcomeSeat { seat, host: false, token: TOKEN }));
     let _ = socket.send(Message::Binary(welcome.into())).await;
     let _ = socket.send(Message::Binary(keyframe)).await;
     for _ in 0..ticks {

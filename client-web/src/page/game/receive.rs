@@ -8,7 +8,7 @@ use crate::net::meter::Traffic;
 use crate::page::context::{Context, Secret};
 use crate::page::event::Effect;
 use crate::world::replica::Replica;
-use jostle_game::{Buttons, RoundPhase, Scene, Seat};
+use jostle_game::{Buttons, RoundPhase, Scene};
 use jostle_protocol::{DecodeError, Refusal, ServerMessage, Snapshot};
 use std::sync::Arc;
 
@@ -27,14 +27,14 @@ impl GameScreen {
         self.meter.carried(now_ms, traffic_of(&message), bytes.len());
         match message {
             Ok(ServerMessage::Snapshot(coded)) => self.file(ctx, &coded),
-            Ok(ServerMessage::Welcome { seat, host, token, tick, scene_name, scene, .. }) => {
+            Ok(ServerMessage::Welcome { seat: Some(own), tick, scene_name, scene, .. }) => {
                 match Scene::parse(&format!("{scene_name}.toml"), &scene) {
                     Ok(scene) => {
                         if !self.is_in_page() {
-                            ctx.set_secret(Secret::Seat, &self.code, Some(token));
+                            ctx.set_secret(Secret::Seat, &self.code, Some(own.token));
                         }
-                        self.status.host = host;
-                        let replica = Replica::new(Arc::new(scene), Seat(seat));
+                        self.status.host = own.host;
+                        let replica = Replica::new(Arc::new(scene), own.seat);
                         self.welcome(ctx, replica, tick);
                     }
                     Err(error) => {
@@ -57,6 +57,12 @@ impl GameScreen {
                     connection.servers.told(urls);
                 }
             }
+            // The page asks for none of these yet.
+            Ok(
+                ServerMessage::Welcome { seat: None, .. }
+                | ServerMessage::Emote { .. }
+                | ServerMessage::Clip { .. },
+            ) => {}
             Ok(ServerMessage::Denied) => self.status.denied_ms = Some(now_ms),
             Err(error) => self.misunderstood(ctx, &error),
         }

@@ -10,7 +10,7 @@ use crate::page::event::Effect;
 use jostle_game::Seat;
 use jostle_game::scene::Camera as CameraRule;
 use jostle_protocol::limits::VIEW_MAX;
-use jostle_protocol::{ClientMessage, VERSION};
+use jostle_protocol::{ClientMessage, Role, VERSION};
 use jostle_sim::Vec2;
 
 /// Milliseconds between two pings.
@@ -25,7 +25,8 @@ impl GameScreen {
         }
         let (token, host_key) = secrets;
         let appearance = self.appearance.clone();
-        self.send(ctx, &ClientMessage::Hello { version: VERSION, appearance, token, host_key });
+        let (version, role) = (VERSION, Role::Player);
+        self.send(ctx, &ClientMessage::Hello { version, appearance, token, host_key, role });
     }
 
     /// Removes a player from the room, which only its host may.

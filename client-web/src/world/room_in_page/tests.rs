@@ -23,6 +23,7 @@ fn hello() -> Vec<u8> {
         appearance,
         token: None,
         host_key: None,
+        role: jostle_protocol::Role::Player,
     }
     .encode()
 }
@@ -35,8 +36,8 @@ fn play(scene: &Arc<Scene>, ticks: u32) -> (RoomInPage, Replica) {
     for _ in 0..=ticks {
         for bytes in demo.take() {
             match ServerMessage::decode(&bytes).expect("the room speaks the protocol") {
-                ServerMessage::Welcome { seat, .. } => {
-                    replica = Some(Replica::new(scene.clone(), Seat(seat)));
+                ServerMessage::Welcome { seat: Some(own), .. } => {
+                    replica = Some(Replica::new(scene.clone(), own.seat));
                 }
                 ServerMessage::Snapshot(coded) => {
                     let replica = replica.as_mut().expect("a welcome comes first");

@@ -426,3 +426,25 @@ fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
     ticker.admit(&mut room);
     assert_eq!((room.players(), control_messages(last).len()), (limits::JOINS_PER_WAKEUP + 1, 1));
 }
+
+#[test]
+fn all_see_an_emote_and_the_next_of_its_player_two_seconds_later() {
+    let (mut ticker, _outside) = room("emotes", Duration::MAX);
+    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let people = [(); 2].map(|()| {
+        let (join, inbox, outbox) = join();
+        ticker.seat(&mut room, join, &mut None);
+        (inbox, outbox)
+    });
+    people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
+    for tick in 0..=limits::EMOTE_TICKS {
+        people[1].0.try_send(FromSession::Emote { emote: (tick % 8) as u8 }).expect("a place");
+        ticker.empty_inboxes(&mut room);
+        room.tick();
+    }
+    let shown = [0, limits::EMOTE_TICKS % 8];
+    let shown = shown.map(|emote| ServerMessage::Emote { seat: Seat(1), emote: emote as u8 });
+    for (_, outbox) in &people {
+        assert_eq!(control_messages(outbox), shown);
+    }
+}

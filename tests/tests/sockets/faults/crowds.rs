@@ -82,8 +82,10 @@ const SMALL: &str = "title = \"Small\"\nsize = [40, 30]\ngroups = [\"a\"]\n[limi
 async fn join_and_vanish(server: SocketAddr, own: Ipv4Addr, plays: bool) -> bool {
     let mut client = Client::connect_over(socket_of(own), server, "small").await;
     client.hello(VERSION, "Gone", None).await;
-    let ServerMessage::Welcome { seat, .. } = client.message().await else { return false };
-    client.seat = seat;
+    let ServerMessage::Welcome { seat: Some(own), .. } = client.message().await else {
+        return false;
+    };
+    client.seat = own.seat.0;
     if plays {
         client.play_one_input().await;
     }

@@ -5,7 +5,7 @@ use crate::client::{Client, LONG};
 use crate::server::Server;
 use jostle_game::{Buttons, Input};
 use jostle_protocol::limits::CLIENT_MESSAGE_BYTES_MAX;
-use jostle_protocol::{Appearance, ClientMessage, Refusal, ServerMessage, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, ServerMessage, VERSION};
 use jostle_server::limits::{HTTP_BUFFER_BYTES_MAX, Waits};
 use jostle_sim::Vec2;
 use jostle_tests::server::{BRIEF, PATIENT};
@@ -30,7 +30,8 @@ pub fn frame(first: u8, payload: &[u8]) -> Vec<u8> {
 
 pub fn hello(name: &str) -> Vec<u8> {
     let appearance = Appearance { name: name.into(), color: 0 };
-    ClientMessage::Hello { version: VERSION, appearance, token: None, host_key: None }.encode()
+    let (token, host_key, role) = (None, None, Role::Player);
+    ClientMessage::Hello { version: VERSION, appearance, token, host_key, role }.encode()
 }
 
 pub fn input(seq: u32) -> Vec<u8> {
@@ -110,8 +111,10 @@ async fn messages_in_fragments_are_whole_messages() {
     for &byte in pieces.concat().iter() {
         write(&mut bob, &[byte]).await;
     }
-    let ServerMessage::Welcome { seat, .. } = bob.message().await else { panic!("no welcome") };
-    bob.seat = seat;
+    let ServerMessage::Welcome { seat: Some(own), .. } = bob.message().await else {
+        panic!("no welcome")
+    };
+    bob.seat = own.seat.0;
     for seq in 1..=30 {
         for &byte in frame(WHOLE, &input(seq)).iter() {
             write(&mut bob, &[byte]).await;

@@ -65,8 +65,10 @@ pub async fn segments_of_a_byte(stage: &Stage) {
     for &byte in frame(WHOLE, &hello("Byte")).iter() {
         write(&mut guest, &[byte]).await;
     }
-    let ServerMessage::Welcome { seat, .. } = guest.message().await else { panic!("no welcome") };
-    guest.seat = seat;
+    let ServerMessage::Welcome { seat: Some(own), .. } = guest.message().await else {
+        panic!("no welcome")
+    };
+    guest.seat = own.seat.0;
     stage.counts("jostle_joins_total{how=\"new\"}", 1);
     for seq in 1..=20 {
         for &byte in frame(WHOLE, &input(seq)).iter() {
