@@ -47,12 +47,14 @@ pub enum Refusal {
     Moving,
     /// The scene of a guest took more than the room's share of the server.
     TooCostly,
+    /// The room, or the address in it, has as many spectators as it may have.
+    TooManySpectators,
 }
 
 impl Refusal {
     /// All refusals in wire order. The bytes are the same in all versions of the protocol, so that a
     /// client of another version can read the reason.
-    pub const ALL: [Refusal; 19] = [
+    pub const ALL: [Refusal; 20] = [
         Refusal::Version,
         Refusal::RoomFull,
         Refusal::NoSuchRoom,
@@ -72,6 +74,7 @@ impl Refusal {
         Refusal::Moved,
         Refusal::Moving,
         Refusal::TooCostly,
+        Refusal::TooManySpectators,
     ];
 
     /// WebSocket close code (RFC 6455, section 7.4): a registered one where one fits, otherwise one from 4000 on, which
@@ -95,6 +98,7 @@ impl Refusal {
             Refusal::Moved => 4010,
             Refusal::Moving => 4011,
             Refusal::TooCostly => 4012,
+            Refusal::TooManySpectators => 4013,
         }
     }
 
@@ -139,6 +143,9 @@ impl Refusal {
             Refusal::Moving => "This room is moving to another server. Try again in a moment.",
             Refusal::TooCostly => {
                 "This room was closed: its scene takes too much of the server. Try it with fewer bodies."
+            }
+            Refusal::TooManySpectators => {
+                "As many people watch this room as it has places for. Try again soon, or watch another one."
             }
         }
     }

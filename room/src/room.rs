@@ -443,6 +443,11 @@ impl Room {
         self.replication.subscribe(rate, &self.newest, Some(live_particles(&self.game)))
     }
 
+    /// The same for a client that was sent the live particles before.
+    pub fn subscribe_again(&mut self, rate: Rate) -> (Subscriber, Bytes) {
+        self.replication.subscribe(rate, &self.newest, None)
+    }
+
     /// Subscribes a player's client, which in a world larger than its view gets what the camera can see.
     /// This ends the player's earlier subscription to an interest area.
     ///

@@ -165,6 +165,9 @@ pub const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;
 pub const KICKED_TICKS: u32 = 5 * 60 * TICKS_PER_SECOND;
 /// Kicked addresses that a room remembers; one more replaces the oldest.
 pub const KICKED_MAX: usize = 64;
+/// Spectators of a room at a time: with all 512 seats taken they fit the sockets of one thread. Each costs what it is sent, and no
+/// encoding.
+pub const SPECTATORS_MAX: usize = 256;
 /// Ticks from one emote of a player to the next that is shown.
 pub const EMOTE_TICKS: u32 = 2 * TICKS_PER_SECOND;
 /// Emotes that a room shows in a second; each is a message to all of its clients.

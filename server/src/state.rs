@@ -103,6 +103,8 @@ impl ServerState {
             state_writer,
             neighbours: Neighbours::default(),
             send_queues: (0..threads).map(|_| Arc::default()).collect(),
+            // As many as it may have sockets at all.
+            address_spectators_max: address_max,
             metrics: Arc::new(Metrics::default()),
             signer,
             open: Mutex::default(),

@@ -183,7 +183,7 @@ fn code(node: usize, room: usize) -> String {
 }
 
 fn counts(node: usize, rooms: usize) -> Vec<RoomCounts> {
-    let counts = |room| RoomCounts { code: code(node, room), players: 16, connected: 15 };
+    let counts = |room| RoomCounts { code: code(node, room), players: 16, connected: 15, spectators: 0 };
     (0..rooms).map(counts).collect()
 }
 

@@ -413,6 +413,7 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
         Refusal::Closing | Refusal::BadToken | Refusal::Moved | Refusal::Moving => return None,
         Refusal::Kicked => ("You were removed", "See the rooms", Lobby),
         Refusal::RoomClosed | Refusal::TooCostly => ("Room closed", "See the rooms", Lobby),
+        Refusal::TooManySpectators => ("Too many are watching", "Find another room", Lobby),
         Refusal::GaveWay => ("Your spot is taken", "Rejoin", Again),
         Refusal::RoomFailed => ("Room crashed", "Go to the lobby", Lobby),
         Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),

@@ -281,7 +281,7 @@ fn fields_out_of_range_are_named() {
     let refused = |bytes: &[u8], field| {
         assert_eq!(ServerMessage::decode(bytes), Err(DecodeError::OutOfRange { field }));
     };
-    refused(&[1, 19], "refusal");
+    refused(&[1, 20], "refusal");
     refused(&[0, 1, 0x80, 4], "seat");
     refused(&[7, 3, 8], "emote");
     refused(&[8, 4], "clip");

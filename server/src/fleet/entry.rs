@@ -40,6 +40,14 @@ pub struct RoomCounts {
     pub players: usize,
     /// Of these, players who are there now.
     pub connected: usize,
+    /// Spectators.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub spectators: usize,
+}
+
+/// Most rooms have no spectators, and their counts are sent to all nodes.
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// The node that plays a room.

@@ -1,17 +1,11 @@
-//! One player with a socket: its snapshots, the lower rate of a slow client, and whether the client still
-//! acknowledges what it is sent.
+//! One player with a socket, and one spectator.
 
-use crate::host::ack_lag::AckLag;
+use crate::host::feed::Feed;
 use crate::host::inbox::Inbox;
-use crate::host::outbox::Outbox;
 use crate::host::room_handle::FromSession;
-use crate::limits;
-use crate::ops::metrics::{Metrics, Skip};
+use crate::limits::connection_limits::Permit;
 use jostle_game::Seat;
-use jostle_protocol::Refusal;
-use jostle_room::{Rate, Room, Subscriber};
-use jostle_sim::TICKS_PER_SECOND;
-use std::sync::Arc;
+use std::net::IpAddr;
 
 /// One player with a socket.
 pub struct Member {
@@ -19,104 +13,14 @@ pub struct Member {
     /// Whether it may kick players and close the room.
     pub(super) host: bool,
     pub(super) inbox: Inbox<FromSession>,
-    pub(super) outbox: Arc<Outbox>,
-    pub(super) lag: AckLag,
-    /// Its subscription to snapshots; `None` until its next keyframe.
-    subscriber: Option<Subscriber>,
-    rate: Rate,
-    /// Tick at which it was last found to be far behind.
-    late_tick: u32,
+    pub(super) feed: Feed,
 }
 
-impl Member {
-    /// A player who just took a seat.
-    pub fn new(
-        seat: Seat,
-        host: bool,
-        inbox: Inbox<FromSession>,
-        outbox: Arc<Outbox>,
-        tick: u32,
-    ) -> Member {
-        let lag = AckLag::new(tick);
-        let rate = Rate::default();
-        Member { seat, host, inbox, outbox, lag, subscriber: None, rate, late_tick: tick }
-    }
-
-    /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower
-    /// rate, and a higher one after it kept up for long enough. A client that acknowledges nothing for
-    /// `silent_ticks_max` ticks is disconnected. Returns whether anything was queued.
-    pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) -> bool {
-        let tick = room.game().tick_count();
-        // First: a keyframe of a tick that was queued already would repeat its events.
-        self.choose_rate(tick, metrics);
-        let mut queued = self.hand_over(room, tick, metrics);
-        if self.subscriber.is_none() {
-            let (subscriber, keyframe) = room.subscribe_view(self.seat, self.rate);
-            metrics.sent(self.rate, keyframe.len());
-            let dropped = self.outbox.keyframe(keyframe);
-            metrics.skipped(Skip::Lag, dropped);
-            self.lag.sent(subscriber.keyframe_tick);
-            self.subscriber = Some(subscriber);
-            queued = true;
-        }
-        if self.lag.is_silent(tick, silent_ticks_max) {
-            self.outbox.end(Refusal::Silent);
-        }
-        if tick.is_multiple_of(TICKS_PER_SECOND) {
-            metrics.lag.observe(f64::from(self.lag.ticks()));
-        }
-        queued
-    }
-
-    fn hand_over(&mut self, room: &Room, tick: u32, metrics: &Metrics) -> bool {
-        let Some(subscriber) = &self.subscriber else { return false };
-        let Some(message) = room.message(subscriber) else {
-            let due = tick.is_multiple_of(u32::from(self.rate.every()));
-            metrics.skipped(if due { Skip::Quiet } else { Skip::Rate }, 1);
-            return false;
-        };
-        match self.outbox.snapshot(message) {
-            0 => {
-                metrics.sent(self.rate, message.len());
-                self.lag.sent(tick);
-                true
-            }
-            dropped => {
-                metrics.skipped(Skip::Queue, dropped);
-                self.lower_rate(tick, metrics);
-                false
-            }
-        }
-    }
-
-    fn choose_rate(&mut self, tick: u32, metrics: &Metrics) {
-        // Only at a tick of the lower rate: between two of them its keyframe is of the one before, and
-        // events since then, which may have been sent already, would be sent again.
-        let lower = self.rate.lower();
-        if self.lag.lags(tick) && tick.is_multiple_of(lower.every().into()) {
-            self.lag.restart(tick);
-            self.late_tick = tick;
-            if lower != self.rate {
-                self.lower_rate(tick, metrics);
-            }
-        }
-        let keeps_up =
-            || tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
-        if self.rate != Rate::Full && keeps_up() {
-            self.subscriber = None;
-            self.rate = self.rate.higher();
-            self.late_tick = tick;
-        }
-    }
-
-    /// Makes its next snapshot a keyframe, at a lower rate.
-    fn lower_rate(&mut self, tick: u32, metrics: &Metrics) {
-        metrics.late.inc();
-        self.subscriber = None;
-        self.rate = self.rate.lower();
-        self.late_tick = tick;
-    }
+/// One spectator: a socket without a seat.
+pub struct Spectator {
+    pub(super) address: IpAddr,
+    pub(super) inbox: Inbox<FromSession>,
+    pub(super) feed: Feed,
+    /// Counts it towards the limits on the room's spectators.
+    pub(super) _permit: Permit,
 }
-
-#[cfg(test)]
-mod tests;

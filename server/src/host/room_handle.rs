@@ -13,7 +13,7 @@ use crate::ops::metrics::Metrics;
 use crate::replays::Recording;
 use ipnet::IpNet;
 use jostle_game::{Input, Scene, Seat};
-use jostle_protocol::{Appearance, PlayerState};
+use jostle_protocol::{Appearance, PlayerState, Role};
 use jostle_sim::Vec2;
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -43,6 +43,8 @@ pub struct RoomInfo {
     pub players: AtomicUsize,
     /// Of these, players who are there now.
     pub connected: AtomicUsize,
+    /// Spectators, who are none of them.
+    pub spectators: AtomicUsize,
     /// Bodies in its world.
     pub bodies: AtomicUsize,
 }
@@ -66,13 +68,16 @@ impl RoomInfo {
             tick: AtomicU32::new(0),
             players: AtomicUsize::new(0),
             connected: AtomicUsize::new(0),
+            spectators: AtomicUsize::new(0),
             bodies: AtomicUsize::new(0),
         }
     }
 }
 
-/// A session that asks for a seat. The answer comes through its outbox: a welcome or the end.
+/// A session that asks for a seat, or to watch. The answer comes through its outbox: a welcome or the end.
 pub struct Join {
+    /// Whether it is to play or to watch.
+    pub role: Role,
     /// Name and colour.
     pub appearance: Appearance,
     /// The seat it held before, by a token of this server.
@@ -167,6 +172,8 @@ pub struct Host {
     pub neighbours: Neighbours,
     /// Send what rooms have put into outboxes; one for each thread that serves sockets.
     pub send_queues: Vec<Arc<SendQueue>>,
+    /// Spectators of one address in a room at a time.
+    pub address_spectators_max: usize,
     /// The server's metrics.
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.

@@ -9,6 +9,7 @@ use crate::guests::Share;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
 use crate::host::emotes::Emotes;
+use crate::host::feed::Feed;
 use crate::host::member::Member;
 use crate::host::names;
 use crate::host::phase::Phase;
@@ -16,6 +17,7 @@ use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
 use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
+use crate::host::spectators::Spectators;
 use crate::host::token_signer::SeatClaim;
 use crate::limits;
 use crate::ops::metrics::Late;
@@ -24,7 +26,7 @@ use crate::replays::RoomRecording;
 use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Seat;
-use jostle_protocol::{Appearance, ClipRefusal, Refusal, ServerMessage, WelcomeSeat};
+use jostle_protocol::{Appearance, ClipRefusal, Refusal, Role, ServerMessage, WelcomeSeat};
 use jostle_room::{Room, Welcome};
 use jostle_sim::TICKS_PER_SECOND;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -33,7 +35,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::Instant;
 use timing::{Missed, Stopwatch};
-use tracing::{error, info, warn};
+use tracing::{debug, error, info, warn};
 
 /// The ends of the channels to a room's thread, with the state that it shares.
 pub struct Ends {
@@ -63,6 +65,7 @@ pub struct Ticker {
     saved: Option<SavedRoom>,
     /// Players with a socket.
     members: Vec<Member>,
+    spectators: Spectators,
     admission: Admission,
     emotes: Emotes,
     /// Whether the host or an operator closed the room.
@@ -102,6 +105,7 @@ impl Ticker {
     pub fn new(ends: Ends, seed: u64) -> Ticker {
         let Ends { host, info, joins, commands, lease, records } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
+        let spectators = Spectators::new(host.address_spectators_max);
         Ticker {
             host,
             info,
@@ -110,6 +114,7 @@ impl Ticker {
             seed,
             saved: None,
             members,
+            spectators,
             admission,
             emotes: Emotes::default(),
             closed: false,
@@ -289,7 +294,8 @@ impl Ticker {
             }
             let is_awaited = !self.abandoned || room.players() > 0;
             let is_over = !is_awaited || empty >= self.host.waits.room_empty;
-            if self.members.is_empty() && is_over && self.retire(room) {
+            let is_left = self.members.is_empty() && self.spectators.is_empty();
+            if is_left && is_over && self.retire(room) {
                 return End::Empty;
             }
         }
@@ -323,9 +329,10 @@ impl Ticker {
         self.empty_inboxes(room);
         if self.still_since.is_some_and(|since| now - since >= limits::FLEET_STILL) {
             for member in self.members.drain(..) {
-                member.outbox.end(Refusal::Moving);
+                member.feed.outbox.end(Refusal::Moving);
                 room.disconnect(member.seat);
             }
+            self.spectators.end(Refusal::Moving);
         }
     }
 
@@ -339,6 +346,9 @@ impl Ticker {
 
     /// Seats a player, or ends the session with the reason. `held` caches the held seats once a join needed them.
     fn seat(&mut self, room: &mut Room, join: Join, held: &mut Option<Held>) {
+        if join.role == Role::Spectator {
+            return self.admit_spectator(room, join);
+        }
         let own = join.claim.map(|signed| signed.claim.seat);
         let others = room.snapshot().players.iter().filter(|player| Some(player.seat) != own);
         let others = others.map(|player| &player.appearance.name);
@@ -349,7 +359,7 @@ impl Ticker {
         match self.take_seat(room, &join, host, held) {
             Ok(Welcome { claim, resumed }) => {
                 *held = None;
-                self.host.metrics.joined(resumed);
+                self.host.metrics.joined(if resumed { "resumed" } else { "new" });
                 let seat = claim.seat;
                 // The seat has a new socket; an older one is dropped.
                 self.end_sessions(seat, Refusal::Replaced);
@@ -365,9 +375,25 @@ impl Ticker {
                 }
                 let tick = room.game().tick_count();
                 self.abandoned &= !host;
-                self.members.push(Member::new(seat, host, join.inbox, join.outbox, tick));
+                let feed = Feed::new(Some(seat), join.outbox, tick);
+                self.members.push(Member { seat, host, inbox: join.inbox, feed });
             }
             Err(refusal) => join.outbox.end(refusal),
+        }
+    }
+
+    /// Lets a session watch, or ends it with the reason.
+    fn admit_spectator(&mut self, room: &Room, join: Join) {
+        let address = join.address;
+        if self.admission.is_shut(address, &join.appearance.name, room.game().tick_count()) {
+            return join.outbox.end(Refusal::Kicked);
+        }
+        match self.spectators.admit(room, join) {
+            Ok(()) => {
+                self.host.metrics.joined("spectator");
+                debug!(room = %self.info.code, %address, "spectator joined");
+            }
+            Err((refusal, outbox)) => outbox.end(refusal),
         }
     }
 
@@ -413,7 +439,7 @@ impl Ticker {
     fn end_sessions(&mut self, seat: Seat, refusal: Refusal) {
         self.members.retain(|member| {
             if member.seat == seat {
-                member.outbox.end(refusal);
+                member.feed.outbox.end(refusal);
             }
             member.seat != seat
         });
@@ -429,23 +455,23 @@ impl Ticker {
             loop {
                 match member.inbox.try_recv() {
                     Ok(FromSession::Input { seq, ack_tick, input }) => {
-                        member.lag.acked(ack_tick, room.game().tick_count());
+                        member.feed.lag.acked(ack_tick, room.game().tick_count());
                         if !room.input(member.seat, seq, input) {
                             metrics.inputs_ignored.inc();
                         }
                     }
                     Ok(FromSession::View { size }) => room.view(member.seat, size),
                     Ok(FromSession::Kick { seat }) if member.host => {
-                        kicks.push((seat, Arc::clone(&member.outbox)));
+                        kicks.push((seat, Arc::clone(&member.feed.outbox)));
                     }
                     Ok(FromSession::CloseRoom) if member.host => closes = true,
                     Ok(FromSession::Kick { .. } | FromSession::CloseRoom) => {
-                        member.outbox.control(ServerMessage::Denied.encode());
+                        member.feed.outbox.control(ServerMessage::Denied.encode());
                     }
                     Ok(FromSession::Emote { emote }) => emotes.push((member.seat, emote)),
                     Ok(FromSession::Clip) => {
                         let kept = Err(ClipRefusal::Off);
-                        member.outbox.control(ServerMessage::Clip { kept }.encode());
+                        member.feed.outbox.control(ServerMessage::Clip { kept }.encode());
                     }
                     Ok(FromSession::Leave) => {
                         info!(room = %code, seat, "player left");
@@ -474,6 +500,7 @@ impl Ticker {
         for (seat, emote) in emotes {
             self.show(seat, emote, room.game().tick_count());
         }
+        self.spectators.empty_inboxes(room.game().tick_count(), &self.host.metrics);
         self.closed |= closes;
         self.abandoned |= abandons;
     }
@@ -485,8 +512,9 @@ impl Ticker {
         }
         let message = Bytes::from(ServerMessage::Emote { seat, emote }.encode());
         for member in &self.members {
-            member.outbox.control(message.clone());
+            member.feed.outbox.control(message.clone());
         }
+        self.spectators.tell(&message);
     }
 
     /// Kicks a player, connected or not. Returns whether there was one in this seat.
@@ -524,8 +552,9 @@ impl Ticker {
         }
     }
 
-    /// Removes all players of a network, connected or not.
+    /// Removes all players of a network, connected or not, and its spectators.
     fn evict(&mut self, room: &mut Room, network: IpNet) {
+        self.spectators.evict(network);
         let seats = room.snapshot().players.iter().map(|player| player.seat);
         let of_network = |seat: &Seat| {
             self.admission.address(*seat).is_some_and(|address| network.contains(&address))
@@ -542,10 +571,11 @@ impl Ticker {
         let silent_ticks_max =
             (self.host.waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
         for member in &mut self.members {
-            if member.feed(room, silent_ticks_max, &self.host.metrics) {
-                member.outbox.send_soon();
+            if member.feed.feed(room, silent_ticks_max, &self.host.metrics) {
+                member.feed.outbox.send_soon();
             }
         }
+        self.spectators.feed(room, silent_ticks_max, &self.host.metrics);
         self.host.send_queues.iter().for_each(|queue| queue.request());
         self.tell_neighbours();
     }
@@ -556,8 +586,9 @@ impl Ticker {
         if std::mem::replace(&mut self.told_neighbours, revision) != revision {
             let message = self.host.neighbours.message();
             for member in &self.members {
-                member.outbox.control(message.clone());
+                member.feed.outbox.control(message.clone());
             }
+            self.spectators.tell(&message);
         }
     }
 
@@ -565,6 +596,7 @@ impl Ticker {
     fn publish(&self, room: &Room) {
         self.info.players.store(room.players(), Ordering::Relaxed);
         self.info.connected.store(self.members.len(), Ordering::Relaxed);
+        self.info.spectators.store(self.spectators.len(), Ordering::Relaxed);
         self.info.bodies.store(room.snapshot().bodies.len(), Ordering::Relaxed);
     }
 
@@ -595,15 +627,15 @@ impl Ticker {
             }
             // Full inboxes would end their sessions.
             self.members.iter_mut().for_each(|member| while member.inbox.try_recv().is_ok() {});
+            self.spectators.discard();
         }
     }
 
     /// Tells all sessions where the room goes on.
     fn move_all_sessions(&mut self) {
         let url = self.moved_to.take();
-        let outboxes = self.members.iter().map(|member| Arc::clone(&member.outbox));
-        let outboxes: Vec<_> = outboxes.collect();
-        for outbox in outboxes {
+        let outboxes = self.members.iter().map(|member| &member.feed.outbox);
+        for outbox in outboxes.chain(self.spectators.outboxes()) {
             url.iter().for_each(|url| outbox.move_to(Arc::clone(url)));
             outbox.end(Refusal::Moving);
         }
@@ -614,8 +646,9 @@ impl Ticker {
     fn end_all_sessions(&mut self, refusal: Refusal) {
         self.host.lock().remove(&self.info.code);
         for member in &self.members {
-            member.outbox.end(refusal);
+            member.feed.outbox.end(refusal);
         }
+        self.spectators.end(refusal);
         while let Ok(join) = self.joins.try_recv() {
             join.outbox.end(refusal);
         }

@@ -17,7 +17,7 @@ use crate::net::maybe_tls_stream::MaybeTlsStream;
 use crate::net::pump::{Pump, Seated};
 use crate::ops::metrics::reason;
 use crate::state::ServerState;
-use jostle_protocol::{Refusal, ServerMessage, Token};
+use jostle_protocol::{Refusal, Role, ServerMessage, Token};
 use std::future::poll_fn;
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -130,7 +130,7 @@ async fn find(code: &str, fleet: &Fleet, state: &ServerState) -> Result<(), End>
     }
 }
 
-/// Asks a room to seat the player.
+/// Asks a room to seat the player, or to let the spectator watch.
 fn seat(
     hello: Hello,
     socket: &Socket,
@@ -138,13 +138,17 @@ fn seat(
     state: &ServerState,
 ) -> Result<Seated, Refusal> {
     let verified = |token: Token| state.host.signer.seat_claim(&token).ok_or(Refusal::BadToken);
-    let claim = hello.token.map(verified).transpose()?;
+    let claim = match hello.role {
+        Role::Player => hello.token.map(verified).transpose()?,
+        Role::Spectator => None,
+    };
     // A wrong key does not make its holder the host, and is no reason for a refusal.
     let hosted = hello.host_key.and_then(|key| state.host.signer.hosted(&key));
     let (sender, receiver) = inbox(limits::INBOX_MAX);
     let outbox = Outbox::new(Arc::clone(&caller.send_queue), Arc::clone(&socket.writer));
     let outbox = Arc::new(outbox);
     let join = Join {
+        role: hello.role,
         appearance: hello.appearance,
         claim,
         hosted,

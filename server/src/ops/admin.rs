@@ -17,6 +17,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::io;
 use std::net::IpAddr;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::time::{Instant, timeout, timeout_at};
@@ -102,6 +103,7 @@ fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> Value {
         "scene": info.scene.name,
         "private": info.private,
         "players": players,
+        "spectators": info.spectators.load(Ordering::Relaxed),
     })
 }
 

@@ -100,6 +100,8 @@ pub struct Gauges {
     pub rooms: i64,
     /// Seats taken in all of them.
     pub players: i64,
+    /// Spectators of all of them.
+    pub spectators: i64,
     /// Bodies in all of them.
     pub bodies: i64,
     /// Bytes of replays written so far, and files given up.
@@ -185,8 +187,18 @@ impl Default for Metrics {
                 "Messages without effect, beside inputs: emotes that came too soon, and what spectators may not send",
                 Family::default(),
             ),
-            joins: add(r, "joins", "Players who got a seat, resumed or new", Family::default()),
-            leaves: add(r, "leaves", "Players who left, by cause", Family::default()),
+            joins: add(
+                r,
+                "joins",
+                "Players who got a seat, resumed or new, and spectators",
+                Family::default(),
+            ),
+            leaves: add(
+                r,
+                "leaves",
+                "Players who left, by cause, and spectators",
+                Family::default(),
+            ),
             refusals: add(
                 r,
                 "refusals",
@@ -255,6 +267,7 @@ fn counted_elsewhere(gauges: Gauges) -> Registry {
     let mut registry = Registry::with_prefix("jostle");
     registry.register("rooms", "Open rooms", ConstGauge::new(gauges.rooms));
     registry.register("players", "Seats taken", ConstGauge::new(gauges.players));
+    registry.register("spectators", "Spectators", ConstGauge::new(gauges.spectators));
     registry.register("bodies", "Bodies in all rooms", ConstGauge::new(gauges.bodies));
     let [bytes, errors] = gauges.replays.unwrap_or_default().map(ConstCounter::new);
     registry.register_with_unit("replay", "Replays written", Unit::Bytes, bytes);
@@ -315,6 +328,7 @@ pub fn reason(refusal: Refusal) -> &'static str {
         Refusal::Moved => "moved",
         Refusal::Moving => "moving",
         Refusal::TooCostly => "too_costly",
+        Refusal::TooManySpectators => "too_many_spectators",
     }
 }
 
@@ -326,13 +340,12 @@ impl Metrics {
         snapshots.bytes.inc_by(bytes as u64);
     }
 
-    /// Counts a player who got a seat: the old one, or a new one.
-    pub fn joined(&self, resumed: bool) {
-        let how = if resumed { "resumed" } else { "new" };
+    /// Counts a player who got a seat, the old one (`resumed`) or a `new` one, or a `spectator`.
+    pub fn joined(&self, how: &'static str) {
         self.joins.get_or_create(&[("how", how)]).inc();
     }
 
-    /// Counts a message that has no effect: an `emote` that came too soon.
+    /// Counts a message that has no effect: an `emote` that came too soon, or one of a `spectator`.
     pub fn ignored(&self, kind: &'static str) {
         self.messages_ignored.get_or_create(&[("kind", kind)]).inc();
     }
@@ -343,7 +356,7 @@ impl Metrics {
     }
 
     /// Counts a player who `left` on purpose, `lost` the socket or was `kicked`, or a held seat
-    /// `displaced` by a newcomer.
+    /// `displaced` by a newcomer, or a `spectator`.
     pub fn left(&self, how: &'static str) {
         self.leaves.get_or_create(&[("how", how)]).inc();
     }
@@ -405,8 +418,8 @@ mod tests {
     /// Metrics and gauges that have all been counted.
     fn counted() -> (Metrics, Gauges) {
         let metrics = Metrics::default();
-        metrics.joined(false);
-        metrics.joined(true);
+        metrics.joined("new");
+        metrics.joined("resumed");
         metrics.left("left");
         metrics.ignored("emote");
         metrics.skipped(Skip::Queue, 3);
@@ -421,6 +434,7 @@ mod tests {
         let gauges = Gauges {
             rooms: 1,
             players: 2,
+            spectators: 4,
             bodies: 30,
             replays: Some([4000, 1]),
             state_errors: 3,
@@ -454,6 +468,7 @@ mod tests {
             "jostle_snapshots_skipped_total{reason=\"queue\"} 3",
             "jostle_client_lag_ticks_bucket{le=\"8.0\"} 1",
             "jostle_bodies 30",
+            "jostle_spectators 4",
             "jostle_replay_bytes_total 4000",
             "jostle_state_errors_total 3",
             "jostle_log_dropped_total 9",

@@ -109,6 +109,7 @@ fn gauges(state: &ServerState) -> Gauges {
     Gauges {
         rooms: rooms.len() as i64,
         players: sum(|info| info.players.load(Ordering::Relaxed)),
+        spectators: sum(|info| info.spectators.load(Ordering::Relaxed)),
         bodies: sum(|info| info.bodies.load(Ordering::Relaxed)),
         replays,
         state_errors: state.host.state_writer.as_ref().map_or(0, |writer| writer.errors()),

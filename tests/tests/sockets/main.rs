@@ -26,6 +26,7 @@ mod server;
 mod sidecar;
 mod slow_reader;
 mod soak;
+mod spectators;
 mod stalled_downloads;
 #[cfg(unix)]
 mod supervised;

@@ -131,6 +131,7 @@ impl Driver {
             code: info.code.clone(),
             players: info.players.load(Ordering::Relaxed),
             connected: info.connected.load(Ordering::Relaxed),
+            spectators: info.spectators.load(Ordering::Relaxed),
         });
         self.fleet.measured(used, rooms_left, counts.collect());
     }

@@ -83,8 +83,12 @@ impl Simulation {
         let clock = node.clock(now);
         if clock >= node.measures_at {
             node.measures_at = clock + Duration::from_secs(1);
-            let counts =
-                |code: &String| RoomCounts { code: code.clone(), players: 8, connected: 7 };
+            let counts = |code: &String| RoomCounts {
+                code: code.clone(),
+                players: 8,
+                connected: 7,
+                spectators: 0,
+            };
             let load = Load {
                 used: node.rooms.len() as f64 * ROOM_COST,
                 rooms_left: rooms_max.saturating_sub(node.directory.holds()),

@@ -2,7 +2,7 @@ use super::*;
 use crate::durable::Job;
 use crate::fleet::lease::Lease;
 use crate::host::clock::SystemClock;
-use crate::host::inbox::{InboxSender, inbox};
+use crate::host::inbox::{Inbox, InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Next, Outbox};
 use crate::host::room_handle::RoomHandle;
@@ -11,8 +11,8 @@ use crate::host::token_signer::TokenSigner;
 use crate::limits::Waits;
 use bytes::Bytes;
 use jostle_game::Scene;
-use jostle_protocol::Appearance;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
+use jostle_protocol::{Appearance, Role};
 use std::net::IpAddr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU32};
@@ -42,6 +42,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             state_writer: None,
             neighbours: Neighbours::default(),
             send_queues: vec![Arc::default()],
+            address_spectators_max: limits::SPECTATORS_MAX / 2,
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
@@ -69,6 +70,7 @@ fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
     let (sender, inbox) = inbox(limits::INBOX_MAX);
     let outbox = Arc::new(Outbox::default());
     let join = Join {
+        role: Role::Player,
         appearance: Appearance { name: "Ann".into(), color: 0 },
         claim: None,
         hosted: None,
@@ -77,6 +79,10 @@ fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
         outbox: Arc::clone(&outbox),
     };
     (join, sender, outbox)
+}
+
+fn member(seat: Seat, inbox: Inbox<FromSession>, outbox: Arc<Outbox>) -> Member {
+    Member { seat, host: false, inbox, feed: Feed::new(Some(seat), outbox, 0) }
 }
 
 fn end_of(outbox: &Outbox) -> Refusal {
@@ -327,7 +333,7 @@ fn a_failed_room_ends_its_sessions_and_no_other_room_notices() {
     // A code that the room asserts against makes it panic, as a bug in a game would.
     let (mut ticker, outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
     let (seated, _inbox, seated_outbox) = join();
-    ticker.members.push(Member::new(Seat(0), false, seated.inbox, seated.outbox, 0));
+    ticker.members.push(member(Seat(0), seated.inbox, seated.outbox));
     let (waiting, _other_inbox, waiting_outbox) = join();
     outside.joins.send(waiting).expect("a place");
     let (other, other_inbox, other_outbox) = join();
@@ -379,7 +385,7 @@ fn a_room_that_fails_while_it_feeds_wakes_those_fed_before() {
     let (join, _inbox, outbox) = join();
     let woken = Arc::new(Woken(AtomicBool::new(false)));
     outbox.register(&Waker::from(Arc::clone(&woken)));
-    ticker.members.push(Member::new(Seat(0), false, join.inbox, Arc::clone(&outbox), 0));
+    ticker.members.push(member(Seat(0), join.inbox, Arc::clone(&outbox)));
     outbox.send_soon();
     ticker.end_all_sessions(Refusal::RoomFailed);
     assert!(woken.0.load(Ordering::Relaxed));
@@ -447,4 +453,79 @@ fn all_see_an_emote_and_the_next_of_its_player_two_seconds_later() {
     for (_, outbox) in &people {
         assert_eq!(control_messages(outbox), shown);
     }
+}
+
+/// Plays a room with a player for some ticks, with or without spectators who send all that there is; returns the state
+/// hash of each tick and what was ignored.
+fn hashes(watched: bool) -> (Vec<u64>, String) {
+    let (mut ticker, _outside) = room("watched", Duration::MAX);
+    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let (player, inbox, _outbox) = join();
+    ticker.seat(&mut room, player, &mut None);
+    let spectators: Vec<_> = (0..if watched { 3 } else { 0 })
+        .map(|_| {
+            let (join, inbox, outbox) = join();
+            ticker.seat(&mut room, Join { role: Role::Spectator, ..join }, &mut None);
+            (inbox, outbox)
+        })
+        .collect();
+    let hashes = (1..=200u32).map(|seq| {
+        let input = |buttons| {
+            let input = jostle_game::Input { buttons, pointer: None };
+            FromSession::Input { seq, ack_tick: 0, input }
+        };
+        inbox.try_send(input(jostle_game::Buttons((seq / 20) as u16 % 32))).expect("a place");
+        for (spectator, _) in &spectators {
+            for message in [
+                input(jostle_game::Buttons::ALL),
+                FromSession::View { size: jostle_sim::Vec2::splat(40.0) },
+                FromSession::Kick { seat: Seat(0) },
+                FromSession::CloseRoom,
+                FromSession::Clip,
+                FromSession::Emote { emote: 1 },
+            ] {
+                spectator.try_send(message).expect("a place");
+            }
+        }
+        ticker.empty_inboxes(&mut room);
+        room.tick();
+        ticker.feed(&mut room);
+        room.game().hash()
+    });
+    let hashes = hashes.collect();
+    assert!(!ticker.closed && room.players() == 1);
+    for (_, outbox) in &spectators {
+        assert!(outbox.end_reason().is_none());
+    }
+    (hashes, ticker.host.metrics.text(Default::default()))
+}
+
+#[test]
+fn a_spectator_changes_nothing() {
+    let (watched, metrics) = hashes(true);
+    assert_eq!(watched, hashes(false).0);
+    // Of six messages all but the view.
+    let ignored = "jostle_messages_ignored_total{kind=\"spectator\"} 3000";
+    assert!(metrics.contains(ignored), "{metrics}");
+}
+
+#[test]
+fn a_room_has_a_limit_of_spectators_and_of_each_network() {
+    let (mut ticker, _outside) = room("crowd", Duration::MAX);
+    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let mut kept = Vec::new();
+    let mut watch = |host: [u8; 4]| {
+        let (join, inbox, outbox) = join();
+        let join = Join { role: Role::Spectator, address: IpAddr::from(host), ..join };
+        ticker.seat(&mut room, join, &mut None);
+        kept.push((inbox, Arc::clone(&outbox)));
+        outbox.end_reason()
+    };
+    for _ in 0..limits::SPECTATORS_MAX / 2 {
+        assert_eq!(watch([127, 0, 0, 1]), None);
+    }
+    assert_eq!(watch([127, 0, 0, 1]), Some(Refusal::TooManySpectators));
+    let admitted = (0..=255).filter(|&net| watch([10, net, 0, 1]).is_none()).count();
+    assert_eq!(admitted, limits::SPECTATORS_MAX / 2);
+    assert_eq!(ticker.spectators.len(), limits::SPECTATORS_MAX);
 }

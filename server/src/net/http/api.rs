@@ -59,6 +59,7 @@ pub fn rooms(state: &ServerState) -> Value {
             "title": info.scene.title,
             "players": info.players.load(Ordering::Relaxed),
             "connected": info.connected.load(Ordering::Relaxed),
+            "spectators": info.spectators.load(Ordering::Relaxed),
             "players_max": info.scene.players_max,
         })
     };
@@ -80,6 +81,7 @@ fn rooms_elsewhere(state: &ServerState) -> Vec<Value> {
             "title": scene.title,
             "players": counts.players,
             "connected": counts.connected,
+            "spectators": counts.spectators,
             "players_max": scene.players_max,
         }))
     };

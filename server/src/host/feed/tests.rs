@@ -1,5 +1,4 @@
 use super::*;
-use crate::host::inbox::inbox;
 use crate::host::outbox::Next;
 use jostle_game::scene::Camera;
 use jostle_game::{Event, Scene};
@@ -27,9 +26,8 @@ fn a_lower_rate_repeats_no_event() {
         let seat = room.join(look(), None).expect("a seat").claim.seat;
         // The lower rates have a subscriber already: else they would begin with the newest tick.
         Rate::ALL.into_iter().for_each(|rate| drop(room.subscribe(rate)));
-        let (_inbox, inbox) = inbox(1);
         let outbox = Arc::new(Outbox::default());
-        let mut member = Member::new(seat, false, inbox, Arc::clone(&outbox), 0);
+        let mut feed = Feed::new(Some(seat), Arc::clone(&outbox), 0);
         let (mut stream, mut events) = (SnapshotStream::default(), Vec::new());
         let mut other = None;
         for tick in 1..=400 {
@@ -39,11 +37,11 @@ fn a_lower_rate_repeats_no_event() {
                 None => other = Some(room.join(look(), None).expect("a seat").claim.seat),
             }
             room.tick();
-            member.lag.acked(tick.min(stuck) as u16, tick);
-            member.feed(&mut room, u32::MAX, &Metrics::default());
+            feed.lag.acked(tick.min(stuck) as u16, tick);
+            feed.feed(&mut room, u32::MAX, &Metrics::default());
             listen(&outbox, &mut stream, &mut events);
         }
-        assert_eq!(member.rate, Rate::Twelfth);
+        assert_eq!(feed.rate, Rate::Twelfth);
         assert!(events.is_sorted_by(|a, b| a < b), "stuck at {stuck}: {events:?}");
     }
 }

@@ -1,0 +1,119 @@
+//! The spectators of a room. They hold no seat, and the room does not know them: they read what it sends to all that see
+//! the whole world, and nothing that they send reaches it.
+
+use crate::host::feed::Feed;
+use crate::host::member::Spectator;
+use crate::host::outbox::Outbox;
+use crate::host::room_handle::{FromSession, Join};
+use crate::limits;
+use crate::limits::connection_limits::ConnectionLimits;
+use crate::ops::metrics::Metrics;
+use bytes::Bytes;
+use ipnet::IpNet;
+use jostle_game::Input;
+use jostle_protocol::Refusal;
+use jostle_room::Room;
+use std::sync::Arc;
+use std::sync::mpsc::TryRecvError;
+
+/// The spectators of a room.
+pub struct Spectators {
+    present: Vec<Spectator>,
+    limits: Arc<ConnectionLimits>,
+}
+
+impl Spectators {
+    /// No spectators; one address may have `address_max` of the room's at most.
+    pub fn new(address_max: usize) -> Spectators {
+        let limits = ConnectionLimits::new(limits::SPECTATORS_MAX, address_max);
+        Spectators { present: Vec::new(), limits }
+    }
+
+    /// Number of spectators.
+    pub fn len(&self) -> usize {
+        self.present.len()
+    }
+
+    /// Returns whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.present.is_empty()
+    }
+
+    /// Welcomes a session as a spectator, or says why not.
+    pub fn admit(&mut self, room: &Room, join: Join) -> Result<(), (Refusal, Arc<Outbox>)> {
+        let Join { address, inbox, outbox, .. } = join;
+        let Some(permit) = self.limits.admit(address) else {
+            return Err((Refusal::TooManySpectators, outbox));
+        };
+        outbox.control(room.welcome(None));
+        let feed = Feed::new(None, outbox, room.game().tick_count());
+        self.present.push(Spectator { address, inbox, feed, _permit: permit });
+        Ok(())
+    }
+
+    /// Takes what spectators have sent. Inputs only acknowledge snapshots, and views mean nothing to those who are sent
+    /// the whole world; all else is dropped and counted.
+    pub fn empty_inboxes(&mut self, tick: u32, metrics: &Metrics) {
+        self.present.retain_mut(|spectator| {
+            loop {
+                match spectator.inbox.try_recv() {
+                    Ok(FromSession::Input { ack_tick, input, .. }) => {
+                        spectator.feed.lag.acked(ack_tick, tick);
+                        if input != Input::default() {
+                            metrics.ignored("spectator");
+                        }
+                    }
+                    Ok(FromSession::View { .. }) => {}
+                    Ok(FromSession::Leave) | Err(TryRecvError::Disconnected) => {
+                        metrics.left("spectator");
+                        return false;
+                    }
+                    Ok(_) => metrics.ignored("spectator"),
+                    Err(TryRecvError::Empty) => return true,
+                }
+            }
+        });
+    }
+
+    /// Queues the snapshot of the newest tick for all of them. See [`Feed::feed`].
+    pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) {
+        for Spectator { feed, .. } in &mut self.present {
+            if feed.feed(room, silent_ticks_max, metrics) {
+                feed.outbox.send_soon();
+            }
+        }
+    }
+
+    /// Sends a control message to all of them.
+    pub fn tell(&self, message: &Bytes) {
+        for outbox in self.outboxes() {
+            outbox.control(message.clone());
+        }
+    }
+
+    /// Ends the sessions of a network.
+    pub fn evict(&mut self, network: IpNet) {
+        self.present.retain(|spectator| {
+            let stays = !network.contains(&spectator.address);
+            if !stays {
+                spectator.feed.outbox.end(Refusal::Kicked);
+            }
+            stays
+        });
+    }
+
+    /// Ends all sessions.
+    pub fn end(&mut self, refusal: Refusal) {
+        self.present.drain(..).for_each(|spectator| spectator.feed.outbox.end(refusal));
+    }
+
+    /// Their queues.
+    pub fn outboxes(&self) -> impl Iterator<Item = &Arc<Outbox>> {
+        self.present.iter().map(|spectator| &spectator.feed.outbox)
+    }
+
+    /// Throws away what they have sent, while nothing is played.
+    pub fn discard(&mut self) {
+        self.present.iter_mut().for_each(|spectator| while spectator.inbox.try_recv().is_ok() {});
+    }
+}
