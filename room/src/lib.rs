@@ -3,6 +3,7 @@
 
 mod bots;
 pub mod camera;
+pub mod clip;
 pub mod divergence;
 mod input_queue;
 mod members;

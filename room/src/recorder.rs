@@ -61,9 +61,7 @@ impl Recorder {
         members: impl FnOnce() -> Vec<(Seat, Appearance)>,
     ) {
         let number = game.tick_count();
-        let hash = if keeps_full_hash(number) { hash } else { hash & 0xffff };
-        let inputs = inputs.iter().map(|&(seat, input)| (seat, input.rounded())).collect();
-        self.ticks.push(Tick { changes, inputs, hash });
+        self.ticks.push(recorded(number, changes, inputs, hash));
         self.newest = number;
         let is_keyframe = number >= self.next_keyframe;
         if self.ticks.len() == self.block_ticks || is_keyframe {
@@ -112,4 +110,11 @@ impl Recorder {
         self.records.push(Record::End { tick: game.tick_count(), hash: game.hash() });
         self.records
     }
+}
+
+/// A tick as replays keep it.
+pub fn recorded(number: u32, changes: Vec<Change>, inputs: &[(Seat, Input)], hash: u64) -> Tick {
+    let hash = if keeps_full_hash(number) { hash } else { hash & 0xffff };
+    let inputs = inputs.iter().map(|&(seat, input)| (seat, input.rounded())).collect();
+    Tick { changes, inputs, hash }
 }

@@ -3,6 +3,7 @@
 mod restore;
 
 use crate::bots::Bots;
+use crate::clip::ClipBuffer;
 use crate::members::{Member, Members};
 use crate::recorder::Recorder;
 use crate::replication::{InterestArea, LiveParticles, Rate, Replication, Subscriber, view_of};
@@ -40,6 +41,8 @@ pub struct Room {
     recorder: Option<Recorder>,
     /// The recording from which the room can be restored.
     restorable: Option<Recorder>,
+    /// The last seconds, where clips may be asked for.
+    clips: Option<ClipBuffer>,
     /// Grows with every change of what [`Room::saved_members`] returns.
     members_revision: u64,
 }
@@ -106,6 +109,7 @@ impl Room {
             replication: Replication::default(),
             recorder: None,
             restorable: None,
+            clips: None,
             members_revision: 0,
         }
     }
@@ -343,11 +347,14 @@ impl Room {
     }
 
     fn record_tick(&mut self, changes: Vec<replay::Change>) {
-        let Room { game, inputs, members, recorder, restorable, .. } = self;
-        if recorder.is_none() && restorable.is_none() {
+        let Room { game, inputs, members, recorder, restorable, clips, .. } = self;
+        if recorder.is_none() && restorable.is_none() && clips.is_none() {
             return;
         }
         let hash = game.hash();
+        if let Some(clips) = clips {
+            clips.tick(changes.clone(), inputs, game, hash, || members.appearances());
+        }
         if let Some(restorable) = restorable {
             restorable.tick(changes.clone(), inputs, game, hash, || members.appearances());
         }
@@ -412,6 +419,18 @@ impl Room {
         let mut members = self.members.appearances();
         members.retain(|&(seat, _)| !joins(seat));
         (start, members)
+    }
+
+    /// Keeps the last seconds of the game from now on, so that [`Room::clip`] has them.
+    pub fn keep_clips(&mut self, program: &str) {
+        let (start, members) = self.recording_start(program, 0);
+        self.clips = Some(ClipBuffer::new(start, &self.game, members));
+    }
+
+    /// The last seconds as the records of a replay, which ends now and begins up to half a minute earlier than the
+    /// clip; [`crate::clip::cut`] shortens it. `None` where none are kept.
+    pub fn clip(&self, unix_s: u64) -> Option<Vec<Record>> {
+        self.clips.as_ref().map(|clips| clips.records(&self.game, unix_s))
     }
 
     /// Takes the records that are ready, in order; none without a recording.

@@ -4,8 +4,7 @@
 pub mod ack_lag;
 pub mod admission;
 pub mod clock;
-pub mod emotes;
-pub mod feed;
+pub mod delivery;
 pub mod inbox;
 pub mod member;
 pub mod names;
@@ -18,6 +17,7 @@ pub mod room_state;
 pub mod rooms;
 pub mod run_queue;
 pub mod schedule;
+pub mod seat_rates;
 pub mod send_queue;
 pub mod socket_writer;
 pub mod spectators;

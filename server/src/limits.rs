@@ -258,6 +258,10 @@ pub const REPLAYS_MB: u32 = 1024;
 pub const REPLAY_FILES_MAX: usize = 10_000;
 /// Bytes that a file counts for at least: the block that it takes of a disk.
 pub const REPLAY_FILE_CHARGE_MIN: u64 = 4 << 10;
+/// Ticks from one clip of a player to the next: four a minute.
+pub const CLIP_APART_TICKS: u32 = 15 * TICKS_PER_SECOND;
+/// Clips of a room in a minute. Each is a file, and up to half a second of the writer.
+pub const CLIPS_PER_MINUTE_MAX: usize = 8;
 /// Files that are passed over in one go because they cannot be deleted.
 pub const REPLAY_UNDELETABLE_MAX: usize = 16;
 /// Days for which a file is kept, unless `--replays-days` says otherwise.

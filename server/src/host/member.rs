@@ -1,6 +1,6 @@
 //! One player with a socket, and one spectator.
 
-use crate::host::feed::Feed;
+use crate::host::delivery::Delivery;
 use crate::host::inbox::Inbox;
 use crate::host::room_handle::FromSession;
 use crate::limits::connection_limits::Permit;
@@ -13,14 +13,14 @@ pub struct Member {
     /// Whether it may kick players and close the room.
     pub(super) host: bool,
     pub(super) inbox: Inbox<FromSession>,
-    pub(super) feed: Feed,
+    pub(super) feed: Delivery,
 }
 
 /// One spectator: a socket without a seat.
 pub struct Spectator {
     pub(super) address: IpAddr,
     pub(super) inbox: Inbox<FromSession>,
-    pub(super) feed: Feed,
+    pub(super) feed: Delivery,
     /// Counts it towards the limits on the room's spectators.
     pub(super) _permit: Permit,
 }

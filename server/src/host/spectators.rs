@@ -1,7 +1,7 @@
 //! The spectators of a room. They hold no seat, and the room does not know them: they read what it sends to all that see
 //! the whole world, and nothing that they send reaches it.
 
-use crate::host::feed::Feed;
+use crate::host::delivery::Delivery;
 use crate::host::member::Spectator;
 use crate::host::outbox::Outbox;
 use crate::host::room_handle::{FromSession, Join};
@@ -46,7 +46,7 @@ impl Spectators {
             return Err((Refusal::TooManySpectators, outbox));
         };
         outbox.control(room.welcome(None));
-        let feed = Feed::new(None, outbox, room.game().tick_count());
+        let feed = Delivery::new(None, outbox, room.game().tick_count());
         self.present.push(Spectator { address, inbox, feed, _permit: permit });
         Ok(())
     }
@@ -75,7 +75,7 @@ impl Spectators {
         });
     }
 
-    /// Queues the snapshot of the newest tick for all of them. See [`Feed::feed`].
+    /// Queues the snapshot of the newest tick for all of them. See [`Delivery::feed`].
     pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) {
         for Spectator { feed, .. } in &mut self.present {
             if feed.feed(room, silent_ticks_max, metrics) {

@@ -8,15 +8,16 @@ use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::{Admission, Held};
 use crate::host::clock::Clock;
-use crate::host::emotes::Emotes;
-use crate::host::feed::Feed;
+use crate::host::delivery::Delivery;
 use crate::host::member::Member;
 use crate::host::names;
+use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
 use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
+use crate::host::seat_rates::SeatRates;
 use crate::host::spectators::Spectators;
 use crate::host::token_signer::SeatClaim;
 use crate::limits;
@@ -67,7 +68,8 @@ pub struct Ticker {
     members: Vec<Member>,
     spectators: Spectators,
     admission: Admission,
-    emotes: Emotes,
+    emotes: SeatRates,
+    clips: SeatRates,
     /// Whether the host or an operator closed the room.
     closed: bool,
     /// Whether who made the room left it, so that nobody is awaited once it is empty.
@@ -116,7 +118,16 @@ impl Ticker {
             members,
             spectators,
             admission,
-            emotes: Emotes::default(),
+            emotes: SeatRates::new(
+                limits::EMOTE_TICKS,
+                limits::EMOTES_PER_SECOND_MAX,
+                TICKS_PER_SECOND,
+            ),
+            clips: SeatRates::new(
+                limits::CLIP_APART_TICKS,
+                limits::CLIPS_PER_MINUTE_MAX,
+                60 * TICKS_PER_SECOND,
+            ),
             closed: false,
             abandoned: false,
             lease,
@@ -199,6 +210,9 @@ impl Ticker {
         if is_saved {
             // Also one that begins again under the same number: old tokens name it.
             room.begin_epoch(random() as u32);
+        }
+        if self.host.recording.is_some() {
+            room.keep_clips(env!("CARGO_PKG_VERSION"));
         }
         let recording = self.host.recording.clone().filter(|_| !self.info.private);
         let recording = recording.map(|recording| RoomRecording::start(recording, &mut room, now));
@@ -375,7 +389,7 @@ impl Ticker {
                 }
                 let tick = room.game().tick_count();
                 self.abandoned &= !host;
-                let feed = Feed::new(Some(seat), join.outbox, tick);
+                let feed = Delivery::new(Some(seat), join.outbox, tick);
                 self.members.push(Member { seat, host, inbox: join.inbox, feed });
             }
             Err(refusal) => join.outbox.end(refusal),
@@ -449,7 +463,7 @@ impl Ticker {
     fn empty_inboxes(&mut self, room: &mut Room) {
         let (code, metrics) = (&self.info.code, &self.host.metrics);
         let (mut kicks, mut closes, mut abandons) = (Vec::new(), false, false);
-        let mut emotes = Vec::new();
+        let (mut emotes, mut clips) = (Vec::new(), Vec::new());
         self.members.retain_mut(|member| {
             let seat = member.seat.0;
             loop {
@@ -470,8 +484,7 @@ impl Ticker {
                     }
                     Ok(FromSession::Emote { emote }) => emotes.push((member.seat, emote)),
                     Ok(FromSession::Clip) => {
-                        let kept = Err(ClipRefusal::Off);
-                        member.feed.outbox.control(ServerMessage::Clip { kept }.encode());
+                        clips.push((member.seat, Arc::clone(&member.feed.outbox)));
                     }
                     Ok(FromSession::Leave) => {
                         info!(room = %code, seat, "player left");
@@ -500,9 +513,27 @@ impl Ticker {
         for (seat, emote) in emotes {
             self.show(seat, emote, room.game().tick_count());
         }
+        for (seat, outbox) in clips {
+            self.keep_clip(room, seat, outbox);
+        }
         self.spectators.empty_inboxes(room.game().tick_count(), &self.host.metrics);
         self.closed |= closes;
         self.abandoned |= abandons;
+    }
+
+    /// Has the last seconds kept for a player, who is answered once that is done.
+    fn keep_clip(&mut self, room: &Room, seat: Seat, outbox: Arc<Outbox>) {
+        let answer = move |kept| {
+            outbox.control(ServerMessage::Clip { kept }.encode());
+        };
+        let Some(recording) = &self.host.recording else { return answer(Err(ClipRefusal::Off)) };
+        if !self.clips.admit(seat, room.game().tick_count()) {
+            return answer(Err(ClipRefusal::TooMany));
+        }
+        match room.clip(recording.unix_s()) {
+            Some(records) => recording.keep_clip(records, !self.info.private, answer),
+            None => answer(Err(ClipRefusal::Off)),
+        }
     }
 
     /// Shows an emote to all clients, unless there were too many.

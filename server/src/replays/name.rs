@@ -1,13 +1,16 @@
 //! Names of replays: `<scene>-<room code>-<UTC yyyymmdd-hhmmss>`, which sort by time within a room
-//! and cannot lead out of their directory.
+//! and cannot lead out of their directory. Those of clips end in `-clip` or `-unlisted`.
 
 use crate::limits;
+use jostle_protocol::limits::REPLAY_NAME_BYTES_MAX;
 use time::OffsetDateTime;
 
 /// Extension of the files.
 pub const ENDING: &str = ".jostle";
-/// Longest name without the ending: two names of 32 bytes, a time, and a number.
-const NAME_BYTES_MAX: usize = 96;
+/// End of the names of clips, before a number.
+pub const CLIP_ENDING: &str = "-clip";
+/// The same for clips of private rooms, which no list shows.
+pub const UNLISTED_ENDING: &str = "-unlisted";
 
 /// The name for a replay, without a number.
 pub fn name(scene: &str, room: &str, unix_s: u64) -> String {
@@ -20,9 +23,15 @@ pub fn numbered(name: &str) -> impl Iterator<Item = String> + '_ {
     std::iter::once(name.to_owned()).chain(others)
 }
 
+/// Returns whether this is the name of a clip of a private room. Other names end in a time.
+pub fn is_unlisted(name: &str) -> bool {
+    let plain = name.trim_end_matches(|char: char| char.is_ascii_digit());
+    name.ends_with(UNLISTED_ENDING) || plain.trim_end_matches('-').ends_with(UNLISTED_ENDING)
+}
+
 /// Returns whether this can be the name of a replay.
 pub fn is_name(text: &str) -> bool {
-    (1..=NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(is_allowed)
+    (1..=REPLAY_NAME_BYTES_MAX).contains(&text.len()) && text.bytes().all(is_allowed)
 }
 
 fn is_allowed(byte: u8) -> bool {
@@ -83,6 +92,18 @@ mod tests {
         for text in ["", "a/b", "a.b", "..", "A", "a b", "%61", "é", &"a".repeat(97)] {
             assert!(!is_name(text), "{text}");
         }
+    }
+
+    #[test]
+    fn clips_of_private_rooms_are_known_by_their_names() {
+        for (scene, room) in [("arena", "k7f3q2"), ("unlisted", "unlisted")] {
+            let plain = name(scene, room, 7);
+            assert!(numbered(&plain).all(|name| !is_unlisted(&name)));
+            assert!(numbered(&(plain.clone() + CLIP_ENDING)).all(|name| !is_unlisted(&name)));
+            assert!(numbered(&(plain + UNLISTED_ENDING)).all(|name| is_unlisted(&name)));
+        }
+        let longest = name(&"s".repeat(32), &"r".repeat(32), 7) + UNLISTED_ENDING;
+        assert!(numbered(&longest).all(|name| is_name(&name)));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The queue from the rooms to the writer.
 
+use jostle_protocol::ClipRefusal;
 use jostle_protocol::replay::Record;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
@@ -27,8 +28,27 @@ pub struct Batch {
     pub memory_bytes: usize,
 }
 
-/// A batch to write, or `None` to finish all files and end the thread.
-pub type Job = Option<Batch>;
+/// A clip to keep.
+pub struct ClipJob {
+    /// A replay that ends with the clip.
+    pub records: Vec<Record>,
+    /// Whether lists show it.
+    pub listed: bool,
+    /// Bytes that the records take in memory.
+    pub memory_bytes: usize,
+    /// Is told the name of the clip, or why there is none.
+    pub answer: Box<dyn FnOnce(Result<String, ClipRefusal>) + Send>,
+}
+
+/// A job of the writer.
+pub enum Job {
+    /// Records to write.
+    Write(Batch),
+    /// A clip to cut and keep.
+    Clip(ClipJob),
+    /// Finish all files, and end the thread.
+    Close,
+}
 
 /// Approximate size of a record in memory.
 pub fn memory_bytes(record: &Record) -> usize {

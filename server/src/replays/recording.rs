@@ -1,16 +1,18 @@
 //! The writer's thread as the rooms see it.
 
-use super::queue::{Batch, Job, RecordingFile, memory_bytes};
+use super::queue::{Batch, ClipJob, Job, RecordingFile, memory_bytes};
 use super::settings::Settings;
 use super::store::ReplayStore;
 use super::writer::Writer;
 use crate::limits;
+use jostle_protocol::ClipRefusal;
 use jostle_protocol::replay::Record;
 use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
+use std::time::{Duration, UNIX_EPOCH};
 
 /// The queue to the writer, shared by all [`super::RoomRecording`]s.
 pub struct Recording {
@@ -38,10 +40,16 @@ impl Recording {
         &self.store
     }
 
+    /// Seconds since 1970.
+    pub fn unix_s(&self) -> u64 {
+        let wall = (self.store.settings().wall)();
+        wall.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()
+    }
+
     /// Waits until everything that was handed over is written, and ends the writer.
     pub fn close(&self) {
         // A writer that is gone has closed already.
-        let _ = self.queue.send(None);
+        let _ = self.queue.send(Job::Close);
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(thread) = thread {
             // One that panicked has logged it.
@@ -58,20 +66,42 @@ impl Recording {
     ) -> Result<(), &'static str> {
         let count = records.len() as u64;
         let bytes = records.iter().map(memory_bytes).sum();
-        let waiting = self.waiting_bytes.fetch_add(bytes, Ordering::Relaxed);
         let batch = Batch {
             recording_file: Arc::clone(recording_file),
             records,
             is_last,
             memory_bytes: bytes,
         };
+        let sent = self.queue(Job::Write(batch), bytes);
+        if sent.is_err() {
+            self.store.counters().dropped.fetch_add(count, Ordering::Relaxed);
+        }
+        sent
+    }
+
+    /// Has a clip cut out of these records and kept. The answer comes from the writer's thread, or at once if it has too
+    /// much to do.
+    pub fn keep_clip(
+        &self,
+        records: Vec<Record>,
+        listed: bool,
+        answer: impl Fn(Result<String, ClipRefusal>) + Clone + Send + 'static,
+    ) {
+        let memory_bytes = records.iter().map(memory_bytes).sum();
+        let job = ClipJob { records, listed, memory_bytes, answer: Box::new(answer.clone()) };
+        if self.queue(Job::Clip(job), memory_bytes).is_err() {
+            answer(Err(ClipRefusal::Failed));
+        }
+    }
+
+    fn queue(&self, job: Job, bytes: usize) -> Result<(), &'static str> {
+        let waiting = self.waiting_bytes.fetch_add(bytes, Ordering::Relaxed);
         let sent = match waiting + bytes > limits::REPLAY_QUEUE_BYTES_MAX {
             true => Err("too many bytes wait for the disk"),
-            false => self.queue.try_send(Some(batch)).map_err(|_| "the writer is behind"),
+            false => self.queue.try_send(job).map_err(|_| "the writer is behind"),
         };
         if sent.is_err() {
             self.waiting_bytes.fetch_sub(bytes, Ordering::Relaxed);
-            self.store.counters().dropped.fetch_add(count, Ordering::Relaxed);
         }
         sent
     }

@@ -8,7 +8,7 @@ use jostle_protocol::replay::Record;
 use jostle_room::Room;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant, UNIX_EPOCH};
+use std::time::Instant;
 use tracing::warn;
 
 /// The recording of one room.
@@ -86,9 +86,7 @@ impl RoomRecording {
     }
 
     fn begin(&mut self, room: &mut Room, now: Instant) {
-        let wall = (self.recording.store().settings().wall)();
-        let unix = wall.duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO);
-        room.record(env!("CARGO_PKG_VERSION"), unix.as_secs());
+        room.record(env!("CARGO_PKG_VERSION"), self.recording.unix_s());
         let first_tick = room.game().tick_count();
         self.state = State::On { recording_file: Arc::default(), first_tick };
         let records = room.take_records();

@@ -2,11 +2,12 @@
 //! Files that are not named as replays are never touched.
 
 use super::index::{Entry, IndexedFile, ReplayIndex, Stamp};
-use super::name::{ENDING, is_name, name, numbered};
+use super::name::{CLIP_ENDING, ENDING, UNLISTED_ENDING, is_name, is_unlisted, name, numbered};
 use super::settings::{Counters, Settings};
 use crate::limits;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use jostle_protocol::replay::{END_BYTES_MAX, PlayerCount, Record, START_BYTES_MAX, Start};
+use jostle_room::clip::CLIP_TICKS;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -62,9 +63,11 @@ impl ReplayStore {
         &self.counters
     }
 
-    /// The newest replays, newest first.
+    /// The newest replays, newest first, without clips of private rooms.
     pub fn list(&self) -> Vec<Entry> {
-        self.lock().newest().take(limits::REPLAYS_LISTED_MAX).cloned().collect()
+        let index = self.lock();
+        let listed = index.newest().filter(|entry| !is_unlisted(&entry.name));
+        listed.take(limits::REPLAYS_LISTED_MAX).cloned().collect()
     }
 
     /// Returns whether there is a replay of this name.
@@ -86,9 +89,46 @@ impl ReplayStore {
 
     /// Creates the file for a game, and lists it as being recorded.
     pub(super) fn create(&self, start: &Start) -> io::Result<(String, Box<dyn Write + Send>)> {
+        self.create_as(start, "")
+    }
+
+    /// Keeps a clip, and returns its name. One that is not listed is found by its name only, which has the code of its
+    /// private room.
+    pub(super) fn keep_clip(
+        &self,
+        start: &Start,
+        listed: bool,
+        bytes: &[u8],
+    ) -> io::Result<String> {
+        let ending = if listed { CLIP_ENDING } else { UNLISTED_ENDING };
+        let (name, mut file) = self.create_as(start, ending)?;
+        let count = bytes.len() as u64;
+        let written = self.make_room(&name, count).and_then(|()| file.write_all(bytes));
+        if let Err(error) = written {
+            self.discard(&name);
+            return Err(error);
+        }
+        self.counters.files.fetch_add(1, Ordering::Relaxed);
+        self.counters.bytes.fetch_add(count, Ordering::Relaxed);
+        let players = PlayerCount::of_beginning(bytes).most;
+        let last_tick = Record::last_tick(&bytes[bytes.len().saturating_sub(END_BYTES_MAX)..]);
+        self.lock().update(&name, |file| {
+            // A clip begins later than the records that it was cut from.
+            file.first_tick = last_tick.unwrap_or_default().saturating_sub(CLIP_TICKS);
+        });
+        self.grow(&name, count, last_tick, players);
+        self.finish(&name);
+        Ok(name)
+    }
+
+    fn create_as(
+        &self,
+        start: &Start,
+        ending: &str,
+    ) -> io::Result<(String, Box<dyn Write + Send>)> {
         fs::create_dir_all(&self.settings.dir)?;
         self.make_room_for_file()?;
-        let plain = name(&start.scene_name, &start.room, start.unix_s);
+        let plain = name(&start.scene_name, &start.room, start.unix_s) + ending;
         for name in numbered(&plain) {
             match (self.settings.create)(&self.path(&name)) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,

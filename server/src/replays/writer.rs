@@ -1,10 +1,13 @@
 //! The thread that writes all replays: it packs records and appends them, one file a room. An error
 //! truncates one file; the first of consecutive errors is logged, the others are counted.
 
-use super::queue::{Batch, Job, RecordingFile};
+use super::queue::{Batch, ClipJob, Job, RecordingFile};
 use super::store::ReplayStore;
+use jostle_protocol::ClipRefusal;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
-use jostle_protocol::replay::{PlayerCount, Record, Start, header};
+use jostle_protocol::replay::{PlayerCount, Record, Replay, Start, header};
+use jostle_room::clip::{CLIP_TICKS, cut};
+use std::error::Error;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -78,9 +81,10 @@ impl Writer {
                 look_at = Instant::now() + self.store.settings().look_every;
             }
             match self.jobs.recv_timeout(look_at.saturating_duration_since(Instant::now())) {
-                Ok(Some(batch)) => self.write(batch),
+                Ok(Job::Write(batch)) => self.write(batch),
+                Ok(Job::Clip(job)) => self.keep_clip(job),
                 Err(RecvTimeoutError::Timeout) => {}
-                Ok(None) | Err(RecvTimeoutError::Disconnected) => break,
+                Ok(Job::Close) | Err(RecvTimeoutError::Disconnected) => break,
             }
         }
         for open in std::mem::take(&mut self.open) {
@@ -102,6 +106,18 @@ impl Writer {
             let open = self.open.swap_remove(at);
             self.finish(open);
         }
+    }
+
+    fn keep_clip(&mut self, job: ClipJob) {
+        self.waiting_bytes.fetch_sub(job.memory_bytes, Ordering::Relaxed);
+        let kept = clip(&job.records)
+            .map_err(io::Error::other)
+            .and_then(|(start, bytes)| self.store.keep_clip(&start, job.listed, &bytes));
+        let kept = kept.map_err(|error| {
+            self.count_error(&self.store.settings().dir.clone(), &error);
+            ClipRefusal::Failed
+        });
+        (job.answer)(kept);
     }
 
     fn position(&self, recording_file: &Arc<RecordingFile>) -> Option<usize> {
@@ -238,6 +254,14 @@ impl Writer {
             self.logged = counters;
         }
     }
+}
+
+/// The start of a clip, and its bytes: the last ticks of a replay.
+fn clip(records: &[Record]) -> Result<(Start, Vec<u8>), Box<dyn Error + Send + Sync>> {
+    let bytes = header().into_iter().chain(records.iter().flat_map(Record::seal)).collect();
+    let replay = Replay::read(bytes)?;
+    let (start, to) = (replay.start().clone(), replay.last_tick());
+    Ok((start, cut(replay, to.saturating_sub(CLIP_TICKS), to)?))
 }
 
 /// Fails if a file would grow too large to be read again.

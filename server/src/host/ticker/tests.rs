@@ -82,7 +82,7 @@ fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
 }
 
 fn member(seat: Seat, inbox: Inbox<FromSession>, outbox: Arc<Outbox>) -> Member {
-    Member { seat, host: false, inbox, feed: Feed::new(Some(seat), outbox, 0) }
+    Member { seat, host: false, inbox, feed: Delivery::new(Some(seat), outbox, 0) }
 }
 
 fn end_of(outbox: &Outbox) -> Refusal {

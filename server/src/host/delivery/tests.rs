@@ -27,7 +27,7 @@ fn a_lower_rate_repeats_no_event() {
         // The lower rates have a subscriber already: else they would begin with the newest tick.
         Rate::ALL.into_iter().for_each(|rate| drop(room.subscribe(rate)));
         let outbox = Arc::new(Outbox::default());
-        let mut feed = Feed::new(Some(seat), Arc::clone(&outbox), 0);
+        let mut feed = Delivery::new(Some(seat), Arc::clone(&outbox), 0);
         let (mut stream, mut events) = (SnapshotStream::default(), Vec::new());
         let mut other = None;
         for tick in 1..=400 {

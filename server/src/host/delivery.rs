@@ -13,7 +13,7 @@ use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
 
 /// The snapshots of one socket.
-pub struct Feed {
+pub struct Delivery {
     /// The player's seat; a spectator has none, and is sent the whole world.
     seat: Option<Seat>,
     pub(super) outbox: Arc<Outbox>,
@@ -27,12 +27,12 @@ pub struct Feed {
     late_tick: u32,
 }
 
-impl Feed {
+impl Delivery {
     /// The feed of a client that was just welcomed.
-    pub fn new(seat: Option<Seat>, outbox: Arc<Outbox>, tick: u32) -> Feed {
+    pub fn new(seat: Option<Seat>, outbox: Arc<Outbox>, tick: u32) -> Delivery {
         let (lag, rate) = (AckLag::new(tick), Rate::default());
         let (subscriber, subscribed) = (None, false);
-        Feed { seat, outbox, lag, subscriber, subscribed, rate, late_tick: tick }
+        Delivery { seat, outbox, lag, subscriber, subscribed, rate, late_tick: tick }
     }
 
     /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower
