@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// Ticks of a clip: 20 seconds.
 pub const CLIP_TICKS: u32 = 20 * 60;
 /// Least ticks between two kept states.
-const STATE_TICKS_MIN: u32 = 10 * 60;
+const STATE_TICKS_MIN: u32 = 60;
 /// Bytes of state for each tick at most: large states are kept less often.
 const STATE_BYTES_PER_TICK: usize = 1024;
 

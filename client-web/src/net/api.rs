@@ -25,6 +25,9 @@ pub struct Room {
     /// Of these, players who are there now.
     #[serde(default)]
     pub connected: u32,
+    /// Spectators.
+    #[serde(default)]
+    pub spectators: u32,
     /// Seats.
     pub players_max: u32,
 }
@@ -318,7 +321,15 @@ mod tests {
 
     fn room(code: &str, players: u32) -> Room {
         let (scene, title) = (FIRST_SCENE.to_owned(), "Splash".to_owned());
-        Room { code: code.to_owned(), scene, title, players, connected: players, players_max: 8 }
+        Room {
+            code: code.to_owned(),
+            scene,
+            title,
+            players,
+            connected: players,
+            spectators: 0,
+            players_max: 8,
+        }
     }
 
     fn card(name: &str, heroes: bool) -> SceneCard {

@@ -60,6 +60,8 @@ pub struct Panels {
     pub network: bool,
     /// Volume and captions.
     pub sound: bool,
+    /// A spectator hid everything but the picture.
+    pub clean: bool,
 }
 
 /// State of the drawing context.
@@ -288,7 +290,9 @@ impl App {
         } else if let Some(name) = api::replay_name(path) {
             self.fetch_replay(name.to_owned(), api::replay_file(name));
         } else if let Some(code) = room_code(path) {
-            let game = GameScreen::join(&mut self.ctx, code, self.appearance.clone());
+            let watches = query_value(&address.query, "watch").is_some();
+            let begin = if watches { GameScreen::watch } else { GameScreen::join };
+            let game = begin(&mut self.ctx, code, self.appearance.clone());
             self.activity = Activity::Game(Box::new(game));
         } else {
             self.lobby.show(&mut self.ctx);
@@ -314,6 +318,13 @@ impl App {
     pub(super) fn go(&mut self, path: &str) {
         self.ctx.request(Effect::PushAddress(path.to_owned()));
         self.route(Address { path: path.to_owned(), ..Address::default() });
+    }
+
+    /// Watches a room.
+    fn watch_room(&mut self, code: &str) {
+        let (path, query) = (format!("/{code}"), "?watch=1".to_owned());
+        self.ctx.request(Effect::PushAddress(path.clone() + &query));
+        self.route(Address { path, query, ..Address::default() });
     }
 
     pub(super) fn enter(&mut self, code: Option<String>) {
@@ -356,6 +367,7 @@ impl App {
         self.fingers = Fingers::default();
         self.touch_scene = None;
         self.panels.network = false;
+        self.panels.clean = false;
         self.end_sound();
         self.copied = None;
         self.records.begin();
@@ -505,6 +517,7 @@ impl App {
         match action {
             "leave" => self.go_home(),
             "go" => self.go(&format!("/{value}")),
+            "watch" => self.watch_room(value),
             "copy" => self.ctx.request(Effect::CopyAddress),
             "qr-code" => self.show_code(),
             "help" => self.toggle_help(),
@@ -539,6 +552,7 @@ impl App {
             "step" => self.with_replay(|player| player.step_by(value.parse().unwrap_or(0))),
             "follow" => {
                 let seat = value.parse().ok().map(Seat);
+                self.with_game(|game, _| game.follow_player(seat));
                 self.with_replay(|player| seat.into_iter().for_each(|s| player.toggle_follow(s)));
             }
             _ => _ = self.click_editor(action, value),
@@ -550,6 +564,11 @@ impl App {
         match action {
             Some(CardAction::Lobby) => self.go_home(),
             Some(CardAction::Play) => self.go(&format!("/{}", api::FIRST_SCENE)),
+            Some(CardAction::Watch) => {
+                if let Some(code) = self.game().map(|game| game.code.clone()) {
+                    self.watch_room(&code);
+                }
+            }
             Some(CardAction::Reload) => self.ctx.request(Effect::Reload),
             Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),
             Some(CardAction::Stay) => self.dialogs.card = None,

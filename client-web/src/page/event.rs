@@ -231,6 +231,8 @@ pub enum Effect {
     Sound(SoundTask),
     /// Saves a text as a file of this name.
     SaveFile(String, String),
+    /// Saves a clip as a file.
+    SaveClip(Vec<u8>),
     /// Puts a link into the clipboard.
     CopyLink(String),
     /// Gives the keyboard focus to the text that is edited, at this byte.

@@ -57,8 +57,16 @@ impl App {
         }
     }
 
-    /// Presses what a key means to the world; `false` if that is nothing.
+    /// Presses what a key means to the world; `false` if that is nothing. A spectator follows a player with a digit.
     fn world_key_down(&mut self, key: &Key) -> bool {
+        if self.game().is_some_and(GameScreen::watches) {
+            let Ok(number) = key.letter.parse::<usize>() else { return false };
+            let players = self.replica().map_or(&[][..], |replica| replica.players());
+            let seat = number.checked_sub(1).and_then(|index| players.get(index));
+            let seat = seat.map(|player| player.seat);
+            self.with_game(|game, _| game.follow_player(seat));
+            return true;
+        }
         let known = meaning(&key.code, &key.letter).is_some();
         if known && !key.repeat {
             self.with_game(|game, ctx| {
@@ -77,6 +85,10 @@ impl App {
             }
             (_, "e" | "E", Layer::Page) if self.game().is_some_and(GameScreen::is_in_page) => {
                 Some(App::toggle_edit)
+            }
+            (_, "k" | "K", Layer::Page) => Some(|app| app.with_game(GameScreen::keep_clip)),
+            (_, "h" | "H", Layer::Page) if self.game().is_some_and(GameScreen::watches) => {
+                Some(|app| app.panels.clean = !app.panels.clean)
             }
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),

@@ -231,6 +231,7 @@ impl Page {
                 store(browser::session_storage(), &key, value.as_deref());
             }
             Effect::SaveFile(name, text) => editor::save(&name, &text),
+            Effect::SaveClip(bytes) => editor::save_bytes("clip.jostle", &bytes),
             Effect::CopyLink(link) => {
                 dom::copy(&link, move |copied| {
                     events.push(Event::Copied(copied));

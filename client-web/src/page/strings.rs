@@ -8,7 +8,7 @@ use crate::replay::error::ReplayLoadError;
 use crate::sound::cue::Sound;
 use jostle_game::scene::SceneError;
 use jostle_protocol::replay::ReplayError;
-use jostle_protocol::{BAD_MESSAGE_CODES, Refusal};
+use jostle_protocol::{BAD_MESSAGE_CODES, ClipRefusal, Refusal};
 use jostle_sim::TICKS_PER_SECOND;
 use std::borrow::Cow;
 
@@ -32,6 +32,8 @@ pub fn friendly_name(random: u32) -> String {
 pub enum CardAction {
     /// Back to the lobby.
     Lobby,
+    /// Watches the room.
+    Watch,
     /// Connects again.
     Again,
     /// Loads the page again.
@@ -403,7 +405,10 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
     use CardAction::{Again, Lobby, Reload};
     let (title, button, action) = match refusal {
         Refusal::Version => ("Update needed", "Reload", Reload),
-        Refusal::RoomFull => ("Room full", "Find another room", Lobby),
+        Refusal::RoomFull => {
+            let full = card("Room full", refusal.message(), "Find another room", Lobby);
+            return Some(card_or(full, "Watch", CardAction::Watch));
+        }
         Refusal::NoSuchRoom => return Some(elsewhere("No such room", refusal.message())),
         Refusal::ServerFull => ("Server full", "See the rooms", Lobby),
         Refusal::TooManySockets => ("Too many connections", "Try again", Again),
@@ -419,6 +424,22 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
         Refusal::BadHello | Refusal::BadMessage => ("Something went wrong", "Reload", Reload),
     };
     Some(card(title, refusal.message(), button, action))
+}
+
+/// What became of a request for a clip.
+pub fn clip(kept: &Result<String, ClipRefusal>) -> &'static str {
+    match kept {
+        Ok(name) if name.is_empty() => "Clip saved as a file.",
+        Ok(_) => "Clip kept.",
+        Err(ClipRefusal::Off) => "This server keeps no clips.",
+        Err(ClipRefusal::TooMany) => "That was too soon after the last clip.",
+        Err(ClipRefusal::Failed) => "The clip couldn't be kept.",
+    }
+}
+
+/// People who watch a room, for the lobby.
+pub fn watching(spectators: u32) -> String {
+    if spectators == 0 { String::new() } else { format!(", {spectators} watching") }
 }
 
 /// The refusal that a close code stands for, if its message was lost.

@@ -1,27 +1,15 @@
 //! The camera of a replay, and the frame that it shows.
 
 use super::player::ReplayPlayer;
-use crate::view::camera::{Camera, Target};
+use crate::view::camera::{Camera, Target, watching_camera};
 use crate::view::frame::{Frame, View};
-use jostle_game::scene::Camera as CameraRule;
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
-
-/// Height of the view around a followed player, where the scene does not say, as a share of
-/// the world's.
-const FOLLOW_SHARE: f32 = 0.6;
 
 impl ReplayPlayer {
     /// A camera for the whole world, or for the hero that is followed, if there is one now.
     pub fn camera(&self) -> Camera {
         let scene = self.scene();
-        let rule = match (self.followed_hero(), scene.camera) {
-            (None, _) => CameraRule::Fit,
-            (Some(_), CameraRule::Fit) => {
-                CameraRule::Follow { height: scene.size.y * FOLLOW_SHARE }
-            }
-            (Some(_), follow) => follow,
-        };
-        Camera::new(rule, scene.size)
+        watching_camera(scene, self.followed_hero().is_some())
     }
 
     /// The view in which a camera comes to rest while the film stands still. `bottom` are pixels

@@ -34,7 +34,7 @@ use std::sync::Arc;
 /// is drawn remembers.
 pub const LEAD_TICKS: u32 = 120;
 /// Speeds to choose from, as multiples of real time.
-pub const SPEEDS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
+pub const SPEEDS: [f64; 7] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
 
 /// A replay that is being watched.
 pub struct ReplayPlayer {
@@ -212,7 +212,7 @@ impl ReplayPlayer {
 
     /// Chooses the next higher or lower of [`SPEEDS`].
     pub fn shift_speed(&mut self, faster: bool) {
-        let now = SPEEDS.iter().position(|&speed| speed == self.speed).unwrap_or(2);
+        let now = SPEEDS.iter().position(|&speed| speed == self.speed).unwrap_or(3);
         let next = if faster { now + 1 } else { now.saturating_sub(1) };
         self.speed = SPEEDS[next.min(SPEEDS.len() - 1)];
     }

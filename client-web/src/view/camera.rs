@@ -2,6 +2,7 @@
 //! looks past the world's edge without need.
 
 use crate::view::frame::View;
+use jostle_game::Scene;
 use jostle_game::scene::Camera as CameraRule;
 use jostle_room::camera::{AHEAD_TICKS, CATCH_UP_TICKS};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
@@ -43,6 +44,20 @@ pub struct Target {
     pub bottom: u32,
     /// Seconds since the last frame.
     pub elapsed_s: f32,
+}
+
+/// Height of the view around a followed player, where the scene does not say, as a share of
+/// the world's.
+const FOLLOW_SHARE: f32 = 0.6;
+
+/// The camera of somebody who watches: for the whole world, or for a hero.
+pub fn watching_camera(scene: &Scene, follows: bool) -> Camera {
+    let rule = match (follows, scene.camera) {
+        (false, _) => CameraRule::Fit,
+        (true, CameraRule::Fit) => CameraRule::Follow { height: scene.size.y * FOLLOW_SHARE },
+        (true, follow) => follow,
+    };
+    Camera::new(rule, scene.size)
 }
 
 impl Camera {

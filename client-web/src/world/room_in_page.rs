@@ -4,8 +4,9 @@
 use crate::net::api::query_value;
 use jostle_game::{Buttons, Input, Scene, Seat, Tools};
 use jostle_protocol::limits::TOKEN_BYTES;
-use jostle_protocol::replay::header;
+use jostle_protocol::replay::{Record, Replay, header};
 use jostle_protocol::{Appearance, ClientMessage, ServerMessage, Token, WelcomeSeat};
+use jostle_room::clip::{CLIP_TICKS, cut};
 use jostle_room::run::RUN_TICKS_MAX;
 use jostle_room::{Claim, Measure, Rate, Room, Subscriber, Welcome};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
@@ -81,6 +82,7 @@ impl RoomInPage {
     /// A room at tick 0 for one player, who plays against this many of the server's bots.
     pub fn alone(scene: Arc<Scene>, seed: u64, bots: u16) -> RoomInPage {
         let mut room = Room::filled("alone", Arc::clone(&scene), seed, bots.saturating_add(1));
+        room.keep_clips(env!("CARGO_PKG_VERSION"));
         let recorded = Measure::of(&scene).map(|_| header());
         if recorded.is_some() {
             // The server knows the time better.
@@ -210,6 +212,13 @@ impl RoomInPage {
     /// Digest of the room's whole state.
     pub fn state_hash(&self) -> u64 {
         self.room.game().hash()
+    }
+
+    /// The last seconds as the bytes of a replay.
+    pub fn clip(&self) -> Option<Vec<u8>> {
+        let records = self.room.clip(0)?;
+        let bytes = header().into_iter().chain(records.iter().flat_map(Record::seal)).collect();
+        cut(Replay::read(bytes).ok()?, self.tick.saturating_sub(CLIP_TICKS), self.tick).ok()
     }
 
     /// Takes the messages to the page.

@@ -3,6 +3,7 @@
 mod form;
 mod text;
 
+use crate::browser;
 use crate::editor::palette::Make;
 use crate::editor::update::Deed;
 use crate::page::app::App;
@@ -139,10 +140,20 @@ fn palette(events: Events) {
 
 /// Has the browser save a text as a file.
 pub fn save(name: &str, text: &str) {
-    let link = dom::document().create_element("a").expect("a is a tag");
     let encoded = String::from(js_sys::encode_uri_component(text));
-    let data = format!("data:application/toml;charset=utf-8,{encoded}");
-    dom::set(&link, "href", Some(&data));
+    save_data(name, &format!("data:application/toml;charset=utf-8,{encoded}"));
+}
+
+/// Saves bytes as a file of this name.
+pub fn save_bytes(name: &str, bytes: &[u8]) {
+    let letters: String = bytes.iter().copied().map(char::from).collect();
+    let coded = browser::window().btoa(&letters).unwrap_or_default();
+    save_data(name, &format!("data:application/octet-stream;base64,{coded}"));
+}
+
+fn save_data(name: &str, data: &str) {
+    let link = dom::document().create_element("a").expect("a is a tag");
+    dom::set(&link, "href", Some(data));
     dom::set(&link, "download", Some(name));
     link.unchecked_into::<HtmlElement>().click();
 }

@@ -9,13 +9,15 @@ use crate::page::dom::list::{Item, List};
 use crate::page::dom::players::{self, color_of};
 use crate::page::game::GameScreen;
 use crate::page::news_log::NewsLog;
-use crate::page::tools;
+use crate::page::{strings, tools};
 use crate::view::palette;
 use crate::world::replica::{News, Replica};
 use jostle_game::{Buttons, Kind, Scene, Tools};
 
 /// Key caps are large for this long after joining, milliseconds.
 const CAPS_LARGE_MS: f64 = 10_000.0;
+/// The answer to a request for a clip is shown for this long, milliseconds.
+const CLIP_MS: f64 = 8000.0;
 /// The answer to a denied request is shown for this long, milliseconds.
 const DENIED_MS: f64 = 5000.0;
 
@@ -57,7 +59,7 @@ impl Hud {
         for id in ["room-title", "room-code", "told"] {
             dom::text(id, "");
         }
-        for id in ["banner", "lag-badge", "hint", "help-hint", "close-room", "edit-game"] {
+        for id in ["banner", "lag-badge", "clip", "hint", "help-hint", "close-room", "edit-game"] {
             dom::show(id, false);
         }
         dom::show("copy", true);
@@ -85,6 +87,17 @@ impl Hud {
         );
         let denied = game.status.denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
         let answer = "Only the host can do that, and a host can't be removed.";
+        dom::mark("clean", app.panels.clean);
+        dom::mark("watching", game.watches());
+        let clip = game.status.clip.as_ref().filter(|(at, _)| now_ms - at <= CLIP_MS);
+        dom::show("clip", clip.is_some());
+        if let Some((_, kept)) = clip {
+            dom::text("clip-text", strings::clip(kept));
+            let name = kept.as_ref().ok().filter(|name| !name.is_empty());
+            dom::show("clip-link", name.is_some());
+            let link = name.map(|name| format!("/replay/{name}"));
+            dom::set(&dom::html("clip-link"), "href", link.as_deref());
+        }
         dom::text("told", if denied { answer } else { "" });
     }
 
@@ -109,7 +122,9 @@ impl Hud {
             true => "demo, offline",
             false => &code,
         };
-        dom::text("room-code", about);
+        let watched =
+            format!("{about} \u{b7} watching: a digit follows a player, H hides all but the game");
+        dom::text("room-code", if game.watches() { &watched } else { about });
         // There is no connection to show.
         dom::show("signal", !game.is_alone());
         help::fill_for_game(&mut self.help, scene);

@@ -180,13 +180,17 @@ fn room_entry(lobby: &Lobby, room: &Room) -> Item {
     let scene = lobby.scenes.iter().find(|scene| scene.name == room.scene);
     let full = room.players >= room.players_max;
     let seats = format!("{} of {}", room.players, room.players_max);
+    let watching = strings::watching(room.spectators);
     let share = 100.0 * f64::from(room.players) / f64::from(room.players_max.max(1));
     link(Item::new("room-item", &room.code), &room.code, scene)
         .with("a", "aria-disabled", full.then(|| "true".to_owned()))
         .text("strong", &room.title)
         .text(".code", format!("/{}", room.code))
         .with(".seats", "aria-label", format!("{seats} seats taken"))
-        .text(".seats span", seats)
+        .text(".seats span", seats + &watching)
+        .with(".watch", "href", format!("/{}?watch=1", room.code))
+        .with(".watch", "data-value", room.code.clone())
+        .with(".watch", "aria-label", format!("Watch {}", room.title))
         .with(".bar", "--share", format!("{share:.0}%"))
 }
 

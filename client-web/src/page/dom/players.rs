@@ -41,7 +41,12 @@ fn entry(replica: &Replica, player: &PlayerState, host: bool) -> Item {
         // The score of a team stands on the board.
         .text(".score", team.map_or_else(|| player.score.to_string(), |_| String::new()));
     if template == "player-item" {
-        return item;
+        // Of use to a spectator.
+        return item.with("", "data-action", "follow".to_owned()).with(
+            "",
+            "data-value",
+            player.seat.0.to_string(),
+        );
     }
     let label = format!("Remove {}", player.appearance.name);
     item.with("button", "data-value", player.seat.0.to_string())

@@ -62,7 +62,9 @@ impl GameScreen {
     /// Gives the seat up: the player left on purpose.
     pub fn leave(self, ctx: &mut Context) {
         if let Link::Server(_) = self.link {
-            ctx.set_secret(Secret::Seat, &self.code, None);
+            if !self.watches() {
+                ctx.set_secret(Secret::Seat, &self.code, None);
+            }
             ctx.request(Effect::Disconnect { leaving: true });
         }
     }

@@ -3,7 +3,7 @@
 use crate::input::keys::Controls;
 use crate::input::sender::InputSender;
 use crate::net::clock::Clock;
-use crate::view::camera::{Camera, Target};
+use crate::view::camera::{Camera, Target, watching_camera};
 use crate::view::frame::View;
 use crate::world::predict::Predictor;
 use crate::world::replica::{Eye, Replica};
@@ -115,6 +115,8 @@ pub struct GameView {
     pub view: View,
     /// When that was.
     pub framed_ms: f64,
+    /// Whether the camera of a spectator is that of a hero; `None` before it was chosen.
+    pub follows: Option<bool>,
     /// The player switched outlines away from the scene's own choice.
     pub bounds_toggled: bool,
 }
@@ -125,7 +127,13 @@ impl GameView {
 
     /// A view that nothing was drawn in.
     pub fn new(now_ms: f64) -> GameView {
-        GameView { camera: None, view: GameView::UNSEEN, framed_ms: now_ms, bounds_toggled: false }
+        GameView {
+            camera: None,
+            view: GameView::UNSEEN,
+            framed_ms: now_ms,
+            follows: None,
+            bounds_toggled: false,
+        }
     }
 
     /// Whether outlines are drawn: always where bodies are selected by them, else on demand.
@@ -151,8 +159,23 @@ impl GameView {
         }
     }
 
-    /// Moves the camera.
-    pub fn aim(&mut self, replica: Option<&Replica>, canvas: Target) {
+    /// Moves the camera. That of a spectator shows the whole, or the hero who is `followed`.
+    pub fn aim(
+        &mut self,
+        replica: Option<&Replica>,
+        followed: Option<Option<(Vec2, Vec2)>>,
+        canvas: Target,
+    ) {
+        if let (Some(hero), Some(replica)) = (followed, replica) {
+            if self.follows != Some(hero.is_some()) {
+                self.follows = Some(hero.is_some());
+                self.camera = Some(watching_camera(&replica.scene, hero.is_some()));
+            }
+            if let Some(camera) = &mut self.camera {
+                self.view = camera.view(Target { hero, ..canvas });
+            }
+            return;
+        }
         let Some(camera) = &mut self.camera else { return };
         let hero = replica.and_then(|replica| match replica.scene.camera {
             // No more than what is around the server's hero is sent.

@@ -18,8 +18,9 @@ use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
 use crate::world::room_in_page::RoomInPage;
-use jostle_protocol::Appearance;
-use jostle_sim::TICKS_PER_SECOND;
+use jostle_game::Seat;
+use jostle_protocol::{Appearance, Role};
+use jostle_sim::{TICKS_PER_SECOND, Vec2};
 use link::{Connection, Link};
 use membership::{GameView, Membership};
 use status::{State, Status};
@@ -57,6 +58,10 @@ pub struct GameScreen {
     appearance: Appearance,
     link: Link,
     pinged_ms: f64,
+    /// Whether the page plays or watches.
+    pub role: Role,
+    /// The player whom a spectator follows.
+    followed: Option<Seat>,
 }
 
 impl GameScreen {
@@ -66,6 +71,28 @@ impl GameScreen {
         let mut game = GameScreen::new(ctx, code, appearance, link);
         game.connect(ctx);
         game
+    }
+
+    /// The same without a seat.
+    pub fn watch(ctx: &mut Context, code: &str, appearance: Appearance) -> GameScreen {
+        GameScreen { role: Role::Spectator, ..GameScreen::join(ctx, code, appearance) }
+    }
+
+    pub fn watches(&self) -> bool {
+        self.role == Role::Spectator
+    }
+
+    /// Has a spectator follow a player, or see the whole again.
+    pub fn follow_player(&mut self, seat: Option<Seat>) {
+        if self.watches() {
+            self.followed = seat.filter(|_| self.followed != seat);
+            self.view.follows = None;
+        }
+    }
+
+    /// The hero whom a spectator follows.
+    fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
+        self.replica()?.hero_of(self.followed?)
     }
 
     /// A game in a room inside the page. `code` says what for.
@@ -92,6 +119,8 @@ impl GameScreen {
             appearance,
             link,
             pinged_ms: ctx.now_ms,
+            role: Role::Player,
+            followed: None,
         }
     }
 
@@ -205,7 +234,7 @@ impl GameScreen {
 
     /// Switches prediction on or off. A room in the page needs none.
     pub fn set_prediction(&mut self, on: bool) {
-        let on = on && !self.is_in_page();
+        let on = on && !self.is_in_page() && !self.watches();
         if let Some(membership) = &mut self.membership {
             membership.set_prediction(on);
         }
@@ -230,8 +259,9 @@ impl GameScreen {
             self.move_ghost(ctx.clock);
         }
         if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
+            let followed = self.watches().then(|| self.followed_hero());
             let replica = self.membership.as_ref().map(|membership| &membership.replica);
-            self.view.aim(replica, Target { pixels, hero: None, top, bottom, elapsed_s });
+            self.view.aim(replica, followed, Target { pixels, hero: None, top, bottom, elapsed_s });
         }
         self.send_due(ctx);
     }

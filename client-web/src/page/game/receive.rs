@@ -8,7 +8,7 @@ use crate::net::meter::Traffic;
 use crate::page::context::{Context, Secret};
 use crate::page::event::Effect;
 use crate::world::replica::Replica;
-use jostle_game::{Buttons, RoundPhase, Scene};
+use jostle_game::{Buttons, RoundPhase, Scene, Seat};
 use jostle_protocol::{DecodeError, Refusal, ServerMessage, Snapshot};
 use std::sync::Arc;
 
@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// milliseconds. A good one is retried at once after its next loss, one that fails sooner ever
 /// more slowly.
 const PROVEN_MS: f64 = 5000.0;
+
+/// A seat without a player: that of a spectator.
+const NO_PLAYER: Seat = Seat(u16::MAX);
 
 impl GameScreen {
     pub(super) fn receive(&mut self, ctx: &mut Context, bytes: &[u8]) {
@@ -27,14 +30,15 @@ impl GameScreen {
         self.meter.carried(now_ms, traffic_of(&message), bytes.len());
         match message {
             Ok(ServerMessage::Snapshot(coded)) => self.file(ctx, &coded),
-            Ok(ServerMessage::Welcome { seat: Some(own), tick, scene_name, scene, .. }) => {
+            Ok(ServerMessage::Welcome { seat, tick, scene_name, scene, .. }) => {
                 match Scene::parse(&format!("{scene_name}.toml"), &scene) {
                     Ok(scene) => {
-                        if !self.is_in_page() {
+                        if let Some(own) = seat.filter(|_| !self.is_in_page()) {
                             ctx.set_secret(Secret::Seat, &self.code, Some(own.token));
                         }
-                        self.status.host = own.host;
-                        let replica = Replica::new(Arc::new(scene), own.seat);
+                        self.status.host = seat.is_some_and(|own| own.host);
+                        let seat = seat.map_or(NO_PLAYER, |own| own.seat);
+                        let replica = Replica::new(Arc::new(scene), seat);
                         self.welcome(ctx, replica, tick);
                     }
                     Err(error) => {
@@ -57,12 +61,9 @@ impl GameScreen {
                     connection.servers.told(urls);
                 }
             }
-            // The page asks for none of these yet.
-            Ok(
-                ServerMessage::Welcome { seat: None, .. }
-                | ServerMessage::Emote { .. }
-                | ServerMessage::Clip { .. },
-            ) => {}
+            // The page shows none yet.
+            Ok(ServerMessage::Emote { .. }) => {}
+            Ok(ServerMessage::Clip { kept }) => self.status.clip = Some((now_ms, kept)),
             Ok(ServerMessage::Denied) => self.status.denied_ms = Some(now_ms),
             Err(error) => self.misunderstood(ctx, &error),
         }

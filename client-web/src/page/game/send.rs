@@ -7,10 +7,10 @@ use super::status::State;
 use crate::net::meter::Traffic;
 use crate::page::context::{Context, Secret};
 use crate::page::event::Effect;
-use jostle_game::Seat;
 use jostle_game::scene::Camera as CameraRule;
+use jostle_game::{Input, Seat};
 use jostle_protocol::limits::VIEW_MAX;
-use jostle_protocol::{ClientMessage, Role, VERSION};
+use jostle_protocol::{ClientMessage, ClipRefusal, VERSION};
 use jostle_sim::Vec2;
 
 /// Milliseconds between two pings.
@@ -21,11 +21,13 @@ impl GameScreen {
         let mut secrets = (None, None);
         if let Link::Server(connection) = &mut self.link {
             connection.heard_ms = ctx.now_ms;
+        }
+        if !self.is_in_page() && !self.watches() {
             secrets = (ctx.secret(Secret::Seat, &self.code), ctx.secret(Secret::Host, &self.code));
         }
         let (token, host_key) = secrets;
         let appearance = self.appearance.clone();
-        let (version, role) = (VERSION, Role::Player);
+        let (version, role) = (VERSION, self.role);
         self.send(ctx, &ClientMessage::Hello { version, appearance, token, host_key, role });
     }
 
@@ -38,6 +40,20 @@ impl GameScreen {
     pub fn close_room(&mut self, ctx: &mut Context) {
         self.status.closes = true;
         self.send(ctx, &ClientMessage::CloseRoom);
+    }
+
+    /// Has the last seconds kept: by the server, or as a file if the room is in the page.
+    pub fn keep_clip(&mut self, ctx: &mut Context) {
+        match &self.link {
+            Link::Server(_) if self.watches() || self.status.state != State::Playing => {}
+            Link::Server(_) => self.send(ctx, &ClientMessage::Clip),
+            Link::InPage(room) => {
+                let file = room.clip();
+                let kept = file.as_ref().map(|_| String::new()).ok_or(ClipRefusal::Failed);
+                self.status.clip = Some((ctx.now_ms, kept));
+                ctx.effects.extend(file.map(Effect::SaveClip));
+            }
+        }
     }
 
     fn send(&mut self, ctx: &mut Context, message: &ClientMessage) {
@@ -59,7 +75,11 @@ impl GameScreen {
         if self.status.state != State::Playing {
             return;
         }
-        let input = self.controls.input(self.view());
+        // A spectator only acknowledges.
+        let input = match self.watches() {
+            true => Input::default(),
+            false => self.controls.input(self.view()),
+        };
         if let Some(membership) = &mut self.membership {
             membership.sender.note(input);
         }

@@ -2,6 +2,7 @@
 
 use super::Replica;
 use crate::world::predict::Predicted;
+use jostle_game::Seat;
 use jostle_sim::Vec2;
 use jostle_sim::particles::dequantise;
 
@@ -22,6 +23,13 @@ impl Replica {
     /// while it is shown elsewhere.
     pub fn own_hero_as_told(&self) -> Option<(Vec2, Vec2)> {
         self.led_from.or_else(|| self.own_hero().map(|hero| (hero.center, hero.velocity)))
+    }
+
+    /// Centre and velocity of a player's hero at the displayed moment.
+    pub fn hero_of(&self, seat: Seat) -> Option<(Vec2, Vec2)> {
+        let hero = self.players().iter().find(|player| player.seat == seat)?.hero?;
+        let sample = self.samples.iter().find(|sample| sample.id == hero)?;
+        Some((sample.center, sample.velocity))
     }
 
     /// Position of the player's hero in the newest snapshot, whatever is on display.
