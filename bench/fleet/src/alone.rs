@@ -183,7 +183,8 @@ fn code(node: usize, room: usize) -> String {
 }
 
 fn counts(node: usize, rooms: usize) -> Vec<RoomCounts> {
-    let counts = |room| RoomCounts { code: code(node, room), players: 16, connected: 15, spectators: 0 };
+    let counts =
+        |room| RoomCounts { code: code(node, room), players: 16, connected: 15, spectators: 0 };
     (0..rooms).map(counts).collect()
 }
 
@@ -204,6 +205,12 @@ fn room_of(node: usize, epoch: u64) -> Entry {
     Entry::Room(RoomEntry {
         owner: Owner { node: name(node), incarnation: 1 },
         epoch,
-        room: RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None, guest: false },
+        room: RoomFacts {
+            scene: "arena".into(),
+            number: 1,
+            private: false,
+            creator: None,
+            guest: false,
+        },
     })
 }

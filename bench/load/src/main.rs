@@ -6,6 +6,7 @@ mod jitter;
 mod operators;
 mod report;
 mod server;
+mod spectators;
 mod witness;
 
 use anyhow::{Context, Result, bail};
@@ -19,6 +20,7 @@ use jostle_cli::bots::{DECODERS, SETTLE};
 use operators::{Operators, Scrape, ServerReport};
 use report::LoadReport;
 use server::Server;
+use spectators::Spectators;
 use std::fs;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
@@ -54,6 +56,9 @@ struct Load {
     /// Seconds of each part
     #[arg(long, value_name = "S", default_value_t = 60)]
     seconds: u32,
+    /// Spectators of the first of these rooms
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    spectators: u32,
     /// Sockets lost one after another while the crowd plays; 0 leaves that part out
     #[arg(long, value_name = "N", default_value_t = 1000)]
     reconnects: u32,
@@ -68,6 +73,7 @@ struct Part {
     clients: u32,
     losses: u32,
     newcomers: u32,
+    spectators: u32,
 }
 
 fn main() -> Result<()> {
@@ -102,6 +108,7 @@ impl Load {
             clients: self.clients,
             losses,
             newcomers,
+            spectators: 0,
         };
         let mut parts = Vec::new();
         if self.clients > 0 {
@@ -111,7 +118,13 @@ impl Load {
         if self.rooms > 0 {
             let clients = self.rooms * ROOM_PLAYERS;
             let rooms = (1..=self.rooms).map(|number| format!("arena-{number}")).collect();
-            let part = Part { rooms, clients, losses: usual(clients), newcomers: 0 };
+            let part = Part {
+                rooms,
+                clients,
+                losses: usual(clients),
+                newcomers: 0,
+                spectators: self.spectators,
+            };
             parts.push((format!("{} rooms of {ROOM_PLAYERS}", self.rooms), part));
         }
         if self.reconnects > 0 && self.clients > 0 {
@@ -128,7 +141,7 @@ impl Load {
         let probe = JitterProbe::start(1);
         std::thread::sleep(PROBE);
         let before = probe.stop();
-        let server = Server::start(&self.server, scenes, part.clients)?;
+        let server = Server::start(&self.server, scenes, part.clients + part.spectators)?;
         let runtime = tokio::runtime::Runtime::new().context("a runtime for the bots")?;
         println!("{}", runtime.block_on(Bare::measure(part.clients))?);
         let length = Duration::from_secs(self.seconds.into());
@@ -160,6 +173,7 @@ async fn play(
         snapshots: Some(snapshots),
     };
     let crowd = Crowd::join(&plan).await;
+    let spectators = Spectators::come(part.spectators, &plan.targets[0]).await?;
     sleep(SETTLE).await;
     let full = scrape(&operators).await?;
     let probe = JitterProbe::start(std::thread::available_parallelism().map_or(1, NonZero::get));
@@ -171,6 +185,7 @@ async fn play(
     sleep(length).await;
     let after = scrape(&operators).await?;
     let beside = probe.stop();
+    spectators.go().await?;
     let clients = crowd.end().await;
     let newcomers = match newcomers {
         Some(newcomers) => Some(newcomers.await.context("newcomers")?),

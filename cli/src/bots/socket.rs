@@ -115,17 +115,7 @@ async fn arrive(
     appearance: Appearance,
     token: Option<Token>,
 ) -> Result<Arrival, SessionEnd> {
-    let stream = TcpStream::connect(&target.authority).await;
-    let unconnected = |error| SessionEnd::Lost(format!("no connection: {error}"));
-    let stream = stream.map_err(unconnected)?;
-    stream.set_nodelay(true).map_err(unconnected)?;
-    let url = format!("ws://{}/{}", target.authority, target.room);
-    let config = WebSocketConfig::default()
-        .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
-        .read_buffer_size(READ_BUFFER_BYTES)
-        .write_buffer_size(0);
-    let (mut socket, _) =
-        client_async_with_config(url, stream, Some(config)).await.map_err(socket_error)?;
+    let mut socket = open(target).await?;
     let hello_at = Instant::now();
     let (host_key, role) = (None, Role::Player);
     let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
@@ -152,6 +142,34 @@ async fn arrive(
     }
     let scene = [scene_name, scene];
     Ok(Arrival { socket, seat, token, stream, took: hello_at.elapsed(), nodes, scene })
+}
+
+/// Connects to a room as a spectator, and waits for the welcome; snapshots follow.
+pub async fn watch(target: &Target, appearance: Appearance) -> Result<Socket, SessionEnd> {
+    let mut socket = open(target).await?;
+    let (host_key, role) = (None, Role::Spectator);
+    let hello = ClientMessage::Hello { version: VERSION, appearance, token: None, host_key, role };
+    send(&mut socket, &hello).await?;
+    match message(&mut socket).await? {
+        ServerMessage::Welcome { seat: None, .. } => Ok(socket),
+        _ => Err(SessionEnd::Unexpected),
+    }
+}
+
+/// Opens the socket of a room.
+async fn open(target: &Target) -> Result<Socket, SessionEnd> {
+    let stream = TcpStream::connect(&target.authority).await;
+    let unconnected = |error| SessionEnd::Lost(format!("no connection: {error}"));
+    let stream = stream.map_err(unconnected)?;
+    stream.set_nodelay(true).map_err(unconnected)?;
+    let url = format!("ws://{}/{}", target.authority, target.room);
+    let config = WebSocketConfig::default()
+        .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
+        .read_buffer_size(READ_BUFFER_BYTES)
+        .write_buffer_size(0);
+    let (socket, _) =
+        client_async_with_config(url, stream, Some(config)).await.map_err(socket_error)?;
+    Ok(socket)
 }
 
 async fn message(socket: &mut Socket) -> Result<ServerMessage, SessionEnd> {

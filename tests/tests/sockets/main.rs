@@ -4,6 +4,7 @@
 mod agones;
 mod bad_clients;
 mod client;
+mod clips;
 mod close_codes;
 #[cfg(unix)]
 mod ending;
