@@ -4,6 +4,7 @@ use super::number::rounded;
 use super::state::Editor;
 use super::strings;
 use super::text::List;
+use crate::language::say;
 use jostle_game::Scene;
 use jostle_game::scene::{FieldForm, FieldInfo};
 
@@ -106,8 +107,8 @@ impl Editor {
     /// The subject of the form.
     pub fn form_title(&self) -> String {
         match self.selection[..] {
-            [] => strings::SCENE.to_owned(),
-            [id] if id.list == List::Spawns => strings::HEROES.to_owned(),
+            [] => say(strings::SCENE).to_owned(),
+            [id] if id.list == List::Spawns => say(strings::HEROES).to_owned(),
             [id] => self.sheet.piece(id).map(|piece| self.short_name(piece)).unwrap_or_default(),
             _ => strings::pieces(self.selection.len()),
         }

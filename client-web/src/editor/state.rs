@@ -8,6 +8,7 @@ use super::number::{DECIMALS_MAX, decimals_of, rounded};
 use super::snap::{Extents, Guides, Snapping, unit_of};
 use super::strings;
 use super::text::{List, Piece, PieceId, Place, Point, Sheet};
+use crate::language::{fill, say};
 use jostle_game::Scene;
 use jostle_game::scene::{SceneError, is_name};
 use jostle_sim::{Shape, Vec2};
@@ -198,7 +199,7 @@ impl Editor {
     }
 
     pub(super) fn wait(&mut self) {
-        self.said = strings::BROKEN.to_owned();
+        self.said = say(strings::BROKEN).to_owned();
     }
 
     /// Shows a text in the middle of a gesture.
@@ -266,15 +267,17 @@ impl Editor {
 
     /// The name of a piece, and where it is.
     pub fn name_of(&self, piece: &Piece) -> String {
-        let place = piece.center().map(|at| format!(" at {}, {}", short(at.x), short(at.y)));
-        let stuck = piece.stuck.map(|why| format!(". {why}"));
+        let place = piece
+            .center()
+            .map(|at| fill(" at {x}, {y}", &[("x", &short(at.x)), ("y", &short(at.y))]));
+        let stuck = piece.stuck.map(|why| format!(". {}", say(why)));
         let name = self.short_name(piece);
         format!("{name}{}{}", place.unwrap_or_default(), stuck.unwrap_or_default())
     }
 
     /// The name of a piece: its kind, and its name or number.
     pub fn short_name(&self, piece: &Piece) -> String {
-        let kind = if piece.kind == "dumb" { "marble" } else { &piece.kind };
+        let kind = if piece.kind == "dumb" { say("marble") } else { say(&piece.kind) };
         match &piece.name {
             Some(name) => format!("{kind} {name}"),
             None => format!("{kind} {}", piece.id.index + 1),

@@ -1,4 +1,6 @@
-//! The texts of the editor.
+//! The texts of the editor, in English. Every literal here is a sentence.
+
+use crate::language::{fill, say};
 
 /// Pieces are not changed while the text is no TOML.
 pub const BROKEN: &str = "The text has an error: mend it first.";
@@ -22,10 +24,14 @@ pub const ADD_POINT: &str = "Add a point to its path";
 
 /// Several pieces.
 pub fn pieces(count: usize) -> String {
-    format!("{count} pieces")
+    fill("{count} pieces", &[("count", &count.to_string())])
 }
 
 /// This number of pieces is gone.
 pub fn deleted(count: usize) -> String {
-    if count == 1 { DELETED.to_owned() } else { format!("{} deleted.", pieces(count)) }
+    if count == 1 {
+        say(DELETED).to_owned()
+    } else {
+        fill("{pieces} deleted.", &[("pieces", &pieces(count))])
+    }
 }

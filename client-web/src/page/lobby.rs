@@ -106,7 +106,7 @@ impl Lobby {
             return;
         }
         self.busy = true;
-        self.say("Starting a room\u{2026}", false);
+        self.say(strings::STARTING, false);
         ctx.request(Effect::Request(Request::Open { scene: scene.to_owned(), private }));
     }
 

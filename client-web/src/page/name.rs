@@ -1,7 +1,16 @@
 //! Names as they are typed: cut to the length that the protocol allows, but never inside a character
-//! as people see it. `Appearance::new` alone judges the content of a name.
+//! as people see it; and names for strangers. `Appearance::new` alone judges the content of a name.
 
 use jostle_protocol::limits::{NAME_BYTES_MAX, NAME_CHARS_MAX};
+
+const ADJECTIVES: [&str; 16] = [
+    "Brave", "Bouncy", "Calm", "Clever", "Dizzy", "Fuzzy", "Gentle", "Happy", "Jolly", "Lucky",
+    "Mellow", "Nimble", "Quick", "Sunny", "Swift", "Wobbly",
+];
+const ANIMALS: [&str; 16] = [
+    "Badger", "Beaver", "Crab", "Ferret", "Fox", "Gecko", "Heron", "Koala", "Lemur", "Lynx",
+    "Mole", "Newt", "Otter", "Owl", "Panda", "Puffin",
+];
 
 /// The beginning of `text` that fits a name, for the field while it is typed in. Text that is short
 /// enough stays as it is: a joiner at its end may be waiting for the next letter.
@@ -25,6 +34,13 @@ pub fn fit(text: &str) -> &str {
 /// The name that a field holds: [`fit`], without joiners and halves of characters at its end.
 pub fn finished(text: &str) -> &str {
     fit(text).trim_end_matches(|c: char| c.is_whitespace() || is_dangling(c))
+}
+
+/// A friendly name for a player who gave none.
+pub fn friendly_name(random: u32) -> String {
+    let adjective = ADJECTIVES[random as usize % ADJECTIVES.len()];
+    let animal = ANIMALS[(random >> 8) as usize % ANIMALS.len()];
+    format!("{adjective} {animal}")
 }
 
 fn is_regional(character: char) -> bool {
@@ -85,6 +101,14 @@ mod tests {
         for text in ["x", "\u{fc}", FAMILY, ENGLAND, "\u{1f1eb}\u{1f1ee}", "a \u{301}"] {
             let name = finished(&text.repeat(40)).to_owned();
             assert!(Appearance::new(&name, 0).is_ok(), "{name:?}");
+        }
+    }
+
+    #[test]
+    fn friendly_names_are_valid_names() {
+        for random in 0..=0xFFFF {
+            let name = friendly_name(random);
+            assert_eq!(Appearance::new(&name, 0).map(|a| a.name), Ok(name.into()));
         }
     }
 }

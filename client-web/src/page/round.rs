@@ -1,5 +1,6 @@
 //! What the page says of a round, as it follows from a snapshot.
 
+use crate::language::{fill, say};
 use jostle_game::scene::{AtTime, Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_protocol::PlayerState;
@@ -124,10 +125,11 @@ impl Looked<'_> {
     fn task(&self, spec: &RoundSpec) -> String {
         let (count, wanted) = (self.players.len(), usize::from(spec.players_min));
         match self.round.phase {
-            RoundPhase::Waiting if count < wanted => {
-                format!("Waiting for players: {count} of {wanted}. Send the link to a friend")
-            }
-            _ => spec.task.clone(),
+            RoundPhase::Waiting if count < wanted => fill(
+                "Waiting for players: {count} of {wanted}. Send the link to a friend",
+                &[("count", &count.to_string()), ("wanted", &wanted.to_string())],
+            ),
+            _ => say(&spec.task).to_owned(),
         }
     }
 
@@ -136,7 +138,7 @@ impl Looked<'_> {
             RoundPhase::Countdown => {
                 seconds_of(f64::from(spec.countdown) - ticks).max(1).to_string()
             }
-            RoundPhase::Running if ticks < GO_TICKS && spec.countdown > 0 => "Go!".to_owned(),
+            RoundPhase::Running if ticks < GO_TICKS && spec.countdown > 0 => say("Go!").to_owned(),
             _ => String::new(),
         }
     }
@@ -161,7 +163,7 @@ impl Looked<'_> {
         let (name, color) = match side {
             Side::Team(team) => {
                 let spec = self.scene.rules.teams.get(usize::from(team));
-                spec.map_or_else(Default::default, |spec| (capital(&spec.name), spec.color))
+                spec.map_or_else(Default::default, |spec| (capital(say(&spec.name)), spec.color))
             }
             Side::Player(seat) => {
                 let look = player(seat).map(|player| &player.appearance);
@@ -225,20 +227,28 @@ impl Looked<'_> {
         let own_won = winners.iter().any(|side| side.is_own);
         let is_time = spec.at_time == AtTime::Lose;
         match (&winners[..], sides.len()) {
-            ([], 1) if sides[0].lives == Some(0) => "Out of lives".to_owned(),
+            ([], 1) if sides[0].lives == Some(0) => say("Out of lives").to_owned(),
             ([], 1) if self.round.sling.is_some_and(|sling| sling.shots == 0) => {
-                "Out of shots".to_owned()
+                say("Out of shots").to_owned()
             }
-            ([], 1) if is_time => "Time is up".to_owned(),
-            ([], 1) => "Lost".to_owned(),
-            ([], _) => "Nobody won".to_owned(),
-            ([_], 1) => "Done!".to_owned(),
-            ([side], _) if own_won && matches!(side.side, Side::Player(_)) => "You won!".to_owned(),
-            ([side], _) => format!("{} won{}", side.name, if own_won { "!" } else { "" }),
-            (several, all) if several.len() == all => "A draw".to_owned(),
+            ([], 1) if is_time => say("Time is up").to_owned(),
+            ([], 1) => say("Lost").to_owned(),
+            ([], _) => say("Nobody won").to_owned(),
+            ([_], 1) => say("Done!").to_owned(),
+            ([side], _) if own_won && matches!(side.side, Side::Player(_)) => {
+                say("You won!").to_owned()
+            }
+            ([side], _) => match own_won {
+                true => fill("{side} won!", &[("side", &side.name)]),
+                false => fill("{side} won", &[("side", &side.name)]),
+            },
+            (several, all) if several.len() == all => say("A draw").to_owned(),
             (several, _) => {
-                let names: Vec<&str> = several.iter().map(|side| side.name.as_str()).collect();
-                format!("{} won", names.join(" and "))
+                let names = several.iter().map(|side| side.name.clone());
+                let names = names.reduce(|first, next| {
+                    fill("{first} and {next}", &[("first", &first), ("next", &next)])
+                });
+                fill("{several} won", &[("several", &names.unwrap_or_default())])
             }
         }
     }
@@ -246,15 +256,17 @@ impl Looked<'_> {
     fn spoken(&self, spec: &RoundSpec) -> String {
         match self.round.phase {
             RoundPhase::Waiting => self.task(spec),
-            RoundPhase::Countdown => format!("A round begins. {}", spec.task),
+            RoundPhase::Countdown => fill("A round begins. {task}", &[("task", say(&spec.task))]),
             RoundPhase::Over => self.result(spec, 0.0).title,
             RoundPhase::Running => {
                 let sides = self.board().into_iter().map(|side| {
-                    let of = |amount: Option<i32>, what| {
-                        amount.map_or_else(String::new, |amount| format!(" {amount} {what}"))
+                    let of = |amount: Option<i32>, sentence| {
+                        amount.map_or_else(String::new, |amount| {
+                            fill(sentence, &[("count", &amount.to_string())])
+                        })
                     };
-                    let score = of(side.score, "points");
-                    format!("{}{score}{}", side.name, of(side.lives, "lives"))
+                    let score = of(side.score, say(" {count} points"));
+                    format!("{}{score}{}", side.name, of(side.lives, say(" {count} lives")))
                 });
                 sides.collect::<Vec<_>>().join(", ")
             }

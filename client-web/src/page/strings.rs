@@ -1,6 +1,8 @@
-//! The texts of the page: names for strangers, and one sentence and one button for every way in which
-//! a session can end.
+//! The texts of the page, in English. Every literal here is a sentence that each file of another language has
+//! too (`web/de.txt`); a test names those that are missing.
 
+use crate::input::action::Action;
+use crate::language::{fill, say};
 use crate::net::api::{Posted, RecordCard, RecordTable};
 use crate::net::scene_link::SceneLinkError;
 use crate::page::qr_code;
@@ -11,22 +13,6 @@ use jostle_protocol::replay::ReplayError;
 use jostle_protocol::{BAD_MESSAGE_CODES, ClipRefusal, Refusal};
 use jostle_sim::TICKS_PER_SECOND;
 use std::borrow::Cow;
-
-const ADJECTIVES: [&str; 16] = [
-    "Brave", "Bouncy", "Calm", "Clever", "Dizzy", "Fuzzy", "Gentle", "Happy", "Jolly", "Lucky",
-    "Mellow", "Nimble", "Quick", "Sunny", "Swift", "Wobbly",
-];
-const ANIMALS: [&str; 16] = [
-    "Badger", "Beaver", "Crab", "Ferret", "Fox", "Gecko", "Heron", "Koala", "Lemur", "Lynx",
-    "Mole", "Newt", "Otter", "Owl", "Panda", "Puffin",
-];
-
-/// A friendly name for a player who gave none.
-pub fn friendly_name(random: u32) -> String {
-    let adjective = ADJECTIVES[random as usize % ADJECTIVES.len()];
-    let animal = ANIMALS[(random >> 8) as usize % ANIMALS.len()];
-    format!("{adjective} {animal}")
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CardAction {
@@ -96,6 +82,9 @@ const fn elsewhere(title: &'static str, text: &'static str) -> Card {
 
 /// Shown while the lists of the lobby cannot be refreshed.
 pub const UNANSWERED: &str = "Can't reach the server; this list may be out of date.";
+
+/// A room is being opened.
+pub const STARTING: &str = "Starting a room\u{2026}";
 
 /// Shown while the list of scenes of a page without a server did not come.
 pub const NO_SCENES: &str = "Can't load the scenes. Check your connection; we'll keep trying.";
@@ -174,7 +163,7 @@ pub const FETCHING: Card = passing(card(
 ));
 /// A replay is here, and is being read: this share of it was, 0..=1.
 pub fn reading(progress: f64) -> Card {
-    Card { detail: format!("{} %", (progress * 100.0) as u32), ..READING }
+    Card { detail: percent((progress * 100.0) as u8), ..READING }
 }
 const READING: Card = passing(card(
     "Loading the replay",
@@ -262,8 +251,8 @@ pub fn no_room(reason: &str) -> Card {
 pub fn bots(count: u32) -> String {
     match count {
         0 => String::new(),
-        1 => "with 1 bot".to_owned(),
-        many => format!("with {many} bots"),
+        1 => say("with 1 bot").to_owned(),
+        many => fill("with {count} bots", &[("count", &many.to_string())]),
     }
 }
 
@@ -307,11 +296,13 @@ pub fn run_said(answer: Option<&Posted>) -> String {
 /// The card for a replay that is shorter than it was, by how many ticks it still has.
 pub fn cut_replay(ticks: u32, error: &ReplayError) -> Card {
     let text = match ticks {
-        0 => "Only the first frame of this replay can be read. Try downloading the file again."
-            .into(),
-        _ => format!(
-            "The end of this replay is missing or damaged. The first {} intact.",
-            span(ticks)
+        0 => {
+            say("Only the first frame of this replay can be read. Try downloading the file again.")
+                .to_owned()
+        }
+        _ => fill(
+            "The end of this replay is missing or damaged. The first {time} intact.",
+            &[("time", &span(ticks))],
         ),
     };
     let card = card("Incomplete replay", "", "Watch what's left", CardAction::Stay);
@@ -331,11 +322,80 @@ pub fn clock(ticks: f64, tenths: bool) -> String {
 /// A number of ticks in words, with its verb.
 fn span(ticks: u32) -> String {
     match ticks / TICKS_PER_SECOND {
-        0 => "moments are".into(),
-        1 => "second is".into(),
-        seconds if seconds < 120 => format!("{seconds} seconds are"),
-        seconds => format!("{} minutes are", seconds / 60),
+        0 => say("moments are").to_owned(),
+        1 => say("second is").to_owned(),
+        seconds if seconds < 120 => fill("{count} seconds are", &[("count", &seconds.to_string())]),
+        seconds => fill("{count} minutes are", &[("count", &(seconds / 60).to_string())]),
     }
+}
+
+/// The file of a language did not come.
+pub const NO_LANGUAGE: &str = "Can't load the language. Check your connection.";
+/// Keys and buttons are as at first.
+pub const RESET: &str = "All keys and buttons are as they were at first.";
+/// A key that cannot be chosen.
+pub const TAKEN_KEY: &str = "{key} belongs to the page. Press another key, or Escape to cancel.";
+
+/// An action in the settings.
+pub fn action(action: Action) -> &'static str {
+    say(match action {
+        Action::Up => "Up, jump",
+        Action::Left => "Left",
+        Action::Down => "Down",
+        Action::Right => "Right",
+        Action::Fire => "Throw, pull",
+        Action::Make => "Drop marbles, spray sparks",
+        Action::Hold => "Grab",
+        Action::Agitate => "Shake",
+        Action::Clear => "Clear",
+        Action::Hero => "Choose the hero",
+        Action::Minion => "Choose the minion",
+        Action::Platform => "Choose the platform",
+        Action::Team => "Change the team",
+        Action::Emote => "Emotes",
+        Action::Again => "Play again",
+        Action::Mute => "Sound off / on",
+        Action::FullScreen => "Full screen",
+        Action::Edit => "Play / edit the scene",
+    })
+}
+
+/// The emotes, clockwise from the top of their wheel.
+pub const EMOTES: [&str; jostle_protocol::limits::EMOTES as usize] =
+    ["Hello", "Haha", "Love it", "Well done", "Wow", "What?", "Oh no", "Grr"];
+
+/// The name of an emote.
+pub fn emote(emote: u8) -> &'static str {
+    say(EMOTES.get(usize::from(emote)).copied().unwrap_or_default())
+}
+
+/// The name of a button of a gamepad: what is printed on the most common ones.
+pub fn pad_button(button: u8) -> &'static str {
+    const NAMES: [&str; 10] = ["A", "B", "X", "Y", "LB", "RB", "LT", "RT", "Back", "Start"];
+    NAMES.get(usize::from(button)).copied().unwrap_or("\u{2013}")
+}
+
+pub fn press_key(asked: Action) -> String {
+    fill(
+        "Press the key for \u{201c}{action}\u{201d}, or Escape to cancel.",
+        &[("action", action(asked))],
+    )
+}
+
+pub fn press_button(asked: Action) -> String {
+    let sentence =
+        "Press the button for \u{201c}{action}\u{201d} on the gamepad, or Escape to cancel.";
+    fill(say(sentence), &[("action", action(asked))])
+}
+
+/// The key or button of an action after a choice.
+pub fn now_does(key: &str, chosen: Action) -> String {
+    fill("{key}: {action}.", &[("key", key), ("action", action(chosen))])
+}
+
+/// An action had to take another key or button.
+pub fn swapped(moved: Action, key: &str) -> String {
+    fill(" {action} is now on {key}.", &[("action", action(moved)), ("key", key)])
 }
 
 /// Shown in the panel of sound.
@@ -343,7 +403,10 @@ pub const NO_SOUND: &str = "This browser can't play sound here. Captions still w
 
 /// The name of the speaker's button, for screen readers.
 pub fn speaker(on: bool, volume: u8) -> String {
-    if on { format!("Sound, volume {volume} %") } else { "Sound, off".to_owned() }
+    match on {
+        true => fill("Sound, volume {volume} %", &[("volume", &volume.to_string())]),
+        false => say("Sound, off").to_owned(),
+    }
 }
 
 pub fn percent(share: u8) -> String {
@@ -352,7 +415,7 @@ pub fn percent(share: u8) -> String {
 
 /// The caption of a sound at a multiple of its middle pitch.
 pub fn caption(sound: Sound, pitch: f32) -> &'static str {
-    match sound {
+    say(match sound {
         Sound::Wood | Sound::Rubber if pitch < 0.75 => "thump",
         Sound::Wood => "knock",
         Sound::Rubber => "thud",
@@ -366,27 +429,28 @@ pub fn caption(sound: Sound, pitch: f32) -> &'static str {
         Sound::Go => "go",
         Sound::Won => "fanfare",
         Sound::Lost => "falling notes",
-    }
+    })
 }
 
 /// How long ago something was.
 pub fn ago(seconds: f64) -> String {
-    let (count, unit) = match seconds {
-        s if s < 60.0 => return "just now".into(),
-        s if s < 3600.0 => (s / 60.0, "minute"),
-        s if s < 86_400.0 => (s / 3600.0, "hour"),
-        s => (s / 86_400.0, "day"),
+    let (count, one, many) = match seconds {
+        s if s < 60.0 => return say("just now").to_owned(),
+        s if s < 3600.0 => (s / 60.0, "1 minute ago", "{count} minutes ago"),
+        s if s < 86_400.0 => (s / 3600.0, "1 hour ago", "{count} hours ago"),
+        s => (s / 86_400.0, "1 day ago", "{count} days ago"),
     };
-    let count = count.floor();
-    let plural = if count == 1.0 { "" } else { "s" };
-    format!("{count} {unit}{plural} ago")
+    match count.floor() {
+        1.0 => say(one).to_owned(),
+        count => fill(many, &[("count", &count.to_string())]),
+    }
 }
 
 pub fn size(bytes: u64) -> String {
     match bytes {
         0..1000 => format!("{bytes} B"),
-        1000..1_000_000 => format!("{} kB", bytes / 1000),
-        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+        1000..1_000_000 => fill("{count} kB", &[("count", &(bytes / 1000).to_string())]),
+        _ => fill("{count} MB", &[("count", &format!("{:.1}", bytes as f64 / 1e6))]),
     }
 }
 
@@ -439,7 +503,10 @@ pub fn clip(kept: &Result<String, ClipRefusal>) -> &'static str {
 
 /// People who watch a room, for the lobby.
 pub fn watching(spectators: u32) -> String {
-    if spectators == 0 { String::new() } else { format!(", {spectators} watching") }
+    match spectators {
+        0 => String::new(),
+        count => fill(", {count} watching", &[("count", &count.to_string())]),
+    }
 }
 
 /// The refusal that a close code stands for, if its message was lost.
@@ -457,16 +524,7 @@ pub fn refusal_of_close(code: u16) -> Option<Refusal> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use jostle_protocol::Appearance;
     use jostle_protocol::replay::Problem;
-
-    #[test]
-    fn friendly_names_are_valid_names() {
-        for random in 0..=0xFFFF {
-            let name = friendly_name(random);
-            assert_eq!(Appearance::new(&name, 0).map(|a| a.name), Ok(name.into()));
-        }
-    }
 
     #[test]
     fn only_refusals_that_pass_by_themselves_have_no_notice() {

@@ -6,6 +6,7 @@ mod text;
 use crate::browser;
 use crate::editor::palette::Make;
 use crate::editor::update::Deed;
+use crate::language::say;
 use crate::page::app::App;
 use crate::page::dom;
 use crate::page::edit_screen::EditScreen;
@@ -26,6 +27,12 @@ pub struct EditorView {
 }
 
 impl EditorView {
+    /// Has the texts shown again.
+    pub fn retell(&mut self) {
+        self.mode = None;
+        self.form = FormView::default();
+    }
+
     /// Shows the editor's panels, where there is an editor.
     pub fn show(&mut self, app: &App) {
         let mode = match (app.edit_screen(), app.edited()) {
@@ -41,7 +48,8 @@ impl EditorView {
             for id in ["palette", "edit-tabs", "edit-form", "edit-code"] {
                 dom::set(&dom::html(id), "inert", plays.then_some(""));
             }
-            let (label, title) = if plays { ("Edit", "Edit (E)") } else { ("Play", "Play (E)") };
+            let (label, title) =
+                if plays { (say("Edit"), say("Edit (E)")) } else { (say("Play"), say("Play (E)")) };
             let button = dom::html("edit-toggle");
             dom::set(&button, "title", Some(title));
             if let Ok(Some(span)) = button.query_selector("span") {

@@ -1,6 +1,7 @@
 //! The lobby: name, colour, the big button, open rooms, scenes, replays. The forms are in `index.html`;
 //! here they are filled and listened to.
 
+use crate::language::{fill, say};
 use crate::net::api::{ReplayCard, Room, SceneCard};
 use crate::page::app::App;
 use crate::page::best_runs::Records;
@@ -42,6 +43,16 @@ impl LobbyView {
         LobbyView { shown: None, rooms, scenes, replays }
     }
 
+    /// Has everything made again.
+    pub fn clear(&mut self) {
+        self.shown = None;
+        let scenes = self.scenes.iter_mut().map(|(_, list)| list);
+        [&mut self.rooms, &mut self.replays]
+            .into_iter()
+            .chain(scenes)
+            .for_each(|list| list.show([]));
+    }
+
     pub fn show(&mut self, app: &App) {
         load_near();
         let (lobby, records) = (&app.lobby, &app.records);
@@ -55,7 +66,7 @@ impl LobbyView {
         }
         let before = self.shown.replace((app.screen, lobby.clone(), records.clone()));
         let before = before.map(|(_, lobby, _)| lobby.note);
-        dom::text("lobby-note", &lobby.note.text);
+        dom::text("lobby-note", say(&lobby.note.text));
         // What went wrong is seen wherever the page was scrolled to.
         if lobby.note.bad && before.as_ref() != Some(&lobby.note) {
             dom::html("lobby-note").scroll_into_view_with_bool(false);
@@ -165,12 +176,15 @@ fn replay_entry(lobby: &Lobby, replay: &ReplayCard) -> Item {
     };
     let length = match replay.players {
         0 => length,
-        1 => format!("1 player, {length}"),
-        many => format!("{many} players, {length}"),
+        1 => fill("1 player, {length}", &[("length", &length)]),
+        many => {
+            let count = many.to_string();
+            fill("{count} players, {length}", &[("count", &count), ("length", &length)])
+        }
     };
     let when = if replay.unix_s == 0 { &replay.name } else { &ago };
     link(Item::new("replay-item", &replay.name), &format!("replay/{}", replay.name), scene)
-        .text("strong", title)
+        .text("strong", say(title))
         .text(".code", format!("/{} \u{b7} {when}", replay.room))
         .text(".seats span", length)
         .with(".live", "hidden", (!replay.recording).then(String::new))
@@ -179,18 +193,19 @@ fn replay_entry(lobby: &Lobby, replay: &ReplayCard) -> Item {
 fn room_entry(lobby: &Lobby, room: &Room) -> Item {
     let scene = lobby.scenes.iter().find(|scene| scene.name == room.scene);
     let full = room.players >= room.players_max;
-    let seats = format!("{} of {}", room.players, room.players_max);
+    let [players, players_max] = [room.players, room.players_max].map(|count| count.to_string());
+    let seats = fill("{count} of {all}", &[("count", &players), ("all", &players_max)]);
     let watching = strings::watching(room.spectators);
     let share = 100.0 * f64::from(room.players) / f64::from(room.players_max.max(1));
     link(Item::new("room-item", &room.code), &room.code, scene)
         .with("a", "aria-disabled", full.then(|| "true".to_owned()))
-        .text("strong", &room.title)
+        .text("strong", say(&room.title))
         .text(".code", format!("/{}", room.code))
-        .with(".seats", "aria-label", format!("{seats} seats taken"))
+        .with(".seats", "aria-label", fill("{seats} seats taken", &[("seats", &seats)]))
         .text(".seats span", seats + &watching)
         .with(".watch", "href", format!("/{}?watch=1", room.code))
         .with(".watch", "data-value", room.code.clone())
-        .with(".watch", "aria-label", format!("Watch {}", room.title))
+        .with(".watch", "aria-label", fill("Watch {scene}", &[("scene", say(&room.title))]))
         .with(".bar", "--share", format!("{share:.0}%"))
 }
 
@@ -214,13 +229,18 @@ fn category_of(scene: &SceneCard) -> &'static str {
 fn manner(scene: &SceneCard) -> String {
     let seats = match (scene.players_min, scene.players_max) {
         _ if dom::is_static() => String::new(),
-        (_, 1) => "1 player".to_owned(),
-        (..=1, many) => format!("Up to {many} players"),
-        (few, many) => format!("{few} to {many} players"),
+        (_, 1) => say("1 player").to_owned(),
+        (..=1, many) => fill("Up to {count} players", &[("count", &many.to_string())]),
+        (few, many) => fill(
+            "{count} to {most} players",
+            &[("count", &few.to_string()), ("most", &many.to_string())],
+        ),
     };
-    let bots = if scene.fill > 0 && !dom::is_static() { " and bots" } else { "" };
-    let teams = (scene.teams > 1).then(|| format!("{} teams", scene.teams));
-    let minutes = (scene.round_s > 0).then(|| format!("{} min", scene.round_s.div_ceil(60)));
+    let bots = if scene.fill > 0 && !dom::is_static() { say(" and bots") } else { "" };
+    let teams =
+        (scene.teams > 1).then(|| fill("{count} teams", &[("count", &scene.teams.to_string())]));
+    let minutes = (scene.round_s > 0)
+        .then(|| fill("{count} min", &[("count", &scene.round_s.div_ceil(60).to_string())]));
     let parts = [Some(seats + bots), teams, minutes].into_iter().flatten();
     parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ")
 }
@@ -228,19 +248,19 @@ fn manner(scene: &SceneCard) -> String {
 fn scene_entry(scene: &SceneCard, records: &Records) -> Item {
     let pictured = scene.picture.is_some();
     let bots = strings::bots(scene.bots_alone());
-    let alone = format!("Play alone {bots}");
-    let name = format!("Play {} alone {bots}", scene.title);
+    let alone = fill("Play alone {bots}", &[("bots", &bots)]);
+    let name = fill("Play {scene} alone {bots}", &[("scene", say(&scene.title)), ("bots", &bots)]);
     let item = Item::new("scene-item", &scene.name);
     on_card(item, records, &scene.name, scene.heroes)
         .with("button", "data-value", scene.name.clone())
         .with("a.edit", "data-value", scene.name.clone())
         .with("a.edit", "href", format!("#edit={}", scene.name))
-        .with("a.edit", "aria-label", format!("Edit {}", scene.title))
+        .with("a.edit", "aria-label", fill("Edit {scene}", &[("scene", say(&scene.title))]))
         .with("img", "hidden", (!pictured).then(String::new))
         .with("img", "data-src", scene.picture.clone())
         .with("span.picture", "hidden", pictured.then(String::new))
-        .text("strong", &scene.title)
-        .text(".about", &scene.about)
+        .text("strong", say(&scene.title))
+        .text(".about", say(&scene.about))
         .text(".go span", manner(scene))
         .with(".go span", "data-bots", (!bots.is_empty()).then_some(bots))
         .with(".alone", "data-value", scene.name.clone())

@@ -2,6 +2,7 @@
 //! is predicted, and simulated networks to choose from. Plain DOM, touched only while it is open.
 
 use crate::browser;
+use crate::language;
 use crate::net::clock::TICK_MS;
 use crate::net::meter::Traffic;
 use crate::net::simulated_link::NetworkConditions;
@@ -110,7 +111,12 @@ impl NetworkPanel {
                 "net-lead",
                 predictor.map_or_else(dash, |p| format!("{:.0} ms", p.lead_ticks() * TICK_MS)),
             ),
-            ("net-error", predictor.map_or_else(dash, |p| format!("{:.2} units", p.error))),
+            (
+                "net-error",
+                predictor.map_or_else(dash, |p| {
+                    language::fill("{count} units", &[("count", &format!("{:.2}", p.error))])
+                }),
+            ),
             ("net-waiting", predictor.map_or_else(dash, |p| p.unacknowledged().to_string())),
             ("net-frames", format!("{} /s", game.meter.frames_a_second(now_ms))),
         ] {

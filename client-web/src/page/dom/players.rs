@@ -1,6 +1,7 @@
 //! The list of players: in the order of their scores, the own one always in it. A host has a button
 //! beside each other player that removes them.
 
+use crate::language::fill;
 use crate::page::dom::list::Item;
 use crate::world::replica::Replica;
 use jostle_protocol::{Appearance, PlayerState};
@@ -19,7 +20,10 @@ pub fn entries(replica: &Replica, host: bool) -> Vec<Item> {
     }
     order.truncate(most);
     let entries = order.into_iter().map(|player| entry(replica, player, host));
-    let more = (more > 0).then(|| Item::new("more-item", "").text("", format!("and {more} more")));
+    let more = (more > 0).then(|| {
+        Item::new("more-item", "")
+            .text("", fill("and {count} more", &[("count", &more.to_string())]))
+    });
     entries.chain(more).collect()
 }
 
@@ -48,7 +52,7 @@ fn entry(replica: &Replica, player: &PlayerState, host: bool) -> Item {
             player.seat.0.to_string(),
         );
     }
-    let label = format!("Remove {}", player.appearance.name);
+    let label = fill("Remove {player}", &[("player", &*player.appearance.name)]);
     item.with("button", "data-value", player.seat.0.to_string())
         .with("button", "aria-label", label.clone())
         .with("button", "title", label)

@@ -1,6 +1,7 @@
 //! The controls under a replay: timeline, transport, speeds, players to follow, and the mark that says
 //! whether the hashes are equal. Plain DOM, touched only where something changed.
 
+use crate::language::{fill, say};
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::dom::players::color_of;
@@ -39,8 +40,11 @@ impl ReplayControls {
         (self.marks_ms, self.marked) = (0.0, None);
         let OpenReplay { player, name, file, .. } = replay;
         let (scene, start) = (player.scene(), player.replay().start());
-        dom::text("room-title", &scene.title);
-        dom::document().set_title(&format!("{} \u{b7} replay \u{b7} Jostle", scene.title));
+        dom::text("room-title", say(&scene.title));
+        dom::document().set_title(&fill(
+            "{scene} \u{b7} replay \u{b7} Jostle",
+            &[("scene", say(&scene.title))],
+        ));
         let about = match (start.unix_s, file.as_str()) {
             (0, "") => name.clone().unwrap_or_default(),
             (0, file) => file.to_owned(),
@@ -50,7 +54,9 @@ impl ReplayControls {
         let length = length(player);
         let cut = match player.ending() {
             Ending::Whole => None,
-            Ending::Cut(_) | Ending::Damaged(_) => Some(format!("Incomplete: plays to {length}")),
+            Ending::Cut(_) | Ending::Damaged(_) => {
+                Some(fill("Incomplete: plays to {length}", &[("length", &length)]))
+            }
         };
         dom::text_or_hide("hint", cut.as_deref());
         dom::show("copy", name.is_some());
@@ -65,10 +71,10 @@ impl ReplayControls {
         let yes = |on| Some(if on { "yes" } else { "no" });
         dom::set(&deck, "data-seeking", yes(player.is_seeking()));
         dom::set(&deck, "data-playing", yes(player.playing));
-        let does = if player.playing { "Pause" } else { "Play" };
+        let does = if player.playing { say("Pause") } else { say("Play the replay") };
         let button = dom::html("play-pause");
         dom::set(&button, "aria-label", Some(does));
-        dom::set(&button, "title", Some(&format!("{does} (Space)")));
+        dom::set(&button, "title", Some(&format!("{does} ({})", say("Space"))));
         dom::check("speeds", &player.speed.to_string());
         show_verdict(player);
         self.cast.show((0..).zip(player.players()).map(|(place, shown)| {
@@ -132,7 +138,11 @@ fn show_timeline(player: &ReplayPlayer) {
     }
     let since = |tick: u32| f64::from(tick - first);
     let time = strings::clock(since(goal), true);
-    dom::set(&slider, "aria-valuetext", Some(&format!("{time}, tick {goal}")));
+    dom::set(
+        &slider,
+        "aria-valuetext",
+        Some(&fill("{time}, tick {tick}", &[("time", &time), ("tick", &goal.to_string())])),
+    );
     dom::text("time", &time);
     let deck = dom::html("deck");
     let whole = since(last).max(1.0);
@@ -152,29 +162,37 @@ fn show_verdict(player: &ReplayPlayer) {
     let (verdict, text) = match (checks.differs_at, player.hash()) {
         (Some(tick), _) => {
             let at = strings::clock(f64::from(tick - first), false);
-            ("differs", &*format!("Doesn't match the recording after {at}"))
+            ("differs", &*fill("Doesn't match the recording after {time}", &[("time", &at)]))
         }
-        (None, _) if checks.all_equal() && player.is_at_end() => ("whole", "Fully verified"),
-        (None, Some(_)) if compared() => ("equal", "Verified"),
+        (None, _) if checks.all_equal() && player.is_at_end() => ("whole", say("Fully verified")),
+        (None, Some(_)) if compared() => ("equal", say("Verified")),
         // Nothing was compared at the start.
-        (None, Some(_)) => ("none", "Start"),
-        (None, None) => ("none", "Seeking\u{2026}"),
+        (None, Some(_)) => ("none", say("Start")),
+        (None, None) => ("none", say("Seeking\u{2026}")),
     };
     let check = dom::html("check");
     dom::set(&check, "data-verdict", Some(verdict));
     dom::text("check-text", text);
     // Details for comparisons: the tick, its hash, the first tick that differs.
-    let hash = player.hash().map_or(String::new(), |hash| format!(", state hash {hash:016x}"));
-    let differs =
-        checks.differs_at.map_or(String::new(), |tick| format!("; differs from tick {tick}"));
-    let compared = format!("{} of {} ticks compared", checks.count(), player.last_tick() - first);
-    dom::set(&check, "title", Some(&format!("tick {tick}{hash}; {compared}{differs}")));
+    let hash = player.hash().map_or(String::new(), |hash| {
+        fill(", state hash {hash}", &[("hash", &format!("{hash:016x}"))])
+    });
+    let differs = checks.differs_at.map_or(String::new(), |tick| {
+        fill("; differs from tick {tick}", &[("tick", &tick.to_string())])
+    });
+    let [count, all] = [checks.count(), player.last_tick() - first].map(|count| count.to_string());
+    let compared = fill("{count} of {all} ticks compared", &[("count", &count), ("all", &all)]);
+    dom::set(&check, "title", Some(&format!("{}{hash}; {compared}{differs}", tick_in_words(tick))));
+}
+
+fn tick_in_words(tick: u32) -> String {
+    fill("tick {tick}", &[("tick", &tick.to_string())])
 }
 
 /// The button that follows a player.
 fn chip(place: usize, player: &PlayerState, followed: bool) -> Item {
     let PlayerState { seat, appearance, .. } = player;
-    let label = format!("Follow {}", appearance.name);
+    let label = fill("Follow {player}", &[("player", &*appearance.name)]);
     let key = if place < 9 { format!(" ({})", place + 1) } else { String::new() };
     Item::new("chip-item", seat.0)
         .with("button", "data-value", seat.0.to_string())
@@ -225,7 +243,10 @@ fn show_bubble(tick: Option<u32>) {
     let Some(tick) = tick else { return };
     let [first, last] = limits();
     let since = f64::from(tick) - first;
-    dom::text("bubble", &format!("{} \u{b7} tick {tick}", strings::clock(since.max(0.0), true)));
+    dom::text(
+        "bubble",
+        &format!("{} \u{b7} {}", strings::clock(since.max(0.0), true), tick_in_words(tick)),
+    );
     let share = since / (last - first).max(1.0);
     dom::style(&dom::html("bubble"), "--at", &format!("{share:.4}"));
 }

@@ -1,5 +1,6 @@
 //! The round over the canvas: score board, clock, task, countdown and result.
 
+use crate::language::{fill, say};
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::dom::players::color_var;
@@ -50,8 +51,11 @@ impl RoundBoard {
         let stars =
             result.stars.map(|stars| "\u{2605}".repeat(stars) + &"\u{2606}".repeat(3 - stars));
         dom::text_or_hide("result-stars", stars.as_deref());
-        let waits = if result.goes_on { "Waiting for the others" } else { "Next round" };
-        dom::text("result-next", &format!("{waits}: {} s", result.next_s));
+        let sentence = match result.goes_on {
+            true => say("Waiting for the others: {count} s"),
+            false => say("Next round: {count} s"),
+        };
+        dom::text("result-next", &fill(sentence, &[("count", &result.next_s.to_string())]));
         dom::set(&dom::html("again"), "disabled", result.goes_on.then_some(""));
         self.result.show(result.sides.iter().map(|side| entry("result-item", side)));
     }

@@ -2,6 +2,7 @@
 //! changed.
 
 use crate::browser;
+use crate::language::say;
 use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
@@ -75,7 +76,7 @@ impl SoundPanel {
             dom::text("volume-shown", &strings::percent(desk.volume));
             dom::by_id::<HtmlInputElement>("sound-on").set_checked(!desk.muted);
             dom::by_id::<HtmlInputElement>("captions-on").set_checked(desk.captioned);
-            dom::text_or_hide("sound-missing", desk.missing.then_some(strings::NO_SOUND));
+            dom::text_or_hide("sound-missing", desk.missing.then_some(say(strings::NO_SOUND)));
         }
     }
 

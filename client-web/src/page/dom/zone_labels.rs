@@ -1,5 +1,6 @@
 //! Labels of zones, over the canvas.
 
+use crate::language::say;
 use crate::page::dom;
 use crate::page::dom::players::color_var;
 use crate::view::frame::{View, ZoneLabel};
@@ -22,7 +23,7 @@ impl ZoneLabels {
     pub fn update(&mut self, replica: &Replica, view: &View, css_per_pixel: f32) {
         let mut used = 0;
         for ZoneLabel { text, center, half, color } in replica.zone_labels() {
-            let element = self.take(used, &text);
+            let element = self.take(used, say(&text));
             used += 1;
             let [upper, lower] = [half.y, -half.y]
                 .map(|y| view.to_pixel(center + Vec2::new(0.0, y)) * css_per_pixel);

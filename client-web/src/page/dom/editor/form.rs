@@ -2,6 +2,7 @@
 
 use crate::editor::form::{Row, rows};
 use crate::editor::state::Editor;
+use crate::language::{self, say};
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::queue::Events;
@@ -31,8 +32,8 @@ impl FormView {
             return;
         }
         dom::text("form-title", &title);
-        dom::text("form-note", editor.form_note());
-        dom::text_or_hide("edit-path", editor.path_offer());
+        dom::text("form-note", say(editor.form_note()));
+        dom::text_or_hide("edit-path", editor.path_offer().map(say));
         let rows = rows(editor);
         let alike = |(one, other): (&Row, &Row)| one.path == other.path && one.form == other.form;
         if self.rows.len() != rows.len() || !self.rows.iter().zip(&rows).all(alike) {
@@ -77,7 +78,7 @@ fn control(row: &Row) -> Element {
         set("type", "number");
         set("min", &ends[0]);
         set("max", &ends[1]);
-        set("title", &format!("{} to {}", ends[0], ends[1]));
+        set("title", &language::fill("{low} to {high}", &[("low", &ends[0]), ("high", &ends[1])]));
     };
     match &row.form {
         FieldForm::Number { range, .. } | FieldForm::Vector { range, .. } => {
@@ -94,7 +95,7 @@ fn control(row: &Row) -> Element {
             for name in std::iter::once("").chain(names.iter().map(String::as_str)) {
                 let option = create("option");
                 dom::set(&option, "value", Some(name));
-                option.set_text_content(Some(if name.is_empty() { "default" } else { name }));
+                option.set_text_content(Some(if name.is_empty() { say("default") } else { name }));
                 let _ = input.append_child(&option);
             }
         }

@@ -1,0 +1,69 @@
+//! The document's own texts in another language. Each is found once, before the program writes any, and is kept in
+//! English beside its place.
+
+use crate::language::say;
+use crate::page::dom;
+use wasm_bindgen::JsCast;
+use web_sys::{Element, HtmlTemplateElement, Node};
+
+/// Attributes that are read out or shown.
+const ATTRIBUTES: [&str; 4] = ["aria-label", "title", "placeholder", "alt"];
+
+/// The document's texts.
+pub struct Translated {
+    texts: Vec<(Node, String)>,
+    attributes: Vec<(Element, &'static str, String)>,
+    /// The language on display.
+    language: String,
+}
+
+impl Translated {
+    /// Finds all texts of the document, which are in English.
+    pub fn collect() -> Translated {
+        let mut found =
+            Translated { texts: Vec::new(), attributes: Vec::new(), language: "en".to_owned() };
+        found.visit(&dom::root());
+        found
+    }
+
+    fn visit(&mut self, node: &Node) {
+        if let Some(element) = node.dyn_ref::<Element>() {
+            for name in ATTRIBUTES {
+                if let Some(english) = element.get_attribute(name) {
+                    self.attributes.push((element.clone(), name, english));
+                }
+            }
+        }
+        if node.node_type() == Node::TEXT_NODE {
+            self.texts.push((node.clone(), node.node_value().unwrap_or_default()));
+        }
+        if let Some(template) = node.dyn_ref::<HtmlTemplateElement>() {
+            self.visit(&template.content());
+        }
+        let mut child = node.first_child();
+        while let Some(node) = child {
+            self.visit(&node);
+            child = node.next_sibling();
+        }
+    }
+
+    /// Shows the document in the language that is spoken now; whether that is another than before.
+    pub fn show(&mut self, language: &str) -> bool {
+        if self.language == language {
+            return false;
+        }
+        language.clone_into(&mut self.language);
+        dom::set(&dom::root(), "lang", Some(language));
+        for (node, english) in &self.texts {
+            let sentence = english.trim();
+            let text = english.replacen(sentence, say(sentence), 1);
+            if !sentence.is_empty() && node.node_value().as_ref() != Some(&text) {
+                node.set_node_value(Some(&text));
+            }
+        }
+        for (element, name, english) in &self.attributes {
+            dom::set(element, name, Some(say(english)));
+        }
+        true
+    }
+}
