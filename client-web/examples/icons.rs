@@ -5,41 +5,52 @@
 use jostle_client_web::view::palette::{self, INK, PAPER, PLAYERS, Rgb};
 use jostle_sim::Vec2;
 
-/// File names and sides in pixels: browser tab, touch screen, splash screen.
-const ICONS: [(&str, u32); 3] = [("favicon.png", 64), ("icon-180.png", 180), ("icon-512.png", 512)];
+/// File names, sides in pixels, and whether the system cuts the corners: browser tab, touch screen, installed page,
+/// splash screen.
+const ICONS: [(&str, u32, bool); 5] = [
+    ("favicon.png", 64, false),
+    ("icon-180.png", 180, false),
+    ("icon-192.png", 192, false),
+    ("icon-512.png", 512, false),
+    ("icon-full-512.png", 512, true),
+];
+/// Of an icon that is cut only this share of each side is sure to be seen.
+const SURE: f32 = 0.8;
 
 /// Samples a pixel on each axis.
 const SAMPLES: u32 = 4;
 
 fn main() -> std::io::Result<()> {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/sprites");
-    ICONS.iter().try_for_each(|(name, side)| std::fs::write(folder.join(name), icon_png(*side)))
+    ICONS.iter().try_for_each(|(name, side, is_cut)| {
+        std::fs::write(folder.join(name), icon_png(*side, *is_cut))
+    })
 }
 
 /// The icon as a PNG, `side` pixels square.
-fn icon_png(side: u32) -> Vec<u8> {
+fn icon_png(side: u32, is_cut: bool) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, side, side);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_compression(png::Compression::High);
     let mut writer = encoder.write_header().expect("a vector takes every byte");
-    writer.write_image_data(&icon_rgba(side)).expect("the pixels match the header");
+    writer.write_image_data(&icon_rgba(side, is_cut)).expect("the pixels match the header");
     writer.finish().expect("a vector takes every byte");
     bytes
 }
 
-fn icon_rgba(side: u32) -> Vec<u8> {
+fn icon_rgba(side: u32, is_cut: bool) -> Vec<u8> {
     let mut rgba = Vec::with_capacity((side * side * 4) as usize);
     for row in 0..side {
         for column in 0..side {
-            rgba.extend(pixel(column, row, side));
+            rgba.extend(pixel([column, row], side, is_cut));
         }
     }
     rgba
 }
 
 /// The mean of a pixel's samples.
-fn pixel(column: u32, row: u32, side: u32) -> [u8; 4] {
+fn pixel([column, row]: [u32; 2], side: u32, is_cut: bool) -> [u8; 4] {
     let mut sum = [0.0_f32; 3];
     let mut covered = 0.0_f32;
     for sample in 0..SAMPLES * SAMPLES {
@@ -47,7 +58,11 @@ fn pixel(column: u32, row: u32, side: u32) -> [u8; 4] {
         let at = Vec2::new(column as f32, row as f32) + (within + 0.5) / SAMPLES as f32;
         // y up, the icon spans -1..1.
         let point = (at / side as f32 * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
-        if let Some(color) = paint(point) {
+        let color = match is_cut {
+            true => Some(paint(point / SURE).unwrap_or_else(|| ground(point / SURE))),
+            false => paint(point),
+        };
+        if let Some(color) = color {
             covered += 1.0;
             for (total, channel) in sum.iter_mut().zip(color) {
                 *total += f32::from(channel);
@@ -67,8 +82,7 @@ fn paint(point: Vec2) -> Option<Rgb> {
     let body = Vec2::new(0.52, 0.66);
     let depth = -rounded_box(point + Vec2::new(0.0, 0.04), body, 0.30);
     if depth < 0.0 {
-        let height = (point.y + 1.0) * 0.5;
-        return Some(palette::mix(INK[0], INK[2], height * height));
+        return Some(ground(point));
     }
     Some(face(point).unwrap_or_else(|| {
         let rim = 1.0 - (depth / 0.16).min(1.0);
@@ -79,6 +93,12 @@ fn paint(point: Vec2) -> Option<Rgb> {
             palette::mix(shade, INK[1], 0.5 * rim * rim * -point.y)
         }
     }))
+}
+
+/// The ground behind the hero, which goes on beyond the corners.
+fn ground(point: Vec2) -> Rgb {
+    let height = (point.y.clamp(-1.0, 1.0) + 1.0) * 0.5;
+    palette::mix(INK[0], INK[2], height * height)
 }
 
 fn face(point: Vec2) -> Option<Rgb> {

@@ -50,7 +50,9 @@ pub fn content_type(name: &str) -> &'static str {
         "json" => "application/json",
         "png" => "image/png",
         "svg" => "image/svg+xml",
+        "txt" => "text/plain; charset=utf-8",
         "wasm" => "application/wasm",
+        "webmanifest" => "application/manifest+json",
         _ => "application/octet-stream",
     }
 }
@@ -75,6 +77,8 @@ mod tests {
     fn browsers_get_the_content_types_they_require() {
         assert_eq!(content_type("client_bg.wasm"), "application/wasm");
         assert_eq!(content_type("client.js"), "text/javascript; charset=utf-8");
+        assert_eq!(content_type("manifest.webmanifest"), "application/manifest+json");
+        assert_eq!(content_type("de.txt"), "text/plain; charset=utf-8");
         assert_eq!(content_type("no-extension"), "application/octet-stream");
     }
 }
