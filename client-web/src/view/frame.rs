@@ -239,7 +239,7 @@ pub struct Frame<'a> {
     pub time: f32,
     /// Draw bounds, centre marks and contacts (F2).
     pub bounds: bool,
-    /// No camera nudges, no bobbing (prefers-reduced-motion).
+    /// Nothing bobs, flashes or sparks, and particles are few and dim.
     pub calm: bool,
     /// Number of the copy of the room; each connection gets a new one, and nothing that moved in
     /// the last moves on.

@@ -16,6 +16,7 @@ pub fn fill(stage: &mut Stage) {
             continue;
         }
         match effect.kind {
+            EffectKind::Spark if stage.frame.calm => {}
             EffectKind::Spark => spark(stage, effect),
             EffectKind::Splash => splash(stage, effect),
             EffectKind::Gone => gone(stage, effect),
@@ -80,6 +81,9 @@ fn splash(stage: &mut Stage, effect: &Effect) {
     );
     let wave = SolidVertex { edge: [0, 0, 0, 40], ..wave };
     stage.quads.push(wave.soft(0.3 + 1.3 * left));
+    if stage.frame.calm {
+        return;
+    }
     let flash = (1.0 - effect.age / 0.35).max(0.0);
     let heat = palette::mix(EMBER[2], color, flash);
     glow(stage, effect.point, 26.0, heat, 0.55 * flash * flash);

@@ -32,6 +32,10 @@ use vertex::rgba;
 /// Particles drawn at a time; further ones are left out.
 pub const PARTICLES_MAX: usize = 65_536;
 
+/// In a calm picture one particle of this many is drawn, this bright.
+const CALM_STEP: usize = 4;
+const CALM_SHARE: f32 = 0.5;
+
 /// Everything the renderer needs for one frame. Kept between frames: it reuses its memory, and
 /// remembers how bodies moved, for squash and stretch.
 #[derive(Default)]
@@ -75,7 +79,7 @@ impl DrawList {
         sling::fill(&mut stage);
         bodies::fill(&mut stage, &mut self.motion, &mut self.posed);
         effects::fill(&mut stage);
-        self.fill_particles(frame.particles, frame.particle_lead);
+        self.fill_particles(frame.particles, frame.particle_lead, frame.calm);
 
         self.overlay_start = self.quads.vertices.len();
         if frame.bounds {
@@ -90,15 +94,16 @@ impl DrawList {
         self.globals = globals(frame, half, &self.light);
     }
 
-    fn fill_particles(&mut self, particles: &Particles, lead_s: f32) {
+    fn fill_particles(&mut self, particles: &Particles, lead_s: f32, calm: bool) {
         self.particles.clear();
         if particles.is_empty() {
             return;
         }
         let velocities = particles.velocities();
-        for (index, &position) in particles.positions().iter().enumerate() {
+        let (step, share) = if calm { (CALM_STEP, CALM_SHARE) } else { (1, 1.0) };
+        for (index, &position) in particles.positions().iter().enumerate().step_by(step) {
             let look = particles.appearance(index);
-            let [r, g, b, _] = look.color;
+            let [r, g, b, _] = look.color.map(|part| part * share);
             self.push_particle(position + velocities[index] * lead_s, look.size, [r, g, b]);
         }
     }

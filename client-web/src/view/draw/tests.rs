@@ -186,13 +186,13 @@ fn a_crowd_is_drawn_in_full_and_without_allocations() {
         .collect();
     let particles = burst(20_000, Vec2::new(100.0, 56.0), 29);
     let mut list = DrawList::new();
-    list.fill(&frame(&bodies, &particles));
+    list.fill(&Frame { calm: false, ..frame(&bodies, &particles) });
     let bodies_drawn =
         quads(list.solids()).iter().filter(|q| q.kind == SolidKind::MatteOval as u32).count();
     assert_eq!(bodies_drawn, 5000);
     assert_eq!(list.particles.len(), particles.len() * 4);
     let before = (list.solids().as_ptr(), list.particles.as_ptr());
-    list.fill(&frame(&bodies, &particles));
+    list.fill(&Frame { calm: false, ..frame(&bodies, &particles) });
     assert_eq!((list.solids().as_ptr(), list.particles.as_ptr()), before);
 }
 
@@ -201,7 +201,7 @@ fn particles_are_drawn_at_their_present_position_with_their_own_look() {
     let particles = burst(5, Vec2::new(100.0, 60.0), 3);
     let mut list = DrawList::new();
     let lead = 0.01;
-    list.fill(&Frame { particle_lead: lead, ..frame(&[], &particles) });
+    list.fill(&Frame { particle_lead: lead, calm: false, ..frame(&[], &particles) });
     for (i, vertex) in list.particles.iter().step_by(4).enumerate() {
         let place = particles.positions()[i] + particles.velocities()[i] * lead;
         let look = particles.appearance(i);
@@ -209,6 +209,31 @@ fn particles_are_drawn_at_their_present_position_with_their_own_look() {
         assert_eq!(vertex.size, look.size);
         assert_eq!(vertex.tint[..], look.color[..3]);
     }
+}
+
+#[test]
+fn a_calm_picture_has_few_dim_particles_and_no_flash() {
+    let particles = burst(200, Vec2::new(100.0, 60.0), 3);
+    let spark = Effect {
+        kind: EffectKind::Spark,
+        point: Vec2::new(100.0, 60.0),
+        age: 0.02,
+        strength: 60.0,
+        color: None,
+        body: None,
+    };
+    let mut list = DrawList::new();
+    let mut drawn = |calm| {
+        list.fill(&Frame { calm, effects: &[spark], ..frame(&[], &particles) });
+        let glows =
+            quads(list.solids()).iter().filter(|q| q.kind == SolidKind::Glow as u32).count();
+        let brightest = list.particles.iter().map(|vertex| vertex.tint[0]).fold(0.0, f32::max);
+        (list.particles.len() / 4, brightest, glows)
+    };
+    let ((many, bright, glows), (few, dim, none)) = (drawn(false), drawn(true));
+    assert!(few * 3 < many && few > 0, "{few} of {many}");
+    assert!(dim < 0.6 * bright && dim > 0.0, "{dim} of {bright}");
+    assert!(glows > 0 && none == 0, "{glows}, then {none}");
 }
 
 #[test]
@@ -235,7 +260,7 @@ fn explosions_light_only_nearby_bodies() {
     let at = Vec2::new(60.0, 56.0);
     let particles = burst(200, at, 20);
     let mut list = DrawList::new();
-    list.fill(&frame(&[], &particles));
+    list.fill(&Frame { calm: false, ..frame(&[], &particles) });
     assert_eq!(list.globals.light_on, 1.0);
     let near = light_at(&list.light, at + Vec2::new(6.0, 0.0))[0];
     let far = light_at(&list.light, at + Vec2::new(100.0, 0.0))[0];

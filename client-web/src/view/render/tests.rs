@@ -43,7 +43,7 @@ fn frame<'a>(center: Vec2, bodies: &'a [FrameBody], particles: &'a Particles) ->
         effects: &[],
         time: 1.0,
         bounds: false,
-        calm: true,
+        calm: false,
         copy: 0,
         dimmed: false,
         sketch: None,
