@@ -5,41 +5,6 @@ use crate::view::frame::View;
 use jostle_game::{Buttons, Input};
 use jostle_sim::Vec2;
 
-/// Keys by their position on the keyboard (`KeyboardEvent.code`), the same on every layout.
-pub const PLACES: [(&str, Buttons); 9] = [
-    ("KeyW", Buttons::UP),
-    ("ArrowUp", Buttons::UP),
-    ("Space", Buttons::UP),
-    ("KeyA", Buttons::LEFT),
-    ("ArrowLeft", Buttons::LEFT),
-    ("KeyS", Buttons::DOWN),
-    ("ArrowDown", Buttons::DOWN),
-    ("KeyD", Buttons::RIGHT),
-    ("ArrowRight", Buttons::RIGHT),
-];
-/// Keys by their letter (`KeyboardEvent.key`), as the page prints it. Each with its position on the
-/// keyboard of the United States, for keyboards that lack the letter.
-pub const LETTERS: [(&str, &str, Buttons); 8] = [
-    ("z", "KeyZ", Buttons::MAKE),
-    ("x", "KeyX", Buttons::HOLD),
-    ("c", "KeyC", Buttons::AGITATE),
-    ("v", "KeyV", Buttons::CLEAR),
-    ("h", "KeyH", Buttons::PICK_HERO),
-    ("m", "KeyM", Buttons::PICK_MINION),
-    ("p", "KeyP", Buttons::PICK_PLATFORM),
-    ("t", "KeyT", Buttons::TEAM),
-];
-
-/// The button of the key at a place with a letter on it. Where they disagree the places to steer
-/// win, then letters: a French keyboard has Z where the hand steers up, and its W makes instead.
-pub fn meaning(place: &str, letter: &str) -> Option<Buttons> {
-    let letter = letter.to_lowercase();
-    let steers = PLACES.iter().find(|(code, _)| *code == place).map(|(_, button)| *button);
-    let named = || LETTERS.iter().find(|(key, ..)| *key == letter).map(|(.., button)| *button);
-    let instead = || LETTERS.iter().find(|(_, code, _)| *code == place).map(|(.., b)| *b);
-    steers.or_else(named).or_else(instead)
-}
-
 /// Everything that is down now.
 #[derive(Debug, Default)]
 pub struct Controls {
@@ -48,23 +13,25 @@ pub struct Controls {
     keys: Vec<(String, Buttons)>,
     /// Pointer buttons, on-screen buttons and the stick.
     pointed: Buttons,
+    /// Buttons and sticks of a gamepad.
+    pub pad: Buttons,
     /// Last pointer position, as shares of the canvas's width and height: under a still pointer, the
     /// adaptive quality may give the canvas another number of pixels.
     pointer: Option<Vec2>,
 }
 
 impl Controls {
-    /// A key went down or up; `false` if it means nothing here.
-    pub fn key(&mut self, place: &str, letter: &str, down: bool) -> bool {
-        let held = self.keys.iter().position(|(code, _)| code == place);
-        if !down {
-            return held.map(|index| self.keys.swap_remove(index)).is_some();
-        }
-        let Some(buttons) = meaning(place, letter) else { return false };
-        if held.is_none() {
+    /// The key at a place went down, and presses this.
+    pub fn key_down(&mut self, place: &str, buttons: Buttons) {
+        if !self.keys.iter().any(|(code, _)| code == place) {
             self.keys.push((place.to_owned(), buttons));
         }
-        true
+    }
+
+    /// It went up; `false` if it was not down.
+    pub fn key_up(&mut self, place: &str) -> bool {
+        let held = self.keys.iter().position(|(code, _)| code == place);
+        held.map(|index| self.keys.swap_remove(index)).is_some()
     }
 
     /// Sets or clears buttons that are not keys.
@@ -84,6 +51,11 @@ impl Controls {
         self.pointer = share;
     }
 
+    /// Where the pointer is, as shares of the canvas.
+    pub fn pointed_at(&self) -> Option<Vec2> {
+        self.pointer
+    }
+
     /// Lets go of everything: the page lost the focus, or a dialogue opened.
     pub fn release(&mut self) {
         *self = Controls { pointer: self.pointer, ..Controls::default() };
@@ -92,7 +64,7 @@ impl Controls {
     /// Everything that is down, whichever way it was pressed.
     pub fn buttons(&self) -> Buttons {
         let keys = self.keys.iter().fold(0, |all, (_, buttons)| all | buttons.0);
-        Buttons(keys | self.pointed.0)
+        Buttons(keys | self.pointed.0 | self.pad.0)
     }
 
     /// The pointer in world units.

@@ -12,11 +12,15 @@ const SECTOR: f32 = 0.5;
 
 /// Directions for a thumb `offset` pixels from the middle (y down).
 pub fn directions(offset: Vec2) -> Buttons {
-    let length = offset.length();
-    if length < DEAD_ZONE * RADIUS_PX {
+    if offset.length() < DEAD_ZONE * RADIUS_PX {
         return Buttons::default();
     }
-    let unit = offset / length;
+    sectors(offset)
+}
+
+/// Directions for an offset of any length (y down), none for zero.
+pub fn sectors(offset: Vec2) -> Buttons {
+    let unit = offset.normalize_or_zero();
     let mut bits = 0;
     if unit.x > SECTOR {
         bits |= Buttons::RIGHT.0;

@@ -1,53 +1,56 @@
 use super::*;
+use crate::input::action::Action;
+use crate::input::bindings::Bindings;
 
 const VIEW: View = View { center: Vec2::new(100.0, 50.0), height: 100.0, pixels: [2000, 1000] };
 
 #[test]
-fn steering_keys_are_found_by_position_and_released_one_by_one() {
+fn steering_keys_are_released_one_by_one() {
     let mut controls = Controls::default();
-    assert!(controls.key("KeyW", "w", true));
-    assert!(controls.key("ArrowUp", "ArrowUp", true));
-    assert!(!controls.key("KeyQ", "q", true));
-    controls.key("KeyW", "w", false);
+    controls.key_down("KeyW", Buttons::UP);
+    controls.key_down("ArrowUp", Buttons::UP);
+    assert!(controls.key_up("KeyW"));
     assert_eq!(controls.buttons(), Buttons::UP, "the arrow still holds it");
-    controls.key("ArrowUp", "ArrowUp", false);
+    controls.key_up("ArrowUp");
     assert_eq!(controls.buttons(), Buttons::default());
 }
 
 #[test]
 fn letters_on_the_caps_match_other_keyboard_layouts() {
-    assert_eq!(meaning("KeyY", "z"), Some(Buttons::MAKE), "German Z");
-    assert_eq!(meaning("Semicolon", "m"), Some(Buttons::PICK_MINION), "French M");
-    assert_eq!(meaning("KeyW", "z"), Some(Buttons::UP), "French Z steers");
-    assert_eq!(meaning("KeyZ", "w"), Some(Buttons::MAKE), "and its W makes");
-    assert_eq!(meaning("KeyC", "\u{441}"), Some(Buttons::AGITATE), "Cyrillic has no C");
-    assert_eq!(meaning("KeyV", "V"), Some(Buttons::CLEAR), "Caps Lock");
-    assert_eq!(meaning("KeyQ", "a"), None, "French A is not where the hand steers");
+    let meaning = |place, letter| Bindings::default().buttons(place, letter);
+    assert_eq!(meaning("KeyY", "z"), Buttons::MAKE, "German Z");
+    assert_eq!(meaning("Semicolon", "m"), Buttons::PICK_MINION, "French M");
+    assert_eq!(meaning("KeyW", "z"), Buttons::UP, "French Z steers");
+    assert_eq!(meaning("KeyZ", "w"), Buttons::MAKE, "and its W makes");
+    assert_eq!(meaning("KeyC", "\u{441}"), Buttons::AGITATE, "Cyrillic has no C");
+    assert_eq!(meaning("KeyV", "V"), Buttons::CLEAR, "Caps Lock");
+    assert_eq!(meaning("KeyQ", "a"), Buttons::default(), "French A is not where the hand steers");
 }
 
 #[test]
-fn a_key_releases_what_it_pressed_though_its_letter_changed() {
+fn a_key_releases_what_it_pressed_though_its_meaning_changed() {
     let mut controls = Controls::default();
-    controls.key("KeyY", "z", true);
-    controls.key("KeyY", "y", true);
+    controls.key_down("KeyY", Buttons::MAKE);
+    controls.key_down("KeyY", Buttons::HOLD);
     assert_eq!(controls.buttons(), Buttons::MAKE);
-    assert!(controls.key("KeyY", "y", false));
+    assert!(controls.key_up("KeyY"));
     assert_eq!(controls.buttons(), Buttons::default());
-    assert!(!controls.key("KeyY", "z", false), "it is up already");
+    assert!(!controls.key_up("KeyY"), "it is up already");
 }
 
 #[test]
 fn every_button_has_a_key_or_the_pointer() {
-    let places = PLACES.iter().map(|(_, button)| button.0);
-    let letters = LETTERS.iter().map(|(.., button)| button.0);
-    let keys = places.chain(letters).fold(Buttons::FIRE.0, |all, button| all | button);
+    let bindings = Bindings::default();
+    let keyed = Action::ALL.into_iter().filter(|action| bindings.place(*action).is_some());
+    let keys = keyed.fold(Buttons::FIRE.0, |all, action| all | action.buttons().0);
     assert_eq!(Buttons(keys | Buttons::AGAIN.0), Buttons::ALL, "the page itself holds that one");
 }
 
 #[test]
 fn release_clears_keys_pointer_buttons_and_stick() {
     let mut controls = Controls::default();
-    controls.key("KeyD", "d", true);
+    controls.key_down("KeyD", Buttons::RIGHT);
+    controls.pad = Buttons::LEFT;
     controls.press(Buttons::FIRE, true);
     controls.steer(Buttons::UP);
     controls.release();

@@ -1,0 +1,148 @@
+//! Everything that a key or a button of a gamepad can do, and which one does it at first.
+
+use jostle_game::Buttons;
+
+/// Something that a key or a button of a gamepad does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    Up,
+    Left,
+    Down,
+    Right,
+    Fire,
+    Make,
+    Hold,
+    Agitate,
+    Clear,
+    Hero,
+    Minion,
+    Platform,
+    Team,
+    /// Opens the wheel of emotes.
+    Emote,
+    /// Asks for the next round.
+    Again,
+    Mute,
+    FullScreen,
+    /// Changes between playing and editing a scene.
+    Edit,
+}
+
+impl Action {
+    /// In the order of the settings.
+    pub const ALL: [Action; 18] = [
+        Action::Up,
+        Action::Left,
+        Action::Down,
+        Action::Right,
+        Action::Fire,
+        Action::Make,
+        Action::Hold,
+        Action::Agitate,
+        Action::Clear,
+        Action::Hero,
+        Action::Minion,
+        Action::Platform,
+        Action::Team,
+        Action::Emote,
+        Action::Again,
+        Action::Mute,
+        Action::FullScreen,
+        Action::Edit,
+    ];
+
+    /// The word under which its key or button is remembered.
+    pub fn id(self) -> &'static str {
+        const IDS: [&str; 18] = [
+            "up", "left", "down", "right", "fire", "make", "hold", "agitate", "clear", "hero",
+            "minion", "platform", "team", "emote", "again", "mute", "full", "edit",
+        ];
+        IDS[self as usize]
+    }
+
+    pub fn of_id(id: &str) -> Option<Action> {
+        Action::ALL.into_iter().find(|action| action.id() == id)
+    }
+
+    /// What it presses; nothing for what concerns the page alone.
+    pub fn buttons(self) -> Buttons {
+        match self {
+            Action::Up => Buttons::UP,
+            Action::Left => Buttons::LEFT,
+            Action::Down => Buttons::DOWN,
+            Action::Right => Buttons::RIGHT,
+            Action::Fire => Buttons::FIRE,
+            Action::Make => Buttons::MAKE,
+            Action::Hold => Buttons::HOLD,
+            Action::Agitate => Buttons::AGITATE,
+            Action::Clear => Buttons::CLEAR,
+            Action::Hero => Buttons::PICK_HERO,
+            Action::Minion => Buttons::PICK_MINION,
+            Action::Platform => Buttons::PICK_PLATFORM,
+            Action::Team => Buttons::TEAM,
+            Action::Emote | Action::Again | Action::Mute | Action::FullScreen | Action::Edit => {
+                Buttons::default()
+            }
+        }
+    }
+
+    /// The action that presses a button.
+    pub fn that_presses(buttons: Buttons) -> Option<Action> {
+        Action::ALL.into_iter().find(|action| action.buttons() == buttons && buttons.0 != 0)
+    }
+}
+
+/// Keys by their position on the keyboard (`KeyboardEvent.code`), the same on every layout.
+pub const PLACES: [(&str, Action); 10] = [
+    ("KeyW", Action::Up),
+    ("ArrowUp", Action::Up),
+    ("Space", Action::Up),
+    ("KeyA", Action::Left),
+    ("ArrowLeft", Action::Left),
+    ("KeyS", Action::Down),
+    ("ArrowDown", Action::Down),
+    ("KeyD", Action::Right),
+    ("ArrowRight", Action::Right),
+    ("Enter", Action::Again),
+];
+/// Keys by their letter (`KeyboardEvent.key`), as the page prints it. Each with its position on the
+/// keyboard of the United States, for keyboards that lack the letter.
+pub const LETTERS: [(&str, &str, Action); 12] = [
+    ("z", "KeyZ", Action::Make),
+    ("x", "KeyX", Action::Hold),
+    ("c", "KeyC", Action::Agitate),
+    ("v", "KeyV", Action::Clear),
+    ("h", "KeyH", Action::Hero),
+    ("m", "KeyM", Action::Minion),
+    ("p", "KeyP", Action::Platform),
+    ("t", "KeyT", Action::Team),
+    ("g", "KeyG", Action::Emote),
+    ("m", "KeyM", Action::Mute),
+    ("f", "KeyF", Action::FullScreen),
+    ("e", "KeyE", Action::Edit),
+];
+/// Buttons of a gamepad in the standard mapping.
+pub const PAD: [(u8, Action); 10] = [
+    (0, Action::Up),
+    (1, Action::Hold),
+    (2, Action::Make),
+    (3, Action::Agitate),
+    (4, Action::Emote),
+    (5, Action::Clear),
+    (6, Action::Team),
+    (7, Action::Fire),
+    (8, Action::Mute),
+    (9, Action::Again),
+];
+
+/// The actions of the key at a place with a letter on it. Where they disagree the places to steer win, then
+/// letters: a French keyboard has Z where the hand steers up, and its W makes instead.
+pub fn usual(place: &str, letter: &str) -> Vec<Action> {
+    let letter = letter.to_lowercase();
+    let steers = PLACES.iter().filter(|(code, _)| *code == place).map(|(_, action)| *action);
+    let named = LETTERS.iter().filter(|(key, ..)| *key == letter).map(|(.., action)| *action);
+    let instead = LETTERS.iter().filter(|(_, code, _)| *code == place).map(|(.., a)| *a);
+    let [steers, named, instead]: [Vec<Action>; 3] =
+        [steers.collect(), named.collect(), instead.collect()];
+    [steers, named, instead].into_iter().find(|found| !found.is_empty()).unwrap_or_default()
+}
