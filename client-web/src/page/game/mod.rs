@@ -11,6 +11,7 @@ pub mod status;
 use crate::input::keys::Controls;
 use crate::net::meter::Meter;
 use crate::page::context::Context;
+use crate::page::emotes::ShownEmotes;
 use crate::page::event::Canvas;
 use crate::sound::cue::Cue;
 use crate::view::camera::Target;
@@ -46,6 +47,7 @@ pub struct GameScreen {
     pub code: String,
     /// Keys, pointer and thumbs.
     pub controls: Controls,
+    pub emotes: ShownEmotes,
     /// Measurements of the connection and of drawing.
     pub meter: Meter,
     /// The stage that it is at.
@@ -111,6 +113,7 @@ impl GameScreen {
         GameScreen {
             code: code.to_owned(),
             controls: Controls::default(),
+            emotes: ShownEmotes::default(),
             meter: Meter::default(),
             status: Status::default(),
             membership: None,

@@ -61,8 +61,7 @@ impl GameScreen {
                     connection.servers.told(urls);
                 }
             }
-            // The page shows none yet.
-            Ok(ServerMessage::Emote { .. }) => {}
+            Ok(ServerMessage::Emote { seat, emote }) => self.emotes.show(now_ms, seat, emote),
             Ok(ServerMessage::Clip { kept }) => self.status.clip = Some((now_ms, kept)),
             Ok(ServerMessage::Denied) => self.status.denied_ms = Some(now_ms),
             Err(error) => self.misunderstood(ctx, &error),

@@ -36,6 +36,11 @@ impl GameScreen {
         self.send(ctx, &ClientMessage::Kick { seat });
     }
 
+    /// Shows an emote to everyone.
+    pub fn emote(&mut self, ctx: &mut Context, emote: u8) {
+        self.send(ctx, &ClientMessage::Emote { emote });
+    }
+
     /// Closes the room, which only its host may.
     pub fn close_room(&mut self, ctx: &mut Context) {
         self.status.closes = true;
