@@ -9,6 +9,7 @@ mod browser;
 pub mod editor;
 #[cfg(any(target_arch = "wasm32", test))]
 mod input;
+pub mod language;
 pub mod net;
 #[cfg(any(target_arch = "wasm32", test))]
 #[cfg_attr(not(target_arch = "wasm32"), expect(dead_code, reason = "the browser uses the rest"))]

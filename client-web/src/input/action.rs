@@ -26,11 +26,13 @@ pub enum Action {
     FullScreen,
     /// Changes between playing and editing a scene.
     Edit,
+    /// Keeps the last seconds as a replay.
+    Clip,
 }
 
 impl Action {
     /// In the order of the settings.
-    pub const ALL: [Action; 18] = [
+    pub const ALL: [Action; 19] = [
         Action::Up,
         Action::Left,
         Action::Down,
@@ -49,13 +51,14 @@ impl Action {
         Action::Mute,
         Action::FullScreen,
         Action::Edit,
+        Action::Clip,
     ];
 
     /// The word under which its key or button is remembered.
     pub fn id(self) -> &'static str {
-        const IDS: [&str; 18] = [
+        const IDS: [&str; 19] = [
             "up", "left", "down", "right", "fire", "make", "hold", "agitate", "clear", "hero",
-            "minion", "platform", "team", "emote", "again", "mute", "full", "edit",
+            "minion", "platform", "team", "emote", "again", "mute", "full", "edit", "clip",
         ];
         IDS[self as usize]
     }
@@ -80,9 +83,12 @@ impl Action {
             Action::Minion => Buttons::PICK_MINION,
             Action::Platform => Buttons::PICK_PLATFORM,
             Action::Team => Buttons::TEAM,
-            Action::Emote | Action::Again | Action::Mute | Action::FullScreen | Action::Edit => {
-                Buttons::default()
-            }
+            Action::Emote
+            | Action::Again
+            | Action::Mute
+            | Action::FullScreen
+            | Action::Edit
+            | Action::Clip => Buttons::default(),
         }
     }
 
@@ -107,7 +113,7 @@ pub const PLACES: [(&str, Action); 10] = [
 ];
 /// Keys by their letter (`KeyboardEvent.key`), as the page prints it. Each with its position on the
 /// keyboard of the United States, for keyboards that lack the letter.
-pub const LETTERS: [(&str, &str, Action); 12] = [
+pub const LETTERS: [(&str, &str, Action); 13] = [
     ("z", "KeyZ", Action::Make),
     ("x", "KeyX", Action::Hold),
     ("c", "KeyC", Action::Agitate),
@@ -120,6 +126,7 @@ pub const LETTERS: [(&str, &str, Action); 12] = [
     ("m", "KeyM", Action::Mute),
     ("f", "KeyF", Action::FullScreen),
     ("e", "KeyE", Action::Edit),
+    ("k", "KeyK", Action::Clip),
 ];
 /// Buttons of a gamepad in the standard mapping.
 pub const PAD: [(u8, Action); 10] = [

@@ -1,6 +1,7 @@
 //! The page's state, and the one place where it changes: [`App::update`]. Plain Rust: events come in,
 //! effects go out, and everything else that the browser shows is read from here.
 
+use crate::input::action::Action;
 use crate::input::touch::Fingers;
 use crate::net::api::{self, Request, query_value};
 use crate::net::report::Fetched;
@@ -10,6 +11,7 @@ use crate::page::best_runs::Records;
 use crate::page::context::{Context, Remembered};
 use crate::page::dialogs::{Dialogs, Question};
 use crate::page::edit_screen::{self, EditScreen};
+use crate::page::emotes::Wheel;
 use crate::page::event::{Address, Canvas, Effect, Event, Form};
 use crate::page::game::GameScreen;
 use crate::page::game::status::State;
@@ -17,6 +19,7 @@ use crate::page::layers::Layer;
 use crate::page::lobby::Lobby;
 use crate::page::news_log::NewsLog;
 use crate::page::replay_screen::{OpenReplay, Opening};
+use crate::page::settings::{Choice, Settings};
 use crate::page::sound_desk::SoundDesk;
 use crate::page::strings::{self, CardAction};
 use crate::page::{name, tools};
@@ -88,6 +91,8 @@ pub struct Startup {
     pub origin: String,
     /// The player prefers less motion.
     pub calm: bool,
+    /// The language that the browser is set to, like `de-AT`.
+    pub language: String,
 }
 
 pub struct App {
@@ -125,7 +130,9 @@ pub struct App {
     pub(super) address: Address,
     /// The part of the page's addresses before the path.
     pub(super) origin: String,
-    pub(super) calm: bool,
+    pub settings: Settings,
+    /// The wheel of emotes, while it is open.
+    pub wheel: Option<Wheel>,
     /// Source of the scene that the fingers know.
     touch_scene: Option<String>,
 }
@@ -133,10 +140,12 @@ pub struct App {
 impl App {
     /// A page that shows nothing yet: the first event says where it is.
     pub fn new(startup: &Startup) -> App {
-        let Startup { remembered, query, seed, calm, is_static, origin } = startup;
+        let Startup { remembered, query, seed, calm, is_static, origin, language } = startup;
         let predicts = remembered.predicts(query_value(query, "predict"));
         let mut ctx = Context::new(remembered.clone(), predicts, *seed);
         ctx.is_static = *is_static;
+        let mut settings = Settings::new(remembered, language, *calm);
+        settings.ask_language(&mut ctx);
         let appearance = recall(&mut ctx, remembered);
         // For tests, and for links to a bad network: `?lag=150,30` or `?lag=300,100,stalls`.
         let conditions = query_value(query, "lag").and_then(NetworkConditions::parse);
@@ -165,7 +174,8 @@ impl App {
             frozen_hud: None,
             address: Address::default(),
             origin: origin.clone(),
-            calm: *calm,
+            settings,
+            wheel: None,
             touch_scene: None,
         }
     }
@@ -258,6 +268,7 @@ impl App {
                 self.ctx.request(Effect::SetConditions(conditions));
             }
             Event::Sound(event) => self.on_sound(event),
+            Event::Settings(event) => self.set(event),
         }
     }
 
@@ -368,6 +379,7 @@ impl App {
         self.touch_scene = None;
         self.panels.network = false;
         self.panels.clean = false;
+        self.wheel = None;
         self.end_sound();
         self.copied = None;
         self.records.begin();
@@ -521,6 +533,13 @@ impl App {
             "copy" => self.ctx.request(Effect::CopyAddress),
             "qr-code" => self.show_code(),
             "help" => self.toggle_help(),
+            "settings" => self.toggle_settings(),
+            "wheel" => self.toggle_wheel(),
+            "emote" => value.parse().into_iter().for_each(|emote| self.emote(emote)),
+            "full-screen" => self.toggle_full_screen(),
+            "choose-key" => self.ask_choice(Action::of_id(value).map(Choice::Key)),
+            "choose-button" => self.ask_choice(Action::of_id(value).map(Choice::Button)),
+            "reset-hands" => self.reset_hands(),
             "network" => self.toggle_network(),
             "sound" => {
                 self.panels.sound = !self.panels.sound;
@@ -630,7 +649,7 @@ fn recall(ctx: &mut Context, remembered: &Remembered) -> Appearance {
         .filter(|color| *color < limits::COLORS)
         .unwrap_or_else(|| (ctx.random_bits() % u32::from(limits::COLORS)) as u8);
     Appearance::new(name::finished(name), color).unwrap_or_else(|_| {
-        let name = strings::friendly_name(ctx.random_bits());
+        let name = name::friendly_name(ctx.random_bits());
         ctx.remember_player(&name, color);
         Appearance { name: name.into(), color }
     })

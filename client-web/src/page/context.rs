@@ -28,6 +28,17 @@ pub struct Remembered {
 }
 
 impl Remembered {
+    /// Keys of settings.
+    pub const LANGUAGE: &str = "jostle.language";
+    pub const CALM: &str = "jostle.calm";
+    pub const KEYS: &str = "jostle.keys";
+    pub const PAD: &str = "jostle.pad";
+
+    /// What was remembered under a key of the settings.
+    pub fn setting(&self, key: &str) -> Option<&str> {
+        self.local.get(key).map(String::as_str)
+    }
+
     /// The remembered name and colour.
     pub fn player(&self) -> (&str, Option<u8>) {
         let name = self.local.get(NAME_KEY).map_or("", String::as_str);
@@ -140,6 +151,11 @@ impl Context {
         self.store(VOLUME_KEY, volume.to_string());
         self.store(MUTED_KEY, u8::from(muted).to_string());
         self.store(CAPTIONS_KEY, u8::from(captioned).to_string());
+    }
+
+    /// Remembers a setting for later visits.
+    pub fn remember(&mut self, key: &str, value: &str) {
+        self.store(key, value.to_owned());
     }
 
     fn store(&mut self, key: &str, value: String) {

@@ -19,6 +19,7 @@ pub enum Question {
 #[derive(Debug, Default)]
 pub struct Dialogs {
     pub help: bool,
+    pub settings: bool,
     pub question: Option<Question>,
     /// A notice about a replay or a demo.
     pub card: Option<Card>,
@@ -29,6 +30,7 @@ impl Dialogs {
     pub fn layers(&self, notice: Option<&Card>) -> Layers {
         Layers {
             help: self.help,
+            settings: self.settings,
             ask: self.question.is_some(),
             notice: notice.is_some_and(|card| !card.passing),
         }
@@ -39,6 +41,15 @@ impl Dialogs {
         match top {
             Layer::Page => self.help = true,
             Layer::Help => self.help = false,
+            Layer::Settings | Layer::Ask | Layer::Notice => {}
+        }
+    }
+
+    /// Opens the settings, or closes them.
+    pub fn toggle_settings(&mut self, top: Layer) {
+        match top {
+            Layer::Page | Layer::Help => self.settings = true,
+            Layer::Settings => self.settings = false,
             Layer::Ask | Layer::Notice => {}
         }
     }

@@ -5,6 +5,7 @@ use crate::editor::update::Deed;
 use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
+use crate::page::settings::SettingsEvent;
 use crate::sound::task::{SoundEvent, SoundTask};
 use jostle_game::Buttons;
 use jostle_game::scene::SceneError;
@@ -179,6 +180,7 @@ pub enum Event {
     PredictionChosen(bool),
     ConditionsChosen(NetworkConditions),
     Sound(SoundEvent),
+    Settings(SettingsEvent),
     /// Something was done to the scene that is edited.
     Edited(Deed),
     /// The controls of a field of the editor's form changed: its path, and their values.
@@ -229,6 +231,10 @@ pub enum Effect {
     /// Drops everything that was made with the lost drawing context.
     DropGraphics,
     Sound(SoundTask),
+    /// Fetches the file of a language.
+    FetchLanguage(String),
+    /// Asks for the whole screen, or gives it back.
+    FullScreen(bool),
     /// Saves a text as a file of this name.
     SaveFile(String, String),
     /// Saves a clip as a file.

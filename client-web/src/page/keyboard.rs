@@ -1,6 +1,6 @@
 //! Keys: the ones that belong to the world, to the page, and to a replay.
 
-use crate::input::keys::meaning;
+use crate::input::action::Action;
 use crate::page::app::{Activity, App};
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::game::GameScreen;
@@ -18,6 +18,10 @@ impl App {
             self.dialogs.card = None;
             return self.ctx.request(Effect::PreventDefault);
         }
+        self.note_cap(key);
+        if self.settings_key_down(key) {
+            return;
+        }
         match &self.activity {
             Activity::Game(_) => self.game_key_down(key),
             Activity::Replay(_) => self.replay_key_down(key),
@@ -27,8 +31,9 @@ impl App {
     }
 
     pub(super) fn key_up(&mut self, key: &Key) {
+        self.wheel_key_up(&key.code);
         self.with_game(|game, ctx| {
-            game.controls.key(&key.code, &key.letter, false);
+            game.controls.key_up(&key.code);
             game.send_due(ctx);
         });
     }
@@ -42,6 +47,16 @@ impl App {
         // With these held, the system takes keys whose release never comes.
         if key.modified {
             return self.release_input();
+        }
+        if self.wheel_key_down(key) {
+            return self.ctx.request(Effect::PreventDefault);
+        }
+        let opens = self.settings.keys.actions(&key.code, &key.letter).contains(&Action::Emote);
+        if opens && self.top() == Layer::Page {
+            if !key.repeat {
+                self.hold_wheel(key);
+            }
+            return self.ctx.request(Effect::PreventDefault);
         }
         if let Some(command) = self.command_of(key) {
             self.ctx.request(Effect::PreventDefault);
@@ -67,10 +82,11 @@ impl App {
             self.with_game(|game, _| game.follow_player(seat));
             return true;
         }
-        let known = meaning(&key.code, &key.letter).is_some();
+        let buttons = self.settings.keys.buttons(&key.code, &key.letter);
+        let known = buttons.0 != 0;
         if known && !key.repeat {
             self.with_game(|game, ctx| {
-                game.controls.key(&key.code, &key.letter, true);
+                game.controls.key_down(&key.code, buttons);
                 game.send_due(ctx);
             });
         }
@@ -79,21 +95,24 @@ impl App {
 
     /// Command of a key to the page itself.
     fn command_of(&self, key: &Key) -> Option<fn(&mut App)> {
+        let actions = self.settings.keys.actions(&key.code, &key.letter);
+        let is_for = |action| self.top() == Layer::Page && actions.contains(&action);
         match (key.code.as_str(), key.letter.as_str(), self.top()) {
-            ("Enter", _, Layer::Page) if key.focus != Focus::Button && self.is_round_over() => {
+            _ if is_for(Action::Again) && key.focus != Focus::Button && self.is_round_over() => {
                 Some(App::go_on)
             }
-            (_, "e" | "E", Layer::Page) if self.game().is_some_and(GameScreen::is_in_page) => {
+            _ if is_for(Action::Edit) && self.game().is_some_and(GameScreen::is_in_page) => {
                 Some(App::toggle_edit)
             }
-            (_, "k" | "K", Layer::Page) => Some(|app| app.with_game(GameScreen::keep_clip)),
+            _ if is_for(Action::Clip) => Some(|app| app.with_game(GameScreen::keep_clip)),
             (_, "h" | "H", Layer::Page) if self.game().is_some_and(GameScreen::watches) => {
                 Some(|app| app.panels.clean = !app.panels.clean)
             }
+            _ if is_for(Action::FullScreen) => Some(App::toggle_full_screen),
+            _ if is_for(Action::Mute) && self.may_mute() => Some(App::toggle_mute),
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),
             ("F3", ..) => Some(|app| app.panels.figures = !app.panels.figures),
             ("F4", ..) => Some(App::toggle_network),
-            (_, "m" | "M", Layer::Page) if self.may_mute() => Some(App::toggle_mute),
             (_, "?", _) | ("Escape", _, Layer::Help) => Some(App::toggle_help),
             ("Escape", _, Layer::Ask) => Some(|app| app.dialogs.question = None),
             _ => None,

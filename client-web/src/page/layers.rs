@@ -8,6 +8,8 @@ pub enum Layer {
     Page,
     /// How to play.
     Help,
+    /// Keys, gamepad, language.
+    Settings,
     /// A question before something is done.
     Ask,
     Notice,
@@ -16,6 +18,7 @@ pub enum Layer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
     pub help: bool,
+    pub settings: bool,
     /// A question is open.
     pub ask: bool,
     /// A notice is open that does not go away by itself; one that does leaves the page alone.
@@ -28,6 +31,7 @@ impl Layers {
         match self {
             Layers { notice: true, .. } => Layer::Notice,
             Layers { ask: true, .. } => Layer::Ask,
+            Layers { settings: true, .. } => Layer::Settings,
             Layers { help: true, .. } => Layer::Help,
             _ => Layer::Page,
         }
@@ -48,7 +52,7 @@ mod tests {
     #[test]
     fn only_the_topmost_card_can_be_reached() {
         let reached = |help, ask, notice| {
-            let layers = Layers { help, ask, notice };
+            let layers = Layers { help, settings: false, ask, notice };
             let reach = |layer: &Layer| !layers.is_inert(*layer);
             (layers.top(), [Page, Help, Ask, Notice].into_iter().filter(reach).collect::<Vec<_>>())
         };

@@ -13,8 +13,10 @@ mod dialogs;
 mod dom;
 mod edit_screen;
 mod editing;
+mod emotes;
 mod event;
 mod game;
+mod gamepad;
 #[cfg(target_arch = "wasm32")]
 mod hooks;
 mod keyboard;
@@ -31,6 +33,7 @@ mod records;
 mod replay_screen;
 mod replays;
 mod round;
+mod settings;
 #[cfg(target_arch = "wasm32")]
 mod shell;
 mod shown;

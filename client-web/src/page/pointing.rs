@@ -10,7 +10,7 @@ use jostle_sim::Vec2;
 impl App {
     pub(super) fn pointer(&mut self, pointer: &Pointer) {
         self.with_editor(|screen, now_ms| screen.point(now_ms, pointer));
-        if self.game().is_none() {
+        if self.game().is_none() || self.wheel_pointer(pointer) {
             return;
         }
         if pointer.touch {

@@ -11,9 +11,11 @@ use crate::page::context::Remembered;
 use crate::page::dom;
 use crate::page::dom::editor;
 use crate::page::dom::listeners;
+use crate::page::dom::settings;
 use crate::page::dom::views::Views;
 use crate::page::event::{Address, Effect, Event};
 use crate::page::queue::{self, Arrival, Events};
+use crate::page::settings::SettingsEvent;
 use crate::sound::player::{Player, Silence};
 use crate::sound::task::{SoundEvent, SoundTask};
 use std::cell::RefCell;
@@ -83,6 +85,7 @@ fn main() {
         calm: browser::media("(prefers-reduced-motion: reduce)"),
         is_static: files.0.is_some(),
         origin: browser::window().location().origin().unwrap_or_default(),
+        language: browser::window().navigator().language().unwrap_or_default(),
         query,
     };
     let mut app = App::new(&startup);
@@ -171,6 +174,9 @@ impl Page {
 
     /// Draws one frame.
     fn frame(&mut self) {
+        if self.app.settings.has_pad {
+            self.handle_own(Event::Settings(SettingsEvent::Pad(settings::pad_state())));
+        }
         let canvas = self.views.canvas(&self.app);
         self.handle_own(Event::Frame(canvas));
         if canvas.is_some()
@@ -239,6 +245,8 @@ impl Page {
             }
             Effect::FocusText(at) => self.views.focus_text = Some(at),
             Effect::DropGraphics => self.views.stage.graphics = None,
+            Effect::FetchLanguage(language) => fetch_language(events, language),
+            Effect::FullScreen(wanted) => settings::full_screen(wanted),
             Effect::Sound(task) => self.sound(&task),
             Effect::After(delay_ms, event) => {
                 browser::after(delay_ms, move || events.push(event));
@@ -263,6 +271,22 @@ impl Page {
         if self.socket.is_none() {
             events.push(Event::Socket(session, SocketEvent::Closed { code: NOT_OPENED }));
         }
+    }
+}
+
+fn fetch_language(events: Events, language: String) {
+    let came = move |language, file| {
+        events.push(Event::Settings(SettingsEvent::LanguageCame(language, file)));
+    };
+    match settings::language_file(&language) {
+        Some(address) => http::fetch(&address, move |fetched| {
+            let text = match fetched {
+                Fetched::Bytes(bytes) => String::from_utf8(bytes).ok(),
+                _ => None,
+            };
+            came(language, text);
+        }),
+        None => came(language, None),
     }
 }
 

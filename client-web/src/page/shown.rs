@@ -51,8 +51,10 @@ impl App {
     /// The frame to draw now, or `None` if the one on the canvas is still right.
     pub fn frame(&self) -> Option<Frame<'_>> {
         match &self.activity {
-            Activity::Game(game) => game.frame((self.ctx.now_ms / 1000.0) as f32, self.calm),
-            Activity::Replay(replay) => replay.frame(self.calm),
+            Activity::Game(game) => {
+                game.frame((self.ctx.now_ms / 1000.0) as f32, self.settings.calm)
+            }
+            Activity::Replay(replay) => replay.frame(self.settings.calm),
             Activity::Edit(screen) => Some(screen.frame((self.ctx.now_ms / 1000.0) as f32)),
             _ => None,
         }

@@ -357,6 +357,7 @@ pub fn action(action: Action) -> &'static str {
         Action::Mute => "Sound off / on",
         Action::FullScreen => "Full screen",
         Action::Edit => "Play / edit the scene",
+        Action::Clip => "Keep the last 20 seconds",
     })
 }
 

@@ -1,5 +1,6 @@
 //! The tools of a scene as the page offers them: key caps, and buttons for fingers.
 
+use crate::input::action::Action;
 use crate::input::touch::Fingers;
 use jostle_game::{Buttons, Kind, Scene, Tools};
 
@@ -25,8 +26,13 @@ pub const TOUCH_HELP: [(&str, &str); 2] =
 /// Help for the keys of the page itself.
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
-/// Help for the key that switches sound off and on, in scenes that have no other use for it.
-pub const MUTE_HELP: (&str, &str) = ("M", "sound off / on");
+/// Help for keys of the page that the player may choose. The sound has one where no scene needs it.
+pub const CHOSEN_HELP: [(Action, &str); 3] = [
+    (Action::Mute, "sound off / on"),
+    (Action::Emote, "emotes"),
+    (Action::FullScreen, "full screen"),
+    (Action::Clip, "keep the last 20 seconds"),
+];
 pub const REPLAY_HELP: [(&str, &str); 12] = [
     ("Space", "play, pause"),
     (", .", "step back / forward one tick"),
@@ -36,7 +42,7 @@ pub const REPLAY_HELP: [(&str, &str); 12] = [
     ("\u{2191} \u{2193}", "faster, slower"),
     ("1 to 9", "follow a player; press again to stop"),
     ("0", "the whole world"),
-    MUTE_HELP,
+    ("M", "sound off / on"),
     ("F2", "collision outlines"),
     ("?", "this help"),
     ("Drop a .jostle file", "watch it"),
@@ -94,7 +100,9 @@ pub fn hint(scene: &Scene, by_touch: bool) -> Option<&'static str> {
     let has = |tool| scene.tools.contains(tool);
     match by_touch {
         _ if !by_touch && !has(Tools::SELECT) => None,
-        false => Some("Drag a shape, or choose one with H, M or P. Whatever it touches turns red."),
+        false => Some(
+            "Drag a shape, or choose one with {hero}, {minion} or {platform}. Whatever it touches turns red.",
+        ),
         true if has(Tools::SELECT) => {
             Some("Drag a shape, or choose one with a button. Whatever it touches turns red.")
         }

@@ -5,6 +5,7 @@ mod editor;
 mod fleet;
 #[path = "../fleet/games.rs"]
 mod games;
+mod hands;
 mod hosts;
 mod lobby;
 mod needs;
@@ -142,6 +143,7 @@ fn cases() -> Result<Vec<Case>> {
     ]);
     cases.extend(alone::cases());
     cases.extend(records::cases());
+    cases.extend(hands::cases());
     cases.extend(replay::cases()?);
     cases.extend([
         Case::new(

@@ -2,6 +2,7 @@
 //! inert; afterwards the focus is where it was.
 
 use crate::browser;
+use crate::language::{around, say};
 use crate::page::app::App;
 use crate::page::dialogs::{Card, Question};
 use crate::page::dom;
@@ -23,6 +24,12 @@ pub struct DialogsView {
 }
 
 impl DialogsView {
+    /// Fills the open cards again: the language is another.
+    pub fn retell(&mut self) {
+        self.card.iter().for_each(fill_card);
+        self.question.iter().for_each(fill_question);
+    }
+
     /// Shows the open cards.
     pub fn show(&mut self, app: &App) {
         let card = app.notice();
@@ -39,6 +46,7 @@ impl DialogsView {
         if self.layers != layers {
             let before = std::mem::replace(&mut self.layers, layers).top();
             dom::show("help", layers.help);
+            dom::show("settings", layers.settings);
             dom::show("ask", layers.ask);
             self.settle(before);
         }
@@ -55,6 +63,7 @@ impl DialogsView {
             ("game", Layer::Page),
             ("editor", Layer::Page),
             ("help", Layer::Help),
+            ("settings", Layer::Settings),
             ("ask", Layer::Ask),
             ("notice", Layer::Notice),
         ] {
@@ -63,6 +72,7 @@ impl DialogsView {
         let focused = match top {
             Layer::Page => self.before.take(),
             Layer::Help => Some(dom::html("help-close")),
+            Layer::Settings => Some(dom::html("language")),
             Layer::Ask => Some(dom::html("ask-no")),
             Layer::Notice => Some(dom::html("notice-button")),
         };
@@ -85,11 +95,11 @@ pub fn rescue_focus() {
 }
 
 fn fill_card(card: &Card) {
-    dom::text("notice-title", card.title);
-    dom::text("notice-text", &card.text);
+    dom::text("notice-title", say(card.title));
+    dom::text("notice-text", say(&card.text));
     dom::text_or_hide("notice-detail", Some(&*card.detail).filter(|detail| !detail.is_empty()));
-    dom::text("notice-button", card.button);
-    dom::text_or_hide("notice-other", card.other.map(|(label, _)| label));
+    dom::text("notice-button", say(card.button));
+    dom::text_or_hide("notice-other", card.other.map(|(label, _)| say(label)));
     let code = card.code.as_deref().and_then(qr_code::draw);
     dom::show("notice-code", code.is_some());
     if let (Some(code), Some(svg)) = (code, dom::query::<Element>("#notice-code svg")) {
@@ -102,16 +112,17 @@ fn fill_card(card: &Card) {
 }
 
 fn fill_question(question: &Question) {
+    let (before, after) = around("Remove {player}?");
     let (title, text, yes) = match question {
         Question::Kick(_, who) => (
-            ["Remove ", &*who.name, "?"],
-            "They'll be removed, and no one new can join from their network for five minutes.",
-            "Remove",
+            [before, &*who.name, after],
+            say("They'll be removed, and no one new can join from their network for five minutes."),
+            say("Remove"),
         ),
         Question::CloseRoom => (
-            ["Close this room?", "", ""],
-            "Everyone, including you, will be sent out, and the link will stop working.",
-            "Close room",
+            [say("Close this room?"), "", ""],
+            say("Everyone, including you, will be sent out, and the link will stop working."),
+            say("Close room"),
         ),
     };
     for (id, part) in ["ask-before", "ask-name", "ask-after"].into_iter().zip(title) {

@@ -1,6 +1,8 @@
 //! The controls over the canvas of a game: key caps, signal, figures, banner. Plain DOM, touched only
 //! where something changed.
 
+use crate::input::bindings::{Bindings, Layout};
+use crate::language::{around, fill, say};
 use crate::net::clock::Clock;
 use crate::page::app::App;
 use crate::page::dom;
@@ -9,6 +11,7 @@ use crate::page::dom::list::{Item, List};
 use crate::page::dom::players::{self, color_of};
 use crate::page::game::GameScreen;
 use crate::page::news_log::NewsLog;
+use crate::page::settings::Settings;
 use crate::page::{strings, tools};
 use crate::view::palette;
 use crate::world::replica::{News, Replica};
@@ -26,6 +29,8 @@ pub struct Hud {
     scene: Option<String>,
     /// Buttons that are down, and the kind of body that is picked.
     lit: (Buttons, Option<Kind>),
+    /// The keys and their labels.
+    keyed: (Bindings, Layout),
     caps: List,
     feed: List,
     players: List,
@@ -41,6 +46,7 @@ impl Hud {
         Hud {
             scene: None,
             lit: (Buttons::default(), None),
+            keyed: Default::default(),
             caps: List::new("caps"),
             feed: List::new("feed"),
             players: List::new("players"),
@@ -76,7 +82,7 @@ impl Hud {
     pub fn show_frame(&mut self, app: &App, game: &GameScreen) {
         let now_ms = app.now_ms();
         if let Some(replica) = game.replica() {
-            self.show_scene(game, replica);
+            self.show_scene(app, game, replica);
         }
         let joined_ms = game.status.joined_ms;
         let small = joined_ms.is_some_and(|joined| now_ms - joined > CAPS_LARGE_MS);
@@ -86,48 +92,53 @@ impl Hud {
             Some(["hud caps", "hud caps small"][usize::from(small)]),
         );
         let denied = game.status.denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
-        let answer = "Only the host can do that, and a host can't be removed.";
         dom::mark("clean", app.panels.clean);
         dom::mark("watching", game.watches());
         let clip = game.status.clip.as_ref().filter(|(at, _)| now_ms - at <= CLIP_MS);
         dom::show("clip", clip.is_some());
         if let Some((_, kept)) = clip {
-            dom::text("clip-text", strings::clip(kept));
+            dom::text("clip-text", say(strings::clip(kept)));
             let name = kept.as_ref().ok().filter(|name| !name.is_empty());
             dom::show("clip-link", name.is_some());
             let link = name.map(|name| format!("/replay/{name}"));
             dom::set(&dom::html("clip-link"), "href", link.as_deref());
         }
+        let answer = say("Only the host can do that, and a host can't be removed.");
         dom::text("told", if denied { answer } else { "" });
     }
 
-    fn show_scene(&mut self, game: &GameScreen, replica: &Replica) {
+    fn show_scene(&mut self, app: &App, game: &GameScreen, replica: &Replica) {
         let scene = &replica.scene;
         let lit = (game.controls.buttons(), replica.selected_kind());
-        let known = self.scene.as_ref() == Some(&scene.source);
+        let settings = &app.settings;
+        let keyed = self.keyed.0 == settings.keys && self.keyed.1 == settings.layout;
+        if !keyed {
+            self.keyed = (settings.keys.clone(), settings.layout.clone());
+        }
+        let known = self.scene.as_ref() == Some(&scene.source) && keyed;
         if !known || self.lit != lit {
             self.lit = lit;
-            self.caps.show(caps(scene, lit));
+            self.caps.show(caps(scene, lit, settings));
         }
         if known {
             return;
         }
         self.scene = Some(scene.source.clone());
         dom::show("turn", !scene.tools.contains(Tools::STEER));
-        dom::text("room-title", &scene.title);
-        dom::document().set_title(&format!("{} \u{b7} Jostle", scene.title));
+        dom::text("room-title", say(&scene.title));
+        dom::document().set_title(&format!("{} \u{b7} Jostle", say(&scene.title)));
         let code = format!("/{}", game.code);
         let about = match game.is_in_page() {
-            true if game.is_alone() => "played alone",
-            true => "demo, offline",
+            true if game.is_alone() => say("played alone"),
+            true => say("demo, offline"),
             false => &code,
         };
-        let watched =
-            format!("{about} \u{b7} watching: a digit follows a player, H hides all but the game");
+        let hint = say("watching: a digit follows a player, H hides all but the game");
+        let watched = format!("{about} \u{b7} {hint}");
         dom::text("room-code", if game.watches() { &watched } else { about });
         // There is no connection to show.
         dom::show("signal", !game.is_alone());
-        help::fill_for_game(&mut self.help, scene);
+        help::fill_for_game(&mut self.help, scene, settings);
     }
 
     /// Shows the texts that need not change with every frame.
@@ -145,20 +156,30 @@ impl Hud {
         }
         let closing = game.status.closing_ms.map(|closing_ms| {
             let seconds = ((closing_ms - app.now_ms()) / 1000.0).ceil().max(0.0);
-            let after = if game.status.is_kept { ": the game goes on right after" } else { "" };
-            format!("Server restarting in {seconds:.0} s{after}")
+            let sentence = match game.status.is_kept {
+                true => say("Server restarting in {count} s: the game goes on right after"),
+                false => say("Server restarting in {count} s"),
+            };
+            fill(sentence, &[("count", &format!("{seconds:.0}"))])
         });
         dom::text_or_hide("banner", closing.as_deref());
         // A simulated network is never mistaken for the real one.
         let simulated = app.conditions.is_on() && !game.is_in_page();
-        let badge = format!("Simulated bad connection: {}", app.conditions.words());
+        let badge = fill(
+            "Simulated bad connection: {conditions}",
+            &[("conditions", &app.conditions.words())],
+        );
         dom::text_or_hide("lag-badge", simulated.then_some(&badge));
         self.covered_css = ["board", "caps"].map(|id| dom::html(id).offset_height() as f32);
     }
 }
 
 /// The key caps of a scene; those whose buttons are down or whose body is picked are lit.
-fn caps(scene: &Scene, (pressed, selected): (Buttons, Option<Kind>)) -> impl Iterator<Item = Item> {
+fn caps(
+    scene: &Scene,
+    (pressed, selected): (Buttons, Option<Kind>),
+    settings: &Settings,
+) -> impl Iterator<Item = Item> {
     tools::caps(scene).into_iter().map(move |cap| {
         let picked = selected.is_some_and(|kind| tools::picks(cap.buttons) == Some(kind));
         let classes = [
@@ -170,26 +191,29 @@ fn caps(scene: &Scene, (pressed, selected): (Buttons, Option<Kind>)) -> impl Ite
         let classes: Vec<&str> = classes.into_iter().filter(|c| c.0).map(|c| c.1).collect();
         Item::new("cap-item", cap.key)
             .with("", "class", classes.join(" "))
-            .text("kbd", cap.key)
-            .text(".does", cap.does)
+            .text("kbd", settings.key_of(&cap))
+            .text(".does", say(cap.does))
     })
 }
 
 fn line(number: usize, news: &News) -> Item {
     let recolored;
     let (who, text, whom) = match news {
-        News::Said(who, text, whom) => (who.as_ref(), text.as_str(), whom.as_ref()),
-        News::Joined(who) => (Some(who), " joined", None),
-        News::Left(who) => (Some(who), " left", None),
+        News::Said(who, text, whom) => (who.as_ref(), say(text), whom.as_ref()),
+        News::Joined(who) => (Some(who), say(" joined"), None),
+        News::Left(who) => (Some(who), say(" left"), None),
         News::Recolored(who, wished) => {
-            let name = |color: u8| palette::NAMES[usize::from(color) % palette::NAMES.len()];
-            recolored = format!(" (you) is {} here: {} was taken", name(who.color), name(*wished));
+            let name = |color: u8| say(palette::NAMES[usize::from(color) % palette::NAMES.len()]);
+            recolored = fill(
+                " (you) is {color} here: {wished} was taken",
+                &[("color", name(who.color)), ("wished", name(*wished))],
+            );
             (Some(who), recolored.as_str(), None)
         }
-        News::Hit(by, Some(whom)) if by == whom => (Some(by), " splashed themselves", None),
-        News::Hit(by, Some(whom)) => (Some(by), " splashed ", Some(whom)),
-        News::Hit(by, None) => (Some(by), " hit a bystander", None),
-        News::Fell(who) => (Some(who), " fell out of the world", None),
+        News::Hit(by, Some(whom)) if by == whom => (Some(by), say(" splashed themselves"), None),
+        News::Hit(by, Some(whom)) => (Some(by), around(" splashed {player}").0, Some(whom)),
+        News::Hit(by, None) => (Some(by), say(" hit a bystander"), None),
+        News::Fell(who) => (Some(who), say(" fell out of the world"), None),
     };
     Item::new("news-item", number)
         .text("bdi", who.map_or("", |who| &who.name))
@@ -204,9 +228,9 @@ fn show_signal(game: &GameScreen, now_ms: f64) {
     let signal = dom::html("signal");
     dom::set(&signal, "data-bars", Some(&bars.to_string()));
     let title = match bars {
-        0 => "No connection",
-        1 | 2 => "Slow connection",
-        _ => "Good connection",
+        0 => say("No connection"),
+        1 | 2 => say("Slow connection"),
+        _ => say("Good connection"),
     };
     dom::set(&signal, "title", Some(title));
     let ping = game.meter.ping_ms.filter(|_| !game.is_in_page() && bars > 0);
@@ -215,7 +239,9 @@ fn show_signal(game: &GameScreen, now_ms: f64) {
 
 fn show_figures(game: &GameScreen, now_ms: f64) {
     let clock = game.membership.as_ref().map(|membership| &membership.clock);
-    let ticks = |figure: fn(&Clock) -> f64| format!("{:.1} ticks", clock.map_or(0.0, figure));
+    let ticks = |figure: fn(&Clock) -> f64| {
+        fill("{count} ticks", &[("count", &format!("{:.1}", clock.map_or(0.0, figure)))])
+    };
     let count = |figure: fn(&Replica) -> usize| game.replica().map_or(0, figure).to_string();
     let tick = clock.and_then(|clock| clock.server_tick(now_ms)).unwrap_or(0.0);
     let meter = &game.meter;

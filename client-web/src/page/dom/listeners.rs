@@ -3,7 +3,7 @@
 use crate::browser;
 use crate::page::dom;
 use crate::page::dom::{
-    editor, files, lobby, network_panel, replay_controls, sound_panel, touchpad,
+    editor, files, lobby, network_panel, replay_controls, settings, sound_panel, touchpad,
 };
 use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::queue::Events;
@@ -22,6 +22,7 @@ pub fn all(events: Events) {
     network_panel::listen(events);
     replay_controls::listen(events);
     sound_panel::listen(events);
+    settings::listen(events);
     files::listen(events);
     editor::listen(events);
     if browser::media("(pointer: coarse)") {

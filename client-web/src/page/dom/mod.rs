@@ -3,17 +3,20 @@
 
 pub mod dialogs;
 pub mod editor;
+mod emotes;
 mod files;
 mod help;
 mod hud;
+pub mod language;
 mod list;
 pub mod listeners;
 mod lobby;
 mod network_panel;
-mod players;
+pub mod players;
 mod records;
 mod replay_controls;
 mod round;
+pub mod settings;
 mod sound_panel;
 pub mod stage;
 mod tags;

@@ -3,6 +3,7 @@
 
 use crate::browser;
 use crate::input::stick;
+use crate::language::say;
 use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
@@ -30,6 +31,11 @@ impl Touchpad {
     pub fn new() -> Touchpad {
         let chosen = (Buttons::default(), None);
         Touchpad { scene: None, chosen, tools: List::new("tools"), stick: None }
+    }
+
+    /// Has the buttons made again.
+    pub fn clear(&mut self) {
+        self.scene = None;
     }
 
     /// Shows stick and buttons.
@@ -71,7 +77,7 @@ fn tool_buttons(
             .with("", "data-buttons", cap.buttons.0.to_string())
             .with("", "data-arms", cap.aimed.then(String::new))
             .with("", "aria-pressed", is_chosen.map(|chosen| chosen.to_string()))
-            .text("", cap.does)
+            .text("", say(cap.does))
     })
 }
 

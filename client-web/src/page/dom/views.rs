@@ -1,18 +1,22 @@
 //! All views of the page. Everything that they show follows from the app alone.
 
 use crate::browser;
+use crate::language::say;
 use crate::net::api::query_value;
 use crate::page::app::{Activity, App};
 use crate::page::dom;
 use crate::page::dom::dialogs::{self, DialogsView};
 use crate::page::dom::editor::EditorView;
+use crate::page::dom::emotes::EmotesView;
 use crate::page::dom::help;
 use crate::page::dom::hud::Hud;
+use crate::page::dom::language::Translated;
 use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
 use crate::page::dom::records;
 use crate::page::dom::replay_controls::ReplayControls;
 use crate::page::dom::round::RoundBoard;
+use crate::page::dom::settings::SettingsSheet;
 use crate::page::dom::sound_panel::SoundPanel;
 use crate::page::dom::stage::{self, Stage};
 use crate::page::dom::tags::Tags;
@@ -35,6 +39,9 @@ pub struct Views {
     replay: ReplayControls,
     round: RoundBoard,
     sound: SoundPanel,
+    settings: SettingsSheet,
+    emotes: EmotesView,
+    translated: Translated,
     tags: Tags,
     zone_labels: ZoneLabels,
     touchpad: Touchpad,
@@ -62,6 +69,9 @@ impl Views {
             replay: ReplayControls::new(),
             round: RoundBoard::new(),
             sound: SoundPanel::new(),
+            settings: SettingsSheet::new(),
+            emotes: EmotesView::new(),
+            translated: Translated::collect(),
             tags: Tags::default(),
             zone_labels: ZoneLabels::default(),
             touchpad: Touchpad::new(),
@@ -75,7 +85,13 @@ impl Views {
 
     /// Shows everything that an event may have changed.
     pub fn show(&mut self, app: &App) {
-        if self.screen != app.screen {
+        let is_told = self.translated.show(&app.settings.spoken);
+        if is_told {
+            self.lobby.clear();
+            self.editor.retell();
+            self.dialogs.retell();
+        }
+        if self.screen != app.screen || is_told {
             self.screen = app.screen;
             self.begin_screen(app);
         }
@@ -84,6 +100,7 @@ impl Views {
         // The page takes the player's colour.
         let own = format!("var(--player-{})", app.own_color);
         dom::style(&root, "--own", &own);
+        dom::mark("calm", app.settings.calm);
         if dom::mark("world", app.world_shown) && app.world_shown {
             dialogs::rescue_focus();
         }
@@ -102,6 +119,8 @@ impl Views {
         }
         self.touchpad.show(app);
         self.sound.show(app);
+        self.settings.show(app);
+        self.emotes.show(app);
         self.editor.show(app);
         if std::mem::take(&mut self.focus_stage) {
             dom::focus_stage();
@@ -115,8 +134,10 @@ impl Views {
     fn begin_screen(&mut self, app: &App) {
         self.text_ms = 0.0;
         self.hud.clear();
+        self.touchpad.clear();
         self.network.clear();
         self.tags.clear();
+        self.emotes.clear();
         self.zone_labels.clear();
         self.round.show(None);
         self.stage.reset();
@@ -152,6 +173,7 @@ impl Views {
         if let (Some(replica), Some(view)) = (app.replica(), view(app)) {
             let css_per_pixel = stage::css_per_pixel(view.pixels);
             self.tags.update(replica, view, css_per_pixel);
+            self.emotes.update(app, view, css_per_pixel);
             self.zone_labels.update(replica, view, css_per_pixel);
         }
         Some(drawn)
@@ -200,9 +222,9 @@ pub fn view(app: &App) -> Option<&View> {
 /// texts.
 fn show_copied(copied: Option<bool>) {
     let (text, title) = match copied {
-        None => ("Copy link", ""),
-        Some(true) => ("Copied", ""),
-        Some(false) => ("Couldn't copy", "Copy the link from the address bar."),
+        None => (say("Copy link"), ""),
+        Some(true) => (say("Copied"), ""),
+        Some(false) => (say("Couldn't copy"), say("Copy the link from the address bar.")),
     };
     for id in ["copy", "edit-copy"] {
         dom::text(id, text);

@@ -1,0 +1,172 @@
+//! The sheet of settings: language, calm, full screen, keys, gamepad. Plain DOM, touched only while it is open.
+
+use crate::browser;
+use crate::input::action::Action;
+use crate::input::pad::PadState;
+use crate::page::app::App;
+use crate::page::dom;
+use crate::page::dom::list::{Item, List};
+use crate::page::event::Event;
+use crate::page::queue::Events;
+use crate::page::settings::{Choice, Settings, SettingsEvent};
+use crate::page::strings;
+use jostle_sim::Vec2;
+use wasm_bindgen::closure::Closure;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{Gamepad, GamepadButton, HtmlInputElement, HtmlSelectElement};
+
+/// The sheet as it was shown last.
+pub struct SettingsSheet {
+    keys: List,
+    pad: List,
+}
+
+impl SettingsSheet {
+    pub fn new() -> SettingsSheet {
+        SettingsSheet { keys: List::new("key-list"), pad: List::new("pad-list") }
+    }
+
+    /// Shows the sheet, if it is open.
+    pub fn show(&mut self, app: &App) {
+        let settings = &app.settings;
+        if !app.dialogs.settings {
+            return;
+        }
+        dom::by_id::<HtmlSelectElement>("language").set_value(&settings.language);
+        dom::by_id::<HtmlInputElement>("calm-on").set_checked(settings.calm);
+        dom::by_id::<HtmlInputElement>("full-on").set_checked(settings.is_full);
+        dom::show("full-choice", dom::document().fullscreen_enabled());
+        dom::text("settings-note", &settings.note);
+        let keys = Action::ALL.into_iter().map(|action| {
+            let is_asked = settings.choice == Some(Choice::Key(action));
+            entry(action, "choose-key", settings.cap(action), is_asked)
+        });
+        self.keys.show(keys);
+        dom::show("pad-none", !settings.has_pad);
+        dom::show("pad-choices", settings.has_pad);
+        if settings.has_pad {
+            self.show_pad(settings);
+        }
+    }
+
+    fn show_pad(&mut self, settings: &Settings) {
+        let slider: HtmlInputElement = dom::by_id("dead-zone");
+        let zone = settings.pad.dead_zone.to_string();
+        if slider.value() != zone {
+            slider.set_value(&zone);
+        }
+        dom::text("zone-shown", &strings::percent(settings.pad.dead_zone));
+        let played = Action::ALL.into_iter().filter(|action| *action != Action::Edit);
+        self.pad.show(played.map(|action| {
+            let button = settings.pad.button(action).map_or("\u{2013}", strings::pad_button);
+            let is_asked = settings.choice == Some(Choice::Button(action));
+            entry(action, "choose-button", button.to_owned(), is_asked)
+        }));
+    }
+}
+
+/// An action with its key or button.
+fn entry(action: Action, asks: &str, cap: String, is_asked: bool) -> Item {
+    let cap = if is_asked { "\u{2026}".to_owned() } else { cap };
+    Item::new("binding-item", action.id())
+        .with("button", "data-action", asks.to_owned())
+        .with("button", "data-value", action.id().to_owned())
+        .with("button", "aria-pressed", is_asked.to_string())
+        .text("button span", strings::action(action))
+        .text("kbd", cap)
+}
+
+pub fn listen(events: Events) {
+    let send = move |event| events.push(Event::Settings(event));
+    dom::listen(&dom::html("language"), "change", move |_: web_sys::Event| {
+        send(SettingsEvent::Language(dom::by_id::<HtmlSelectElement>("language").value()));
+    });
+    dom::listen(&dom::html("calm-on"), "change", move |_: web_sys::Event| {
+        send(SettingsEvent::Calm(dom::by_id::<HtmlInputElement>("calm-on").checked()));
+    });
+    dom::listen(&dom::html("full-on"), "change", move |_: web_sys::Event| {
+        events.push(Event::Clicked("full-screen".to_owned(), String::new()));
+    });
+    dom::listen(&dom::html("dead-zone"), "input", move |event: web_sys::Event| {
+        if let Some(percent) = dom::value_of(&event) {
+            send(SettingsEvent::DeadZone(percent));
+        }
+    });
+    dom::listen(&dom::document(), "fullscreenchange", move |_: web_sys::Event| {
+        send(SettingsEvent::FullScreen(dom::document().fullscreen_element().is_some()));
+    });
+    for kind in ["gamepadconnected", "gamepaddisconnected"] {
+        dom::listen(&browser::window(), kind, move |_: web_sys::Event| {
+            send(SettingsEvent::PadConnected(pads().next().is_some()));
+        });
+    }
+    read_layout(events);
+}
+
+/// Asks the browser for the letters of the keys, if it tells them.
+fn read_layout(events: Events) -> Option<()> {
+    let get = |object: &JsValue, name: &str| js_sys::Reflect::get(object, &name.into()).ok();
+    let keyboard = get(&browser::window().navigator(), "keyboard").filter(JsValue::is_object)?;
+    let read: js_sys::Function = get(&keyboard, "getLayoutMap")?.dyn_into().ok()?;
+    let promise: js_sys::Promise = read.call0(&keyboard).ok()?.dyn_into().ok()?;
+    let taken = Closure::<dyn FnMut(JsValue)>::new(move |map: JsValue| {
+        let entries = js_sys::Array::from(&map);
+        let labels = entries.iter().filter_map(|entry| {
+            let entry: js_sys::Array = entry.dyn_into().ok()?;
+            Some((entry.get(0).as_string()?, entry.get(1).as_string()?))
+        });
+        events.push(Event::Settings(SettingsEvent::Layout(labels.collect())));
+    });
+    // A page in a frame may not know them.
+    let ignored = Closure::<dyn FnMut(JsValue)>::new(|_| {});
+    let _ = promise.then2(&taken, &ignored);
+    // The promise calls one of them once.
+    taken.forget();
+    ignored.forget();
+    Some(())
+}
+
+/// Connected gamepads of the standard mapping.
+fn pads() -> impl Iterator<Item = Gamepad> {
+    let pads = browser::window().navigator().get_gamepads().unwrap_or_default();
+    (0..pads.length())
+        .filter_map(move |index| pads.get(index).dyn_into::<JsValue>().ok())
+        .filter(JsValue::is_object)
+        .map(|pad| pad.unchecked_into::<Gamepad>())
+        .filter(Gamepad::connected)
+}
+
+/// The state of the connected gamepads, as if they were one.
+pub fn pad_state() -> PadState {
+    let mut state = PadState::default();
+    for pad in pads() {
+        for (index, button) in pad.buttons().iter().enumerate().take(32) {
+            let is_down = button.unchecked_into::<GamepadButton>().pressed();
+            state.buttons |= u32::from(is_down) << index;
+        }
+        let axes = pad.axes();
+        let axis = |index| axes.get(index).as_f64().unwrap_or(0.0) as f32;
+        for (stick, first) in state.sticks.iter_mut().zip([0, 2]) {
+            let read = Vec2::new(axis(first), axis(first + 1));
+            if read.length() > stick.length() {
+                *stick = read;
+            }
+        }
+    }
+    state
+}
+
+/// Asks for the whole screen, or gives it back.
+pub fn full_screen(wanted: bool) {
+    match wanted {
+        // What the browser refuses leaves everything as it is.
+        true => drop(dom::root().request_fullscreen()),
+        false => dom::document().exit_fullscreen(),
+    }
+}
+
+/// The address of the file of a language, as the document names it.
+pub fn language_file(language: &str) -> Option<String> {
+    dom::query::<web_sys::Element>(&format!("#language [value={language:?}]"))?
+        .get_attribute("data-file")
+}
