@@ -5,7 +5,7 @@ use crate::editor::update::Deed;
 use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
-use crate::page::settings::SettingsEvent;
+use crate::page::choices::SettingsEvent;
 use crate::sound::task::{SoundEvent, SoundTask};
 use jostle_game::Buttons;
 use jostle_game::scene::SceneError;

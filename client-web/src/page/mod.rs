@@ -7,6 +7,8 @@ mod app;
 mod awaited;
 mod best_runs;
 mod captions;
+mod choices;
+mod choosing;
 mod context;
 mod dialogs;
 #[cfg(target_arch = "wasm32")]
@@ -41,3 +43,4 @@ mod sound;
 mod sound_desk;
 mod strings;
 mod tools;
+mod wheel;

@@ -2,45 +2,16 @@
 
 use crate::input::action::Action;
 use crate::input::bindings::{Bindings, Layout};
-use crate::input::pad::{self, PadBindings, PadState};
-use crate::language::{self, fill, say};
-use crate::page::app::App;
+use crate::input::pad::{PadBindings, PadState};
+use crate::language::{self, say};
+use crate::page::choices::Choice;
 use crate::page::context::{Context, Remembered};
 use crate::page::event::{Effect, Key};
-use crate::page::layers::Layer;
 use crate::page::strings;
 use crate::page::tools::Cap;
 
 /// Languages of the page: English, and those with a file.
 pub const LANGUAGES: [&str; 2] = ["en", "de"];
-
-/// A choice that waits for the player to press something.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Choice {
-    /// The next key gets this action.
-    Key(Action),
-    /// The next button of the gamepad does.
-    Button(Action),
-}
-
-/// A change of the settings.
-#[derive(Clone, Debug, PartialEq)]
-pub enum SettingsEvent {
-    Language(String),
-    /// The file of a language came, or did not.
-    LanguageCame(String, Option<String>),
-    Calm(bool),
-    /// The page got the whole screen, or gave it back.
-    FullScreen(bool),
-    /// The browser knows the letters of keys, by their places.
-    Layout(Vec<(String, String)>),
-    /// A gamepad was connected, or the last one is gone.
-    PadConnected(bool),
-    /// Once a frame while one is connected.
-    Pad(PadState),
-    /// Percent.
-    DeadZone(u8),
-}
 
 /// The settings, and what the sheet says of them.
 #[derive(Debug)]
@@ -120,7 +91,7 @@ impl Settings {
         self.note.clear();
     }
 
-    fn take_language(&mut self, language: &str, file: Option<String>) {
+    pub(super) fn take_language(&mut self, language: &str, file: Option<String>) {
         if self.language != language {
             return;
         }
@@ -135,7 +106,7 @@ impl Settings {
     }
 
     /// Gives the action that waits this key.
-    fn choose_key(&mut self, action: Action, key: &Key) {
+    pub(super) fn choose_key(&mut self, action: Action, key: &Key) {
         let moved = self.keys.assign(action, &key.code, &key.letter);
         let label = self.cap(action);
         self.note = strings::now_does(&label, action);
@@ -144,7 +115,7 @@ impl Settings {
         }
     }
 
-    fn choose_button(&mut self, action: Action, button: u8) {
+    pub(super) fn choose_button(&mut self, action: Action, button: u8) {
         let moved = self.pad.assign(action, button);
         self.note = strings::now_does(strings::pad_button(button), action);
         if let Some(other) = moved {
@@ -157,138 +128,4 @@ impl Settings {
 /// Whether a tag of the browser (`de-AT`) is of a language.
 fn is_of(tag: &str, language: &str) -> bool {
     tag.split('-').next().is_some_and(|first| first.eq_ignore_ascii_case(language))
-}
-
-impl App {
-    pub(super) fn set(&mut self, event: SettingsEvent) {
-        let settings = &mut self.settings;
-        match event {
-            SettingsEvent::Language(language) => {
-                settings.language = language;
-                self.ctx.remember(Remembered::LANGUAGE, &settings.language);
-                settings.ask_language(&mut self.ctx);
-            }
-            SettingsEvent::LanguageCame(language, file) => settings.take_language(&language, file),
-            SettingsEvent::Calm(calm) => {
-                settings.calm = calm;
-                self.ctx.remember(Remembered::CALM, if calm { "1" } else { "0" });
-            }
-            SettingsEvent::FullScreen(is_full) => settings.is_full = is_full,
-            SettingsEvent::Layout(labels) => {
-                for (place, letter) in labels {
-                    settings.layout.note(&place, &letter);
-                }
-            }
-            SettingsEvent::PadConnected(has_pad) => {
-                settings.has_pad = has_pad;
-                self.use_pad(PadState::default());
-            }
-            SettingsEvent::Pad(state) => self.use_pad(state),
-            SettingsEvent::DeadZone(percent) => {
-                let [least, most] = pad::DEAD_ZONES;
-                settings.pad.dead_zone = percent.clamp(least, most);
-                self.keep_pad();
-            }
-        }
-    }
-
-    pub(super) fn toggle_settings(&mut self) {
-        self.release_input();
-        self.wheel = None;
-        self.settings.choice = None;
-        self.settings.note.clear();
-        self.dialogs.toggle_settings(self.top());
-    }
-
-    /// Asks for the key or the button of an action, or no longer.
-    pub(super) fn ask_choice(&mut self, choice: Option<Choice>) {
-        let settings = &mut self.settings;
-        settings.choice = choice.filter(|_| settings.choice != choice);
-        settings.note = match settings.choice {
-            Some(Choice::Key(action)) => strings::press_key(action),
-            Some(Choice::Button(action)) => strings::press_button(action),
-            None => String::new(),
-        };
-    }
-
-    /// Everything is as at first.
-    pub(super) fn reset_hands(&mut self) {
-        self.settings.keys = Bindings::default();
-        self.settings.pad = PadBindings::default();
-        self.settings.choice = None;
-        self.settings.note = say(strings::RESET).to_owned();
-        self.ctx.remember(Remembered::KEYS, "");
-        self.keep_pad();
-    }
-
-    fn keep_pad(&mut self) {
-        let text = self.settings.pad.text();
-        self.ctx.remember(Remembered::PAD, &text);
-    }
-
-    pub(super) fn toggle_full_screen(&mut self) {
-        self.ctx.request(Effect::FullScreen(!self.settings.is_full));
-    }
-
-    /// A key in the settings: the one that is asked for, or the one that closes them. `false` if it is neither.
-    pub(super) fn settings_key_down(&mut self, key: &Key) -> bool {
-        if self.top() != Layer::Settings {
-            return false;
-        }
-        let is_escape = key.code == "Escape";
-        match self.settings.choice {
-            Some(_) if is_escape => self.ask_choice(None),
-            Some(Choice::Key(action)) => {
-                // Tab leads on, and these have a use of their own.
-                if key.code == "Tab" || key.modified || is_modifier(&key.letter) {
-                    return false;
-                }
-                if is_function(&key.code) {
-                    self.settings.note = fill(strings::TAKEN_KEY, &[("key", &key.code)]);
-                } else {
-                    self.settings.choose_key(action, key);
-                    self.settings.choice = None;
-                    let text = self.settings.keys.text();
-                    self.ctx.remember(Remembered::KEYS, &text);
-                }
-            }
-            _ if is_escape => self.toggle_settings(),
-            _ => return false,
-        }
-        self.ctx.request(Effect::PreventDefault);
-        true
-    }
-
-    /// Learns what the cap of a key reads.
-    pub(super) fn note_cap(&mut self, key: &Key) {
-        if !key.modified && !key.shift {
-            self.settings.layout.note(&key.code, &key.letter);
-        }
-    }
-
-    /// Takes the state of the gamepad.
-    fn use_pad(&mut self, state: PadState) {
-        let before = std::mem::replace(&mut self.settings.pad_state, state);
-        let pressed = state.buttons & !before.buttons;
-        if let Some(Choice::Button(action)) = self.settings.choice {
-            let chosen = (0..pad::BUTTONS).find(|button| pressed >> button & 1 == 1);
-            if let Some(button) = chosen.filter(|button| pad::is_free(*button)) {
-                self.settings.choose_button(action, button);
-                self.settings.choice = None;
-                self.keep_pad();
-            }
-            return;
-        }
-        self.play_by_pad(&state);
-    }
-}
-
-fn is_modifier(letter: &str) -> bool {
-    matches!(letter, "Shift" | "Control" | "Alt" | "Meta" | "AltGraph" | "CapsLock" | "Dead")
-}
-
-/// Keys that the page or the browser needs.
-fn is_function(code: &str) -> bool {
-    let number = code.strip_prefix('F').and_then(|number| number.parse::<u8>().ok());
-    number.is_some()
 }

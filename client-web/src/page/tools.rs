@@ -27,7 +27,7 @@ pub const TOUCH_HELP: [(&str, &str); 2] =
 pub const PAGE_HELP: [(&str, &str); 4] =
     [("?", "this help"), ("F2", "collision outlines"), ("F3", "stats"), ("F4", "network details")];
 /// Help for keys of the page that the player may choose. The sound has one where no scene needs it.
-pub const CHOSEN_HELP: [(Action, &str); 3] = [
+pub const CHOSEN_HELP: [(Action, &str); 4] = [
     (Action::Mute, "sound off / on"),
     (Action::Emote, "emotes"),
     (Action::FullScreen, "full screen"),
