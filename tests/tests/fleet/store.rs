@@ -39,7 +39,13 @@ async fn removals_of_rooms_expire_also_in_a_bucket_of_an_earlier_version() {
         let context = connect(&settings).await.expect("an address");
         let store = Store::open(&context, &settings).await.expect("a store");
         let key = Key::Room("k7f3q2".into());
-        let room = RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None, guest: false };
+        let room = RoomFacts {
+            scene: "arena".into(),
+            number: 1,
+            private: false,
+            creator: None,
+            guest: false,
+        };
         let owner = Owner { node: "a".into(), incarnation: 1 };
         let entry = Entry::Room(RoomEntry { owner, epoch: 1, room });
         for _ in 0..2 {

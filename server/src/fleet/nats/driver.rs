@@ -271,7 +271,9 @@ impl Connected {
         let sink = sink.ok_or("the server ends")?;
         let adopted = self.rooms.adopt(code, &entry.room, saved, lease, Arc::clone(&sink));
         match adopted {
-            Adopted::NotHere => return Err(format!("no thread or no scene {:?}", entry.room.scene)),
+            Adopted::NotHere => {
+                return Err(format!("no thread or no scene {:?}", entry.room.scene));
+            }
             Adopted::Over => {
                 let (code, number) = (code.to_owned(), entry.room.number);
                 let file = RoomFile { code, number, failed: AtomicBool::new(false) };

@@ -66,7 +66,13 @@ mod tests {
         let room = RoomEntry {
             owner: Owner { node: "a".into(), incarnation: 1 },
             epoch: 1,
-            room: RoomFacts { scene: "arena".into(), number: 1, private: false, creator: None, guest: false },
+            room: RoomFacts {
+                scene: "arena".into(),
+                number: 1,
+                private: false,
+                creator: None,
+                guest: false,
+            },
         };
         let value = serde_json::to_vec(&room).expect("an entry");
         let mut follower = Follower::default();
