@@ -112,7 +112,7 @@ pub enum Unproven {
     #[error("the keyframe of tick {0} is not the state that is played")]
     OtherState(u32),
     /// No round is won in it.
-    #[error("nobody wins a round in this replay")]
+    #[error("no player wins a round in this replay")]
     NoResult,
     /// It takes too long to play.
     #[error("the replay takes too long to play: it came to tick {0}")]

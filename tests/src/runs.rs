@@ -35,7 +35,7 @@ enter = "post"
 score = 1
 "#;
 
-/// The records of a game of [`DASH`] in which this player waits for so many ticks of the round, and then flies to the
+/// The records of a game of [`DASH`] in which this player waits for this many ticks of the round, and then flies to the
 /// post.
 pub fn dash(player: &str, wait: u32) -> Vec<Record> {
     let scene = Scene::parse("dash.toml", DASH).expect("a scene");

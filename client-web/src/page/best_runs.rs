@@ -2,12 +2,12 @@
 
 use crate::net::api::{self, RecordCard, RecordTable};
 
-/// What the page knows of records.
+/// Records, as far as the page knows them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Records {
     /// The best run of each scene.
     pub list: api::Records,
-    /// What came of the own run.
+    /// The sentence about the own run.
     pub said: String,
     /// The beginning of the result whose run was looked at.
     pub result_since: Option<u32>,

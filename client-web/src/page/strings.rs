@@ -282,7 +282,7 @@ pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
     format!("Best: {result} by {}{others}", run.players.first().map_or("", String::as_str))
 }
 
-/// What came of the own run.
+/// The answer about the own run, as a sentence.
 pub fn run_said(answer: Option<&Posted>) -> String {
     match answer {
         Some(Posted { rank: Some(1), .. }) => "A new record! The server has checked it.".into(),

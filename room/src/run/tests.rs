@@ -36,7 +36,7 @@ fn built_in(name: &str) -> Scene {
     scenes.find(|scene| scene.name == name).expect("a shipped scene")
 }
 
-/// The records of a game in which Ann, beside Bob, waits for so many ticks of each round and then flies to the post.
+/// The records of a game in which Ann, beside Bob, waits for this many ticks of each round and then flies to the post.
 fn records(ticks: u32, waits: &[u32]) -> Vec<Record> {
     let mut room = Room::new("alone", scene(DASH), 7);
     room.record("test", 1000);
@@ -147,10 +147,10 @@ fn a_replay_that_was_tampered_with_is_refused() {
         joins.retain(|change| !matches!(change, Change::Join(Seat(1), _)));
     });
     assert!(matches!(seat, Unproven::Differs(_) | Unproven::Unplayable(_)), "{seat}");
-    let late = proved(&records(4000, &[])).expect_err("time was up, and nobody came to the post");
+    let late = proved(&records(4000, &[])).expect_err("time was up, and no hero came to the post");
     assert_eq!(late, Unproven::NoResult);
-    let none = proved(&records(480, &[])).expect_err("nobody won");
-    assert_eq!(none.to_string(), "nobody wins a round in this replay");
+    let none = proved(&records(480, &[])).expect_err("a round without a winner");
+    assert_eq!(none.to_string(), "no player wins a round in this replay");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use jostle_room::Run;
 pub struct Record {
     /// Name of its file, without the ending.
     pub name: String,
-    /// What it proved.
+    /// The run that it proved.
     pub run: Run,
     /// When it came, seconds since 1970.
     pub unix_s: u64,

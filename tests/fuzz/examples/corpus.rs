@@ -326,7 +326,7 @@ fn runs() -> Vec<Vec<u8>> {
     [0, 20, 1000].map(run_after).to_vec()
 }
 
-/// The records, in parts, of a game in which the player flies to the post after so many ticks.
+/// The records, in parts, of a game in which the player flies to the post after this many ticks.
 fn run_after(wait: u32) -> Vec<u8> {
     let scene = Scene::parse("hop.toml", RUN_SCENE).expect("a scene");
     let mut room = Room::new("corpus", Arc::new(scene), 3);

@@ -147,7 +147,7 @@ async fn a_run_that_was_tampered_with_is_refused_with_what_was_found() {
                 // The time of the round is up before she flies.
                 file(&dash("Ann", 4000))
             },
-            "nobody wins a round in this replay",
+            "no player wins a round in this replay",
         ),
         (b"a run of two seconds, honestly".to_vec(), "this is no replay that can be read"),
         (Vec::new(), "this is no replay that can be read"),
