@@ -134,6 +134,13 @@ pub struct RecordTable {
     pub records: Vec<RecordCard>,
 }
 
+impl RecordTable {
+    /// Whether the fastest run is the best.
+    pub fn is_timed(&self) -> bool {
+        self.measure == "time"
+    }
+}
+
 /// A run that is kept.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub struct RecordCard {

@@ -4,6 +4,7 @@
 use crate::browser;
 use crate::net::api::{FILES, Request, scene_file};
 use crate::net::http;
+use crate::net::report::Fetched;
 use crate::net::report::SocketEvent;
 use crate::net::socket::{Conditions, Socket};
 use crate::page::app::{App, Startup};

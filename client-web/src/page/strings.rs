@@ -271,23 +271,33 @@ pub const NO_GHOST: Card = card(
 
 /// The best run of a scene.
 pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
-    let result = match &*table.measure {
-        "time" => clock(f64::from(run.ticks), true),
-        _ => format!("{} points", run.points),
+    let result = match table.is_timed() {
+        true => clock(f64::from(run.ticks), true),
+        false => fill("{count} points", &[("count", &run.points.to_string())]),
     };
-    let others = match run.players.len() {
-        0 | 1 => String::new(),
-        many => format!(" and {} more", many - 1),
-    };
-    format!("Best: {result} by {}{others}", run.players.first().map_or("", String::as_str))
+    let name = run.players.first().map_or("", String::as_str);
+    match run.players.len() {
+        0 | 1 => fill("Best: {result} by {name}", &[("result", &result), ("name", name)]),
+        many => {
+            let more = (many - 1).to_string();
+            fill(
+                "Best: {result} by {name} and {count} more",
+                &[("result", &result), ("name", name), ("count", &more)],
+            )
+        }
+    }
 }
 
 /// The answer about the own run, as a sentence.
 pub fn run_said(answer: Option<&Posted>) -> String {
     match answer {
         Some(Posted { rank: Some(1), .. }) => "A new record! The server has checked it.".into(),
-        Some(Posted { rank: Some(rank), .. }) => format!("Your run is number {rank} here."),
-        Some(Posted { error: Some(error), .. }) => format!("Your run was not kept: {error}."),
+        Some(Posted { rank: Some(rank), .. }) => {
+            fill("Your run is number {rank} here.", &[("rank", &rank.to_string())])
+        }
+        Some(Posted { error: Some(error), .. }) => {
+            fill("Your run was not kept: {error}.", &[("error", error)])
+        }
         Some(_) => "Your run is not among the best yet.".into(),
         None => "Can't reach the server, so your run was not kept.".into(),
     }

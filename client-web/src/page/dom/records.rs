@@ -1,5 +1,6 @@
 //! The best runs: under a scene's card, and on the result of a round that is played alone.
 
+use crate::language::say;
 use crate::net::api::{RecordCard, RecordTable};
 use crate::page::app::App;
 use crate::page::best_runs::Records;
@@ -20,13 +21,13 @@ pub fn on_card(item: Item, records: &Records, scene: &str, heroes: bool) -> Item
 }
 
 fn is_raced(table: &RecordTable, heroes: bool) -> bool {
-    heroes && table.measure == "time"
+    heroes && table.is_timed()
 }
 
 /// Shows the best run, and what came of the own one.
 pub fn show_result(app: &App) {
     let said = Some(&*app.records.said).filter(|said| !said.is_empty());
-    dom::text_or_hide("result-said", said);
+    dom::text_or_hide("result-said", said.map(say));
     let scene = app.ranked_scene();
     let best = scene.and_then(|scene| app.records.best(scene));
     dom::show("result-best", best.is_some());

@@ -1,4 +1,4 @@
-//! What a node makes of the entries that a watcher of a bucket tells.
+//! The follower of a bucket turns the entries that a watcher tells into changes of the directory.
 
 use super::store::watched;
 use crate::fleet::directory::Change;

@@ -23,12 +23,15 @@ pub enum Outcome {
     Fenced,
 }
 
+/// Takes what becomes of the room of a code.
+type Report = dyn Fn(&str, Outcome) + Send + Sync;
+
 /// Shared by the tasks of all rooms.
 pub struct Shared {
     /// Numbers of messages; the process begins at a random one.
     next_writer: AtomicU64,
     errors: Arc<AtomicU64>,
-    report: Box<dyn Fn(&str, Outcome) + Send + Sync>,
+    report: Box<Report>,
 }
 
 impl Shared {
