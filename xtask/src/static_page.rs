@@ -62,7 +62,7 @@ fn scenes(folder: &str, files: &BTreeMap<PathBuf, Vec<u8>>) -> Value {
             files.contains_key(Path::new(&picture)).then(|| format!("{folder}/{picture}"));
         let round = scene.rules.round.as_ref();
         let round_ticks = round.and_then(|round| round.time);
-        json!({
+        let mut entry = json!({
             "name": scene.name,
             "title": scene.title,
             "about": scene.about,
@@ -74,7 +74,9 @@ fn scenes(folder: &str, files: &BTreeMap<PathBuf, Vec<u8>>) -> Value {
             "players_min": round.map_or(1, |round| round.players_min),
             "fill": round.map_or(0, |round| round.fill),
             "picture": picture,
-        })
+        });
+        entry.as_object_mut().expect("an object").retain(|_, value| *value != 0);
+        entry
     };
     json!({ "scenes": Scene::built_in().iter().map(entry).collect::<Vec<_>>() })
 }

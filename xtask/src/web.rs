@@ -168,17 +168,20 @@ fn gather(bound: &Path) -> Result<Files> {
     let mut files = BTreeMap::new();
     add_tree(&mut files, bound, Path::new(""))?;
     add_tree(&mut files, &root.join("client-web/web"), Path::new(""))?;
-    for name in ["client.js", "style.css"] {
+    for name in ["client.js", "index.html", "style.css"] {
         let content = files.get_mut(Path::new(name)).with_context(|| format!("no {name}"))?;
         *content = without_comments(std::str::from_utf8(content).context("a text")?).into_bytes();
     }
+    let style = files.get_mut(Path::new("style.css")).context("no style.css")?;
+    *style = squeezed(std::str::from_utf8(style).context("a text")?).into_bytes();
     add_tree(&mut files, &root.join("assets/sprites"), Path::new("sprites"))?;
     add_tree(&mut files, &root.join("assets/pictures"), Path::new("pictures"))?;
     add_tree(&mut files, &root.join("assets/scenes"), Path::new("scenes"))?;
     Ok(files)
 }
 
-/// A script or a style sheet without its block comments and indents. Comments begin lines, and strings hold no newline.
+/// A script, a style sheet or a document without its block comments (not those of HTML) and indents. Comments begin lines, and
+/// strings and preformatted text hold no newline.
 fn without_comments(text: &str) -> String {
     let mut kept = String::with_capacity(text.len());
     let mut in_comment = false;
@@ -195,6 +198,16 @@ fn without_comments(text: &str) -> String {
         }
     }
     kept
+}
+
+/// A style sheet without the spaces and line ends that it does not need. Its strings hold neither a colon nor a brace
+/// beside a space.
+fn squeezed(style: &str) -> String {
+    let mut squeezed = style.replace(": ", ":").replace(" {", "{");
+    for end in ["{", "}", ";"] {
+        squeezed = squeezed.replace(&format!("{end}\n"), end);
+    }
+    squeezed
 }
 
 /// Puts a digest of everything into the addresses that the document names, and beside it for the server:

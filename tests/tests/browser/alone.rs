@@ -212,10 +212,12 @@ async fn a_scene_is_played_alone_in_the_lobby(stage: Arc<Stage>) -> Result<()> {
     Ok(())
 }
 
+/// The scenes of a list, without the addresses of their pictures.
 fn without_pictures(mut list: Value) -> Value {
-    for scene in list["scenes"].as_array_mut().into_iter().flatten() {
+    let mut scenes = list["scenes"].take();
+    for scene in scenes.as_array_mut().into_iter().flatten() {
         assert!(scene["picture"].is_string(), "{scene}");
         scene["picture"] = Value::Null;
     }
-    list
+    scenes
 }

@@ -120,7 +120,7 @@ pub async fn a_link_with_an_error_leads_to_it(stage: Arc<Stage>) -> Result<()> {
     tab.until("the editor", |s| s.state == "editing").await?;
     tab.until_true("document.activeElement.id === 'text'").await?;
     assert_eq!(text(&tab).await?, wrong);
-    tab.until_true("document.querySelector('#underlay mark')").await?;
+    tab.until_true("document.querySelector('#underlay mark').textContent !== ''").await?;
     let [sentence, underlined] = errors_of(&tab).await?;
     assert_eq!((sentence, underlined), (told, "-12".to_owned()));
     let before: String =

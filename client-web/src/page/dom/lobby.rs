@@ -20,8 +20,6 @@ use web_sys::{Element, HtmlElement, HtmlInputElement, InputEvent, MouseEvent, Po
 const CATEGORIES: [(&str, &str); 3] =
     [("games", "game-list"), ("playgrounds", "playground-list"), ("book", "book-list")];
 
-/// Pictures are loaded above this multiple of the window's height.
-const NEAR: f64 = 1.25;
 /// Replays that a folded list shows: the style sheet hides the others.
 const FOLDED: usize = 6;
 
@@ -54,7 +52,7 @@ impl LobbyView {
     }
 
     pub fn show(&mut self, app: &App) {
-        load_near();
+        load_visible();
         let (lobby, records) = (&app.lobby, &app.records);
         let screen = self.shown.as_ref().map(|shown| shown.0);
         if screen != Some(app.screen) {
@@ -90,9 +88,9 @@ impl LobbyView {
     }
 }
 
-/// Loads the pictures of scenes that are in view, or nearly. Browsers load lazy ones from far below, and few visits get
-/// that far. The page pulses, so that this follows what is scrolled.
-fn load_near() {
+/// Loads the pictures of scenes that are in view. Browsers load lazy ones from far below, and few visits get that
+/// far. The page pulses, so that this follows what is scrolled.
+fn load_visible() {
     let height = f64::from(dom::root().client_height());
     let waiting = dom::document().query_selector_all("img[data-src]").expect("a valid selector");
     for at in 0..waiting.length() {
@@ -100,7 +98,7 @@ fn load_near() {
             continue;
         };
         let place = image.get_bounding_client_rect();
-        if place.height() > 0.0 && place.top() < NEAR * height {
+        if place.height() > 0.0 && place.top() < height {
             dom::set(&image, "src", image.get_attribute("data-src").as_deref());
             dom::set(&image, "data-src", None);
         }

@@ -23,14 +23,15 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// The body of `GET /api/scenes`. A scene without a picture has `null` for its path.
+/// The body of `GET /api/scenes`. A scene without a picture has `null` for its path, and numbers that are 0 are left out:
+/// every visitor of the lobby downloads them.
 pub fn scenes(state: &ServerState) -> Value {
     let entry = |scene: &Arc<Scene>| {
         let picture = format!("pictures/{}.webp", scene.name);
         let picture = assets::find(state.config.files, &picture);
         let round = scene.rules.round.as_ref();
         let round_ticks = round.and_then(|round| round.time);
-        json!({
+        let mut entry = json!({
             "name": scene.name,
             "title": scene.title,
             "about": scene.about,
@@ -42,7 +43,9 @@ pub fn scenes(state: &ServerState) -> Value {
             "players_min": round.map_or(1, |round| round.players_min),
             "fill": round.map_or(0, |round| round.fill),
             "picture": picture.map(|file| assets::address(state.config.files, file)),
-        })
+        });
+        entry.as_object_mut().expect("an object").retain(|_, value| *value != 0);
+        entry
     };
     json!({
         "scenes": state.rooms.scenes().iter().map(entry).collect::<Vec<_>>(),
