@@ -54,12 +54,10 @@ pub struct Entered {
 }
 
 impl Records {
-    /// Opens or makes the directory for runs of these scenes.
-    pub fn open(dir: PathBuf, scenes: &[Scene], most: Duration) -> io::Result<Arc<Records>> {
-        fs::create_dir_all(&dir)
-            .map_err(|error| io::Error::new(error.kind(), format!("{}: {error}", dir.display())))?;
+    /// The records of runs of these scenes. The directory is made for the first one: a disk that fails costs no game.
+    pub fn open(dir: PathBuf, scenes: &[Scene], most: Duration) -> Arc<Records> {
         let limited = ConnectionLimits::new;
-        Ok(Arc::new(Records {
+        Arc::new(Records {
             dir,
             scenes: scenes.iter().cloned().map(Arc::new).collect(),
             most,
@@ -67,7 +65,7 @@ impl Records {
             turn: Mutex::default(),
             trials: limited(limits::RUN_TRIALS_MAX, limits::ADDRESS_RUN_TRIALS_MAX),
             readers: limited(limits::REPLAY_READERS_MAX, limits::ADDRESS_REPLAY_READERS_MAX),
-        }))
+        })
     }
 
     /// Starts to play the files of the directory again, on a thread of its own.
@@ -100,7 +98,11 @@ impl Records {
     /// Files of records, in the order of their names. What was not complete is deleted.
     fn files(&self) -> io::Result<Vec<PathBuf>> {
         let mut files = Vec::new();
-        for entry in fs::read_dir(&self.dir)? {
+        let entries = match fs::read_dir(&self.dir) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(files),
+            entries => entries?,
+        };
+        for entry in entries {
             let path = entry?.path();
             match path.extension().and_then(|ending| ending.to_str()) {
                 Some(ENDING) if path.is_file() => files.push(path),
@@ -168,8 +170,10 @@ impl Records {
         let record = record(scene, run.clone(), SystemTime::now(), bytes.len());
         let name = record.name.clone();
         if self.table(&scene.name).takes(&record) {
-            if let Err(error) = write_closed(&self.path(&name), &bytes) {
-                error!(file = %self.path(&name).display(), %error, "CANNOT KEEP A RECORD");
+            let path = self.path(&name);
+            let made = fs::create_dir_all(&self.dir);
+            if let Err(error) = made.and_then(|()| write_closed(&path, &bytes)) {
+                error!(file = %path.display(), %error, "CANNOT KEEP A RECORD");
                 return Err(error);
             }
             self.enter(&scene.name, record);

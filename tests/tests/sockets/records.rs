@@ -162,7 +162,7 @@ async fn a_run_that_was_tampered_with_is_refused_with_what_was_found() {
     server.counts("jostle_refusals_total{reason=\"run\"}", count).await;
     assert_eq!(send(server.address, &vec![0; RUN_BYTES_MAX + 1]).await.status, 413);
     assert!(best(server.address).await.is_empty());
-    assert_eq!(fs::read_dir(dir.path().join("records")).expect("a directory").count(), 0);
+    assert!(!dir.path().join("records").exists(), "it is made for the first one");
     // What all these were made from is a run.
     enters(server.address, &file(&whole), 1).await;
 }
