@@ -28,7 +28,7 @@ use hyper::upgrade::OnUpgrade;
 use hyper::{Method, Request, StatusCode};
 use hyper_util::rt::TokioTimer;
 use page::{asset, page, room_page};
-use response::{Answer, TEXT, failed, json, respond, upgrading};
+use response::{Answer, TEXT, failed, packed, respond, upgrading};
 use std::net::IpAddr;
 use std::sync::Arc;
 
@@ -164,8 +164,8 @@ async fn route(
         }
         _ if !reads => not_allowed(&path),
         "/" => page(state.config.files, request.headers(), StatusCode::OK),
-        "/api/scenes" => json(StatusCode::OK, &api::scenes(state)),
-        "/api/rooms" => json(StatusCode::OK, &api::rooms(state)),
+        "/api/scenes" => packed(request.headers(), &api::scenes(state)),
+        "/api/rooms" => packed(request.headers(), &api::rooms(state)),
         "/api/replays" => replays::list(state),
         "/api/records" => records::list(request.uri().query(), state),
         _ => other_path(request.headers(), word, address, state).await,

@@ -1,6 +1,6 @@
 //! The page, its files and the links of rooms.
 
-use super::response::{Answer, TEXT, not_found, respond};
+use super::response::{Answer, TEXT, accepts, not_found, respond};
 use crate::host::rooms::is_code;
 use crate::net::assets::{self, File};
 use crate::state::ServerState;
@@ -75,7 +75,7 @@ fn served_from(
     packed: Option<&'static File>,
     status: StatusCode,
 ) -> Answer {
-    let chosen = packed.filter(|_| accepts_brotli(headers)).unwrap_or(file);
+    let chosen = packed.filter(|_| accepts(headers, "br")).unwrap_or(file);
     let fresh = status == StatusCode::OK && has_etag(headers, chosen.etag);
     let (status, bytes) =
         if fresh { (StatusCode::NOT_MODIFIED, &[][..]) } else { (status, chosen.bytes) };
@@ -90,17 +90,6 @@ fn served_from(
         answered.insert(header::CONTENT_ENCODING, HeaderValue::from_static("br"));
     }
     answer
-}
-
-fn accepts_brotli(headers: &HeaderMap) -> bool {
-    let values = headers.get_all(header::ACCEPT_ENCODING).iter();
-    values.filter_map(|value| value.to_str().ok()).flat_map(|value| value.split(',')).any(
-        |coding| {
-            let (name, quality) = coding.split_once(';').unwrap_or((coding, "q=1"));
-            let refused = quality.trim().strip_prefix("q=").is_some_and(|q| q.parse() == Ok(0.0));
-            name.trim().eq_ignore_ascii_case("br") && !refused
-        },
-    )
 }
 
 fn has_etag(headers: &HeaderMap, etag: &str) -> bool {
@@ -122,10 +111,10 @@ mod tests {
     #[test]
     fn brotli_is_used_only_where_it_is_accepted() {
         for yes in ["br", "gzip, deflate, br", "gzip;q=1.0, BR ; q=0.5"] {
-            assert!(accepts_brotli(&headers(header::ACCEPT_ENCODING, yes)), "{yes}");
+            assert!(accepts(&headers(header::ACCEPT_ENCODING, yes), "br"), "{yes}");
         }
         for no in ["gzip", "brotli", "br;q=0", "br; q=0.000", ""] {
-            assert!(!accepts_brotli(&headers(header::ACCEPT_ENCODING, no)), "{no}");
+            assert!(!accepts(&headers(header::ACCEPT_ENCODING, no), "br"), "{no}");
         }
     }
 
