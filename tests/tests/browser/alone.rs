@@ -1,11 +1,12 @@
 //! The page without a server: a folder on a plain server of files, below a path. It plays alone and with bots bit for
 //! bit as a native room does, opens scene links and replays, and asks for nothing outside of its folder.
 
-use super::replay::{drop_file, file, records};
+use super::replay::{drop_file, file, records, until};
 use anyhow::{Context, Result, anyhow, ensure};
 use jostle_client_web::net::scene_link;
 use jostle_game::{Input, Scene};
 use jostle_protocol::Appearance;
+use jostle_protocol::replay::Replay;
 use jostle_room::Room;
 use jostle_tests::files::{FileServer, static_page};
 use jostle_tests::runner::{Case, Stage};
@@ -47,6 +48,10 @@ pub fn cases() -> Vec<Case> {
         Case::new(
             "the_page_without_a_server_opens_links_and_files",
             the_page_without_a_server_opens_links_and_files,
+        ),
+        Case::new(
+            "a_clip_of_the_page_without_a_server_verifies_there",
+            a_clip_of_the_page_without_a_server_verifies_there,
         ),
         Case::new("a_scene_is_played_alone_in_the_lobby", a_scene_is_played_alone_in_the_lobby),
     ]
@@ -152,6 +157,30 @@ async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> R
     tab.keep("alone-wrong").await?;
     tab.click_on("#notice-other").await?;
     tab.until_true("document.querySelector('#notice').hidden").await?;
+    check_requests(&server, &tab).await
+}
+
+/// The last seconds are saved as a file by a touch, and opened where they were saved.
+async fn a_clip_of_the_page_without_a_server_verifies_there(stage: Arc<Stage>) -> Result<()> {
+    let server = host(Vec::new()).await?;
+    let hash = format!("{BELOW}#alone=arena&bots=2&seed={SEED}");
+    let tab = stage.visit_link(&server.link(&hash), Screen::PHONE).await?;
+    let later = |s: &State| s.state == "playing" && s.hash_tick.unwrap_or(0) >= TICKS;
+    tab.until("a game", later).await?;
+    let keep =
+        "(HTMLAnchorElement.prototype.click = function () { window.saved = this.href; }, true)";
+    tab.eval::<bool>(keep).await?;
+    tab.click_on("#keep-clip").await?;
+    tab.until_true("!document.querySelector('#clip').hidden").await?;
+    tab.keep("clip-phone").await?;
+    let saved = "[...atob(saved.split(',')[1])].map(letter => letter.charCodeAt(0))";
+    let clip: Vec<u8> = tab.eval(saved).await?;
+    let last = Replay::read(clip.clone())?.last_tick();
+    ensure!(last >= TICKS, "it ends at tick {last}");
+    println!("    {} bytes", clip.len());
+    drop_file(&tab, "clip.jostle", &clip).await?;
+    let shown = until(&tab, "all compared", |shown| shown.compared == last).await?;
+    assert_eq!((shown.differs_at, shown.agrees_until), (None, last));
     check_requests(&server, &tab).await
 }
 

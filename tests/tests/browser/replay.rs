@@ -85,7 +85,7 @@ async fn press(tab: &Tab, key: &str) -> Result<()> {
 }
 
 /// Waits until the replay on display satisfies `test`.
-async fn until(tab: &Tab, wanted: &str, test: impl Fn(&Shown) -> bool) -> Result<Shown> {
+pub async fn until(tab: &Tab, wanted: &str, test: impl Fn(&Shown) -> bool) -> Result<Shown> {
     let seen = |state: &State| state.replay.as_ref().is_some_and(&test);
     tab.until(wanted, seen).await?.replay.context("a replay")
 }
