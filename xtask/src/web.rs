@@ -18,7 +18,7 @@ pub const TARGET: &str = "wasm32-unknown-unknown";
 /// Every browser with WebGL2 that is still kept up has these instructions.
 const FEATURES: &str = r#"target.wasm32-unknown-unknown.rustflags=["-Ctarget-feature=+simd128"]"#;
 /// Compressed size at which a build for people fails: a phone on 2 Mbit/s waits 3 seconds for it.
-const PROGRAM_BYTES_MAX: u64 = 952_000;
+const PROGRAM_BYTES_MAX: u64 = 955_000;
 /// Smaller files are compressed as well as can be even in a hurry.
 const LARGE_BYTES: usize = 256 << 10;
 

@@ -559,6 +559,8 @@ impl App {
             },
             "cancel" => self.dialogs.question = None,
             "again" => self.go_on(),
+            "clip" => self.with_game(GameScreen::keep_clip),
+            "highlights" => self.with_game(GameScreen::toggle_highlights),
             "switch-team" => {
                 self.press(Buttons::TEAM, true);
                 self.press(Buttons::TEAM, false);

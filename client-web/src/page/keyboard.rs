@@ -108,6 +108,11 @@ impl App {
             (_, "h" | "H", Layer::Page) if self.game().is_some_and(GameScreen::watches) => {
                 Some(|app| app.panels.clean = !app.panels.clean)
             }
+            ("Escape", _, Layer::Page)
+                if self.game().is_some_and(|game| game.showing.is_some()) =>
+            {
+                Some(|app| app.with_game(GameScreen::toggle_highlights))
+            }
             _ if is_for(Action::FullScreen) => Some(App::toggle_full_screen),
             _ if is_for(Action::Mute) && self.may_mute() => Some(App::toggle_mute),
             ("F2", ..) => Some(|app| app.with_game(|game, _| game.toggle_bounds())),

@@ -48,6 +48,14 @@ impl App {
         }
     }
 
+    /// The copy of the room in the picture: that of a highlight, while one is shown.
+    pub fn pictured_replica(&self) -> Option<&Replica> {
+        match self.game() {
+            Some(game) => game.pictured_replica(),
+            None => self.replica(),
+        }
+    }
+
     /// The frame to draw now, or `None` if the one on the canvas is still right.
     pub fn frame(&self) -> Option<Frame<'_>> {
         match &self.activity {

@@ -3,6 +3,7 @@
 pub mod ghost;
 pub mod overlap;
 pub mod predict;
+pub mod reel;
 pub mod replica;
 pub mod room_in_page;
 pub mod witness;

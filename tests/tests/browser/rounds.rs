@@ -26,10 +26,9 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
         anyhow::Ok(tab)
     };
     let ada = join(Screen::SMALL).await?;
-    assert_eq!(
-        text(&ada, "round-task").await?,
-        "Waiting for players: 1 of 2. Send the link to a friend"
-    );
+    let waits = "Waiting for players: 1 of 2. Send the link to a friend";
+    ada.until_true(&format!("document.getElementById('round-task').textContent === '{waits}'"))
+        .await?;
     let bob = join(Screen::PHONE).await?;
     for tab in [&ada, &bob] {
         tab.until_true("/^[123]$/.test(document.getElementById('round-large').textContent)")
@@ -53,6 +52,16 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
                       return r.left >= 0 && r.right <= innerWidth && r.top >= 0 && r.bottom <= innerHeight; })()";
         assert!(tab.eval::<bool>(inside).await?, "the result is on the screen");
     }
+    // The end once more, in place of the result.
+    ada.click_on("#highlights").await?;
+    ada.until_true("document.getElementById('highlight').textContent === 'Highlight 1 of 1'")
+        .await?;
+    let result = "document.getElementById('result').checkVisibility()";
+    assert!(!ada.eval::<bool>(result).await?, "the result gives way");
+    ada.keep("highlight").await?;
+    ada.key_down("Escape").await?;
+    ada.key_up("Escape").await?;
+    ada.until_true(result).await?;
     // The next round begins when both go on, by button and by key.
     ada.click_on("#again").await?;
     ada.until_true("document.getElementById('again').disabled").await?;

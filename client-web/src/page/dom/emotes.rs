@@ -41,7 +41,8 @@ impl EmotesView {
 
     /// Puts the emotes of this moment over their heroes.
     pub fn update(&mut self, app: &App, view: &View, css_per_pixel: f32) {
-        let Some((game, replica)) = app.game().and_then(|game| Some((game, game.replica()?)))
+        let Some((game, replica)) =
+            app.game().and_then(|game| Some((game, game.pictured_replica()?)))
         else {
             return self.clear();
         };

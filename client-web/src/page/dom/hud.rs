@@ -94,13 +94,14 @@ impl Hud {
         let denied = game.status.denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
         dom::mark("clean", app.panels.clean);
         dom::mark("watching", game.watches());
+        dom::show("keep-clip", !game.watches());
         let clip = game.status.clip.as_ref().filter(|(at, _)| now_ms - at <= CLIP_MS);
         dom::show("clip", clip.is_some());
         if let Some((_, kept)) = clip {
             dom::text("clip-text", say(strings::clip(kept)));
             let name = kept.as_ref().ok().filter(|name| !name.is_empty());
             dom::show("clip-link", name.is_some());
-            let link = name.map(|name| format!("/replay/{name}"));
+            let link = name.map(|name| format!("{}/replay/{name}", game.server()));
             dom::set(&dom::html("clip-link"), "href", link.as_deref());
         }
         let answer = say("Only the host can do that, and a host can't be removed.");

@@ -1,9 +1,11 @@
 //! The round over the canvas: score board, clock, task, countdown and result.
 
 use crate::language::{fill, say};
+use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::list::{Item, List};
 use crate::page::dom::players::color_var;
+use crate::page::game::GameScreen;
 use crate::page::round::{LIVES_SHOWN_MAX, Looked, ResultView, RoundView, SideView};
 use crate::world::replica::Replica;
 use jostle_game::Side;
@@ -59,6 +61,20 @@ impl RoundBoard {
         dom::set(&dom::html("again"), "disabled", result.goes_on.then_some(""));
         self.result.show(result.sides.iter().map(|side| entry("result-item", side)));
     }
+}
+
+/// Shows what the highlights are at, in place of the result.
+pub fn show_highlights(app: &App) {
+    let game = app.game();
+    dom::show("highlights", game.is_some_and(GameScreen::has_highlights));
+    let showing = game.and_then(|game| game.showing.as_ref());
+    dom::mark("highlights", showing.is_some());
+    let text = showing.map(|showing| {
+        let [number, count] = [showing.reel.number, showing.reel.count].map(|n| n.to_string());
+        fill("Highlight {number} of {count}", &[("number", &number), ("count", &count)])
+    });
+    dom::show("highlight-bar", text.is_some());
+    dom::text("highlight", &text.unwrap_or_default());
 }
 
 fn view_of(replica: &Replica) -> Option<RoundView> {

@@ -15,7 +15,7 @@ use crate::page::dom::lobby::LobbyView;
 use crate::page::dom::network_panel::{self, NetworkPanel};
 use crate::page::dom::records;
 use crate::page::dom::replay_controls::ReplayControls;
-use crate::page::dom::round::RoundBoard;
+use crate::page::dom::round::{self, RoundBoard};
 use crate::page::dom::settings::SettingsSheet;
 use crate::page::dom::sound_panel::SoundPanel;
 use crate::page::dom::stage::{self, Stage};
@@ -170,7 +170,7 @@ impl Views {
     /// Draws the picture if it has changed: `None` if not, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
         let drawn = self.stage.draw(app)?;
-        if let (Some(replica), Some(view)) = (app.replica(), view(app)) {
+        if let (Some(replica), Some(view)) = (app.pictured_replica(), view(app)) {
             let css_per_pixel = stage::css_per_pixel(view.pixels);
             self.tags.update(replica, view, css_per_pixel);
             self.emotes.update(app, view, css_per_pixel);
@@ -201,6 +201,7 @@ impl Views {
         };
         self.hud.show_news(&app.news);
         self.round.show(app.replica());
+        round::show_highlights(app);
         records::show_result(app);
         self.sound.show_captions(app);
         if tick.is_some() {

@@ -159,6 +159,13 @@ impl GameView {
         }
     }
 
+    /// The next picture shows another moment: the camera jumps.
+    pub fn cut(&mut self) {
+        if let Some(camera) = &mut self.camera {
+            camera.cut();
+        }
+    }
+
     /// Moves the camera. That of a spectator shows the whole, or the hero who is `followed`.
     pub fn aim(
         &mut self,

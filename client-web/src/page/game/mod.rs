@@ -2,6 +2,7 @@
 //! nothing about the world; it turns messages into frames and input into messages.
 
 mod connection;
+pub mod highlights;
 pub mod link;
 pub mod membership;
 mod receive;
@@ -19,6 +20,7 @@ use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
 use crate::world::room_in_page::RoomInPage;
+use highlights::Showing;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, Role};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
@@ -56,6 +58,8 @@ pub struct GameScreen {
     pub membership: Option<Membership>,
     /// In a game that is played alone.
     pub ghost: Option<GhostSlot>,
+    /// Highlights in place of the room.
+    pub showing: Option<Showing>,
     view: GameView,
     appearance: Appearance,
     link: Link,
@@ -94,7 +98,7 @@ impl GameScreen {
 
     /// The hero whom a spectator follows.
     fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
-        self.replica()?.hero_of(self.followed?)
+        self.pictured_replica()?.hero_of(self.followed?)
     }
 
     /// A game in a room inside the page. `code` says what for.
@@ -118,6 +122,7 @@ impl GameScreen {
             status: Status::default(),
             membership: None,
             ghost: None,
+            showing: None,
             view: GameView::new(ctx.now_ms),
             appearance,
             link,
@@ -134,13 +139,23 @@ impl GameScreen {
 
     /// Takes what can be heard since the last call.
     pub fn take_cues(&mut self) -> Vec<Cue> {
-        let replica = self.membership.as_mut().map(|membership| &mut membership.replica);
-        replica.map_or(Vec::new(), |replica| std::iter::from_fn(|| replica.next_cue()).collect())
+        let take = |replica: &mut Replica| std::iter::from_fn(|| replica.next_cue()).collect();
+        let live = self.membership.as_mut().map_or(Vec::new(), |live| take(&mut live.replica));
+        // What is not in the picture is not heard.
+        self.showing.as_mut().map_or(live, |showing| take(&mut showing.reel.replica))
     }
 
     /// The view of the last frame.
     pub fn view(&self) -> &View {
         &self.view.view
+    }
+
+    /// Origin of the server that plays the room; empty for the page's own.
+    pub fn server(&self) -> &str {
+        match &self.link {
+            Link::Server(connection) => connection.servers.current(),
+            Link::InPage(_) => "",
+        }
     }
 
     pub fn is_in_page(&self) -> bool {
@@ -260,10 +275,12 @@ impl GameScreen {
             self.receive_in_page(ctx);
             self.move_display(now_ms);
             self.move_ghost(ctx.clock);
+            self.advance_highlights(ctx);
         }
         if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
             let followed = self.watches().then(|| self.followed_hero());
-            let replica = self.membership.as_ref().map(|membership| &membership.replica);
+            let live = self.membership.as_ref().map(|membership| &membership.replica);
+            let replica = self.showing.as_ref().map(|showing| &showing.reel.replica).or(live);
             self.view.aim(replica, followed, Target { pixels, hero: None, top, bottom, elapsed_s });
         }
         self.send_due(ctx);
@@ -295,8 +312,7 @@ impl GameScreen {
 
     /// The frame to draw now, or `None` before the first snapshot. `time` is the page's age in seconds.
     pub fn frame(&self, time: f32, calm: bool) -> Option<Frame<'_>> {
-        let membership = self.membership.as_ref()?;
-        let replica = &membership.replica;
+        let (replica, copy) = self.pictured()?;
         replica.newest()?;
         let frozen = self.is_frozen();
         let tick_s = (replica.display / f64::from(TICKS_PER_SECOND)) as f32;
@@ -314,10 +330,10 @@ impl GameScreen {
             time: if frozen { tick_s } else { time },
             bounds: self.view.bounds(Some(replica)),
             calm,
-            copy: membership.copy,
+            copy,
             dimmed: !matches!(self.status.state, State::Playing | State::Moving | State::Frozen),
             sketch: None,
-            ghost: self.ghost_body(),
+            ghost: self.ghost_body().filter(|_| self.showing.is_none()),
         })
     }
 }

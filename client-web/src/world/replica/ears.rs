@@ -24,7 +24,7 @@ pub struct Ears {
 }
 
 /// A round, as far as it is heard.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
     /// Its phase.
     pub phase: RoundPhase,

@@ -3,6 +3,7 @@
 
 mod dress;
 mod ears;
+pub mod highlights;
 mod marks;
 mod own_hero;
 mod sling;
@@ -16,6 +17,7 @@ use crate::view::frame::{
     Effect, EffectKind, FrameBody, FrameLamp, FrameMark, FrameSling, FrameZone,
 };
 use ears::Ears;
+use highlights::Highlights;
 use jostle_game::scene::{Plan, Whose};
 use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
@@ -109,6 +111,8 @@ pub struct Replica {
     /// Centre and velocity of the own hero in the samples before it was shown elsewhere.
     led_from: Option<(Vec2, Vec2)>,
     ears: Ears,
+    /// In a game of rounds.
+    pub highlights: Option<Highlights>,
 }
 
 impl Replica {
@@ -117,6 +121,7 @@ impl Replica {
         Replica {
             plan: Plan::of(&scene),
             ears: Ears::new(&scene),
+            highlights: Highlights::of(&scene),
             stream: SnapshotStream::default(),
             timeline: Timeline::new(scene.world.quantum, scene.world.speed_max),
             particles: Particles::new(scene.world.recipes.clone(), scene.world.particles_max),
@@ -141,10 +146,15 @@ impl Replica {
         }
     }
 
+    /// A copy that keeps no highlights.
+    pub fn without_highlights(scene: Arc<Scene>, seat: Seat) -> Replica {
+        Replica { highlights: None, ..Replica::new(scene, seat) }
+    }
+
     /// A copy that grows no particles of its own: they are drawn from the game itself.
     pub fn without_particles(scene: Arc<Scene>, seat: Seat) -> Replica {
         let none = Particles::new(scene.world.recipes.clone(), 0);
-        Replica { particles: none, ..Replica::new(scene, seat) }
+        Replica { particles: none, ..Replica::without_highlights(scene, seat) }
     }
 
     /// The newest snapshot.
@@ -173,7 +183,7 @@ impl Replica {
         // Nothing changed in the omitted snapshots: nothing glides into the next one.
         let still = before.as_ref().zip(unchanged_until);
         if let Some((before, tick)) = still {
-            self.timeline.file(Snapshot { tick, ..Snapshot::clone(before) });
+            self.file(Snapshot { tick, ..Snapshot::clone(before) }, Vec::new());
         }
         let known = unchanged_until.or(before.map(|before| before.tick));
         let arrival = Arrival {
@@ -205,6 +215,9 @@ impl Replica {
             if let Some(name) = self.names.get_mut(usize::from(player.seat.0)) {
                 *name = Some(player.appearance.clone());
             }
+        }
+        if let Some(highlights) = &mut self.highlights {
+            highlights.note(&snapshot, &events);
         }
         self.waiting.extend(events);
         self.timeline.file(snapshot);

@@ -3,6 +3,7 @@
 
 use super::Replica;
 use super::ears::Turn;
+use super::highlights::GOALS_APART_TICKS;
 use crate::net::timeline::Sample;
 use crate::sound::cue::{Cue, Sound};
 use jostle_game::scene::{Camera, Placed};
@@ -11,8 +12,6 @@ use jostle_sim::{BodyId, Vec2};
 
 /// Cues older than this are of no interest any more, ticks: the page was hidden.
 const STALE_TICKS: f64 = 15.0;
-/// Points that follow each other within this many ticks are heard once, such as those for holding a hill.
-const GOALS_APART_TICKS: f64 = 90.0;
 /// Blocks that bounce at least so well sound like rubber.
 const RUBBER_RESTITUTION: f32 = 0.6;
 /// A pack that appears at most this far from its player's hero was thrown just now, world units.
@@ -108,7 +107,8 @@ impl Replica {
             }
             RoundPhase::Running if now.scores_after(before) => {
                 let last = self.ears.goal.replace(tick);
-                last.is_none_or(|last| tick - last > GOALS_APART_TICKS).then_some(Sound::Goal)
+                last.is_none_or(|last| tick - last > f64::from(GOALS_APART_TICKS))
+                    .then_some(Sound::Goal)
             }
             _ => None,
         };

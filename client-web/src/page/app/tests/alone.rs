@@ -69,6 +69,38 @@ fn a_scene_of_the_lobby_is_played_alone_with_bots_and_again_after_a_reload() {
 }
 
 #[test]
+fn the_end_of_a_round_is_shown_once_more_and_the_game_goes_on_meanwhile() {
+    let mut browser = Browser::open("/", "");
+    let race = format!(
+        "{YARD}\n[round]\ntask = \"Wait\"\ntime = 5\ngoal = 9\ncountdown = 0\npause = 5\nat_time = \"win\"\n"
+    );
+    browser.say(scene_file(&race));
+    browser.wait(4000);
+    assert!(!browser.app.game().is_some_and(GameScreen::has_highlights));
+    browser.wait(2000);
+    assert!(browser.app.is_round_over());
+    browser.say(Event::Clicked("highlights".into(), String::new()));
+    browser.wait(100);
+    let displays = |browser: &Browser| {
+        let replicas = [browser.app.pictured_replica(), browser.app.replica()];
+        replicas.map(|replica| replica.map_or(0.0, |replica| replica.display))
+    };
+    let [shown, live] = displays(&browser);
+    assert!(shown + 120.0 < live, "{shown} {live}");
+    let copy = |browser: &Browser| browser.app.frame().map(|frame| frame.copy);
+    let shown_copy = copy(&browser);
+    browser.say(Event::KeyDown(key("Escape", "Escape")));
+    browser.wait(20);
+    let [shown, live] = displays(&browser);
+    assert_eq!(shown, live, "Esc ends it");
+    assert_ne!(copy(&browser), shown_copy);
+    browser.say(Event::Clicked("highlights".into(), String::new()));
+    browser.wait(6000);
+    let [shown, live] = displays(&browser);
+    assert_eq!(shown, live, "it ends with the result");
+}
+
+#[test]
 fn the_address_says_how_many_bots_play() {
     for (hash, expected) in [
         ("#alone=splash", 3),

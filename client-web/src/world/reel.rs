@@ -1,0 +1,98 @@
+//! Highlights, shown once more: a second copy of the room that hears again what the first one heard.
+
+use crate::world::replica::highlights::{Highlight, length};
+use crate::world::replica::{Eye, Replica};
+use jostle_game::{Scene, Seat};
+use jostle_sim::TICKS_PER_SECOND;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Highlights that are on display one after the other.
+pub struct Reel {
+    /// The copy of the room in the highlight on display.
+    pub replica: Replica,
+    /// Number of the highlight on display, from 1.
+    pub number: usize,
+    /// Number of all highlights.
+    pub count: usize,
+    waiting: VecDeque<Highlight>,
+    /// The first tick of the highlight on display, how many ticks it has, and when it began.
+    first: u32,
+    ticks: u32,
+    began_ms: f64,
+}
+
+impl Reel {
+    /// A reel that begins at `now_ms`; `None` without highlights.
+    pub fn new(
+        scene: &Arc<Scene>,
+        seat: Seat,
+        highlights: Vec<Highlight>,
+        now_ms: f64,
+    ) -> Option<Reel> {
+        let count = highlights.len();
+        let mut waiting = VecDeque::from(highlights);
+        let highlight = waiting.pop_front()?;
+        let replica = Replica::without_highlights(Arc::clone(scene), seat);
+        let mut reel =
+            Reel { replica, number: 0, count, waiting, first: 0, ticks: 0, began_ms: now_ms };
+        reel.begin(highlight, now_ms);
+        Some(reel)
+    }
+
+    fn begin(&mut self, highlight: Highlight, now_ms: f64) {
+        let scene = Arc::clone(&self.replica.scene);
+        self.replica = Replica::without_highlights(scene, self.replica.seat);
+        self.number += 1;
+        self.first = highlight.first().map_or(0, |filed| filed.snapshot.tick);
+        self.ticks = length(&highlight);
+        self.began_ms = now_ms;
+        for filed in highlight {
+            self.replica.file(filed.snapshot, filed.events);
+        }
+    }
+
+    /// Moves the display to `now_ms`; `false` when all was shown.
+    pub fn advance(&mut self, now_ms: f64, eye: Eye) -> bool {
+        let ticks = |since_ms: f64| (now_ms - since_ms) / 1000.0 * f64::from(TICKS_PER_SECOND);
+        if ticks(self.began_ms) > f64::from(self.ticks) {
+            let Some(next) = self.waiting.pop_front() else { return false };
+            self.begin(next, now_ms);
+        }
+        self.replica.advance(f64::from(self.first) + ticks(self.began_ms), eye);
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::replica::highlights::{AFTER_TICKS, BEFORE_TICKS, Filed};
+    use jostle_protocol::Snapshot;
+
+    fn highlight(goal: u32) -> Highlight {
+        let filed = |tick| Filed {
+            snapshot: Arc::new(Snapshot { tick, ..Snapshot::default() }),
+            events: Vec::new(),
+        };
+        (goal - BEFORE_TICKS..=goal + AFTER_TICKS).map(filed).collect()
+    }
+
+    #[test]
+    fn highlights_are_shown_one_after_the_other_at_the_speed_of_play() {
+        let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
+        let scene = Arc::new(scene.expect("a shipped scene"));
+        let eye = Eye::default();
+        let mut reel = Reel::new(&scene, Seat(0), vec![highlight(600), highlight(1000)], 50.0)
+            .expect("two highlights");
+        assert!(reel.advance(50.0, eye));
+        assert_eq!((reel.number, reel.count, reel.replica.display), (1, 2, 420.0));
+        assert!(reel.advance(3050.0, eye));
+        assert_eq!((reel.number, reel.replica.display), (1, 600.0), "the goal");
+        assert!(reel.advance(3600.0, eye));
+        assert_eq!((reel.number, reel.replica.display), (2, 820.0));
+        assert!(reel.advance(7000.0, eye));
+        assert!(!reel.advance(7200.0, eye), "all was shown");
+        assert!(Reel::new(&scene, Seat(0), Vec::new(), 0.0).is_none());
+    }
+}

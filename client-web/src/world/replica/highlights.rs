@@ -1,0 +1,159 @@
+//! Highlights of a round: the seconds around each goal, kept as the snapshots and events that came of them anyway.
+//! The newest ticks wait in `recent`; a goal opens a highlight, which is cut from them once its last tick came.
+
+use super::ears::Turn;
+use jostle_game::{RoundInfo, RoundPhase, Scene};
+use jostle_protocol::{Snapshot, TimedEvent};
+use jostle_sim::TICKS_PER_SECOND;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// A highlight begins so many ticks before its goal.
+pub const BEFORE_TICKS: u32 = 3 * TICKS_PER_SECOND;
+/// It ends so many ticks after its goal.
+pub const AFTER_TICKS: u32 = TICKS_PER_SECOND / 2;
+/// Points that follow each other within so many ticks, such as those for holding a hill, are one goal.
+pub const GOALS_APART_TICKS: u32 = 90;
+/// Highlights kept of a round; the oldest go first.
+const HIGHLIGHTS_MAX: usize = 6;
+/// Bodies kept in all snapshots together, some 10 MB. In a scene of thousands highlights begin later.
+const BODIES_MAX: usize = 200_000;
+
+/// What one message tells of the room.
+#[derive(Clone, Debug)]
+pub struct Filed {
+    /// The room at a tick.
+    pub snapshot: Arc<Snapshot>,
+    /// Events that led to it.
+    pub events: Vec<TimedEvent>,
+}
+
+/// The ticks around a goal.
+pub type Highlight = Vec<Filed>;
+
+/// Snapshots in tick order, at most [`BODIES_MAX`] bodies of them.
+#[derive(Debug, Default)]
+struct Recent {
+    filed: VecDeque<Filed>,
+    bodies: usize,
+}
+
+/// The highlights of the round that is played, or was just over.
+#[derive(Debug, Default)]
+pub struct Highlights {
+    recent: Recent,
+    kept: VecDeque<Highlight>,
+    /// Tick of the goal whose highlight is not cut yet.
+    open: Option<u32>,
+    turn: Option<Turn>,
+    /// Tick of the newest points.
+    points: Option<u32>,
+}
+
+impl Recent {
+    fn push(&mut self, filed: Filed) {
+        self.bodies += filed.snapshot.bodies.len();
+        self.filed.push_back(filed);
+        let newest = self.newest().unwrap_or(0);
+        while let Some(oldest) = self.filed.front()
+            && (self.bodies > BODIES_MAX
+                || newest - oldest.snapshot.tick > BEFORE_TICKS + AFTER_TICKS)
+        {
+            self.bodies -= oldest.snapshot.bodies.len();
+            self.filed.pop_front();
+        }
+    }
+
+    fn newest(&self) -> Option<u32> {
+        self.filed.back().map(|filed| filed.snapshot.tick)
+    }
+}
+
+impl Highlights {
+    /// Highlights of a scene that has rounds; of any other there are none.
+    pub fn of(scene: &Scene) -> Option<Highlights> {
+        scene.rules.round.is_some().then(Highlights::default)
+    }
+
+    /// Notes what is received. What is not newer than the newest is of no use.
+    pub fn note(&mut self, snapshot: &Arc<Snapshot>, events: &[TimedEvent]) {
+        if self.recent.newest().is_some_and(|newest| newest >= snapshot.tick) {
+            return;
+        }
+        let filed = Filed { snapshot: Arc::clone(snapshot), events: events.to_vec() };
+        self.recent.push(filed);
+        if self.open.is_some_and(|goal| snapshot.tick >= goal + AFTER_TICKS) {
+            self.cut();
+        }
+        if let Some(round) = &snapshot.round {
+            self.note_round(snapshot.tick, round);
+        }
+    }
+
+    fn note_round(&mut self, tick: u32, round: &RoundInfo) {
+        let now = Turn::of(round, 0.0);
+        let Some(before) = self.turn.replace(now).filter(|before| *before != now) else { return };
+        if before.phase == RoundPhase::Over && now.phase != RoundPhase::Over {
+            self.kept.clear();
+            (self.open, self.points) = (None, None);
+        } else if now.scores_after(before) {
+            let last = self.points.replace(tick);
+            if last.is_none_or(|last| tick - last > GOALS_APART_TICKS) {
+                self.begin(tick);
+            }
+        } else if now.phase == RoundPhase::Over && !round.winners.is_empty() && self.open.is_none()
+        {
+            self.begin(tick);
+        }
+    }
+
+    fn begin(&mut self, goal: u32) {
+        self.cut();
+        self.open = Some(goal);
+    }
+
+    /// Ends the open highlight with what there is of it.
+    fn cut(&mut self) {
+        let Some(goal) = self.open.take() else { return };
+        let first = goal.saturating_sub(BEFORE_TICKS);
+        let ticks = first..=goal + AFTER_TICKS;
+        let of_goal = self.recent.filed.iter().filter(|f| ticks.contains(&f.snapshot.tick));
+        self.kept.push_back(of_goal.cloned().collect());
+        let bodies = |highlight: &Highlight| {
+            highlight.iter().map(|filed| filed.snapshot.bodies.len()).sum::<usize>()
+        };
+        while self.kept.len() > HIGHLIGHTS_MAX
+            || self.kept.len() > 1 && self.kept.iter().map(bodies).sum::<usize>() > BODIES_MAX
+        {
+            self.kept.pop_front();
+        }
+    }
+
+    /// Whether the round has had any.
+    pub fn is_empty(&self) -> bool {
+        self.kept.is_empty() && self.open.is_none()
+    }
+
+    /// The newest highlights that can be shown within so many ticks, at least one if there is any, the oldest first.
+    pub fn newest_within(&mut self, ticks: u32) -> Vec<Highlight> {
+        self.cut();
+        let mut left = ticks;
+        let fits = |highlight: &&Highlight| {
+            let long = length(highlight);
+            let fits = long <= left;
+            left = left.saturating_sub(long);
+            fits
+        };
+        let count = self.kept.iter().rev().take_while(fits).count().max(1);
+        self.kept.iter().skip(self.kept.len().saturating_sub(count)).cloned().collect()
+    }
+}
+
+/// Ticks that a highlight takes.
+pub fn length(highlight: &Highlight) -> u32 {
+    let tick = |filed: Option<&Filed>| filed.map_or(0, |filed| filed.snapshot.tick);
+    tick(highlight.last()) - tick(highlight.first())
+}
+
+#[cfg(test)]
+mod tests;
