@@ -37,7 +37,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-async fn ensure_named(tab: &Tab) -> Result<()> {
+pub async fn ensure_named(tab: &Tab) -> Result<()> {
     let nameless: Vec<String> = tab.eval(NAMELESS).await?;
     ensure!(nameless.is_empty(), "controls without a name: {nameless:#?}");
     Ok(())

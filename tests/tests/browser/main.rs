@@ -25,6 +25,7 @@ mod sound;
 #[path = "../particles/streams.rs"]
 mod streams;
 mod trouble;
+mod watching;
 
 use anyhow::Result;
 use jostle_tests::runner::{self, Case};
@@ -144,6 +145,7 @@ fn cases() -> Result<Vec<Case>> {
     cases.extend(alone::cases());
     cases.extend(records::cases());
     cases.extend(hands::cases());
+    cases.extend(watching::cases());
     cases.extend(replay::cases()?);
     cases.extend([
         Case::new(

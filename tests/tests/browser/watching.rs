@@ -1,0 +1,76 @@
+//! Watching: a page without a seat, on a phone, a laptop and a large screen, and the clip of a player.
+
+use super::hands::ensure_named;
+use super::replay::until;
+use anyhow::{Context, Result, ensure};
+use jostle_server::Config;
+use jostle_server::replays::Settings;
+use jostle_tests::runner::{Case, Stage};
+use jostle_tests::server::{Server, patient};
+use jostle_tests::state::State;
+use jostle_tests::tab::Screen;
+use std::sync::Arc;
+
+const SCREENS: [Screen; 3] = [
+    Screen { width: 360, height: 640, touch: true },
+    Screen::LAPTOP,
+    Screen { width: 3840, height: 2160, touch: false },
+];
+
+pub fn cases() -> Vec<Case> {
+    vec![
+        Case::new("a_room_is_watched_without_a_seat", a_room_is_watched_without_a_seat),
+        Case::new("the_link_of_a_clip_plays_it", the_link_of_a_clip_plays_it),
+    ]
+}
+
+async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
+    let ada = stage.play("hall", Screen::SMALL).await?;
+    for screen in SCREENS {
+        let width = screen.width;
+        let eve = stage.visit("/hall?watch=1", screen).await?;
+        let sees = |s: &State| s.state == "playing" && s.seat.is_none() && s.players.len() == 1;
+        eve.until("the room", sees).await?;
+        eve.until_true("document.documentElement.hasAttribute('data-watching')").await?;
+        ensure_named(&eve).await?;
+        eve.keep(&format!("watch-{width}")).await?;
+        // The list of players follows one; a digit does so where there are keys.
+        let follow = "document.querySelector('#players [data-action=follow], #players li')";
+        ensure!(eve.eval::<bool>(&format!("!!{follow}")).await?, "nobody to follow at {width}");
+        if screen.touch {
+            continue;
+        }
+        eve.press("1").await?;
+        eve.keep(&format!("watch-followed-{width}")).await?;
+        eve.press("h").await?;
+        let hidden = "![...document.querySelectorAll('.hud, #tags')].some(e => e.checkVisibility())";
+        eve.until_true(hidden).await?;
+        eve.keep(&format!("watch-clean-{width}")).await?;
+        eve.press("h").await?;
+        eve.until_true(&format!("!({hidden})")).await?;
+    }
+    let state = ada.state().await?;
+    ensure!(state.players.len() == 1, "a spectator has a seat: {:?}", state.players);
+    Ok(())
+}
+
+async fn the_link_of_a_clip_plays_it(stage: Arc<Stage>) -> Result<()> {
+    let dir = std::env::temp_dir().join(format!("jostle-clips-{}", std::process::id()));
+    std::fs::create_dir_all(&dir)?;
+    let config = Config { replays: Some(Settings::new(dir.clone())), ..patient() };
+    let server = Server::start(config).await?;
+    let ada = stage.visit_link(&server.link("/arena"), Screen::LAPTOP).await?;
+    ada.until("a hero of one's own", State::plays).await?;
+    ada.until("a second of play", |s| s.tick.unwrap_or(0.0) > 90.0).await?;
+    ada.press("k").await?;
+    ada.until_true("document.getElementById('clip-link').checkVisibility()").await?;
+    ada.keep("clip-1280").await?;
+    let link: String = ada.eval("document.getElementById('clip-link').href").await?;
+    let bob = stage.visit_link(&link, Screen::PHONE).await?;
+    let shown = until(&bob, "the clip", |shown| shown.compared > 0).await?;
+    ensure!(shown.differs_at.is_none(), "{shown:?}");
+    ensure!(ada.state().await?.state == "playing", "the game goes on");
+    stage.clear().await?;
+    server.stop().await?;
+    std::fs::remove_dir_all(dir).context("the clips")
+}
