@@ -33,13 +33,14 @@ fn describe(page: &Page) -> JsValue {
     let (game, replay) = (app.game(), app.replay());
     let replica = app.replica();
     let played = replica.filter(|_| replay.is_none());
+    let seated = played.filter(|_| !game.is_some_and(|game| game.watches()));
     let particles = replay.map(|replay| replay.player.particles());
     let particles = particles.or(replica.map(Replica::particles));
     let meter = game.map(|game| &game.meter).or(replay.map(|replay| &replay.meter));
     let players = replica.map_or(&[][..], |replica| replica.players());
     object([
         ("state", app.state().into()),
-        ("seat", played.map(|replica| replica.seat.0).into()),
+        ("seat", seated.map(|replica| replica.seat.0).into()),
         ("tick", replica.map(|replica| replica.display).into()),
         ("bodies", array(replica.map_or(&[][..], |replica| &replica.samples).iter().map(body))),
         ("particles", particles.map_or(0, |particles| particles.len()).into()),

@@ -31,7 +31,8 @@ async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
         let eve = stage.visit("/hall?watch=1", screen).await?;
         let sees = |s: &State| s.state == "playing" && s.seat.is_none() && s.players.len() == 1;
         eve.until("the room", sees).await?;
-        eve.until_true("document.documentElement.hasAttribute('data-watching')").await?;
+        let shown = "['data-watching', 'data-world'].every(name => document.documentElement.hasAttribute(name))";
+        eve.until_true(shown).await?;
         ensure_named(&eve).await?;
         eve.keep(&format!("watch-{width}")).await?;
         // The list of players follows one; a digit does so where there are keys.
@@ -43,7 +44,8 @@ async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
         eve.press("1").await?;
         eve.keep(&format!("watch-followed-{width}")).await?;
         eve.press("h").await?;
-        let hidden = "![...document.querySelectorAll('.hud, #tags')].some(e => e.checkVisibility())";
+        let hidden =
+            "![...document.querySelectorAll('.hud, #tags')].some(e => e.checkVisibility())";
         eve.until_true(hidden).await?;
         eve.keep(&format!("watch-clean-{width}")).await?;
         eve.press("h").await?;

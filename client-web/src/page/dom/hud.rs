@@ -94,7 +94,6 @@ impl Hud {
         let denied = game.status.denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
         dom::mark("clean", app.panels.clean);
         dom::mark("watching", game.watches());
-        dom::show("keep-clip", !game.watches());
         let clip = game.status.clip.as_ref().filter(|(at, _)| now_ms - at <= CLIP_MS);
         dom::show("clip", clip.is_some());
         if let Some((_, kept)) = clip {
@@ -134,7 +133,10 @@ impl Hud {
             true => say("demo, offline"),
             false => &code,
         };
-        let hint = say("watching: a digit follows a player, H hides all but the game");
+        let hint = match dom::is_touched() {
+            true => say("watching: tap a name to follow it"),
+            false => say("watching: a digit follows a player, H hides all but the game"),
+        };
         let watched = format!("{about} \u{b7} {hint}");
         dom::text("room-code", if game.watches() { &watched } else { about });
         // There is no connection to show.
