@@ -71,6 +71,11 @@ impl InputQueue {
         true
     }
 
+    /// Queues an input of the room's own under the next number, whenever its player came.
+    pub fn push_next(&mut self, input: Input) {
+        self.push(self.seq_newest.saturating_add(1), input);
+    }
+
     /// Takes the input to play in this tick: the next one, or the last one for [`SILENCE_TICKS`], or
     /// `None` for a player at rest.
     pub fn take(&mut self) -> Option<Input> {

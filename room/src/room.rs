@@ -333,10 +333,9 @@ impl Room {
 
     fn take_inputs(&mut self) {
         if let Some(bots) = &mut self.bots {
-            let seq = self.game.tick_count() + 1;
             for (seat, input) in bots.play(&self.game) {
                 if let Some(member) = self.members.seats.get_mut(&seat) {
-                    member.inputs.push(seq, input);
+                    member.inputs.push_next(input);
                 }
             }
         }

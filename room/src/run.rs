@@ -111,6 +111,9 @@ pub enum Unproven {
     /// A state in the file is not the one that is played.
     #[error("the keyframe of tick {0} is not the state that is played")]
     OtherState(u32),
+    /// More players are in it than a room of the scene takes.
+    #[error("{0} players are in the game, more than a room of this scene takes")]
+    TooMany(usize),
     /// No round is won in it.
     #[error("no player wins a round in this replay")]
     NoResult,
@@ -136,6 +139,10 @@ pub fn prove(
         }
         if keyframes.next_if_eq(&played.tick).is_some() && !has_state(&playback) {
             return Err(Unproven::OtherState(played.tick));
+        }
+        let members = playback.moment().members.len();
+        if members > usize::from(scene.players_max) {
+            return Err(Unproven::TooMany(members));
         }
         watch.see(&playback);
         if !may_go_on() {

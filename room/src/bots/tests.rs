@@ -47,6 +47,21 @@ fn bots_come_with_the_first_player_and_go_with_the_last() {
 }
 
 #[test]
+fn bots_play_whenever_they_come() {
+    let mut room = Room::new("test", scene("hockey"), 1);
+    for empty in [0, 500, 5000] {
+        ticks(&mut room, empty);
+        let ann = join(&mut room);
+        ticks(&mut room, 120);
+        let bots = room.snapshot().players.iter().filter(|player| player.seat != ann);
+        let played: Vec<u32> = bots.map(|bot| bot.input_seq).collect();
+        assert_eq!(played.len(), 3);
+        assert!(played.iter().all(|played| *played > 100), "after {empty} ticks: {played:?}");
+        room.leave(ann);
+    }
+}
+
+#[test]
 fn a_room_is_filled_with_as_many_bots_as_are_asked_for() {
     let bots = |name: &str, fill| {
         let mut room = Room::filled("test", scene(name), 1, fill);

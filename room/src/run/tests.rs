@@ -218,3 +218,10 @@ fn more_points_are_better_and_less_time() {
     assert!(run(Measure::Points, 9, 501) < run(Measure::Points, 3, 500));
     assert!(run(Measure::Points, 9, 500) < run(Measure::Points, 9, 501));
 }
+
+#[test]
+fn a_game_of_more_players_than_a_room_takes_is_no_run() {
+    let whole = records(480, &[60]);
+    let small = Scene { players_max: 1, ..Scene::clone(&scene(DASH)) };
+    assert_eq!(prove(&replay(&whole), &small, || true), Err(Unproven::TooMany(2)));
+}

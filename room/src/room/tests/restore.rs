@@ -91,6 +91,22 @@ fn a_restored_room_plays_on_as_if_nothing_had_happened() {
 }
 
 #[test]
+fn bots_of_a_restored_room_play_on() {
+    let hockey = Scene::built_in().into_iter().find(|scene| scene.name == "hockey");
+    let hockey = Arc::new(hockey.expect("a shipped scene"));
+    let mut kept = Kept::new(Room::new("oak", hockey, 7));
+    let ann = join(&mut kept.room, "Ann");
+    kept.play(300);
+    kept.write(true);
+    let mut restored = kept.restore(&kept.room.saved_members());
+    assert_eq!(restored.bots(), 3);
+    ticks(&mut restored, 120);
+    let bots = restored.snapshot().players.iter().filter(|player| player.seat != ann);
+    let played: Vec<u32> = bots.map(|bot| bot.input_seq).collect();
+    assert!(played.iter().all(|played| *played > 100), "{played:?}");
+}
+
+#[test]
 fn claims_of_before_give_the_seats_back_and_no_new_one_equals_them() {
     let mut kept = Kept::new(yard());
     let (ann, _) = claim(&mut kept.room, "Ann", None);
