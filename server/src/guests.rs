@@ -86,13 +86,20 @@ fn check_texts(scene: &Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Reads a scene and plays its trial, on a thread of its own. Errors of the thread itself are those of the server.
-pub async fn try_out(text: Vec<u8>, most: Duration) -> io::Result<Result<Arc<Scene>, SceneError>> {
+/// Reads a scene and plays its trial, on a thread of its own, which holds the permits until it ends, also if the
+/// request is gone. Errors of the thread itself are those of the server.
+pub async fn try_out(
+    text: Vec<u8>,
+    most: Duration,
+    permits: impl Send + 'static,
+) -> io::Result<Result<Arc<Scene>, SceneError>> {
     let (sender, tried) = oneshot::channel();
     std::thread::Builder::new().name("trial".to_owned()).spawn(move || {
         thread_time::go_after_others(limits::GUEST_NICENESS);
+        let scene = try_here(&text, most);
+        drop(permits);
         // The request may be gone by then.
-        let _ = sender.send(try_here(&text, most));
+        let _ = sender.send(scene);
     })?;
     tried.await.map_err(|_| io::Error::other("the trial of a scene panicked"))
 }

@@ -52,7 +52,7 @@ pub struct ServerState {
     /// Limits on scenes of guests that are tried or wait for that.
     pub trials: Arc<ConnectionLimits>,
     /// Whose scene is tried.
-    pub trial_turn: Semaphore,
+    pub trial_turn: Arc<Semaphore>,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
     /// Descriptors for operators.
@@ -127,7 +127,7 @@ impl ServerState {
                 limits::GUEST_TRIALS_MAX,
                 limits::ADDRESS_GUEST_TRIALS_MAX,
             ),
-            trial_turn: Semaphore::new(1),
+            trial_turn: Arc::new(Semaphore::new(1)),
             refusal_log: RefusalLog::default(),
             spare: SpareDescriptors::default(),
             drain: Notify::new(),

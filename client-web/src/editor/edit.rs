@@ -26,17 +26,17 @@ impl Splice {
     }
 }
 
-/// The text after some splices, in any order, none of which touches another's bytes.
+/// The text after some splices, in any order. Of two that overlap the first takes the bytes of both.
 pub fn apply(text: &str, mut splices: Vec<Splice>) -> String {
     splices.sort_by_key(|splice| (splice.at.start, splice.at.end));
     let mut new = String::with_capacity(text.len() + 64);
     let mut from = 0;
     for Splice { at, with } in splices {
         // One that lies within another, as a table of a table does, went with it.
-        if at.start < from {
+        if at.start < from && at.end <= from {
             continue;
         }
-        new.push_str(&text[from..at.start]);
+        new.push_str(&text[from..at.start.max(from)]);
         new.push_str(&with);
         from = at.end;
     }

@@ -1,6 +1,6 @@
 //! Fields by their paths, like `bodies[3].mass`: where their values stand, or where they would.
 
-use super::edit::Splice;
+use super::edit::{Splice, apply};
 use super::text::{last_byte, line_end, line_start};
 use std::ops::Range;
 use toml::Spanned;
@@ -224,13 +224,19 @@ pub fn push(text: &str, path: &str, value: &str) -> Option<Splice> {
     let inner = list.strip_prefix('[')?.strip_suffix(']')?;
     let ended = inner.trim_end();
     let spot = at.start + 1 + ended.len();
-    let with = match () {
-        () if ended.is_empty() => value.to_owned(),
-        () if ended.ends_with(',') => format!("{}{value},", lead(inner, ended)),
-        () if ended.lines().last().is_some_and(|line| line.contains('#')) => format!("\n, {value}"),
-        () => format!(",{}{value}", lead(inner, ended)),
-    };
-    Some(Splice::insert(spot, with))
+    if ended.is_empty() {
+        return Some(Splice::insert(spot, value));
+    }
+    // The last entry has a comma or none, and a comment may end its line: only one of these is TOML.
+    let lead = lead(inner, ended);
+    let made = [
+        format!("{lead}{value},"),
+        format!(",{lead}{value}"),
+        format!("\n{value}"),
+        format!("\n, {value}"),
+    ];
+    let is_toml = |made: &Splice| find(&apply(text, vec![made.clone()]), path).is_some();
+    made.map(|with| Splice::insert(spot, with)).into_iter().find(is_toml)
 }
 
 /// The separator of entries of a list: a new line like the last, if each has its own.

@@ -425,3 +425,33 @@ fn a_press_on_a_path_selects_its_body_and_one_elsewhere_none() {
     act(&mut editor, [Deed::Down(hand(70.0, 60.0)), Deed::Up(hand(70.0, 60.0))]);
     assert_eq!((editor.selection.len(), editor.path_offer()), (0, None));
 }
+
+#[test]
+fn neighbours_in_a_list_are_removed_together() {
+    use super::edit::{Splice, apply, item_bytes};
+    let text = "spawns = [[60, 60], [90, 30], [60, 120]]";
+    let item = |entry: &str| {
+        let at = text.find(entry).expect("an entry");
+        item_bytes(text, &(at..at + entry.len()))
+    };
+    let removed = |entries: &[&str]| {
+        apply(text, entries.iter().map(|entry| Splice::remove(item(entry))).collect())
+    };
+    assert_eq!(removed(&["[60, 60]", "[90, 30]"]), "spawns = [ [60, 120]]");
+    assert_eq!(removed(&["[60, 60]"]), "spawns = [[90, 30], [60, 120]]");
+}
+
+#[test]
+fn an_entry_is_added_after_a_comment_with_a_comma_before_it_or_none() {
+    use super::edit::apply;
+    use super::field::push;
+    for (list, added) in [
+        ("[\n  \"a\", # one\n]", "[\n  \"a\", # one\n  \"b\",\n]"),
+        ("[\n  \"a\" # one,\n]", "[\n  \"a\" # one,\n, \"b\"\n]"),
+        ("[\"a,#\"]", "[\"a,#\", \"b\"]"),
+    ] {
+        let text = format!("groups = {list}\n");
+        let splice = push(&text, "groups", "\"b\"").expect("a place");
+        assert_eq!(apply(&text, vec![splice]), format!("groups = {added}\n"), "{list}");
+    }
+}

@@ -272,6 +272,8 @@ pub enum Request {
 const TIMEOUT_MS: u32 = 8000;
 /// The same where a scene is tried first, after those of others.
 const TRIAL_TIMEOUT_MS: u32 = 40_000;
+/// The same where a run is played again, after those of others.
+const RUN_TIMEOUT_MS: u32 = 90_000;
 
 impl Request {
     /// HTTP method and path.
@@ -302,7 +304,11 @@ impl Request {
 
     /// Time after which it counts as unanswered, milliseconds.
     pub fn timeout_ms(&self) -> u32 {
-        if let Request::OpenGuest(_) = self { TRIAL_TIMEOUT_MS } else { TIMEOUT_MS }
+        match self {
+            Request::OpenGuest(_) => TRIAL_TIMEOUT_MS,
+            Request::Run(_) => RUN_TIMEOUT_MS,
+            _ => TIMEOUT_MS,
+        }
     }
 }
 

@@ -381,6 +381,7 @@ impl App {
         self.panels.network = false;
         self.panels.clean = false;
         self.wheel = None;
+        self.settings.choice = None;
         self.end_sound();
         self.copied = None;
         self.records.begin();

@@ -3,6 +3,7 @@
 use crate::editor::palette::Make;
 use crate::editor::state::Editor;
 use crate::editor::update::Deed;
+use crate::input::action::Action;
 use crate::net::api::Request;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
@@ -274,7 +275,7 @@ impl App {
             ("d", true, _) => self.do_edit(Deed::Duplicated),
             ("a", true, _) => self.do_edit(Deed::SelectedAll),
             _ if key.modified => return false,
-            ("e", ..) => {
+            _ if self.settings.keys.actions(&key.code, &key.letter).contains(&Action::Edit) => {
                 if !key.repeat {
                     self.toggle_edit();
                 }

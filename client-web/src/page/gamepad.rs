@@ -45,6 +45,9 @@ impl App {
         if is_pressed(Action::FullScreen) {
             self.toggle_full_screen();
         }
+        if is_pressed(Action::Clip) {
+            self.with_game(GameScreen::keep_clip);
+        }
         if is_pressed(Action::Again) && self.is_round_over() {
             self.go_on();
         }

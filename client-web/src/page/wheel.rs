@@ -71,7 +71,8 @@ impl App {
                 None => self.wheel = None,
             }
         }
-        true
+        // A button or finger that was down before comes up.
+        pointer.change != PointerChange::Up
     }
 
     /// The gamepad opens the wheel, picks with the right stick, and shows that when its button is let go.

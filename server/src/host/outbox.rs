@@ -55,8 +55,17 @@ struct State {
 impl Outbox {
     /// Queues a message that must not be replaced, and wakes the session; `false` when too many wait.
     pub fn control(&self, bytes: impl Into<Bytes>) -> bool {
+        self.queue_control(bytes, OUTBOX_CONTROL_MAX)
+    }
+
+    /// The same for what may be missed: it leaves half of the queue to what may not.
+    pub fn aside(&self, bytes: impl Into<Bytes>) -> bool {
+        self.queue_control(bytes, OUTBOX_CONTROL_MAX / 2)
+    }
+
+    fn queue_control(&self, bytes: impl Into<Bytes>, most: usize) -> bool {
         let mut state = self.lock();
-        let fits = state.control.len() < OUTBOX_CONTROL_MAX;
+        let fits = state.control.len() < most;
         if fits {
             state.control.push_back(bytes.into());
             self.waker.wake();

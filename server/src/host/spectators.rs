@@ -87,7 +87,7 @@ impl Spectators {
     /// Sends a control message to all of them.
     pub fn tell(&self, message: &Bytes) {
         for outbox in self.outboxes() {
-            outbox.control(message.clone());
+            outbox.aside(message.clone());
         }
     }
 

@@ -543,7 +543,7 @@ impl Ticker {
         }
         let message = Bytes::from(ServerMessage::Emote { seat, emote }.encode());
         for member in &self.members {
-            member.feed.outbox.control(message.clone());
+            member.feed.outbox.aside(message.clone());
         }
         self.spectators.tell(&message);
     }

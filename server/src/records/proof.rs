@@ -20,6 +20,9 @@ pub enum NoRun {
     /// They are no replay.
     #[error("this is no replay that can be read: {0}")]
     Unreadable(#[from] ReplayError),
+    /// Their file cannot be read.
+    #[error("the file cannot be read: {0}")]
+    File(String),
     /// Its scene is not on offer.
     #[error("this server has no scene {0:?}")]
     NoSuchScene(String),
@@ -29,6 +32,11 @@ pub enum NoRun {
 }
 
 impl NoRun {
+    /// Returns whether it may be a run at another time: when the disk answers, or the machine is less busy.
+    pub fn may_pass(&self) -> bool {
+        matches!(self, NoRun::File(_) | NoRun::Unproven(Unproven::TooSlow(_)))
+    }
+
     /// Returns whether it may be a run where other scenes are on offer.
     pub fn is_of_other_scene(&self) -> bool {
         let unproven =

@@ -86,6 +86,9 @@ impl Records {
             match self.read_again(&path) {
                 Ok(()) => kept += 1,
                 Err(reason) if reason.is_of_other_scene() => others += 1,
+                Err(reason) if reason.may_pass() => {
+                    warn!(file = %path.display(), %reason, "a record is not counted this time");
+                }
                 Err(reason) => self.set_aside(&path, &reason),
             }
         }
@@ -120,8 +123,7 @@ impl Records {
         if length > limits::RUN_BYTES_MAX {
             return Err(NoRun::TooLong(length));
         }
-        // What cannot be read is no replay either.
-        let bytes = fs::read(path).unwrap_or_default();
+        let bytes = fs::read(path).map_err(|error| NoRun::File(error.to_string()))?;
         let modified = fs::metadata(path).and_then(|metadata| metadata.modified());
         let (scene, run) = prove(bytes.clone(), &self.scenes, self.most)?;
         let came = modified.unwrap_or(SystemTime::UNIX_EPOCH);
@@ -149,15 +151,22 @@ impl Records {
         self.trials.admit(address)
     }
 
-    /// Plays a replay, and enters its run if that is among the best. Errors of the outer kind are those of the server.
-    pub async fn submit(self: &Arc<Records>, bytes: Vec<u8>) -> io::Result<Result<Entered, NoRun>> {
+    /// Plays a replay, and enters its run if that is among the best. It goes on if the request is gone, and counts as
+    /// waiting for as long. Errors of the outer kind are those of the server.
+    pub async fn submit(
+        self: &Arc<Records>,
+        bytes: Vec<u8>,
+        waiting: Permit,
+    ) -> io::Result<Result<Entered, NoRun>> {
         let (sender, entered) = oneshot::channel();
         let records = Arc::clone(self);
         std::thread::Builder::new().name("record".to_owned()).spawn(move || {
             thread_time::go_after_others(limits::GUEST_NICENESS);
-            let _turn = lock(&records.turn);
+            let turn = lock(&records.turn);
+            let entered = records.submit_here(bytes);
+            drop((turn, waiting));
             // The request may be gone by then.
-            let _ = sender.send(records.submit_here(bytes));
+            let _ = sender.send(entered);
         })?;
         entered.await.map_err(|_| io::Error::other("a record's proof panicked"))?
     }
@@ -169,8 +178,9 @@ impl Records {
         };
         let record = record(scene, run.clone(), SystemTime::now(), bytes.len());
         let name = record.name.clone();
-        if self.table(&scene.name).takes(&record) {
-            let path = self.path(&name);
+        let path = self.path(&name);
+        // A file that was not played again yet since the start is never written over: it may be another's.
+        if self.table(&scene.name).takes(&record) && !path.exists() {
             let made = fs::create_dir_all(&self.dir);
             if let Err(error) = made.and_then(|()| write_closed(&path, &bytes)) {
                 error!(file = %path.display(), %error, "CANNOT KEEP A RECORD");

@@ -4,6 +4,7 @@ use super::queue::{Batch, ClipJob, Job, RecordingFile, memory_bytes};
 use super::settings::Settings;
 use super::store::ReplayStore;
 use super::writer::Writer;
+use crate::host::random::random;
 use crate::limits;
 use jostle_protocol::ClipRefusal;
 use jostle_protocol::replay::Record;
@@ -20,6 +21,8 @@ pub struct Recording {
     pub(super) queue: SyncSender<Job>,
     /// Bytes of records in the queue.
     pub(super) waiting_bytes: Arc<AtomicUsize>,
+    /// Clips that wait, or are being cut.
+    pub(super) waiting_clips: Arc<AtomicUsize>,
     pub(super) thread: Mutex<Option<JoinHandle<()>>>,
 }
 
@@ -32,7 +35,8 @@ impl Recording {
         let writer = Writer::new(Arc::clone(&store), jobs, Arc::clone(&waiting_bytes));
         let thread = std::thread::Builder::new().name("replays".to_owned());
         let thread = Mutex::new(Some(thread.spawn(move || writer.run())?));
-        Ok(Arc::new(Recording { store, queue, waiting_bytes, thread }))
+        let waiting_clips = Arc::default();
+        Ok(Arc::new(Recording { store, queue, waiting_bytes, waiting_clips, thread }))
     }
 
     /// The replays.
@@ -80,13 +84,26 @@ impl Recording {
     }
 
     /// Has a clip cut out of these records and kept. The answer comes from the writer's thread, or at once if it has too
-    /// much to do.
+    /// much to do. A clip that is not listed is a private room's: its name and its file do not tell the room's code, which
+    /// lets in whom it is shown.
     pub fn keep_clip(
         &self,
-        records: Vec<Record>,
+        mut records: Vec<Record>,
         listed: bool,
         answer: impl Fn(Result<String, ClipRefusal>) + Clone + Send + 'static,
     ) {
+        let waiting = Arc::clone(&self.waiting_clips);
+        if waiting.fetch_add(1, Ordering::Relaxed) >= limits::CLIPS_WAITING_MAX {
+            waiting.fetch_sub(1, Ordering::Relaxed);
+            return answer(Err(ClipRefusal::TooMany));
+        }
+        let answer = move |kept| {
+            waiting.fetch_sub(1, Ordering::Relaxed);
+            answer(kept);
+        };
+        if let Some(Record::Start(start)) = records.first_mut().filter(|_| !listed) {
+            start.room = format!("{:016x}", random());
+        }
         let memory_bytes = records.iter().map(memory_bytes).sum();
         let job = ClipJob { records, listed, memory_bytes, answer: Box::new(answer.clone()) };
         if self.queue(Job::Clip(job), memory_bytes).is_err() {

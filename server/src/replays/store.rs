@@ -7,7 +7,6 @@ use super::settings::{Counters, Settings};
 use crate::limits;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use jostle_protocol::replay::{END_BYTES_MAX, PlayerCount, Record, START_BYTES_MAX, Start};
-use jostle_room::clip::CLIP_TICKS;
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -92,8 +91,7 @@ impl ReplayStore {
         self.create_as(start, "")
     }
 
-    /// Keeps a clip, and returns its name. One that is not listed is found by its name only, which has the code of its
-    /// private room.
+    /// Keeps a clip, and returns its name. One that is not listed is found by its name only.
     pub(super) fn keep_clip(
         &self,
         start: &Start,
@@ -114,7 +112,8 @@ impl ReplayStore {
         let last_tick = Record::last_tick(&bytes[bytes.len().saturating_sub(END_BYTES_MAX)..]);
         self.lock().update(&name, |file| {
             // A clip begins later than the records that it was cut from.
-            file.first_tick = last_tick.unwrap_or_default().saturating_sub(CLIP_TICKS);
+            let start = Start::find(bytes);
+            file.first_tick = start.map_or(file.first_tick, |start| start.first_tick);
         });
         self.grow(&name, count, last_tick, players);
         self.finish(&name);

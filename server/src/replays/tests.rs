@@ -345,6 +345,7 @@ fn a_writer_that_is_behind_ends_the_recording_and_delays_no_tick() {
         store: Arc::new(ReplayStore::new(dir.settings())),
         queue,
         waiting_bytes: Arc::default(),
+        waiting_clips: Arc::default(),
         thread: Mutex::default(),
     });
     let mut stage = Stage::over(Arc::clone(&recording));

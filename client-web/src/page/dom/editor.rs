@@ -79,7 +79,8 @@ impl EditorView {
         }
         let empty = editor.text().is_empty();
         dom::set(&dom::html("edit-room"), "disabled", (empty || screen.opening).then_some(""));
-        dom::text("edit-room", if screen.opening { "Opening\u{2026}" } else { "Open a room" });
+        let room = if screen.opening { say("Opening\u{2026}") } else { say("Open a room") };
+        dom::text("edit-room", room);
         dom::text("edit-file", &editor.file);
         dom::text("edit-said", &editor.said);
     }

@@ -92,8 +92,6 @@ impl Hud {
             Some(["hud caps", "hud caps small"][usize::from(small)]),
         );
         let denied = game.status.denied_ms.is_some_and(|at| now_ms - at <= DENIED_MS);
-        dom::mark("clean", app.panels.clean);
-        dom::mark("watching", game.watches());
         let clip = game.status.clip.as_ref().filter(|(at, _)| now_ms - at <= CLIP_MS);
         dom::show("clip", clip.is_some());
         if let Some((_, kept)) = clip {

@@ -70,7 +70,7 @@ pub fn show_highlights(app: &App) {
     let showing = game.and_then(|game| game.showing.as_ref());
     dom::mark("highlights", showing.is_some());
     let text = showing.map(|showing| {
-        let [number, count] = [showing.reel.number, showing.reel.count].map(|n| n.to_string());
+        let [number, count] = [showing.player.number, showing.player.count].map(|n| n.to_string());
         fill("Highlight {number} of {count}", &[("number", &number), ("count", &count)])
     });
     dom::show("highlight-bar", text.is_some());

@@ -23,6 +23,7 @@ use crate::page::dom::tags::Tags;
 use crate::page::dom::touchpad::Touchpad;
 use crate::page::dom::zone_labels::ZoneLabels;
 use crate::page::event::Canvas;
+use crate::page::game::GameScreen;
 use crate::page::queue::Events;
 use crate::view::frame::View;
 
@@ -101,6 +102,8 @@ impl Views {
         let own = format!("var(--player-{})", app.own_color);
         dom::style(&root, "--own", &own);
         dom::mark("calm", app.settings.calm);
+        dom::mark("clean", app.panels.clean);
+        dom::mark("watching", app.game().is_some_and(GameScreen::watches));
         if dom::mark("world", app.world_shown) && app.world_shown {
             dialogs::rescue_focus();
         }

@@ -1,17 +1,11 @@
 //! Highlights of a round that is over, in place of the room until the next one runs.
 
 use super::GameScreen;
+use super::showing::Showing;
 use crate::page::context::Context;
-use crate::world::reel::Reel;
+use crate::world::highlight_player::HighlightPlayer;
 use crate::world::replica::Replica;
 use jostle_game::RoundPhase;
-
-/// Highlights on display.
-pub struct Showing {
-    pub reel: Reel,
-    /// Number of the copy that draws the highlight with this number.
-    copy: (usize, u32),
-}
 
 impl GameScreen {
     /// Whether there are highlights to show.
@@ -33,8 +27,8 @@ impl GameScreen {
         let ticks = ticks_left(replica).unwrap_or(0);
         let Some(highlights) = &mut replica.highlights else { return };
         let newest = highlights.newest_within(ticks);
-        let reel = Reel::new(&replica.scene, replica.seat, newest, ctx.now_ms);
-        self.showing = reel.map(|reel| Showing { reel, copy: (1, ctx.next_number()) });
+        let player = HighlightPlayer::new(&replica.scene, replica.seat, newest, ctx.now_ms);
+        self.showing = player.map(|player| Showing { player, copy: (1, ctx.next_number()) });
         self.view.cut();
     }
 
@@ -52,11 +46,12 @@ impl GameScreen {
         let Some(showing) = &mut self.showing else { return };
         let live = self.membership.as_ref().map(|membership| &membership.replica);
         let eye = self.view.eye(&self.controls, live);
-        let goes_on = live.and_then(ticks_left).is_some() && showing.reel.advance(ctx.now_ms, eye);
+        let goes_on =
+            live.and_then(ticks_left).is_some() && showing.player.advance(ctx.now_ms, eye);
         if !goes_on {
             self.end_highlights();
-        } else if showing.copy.0 != showing.reel.number {
-            showing.copy = (showing.reel.number, ctx.next_number());
+        } else if showing.copy.0 != showing.player.number {
+            showing.copy = (showing.player.number, ctx.next_number());
             self.view.cut();
         }
     }
@@ -64,7 +59,7 @@ impl GameScreen {
     /// The copy of the room in the picture, and its number: that of a highlight, while one is on.
     pub(super) fn pictured(&self) -> Option<(&Replica, u32)> {
         match (&self.showing, &self.membership) {
-            (Some(showing), _) => Some((&showing.reel.replica, showing.copy.1)),
+            (Some(showing), _) => Some((&showing.player.replica, showing.copy.1)),
             (None, Some(membership)) => Some((&membership.replica, membership.copy)),
             (None, None) => None,
         }

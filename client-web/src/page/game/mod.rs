@@ -2,11 +2,12 @@
 //! nothing about the world; it turns messages into frames and input into messages.
 
 mod connection;
-pub mod highlights;
+mod highlights;
 pub mod link;
 pub mod membership;
 mod receive;
 mod send;
+pub mod showing;
 pub mod status;
 
 use crate::input::keys::Controls;
@@ -20,12 +21,12 @@ use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
 use crate::world::room_in_page::RoomInPage;
-use highlights::Showing;
 use jostle_game::Seat;
 use jostle_protocol::{Appearance, Role};
 use jostle_sim::{TICKS_PER_SECOND, Vec2};
 use link::{Connection, Link};
 use membership::{GameView, Membership};
+use showing::Showing;
 use status::{State, Status};
 
 /// Without a frame for this long the page is hidden: messages move the display then.
@@ -142,7 +143,7 @@ impl GameScreen {
         let take = |replica: &mut Replica| std::iter::from_fn(|| replica.next_cue()).collect();
         let live = self.membership.as_mut().map_or(Vec::new(), |live| take(&mut live.replica));
         // What is not in the picture is not heard.
-        self.showing.as_mut().map_or(live, |showing| take(&mut showing.reel.replica))
+        self.showing.as_mut().map_or(live, |showing| take(&mut showing.player.replica))
     }
 
     /// The view of the last frame.
@@ -280,7 +281,7 @@ impl GameScreen {
         if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
             let followed = self.watches().then(|| self.followed_hero());
             let live = self.membership.as_ref().map(|membership| &membership.replica);
-            let replica = self.showing.as_ref().map(|showing| &showing.reel.replica).or(live);
+            let replica = self.showing.as_ref().map(|showing| &showing.player.replica).or(live);
             self.view.aim(replica, followed, Target { pixels, hero: None, top, bottom, elapsed_s });
         }
         self.send_due(ctx);

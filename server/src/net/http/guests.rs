@@ -68,14 +68,14 @@ async fn try_out(
     address: IpAddr,
     state: &ServerState,
 ) -> Result<Arc<Scene>, Answer> {
-    let Some(_waiting) = state.trials.admit(address) else {
+    let Some(waiting) = state.trials.admit(address) else {
         state.refused("guest_trials_busy", address, "a scene");
         return Err(busy());
     };
     // Before the work, which would be for nothing. What has changed after it is checked again.
     api::check_guest(address, state).map_err(|error| no_room(&error, address, state))?;
-    let Ok(_turn) = state.trial_turn.acquire().await else { return Err(busy()) };
-    match guests::try_out(text, state.config.waits.guest_trial).await {
+    let turn = Arc::clone(&state.trial_turn).acquire_owned().await.map_err(|_| busy())?;
+    match guests::try_out(text, state.config.waits.guest_trial, (waiting, turn)).await {
         Ok(Ok(scene)) => Ok(scene),
         Ok(Err(error)) => Err(scene_refused(&error, address, state)),
         Err(error) => {

@@ -4,6 +4,7 @@ use super::body::Body;
 use super::read;
 use super::response::{Answer, failed, json, not_found};
 use crate::limits;
+use crate::limits::connection_limits::Permit;
 use crate::ops::refusal_log::Foreign;
 use crate::records::{BestRuns, Record, Records};
 use crate::state::ServerState;
@@ -67,7 +68,7 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
         return failed(StatusCode::FORBIDDEN, OFF);
     };
     // Before the body, which is long.
-    let Some(_waiting) = records.admit(address) else {
+    let Some(waiting) = records.admit(address) else {
         state.refused("runs_busy", address, "a run");
         let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, BUSY);
         answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
@@ -77,7 +78,7 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
         Ok(bytes) => bytes.to_vec(),
         Err(error) => return error.answer(limits::RUN_BYTES_MAX),
     };
-    match play(records, bytes).await {
+    match play(records, bytes, waiting).await {
         Ok(answer) => answer,
         Err(reason) => {
             state.refused("run", address, Foreign(reason.as_bytes()));
@@ -87,8 +88,8 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
 }
 
 /// Plays a replay, and returns the response to its run, or the sentence of the refusal.
-async fn play(records: &Arc<Records>, bytes: Vec<u8>) -> Result<Answer, String> {
-    match records.submit(bytes).await {
+async fn play(records: &Arc<Records>, bytes: Vec<u8>, waiting: Permit) -> Result<Answer, String> {
+    match records.submit(bytes, waiting).await {
         Ok(Ok(entered)) => {
             let status = entered.rank.map_or(StatusCode::OK, |_| StatusCode::CREATED);
             let (name, rank) = (&entered.name, entered.rank);

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Highlights that are on display one after the other.
-pub struct Reel {
+pub struct HighlightPlayer {
     /// The copy of the room in the highlight on display.
     pub replica: Replica,
     /// Number of the highlight on display, from 1.
@@ -22,22 +22,29 @@ pub struct Reel {
     began_ms: f64,
 }
 
-impl Reel {
-    /// A reel that begins at `now_ms`; `None` without highlights.
+impl HighlightPlayer {
+    /// A player that begins at `now_ms`; `None` without highlights.
     pub fn new(
         scene: &Arc<Scene>,
         seat: Seat,
         highlights: Vec<Highlight>,
         now_ms: f64,
-    ) -> Option<Reel> {
+    ) -> Option<HighlightPlayer> {
         let count = highlights.len();
         let mut waiting = VecDeque::from(highlights);
         let highlight = waiting.pop_front()?;
         let replica = Replica::without_highlights(Arc::clone(scene), seat);
-        let mut reel =
-            Reel { replica, number: 0, count, waiting, first: 0, ticks: 0, began_ms: now_ms };
-        reel.begin(highlight, now_ms);
-        Some(reel)
+        let mut player = HighlightPlayer {
+            replica,
+            number: 0,
+            count,
+            waiting,
+            first: 0,
+            ticks: 0,
+            began_ms: now_ms,
+        };
+        player.begin(highlight, now_ms);
+        Some(player)
     }
 
     fn begin(&mut self, highlight: Highlight, now_ms: f64) {
@@ -83,16 +90,17 @@ mod tests {
         let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
         let scene = Arc::new(scene.expect("a shipped scene"));
         let eye = Eye::default();
-        let mut reel = Reel::new(&scene, Seat(0), vec![highlight(600), highlight(1000)], 50.0)
-            .expect("two highlights");
-        assert!(reel.advance(50.0, eye));
-        assert_eq!((reel.number, reel.count, reel.replica.display), (1, 2, 420.0));
-        assert!(reel.advance(3050.0, eye));
-        assert_eq!((reel.number, reel.replica.display), (1, 600.0), "the goal");
-        assert!(reel.advance(3600.0, eye));
-        assert_eq!((reel.number, reel.replica.display), (2, 820.0));
-        assert!(reel.advance(7000.0, eye));
-        assert!(!reel.advance(7200.0, eye), "all was shown");
-        assert!(Reel::new(&scene, Seat(0), Vec::new(), 0.0).is_none());
+        let mut player =
+            HighlightPlayer::new(&scene, Seat(0), vec![highlight(600), highlight(1000)], 50.0)
+                .expect("two highlights");
+        assert!(player.advance(50.0, eye));
+        assert_eq!((player.number, player.count, player.replica.display), (1, 2, 420.0));
+        assert!(player.advance(3050.0, eye));
+        assert_eq!((player.number, player.replica.display), (1, 600.0), "the goal");
+        assert!(player.advance(3600.0, eye));
+        assert_eq!((player.number, player.replica.display), (2, 820.0));
+        assert!(player.advance(7000.0, eye));
+        assert!(!player.advance(7200.0, eye), "all was shown");
+        assert!(HighlightPlayer::new(&scene, Seat(0), Vec::new(), 0.0).is_none());
     }
 }
