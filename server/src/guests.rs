@@ -126,6 +126,25 @@ mod tests {
         read(text.as_ref()).expect_err("a refusal").to_string()
     }
 
+    #[tokio::test]
+    async fn a_trial_holds_its_permits_until_it_ends_although_the_request_is_gone() {
+        struct Permit(std::sync::mpsc::Sender<Option<String>>);
+        impl Drop for Permit {
+            fn drop(&mut self) {
+                let thread = std::thread::current().name().map(str::to_owned);
+                self.0.send(thread).expect("it is awaited");
+            }
+        }
+        let (sender, released) = std::sync::mpsc::channel();
+        let scene = text("Tried", "").into_bytes();
+        let trial = try_out(scene, Duration::from_secs(9), Permit(sender));
+        // It is asked once, which starts the thread, and dropped.
+        let asked = tokio::time::timeout(Duration::ZERO, trial).await;
+        assert!(asked.is_err(), "it takes a moment");
+        let by = released.recv_timeout(Duration::from_secs(60)).expect("the trial ends");
+        assert_eq!(by.as_deref(), Some("trial"));
+    }
+
     #[test]
     fn every_shipped_scene_but_the_largest_may_be_a_guests() {
         for scene in Scene::built_in() {
