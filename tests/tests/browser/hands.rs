@@ -127,6 +127,9 @@ async fn a_gamepad_moves_the_hero(stage: Arc<Stage>) -> Result<()> {
         .await?;
     tab.eval::<bool>("(window.pad.buttons[5].pressed = false, true)").await?;
     tab.press("Escape").await?;
+    // A page looks at the gamepad once a frame, and would not see that the button was up.
+    let drawn = tab.state().await?.drawn_frames;
+    tab.until("two frames more", |s| s.drawn_frames > drawn + 1).await?;
     tab.eval::<bool>("window.pad.buttons[5].pressed = true").await?;
     tab.until_true("!document.querySelector('#wheel').hidden").await?;
     tab.eval::<f64>("window.pad.axes[2] = 1").await?;
