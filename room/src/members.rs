@@ -113,7 +113,8 @@ impl Members {
     /// Makes an appearance distinct from those of all members but the one at `own`: a namesake gets a
     /// number after the name, a taken colour becomes the next one that no connected player has. When all
     /// colours are taken, the wanted one is shared. Seats for
-    /// which `yields` is true give up their colours.
+    /// which `yields` is true give up their colours. The member at `own`, who comes back, takes no colour of another
+    /// who is away: else players who all come back, after a restart of the server, would swap theirs.
     pub fn distinct(
         &self,
         wanted: &Appearance,
@@ -122,17 +123,21 @@ impl Members {
     ) -> Appearance {
         let others = || self.seats.iter().filter(|(seat, _)| Some(**seat) != own);
         let names = || others().map(|(_, other)| &*other.appearance.name);
-        let colored = |color: u8| {
-            let wears =
-                |other: &Member| other.lost_tick.is_none() && other.appearance.color == color;
-            others().any(|(seat, other)| wears(other) && !yields(*seat))
+        let wearers = |color: u8| {
+            others()
+                .filter(move |(_, other)| other.appearance.color == color)
+                .filter(|(seat, _)| !yields(**seat))
         };
+        let colored = |color: u8| wearers(color).any(|(_, other)| other.lost_tick.is_none());
         let mut appearance = wanted.clone();
         if names().any(|name| *name == *wanted.name) {
             appearance = wanted.numbered(self.free_number(wanted, names()));
         }
         let colors = (0..COLORS).map(|step| (wanted.color + step) % COLORS);
-        appearance.color = colors.into_iter().find(|&c| !colored(c)).unwrap_or(wanted.color);
+        let back = own.and_then(|seat| self.seats.get(&seat)).filter(|own| own.lost_tick.is_some());
+        let former = back.filter(|_| wearers(wanted.color).next().is_some());
+        let mut colors = former.map(|own| own.appearance.color).into_iter().chain(colors);
+        appearance.color = colors.find(|&color| !colored(color)).unwrap_or(wanted.color);
         appearance
     }
 
@@ -198,9 +203,25 @@ mod tests {
         let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
         assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 1);
         assert_eq!(seated.distinct(&look("A", 6), Some(Seat(0)), |_| false).color, 6);
-        // A player without a socket does not hold the colour.
+        // A player without a socket does not hold the colour against newcomers.
         seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("D", 6), None, |_| false).color, 7);
+    }
+
+    #[test]
+    fn players_who_all_come_back_keep_their_colours() {
+        // All chose colour 6.
+        let mut seated = members(&[(0, "A", 6), (1, "B", 7), (2, "C", 0)]);
+        for member in seated.seats.values_mut() {
+            member.lost_tick = Some(0);
+        }
+        for (seat, color) in [(2, 0), (1, 7), (0, 6)] {
+            let own = Seat(seat);
+            assert_eq!(seated.distinct(&look("N", 6), Some(own), |_| false).color, color);
+            seated.seats.get_mut(&own).unwrap().lost_tick = None;
+        }
+        // A colour of one's own choice that no other has is given.
+        assert_eq!(seated.distinct(&look("N", 3), Some(Seat(1)), |_| false).color, 3);
     }
 
     #[test]
