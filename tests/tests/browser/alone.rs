@@ -13,13 +13,18 @@ use jostle_tests::runner::{Case, Stage};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// The path of the folder.
 const BELOW: &str = "/jostle/";
-/// Ticks after which the games are compared: rounds have begun, and bots are at it.
+/// Ticks after which games are compared: rounds have begun, and bots are at it.
 const TICKS: u32 = 300;
+/// The same of a player without bots, who does nothing.
+const IDLE_TICKS: u32 = 100;
 const SEED: u64 = 7;
+/// Bots beside the player, at most.
+const BOTS: u16 = 5;
 /// A scene that is not shipped.
 const YARD: &str = r#"title = "Yard"
 size = [320, 180]
@@ -42,8 +47,8 @@ velocity = [30, 0]
 pub fn cases() -> Vec<Case> {
     vec![
         Case::new(
-            "the_page_without_a_server_plays_as_a_native_room_does",
-            the_page_without_a_server_plays_as_a_native_room_does,
+            "the_page_without_a_server_plays_every_scene",
+            the_page_without_a_server_plays_every_scene,
         ),
         Case::new(
             "the_page_without_a_server_opens_links_and_files",
@@ -82,8 +87,9 @@ fn native_hash(scene: Scene, seed: u64, bots: u16, ticks: u32) -> Result<Option<
 
 /// Waits for a game that was played for so long, and compares it with a native one.
 async fn compare(tab: &Tab, scene: Scene, seed: u64, bots: u16) -> Result<()> {
-    let played = |s: &State| s.state == "playing" && s.hash_tick.unwrap_or(0) >= TICKS;
-    let state = tab.until(&format!("{TICKS} ticks of {}", scene.name), played).await?;
+    let ticks = if bots == 0 { IDLE_TICKS } else { TICKS };
+    let played = |s: &State| s.state == "playing" && s.hash_tick.unwrap_or(0) >= ticks;
+    let state = tab.until(&format!("{ticks} ticks of {}", scene.name), played).await?;
     ensure!(state.players.len() == usize::from(bots) + 1, "{}: {:?}", scene.name, state.players);
     let (name, tick) = (scene.name.clone(), state.hash_tick.context("a tick")?);
     let native = native_hash(scene, seed, bots, tick)?;
@@ -104,21 +110,19 @@ async fn check_requests(server: &FileServer, tab: &Tab) -> Result<()> {
     Ok(())
 }
 
-async fn the_page_without_a_server_plays_as_a_native_room_does(stage: Arc<Stage>) -> Result<()> {
+/// Every scene, alone where a round needs one player only, and beside bots where players have heroes.
+async fn the_page_without_a_server_plays_every_scene(stage: Arc<Stage>) -> Result<()> {
     let server = host(Vec::new()).await?;
-    for (scene, bots) in [
-        ("arena", &[0, 2][..]),
-        ("splash", &[0, 3]),
-        ("hockey", &[0, 3]),
-        ("flags", &[1, 5]),
-        ("bounds", &[0]),
-    ] {
-        for &bots in bots {
-            let hash = format!("{BELOW}#alone={scene}&bots={bots}&seed={SEED}");
-            let tab = stage.visit_link(&server.link(&hash), Screen::SMALL).await?;
-            compare(&tab, shipped(scene)?, SEED, bots).await?;
+    let tab = stage.visit_link(&server.link(BELOW), Screen::SMALL).await?;
+    for scene in Scene::built_in() {
+        let needed = scene.rules.round.as_ref().map_or(0, |round| round.players_min.max(1) - 1);
+        let most = if scene.hero.is_some() { (scene.players_max - 1).min(BOTS) } else { 0 };
+        for bots in BTreeSet::from([needed.min(most), most]) {
+            let name = &scene.name;
+            let link = format!("{BELOW}?{name}-{bots}#alone={name}&bots={bots}&seed={SEED}");
+            tab.go(&server.link(&link)).await?;
+            compare(&tab, shipped(name)?, SEED, bots).await?;
             check_requests(&server, &tab).await?;
-            stage.clear().await?;
         }
     }
     Ok(())
