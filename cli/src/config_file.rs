@@ -24,7 +24,8 @@ pub fn read(file: &str, source: &str, flags: &[&Arg]) -> Result<Vec<Entry>, Fail
     let table = DeTable::parse(source).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let found = error.message().lines().next().unwrap_or("an error");
-        refused(file, source, at, "file", found, "TOML")
+        let found = format!("a line that is not TOML ({found})");
+        refused(file, source, at, "file", &found, "TOML")
     })?;
     let entries = table.get_ref().iter().map(|(key, value)| {
         let name = key.get_ref().as_ref();
@@ -211,7 +212,10 @@ mod tests {
             ("choice = 'green'", "a.toml:1: choice: found 'green'; allowed: one of red, blue"),
             ("switch = 'on'", "a.toml:1: switch: found 'on'; allowed: one of true, false"),
             ("path = ['a']", "a.toml:1: path: found ['a']; allowed: a text"),
-            ("path = 'a'\npath = 'b'", "a.toml:2: file: found duplicate key; allowed: TOML"),
+            (
+                "path = 'a'\npath = 'b'",
+                "a.toml:2: file: found a line that is not TOML (duplicate key); allowed: TOML",
+            ),
         ] {
             assert_eq!(entries(source), Err(error.to_owned()), "{source}");
         }

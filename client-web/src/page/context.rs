@@ -13,9 +13,8 @@ const PREDICT_KEY: &str = "jostle.predict";
 const VOLUME_KEY: &str = "jostle.volume";
 const MUTED_KEY: &str = "jostle.muted";
 const CAPTIONS_KEY: &str = "jostle.captions";
+/// The draft of a scene of one's own; that of a shipped scene has a dot and its name behind it.
 const DRAFT_KEY: &str = "jostle.draft";
-/// Name of the shipped scene that the draft began with.
-const DRAFT_OF_KEY: &str = "jostle.draft.of";
 const SEAT_PREFIX: &str = "jostle.seat.";
 
 /// Values that the browser remembered, read once when the page is opened.
@@ -59,12 +58,8 @@ impl Remembered {
     }
 }
 
-/// The text of a scene that is edited, as it is kept for later visits.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Draft {
-    /// Name of the shipped scene that it began with.
-    pub origin: Option<String>,
-    pub text: String,
+fn draft_key(origin: Option<&str>) -> String {
+    origin.map_or(DRAFT_KEY.to_owned(), |name| format!("{DRAFT_KEY}.{name}"))
 }
 
 /// The context in which an event is handled.
@@ -82,8 +77,8 @@ pub struct Context {
     session: BTreeMap<String, String>,
     /// Seats that tabs left behind when they were closed, by the keys of their secrets.
     left: BTreeMap<String, String>,
-    /// The one draft that is kept.
-    draft: Option<Draft>,
+    /// Texts of scenes that are edited, by their keys.
+    drafts: BTreeMap<String, String>,
     rng: Rng,
     last_number: u32,
 }
@@ -101,8 +96,8 @@ impl Context {
     /// A context at time zero.
     pub fn new(remembered: Remembered, predicts: bool, seed: u64) -> Context {
         let Remembered { mut local, session } = remembered;
-        let origin = local.remove(DRAFT_OF_KEY);
-        let draft = local.remove(DRAFT_KEY).map(|text| Draft { origin, text });
+        let mut drafts = local.clone();
+        drafts.retain(|key, _| key.starts_with(DRAFT_KEY));
         local.retain(|key, _| key.starts_with(SEAT_PREFIX));
         Context {
             now_ms: 0.0,
@@ -112,7 +107,7 @@ impl Context {
             clock: || 0.0,
             session,
             left: local,
-            draft,
+            drafts,
             rng: Rng::new(seed, 0),
             last_number: 0,
         }
@@ -162,19 +157,19 @@ impl Context {
         self.request(Effect::StoreLocal(key.to_owned(), Some(value)));
     }
 
-    /// The draft of an earlier visit, or of this one.
-    pub fn draft(&self) -> Option<&Draft> {
-        self.draft.as_ref()
+    /// What was made of a shipped scene, or of one without such an origin, in an earlier visit or in this one.
+    pub fn draft(&self, origin: Option<&str>) -> Option<&String> {
+        self.drafts.get(&draft_key(origin))
     }
 
-    /// Keeps a draft in place of any other. A text that can be no scene, because it is too long, is not kept.
-    pub fn keep_draft(&mut self, draft: Draft) {
-        if draft.text.len() > SCENE_BYTES_MAX {
-            return;
+    /// Keeps that in place of what was made of the same scene before. A text that can be no scene, because it is too
+    /// long, is not kept.
+    pub fn keep_draft(&mut self, origin: Option<&str>, text: &str) {
+        if text.len() <= SCENE_BYTES_MAX {
+            let key = draft_key(origin);
+            self.store(&key, text.to_owned());
+            self.drafts.insert(key, text.to_owned());
         }
-        self.request(Effect::StoreLocal(DRAFT_KEY.to_owned(), Some(draft.text.clone())));
-        self.request(Effect::StoreLocal(DRAFT_OF_KEY.to_owned(), draft.origin.clone()));
-        self.draft = Some(draft);
     }
 
     /// A secret of this tab for a room, or of one that was closed.

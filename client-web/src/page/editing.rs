@@ -8,7 +8,6 @@ use crate::net::api::Request;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
-use crate::page::context::Draft;
 use crate::page::edit_screen::{EditScreen, SEED};
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::layers::Layer;
@@ -28,9 +27,8 @@ pub fn requested(hash: &str) -> Option<Option<&str>> {
 impl App {
     /// Opens the editor that an address asks for: with the draft of it, if there is one.
     pub(super) fn open_editor(&mut self, origin: Option<&str>) {
-        let draft = self.ctx.draft().filter(|draft| draft.origin.as_deref() == origin).cloned();
-        match (draft, origin) {
-            (Some(draft), _) => self.edit(draft.text, origin, SEED),
+        match (self.ctx.draft(origin).cloned(), origin) {
+            (Some(text), _) => self.edit(text, origin, SEED),
             (None, Some(name)) => self.await_scene(Awaited::Edit(name.to_owned())),
             (None, None) => self.edit(String::new(), None, SEED),
         }
@@ -60,7 +58,7 @@ impl App {
         let Some(scene) = screen.playable() else {
             screen.editor.said =
                 screen.editor.error.as_ref().map_or(String::new(), |e| e.to_string());
-            return;
+            return self.go_to_error();
         };
         let seed = Some(screen.seed);
         let edits = std::mem::replace(&mut self.activity, Activity::Lobby);
@@ -142,8 +140,7 @@ impl App {
             return;
         }
         screen.kept = screen.editor.revision;
-        let text = screen.editor.text().to_owned();
-        self.ctx.keep_draft(Draft { origin: screen.origin.clone(), text });
+        self.ctx.keep_draft(screen.origin.as_deref(), screen.editor.text());
     }
 
     /// A scene file was dropped or chosen: its text takes the place of the one that is edited.

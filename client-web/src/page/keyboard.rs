@@ -6,6 +6,7 @@ use crate::page::event::{Effect, Focus, Key};
 use crate::page::game::GameScreen;
 use crate::page::layers::Layer;
 use crate::replay::player::ReplayPlayer;
+use crate::world::replica::Replica;
 use jostle_game::Tools;
 use jostle_sim::TICKS_PER_SECOND;
 
@@ -72,12 +73,13 @@ impl App {
         }
     }
 
-    /// Presses what a key means to the world; `false` if that is nothing. A spectator follows a player with a digit.
+    /// Presses what a key means to the world; `false` if that is nothing. A spectator follows a player with a digit, in
+    /// the order of the list.
     fn world_key_down(&mut self, key: &Key) -> bool {
         if self.game().is_some_and(GameScreen::watches) {
             let Ok(number) = key.letter.parse::<usize>() else { return false };
-            let players = self.replica().map_or(&[][..], |replica| replica.players());
-            let seat = number.checked_sub(1).and_then(|index| players.get(index));
+            let ranking = self.replica().map_or(Vec::new(), Replica::ranking);
+            let seat = number.checked_sub(1).and_then(|index| ranking.get(index));
             let seat = seat.map(|player| player.seat);
             self.with_game(|game, _| game.follow_player(seat));
             return true;

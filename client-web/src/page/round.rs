@@ -260,13 +260,15 @@ impl Looked<'_> {
             RoundPhase::Over => self.result(spec, 0.0).title,
             RoundPhase::Running => {
                 let sides = self.board().into_iter().map(|side| {
-                    let of = |amount: Option<i32>, sentence| {
-                        amount.map_or_else(String::new, |amount| {
-                            fill(sentence, &[("count", &amount.to_string())])
-                        })
-                    };
-                    let score = of(side.score, say(" {count} points"));
-                    format!("{}{score}{}", side.name, of(side.lives, say(" {count} lives")))
+                    let score = side.score.map_or_else(String::new, |score| match score {
+                        1 => say(" 1 point").to_owned(),
+                        _ => fill(" {count} points", &[("count", &score.to_string())]),
+                    });
+                    let lives = side.lives.map_or_else(String::new, |lives| match lives {
+                        1 => say(" 1 life").to_owned(),
+                        _ => fill(" {count} lives", &[("count", &lives.to_string())]),
+                    });
+                    format!("{}{score}{lives}", side.name)
                 });
                 sides.collect::<Vec<_>>().join(", ")
             }

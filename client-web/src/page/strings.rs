@@ -273,6 +273,7 @@ pub const NO_GHOST: Card = card(
 pub fn best_run(table: &RecordTable, run: &RecordCard) -> String {
     let result = match table.is_timed() {
         true => clock(f64::from(run.ticks), true),
+        false if run.points == 1 => say("1 point").to_owned(),
         false => fill("{count} points", &[("count", &run.points.to_string())]),
     };
     let name = run.players.first().map_or("", String::as_str);
@@ -501,16 +502,21 @@ pub fn refused(refusal: Refusal) -> Option<Card> {
     Some(card(title, refusal.message(), button, action))
 }
 
-/// What became of a request for a clip.
-pub fn clip(kept: &Result<String, ClipRefusal>) -> &'static str {
-    match kept {
-        Ok(name) if name.is_empty() => "Clip saved as a file.",
-        Ok(_) => "Clip kept.",
-        Err(ClipRefusal::Off) => "This server keeps no clips.",
-        Err(ClipRefusal::TooMany) => "That was too soon after the last clip.",
-        Err(ClipRefusal::Failed) => "The clip couldn't be kept.",
+/// A clip that was kept under a name, or as a file.
+pub fn clip(name: &str) -> &'static str {
+    if name.is_empty() { "Clip saved as a file." } else { "Clip kept." }
+}
+
+/// Why there is no clip.
+pub fn no_clip(refusal: ClipRefusal) -> &'static str {
+    match refusal {
+        ClipRefusal::Off => "This server keeps no clips.",
+        ClipRefusal::TooMany => "That was too soon after the last clip.",
+        ClipRefusal::Failed => "The clip couldn't be kept.",
     }
 }
+
+pub const CLIP_OF_SPECTATOR: &str = "Only players can keep clips.";
 
 /// People who watch a room, for the lobby.
 pub fn watching(spectators: u32) -> String {

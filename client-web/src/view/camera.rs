@@ -54,7 +54,9 @@ const FOLLOW_SHARE: f32 = 0.6;
 pub fn watching_camera(scene: &Scene, follows: bool) -> Camera {
     let rule = match (follows, scene.camera) {
         (false, _) => CameraRule::Fit,
-        (true, CameraRule::Fit) => CameraRule::Follow { height: scene.size.y * FOLLOW_SHARE },
+        (true, CameraRule::Fit | CameraRule::Whole) => {
+            CameraRule::Follow { height: scene.size.y * FOLLOW_SHARE }
+        }
         (true, follow) => follow,
     };
     Camera::new(rule, scene.size)
@@ -76,6 +78,7 @@ impl Camera {
         let aspect = target.pixels[0] as f32 / target.pixels[1] as f32;
         match self.rule {
             CameraRule::Fit => self.fit(target, aspect),
+            CameraRule::Whole => self.fit(Target { hero: None, ..target }, aspect),
             CameraRule::Follow { height } => self.follow(target, aspect, height),
         }
     }

@@ -65,6 +65,7 @@ impl Scene {
         let entries = toml::de::DeTable::parse(source).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
             let found = error.message().lines().next().unwrap_or("an error").to_owned();
+            let found = format!("a line that is not TOML ({found})");
             document.error(at, "file", found, "TOML".to_owned())
         })?;
         let root = document.root(entries.get_ref());
@@ -208,10 +209,13 @@ fn tools(root: &Table) -> Tools {
 
 fn camera(root: &Table) -> Camera {
     let field = root.get("camera");
-    if !field.is_given() || field.word() == Some("fit") {
-        return Camera::Fit;
+    match field.word() {
+        _ if !field.is_given() => return Camera::Fit,
+        Some("fit") => return Camera::Fit,
+        Some("whole") => return Camera::Whole,
+        _ => {}
     }
-    let height = field.table_or("\"fit\" or { follow = height }", |table| {
+    let height = field.table_or("\"fit\", \"whole\" or { follow = height }", |table| {
         let height = table.need("follow", "the height of the view");
         height.number(1.0, Range::from(1.0, SIZE_MAX))
     });
@@ -241,7 +245,7 @@ fn quantum(root: &Table) -> f32 {
 
 /// Reads the caps of a scene into it.
 fn limits(table: &Table, scene: &mut Scene) {
-    let seats_max = if scene.camera == Camera::Fit { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
+    let seats_max = if scene.camera.sees_all() { SEATS_MAX as u32 } else { FOLLOWERS_MAX };
     let players = table.get("players").whole(16, 1..=seats_max);
     let packs = table.get("packs").whole(8, 0..=PACKS_MAX);
     let marbles = table.get("dumb").whole(200, 0..=BODIES_MAX);

@@ -35,13 +35,23 @@ impl Category {
 /// Framing of the world by the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Camera {
-    /// The whole world fits the view.
+    /// The whole world fits the view, but on an upright screen, where that would make everything tiny, the view moves
+    /// sideways with the own hero.
     Fit,
+    /// The whole world fits every view.
+    Whole,
     /// The view follows the own hero and is this many world units high.
     Follow {
         /// Height of the view, world units.
         height: f32,
     },
+}
+
+impl Camera {
+    /// Whether all of the world is sent to everybody.
+    pub fn sees_all(self) -> bool {
+        !matches!(self, Camera::Follow { .. })
+    }
 }
 
 /// A checked scene.

@@ -35,13 +35,22 @@ async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
         eve.until_true(shown).await?;
         ensure_named(&eve).await?;
         eve.keep(&format!("watch-{width}")).await?;
-        // The list of players follows one; a digit does so where there are keys.
-        let follow = "document.querySelector('#players [data-action=follow], #players li')";
-        ensure!(eve.eval::<bool>(&format!("!!{follow}")).await?, "nobody to follow at {width}");
+        // The list of players follows one and sees the whole again; a digit does so too where there are keys.
+        let button = "#players [data-action=follow]";
+        let pressed =
+            |yes: &str| format!("document.querySelector('{button}').ariaPressed === '{yes}'");
+        eve.click_on(button).await?;
+        eve.until_true(&pressed("true")).await?;
+        eve.click_on(button).await?;
+        eve.until_true(&pressed("false")).await?;
         if screen.touch {
             continue;
         }
         eve.press("1").await?;
+        eve.until_true(&pressed("true")).await?;
+        eve.press("k").await?;
+        let said = "document.querySelector('#clip-text').textContent";
+        eve.until_true(&format!("{said} === 'Only players can keep clips.'")).await?;
         eve.keep(&format!("watch-followed-{width}")).await?;
         eve.press("h").await?;
         let hidden =

@@ -8,7 +8,7 @@ use crate::page::app::App;
 use crate::page::dom;
 use crate::page::dom::help;
 use crate::page::dom::list::{Item, List};
-use crate::page::dom::players::{self, color_of};
+use crate::page::dom::players::{self, Reader, color_of};
 use crate::page::game::GameScreen;
 use crate::page::news_log::NewsLog;
 use crate::page::settings::Settings;
@@ -95,7 +95,10 @@ impl Hud {
         let clip = game.status.clip.as_ref().filter(|(at, _)| now_ms - at <= CLIP_MS);
         dom::show("clip", clip.is_some());
         if let Some((_, kept)) = clip {
-            dom::text("clip-text", say(strings::clip(kept)));
+            dom::text(
+                "clip-text",
+                say(kept.as_ref().map_or_else(|refusal| *refusal, |name| strings::clip(name))),
+            );
             let name = kept.as_ref().ok().filter(|name| !name.is_empty());
             dom::show("clip-link", name.is_some());
             let link = name.map(|name| format!("{}/replay/{name}", game.server()));
@@ -148,7 +151,12 @@ impl Hud {
         if let Some(replica) = game.replica() {
             let host = if game.status.host { "players host" } else { "players" };
             dom::set(&dom::html("players"), "class", Some(host));
-            self.players.show(players::entries(replica, game.status.host));
+            let reader = match (game.watches(), game.status.host) {
+                (true, _) => Reader::Spectator(game.followed()),
+                (false, true) => Reader::Host,
+                (false, false) => Reader::Player,
+            };
+            self.players.show(players::entries(replica, reader));
         }
         dom::show("close-room", game.status.host);
         dom::show("edit-game", game.is_in_page());

@@ -14,7 +14,7 @@ use crate::page::strings;
 use jostle_sim::Vec2;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
-use web_sys::{Gamepad, GamepadButton, HtmlInputElement, HtmlSelectElement};
+use web_sys::{Gamepad, GamepadButton, GamepadMappingType, HtmlInputElement, HtmlSelectElement};
 
 /// The sheet as it was shown last.
 pub struct SettingsSheet {
@@ -134,7 +134,7 @@ fn pads() -> impl Iterator<Item = Gamepad> {
         .filter_map(move |index| pads.get(index).dyn_into::<JsValue>().ok())
         .filter(JsValue::is_object)
         .map(|pad| pad.unchecked_into::<Gamepad>())
-        .filter(Gamepad::connected)
+        .filter(|pad| pad.connected() && pad.mapping() == GamepadMappingType::Standard)
 }
 
 /// The state of the connected gamepads, as if they were one.

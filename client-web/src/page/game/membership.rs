@@ -187,7 +187,9 @@ impl GameView {
         let hero = replica.and_then(|replica| match replica.scene.camera {
             // No more than what is around the server's hero is sent.
             CameraRule::Follow { .. } => replica.own_hero_as_told(),
-            CameraRule::Fit => replica.own_hero().map(|hero| (hero.center, hero.velocity)),
+            CameraRule::Fit | CameraRule::Whole => {
+                replica.own_hero().map(|hero| (hero.center, hero.velocity))
+            }
         });
         self.view = camera.view(Target { hero, ..canvas });
     }

@@ -97,6 +97,11 @@ impl GameScreen {
         }
     }
 
+    /// The player whom a spectator follows.
+    pub fn followed(&self) -> Option<Seat> {
+        self.followed
+    }
+
     /// The hero whom a spectator follows.
     fn followed_hero(&self) -> Option<(Vec2, Vec2)> {
         self.pictured_replica()?.hero_of(self.followed?)

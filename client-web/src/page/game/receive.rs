@@ -7,6 +7,7 @@ use super::status::State;
 use crate::net::meter::Traffic;
 use crate::page::context::{Context, Secret};
 use crate::page::event::Effect;
+use crate::page::strings;
 use crate::world::replica::Replica;
 use jostle_game::{Buttons, RoundPhase, Scene, Seat};
 use jostle_protocol::{DecodeError, Refusal, ServerMessage, Snapshot};
@@ -62,7 +63,9 @@ impl GameScreen {
                 }
             }
             Ok(ServerMessage::Emote { seat, emote }) => self.emotes.show(now_ms, seat, emote),
-            Ok(ServerMessage::Clip { kept }) => self.status.clip = Some((now_ms, kept)),
+            Ok(ServerMessage::Clip { kept }) => {
+                self.status.clip = Some((now_ms, kept.map_err(strings::no_clip)));
+            }
             Ok(ServerMessage::Denied) => self.status.denied_ms = Some(now_ms),
             Err(error) => self.misunderstood(ctx, &error),
         }

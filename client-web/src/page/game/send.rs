@@ -7,7 +7,7 @@ use super::status::State;
 use crate::net::meter::Traffic;
 use crate::page::context::{Context, Secret};
 use crate::page::event::Effect;
-use jostle_game::scene::Camera as CameraRule;
+use crate::page::strings;
 use jostle_game::{Input, Seat};
 use jostle_protocol::limits::VIEW_MAX;
 use jostle_protocol::{ClientMessage, ClipRefusal, VERSION};
@@ -50,11 +50,15 @@ impl GameScreen {
     /// Has the last seconds kept: by the server, or as a file if the room is in the page.
     pub fn keep_clip(&mut self, ctx: &mut Context) {
         match &self.link {
-            Link::Server(_) if self.watches() || self.status.state != State::Playing => {}
+            Link::Server(_) if self.status.state != State::Playing => {}
+            Link::Server(_) if self.watches() => {
+                self.status.clip = Some((ctx.now_ms, Err(strings::CLIP_OF_SPECTATOR)));
+            }
             Link::Server(_) => self.send(ctx, &ClientMessage::Clip),
             Link::InPage(room) => {
                 let file = room.clip();
-                let kept = file.as_ref().map(|_| String::new()).ok_or(ClipRefusal::Failed);
+                let failed = strings::no_clip(ClipRefusal::Failed);
+                let kept = file.as_ref().map(|_| String::new()).ok_or(failed);
                 self.status.clip = Some((ctx.now_ms, kept));
                 ctx.effects.extend(file.map(Effect::SaveClip));
             }
@@ -112,7 +116,7 @@ impl GameScreen {
     fn send_view(&mut self, ctx: &mut Context) {
         let view = *self.view();
         let Some(membership) = &mut self.membership else { return };
-        let follows = matches!(membership.replica.scene.camera, CameraRule::Follow { .. });
+        let follows = !membership.replica.scene.camera.sees_all();
         if !follows || view.pixels == GameView::UNSEEN.pixels {
             return;
         }

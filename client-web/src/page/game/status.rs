@@ -1,7 +1,6 @@
 //! The stage that a game is at, and everything the page says about it besides the world itself.
 
 use crate::page::strings::Card;
-use jostle_protocol::ClipRefusal;
 
 /// The stage that a game is at, as `data-state` names it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +55,7 @@ pub struct Status {
     pub closes: bool,
     /// When the room last denied what only a host may ask for.
     pub denied_ms: Option<f64>,
-    /// The answer to the last request for a clip, and when it came: its name, empty for a file of this machine.
-    pub clip: Option<(f64, Result<String, ClipRefusal>)>,
+    /// The answer to the last request for a clip, and when it came: its name, empty for a file of this machine, or a
+    /// sentence that says why there is none.
+    pub clip: Option<(f64, Result<String, &'static str>)>,
 }

@@ -110,7 +110,7 @@ fn a_board_has_the_teams_or_the_player_alone() {
     let sides: Vec<_> =
         teams.sides.iter().map(|side| (side.name.as_str(), side.color, side.is_own)).collect();
     assert_eq!(sides, [("Red", 5, false), ("Blue", 1, true)]);
-    assert_eq!(teams.spoken, "Red 2 points 2 lives, Blue 1 points 2 lives");
+    assert_eq!(teams.spoken, "Red 2 points 2 lives, Blue 1 point 2 lives");
 }
 
 #[test]

@@ -48,6 +48,16 @@ fn an_upright_phone_follows_the_hero_with_the_full_height_in_view() {
 }
 
 #[test]
+fn whole_shows_all_on_an_upright_phone_too() {
+    let hero = Some((Vec2::new(150.0, 20.0), Vec2::ZERO));
+    let view = Camera::new(CameraRule::Whole, WORLD).view(target([720, 1480], hero));
+    for corner in [Vec2::ZERO, WORLD] {
+        let pixel = view.to_pixel(corner);
+        assert!((0.0..=720.0).contains(&pixel.x) && (0.0..=1480.0).contains(&pixel.y), "{pixel}");
+    }
+}
+
+#[test]
 fn follow_starts_on_the_hero_and_stays_in_the_world() {
     let mut camera = Camera::new(CameraRule::Follow { height: 60.0 }, WORLD);
     let hero = Vec2::new(2.0, 3.0);

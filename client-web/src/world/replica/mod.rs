@@ -441,6 +441,13 @@ impl Replica {
         self.timeline.at_or_before(self.display).map_or(&[], |s| &s.players)
     }
 
+    /// The same players by their scores, the best first.
+    pub fn ranking(&self) -> Vec<&PlayerState> {
+        let mut order: Vec<_> = self.players().iter().collect();
+        order.sort_by_key(|player| (std::cmp::Reverse(player.score), player.seat));
+        order
+    }
+
     /// What the displayed snapshot says of the round, in a game.
     pub fn round(&self) -> Option<&RoundInfo> {
         self.timeline.at_or_before(self.display)?.round.as_ref()

@@ -6,7 +6,7 @@ use super::ears::Turn;
 use super::highlights::GOALS_APART_TICKS;
 use crate::net::timeline::Sample;
 use crate::sound::cue::{Cue, Sound};
-use jostle_game::scene::{Camera, Placed};
+use jostle_game::scene::Placed;
 use jostle_game::{Kind, RoundInfo, RoundPhase, Scene, Seat, Side};
 use jostle_sim::{BodyId, Vec2};
 
@@ -60,7 +60,7 @@ impl Replica {
         let hero = hero.filter(|_| sample.owner.is_some());
         let is_near = hero.is_some_and(|hero| hero.center.distance(sample.center) < THROW_REACH);
         // In a world larger than the view most that is new has only come into view.
-        if !is_near && self.scene.camera != Camera::Fit {
+        if !is_near && !self.scene.camera.sees_all() {
             return;
         }
         let sound = if sample.kind == Kind::Pack { Sound::Throw } else { Sound::Spawn };
@@ -69,7 +69,7 @@ impl Replica {
 
     /// A body that can break and is gone has broken, unless a round begins or ends.
     fn hear_breaks(&mut self, tick: f64) {
-        if self.ears.fragile.is_empty() || self.scene.camera != Camera::Fit {
+        if self.ears.fragile.is_empty() || !self.scene.camera.sees_all() {
             return;
         }
         let is_running = self.ears.round.is_none_or(|turn| turn.phase == RoundPhase::Running);

@@ -52,6 +52,13 @@ fn what_is_edited_is_kept_and_comes_back() {
     // That of another scene is not taken for this one.
     let other = browser_at("#edit=pile", &[("jostle.draft", &kept)]);
     assert!(text(&other).contains("title = \"Pile\""));
+    // Each shipped scene has its own.
+    let mut pile =
+        browser_at("#edit=pile", &[("jostle.draft", &kept), ("jostle.draft.pile", "size = 3")]);
+    assert_eq!(text(&pile), "size = 3");
+    pile.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
+    let effects = pile.say(Event::Pulse { hidden: false });
+    assert!(has(&effects, "StoreLocal(\"jostle.draft.pile\""), "{effects:?}");
 }
 
 #[test]
