@@ -282,9 +282,9 @@ fn packed_name(path: &Path) -> PathBuf {
 }
 
 fn compress(content: &[u8], quality: i32) -> Result<Vec<u8>> {
-    // With blocks of 2^16 the program is 0.07 % smaller than with the default of 2^18.
+    // Blocks of 2^16 to 2^18 differ by 0.2 %, and another one is best after each change of the program.
     let parameters =
-        brotli::enc::BrotliEncoderParams { quality, lgwin: 22, lgblock: 16, ..Default::default() };
+        brotli::enc::BrotliEncoderParams { quality, lgwin: 22, lgblock: 17, ..Default::default() };
     let mut packed = Vec::new();
     brotli::BrotliCompress(&mut &content[..], &mut packed, &parameters).context("brotli")?;
     Ok(packed)

@@ -62,6 +62,11 @@ pub fn watching_camera(scene: &Scene, follows: bool) -> Camera {
     Camera::new(rule, scene.size)
 }
 
+/// Height of a view of the whole world, world units.
+pub fn height_of_all(world: Vec2, pixels: [u32; 2]) -> f32 {
+    world.y.max(world.x * pixels[1] as f32 / pixels[0].max(1) as f32)
+}
+
 impl Camera {
     /// A camera for a world that spans (0, 0) to `world`.
     pub fn new(rule: CameraRule, world: Vec2) -> Camera {
@@ -103,7 +108,7 @@ impl Camera {
     }
 
     fn follow(&mut self, target: Target, aspect: f32, nominal: f32) -> View {
-        let whole = self.world.y.max(self.world.x / aspect);
+        let whole = height_of_all(self.world, target.pixels);
         let height = nominal.max(nominal * FOLLOW_WIDTH_MIN / aspect).min(whole);
         self.walk(target, aspect, height)
     }

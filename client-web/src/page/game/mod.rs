@@ -16,7 +16,7 @@ use crate::page::context::Context;
 use crate::page::emotes::ShownEmotes;
 use crate::page::event::Canvas;
 use crate::sound::cue::Cue;
-use crate::view::camera::Target;
+use crate::view::camera::{Target, height_of_all};
 use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
@@ -37,6 +37,8 @@ pub const ALONE: &str = "alone";
 
 /// Time that a frame may take to play a ghost, milliseconds.
 const GHOST_MS: f64 = 4.0;
+/// A view so many times as high as the world is too large for a spectator to begin with.
+const TINY: f32 = 2.5;
 
 /// The ghost of a run beside the own hero.
 pub enum GhostSlot {
@@ -69,6 +71,8 @@ pub struct GameScreen {
     pub role: Role,
     /// The player whom a spectator follows.
     followed: Option<Seat>,
+    /// It was chosen, by the spectator or for the size of the screen.
+    has_chosen: bool,
 }
 
 impl GameScreen {
@@ -93,7 +97,20 @@ impl GameScreen {
     pub fn follow_player(&mut self, seat: Option<Seat>) {
         if self.watches() {
             self.followed = seat.filter(|_| self.followed != seat);
+            self.has_chosen = true;
             self.view.follows = None;
+        }
+    }
+
+    /// Has a new spectator follow the best player where the whole would be tiny.
+    fn choose_followed(&mut self, pixels: [u32; 2]) {
+        let Some(replica) = self.replica().filter(|_| self.watches() && !self.has_chosen) else {
+            return;
+        };
+        if let Some(best) = replica.ranking().first() {
+            let is_tiny = height_of_all(replica.scene.size, pixels) > TINY * replica.scene.size.y;
+            self.followed = Some(best.seat).filter(|_| is_tiny);
+            self.has_chosen = true;
         }
     }
 
@@ -135,6 +152,7 @@ impl GameScreen {
             pinged_ms: ctx.now_ms,
             role: Role::Player,
             followed: None,
+            has_chosen: false,
         }
     }
 
@@ -284,6 +302,7 @@ impl GameScreen {
             self.advance_highlights(ctx);
         }
         if let Some(Canvas { pixels, top, bottom, .. }) = canvas {
+            self.choose_followed(pixels);
             let followed = self.watches().then(|| self.followed_hero());
             let live = self.membership.as_ref().map(|membership| &membership.replica);
             let replica = self.showing.as_ref().map(|showing| &showing.player.replica).or(live);

@@ -444,7 +444,7 @@ impl Replica {
     /// The same players by their scores, the best first.
     pub fn ranking(&self) -> Vec<&PlayerState> {
         let mut order: Vec<_> = self.players().iter().collect();
-        order.sort_by_key(|player| (std::cmp::Reverse(player.score), player.seat));
+        order.sort_unstable_by_key(|player| (std::cmp::Reverse(player.score), player.seat));
         order
     }
 
