@@ -61,6 +61,9 @@ const MIDDLE: &str = r#"async selector => {
     return before?.at ?? null;
 }"#;
 
+const TWO_FRAMES: &str =
+    "new Promise(requestAnimationFrame).then(() => new Promise(requestAnimationFrame))";
+
 /// A screen size.
 #[derive(Clone, Copy, Debug)]
 pub struct Screen {
@@ -81,6 +84,13 @@ impl Screen {
     pub const PHONE_ON_SIDE: Screen = Screen { width: 640, height: 360, touch: true };
     /// A laptop.
     pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false };
+    /// A large screen.
+    pub const LARGE: Screen = Screen { width: 3840, height: 2160, touch: false };
+
+    fn metrics(self) -> Value {
+        let Screen { width, height, touch } = self;
+        json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch})
+    }
 }
 
 /// A page.
@@ -103,15 +113,13 @@ impl Tab {
         let errors = Arc::default();
         let (loads, loaded) = watch::channel(String::new());
         tokio::spawn(listen(events, loads, Arc::clone(&errors)));
-        let Screen { width, height, touch } = screen;
-        let metrics =
-            json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch});
+        let touch = screen.touch;
         for (method, params) in [
             ("Page.enable", json!({})),
             ("Page.setLifecycleEventsEnabled", json!({"enabled": true})),
             ("Runtime.enable", json!({})),
             ("Log.enable", json!({})),
-            ("Emulation.setDeviceMetricsOverride", metrics),
+            ("Emulation.setDeviceMetricsOverride", screen.metrics()),
             ("Emulation.setTouchEmulationEnabled", json!({"enabled": touch})),
             // Several windows play at once; each has to believe that it has the focus.
             ("Emulation.setFocusEmulationEnabled", json!({"enabled": true})),
@@ -409,7 +417,22 @@ impl Tab {
     /// set.
     pub async fn keep(&self, name: &str) -> Result<()> {
         let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
+        // So that what was just shown is drawn.
+        self.eval::<f64>(TWO_FRAMES).await?;
         self.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
+    }
+
+    /// The same of a phone, a laptop and a large screen, as `NAME-WIDTH.png`.
+    pub async fn keep_on_all_screens(&self, name: &str) -> Result<()> {
+        if std::env::var_os("JOSTLE_PICTURES").is_none() {
+            return Ok(());
+        }
+        let all = [Screen::PHONE, Screen::LAPTOP, Screen::LARGE];
+        for screen in all.into_iter().chain([self.screen]) {
+            self.session.call("Emulation.setDeviceMetricsOverride", screen.metrics()).await?;
+            self.keep(&format!("{name}-{}", screen.width)).await?;
+        }
+        Ok(())
     }
 
     /// A screenshot, as soon as two in a row are equal: fonts and pictures are loaded.

@@ -158,7 +158,7 @@ async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> R
     let shown = serde_json::to_string(&error)?;
     tab.until_true(&format!("document.querySelector('#notice-detail').textContent === {shown}"))
         .await?;
-    tab.keep("alone-wrong").await?;
+    tab.keep_on_all_screens("alone-wrong").await?;
     tab.click_on("#notice-other").await?;
     tab.until_true("document.querySelector('#notice').hidden").await?;
     check_requests(&server, &tab).await

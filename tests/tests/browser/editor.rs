@@ -90,7 +90,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     pull(&tab, "zone", [280.0, 40.0]).await?;
     until_text(&tab, "name = \"zone-1\"").await?;
     ensure!(error(&tab).await?.is_empty(), "{}", error(&tab).await?);
-    tab.keep("editor-built").await?;
+    tab.keep_on_all_screens("editor-built").await?;
 
     // A rule, by text.
     tab.click_on("#tab-text").await?;
@@ -109,7 +109,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     tab.eval::<bool>(NOTE).await?;
     tab.press("e").await?;
     tab.until("the game", |s| s.state == "playing" && s.ticks() > 20).await?;
-    tab.keep("editor-played").await?;
+    tab.keep_on_all_screens("editor-played").await?;
     assert_eq!(tab.eval::<Vec<f64>>(PLACE).await?, before, "the picture stays where it was");
     check_start(&tab).await?;
     tab.press("e").await?;
@@ -228,7 +228,7 @@ pub async fn errors_are_shown_at_their_place(stage: Arc<Stage>) -> Result<()> {
         let under = underlined(&tab).await?;
         ensure!(under.contains(marked) || marked.contains(&under), "{under:?} for {told}");
         if from.starts_with("rest") {
-            tab.keep("editor-error").await?;
+            tab.keep_on_all_screens("editor-error").await?;
         }
         // A click on the sentence goes there.
         tab.click_on("#edit-error").await?;
@@ -329,7 +329,7 @@ pub async fn a_form_writes_into_the_text(stage: Arc<Stage>) -> Result<()> {
     tab.mouse_up(at).await?;
     let field = "[data-path='bodies[6].restitution'] input";
     tab.until_true(&format!("document.querySelector(\"{field}\")")).await?;
-    tab.keep("editor-form").await?;
+    tab.keep_on_all_screens("editor-form").await?;
     tab.fill(field, "0.5").await?;
     tab.press("Enter").await?;
     until_text(&tab, "size = [56, 4]\nrestitution = 0.5\n").await?;

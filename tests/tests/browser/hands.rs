@@ -23,7 +23,6 @@ const NAMELESS: &str = "[...document.querySelectorAll('button, a[href], input, s
 const FOCUSED: &str =
     "(e => e.id || `${e.dataset.action}=${e.dataset.value}`)(document.activeElement)";
 
-const FULL_HD: Screen = Screen { width: 3840, height: 2160, touch: false };
 const NARROW: Screen = Screen { width: 360, height: 640, touch: true };
 
 pub fn cases() -> Vec<Case> {
@@ -180,7 +179,7 @@ async fn the_page_speaks_german(stage: Arc<Stage>) -> Result<()> {
 }
 
 async fn new_screens_fit(stage: Arc<Stage>) -> Result<()> {
-    for screen in [NARROW, Screen::LAPTOP, FULL_HD] {
+    for screen in [NARROW, Screen::LAPTOP, Screen::LARGE] {
         let tab = stage.play("arena", screen).await?;
         let width = screen.width;
         tab.click_on("#settings-button").await?;

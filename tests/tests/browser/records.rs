@@ -84,7 +84,7 @@ async fn a_run_alone_becomes_a_record(stage: Arc<Stage>) -> Result<()> {
         .await?;
     tab.key_up("d").await?;
     tab.until_true("!document.querySelector('#best-run').textContent.endsWith('Slow')").await?;
-    tab.keep("records-result").await?;
+    tab.keep_on_all_screens("records-result").await?;
     let kept = records(&tab, DASH_NAME).await?;
     assert_eq!(kept.len(), 2);
     ensure!(kept[0]["ticks"].as_u64() < kept[1]["ticks"].as_u64(), "{kept:?}");

@@ -58,7 +58,7 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
         .await?;
     let result = "document.getElementById('result').checkVisibility()";
     assert!(!ada.eval::<bool>(result).await?, "the result gives way");
-    ada.keep("highlight").await?;
+    ada.keep_on_all_screens("highlight").await?;
     ada.key_down("Escape").await?;
     ada.key_up("Escape").await?;
     ada.until_true(result).await?;

@@ -56,7 +56,7 @@ pub async fn a_room_with_the_edited_scene_is_opened(stage: Arc<Stage>) -> Result
     // A phone reads the code, and its player joins.
     ada.click_on("#qr-code").await?;
     ada.until_true("!document.querySelector('#notice-code').hidden").await?;
-    ada.keep("sharing-code").await?;
+    ada.keep_on_all_screens("sharing-code").await?;
     let link = read_code(&ada.steady_picture().await?)?;
     assert_eq!(link, ada.link().await?);
     let bob = stage.visit_link(&link, Screen::PHONE).await?;
@@ -88,7 +88,7 @@ pub async fn a_scene_that_the_server_refuses_shows_why_at_its_place(
     let [sentence, underlined] = errors_of(&tab).await?;
     ensure!(sentence.starts_with("my-scene.toml:2: size: found a world of 32000"), "{sentence}");
     assert_eq!(underlined, "size = [32000, 18000]");
-    tab.keep("sharing-refused").await?;
+    tab.keep_on_all_screens("sharing-refused").await?;
     tab.fill("#text", YARD).await?;
     tab.until_true("document.querySelector('#edit-error').hidden").await?;
     tab.ignore_errors(|error| error.contains("422"));

@@ -14,7 +14,7 @@ use std::sync::Arc;
 const SCREENS: [Screen; 3] = [
     Screen { width: 360, height: 640, touch: true },
     Screen::LAPTOP,
-    Screen { width: 3840, height: 2160, touch: false },
+    Screen::LARGE,
 ];
 
 pub fn cases() -> Vec<Case> {
