@@ -61,8 +61,9 @@ const MIDDLE: &str = r#"async selector => {
     return before?.at ?? null;
 }"#;
 
-const TWO_FRAMES: &str =
-    "new Promise(requestAnimationFrame).then(() => new Promise(requestAnimationFrame))";
+/// A slow renderer shows a page some frames later.
+const FRAMES: &str = "(async () => { for (let frame = 0; frame < 20; frame += 1) \
+    await new Promise(requestAnimationFrame); return true; })()";
 
 /// A screen size.
 #[derive(Clone, Copy, Debug)]
@@ -418,7 +419,7 @@ impl Tab {
     pub async fn keep(&self, name: &str) -> Result<()> {
         let Some(dir) = std::env::var_os("JOSTLE_PICTURES") else { return Ok(()) };
         // So that what was just shown is drawn.
-        self.eval::<f64>(TWO_FRAMES).await?;
+        self.eval::<bool>(FRAMES).await?;
         self.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
     }
 

@@ -180,8 +180,13 @@ async fn the_page_speaks_german(stage: Arc<Stage>) -> Result<()> {
 
 async fn new_screens_fit(stage: Arc<Stage>) -> Result<()> {
     for screen in [NARROW, Screen::LAPTOP, Screen::LARGE] {
-        let tab = stage.play("arena", screen).await?;
         let width = screen.width;
+        let lobby = stage.visit("/", screen).await?;
+        lobby.until("the lobby", |s| s.state == "lobby").await?;
+        let wide = "document.documentElement.scrollWidth > innerWidth";
+        ensure!(!lobby.eval::<bool>(wide).await?, "the lobby is too wide for {width} pixels");
+        lobby.keep(&format!("lobby-{width}")).await?;
+        let tab = stage.play("arena", screen).await?;
         tab.click_on("#settings-button").await?;
         tab.until_true("!document.querySelector('#settings').hidden").await?;
         let wide = "document.querySelector('.settings').scrollWidth > document.querySelector('.settings').clientWidth";

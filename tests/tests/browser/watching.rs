@@ -11,11 +11,8 @@ use jostle_tests::state::State;
 use jostle_tests::tab::Screen;
 use std::sync::Arc;
 
-const SCREENS: [Screen; 3] = [
-    Screen { width: 360, height: 640, touch: true },
-    Screen::LAPTOP,
-    Screen::LARGE,
-];
+const SCREENS: [Screen; 3] =
+    [Screen { width: 360, height: 640, touch: true }, Screen::LAPTOP, Screen::LARGE];
 
 pub fn cases() -> Vec<Case> {
     vec![
