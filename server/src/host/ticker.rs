@@ -384,9 +384,7 @@ impl Ticker {
                 );
                 let token = self.host.signer.seat_token(SeatClaim { room: own, claim });
                 join.outbox.control(room.welcome(Some(WelcomeSeat { seat, host, token })));
-                if self.host.neighbours.revision() > 0 {
-                    join.outbox.control(self.host.neighbours.message());
-                }
+                self.name_neighbours(&join.outbox);
                 let tick = room.game().tick_count();
                 self.abandoned &= !host;
                 let feed = Delivery::new(Some(seat), join.outbox, tick);
@@ -402,12 +400,21 @@ impl Ticker {
         if self.admission.is_shut(address, &join.appearance.name, room.game().tick_count()) {
             return join.outbox.end(Refusal::Kicked);
         }
+        let outbox = Arc::clone(&join.outbox);
         match self.spectators.admit(room, join) {
             Ok(()) => {
+                self.name_neighbours(&outbox);
                 self.host.metrics.joined("spectator");
                 debug!(room = %self.info.code, %address, "spectator joined");
             }
             Err((refusal, outbox)) => outbox.end(refusal),
+        }
+    }
+
+    /// Tells a new session where to ask for the room when this node falls silent, in a fleet.
+    fn name_neighbours(&self, outbox: &Outbox) {
+        if self.host.neighbours.revision() > 0 {
+            outbox.control(self.host.neighbours.message());
         }
     }
 

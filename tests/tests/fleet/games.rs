@@ -51,7 +51,7 @@ struct Playing {
 }
 
 impl Games {
-    /// Starts everything, and returns when every player plays. `nats` says how a node of this number reaches the cluster.
+    /// Starts everything, and returns when every player plays and a spectator watches each room. `nats` says how a node of this number reaches the cluster.
     pub async fn start(nats: impl Fn(&Cluster, usize) -> String) -> Games {
         let cluster = Cluster::start(NODES).await.expect("a cluster");
         Games::start_with(cluster, NODES, nats).await
@@ -78,12 +78,14 @@ impl Games {
             rooms.push(open(node, scene, index % 3 == 2).await);
         }
         let (stop, stopped) = watch::channel(false);
-        let players = (0..players()).map(|index| {
-            let room = rooms[index % ROOMS].clone();
-            // Most ask a node that does not play their room.
-            let node = nodes[index / ROOMS % count].address;
-            let player = Player::new(&room, &format!("P{index}"), node);
+        // Most ask a node that does not play their room.
+        let node = |index: usize| nodes[index / ROOMS % count].address;
+        let players = (0..players())
+            .map(|index| Player::new(&rooms[index % ROOMS], &format!("P{index}"), node(index)));
+        let spectators = rooms.iter().map(|room| Player::spectator(room, nodes[0].address));
+        let players = players.chain(spectators).map(|player| {
             let (sender, seen) = watch::channel((0, None));
+            let room = player.room.clone();
             let task = tokio::spawn(player.play(stopped.clone(), sender));
             Playing { room, seen, task }
         });

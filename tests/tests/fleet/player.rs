@@ -1,4 +1,4 @@
-//! A player of a fleet: it follows its room from node to node, and looks for it when its node falls silent.
+//! A player of a fleet, or a spectator: it follows its room from node to node, and looks for it when its node falls silent.
 
 use futures_util::{SinkExt, StreamExt};
 use jostle_game::{Buttons, Input};
@@ -41,6 +41,7 @@ pub struct Player {
     /// Nodes to ask, the current one first.
     nodes: Vec<SocketAddr>,
     token: Option<Token>,
+    role: Role,
     pub seat: Option<u16>,
     pub stays: Vec<Stay>,
     /// Everything that should not have happened.
@@ -58,7 +59,12 @@ impl Player {
     pub fn new(room: &str, name: &str, node: SocketAddr) -> Player {
         let (room, name) = (room.to_owned(), name.to_owned());
         let (token, seat, stays, faults) = (None, None, Vec::new(), Vec::new());
-        Player { room, name, nodes: vec![node], token, seat, stays, faults }
+        Player { room, name, nodes: vec![node], token, role: Role::Player, seat, stays, faults }
+    }
+
+    /// One who watches, and sends inputs all the same.
+    pub fn spectator(room: &str, node: SocketAddr) -> Player {
+        Player { role: Role::Spectator, ..Player::new(room, "Eve", node) }
     }
 
     /// Plays until it is told to stop. `ticks` tells its newest tick and node.
@@ -96,7 +102,7 @@ impl Player {
     ) -> Left {
         let Some(mut socket) = connect(node, &self.room).await else { return Left::Lost };
         let appearance = Appearance { name: self.name.as_str().into(), color: 0 };
-        let (token, host_key, role) = (self.token, None, Role::Player);
+        let (token, host_key, role) = (self.token, None, self.role);
         let hello = ClientMessage::Hello { version: VERSION, appearance, token, host_key, role };
         if socket.send(Message::Binary(hello.encode().into())).await.is_err() {
             return Left::Lost;
@@ -131,6 +137,7 @@ impl Player {
                     self.token = Some(own.token);
                     newest = tick;
                 }
+                ServerMessage::Welcome { seat: None, tick, .. } => newest = tick,
                 ServerMessage::Snapshot(bytes) => {
                     snapshots.decode(&bytes).expect("a snapshot");
                     newest = snapshots.newest().expect("it was read").tick;
