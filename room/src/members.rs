@@ -112,9 +112,9 @@ impl Members {
 
     /// Makes an appearance distinct from those of all members but the one at `own`: a namesake gets a
     /// number after the name, a taken colour becomes the next one that no connected player has. When all
-    /// colours are taken, the wanted one is shared. Seats for
-    /// which `yields` is true give up their colours. The member at `own`, who comes back, takes no colour of another
-    /// who is away: else players who all come back, after a restart of the server, would swap theirs.
+    /// colours are taken, the wanted one is shared. Seats for which `yields` is true give up their colours. A member at
+    /// `own` who comes back leaves the colours of others who are away alone, if it can: otherwise, when all come back
+    /// after a restart of the server, they would swap theirs.
     pub fn distinct(
         &self,
         wanted: &Appearance,
@@ -135,8 +135,10 @@ impl Members {
         }
         let colors = (0..COLORS).map(|step| (wanted.color + step) % COLORS);
         let back = own.and_then(|seat| self.seats.get(&seat)).filter(|own| own.lost_tick.is_some());
-        let former = back.filter(|_| wearers(wanted.color).next().is_some());
-        let mut colors = former.map(|own| own.appearance.color).into_iter().chain(colors);
+        let is_worn = |color: u8| wearers(color).next().is_some();
+        let former = back.map(|own| own.appearance.color).filter(|_| is_worn(wanted.color));
+        let unworn = colors.clone().filter(|&color| former.is_some() && !is_worn(color));
+        let mut colors = former.into_iter().chain(unworn).chain(colors);
         appearance.color = colors.find(|&color| !colored(color)).unwrap_or(wanted.color);
         appearance
     }
@@ -221,7 +223,12 @@ mod tests {
             seated.seats.get_mut(&own).unwrap().lost_tick = None;
         }
         // A colour of one's own choice that no other has is given.
+        seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("N", 3), Some(Seat(1)), |_| false).color, 3);
+        // A newcomer has the former one: nor is that of another who is away taken.
+        seated.seats.get_mut(&Seat(0)).unwrap().lost_tick = Some(0);
+        seated.seats.insert(Seat(3), Member::new(look("D", 7), 3));
+        assert_eq!(seated.distinct(&look("N", 6), Some(Seat(1)), |_| false).color, 1);
     }
 
     #[test]

@@ -423,7 +423,7 @@ impl Tab {
         self.picture().await?.save(&Path::new(&dir).join(format!("{name}.png")))
     }
 
-    /// The same of a phone, a laptop and a large screen, as `NAME-WIDTH.png`.
+    /// The same of a phone, a laptop and a large screen, as `NAME-WIDTH.png`, and then of the tab's own screen.
     pub async fn keep_on_all_screens(&self, name: &str) -> Result<()> {
         if std::env::var_os("JOSTLE_PICTURES").is_none() {
             return Ok(());

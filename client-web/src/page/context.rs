@@ -157,16 +157,19 @@ impl Context {
         self.request(Effect::StoreLocal(key.to_owned(), Some(value)));
     }
 
-    /// What was made of a shipped scene, or of one without such an origin, in an earlier visit or in this one.
+    /// The draft of a shipped scene, or of a scene of one's own (`None`).
     pub fn draft(&self, origin: Option<&str>) -> Option<&String> {
         self.drafts.get(&draft_key(origin))
     }
 
-    /// Keeps that in place of what was made of the same scene before. A text that can be no scene, because it is too
-    /// long, is not kept.
+    /// Keeps a draft in place of the former one of the same scene. An empty text is forgotten, so that the shipped scene
+    /// is edited again; one that can be no scene, because it is too long, is not kept.
     pub fn keep_draft(&mut self, origin: Option<&str>, text: &str) {
-        if text.len() <= SCENE_BYTES_MAX {
-            let key = draft_key(origin);
+        let key = draft_key(origin);
+        if text.is_empty() {
+            self.drafts.remove(&key);
+            self.request(Effect::StoreLocal(key, None));
+        } else if text.len() <= SCENE_BYTES_MAX {
             self.store(&key, text.to_owned());
             self.drafts.insert(key, text.to_owned());
         }

@@ -81,7 +81,9 @@ impl App {
             let ranking = self.replica().map_or(Vec::new(), Replica::ranking);
             let seat = number.checked_sub(1).and_then(|index| ranking.get(index));
             let seat = seat.map(|player| player.seat);
-            self.with_game(|game, _| game.follow_player(seat));
+            if !key.repeat {
+                self.with_game(|game, _| game.follow_player(seat));
+            }
             return true;
         }
         let buttons = self.settings.keys.buttons(&key.code, &key.letter);

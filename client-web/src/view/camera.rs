@@ -50,6 +50,9 @@ pub struct Target {
 /// the world's.
 const FOLLOW_SHARE: f32 = 0.6;
 
+/// A view this many times as high as the world makes everything tiny.
+const TINY: f32 = 2.5;
+
 /// The camera of somebody who watches: for the whole world, or for a hero.
 pub fn watching_camera(scene: &Scene, follows: bool) -> Camera {
     let rule = match (follows, scene.camera) {
@@ -62,8 +65,14 @@ pub fn watching_camera(scene: &Scene, follows: bool) -> Camera {
     Camera::new(rule, scene.size)
 }
 
+/// Whether a spectator begins with a hero, since the whole world would be tiny on such a screen.
+pub fn begins_with_a_hero(scene: &Scene, pixels: [u32; 2]) -> bool {
+    let is_tiny = height_of_all(scene.size, pixels) > TINY * scene.size.y;
+    is_tiny && scene.camera != CameraRule::Whole && scene.hero.is_some()
+}
+
 /// Height of a view of the whole world, world units.
-pub fn height_of_all(world: Vec2, pixels: [u32; 2]) -> f32 {
+fn height_of_all(world: Vec2, pixels: [u32; 2]) -> f32 {
     world.y.max(world.x * pixels[1] as f32 / pixels[0].max(1) as f32)
 }
 

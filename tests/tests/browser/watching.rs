@@ -35,7 +35,7 @@ async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
         // the whole again; a digit does so too where there are keys.
         let button = "#players [data-action=follow]";
         let pressed =
-            |yes: &str| format!("document.querySelector('{button}').ariaPressed === '{yes}'");
+            |yes: &str| format!("document.querySelector('{button}')?.ariaPressed === '{yes}'");
         eve.until_true(&pressed("true")).await?;
         eve.click_on(button).await?;
         eve.until_true(&pressed("false")).await?;

@@ -1,5 +1,6 @@
-//! The list of players: in the order of their scores, the own one always in it. A host has a button
-//! beside each other player that removes them; for a spectator each entry is a button that follows them.
+//! The list of players: in the order of their scores, the own one, or the one that a spectator follows,
+//! always in it. A host has a button beside each other player that removes them; for a spectator each entry is a button
+//! that follows them.
 
 use crate::language::fill;
 use crate::page::dom::list::Item;
@@ -23,9 +24,13 @@ pub fn entries(replica: &Replica, reader: Reader) -> Vec<Item> {
     let mut order = replica.ranking();
     let most = if reader == Reader::Host { order.len() } else { LISTED_MAX };
     let more = order.len().saturating_sub(most);
-    let own = order.iter().position(|player| player.seat == replica.seat).unwrap_or(0);
-    if own >= most && more > 0 {
-        order.swap(own, most - 1);
+    let kept = match reader {
+        Reader::Spectator(Some(followed)) => followed,
+        _ => replica.seat,
+    };
+    let kept = order.iter().position(|player| player.seat == kept).unwrap_or(0);
+    if kept >= most && more > 0 {
+        order.swap(kept, most - 1);
     }
     order.truncate(most);
     let entries = order.into_iter().map(|player| entry(replica, player, reader));

@@ -155,6 +155,7 @@ impl GameView {
             camera => {
                 let scene = &replica.scene;
                 *camera = Some(Camera::new(scene.camera, scene.size));
+                self.follows = None;
             }
         }
     }

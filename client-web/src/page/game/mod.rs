@@ -16,7 +16,7 @@ use crate::page::context::Context;
 use crate::page::emotes::ShownEmotes;
 use crate::page::event::Canvas;
 use crate::sound::cue::Cue;
-use crate::view::camera::{Target, height_of_all};
+use crate::view::camera::{Target, begins_with_a_hero};
 use crate::view::frame::{Frame, FrameBody, View};
 use crate::world::ghost::{Ghost, GhostWish};
 use crate::world::replica::{Eye, Replica};
@@ -37,8 +37,6 @@ pub const ALONE: &str = "alone";
 
 /// Time that a frame may take to play a ghost, milliseconds.
 const GHOST_MS: f64 = 4.0;
-/// A view so many times as high as the world is too large for a spectator to begin with.
-const TINY: f32 = 2.5;
 
 /// The ghost of a run beside the own hero.
 pub enum GhostSlot {
@@ -102,16 +100,15 @@ impl GameScreen {
         }
     }
 
-    /// Has a new spectator follow the best player where the whole would be tiny.
+    /// Has a new spectator follow the best player where the whole would be tiny; one whose player left chooses again.
     fn choose_followed(&mut self, pixels: [u32; 2]) {
-        let Some(replica) = self.replica().filter(|_| self.watches() && !self.has_chosen) else {
-            return;
-        };
-        if let Some(best) = replica.ranking().first() {
-            let is_tiny = height_of_all(replica.scene.size, pixels) > TINY * replica.scene.size.y;
-            self.followed = Some(best.seat).filter(|_| is_tiny);
-            self.has_chosen = true;
-        }
+        let Some(replica) = self.replica().filter(|_| self.watches()) else { return };
+        let players = replica.ranking();
+        let is_here = |seat| players.iter().any(|player| player.seat == seat);
+        let has_chosen = self.has_chosen && self.followed.is_none_or(is_here);
+        let Some(best) = players.first().filter(|_| !has_chosen) else { return };
+        self.followed = Some(best.seat).filter(|_| begins_with_a_hero(&replica.scene, pixels));
+        self.has_chosen = true;
     }
 
     /// The player whom a spectator follows.

@@ -122,3 +122,16 @@ fn after_a_cut_the_view_waits_for_a_hero_and_jumps_to_it() {
     assert_eq!(camera.view(target([100, 100], hero(55.0))).center.x, 55.0);
     assert!(camera.view(target([100, 100], hero(60.0))).center.x < 58.0, "smooth again");
 }
+
+#[test]
+fn a_spectator_begins_with_a_hero_where_all_would_be_tiny() {
+    let begins = |name: &str, pixels| {
+        let scene = Scene::built_in().into_iter().find(|scene| scene.name == name);
+        begins_with_a_hero(&scene.expect("a shipped scene"), pixels)
+    };
+    let (laptop, phone) = ([1280, 720], [720, 1480]);
+    assert_eq!(["arena", "hall"].map(|name| begins(name, laptop)), [false, true]);
+    // Of these, hockey shows all everywhere, and pile has no heroes.
+    let names = ["arena", "hall", "hockey", "pile"];
+    assert_eq!(names.map(|name| begins(name, phone)), [true, true, false, false]);
+}

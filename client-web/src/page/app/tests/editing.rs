@@ -58,7 +58,11 @@ fn what_is_edited_is_kept_and_comes_back() {
     assert_eq!(text(&pile), "size = 3");
     pile.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
     let effects = pile.say(Event::Pulse { hidden: false });
-    assert!(has(&effects, "StoreLocal(\"jostle.draft.pile\""), "{effects:?}");
+    assert!(has(&effects, "StoreLocal(\"jostle.draft.pile\", Some"), "{effects:?}");
+    // Without a text there is none: the shipped scene is edited again.
+    pile.say(Event::Clicked("edit-new".to_owned(), String::new()));
+    let effects = pile.say(Event::Pulse { hidden: false });
+    assert!(has(&effects, "StoreLocal(\"jostle.draft.pile\", None"), "{effects:?}");
 }
 
 #[test]
