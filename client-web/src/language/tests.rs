@@ -13,8 +13,9 @@ const LANGUAGES: [(&str, &str); 1] = [("de", include_str!("../../web/de.txt"))];
 /// Files of which every literal is a sentence.
 const ALL_SENTENCES: [&str; 4] =
     ["page/strings.rs", "page/tools.rs", "editor/strings.rs", "replay/error.rs"];
-/// Attributes of the document that are read out or shown.
-const ATTRIBUTES: [&str; 4] = ["aria-label", "title", "placeholder", "alt"];
+/// Attributes of the document that are read out or shown, the last three by the style sheet.
+const ATTRIBUTES: [&str; 7] =
+    ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
 
 #[test]
 fn every_language_has_exactly_the_sentences_of_the_page() {

@@ -6,8 +6,9 @@ use crate::page::dom;
 use wasm_bindgen::JsCast;
 use web_sys::{Element, HtmlTemplateElement, Node};
 
-/// Attributes that are read out or shown.
-const ATTRIBUTES: [&str; 4] = ["aria-label", "title", "placeholder", "alt"];
+/// Attributes that are read out or shown, the last three by the style sheet.
+const ATTRIBUTES: [&str; 7] =
+    ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];
 
 /// The document's texts.
 pub struct Translated {
