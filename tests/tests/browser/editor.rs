@@ -196,7 +196,7 @@ pub async fn a_shipped_scene_keeps_its_comments(stage: Arc<Stage>) -> Result<()>
     assert_eq!(moved, source.replacen(old, new, 1));
     // A reload loses nothing.
     let kept = serde_json::to_string(&moved)?;
-    lobby.until_true(&format!("localStorage['jostle.draft'] === {kept}")).await?;
+    lobby.until_true(&format!("localStorage['jostle.draft.splash'] === {kept}")).await?;
     let link = lobby.link().await?;
     lobby.go(&link).await?;
     lobby.until("the editor", |s| s.state == "editing").await?;
