@@ -225,7 +225,7 @@ mod tests {
         // A colour of one's own choice that no other has is given.
         seated.seats.get_mut(&Seat(1)).unwrap().lost_tick = Some(0);
         assert_eq!(seated.distinct(&look("N", 3), Some(Seat(1)), |_| false).color, 3);
-        // A newcomer has the former one: nor is that of another who is away taken.
+        // A newcomer has the former one. The colour of another absent player is not taken either.
         seated.seats.get_mut(&Seat(0)).unwrap().lost_tick = Some(0);
         seated.seats.insert(Seat(3), Member::new(look("D", 7), 3));
         assert_eq!(seated.distinct(&look("N", 6), Some(Seat(1)), |_| false).color, 1);

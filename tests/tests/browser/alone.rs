@@ -20,7 +20,7 @@ use std::sync::Arc;
 const BELOW: &str = "/jostle/";
 /// Ticks after which games are compared: rounds have begun, and bots are at it.
 const TICKS: u32 = 300;
-/// The same of a player without bots, who does nothing.
+/// The same of an idle player without bots.
 const IDLE_TICKS: u32 = 100;
 const SEED: u64 = 7;
 /// Bots beside the player, at most.

@@ -103,10 +103,11 @@ impl GameScreen {
     /// Has a new spectator follow the best player where the whole would be tiny; one whose player left chooses again.
     fn choose_followed(&mut self, pixels: [u32; 2]) {
         let Some(replica) = self.replica().filter(|_| self.watches()) else { return };
-        let players = replica.ranking();
-        let is_here = |seat| players.iter().any(|player| player.seat == seat);
-        let has_chosen = self.has_chosen && self.followed.is_none_or(is_here);
-        let Some(best) = players.first().filter(|_| !has_chosen) else { return };
+        let is_here = |seat| replica.players().iter().any(|player| player.seat == seat);
+        if self.has_chosen && self.followed.is_none_or(is_here) {
+            return;
+        }
+        let Some(best) = replica.ranking().into_iter().next() else { return };
         self.followed = Some(best.seat).filter(|_| begins_with_a_hero(&replica.scene, pixels));
         self.has_chosen = true;
     }

@@ -2,6 +2,7 @@ use super::*;
 use crate::durable::Job;
 use crate::fleet::lease::Lease;
 use crate::host::clock::SystemClock;
+use crate::host::delivery::Delivery;
 use crate::host::inbox::{Inbox, InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Next, Outbox};
