@@ -180,7 +180,7 @@ fn gather(bound: &Path) -> Result<Files> {
     Ok(files)
 }
 
-/// A script, a style sheet or a document without its block comments (not those of HTML) and indents. Comments begin lines, and
+/// A script, a style sheet or a document without its comments (but for those of HTML) and indents. Comments begin lines, and
 /// strings and preformatted text hold no newline.
 fn without_comments(text: &str) -> String {
     let mut kept = String::with_capacity(text.len());
@@ -192,7 +192,7 @@ fn without_comments(text: &str) -> String {
             in_comment = after.is_none();
             line = after.unwrap_or_default();
         }
-        if !line.is_empty() {
+        if !line.is_empty() && !line.starts_with("//") {
             kept.push_str(line);
             kept.push('\n');
         }
@@ -281,18 +281,22 @@ fn packed_name(path: &Path) -> PathBuf {
     name.into()
 }
 
-/// Tries several sizes of blocks: they differ by 0.2 %, and another one is best after each change of the program.
+/// Packs with several settings: they differ by 0.2 %, and another one is best after each change of the program.
 fn compress(content: &[u8], quality: i32) -> Result<Vec<u8>> {
-    let packed = [16, 17, 18].map(|lgblock| {
-        let parameters =
-            brotli::enc::BrotliEncoderParams { quality, lgwin: 22, lgblock, ..Default::default() };
-        let mut packed = Vec::new();
-        brotli::BrotliCompress(&mut &content[..], &mut packed, &parameters)?;
-        Ok(packed)
-    });
-    let packed: std::io::Result<Vec<_>> = packed.into_iter().collect();
-    let smallest = packed.context("brotli")?.into_iter().min_by_key(Vec::len);
-    Ok(smallest.expect("several sizes"))
+    let mut packed = Vec::new();
+    for (lgblock, use_dictionary) in [(17, false), (17, true), (18, false), (18, true)] {
+        let parameters = brotli::enc::BrotliEncoderParams {
+            quality,
+            lgwin: 22,
+            lgblock,
+            use_dictionary,
+            ..Default::default()
+        };
+        let mut one = Vec::new();
+        brotli::BrotliCompress(&mut &content[..], &mut one, &parameters).context("brotli")?;
+        packed.push(one);
+    }
+    Ok(packed.into_iter().min_by_key(Vec::len).expect("several settings"))
 }
 
 /// Removes what an earlier build left and this one did not make.
