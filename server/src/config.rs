@@ -68,7 +68,7 @@ impl Default for Config {
     /// kept.
     fn default() -> Config {
         Config {
-            files: assets::FILES,
+            files: assets::files(),
             scenes: Scene::built_in(),
             waits: limits::Waits::default(),
             guest_scenes: GuestScenes::default(),

@@ -1,6 +1,8 @@
 //! The players' port: accepts connections, serves the page and the HTTP API, and runs game sessions.
 
 pub mod assets;
+#[cfg(page_on_disk)]
+mod dist;
 pub mod game_socket;
 pub mod http;
 pub mod listen;

@@ -1,4 +1,8 @@
-//! The files of a page. Those of the usual one are embedded from `client-web/dist` by `build.rs`.
+//! The files of a page. Those of the usual one come from `client-web/dist`: optimised builds embed them, by
+//! `build.rs`, and debug builds read them at their first use.
+
+#[cfg(page_on_disk)]
+use super::dist;
 
 /// One file.
 #[derive(Debug)]
@@ -11,7 +15,29 @@ pub struct File {
     pub bytes: &'static [u8],
 }
 
+#[cfg(not(page_on_disk))]
 include!(concat!(env!("OUT_DIR"), "/files.rs"));
+
+/// Every file of `client-web/dist`, sorted by name; none before the page was built.
+#[cfg(not(page_on_disk))]
+pub fn files() -> &'static [File] {
+    EMBEDDED
+}
+
+/// Every file of `client-web/dist` when this was first called, sorted by name; none before the page was built.
+#[cfg(page_on_disk)]
+pub fn files() -> &'static [File] {
+    static FILES: std::sync::LazyLock<Vec<File>> = std::sync::LazyLock::new(|| {
+        let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/../client-web/dist");
+        let found = dist::files(dir.as_ref()).unwrap_or_default();
+        let read = |(name, path): (String, std::path::PathBuf)| {
+            let bytes: &[u8] = std::fs::read(path).ok()?.leak();
+            Some(File { name: name.leak(), etag: dist::etag(bytes).leak(), bytes })
+        };
+        found.into_iter().filter_map(read).collect()
+    });
+    &FILES
+}
 
 /// Served instead of the page while there is none.
 pub const NOT_BUILT: &str = include_str!("not_built.html");
@@ -63,14 +89,11 @@ mod tests {
 
     #[test]
     fn the_table_is_sorted_so_that_every_file_is_found() {
-        for file in FILES {
-            assert!(
-                find(FILES, file.name).is_some_and(|found| found.etag == file.etag),
-                "{}",
-                file.name
-            );
+        for file in files() {
+            let found = find(files(), file.name);
+            assert!(found.is_some_and(|found| found.etag == file.etag), "{}", file.name);
         }
-        assert!(find(FILES, "../Cargo.toml").is_none());
+        assert!(find(files(), "../Cargo.toml").is_none());
     }
 
     #[test]

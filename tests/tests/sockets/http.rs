@@ -119,7 +119,7 @@ async fn the_page_comes_with_headers_that_protect_it() {
         assert!(policy.contains("default-src 'none'") && policy.contains("'wasm-unsafe-eval'"));
         assert!(
             answer.body.starts_with(b"<!doctype html>")
-                || assets::find(assets::FILES, "index.html").is_some()
+                || assets::find(assets::files(), "index.html").is_some()
         );
     }
     let head = "HEAD / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
@@ -189,8 +189,8 @@ async fn odd_links_lead_to_their_room_or_to_the_page_that_explains() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn embedded_files_are_cached_by_their_etag() {
     let server = Server::start().await;
-    // The files that the build embedded; without a built client there is nothing to serve.
-    for file in assets::FILES.iter().filter(|file| !file.name.ends_with(".br")) {
+    // Without a built page there is nothing to serve.
+    for file in assets::files().iter().filter(|file| !file.name.ends_with(".br")) {
         let path = format!("/assets/{}", file.name);
         let answer = get(server.address, &path).await;
         assert_eq!((answer.status, answer.body.as_slice()), (200, file.bytes), "{path}");
@@ -207,7 +207,7 @@ async fn embedded_files_are_cached_by_their_etag() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_the_document_names_is_kept_for_good() {
     let server = Server::start().await;
-    let Some(version) = assets::version(assets::FILES) else { return };
+    let Some(version) = assets::version(assets::files()) else { return };
     let document = get(server.address, "/").await;
     assert_eq!(document.header("cache-control"), Some("no-cache"));
     let text = String::from_utf8(document.body).expect("UTF-8");
