@@ -1,23 +1,32 @@
-//! Runs browser cases one after another, each with a server and visitors of its own, and prints
-//! their names. A case that fails leaves pictures of its pages in `target/browser`.
+//! Runs browser cases, some at a time in one browser, each with a server and visitors of its own, and prints
+//! their names as they end. A case that fails leaves pictures of its pages in `target/browser`.
 
 use crate::browser::{Browser, Visitor};
 use crate::server::{LONG, Server, patient};
 use crate::tab::{Screen, Tab};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use futures_util::future::BoxFuture;
+use futures_util::{StreamExt, stream};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
+use tokio::task::JoinError;
 
 /// Ends a case that hangs. Long enough for one that takes a hundred times as long as usual.
 const CASE_WITHIN: Duration = Duration::from_secs(4 * LONG.as_secs());
+
+/// Cases that run at a time, unless `--test-threads` says otherwise. More would only take processors from each other.
+const LANES: usize = 2;
+/// Slowest cases that are named at the end.
+const SLOWEST: usize = 5;
 
 /// A named test.
 pub struct Case {
     /// The statement that it tests.
     name: String,
+    /// Runs while no other case does.
+    alone: bool,
     /// Starts it.
     run: Box<dyn Fn(Arc<Stage>) -> Running>,
 }
@@ -31,8 +40,21 @@ impl Case {
     where
         R: Future<Output = Result<()>> + Send + 'static,
     {
-        Case { name: name.into(), run: Box::new(move |stage| Box::pin(run(stage))) }
+        Case { name: name.into(), alone: false, run: Box::new(move |stage| Box::pin(run(stage))) }
     }
+
+    /// The same case, which has the machine to itself: it compares times.
+    pub fn alone(self) -> Case {
+        Case { alone: true, ..self }
+    }
+}
+
+/// How a case ended.
+struct Report<'a> {
+    name: &'a str,
+    took: Duration,
+    outcome: Result<()>,
+    notes: Vec<String>,
 }
 
 /// The server, the browser and the pages of one case.
@@ -42,12 +64,19 @@ pub struct Stage {
     browser: Arc<Browser>,
     visitors: Mutex<Vec<Visitor>>,
     tabs: Mutex<Vec<Tab>>,
+    notes: Mutex<Vec<String>>,
 }
 
 impl Stage {
     async fn new(browser: Arc<Browser>) -> Result<Stage> {
         let server = Server::start(patient()).await?;
-        Ok(Stage { server, browser, visitors: Mutex::default(), tabs: Mutex::default() })
+        let (visitors, tabs, notes) = Default::default();
+        Ok(Stage { server, browser, visitors, tabs, notes })
+    }
+
+    /// Adds a line to what is printed below the case's name.
+    pub fn note(&self, line: impl Into<String>) {
+        lock(&self.notes).push(line.into());
     }
 
     /// Opens a new visitor's page at `path` of the server.
@@ -73,11 +102,21 @@ impl Stage {
 
     /// Opens a new visitor's page at `path`, after a script has changed the browser.
     pub async fn visit_changed(&self, script: &str, path: &str) -> Result<Tab> {
+        self.visit_link_changed(script, &self.server.link(path), Screen::SMALL).await
+    }
+
+    /// Opens a new visitor's page at an address, after a script has changed the browser.
+    pub async fn visit_link_changed(
+        &self,
+        script: &str,
+        link: &str,
+        screen: Screen,
+    ) -> Result<Tab> {
         let visitor = self.browser.visitor().await?;
         lock(&self.visitors).push(visitor.clone());
-        let tab = self.open(&visitor, Screen::SMALL).await?;
+        let tab = self.open(&visitor, screen).await?;
         tab.before_load(script).await?;
-        tab.go(&self.server.link(path)).await?;
+        tab.go(link).await?;
         Ok(tab)
     }
 
@@ -114,8 +153,8 @@ impl Stage {
         for (index, tab) in tabs.iter().enumerate() {
             let path = artifacts().join(format!("{name}-{index}.png"));
             match tab.picture().await.and_then(|picture| picture.save(&path)) {
-                Ok(()) => println!("    see {}", path.display()),
-                Err(error) => println!("    no picture of page {index}: {error:#}"),
+                Ok(()) => self.note(format!("see {}", path.display())),
+                Err(error) => self.note(format!("no picture of page {index}: {error:#}")),
             }
         }
     }
@@ -138,29 +177,41 @@ pub fn artifacts() -> PathBuf {
     tests.parent().unwrap_or(tests).join("target/browser")
 }
 
-/// Runs the cases whose names contain one of the arguments, or all. Arguments that begin with a
-/// dash are ignored; they are meant for other harnesses.
-pub fn main(cases: Result<Vec<Case>>) -> ExitCode {
-    let cases = match cases {
-        Ok(cases) => cases,
-        Err(error) => {
-            println!("browser tests: {error:#}");
-            return ExitCode::FAILURE;
+/// Arguments of the program, as other harnesses have them.
+struct Options {
+    /// Parts of names of the cases that are run; all without any.
+    wanted: Vec<String>,
+    lanes: usize,
+    list: bool,
+}
+
+impl Options {
+    fn read() -> Result<Options> {
+        let mut options = Options { wanted: Vec::new(), lanes: LANES, list: false };
+        let mut given = std::env::args().skip(1);
+        while let Some(argument) = given.next() {
+            match argument.as_str() {
+                "--list" => options.list = true,
+                "--test-threads" => {
+                    let number = given.next().and_then(|number| number.parse().ok());
+                    options.lanes = number.context("--test-threads takes a number from 1 on")?;
+                }
+                // Meant for other harnesses.
+                dashed if dashed.starts_with('-') => {}
+                _ => options.wanted.push(argument),
+            }
         }
-    };
-    let wanted: Vec<String> =
-        std::env::args().skip(1).filter(|arg| !arg.starts_with('-')).collect();
-    let chosen: Vec<&Case> = cases
-        .iter()
-        .filter(|case| wanted.is_empty() || wanted.iter().any(|part| case.name.contains(part)))
-        .collect();
-    if std::env::args().any(|arg| arg == "--list") {
-        chosen.iter().for_each(|case| println!("{}: test", case.name));
-        return ExitCode::SUCCESS;
+        Ok(options)
     }
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-    let outcome = runtime.context("no runtime").and_then(|runtime| runtime.block_on(run(&chosen)));
-    match outcome {
+
+    fn wants(&self, name: &str) -> bool {
+        self.wanted.is_empty() || self.wanted.iter().any(|part| name.contains(part))
+    }
+}
+
+/// Runs the cases that the arguments ask for, or all.
+pub fn main(cases: Result<Vec<Case>>) -> ExitCode {
+    match cases.and_then(|cases| start(&cases)) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(_) => ExitCode::FAILURE,
         Err(error) => {
@@ -170,45 +221,84 @@ pub fn main(cases: Result<Vec<Case>>) -> ExitCode {
     }
 }
 
-/// Runs the cases and returns how many failed.
-async fn run(cases: &[&Case]) -> Result<usize> {
+/// Runs or lists the cases that the arguments ask for; returns how many failed.
+fn start(cases: &[Case]) -> Result<usize> {
+    let options = Options::read()?;
+    let chosen: Vec<&Case> = cases.iter().filter(|case| options.wants(&case.name)).collect();
+    if options.list {
+        chosen.iter().for_each(|case| println!("{}: test", case.name));
+        return Ok(0);
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+    runtime.context("no runtime")?.block_on(run(chosen, options.lanes))
+}
+
+/// Runs the cases, those last that have to be alone, and returns how many failed.
+async fn run(cases: Vec<&Case>, lanes: usize) -> Result<usize> {
     let begin = Instant::now();
     let browser = Arc::new(Browser::launch().await?);
-    println!("\nrunning {} tests in {}", cases.len(), browser.version().await?);
-    let mut failed = Vec::new();
-    for case in cases {
-        let begin = Instant::now();
-        let outcome = run_one(case, &browser).await;
-        let took = begin.elapsed().as_secs_f32();
-        match outcome {
-            Ok(()) => println!("test {} ... ok ({took:.1} s)", case.name),
-            Err(error) => {
-                println!("test {} ... FAILED ({took:.1} s)\n    {error:#}", case.name);
-                failed.push(&case.name);
-            }
+    println!("\nrunning {} tests in {}, {lanes} at a time", cases.len(), browser.version().await?);
+    let (alone, others): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|case| case.alone);
+    let mut reports = Vec::new();
+    for (cases, lanes) in [(others, lanes), (alone, 1)] {
+        let running = cases.into_iter().map(|case| run_one(case, &browser));
+        let mut running = stream::iter(running).buffer_unordered(lanes.max(1));
+        while let Some(report) = running.next().await {
+            print(&report);
+            reports.push(report);
         }
     }
     if let Some(browser) = Arc::into_inner(browser) {
         browser.close().await?;
     }
+    Ok(summarize(reports, begin.elapsed()))
+}
+
+/// Prints a case's name, and why it failed.
+fn print(report: &Report) {
+    let Report { name, took, outcome, notes } = report;
+    let verdict = if outcome.is_ok() { "ok" } else { "FAILED" };
+    println!("test {name} ... {verdict} ({:.1} s)", took.as_secs_f32());
+    if let Err(error) = outcome {
+        println!("    {error:#}");
+    }
+    notes.iter().for_each(|note| println!("    {note}"));
+}
+
+/// Prints the slowest cases and those that failed; returns how many these are.
+fn summarize(mut reports: Vec<Report>, took: Duration) -> usize {
+    reports.sort_by_key(|report| std::cmp::Reverse(report.took));
+    println!("\nthe slowest:");
+    for Report { name, took, .. } in reports.iter().take(SLOWEST) {
+        println!("{:8.1} s  {name}", took.as_secs_f32());
+    }
+    let failed: Vec<&Report> = reports.iter().filter(|report| report.outcome.is_err()).collect();
     let verdict = if failed.is_empty() { "ok" } else { "FAILED" };
     println!(
         "\ntest result: {verdict}. {} passed; {} failed; finished in {:.1} s",
-        cases.len() - failed.len(),
+        reports.len() - failed.len(),
         failed.len(),
-        begin.elapsed().as_secs_f32()
+        took.as_secs_f32()
     );
-    failed.iter().for_each(|name| println!("failed: {name}"));
-    Ok(failed.len())
+    failed.iter().for_each(|report| println!("failed: {}", report.name));
+    failed.len()
 }
 
-async fn run_one(case: &Case, browser: &Arc<Browser>) -> Result<()> {
-    let stage = Arc::new(Stage::new(Arc::clone(browser)).await?);
+async fn run_one<'a>(case: &'a Case, browser: &Arc<Browser>) -> Report<'a> {
+    let begin = Instant::now();
+    let (outcome, notes) = match Stage::new(Arc::clone(browser)).await {
+        Ok(stage) => play(case, Arc::new(stage)).await,
+        Err(error) => (Err(error), Vec::new()),
+    };
+    Report { name: &case.name, took: begin.elapsed(), outcome, notes }
+}
+
+/// Runs a case on its stage; returns how it ended, and what it noted.
+async fn play(case: &Case, stage: Arc<Stage>) -> (Result<()>, Vec<String>) {
     let mut task = tokio::spawn((case.run)(Arc::clone(&stage)));
     let outcome = match tokio::time::timeout(CASE_WITHIN, &mut task).await {
         Ok(Ok(outcome)) => outcome.and_then(|()| stage.check_consoles()),
-        // An assertion failed; its message was printed above.
-        Ok(Err(panic)) => Err(panic.into()),
+        Ok(Err(panic)) => Err(anyhow!(assertion(panic))),
         Err(_late) => {
             task.abort();
             bail_late()
@@ -216,15 +306,24 @@ async fn run_one(case: &Case, browser: &Arc<Browser>) -> Result<()> {
     };
     if outcome.is_err() {
         for error in lock(&stage.tabs).iter().flat_map(Tab::errors) {
-            println!("    console: {error}");
+            stage.note(format!("console: {error}"));
         }
         stage.save_pictures(&case.name).await;
     }
-    let cleared = stage.clear().await;
-    let outcome = outcome.and(cleared);
+    let outcome = outcome.and(stage.clear().await);
+    let notes = std::mem::take(&mut *lock(&stage.notes));
     match Arc::into_inner(stage) {
-        Some(stage) => outcome.and(stage.server.stop().await),
-        None => outcome,
+        Some(stage) => (outcome.and(stage.server.stop().await), notes),
+        None => (outcome, notes),
+    }
+}
+
+/// What a failed assertion says; its place in the code was printed when it failed.
+fn assertion(error: JoinError) -> String {
+    let Ok(panic) = error.try_into_panic() else { return "the case was cancelled".to_owned() };
+    match panic.downcast::<String>() {
+        Ok(text) => *text,
+        Err(panic) => panic.downcast_ref().map_or("a panic", |text: &&str| text).to_owned(),
     }
 }
 

@@ -111,7 +111,7 @@ pub async fn a_scene_is_built_from_nothing_played_undone_and_shared(
     tab.until("the game", |s| s.state == "playing" && s.ticks() > 20).await?;
     tab.keep_on_all_screens("editor-played").await?;
     assert_eq!(tab.eval::<Vec<f64>>(PLACE).await?, before, "the picture stays where it was");
-    check_start(&tab).await?;
+    stage.note(check_start(&tab).await?);
     tab.press("e").await?;
     tab.until("the editor", |s| s.state == "editing").await?;
     assert_eq!(text(&tab).await?, ruled);
@@ -151,7 +151,7 @@ const PLACE: &str = "(() => { const r = document.querySelector('#stage').getBoun
     return [r.x, r.y, r.width, r.height]; })()";
 
 /// From editing to playing there is no other state, and the game moves soon.
-async fn check_start(tab: &Tab) -> Result<()> {
+async fn check_start(tab: &Tab) -> Result<String> {
     let noted: Vec<(String, Option<String>, f64)> = tab
         .eval("(() => { const noted = window.noted; window.noted = null; return noted; })()")
         .await?;
@@ -165,12 +165,8 @@ async fn check_start(tab: &Tab) -> Result<()> {
         noted[edits..played].iter().map(|(state, ..)| state.as_str()).collect();
     ensure!(between.iter().all(|state| matches!(*state, "editing" | "playing")), "{between:?}");
     ensure!(between.len() <= FRAMES_MAX, "{} frames", between.len());
-    println!(
-        "from E to a moving game: {} frames, {:.0} ms",
-        between.len(),
-        noted[played].2 - noted[edits].2
-    );
-    Ok(())
+    let took_ms = noted[played].2 - noted[edits].2;
+    Ok(format!("from E to a moving game: {} frames, {took_ms:.0} ms", between.len()))
 }
 
 pub async fn a_shipped_scene_keeps_its_comments(stage: Arc<Stage>) -> Result<()> {

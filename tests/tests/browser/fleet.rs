@@ -40,17 +40,18 @@ pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Res
         take_away(&mut games, &room, "TERM", &tab, &before).await?;
     }
     let still = stood_still(&tab).await?;
-    println!("nodes drained: the picture stood still for {still:?} at most");
+    stage.note(format!("nodes drained: the picture stood still for {still:?} at most"));
     take_away(&mut games, &room, "KILL", &tab, &before).await?;
-    println!("a node killed: the picture stood still for {:?}", stood_still(&tab).await?);
+    let still = stood_still(&tab).await?;
+    stage.note(format!("a node killed: the picture stood still for {still:?}"));
     assert_eq!(tab.eval::<f64>("performance.timeOrigin").await?, loaded, "no reload");
     let seen = games.end().await;
     let ([p50, p99, max], lost) = (percentiles(&seen.gaps()), seen.lost_ticks_max());
     let Seen { players, nodes, rooms, cluster, dir } = seen;
     let counts = [players.len(), rooms.len(), nodes.len()];
-    println!(
+    stage.note(format!(
         "{counts:?} players, rooms and nodes: without snapshots for {p50:?}, {p99:?}, {max:?}; {lost} ticks lost"
-    );
+    ));
     drop((nodes, cluster, dir));
     tab.ignore_errors(network_noise);
     stage.clear().await

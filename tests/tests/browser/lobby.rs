@@ -136,6 +136,6 @@ pub async fn the_lobby_is_downloaded_once(stage: Arc<Stage>) -> Result<()> {
     let warm = "['navigation', 'resource'].flatMap(t => performance.getEntriesByType(t))\
                 .reduce((sum, entry) => sum + entry.transferSize, 0)";
     let warm: u64 = tab.eval(warm).await?;
-    println!("    {cold} bytes cold, {warm} bytes warm");
+    stage.note(format!("{cold} bytes cold, {warm} bytes warm"));
     Ok(())
 }

@@ -94,7 +94,8 @@ pub async fn play_begins_a_game_with_bots(stage: Arc<Stage>) -> Result<()> {
     ada.click_on("#play").await?;
     ada.until("a hero of one's own", State::plays).await?;
     ada.until_true("document.querySelectorAll('#players li').length > 1").await?;
-    println!("    {:.1} s from Play to a hero among others", clicked.elapsed().as_secs_f64());
+    let took_s = clicked.elapsed().as_secs_f64();
+    stage.note(format!("{took_s:.1} s from Play to a hero among others"));
     ada.until_true("document.getElementById('round-task').textContent.trim() !== ''").await?;
     Ok(())
 }

@@ -184,7 +184,7 @@ pub async fn a_golden_minute_sounds_as_it_did(stage: Arc<Stage>) -> Result<()> {
         ensure!(loudest < LOUD_DB_MAX, "{name}: {loudest} dB at volume 40");
         let heard = levels.iter().filter(|level| level[0].max(level[1]) > -60.0).count();
         ensure!(heard > levels.len() / 2, "{name}: only {heard} half seconds have a sound");
-        check(name, &levels)?;
+        check(&stage, name, &levels)?;
     }
     Ok(())
 }
@@ -213,10 +213,10 @@ fn minute(name: &str) -> Result<Vec<u8>> {
 }
 
 /// Compares levels with the golden ones, or takes them as such.
-fn check(name: &str, levels: &[Vec<f64>]) -> Result<()> {
+fn check(stage: &Stage, name: &str, levels: &[Vec<f64>]) -> Result<()> {
     let path = goldens().join(format!("sound/{name}.txt"));
     if std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1") {
-        println!("    took {}", path.display());
+        stage.note(format!("took {}", path.display()));
         return std::fs::write(&path, text(levels)?).context("cannot write levels");
     }
     let golden = read(&path)?;
