@@ -210,8 +210,8 @@ impl Options {
 }
 
 /// Runs the cases that the arguments ask for, or all.
-pub fn main(cases: Result<Vec<Case>>) -> ExitCode {
-    match cases.and_then(|cases| start(&cases)) {
+pub fn main(cases: &[Case]) -> ExitCode {
+    match start(cases) {
         Ok(0) => ExitCode::SUCCESS,
         Ok(_) => ExitCode::FAILURE,
         Err(error) => {

@@ -96,9 +96,7 @@ pub async fn another_room_adds_what_is_missing(stage: Arc<Stage>) -> Result<()> 
     let idle = |name: &str| !quiet.contains_key(name);
     assert!(idle("moves") && idle("deaths"), "nothing moves here: {quiet:?}");
 
-    let go =
-        "history.pushState(null, '', '/particles'); dispatchEvent(new Event('popstate')); true";
-    assert!(tab.eval::<bool>(go).await?);
+    tab.go_within("/particles").await?;
     let there = |s: &State| s.plays() && s.gpu.as_ref().is_some_and(|gpu| gpu.pipelines.len() > 2);
     let state = tab.until("the particles' pipeline in the same page", there).await?;
     assert_eq!(gpu(&state)?, with_particles());

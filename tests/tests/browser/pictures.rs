@@ -3,14 +3,14 @@
 //!
 //! `JOSTLE_UPDATE_GOLDENS=1` updates the pictures; look at them before you commit them.
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use jostle_client_web::world::replica::{Eye, Replica};
 use jostle_client_web::world::room_in_page::RoomInPage;
 use jostle_game::Scene;
 use jostle_protocol::{Appearance, ClientMessage, Role, ServerMessage, VERSION};
 use jostle_tests::picture::Picture;
-use jostle_tests::runner::{Case, Stage, artifacts};
-use jostle_tests::tab::Screen;
+use jostle_tests::runner::{Stage, artifacts};
+use jostle_tests::tab::{Screen, Tab};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -23,24 +23,30 @@ pub const CHANNEL_MAX: u8 = 8;
 /// Largest share of such pixels.
 pub const OUTLIERS_MAX: f64 = 0.001;
 
-/// A case for each scene.
-pub fn cases() -> Vec<Case> {
-    let case = |scene: Scene| {
-        Case::new(format!("the_frozen_scene_{}_looks_as_it_did", scene.name), move |stage| {
-            a_frozen_scene_looks_as_it_did(stage, scene.name.clone())
-        })
-    };
-    Scene::built_in().into_iter().map(case).collect()
+/// One page shows all scenes, one after another.
+pub async fn every_frozen_scene_looks_as_it_did(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/", Screen::SMALL).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    let mut wrong = Vec::new();
+    for scene in Scene::built_in() {
+        if let Err(error) = a_frozen_scene_looks_as_it_did(&stage, &tab, &scene.name).await {
+            stage.note(format!("{}: {error:#}", scene.name));
+            wrong.push(scene.name);
+        }
+    }
+    ensure!(wrong.is_empty(), "other pictures than before: {}", wrong.join(", "));
+    Ok(())
 }
 
-async fn a_frozen_scene_looks_as_it_did(stage: Arc<Stage>, scene: String) -> Result<()> {
-    let tick = picture_tick(&scene);
-    let tab = stage.visit(&demo_path(&scene, tick), Screen::SMALL).await?;
+async fn a_frozen_scene_looks_as_it_did(stage: &Stage, tab: &Tab, scene: &str) -> Result<()> {
+    let tick = picture_tick(scene);
+    tab.go_within(&demo_path(scene, tick)).await?;
     let state = tab.until("the frozen demo", |s| s.state == "frozen").await?;
-    assert_eq!(state.tick, Some(f64::from(tick)), "it stands still at the tick asked for");
+    let shown = state.tick.context("a tick")?;
+    ensure!(shown == f64::from(tick), "it stands still at tick {shown}, not {tick}");
     let picture = tab.steady_picture().await?;
-    assert!(picture.colors() > 50, "only {} colours", picture.colors());
-    check(&scene, &picture)
+    ensure!(picture.colors() > 50, "only {} colours", picture.colors());
+    check(stage, scene, &picture)
 }
 
 /// Tick of a scene's picture: late enough for something to happen.
@@ -54,10 +60,10 @@ fn picture_tick(scene: &str) -> u32 {
     }
 }
 
-fn check(scene: &str, picture: &Picture) -> Result<()> {
+fn check(stage: &Stage, scene: &str, picture: &Picture) -> Result<()> {
     let golden_path = goldens().join(format!("{scene}.png"));
     if std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1") {
-        println!("    took {}", golden_path.display());
+        stage.note(format!("took {}", golden_path.display()));
         return picture.save(&golden_path);
     }
     let golden = Picture::load(&golden_path)?;

@@ -15,11 +15,11 @@ use jostle_server::Config;
 use jostle_server::replays::Settings;
 use jostle_sim::Vec2;
 use jostle_tests::picture::Picture;
-use jostle_tests::runner::{Case, Stage, artifacts};
+use jostle_tests::runner::{Stage, artifacts};
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::{Shown, State};
-use jostle_tests::tab::{Screen, Tab};
-use std::path::PathBuf;
+use jostle_tests::tab::{HASTE, Screen, Tab};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Ten seconds.
@@ -154,33 +154,39 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     tab.until("the lobby", |s| s.state == "lobby").await.map(drop)
 }
 
-/// A case for each golden replay.
-pub fn cases() -> Result<Vec<Case>> {
+/// One page plays all files, one after another, as fast as it can.
+pub async fn the_page_plays_every_golden_replay(stage: Arc<Stage>) -> Result<()> {
     let mut files = std::fs::read_dir(goldens().join("replays"))?
         .map(|entry| Ok(entry?.path()))
         .collect::<Result<Vec<_>>>()?;
     files.sort();
     ensure!(!files.is_empty(), "no golden replays");
-    let case = |path: PathBuf| {
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        Case::new(format!("the_page_plays_the_golden_replay_of_{name}"), move |stage| {
-            the_page_plays_a_golden_replay(stage, path.clone())
-        })
-    };
-    Ok(files.into_iter().map(case).collect())
+    let tab = stage.visit_changed(HASTE, "/").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    let mut wrong = Vec::new();
+    for path in files {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if let Err(error) = the_page_plays_a_golden_replay(&tab, &path, &name).await {
+            stage.note(format!("{name}: {error:#}"));
+            wrong.push(name);
+        }
+    }
+    ensure!(wrong.is_empty(), "played differently: {}", wrong.join(", "));
+    Ok(())
 }
 
-async fn the_page_plays_a_golden_replay(stage: Arc<Stage>, path: PathBuf) -> Result<()> {
-    let tab = stage.visit("/", Screen::SMALL).await?;
-    tab.until("the lobby", |s| s.state == "lobby").await?;
-    let bytes = std::fs::read(&path)?;
+async fn the_page_plays_a_golden_replay(tab: &Tab, path: &Path, name: &str) -> Result<()> {
+    let bytes = std::fs::read(path)?;
     let last = Replay::read(bytes.clone())?.last_tick();
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    drop_file(&tab, &name, &bytes).await?;
+    drop_file(tab, name, &bytes).await?;
     let title = format!("document.querySelector('#room-code').innerText === '{name}'");
     tab.until_true(&title).await?;
-    let shown = until(&tab, &name, |shown| shown.compared == last).await?;
-    assert_eq!((shown.differs_at, shown.agrees_until), (None, last), "{name}");
+    let shown = until(tab, name, |shown| shown.compared == last).await?;
+    let found = (shown.differs_at, shown.agrees_until);
+    ensure!(
+        found == (None, last),
+        "the first tick that differs, and the last equal one: {found:?}"
+    );
     Ok(())
 }
 
@@ -286,7 +292,7 @@ pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Res
     match native_picture(bytes, &shown) {
         Ok(native) => compare(&sought, &native, shown.tick),
         Err(error) if std::env::var_os("JOSTLE_NEEDS_GPU").is_none() => {
-            println!("    SKIPPED the native picture: {error:#}");
+            stage.note(format!("SKIPPED the native picture: {error:#}"));
             Ok(())
         }
         Err(error) => Err(error),
