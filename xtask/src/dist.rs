@@ -32,7 +32,7 @@ pub fn dist() -> Result<()> {
             "releases are built on Linux on a 64-bit x86 machine, where both programs can be tried"
         );
     }
-    web::build(web::Profile::Small)?;
+    web::build(web::Profile::Release)?;
     let out = target_dir().join("dist");
     if out.exists() {
         fs::remove_dir_all(&out).with_context(|| format!("cannot clear {}", out.display()))?;

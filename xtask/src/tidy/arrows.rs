@@ -13,7 +13,7 @@ const LAYERS: [&[&str]; 6] = [
     &["jostle-cli"],
 ];
 /// Crates that may use all others, and that no shipped crate may use.
-const TOOLS: [&str; 4] = ["jostle-tests", "jostle-fuzz", "jostle-goldens", "xtask"];
+const TOOLS: [&str; 5] = ["jostle-tests", "jostle-fuzz", "jostle-goldens", "xtask", "xtask-web"];
 /// Sockets, runtimes and pages, of which the inner crates know nothing.
 const OUTSIDE: [&str; 7] =
     ["tokio", "tokio-tungstenite", "tungstenite", "hyper", "wgpu", "web-sys", "js-sys"];
@@ -67,7 +67,7 @@ mod tests {
         let dependencies =
             dependencies.iter().map(|name| Dependency { name: name.to_string() }).collect();
         let manifest_path = super::manifest(name).into();
-        Package { name: name.into(), manifest_path, dependencies, targets: Vec::new() }
+        Package { name: name.into(), manifest_path, dependencies }
     }
 
     fn messages(packages: &[Package]) -> Vec<String> {

@@ -1,0 +1,60 @@
+//! Everything that the page is made of: path below `dist` -> content.
+
+use crate::text::{squeezed, without_comments};
+use anyhow::{Context, Result};
+use std::collections::BTreeMap;
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+/// Files of a page: path below `dist` -> content.
+pub type Files = BTreeMap<PathBuf, Vec<u8>>;
+
+/// Everything the page is made of.
+pub fn gather(root: &Path, bound: &Path) -> Result<Files> {
+    let mut files = BTreeMap::new();
+    add_tree(&mut files, bound, Path::new(""))?;
+    add_tree(&mut files, &root.join("client-web/web"), Path::new(""))?;
+    for name in ["client.js", "index.html", "style.css"] {
+        let content = files.get_mut(Path::new(name)).with_context(|| format!("no {name}"))?;
+        *content = without_comments(std::str::from_utf8(content).context("a text")?).into_bytes();
+    }
+    let style = files.get_mut(Path::new("style.css")).context("no style.css")?;
+    *style = squeezed(std::str::from_utf8(style).context("a text")?).into_bytes();
+    add_tree(&mut files, &root.join("assets/sprites"), Path::new("sprites"))?;
+    add_tree(&mut files, &root.join("assets/pictures"), Path::new("pictures"))?;
+    add_tree(&mut files, &root.join("assets/scenes"), Path::new("scenes"))?;
+    Ok(files)
+}
+
+/// Puts a digest of everything into the addresses that the document names, and beside it for the server:
+/// browsers keep what has such an address for good.
+pub fn stamp(files: &mut Files) -> Result<()> {
+    let mut digest = DefaultHasher::new();
+    files.hash(&mut digest);
+    let version = format!("v-{:016x}", digest.finish());
+    let document = files.get_mut(Path::new("index.html")).context("no index.html")?;
+    let text = std::str::from_utf8(document).context("index.html")?;
+    *document = text.replace("=\"/assets/", &format!("=\"/assets/{version}/")).into_bytes();
+    files.insert("version.txt".into(), version.into_bytes());
+    Ok(())
+}
+
+/// Adds all files below `dir`, if it exists, under `prefix`.
+pub fn add_tree(files: &mut Files, dir: &Path, prefix: &Path) -> Result<()> {
+    if !dir.is_dir() {
+        return Ok(());
+    }
+    for entry in fs::read_dir(dir).with_context(|| format!("cannot list {}", dir.display()))? {
+        let path = entry?.path();
+        let name = prefix.join(path.file_name().expect("a listed entry has a name"));
+        if path.is_dir() {
+            add_tree(files, &path, &name)?;
+        } else {
+            let content =
+                fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            files.insert(name, content);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! Turns the compiled client into the files of the page: bound to JavaScript, gathered with the page's own files
+//! and compressed, ready to be served or embedded. `cargo xtask web` compiles the client and calls this.
+
+mod bind;
+mod dist;
+mod files;
+mod static_page;
+mod text;
+
+use anyhow::{Result, ensure};
+use clap::Parser;
+use dist::Effort;
+use std::path::PathBuf;
+
+/// Makes the page from its compiled program
+#[derive(Parser)]
+struct Arguments {
+    /// The workspace's root
+    #[arg(long, value_name = "DIR")]
+    root: PathBuf,
+    /// The client as cargo compiled it
+    #[arg(long, value_name = "FILE")]
+    wasm: PathBuf,
+    /// Directory for what wasm-bindgen makes of it
+    #[arg(long, value_name = "DIR")]
+    bound: PathBuf,
+    /// Directory for the page without a server, for any host of files
+    #[arg(long, value_name = "DIR")]
+    static_page: Option<PathBuf>,
+    /// How well to compress
+    #[arg(long, value_enum)]
+    effort: Effort,
+    /// Bytes of the compressed program above which this fails
+    #[arg(long, value_name = "BYTES")]
+    program_bytes_max: Option<u64>,
+}
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    println!("web: bind it to JavaScript");
+    bind::bind(&arguments.wasm, &arguments.bound)?;
+    println!("web: gather and compress client-web/dist");
+    let out = arguments.root.join("client-web/dist");
+    let mut files = files::gather(&arguments.root, &arguments.bound)?;
+    files::stamp(&mut files)?;
+    dist::write_changed(&out, &files, arguments.effort)?;
+    dist::remove_others(&out, &files)?;
+    let packed_bytes = dist::report(&out, &files)?;
+    if let Some(max) = arguments.program_bytes_max {
+        ensure!(
+            packed_bytes <= max,
+            "the page's program is {packed_bytes} bytes as it travels; {max} are allowed"
+        );
+    }
+    if let Some(out) = arguments.static_page {
+        static_page::write(&out, &files)?;
+        let bytes: usize = files.values().map(Vec::len).sum();
+        println!("web: {} holds the page for any host of files, {bytes} bytes", out.display());
+    }
+    Ok(())
+}
