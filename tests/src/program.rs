@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// Builds `jostle`, once in the life of a test process, and returns its path.
+/// The program that `JOSTLE_PROGRAM` names, as `cargo xtask test` does, which has just built it; otherwise builds
+/// `jostle`, once in the life of a test process, and returns its path.
 pub fn jostle() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
-    PROGRAM.get_or_init(build)
+    let named = || std::env::var_os("JOSTLE_PROGRAM").map(PathBuf::from);
+    PROGRAM.get_or_init(|| named().unwrap_or_else(build))
 }
 
 /// Builds `jostle` with the profile of this test, since an older binary could be misleading.
@@ -18,7 +20,7 @@ fn build() -> PathBuf {
     let profile_dir = test.ancestors().nth(2).expect("target/PROFILE/deps/test");
     let target_dir = profile_dir.parent().expect("target/PROFILE");
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--workspace", "--bin", "jostle"]);
+    cargo.args(["build", "--quiet", "--workspace", "--exclude", "xtask-web", "--bin", "jostle"]);
     cargo.arg("--target-dir").arg(target_dir);
     if profile_dir.ends_with("release") {
         cargo.arg("--release");

@@ -17,7 +17,6 @@ mod play;
 mod python;
 mod report;
 mod shell;
-mod static_page;
 mod test;
 mod tidy;
 mod traces;
@@ -54,9 +53,22 @@ enum Task {
         /// Leave the browser tests out
         #[arg(long)]
         quick: bool,
-        /// Write the golden replays and hashes in tests/goldens anew, and test nothing
+        /// What a release needs too: other builds of the simulation, 64-bit Arm, the measuring programs
         #[arg(long, conflicts_with = "quick")]
+        all: bool,
+        /// Only what the difference between a revision and the working tree can break, and takes seconds to test
+        #[arg(long, value_name = "REV", conflicts_with = "all")]
+        since: Option<String>,
+        /// Write the golden replays and hashes in tests/goldens again, and test nothing
+        #[arg(long, conflicts_with_all = ["quick", "all", "since"])]
         update_hashes: bool,
+    },
+    /// One step of the tests
+    #[command(hide = true)]
+    TestStep {
+        name: String,
+        #[arg(long, value_delimiter = ',')]
+        packages: Vec<String>,
     },
     /// Build the web client into client-web/dist
     Web {
@@ -148,7 +160,15 @@ fn run(task: Task) -> Result<bool> {
             goldens::update()?;
             traces::update()?;
         }
-        Task::Test { quick, .. } => return Ok(test::test(quick)),
+        Task::Test { quick, all, since, .. } => {
+            let extent = match (quick, all) {
+                (true, _) => test::Extent::Quick,
+                (_, true) => test::Extent::All,
+                _ => test::Extent::Usual,
+            };
+            return test::test(extent, since.as_deref());
+        }
+        Task::TestStep { name, packages } => std::process::exit(test::step(&name, &packages)),
         Task::Web { dev, is_static } => {
             let profile = if dev { web::Profile::Dev } else { web::Profile::Small };
             if is_static { web::build_static(profile)? } else { web::build(profile)? }

@@ -14,8 +14,6 @@ pub struct Package {
     pub manifest_path: PathBuf,
     /// All kinds: normal, development and build.
     pub dependencies: Vec<Dependency>,
-    /// Libraries, programs, integration tests.
-    pub targets: Vec<Target>,
 }
 
 /// A dependency as declared.
@@ -23,15 +21,6 @@ pub struct Package {
 pub struct Dependency {
     /// Name of the crate depended on.
     pub name: String,
-}
-
-/// Something that cargo builds.
-#[derive(Deserialize)]
-pub struct Target {
-    /// Its name for `--test` or `--bin`.
-    pub name: String,
-    /// `lib`, `bin`, `test` and so on.
-    pub kind: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -44,12 +33,4 @@ pub fn packages() -> Result<Vec<Package>> {
     let text = output_of(&mut cargo(&["metadata", "--no-deps", "--format-version", "1"]))?;
     let metadata: Metadata = serde_json::from_str(&text).context("cargo metadata")?;
     Ok(metadata.packages)
-}
-
-impl Package {
-    /// Names of its integration tests.
-    pub fn test_names(&self) -> impl Iterator<Item = &str> {
-        let tests = self.targets.iter().filter(|target| target.kind.iter().any(|k| k == "test"));
-        tests.map(|target| target.name.as_str())
-    }
 }

@@ -1,0 +1,175 @@
+//! Runs steps in two lanes, each in its order; a step waits for those of the other lane that it needs.
+
+use super::changes::Change;
+use super::steps::{Step, TestLane};
+use crate::shell::{Skipped, target_dir};
+use anyhow::{Context, Result};
+use std::fs::{self, File};
+use std::process::Command;
+use std::sync::{Condvar, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Exit status of a step that cannot run on this machine, as automake has it.
+const SKIPPED_STATUS: i32 = 77;
+
+/// How a step ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    Passed,
+    Skipped(String),
+    Failed(String),
+}
+
+/// A step that has ended.
+pub struct Ended {
+    name: &'static str,
+    took: Duration,
+    outcome: Outcome,
+}
+
+/// What both lanes know.
+struct Board {
+    ended: Mutex<Vec<Ended>>,
+    changed: Condvar,
+}
+
+/// Runs all steps and prints their output and a table; whether none failed.
+pub fn run(steps: &[&Step], change: Option<&Change>) -> bool {
+    let began = Instant::now();
+    let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
+    thread::scope(|scope| {
+        for lane in [TestLane::Native, TestLane::Page] {
+            let board = &board;
+            scope.spawn(move || {
+                for step in steps.iter().filter(|step| step.lane == lane) {
+                    run_step(step, steps, board, change);
+                }
+            });
+        }
+    });
+    let ended = board.ended.into_inner().expect("no lane panicked");
+    println!("\n=== summary");
+    for step in &ended {
+        let text = match &step.outcome {
+            Outcome::Passed => "passed".to_owned(),
+            Outcome::Skipped(reason) => format!("SKIPPED: {reason}"),
+            Outcome::Failed(reason) => format!("FAILED: {reason}"),
+        };
+        println!("{:32}{:>8.1} s  {text}", step.name, step.took.as_secs_f32());
+    }
+    println!("{:32}{:>8.1} s", "all, in two lanes", began.elapsed().as_secs_f32());
+    println!("{}", counts(&ended));
+    !ended.iter().any(|step| matches!(step.outcome, Outcome::Failed(_)))
+}
+
+/// The closing line.
+fn counts(ended: &[Ended]) -> String {
+    let count = |is: fn(&Outcome) -> bool| ended.iter().filter(|step| is(&step.outcome)).count();
+    let passed = count(|outcome| *outcome == Outcome::Passed);
+    let skipped = count(|outcome| matches!(outcome, Outcome::Skipped(_)));
+    let failed = count(|outcome| matches!(outcome, Outcome::Failed(_)));
+    format!("{passed} passed, {failed} failed, {skipped} skipped")
+}
+
+fn run_step(step: &Step, steps: &[&Step], board: &Board, change: Option<&Change>) {
+    let needed = |name: &&str| steps.iter().any(|step| step.name == *name);
+    let needs: Vec<&str> = step.needs.iter().copied().filter(needed).collect();
+    let unmet = board.wait_for(&needs);
+    let begin = Instant::now();
+    let outcome = match unmet {
+        Some(name) => Outcome::Failed(format!("{name:?}, which it needs, did not pass")),
+        None => {
+            println!("--- {} begins", step.name);
+            process(step, change).unwrap_or_else(|error| Outcome::Failed(format!("{error:#}")))
+        }
+    };
+    let ended = Ended { name: step.name, took: begin.elapsed(), outcome };
+    board.ended.lock().expect("no lane panicked").push(ended);
+    board.changed.notify_all();
+}
+
+impl Board {
+    /// Waits until all of these have ended; one of them that did not pass.
+    fn wait_for<'a>(&self, names: &[&'a str]) -> Option<&'a str> {
+        let mut ended = self.ended.lock().expect("no lane panicked");
+        let open =
+            |ended: &[Ended]| names.iter().any(|name| !ended.iter().any(|step| step.name == *name));
+        while open(&ended) {
+            ended = self.changed.wait(ended).expect("no lane panicked");
+        }
+        let passed = |name: &&&str| {
+            ended.iter().any(|step| step.name == **name && step.outcome == Outcome::Passed)
+        };
+        names.iter().find(|name| !passed(name)).copied()
+    }
+}
+
+/// Runs a step as a process, and prints what it said once it has ended.
+fn process(step: &Step, change: Option<&Change>) -> Result<Outcome> {
+    let dir = target_dir().join("test");
+    fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
+    let path = dir.join(format!("{}.log", step.name.replace([' ', ','], "-")));
+    let log = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["test-step", step.name]);
+    if let Some(change) = change {
+        command.args(["--packages", &change.packages.join(",")]);
+    }
+    let begin = Instant::now();
+    let status = command.stdout(log.try_clone()?).stderr(log).status()?;
+    let text = String::from_utf8_lossy(&fs::read(&path)?).into_owned();
+    println!("\n=== {}, {:.1} s\n{}", step.name, begin.elapsed().as_secs_f32(), text.trim_end());
+    let last = text.lines().last().unwrap_or_default().to_owned();
+    Ok(match status.code() {
+        Some(0) => Outcome::Passed,
+        Some(SKIPPED_STATUS) => Outcome::Skipped(last),
+        _ => Outcome::Failed(last),
+    })
+}
+
+/// The exit status with which a step's process reports its result, after saying why it is not 0.
+pub fn status_of(result: Result<()>) -> i32 {
+    let Err(error) = result else { return 0 };
+    println!("{error:#}");
+    if error.is::<Skipped>() { SKIPPED_STATUS } else { 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Board, Ended, Outcome, counts};
+    use std::sync::{Condvar, Mutex};
+    use std::time::Duration;
+
+    fn ended(name: &'static str, outcome: Outcome) -> Ended {
+        Ended { name, took: Duration::ZERO, outcome }
+    }
+
+    #[test]
+    fn the_closing_line_counts_outcomes() {
+        let steps = [
+            ended("a", Outcome::Passed),
+            ended("b", Outcome::Skipped("no Arm".into())),
+            ended("c", Outcome::Failed("?".into())),
+            ended("d", Outcome::Passed),
+        ];
+        assert_eq!(counts(&steps), "2 passed, 1 failed, 1 skipped");
+    }
+
+    #[test]
+    fn a_step_waits_for_what_it_needs_and_hears_of_failures() {
+        let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
+        let push = |name, outcome| {
+            board.ended.lock().expect("not poisoned").push(ended(name, outcome));
+            board.changed.notify_all();
+        };
+        let (unmet, met) = std::thread::scope(|scope| {
+            let unmet = scope.spawn(|| board.wait_for(&["page", "compile"]));
+            let met = scope.spawn(|| board.wait_for(&["compile"]));
+            push("compile", Outcome::Passed);
+            push("page", Outcome::Failed("too large".into()));
+            (unmet.join().expect("it ends"), met.join().expect("it ends"))
+        });
+        assert_eq!((unmet, met), (Some("page"), None));
+    }
+}

@@ -1,0 +1,301 @@
+//! The table of all steps, and what each runs.
+
+use super::binaries::{self, Binary};
+use super::changes::Change;
+use crate::shell::{cargo, cargo_of_bench, run};
+use crate::{chromium, goldens, nats, python, tidy, traces, web};
+use anyhow::{Result, bail};
+
+const BROWSER_TEST: &str = "browser";
+const FLEET_TEST: &str = "fleet";
+const SOCKET_TEST: &str = "sockets";
+/// They wait most of the time, so that more of them fit than there are processors.
+const SOCKET_TEST_THREADS: &str = "6";
+/// Each has up to three NATS servers of its own.
+const FLEET_TEST_THREADS: &str = "2";
+
+const COMPILE: &str = "tests, compiled";
+const BROWSER: &str = "browser, found or installed";
+const WEB: &str = "web client";
+
+/// How much of it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Extent {
+    /// What needs neither a browser nor drawing.
+    Quick,
+    /// What continuous integration runs.
+    Usual,
+    /// What a release needs: other builds of the simulation, native drawing and the measuring programs too.
+    All,
+}
+
+/// Steps of one lane run one after another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TestLane {
+    /// Native compilers and what they make.
+    Native,
+    /// The page, and what waits more than it works.
+    Page,
+}
+
+/// A part of the run, with a process of its own.
+pub struct Step {
+    pub name: &'static str,
+    pub lane: TestLane,
+    /// Steps of the other lane that have to pass before.
+    pub needs: &'static [&'static str],
+    /// The smallest extent of which it is part.
+    from: Extent,
+    /// Programs without which it cannot run, for the person who waits.
+    programs: &'static str,
+    /// Whether a change asks for it.
+    concerns: fn(&Change) -> bool,
+    /// Runs it, on these crates only where it can be cut.
+    run: fn(Option<&[String]>) -> Result<()>,
+}
+
+const STEP: Step = Step {
+    name: "",
+    lane: TestLane::Native,
+    needs: &[],
+    from: Extent::Quick,
+    programs: "",
+    concerns: |_| true,
+    run: |_| Ok(()),
+};
+
+/// Crates on which the course of a game depends.
+const SIMULATION: [&str; 4] = ["jostle-sim", "jostle-game", "jostle-protocol", "jostle-room"];
+const PAGE_PATHS: [&str; 4] = ["client-web/", "shaders/", "assets/", "tests/tests/browser/"];
+const FLEET_PATHS: [&str; 2] = ["server/src/fleet/", "tests/tests/fleet/"];
+
+/// In the order of each lane. What takes longest comes first where nothing else decides.
+pub const STEPS: [Step; 18] = [
+    Step { name: "tidy", run: |_| tidy::tidy(), ..STEP },
+    Step { name: "format", run: |_| format(), ..STEP },
+    Step { name: COMPILE, run: |_| binaries::compile(), concerns: compiles, ..STEP },
+    Step { name: "unit tests", run: unit_tests, concerns: compiles, ..STEP },
+    Step { name: "traces, each played twice", run: |_| traces::check(), concerns: plays, ..STEP },
+    Step { name: "golden replays", run: |_| goldens::check(), concerns: plays, ..STEP },
+    Step { name: "clippy, native", run: |_| clippy_native(), concerns: compiles, ..STEP },
+    Step { name: "documentation", run: |_| documentation(), concerns: is_whole, ..STEP },
+    Step { name: "documentation tests", run: |_| doc_tests(), concerns: is_whole, ..STEP },
+    Step {
+        name: BROWSER,
+        lane: TestLane::Page,
+        from: Extent::Usual,
+        concerns: is_of_page,
+        run: |_| chromium::provide(),
+        ..STEP
+    },
+    Step {
+        name: WEB,
+        lane: TestLane::Page,
+        concerns: is_of_page,
+        run: |_| web::build_static(web::Profile::Small),
+        ..STEP
+    },
+    Step {
+        name: "clippy, wasm",
+        lane: TestLane::Page,
+        concerns: is_of_page,
+        run: |_| clippy_wasm(),
+        ..STEP
+    },
+    Step {
+        name: "socket tests",
+        lane: TestLane::Page,
+        needs: &[COMPILE],
+        programs: "Python 3",
+        concerns: |change| change.affects(&["jostle-server", "jostle-tests"]),
+        run: |_| socket_tests(),
+        ..STEP
+    },
+    Step {
+        name: "fleet tests",
+        lane: TestLane::Page,
+        needs: &[COMPILE],
+        programs: "nats-server, or Go to build it",
+        concerns: |change| change.touches(&FLEET_PATHS),
+        run: |_| fleet_tests(),
+        ..STEP
+    },
+    Step {
+        name: "browser tests",
+        lane: TestLane::Page,
+        needs: &[COMPILE, BROWSER, WEB],
+        from: Extent::Usual,
+        programs: "Chromium and Mesa",
+        concerns: is_of_page,
+        run: |_| browser_tests(),
+    },
+    Step {
+        name: "golden replays, other builds",
+        from: Extent::All,
+        concerns: is_whole,
+        run: |_| goldens::check_builds(),
+        ..STEP
+    },
+    Step {
+        name: "golden replays, 64-bit Arm",
+        from: Extent::All,
+        concerns: is_whole,
+        programs: "an emulator of 64-bit Arm (qemu-aarch64)",
+        run: |_| goldens::check_aarch64(),
+        ..STEP
+    },
+    Step {
+        name: "bench, clippy and tests",
+        from: Extent::All,
+        concerns: is_whole,
+        run: |_| bench_tests(),
+        ..STEP
+    },
+];
+
+/// Those of this extent that a change asks for, or all.
+pub fn chosen(extent: Extent, change: Option<&Change>) -> Vec<&'static Step> {
+    let asked = |step: &&Step| change.is_none_or(|change| (step.concerns)(change));
+    STEPS.iter().filter(|step| step.from <= extent).filter(asked).collect()
+}
+
+/// Says which programs of others the steps start, before the first does.
+pub fn say_needs(steps: &[&Step]) {
+    for step in steps.iter().filter(|step| !step.programs.is_empty()) {
+        println!("{} need {}; as root they are installed", step.name, step.programs);
+    }
+}
+
+/// Runs a step in this process.
+pub fn run_step(name: &str, packages: Option<&[String]>) -> Result<()> {
+    match STEPS.iter().find(|step| step.name == name) {
+        Some(step) => (step.run)(packages),
+        None => {
+            let names: Vec<&str> = STEPS.iter().map(|step| step.name).collect();
+            bail!("no step {name:?}; allowed: {}", names.join("; "))
+        }
+    }
+}
+
+fn is_whole(_: &Change) -> bool {
+    false
+}
+
+fn compiles(change: &Change) -> bool {
+    !change.packages.is_empty()
+}
+
+fn plays(change: &Change) -> bool {
+    change.affects(&SIMULATION) || change.touches(&["tests/"])
+}
+
+/// The page is compiled for minutes: with `--since` only where its own files differ.
+fn is_of_page(change: &Change) -> bool {
+    change.touches(&PAGE_PATHS)
+}
+
+fn format() -> Result<()> {
+    run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    run(&mut cargo_of_bench(&["fmt", "--check"]))
+}
+
+fn clippy_native() -> Result<()> {
+    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"]))
+}
+
+/// With the page's profile, so that the programs that take part in its build are compiled once.
+fn clippy_wasm() -> Result<()> {
+    let mut command = web::cargo_for_page("clippy", web::Profile::Small);
+    for package in SIMULATION.iter().chain(&["jostle-client-web"]) {
+        command.args(["--package", package]);
+    }
+    run(command.args(["--", "--deny", "warnings"]))
+}
+
+fn documentation() -> Result<()> {
+    let mut command = cargo(&["doc", "--workspace", "--no-deps"]);
+    // The map at the top of a module may name what is private in it.
+    let flags = "--deny warnings --allow rustdoc::private-intra-doc-links";
+    run(command.env("RUSTDOCFLAGS", flags))
+}
+
+fn doc_tests() -> Result<()> {
+    let tests = ["test", "--workspace", "--exclude", "xtask-web", "--no-fail-fast", "--doc"];
+    run(&mut cargo(&tests))
+}
+
+/// Everything inside the crates, and what lies in their own `tests` directories.
+fn unit_tests(packages: Option<&[String]>) -> Result<()> {
+    let all = binaries::all()?;
+    let is_one = |binary: &&Binary| {
+        let is_step = [BROWSER_TEST, FLEET_TEST, SOCKET_TEST].contains(&binary.name.as_str());
+        !is_step && packages.is_none_or(|packages| packages.contains(&binary.package))
+    };
+    binaries::run_all(&all.iter().filter(is_one).collect::<Vec<_>>(), &[])
+}
+
+fn integration(name: &str, args: &[&str]) -> Result<()> {
+    let all = binaries::all()?;
+    let is_it = |binary: &&Binary| binary.is_integration && binary.name == name;
+    binaries::run_all(&all.iter().filter(is_it).collect::<Vec<_>>(), args)
+}
+
+fn socket_tests() -> Result<()> {
+    python::provide()?;
+    integration(SOCKET_TEST, &["--test-threads", SOCKET_TEST_THREADS])
+}
+
+/// With NATS servers.
+fn fleet_tests() -> Result<()> {
+    nats::provide()?;
+    integration(FLEET_TEST, &["--test-threads", FLEET_TEST_THREADS])
+}
+
+fn browser_tests() -> Result<()> {
+    integration(BROWSER_TEST, &[])
+}
+
+/// The bench workspace without the peers; its tests include the sizes of recorded traffic.
+fn bench_tests() -> Result<()> {
+    run(&mut cargo_of_bench(&["clippy", "--all-targets", "--", "--deny", "warnings"]))?;
+    run(&mut cargo_of_bench(&["test", "--no-fail-fast"]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Extent, STEPS, chosen};
+    use crate::test::changes::Change;
+
+    fn names(extent: Extent, paths: &[&str], packages: &[&str]) -> Vec<&'static str> {
+        let own = |list: &[&str]| list.iter().map(|text| (*text).to_owned()).collect();
+        let change = Change { paths: own(paths), packages: own(packages) };
+        chosen(extent, Some(&change)).iter().map(|step| step.name).collect()
+    }
+
+    #[test]
+    fn what_a_step_needs_is_a_step_of_the_other_lane_or_stands_before_it() {
+        for (at, step) in STEPS.iter().enumerate() {
+            for need in step.needs {
+                let found = STEPS.iter().position(|other| other.name == *need);
+                let found = found.unwrap_or_else(|| panic!("{}: no {need}", step.name));
+                assert!(STEPS[found].lane != step.lane || found < at, "{}: {need}", step.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_change_runs_what_it_can_break() {
+        let documents = names(Extent::Usual, &["docs/hosting.md"], &[]);
+        assert_eq!(documents, ["tidy", "format"]);
+        let room = ["jostle-room", "jostle-server", "jostle-tests"];
+        let room = names(Extent::Usual, &["room/src/room.rs"], &room);
+        assert!(room.contains(&"socket tests") && room.contains(&"golden replays"), "{room:?}");
+        assert!(!room.contains(&"browser tests"), "{room:?}");
+        let page = names(Extent::Usual, &["client-web/src/lib.rs"], &["jostle-client-web"]);
+        assert!(page.contains(&"browser tests"), "{page:?}");
+        assert!(
+            !names(Extent::Quick, &["client-web/src/lib.rs"], &["jostle-client-web"])
+                .contains(&"browser tests")
+        );
+    }
+}
