@@ -6,6 +6,7 @@ pub mod connection_limits;
 pub mod networks;
 pub mod rate_limited_stream;
 pub mod token_bucket;
+pub mod trial_queue;
 
 use jostle_game::SEATS_MAX;
 use jostle_game::scene::{Budget, FOLLOWERS_MAX};
@@ -86,6 +87,13 @@ pub const HTTP_HEADERS_MAX: usize = 64;
 pub const HTTP_BUFFER_BYTES_MAX: usize = 16 << 10;
 /// Bytes of a request's body.
 pub const HTTP_BODY_BYTES_MAX: usize = 1 << 10;
+/// Longer bodies, of scenes and runs, that are being received: a megabyte each at most.
+pub const LONG_BODIES_MAX: usize = 64;
+/// Of these, of one address.
+pub const ADDRESS_LONG_BODIES_MAX: usize = 4;
+/// Time that such a body has before it gives way to one of a network that sends fewer, once there are too many: as long as
+/// 230 kB take at 2 Mbit/s.
+pub const LONG_BODY_GRACE: Duration = Duration::from_secs(1);
 /// Bytes of one frame of a body: the most that a connection holds of it beyond shared memory.
 pub const HTTP_FRAME_BYTES_MAX: usize = 16 << 10;
 /// Encrypted bytes that wait for one socket; rustls alone would hold 64 KiB.
@@ -232,12 +240,21 @@ pub const GUESTS_SHARE: usize = 2;
 pub const GUEST_TRIAL_TICKS: u32 = 2 * TICKS_PER_SECOND;
 /// Players in such a trial, who press all keys at random.
 pub const GUEST_TRIAL_PLAYERS: u16 = 8;
-/// Scenes of guests that are tried or wait for that. One is tried at a time, at half a processor.
+/// Scenes of guests that are tried or wait for that.
 pub const GUEST_TRIALS_MAX: usize = 16;
-/// Of these, of one address.
+/// Of these, of one address. A /48 has eight, so that no organisation has all.
 pub const ADDRESS_GUEST_TRIALS_MAX: usize = 2;
 /// Niceness of the threads that play and try scenes of guests, so that all others go first.
 pub const GUEST_NICENESS: i32 = 10;
+/// Time after which a trial that can be interrupted lets others have a turn: most runs are played by then.
+pub const TRIAL_TURN: Duration = Duration::from_millis(500);
+/// Time after which the next trial begins beside one that is still at work: a trial of a scene, at half of a free processor,
+/// is over by then, unless a single step of it takes longer.
+pub const TRIAL_TURN_MAX: Duration = Duration::from_secs(1);
+/// Trials that may be at work beside the one whose turn it is.
+pub const TRIALS_OVERDUE_MAX: usize = 1;
+/// Time for which it counts that a network had a turn: longer than a full queue takes.
+pub const TRIAL_TURNS_REMEMBERED: Duration = Duration::from_secs(60);
 
 /// Rooms with scenes of guests that may be open at a time on a machine with this many processors.
 pub const fn guest_rooms_max(processors: usize) -> usize {
@@ -297,7 +314,7 @@ pub const RECORDS_MAX: usize = 10;
 pub const RUN_BYTES_MAX: usize = 1 << 20;
 /// Files of records that are played again when the server starts: those of all scenes.
 pub const RECORD_FILES_MAX: usize = SCENES_MAX * RECORDS_MAX;
-/// Replays that are checked or wait for that, a megabyte each. One is played at a time, at half a processor.
+/// Replays that are checked or wait for that, a megabyte each.
 pub const RUN_TRIALS_MAX: usize = 16;
 /// Of these, of one address.
 pub const ADDRESS_RUN_TRIALS_MAX: usize = 2;

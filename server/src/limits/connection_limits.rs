@@ -68,7 +68,12 @@ impl ConnectionLimits {
         ConnectionLimits::with_grace(in_all_max, address_max, IDLE_GRACE)
     }
 
-    fn with_grace(in_all_max: usize, address_max: usize, grace: Duration) -> Arc<ConnectionLimits> {
+    /// The same with another time for which a socket is idle before it may have to give way.
+    pub fn with_grace(
+        in_all_max: usize,
+        address_max: usize,
+        grace: Duration,
+    ) -> Arc<ConnectionLimits> {
         Arc::new(ConnectionLimits { in_all_max, address_max, grace, counts: Mutex::default() })
     }
 
