@@ -2,8 +2,8 @@
 //!
 //! A stranger's scene must not slow down other rooms, so it passes three checks. [`read`] refuses what asks for more
 //! than [`limits::GUEST_BUDGET`] by its file. [`try_out`] plays its beginning on a thread that goes after all others,
-//! and refuses it if that takes too long. The room that opens has a [`Share`] of a processor, and is closed when it
-//! takes more for long; the number of such rooms is bounded ([`limits::guest_rooms_max`]).
+//! when it is its turn in a [`TrialQueue`], and refuses it if that takes too long. The room that opens has a [`Share`] of a
+//! processor, and is closed when it takes more for long; the number of such rooms is bounded ([`limits::guest_rooms_max`]).
 
 mod share;
 mod trial;
@@ -12,13 +12,14 @@ pub use share::Share;
 
 use crate::host::thread_time;
 use crate::limits;
+use crate::limits::trial_queue::TrialQueue;
 use jostle_game::Scene;
 use jostle_game::scene::SceneError;
 use jostle_protocol::{first_forbidden, has_visible};
 use std::io;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::oneshot;
 
 /// Name of each guest's scene. Its file is `guest.toml` in errors.
 pub const NAME: &str = "guest";
@@ -86,22 +87,15 @@ fn check_texts(scene: &Scene) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// Reads a scene and plays its trial, on a thread of its own, which holds the permits until it ends, also if the
-/// request is gone. Errors of the thread itself are those of the server.
+/// Reads a scene of a client of this address and plays its trial when it is its turn; `None` if too many wait. Errors of the
+/// outer kind are those of the server.
 pub async fn try_out(
     text: Vec<u8>,
     most: Duration,
-    permits: impl Send + 'static,
-) -> io::Result<Result<Arc<Scene>, SceneError>> {
-    let (sender, tried) = oneshot::channel();
-    std::thread::Builder::new().name("trial".to_owned()).spawn(move || {
-        thread_time::go_after_others(limits::GUEST_NICENESS);
-        let scene = try_here(&text, most);
-        drop(permits);
-        // The request may be gone by then.
-        let _ = sender.send(scene);
-    })?;
-    tried.await.map_err(|_| io::Error::other("the trial of a scene panicked"))
+    address: IpAddr,
+    trials: &Arc<TrialQueue>,
+) -> io::Result<Option<Result<Arc<Scene>, SceneError>>> {
+    trials.run(address, "trial", move |_| try_here(&text, most)).await
 }
 
 fn try_here(text: &[u8], most: Duration) -> Result<Arc<Scene>, SceneError> {
@@ -124,25 +118,6 @@ mod tests {
 
     fn refused(text: impl AsRef<[u8]>) -> String {
         read(text.as_ref()).expect_err("a refusal").to_string()
-    }
-
-    #[tokio::test]
-    async fn a_trial_holds_its_permits_until_it_ends_although_the_request_is_gone() {
-        struct Permit(std::sync::mpsc::Sender<Option<String>>);
-        impl Drop for Permit {
-            fn drop(&mut self) {
-                let thread = std::thread::current().name().map(str::to_owned);
-                self.0.send(thread).expect("it is awaited");
-            }
-        }
-        let (sender, released) = std::sync::mpsc::channel();
-        let scene = text("Tried", "").into_bytes();
-        let trial = try_out(scene, Duration::from_secs(9), Permit(sender));
-        // It is asked once, which starts the thread, and dropped.
-        let asked = tokio::time::timeout(Duration::ZERO, trial).await;
-        assert!(asked.is_err(), "it takes a moment");
-        let by = released.recv_timeout(Duration::from_secs(60)).expect("the trial ends");
-        assert_eq!(by.as_deref(), Some("trial"));
     }
 
     #[test]

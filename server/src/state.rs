@@ -11,6 +11,7 @@ use crate::host::token_signer::TokenSigner;
 use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
+use crate::limits::trial_queue::TrialQueue;
 use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
@@ -23,7 +24,7 @@ use std::num::NonZero;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::available_parallelism;
 use std::time::Instant;
-use tokio::sync::{Notify, Semaphore, watch};
+use tokio::sync::{Notify, watch};
 
 /// State shared by all connections of a server.
 pub struct ServerState {
@@ -49,10 +50,10 @@ pub struct ServerState {
     pub responses: Arc<ConnectionLimits>,
     /// Limits on game sockets.
     pub sessions: Arc<ConnectionLimits>,
-    /// Limits on scenes of guests that are tried or wait for that.
-    pub trials: Arc<ConnectionLimits>,
-    /// Whose scene is tried.
-    pub trial_turn: Arc<Semaphore>,
+    /// Limits on long bodies that are being received.
+    pub long_bodies: Arc<ConnectionLimits>,
+    /// Scenes of guests that are tried or wait for that.
+    pub trials: Arc<TrialQueue>,
     /// The rate-limited log of refusals.
     pub refusal_log: RefusalLog,
     /// Descriptors for operators.
@@ -123,11 +124,12 @@ impl ServerState {
             )),
             responses: ConnectionLimits::new(in_all, limits::ADDRESS_RESPONSES_MAX),
             sessions: ConnectionLimits::new(in_all, address_max),
-            trials: ConnectionLimits::new(
-                limits::GUEST_TRIALS_MAX,
-                limits::ADDRESS_GUEST_TRIALS_MAX,
+            long_bodies: ConnectionLimits::with_grace(
+                limits::LONG_BODIES_MAX,
+                limits::ADDRESS_LONG_BODIES_MAX,
+                limits::LONG_BODY_GRACE,
             ),
-            trial_turn: Arc::new(Semaphore::new(1)),
+            trials: TrialQueue::new(limits::GUEST_TRIALS_MAX, limits::ADDRESS_GUEST_TRIALS_MAX),
             refusal_log: RefusalLog::default(),
             spare: SpareDescriptors::default(),
             drain: Notify::new(),

@@ -46,11 +46,12 @@ impl NoRun {
 }
 
 /// Plays a replay of one of these scenes, in at most so much processor time, and returns the scene and the best run.
-/// This thread rests for as long as it works.
+/// This thread rests for as long as it works, and ends when `may_go_on`, which is asked now and then, says no.
 pub fn prove(
     bytes: Vec<u8>,
     scenes: &[Arc<Scene>],
     most: Duration,
+    may_go_on: impl Fn() -> bool,
 ) -> Result<(&Arc<Scene>, Run), NoRun> {
     if bytes.len() > limits::RUN_BYTES_MAX {
         return Err(NoRun::TooLong(bytes.len()));
@@ -69,7 +70,7 @@ pub fn prove(
         let now = thread_time::taken();
         std::thread::sleep(now - before);
         before = now;
-        now - began <= most
+        now - began <= most && may_go_on()
     })?;
     Ok((scene, run))
 }

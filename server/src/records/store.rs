@@ -5,7 +5,8 @@ use super::proof::{NoRun, prove};
 use crate::durable::write_closed;
 use crate::host::thread_time;
 use crate::limits;
-use crate::limits::connection_limits::{ConnectionLimits, Permit};
+use crate::limits::connection_limits::ConnectionLimits;
+use crate::limits::trial_queue::{Place, TrialQueue};
 use crate::replays::Readable;
 use jostle_game::Scene;
 use jostle_room::{Measure, Run};
@@ -17,7 +18,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
-use tokio::sync::oneshot;
 use tracing::{error, info, warn};
 
 /// Ending of the files.
@@ -36,9 +36,9 @@ pub struct Records {
     most: Duration,
     /// By the name of the scene.
     tables: Mutex<BTreeMap<String, BestRuns>>,
-    /// Held by the thread whose replay is played.
-    turn: Mutex<()>,
-    trials: Arc<ConnectionLimits>,
+    /// Held while files are written, so that none is entered twice.
+    files: Mutex<()>,
+    trials: Arc<TrialQueue>,
     readers: Arc<ConnectionLimits>,
 }
 
@@ -56,15 +56,17 @@ pub struct Entered {
 impl Records {
     /// The records of runs of these scenes. The directory is made for the first one: a disk that fails costs no game.
     pub fn open(dir: PathBuf, scenes: &[Scene], most: Duration) -> Arc<Records> {
-        let limited = ConnectionLimits::new;
         Arc::new(Records {
             dir,
             scenes: scenes.iter().cloned().map(Arc::new).collect(),
             most,
             tables: Mutex::default(),
-            turn: Mutex::default(),
-            trials: limited(limits::RUN_TRIALS_MAX, limits::ADDRESS_RUN_TRIALS_MAX),
-            readers: limited(limits::REPLAY_READERS_MAX, limits::ADDRESS_REPLAY_READERS_MAX),
+            files: Mutex::default(),
+            trials: TrialQueue::new(limits::RUN_TRIALS_MAX, limits::ADDRESS_RUN_TRIALS_MAX),
+            readers: ConnectionLimits::new(
+                limits::REPLAY_READERS_MAX,
+                limits::ADDRESS_REPLAY_READERS_MAX,
+            ),
         })
     }
 
@@ -82,7 +84,6 @@ impl Records {
     fn reload_here(&self) -> io::Result<()> {
         let (mut kept, mut others) = (0, 0);
         for path in self.files()? {
-            let _turn = lock(&self.turn);
             match self.read_again(&path) {
                 Ok(()) => kept += 1,
                 Err(reason) if reason.is_of_other_scene() => others += 1,
@@ -125,7 +126,7 @@ impl Records {
         }
         let bytes = fs::read(path).map_err(|error| NoRun::File(error.to_string()))?;
         let modified = fs::metadata(path).and_then(|metadata| metadata.modified());
-        let (scene, run) = prove(bytes.clone(), &self.scenes, self.most)?;
+        let (scene, run) = prove(bytes.clone(), &self.scenes, self.most, || true)?;
         let came = modified.unwrap_or(SystemTime::UNIX_EPOCH);
         let record = record(scene, run, came, bytes.len());
         let right = self.path(&record.name);
@@ -146,39 +147,29 @@ impl Records {
         }
     }
 
-    /// Counts a replay of this address that is to be played; `None` if too many are.
-    pub fn admit(&self, address: IpAddr) -> Option<Permit> {
-        self.trials.admit(address)
-    }
-
-    /// Plays a replay, and enters its run if that is among the best. It goes on if the request is gone, and counts as
-    /// waiting for as long. Errors of the outer kind are those of the server.
+    /// Plays a replay of a client of this address, and enters its run if that is among the best; also if the request is
+    /// gone. `None` if too many wait. Errors of the outer kind are those of the server.
     pub async fn submit(
         self: &Arc<Records>,
         bytes: Vec<u8>,
-        waiting: Permit,
-    ) -> io::Result<Result<Entered, NoRun>> {
-        let (sender, entered) = oneshot::channel();
+        address: IpAddr,
+    ) -> io::Result<Option<Result<Entered, NoRun>>> {
         let records = Arc::clone(self);
-        std::thread::Builder::new().name("record".to_owned()).spawn(move || {
-            thread_time::go_after_others(limits::GUEST_NICENESS);
-            let turn = lock(&records.turn);
-            let entered = records.submit_here(bytes);
-            drop((turn, waiting));
-            // The request may be gone by then.
-            let _ = sender.send(entered);
-        })?;
-        entered.await.map_err(|_| io::Error::other("a record's proof panicked"))?
+        let played =
+            self.trials.run(address, "record", move |place| records.submit_here(bytes, place));
+        played.await?.transpose()
     }
 
-    fn submit_here(&self, bytes: Vec<u8>) -> io::Result<Result<Entered, NoRun>> {
-        let (scene, run) = match prove(bytes.clone(), &self.scenes, self.most) {
+    fn submit_here(&self, bytes: Vec<u8>, place: &Place) -> io::Result<Result<Entered, NoRun>> {
+        let proven = prove(bytes.clone(), &self.scenes, self.most, || place.pass());
+        let (scene, run) = match proven {
             Ok(proven) => proven,
             Err(reason) => return Ok(Err(reason)),
         };
         let record = record(scene, run.clone(), SystemTime::now(), bytes.len());
         let name = record.name.clone();
         let path = self.path(&name);
+        let _files = lock(&self.files);
         // A file that was not played again yet since the start is never written over: it may be another's.
         if self.table(&scene.name).takes(&record) && !path.exists() {
             let made = fs::create_dir_all(&self.dir);

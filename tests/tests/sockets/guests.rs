@@ -1,7 +1,8 @@
 //! Rooms with scenes of guests: what is refused, with which field, and what plays.
 
 use crate::client::Client;
-use crate::http::{Answer, get, post};
+use crate::http::{Answer, get, post, raw};
+use crate::networks::{behind_a_proxy, passed_on};
 use crate::replays::Dir;
 use crate::server::Server;
 use jostle_game::scene::Budget;
@@ -18,6 +19,7 @@ use jostle_tests::server::{LONG, PATIENT, patient};
 use serde_json::Value;
 use std::net::SocketAddr;
 use std::time::Duration;
+use tokio::sync::mpsc;
 
 const ROUTE: &str = "/api/guest-rooms";
 
@@ -252,4 +254,22 @@ async fn random_scenes_are_refused_with_a_field_or_play_within_the_budget() {
     }
     assert!(played > 5 && refused > 5, "{played} played, {refused} refused");
     ann.keeps_playing().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn slow_scenes_of_some_networks_delay_a_newcomer_by_one_trial() {
+    let waits = Waits { guest_trial: Duration::from_millis(250), ..PATIENT };
+    let server = behind_a_proxy(Config { waits, ..patient() }).await;
+    let address = server.address;
+    let (sender, mut tried) = mpsc::unbounded_channel();
+    for number in 0..8 {
+        let request = passed_on("POST", ROUTE, &format!("198.51.{}.1", number / 2), DEAR);
+        let sender = sender.clone();
+        tokio::spawn(async move { sender.send(raw(address, &request).await.status) });
+    }
+    tried.recv().await;
+    let text = scene("", "").replace("A pit", "A\\u202Epit");
+    let newcomer = raw(address, &passed_on("POST", ROUTE, "203.0.113.1", &text)).await;
+    assert!(tried.len() <= 4, "{} of 7 were tried first", tried.len());
+    is_about(&newcomer, &text, "title", "title");
 }

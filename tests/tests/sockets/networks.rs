@@ -19,13 +19,13 @@ use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::{sleep, timeout};
 
 /// A server behind a proxy, which is this machine.
-async fn behind_a_proxy(config: Config) -> Server {
+pub async fn behind_a_proxy(config: Config) -> Server {
     let proxies = vec!["127.0.0.0/8".parse().expect("a network")];
     Server::start_with(Config { trusted_proxies: proxies, ..config }).await
 }
 
 /// A client's request as a proxy passes it on.
-fn passed_on(method: &str, path: &str, client: &str, body: &str) -> String {
+pub fn passed_on(method: &str, path: &str, client: &str, body: &str) -> String {
     let length = body.len();
     format!(
         "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\

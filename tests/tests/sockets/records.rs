@@ -1,13 +1,16 @@
 //! Records over sockets: runs are played again, and a replay that was tampered with is refused.
 
 use crate::http::{Answer, get, raw_bytes};
+use crate::networks::behind_a_proxy;
 use crate::replays::Dir;
 use crate::server::Server;
 use jostle_game::{Buttons, Scene};
 use jostle_protocol::replay::{Block, Record, Start};
 use jostle_server::Config;
 use jostle_server::durable::{StateSettings, Sync};
-use jostle_server::limits::{RUN_BYTES_MAX, Waits};
+use jostle_server::limits::{
+    ADDRESS_LONG_BODIES_MAX, LONG_BODIES_MAX, RUN_BYTES_MAX, RUN_TRIALS_MAX, Waits,
+};
 use jostle_tests::runs::{DASH, DASH_NAME, dash, file, race};
 use jostle_tests::server::{LONG, PATIENT, patient};
 use serde_json::Value;
@@ -15,6 +18,8 @@ use std::fs;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 const ROUTE: &str = "/api/records";
@@ -226,4 +231,43 @@ async fn a_run_that_takes_too_long_to_play_is_refused() {
     assert_eq!(answer.status, 422);
     let error = answer.json()["error"].as_str().expect("a sentence").to_owned();
     assert!(error.contains("takes too long to play: it came to tick 64"), "{error}");
+}
+
+/// Begins to send a run as a client of this address, and sends nothing of it once the server reads it.
+async fn send_nothing(server: SocketAddr, client: &str) -> TcpStream {
+    let mut stream = TcpStream::connect(server).await.expect("a connection");
+    let head = format!(
+        "POST {ROUTE} HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: {client}\r\nContent-Length: 9000\r\n\
+         Expect: 100-continue\r\n\r\n"
+    );
+    stream.write_all(head.as_bytes()).await.expect("a live socket");
+    let mut status = [0; 12];
+    let read = timeout(LONG, stream.read_exact(&mut status)).await;
+    read.expect("an answer in time").expect("an answer");
+    assert_eq!(&status, b"HTTP/1.1 100", "the body is read");
+    stream
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn addresses_that_send_nothing_keep_no_others_from_sending_their_runs() {
+    let dir = Dir::new("records-silent");
+    let server = behind_a_proxy(keeping(&dir, DASH)).await;
+    let mut silent = Vec::new();
+    let client = |number: usize| format!("198.51.{}.1", number / ADDRESS_LONG_BODIES_MAX);
+    for number in 0..RUN_TRIALS_MAX {
+        silent.push(send_nothing(server.address, &client(number)).await);
+    }
+    enters(server.address, &file(&dash("Ann", 60)), 1).await;
+    for number in RUN_TRIALS_MAX..LONG_BODIES_MAX {
+        silent.push(send_nothing(server.address, &client(number)).await);
+    }
+    // Once all are taken, the one that waited longest gives way.
+    let bytes = file(&dash("Bob", 30));
+    let sent = async {
+        while send(server.address, &bytes).await.status != 201 {
+            sleep(Duration::from_millis(20)).await;
+        }
+    };
+    timeout(LONG, sent).await.expect("a place");
+    assert_eq!(players(&best(server.address).await), ["Bob", "Ann"]);
 }

@@ -2,14 +2,13 @@
 
 use super::api::{self, no_room};
 use super::read::{self, ReadError};
-use super::response::{Answer, failed, json};
+use super::response::{Answer, busy, failed, json};
 use crate::guests::{self, GuestScenes};
 use crate::host::rooms::{CreateError, Created};
 use crate::limits;
 use crate::ops::refusal_log::Foreign;
 use crate::state::ServerState;
 use hyper::body::Incoming;
-use hyper::header::{self, HeaderValue};
 use hyper::{Request, StatusCode};
 use jostle_game::Scene;
 use jostle_game::scene::SceneError;
@@ -25,8 +24,6 @@ const OFF: &str =
 const UNLISTED: &str = "this server does not list rooms with scenes of guests; its host can allow it with --guest-scenes all";
 /// Error for a network whose scenes are being tried, or where too many are.
 const BUSY: &str = "other scenes are being tried at the moment; try again in some seconds";
-/// Seconds after which to try again: most trials are over by then.
-const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
 
 /// Opens a room with the scene in the body, and answers as where any other room is opened. With `?listed=true` it is
 /// public, if the server allows that.
@@ -45,7 +42,7 @@ pub async fn create_room(
         state.refused("guest_scenes_off", address, "a scene");
         return failed(StatusCode::FORBIDDEN, text);
     }
-    let text = match read::body(request, limits::GUEST_SCENE_BYTES_MAX, state).await {
+    let text = match read::long_body(request, limits::GUEST_SCENE_BYTES_MAX, address, state).await {
         Ok(text) => text.to_vec(),
         Err(ReadError::TooLong) => {
             let found = format!("more than {} bytes", limits::GUEST_SCENE_BYTES_MAX);
@@ -68,16 +65,15 @@ async fn try_out(
     address: IpAddr,
     state: &ServerState,
 ) -> Result<Arc<Scene>, Answer> {
-    let Some(waiting) = state.trials.admit(address) else {
-        state.refused("guest_trials_busy", address, "a scene");
-        return Err(busy());
-    };
     // Before the work, which would be for nothing. What has changed after it is checked again.
     api::check_guest(address, state).map_err(|error| no_room(&error, address, state))?;
-    let turn = Arc::clone(&state.trial_turn).acquire_owned().await.map_err(|_| busy())?;
-    match guests::try_out(text, state.config.waits.guest_trial, (waiting, turn)).await {
-        Ok(Ok(scene)) => Ok(scene),
-        Ok(Err(error)) => Err(scene_refused(&error, address, state)),
+    match guests::try_out(text, state.config.waits.guest_trial, address, &state.trials).await {
+        Ok(Some(Ok(scene))) => Ok(scene),
+        Ok(Some(Err(error))) => Err(scene_refused(&error, address, state)),
+        Ok(None) => {
+            state.refused("guest_trials_busy", address, "a scene");
+            Err(busy(BUSY))
+        }
         Err(error) => {
             error!(%error, "a guest's scene could not be tried");
             Err(failed(StatusCode::INTERNAL_SERVER_ERROR, "the scene could not be tried"))
@@ -109,10 +105,4 @@ fn scene_refused(error: &SceneError, address: IpAddr, state: &ServerState) -> An
         "allowed": error.allowed,
     });
     json(StatusCode::UNPROCESSABLE_ENTITY, &refusal)
-}
-
-fn busy() -> Answer {
-    let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, BUSY);
-    answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
-    answer
 }

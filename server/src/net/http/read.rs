@@ -1,10 +1,11 @@
 //! Bodies of requests: bounded in length and time.
 
-use super::response::{Answer, failed};
+use super::response::{Answer, busy, failed};
 use crate::state::ServerState;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
 use hyper::{Request, StatusCode};
+use std::net::IpAddr;
 use tokio::time::timeout;
 
 /// Error of [`body`].
@@ -16,6 +17,8 @@ pub enum ReadError {
     Broken,
     /// It did not come in time.
     Late,
+    /// Too many long ones are being received, by this network or in all.
+    Busy,
 }
 
 /// Reads a body of at most `bytes_max`.
@@ -33,6 +36,28 @@ pub async fn body(
     }
 }
 
+/// Reads a body that may be long, of a client of this address. Of these few are received at a time: one that comes slowly
+/// gives way to that of a network which sends fewer.
+pub async fn long_body(
+    request: Request<Incoming>,
+    bytes_max: usize,
+    address: IpAddr,
+    state: &ServerState,
+) -> Result<Bytes, ReadError> {
+    let read = async {
+        let permit = state.long_bodies.admit(address)?;
+        permit.set_idle(true);
+        tokio::select! {
+            read = body(request, bytes_max, state) => Some(read),
+            () = permit.gives_way() => None,
+        }
+    };
+    read.await.unwrap_or_else(|| {
+        state.refused("bodies_busy", address, "a scene or a run");
+        Err(ReadError::Busy)
+    })
+}
+
 impl ReadError {
     /// The response to it.
     pub fn answer(&self, bytes_max: usize) -> Answer {
@@ -45,6 +70,9 @@ impl ReadError {
             ReadError::Late => {
                 let text = "the body came too slowly; send it again";
                 failed(StatusCode::REQUEST_TIMEOUT, text)
+            }
+            ReadError::Busy => {
+                busy("too much is being sent by your network or in all; try again in some seconds")
             }
         }
     }

@@ -2,11 +2,10 @@
 
 use super::body::Body;
 use super::read;
-use super::response::{Answer, failed, json, not_found};
+use super::response::{Answer, busy, failed, json, not_found};
 use crate::limits;
-use crate::limits::connection_limits::Permit;
 use crate::ops::refusal_log::Foreign;
-use crate::records::{BestRuns, Record, Records};
+use crate::records::{BestRuns, Record};
 use crate::state::ServerState;
 use hyper::body::Incoming;
 use hyper::header::{self, HeaderValue};
@@ -22,8 +21,6 @@ use tracing::error;
 const OFF: &str = "this server keeps no records; its host can have it keep them with --state DIR or --replays DIR";
 /// Error for a network whose runs are being checked, or where too many are.
 const BUSY: &str = "other runs are being checked at the moment; try again in some seconds";
-/// Seconds after which to try again.
-const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
 
 /// The best run of each scene, or the best ones of `?scene=NAME`.
 pub fn list(query: Option<&str>, state: &ServerState) -> Answer {
@@ -67,40 +64,31 @@ pub async fn submit(request: Request<Incoming>, address: IpAddr, state: &ServerS
         state.refused("records_off", address, "a run");
         return failed(StatusCode::FORBIDDEN, OFF);
     };
-    // Before the body, which is long.
-    let Some(waiting) = records.admit(address) else {
-        state.refused("runs_busy", address, "a run");
-        let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, BUSY);
-        answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
-        return answer;
-    };
-    let bytes = match read::body(request, limits::RUN_BYTES_MAX, state).await {
+    // Before a place is taken, so that none is held by a client that sends nothing.
+    let bytes = match read::long_body(request, limits::RUN_BYTES_MAX, address, state).await {
         Ok(bytes) => bytes.to_vec(),
         Err(error) => return error.answer(limits::RUN_BYTES_MAX),
     };
-    match play(records, bytes, waiting).await {
-        Ok(answer) => answer,
-        Err(reason) => {
-            state.refused("run", address, Foreign(reason.as_bytes()));
-            failed(StatusCode::UNPROCESSABLE_ENTITY, &reason)
-        }
-    }
-}
-
-/// Plays a replay, and returns the response to its run, or the sentence of the refusal.
-async fn play(records: &Arc<Records>, bytes: Vec<u8>, waiting: Permit) -> Result<Answer, String> {
-    match records.submit(bytes, waiting).await {
-        Ok(Ok(entered)) => {
+    match records.submit(bytes, address).await {
+        Ok(Some(Ok(entered))) => {
             let status = entered.rank.map_or(StatusCode::OK, |_| StatusCode::CREATED);
             let (name, rank) = (&entered.name, entered.rank);
             let (ticks, points) = (entered.run.ticks(), entered.run.points);
             let run = json!({ "name": name, "rank": rank, "ticks": ticks, "points": points });
-            Ok(json(status, &run))
+            json(status, &run)
         }
-        Ok(Err(reason)) => Err(reason.to_string()),
+        Ok(Some(Err(reason))) => {
+            let reason = reason.to_string();
+            state.refused("run", address, Foreign(reason.as_bytes()));
+            failed(StatusCode::UNPROCESSABLE_ENTITY, &reason)
+        }
+        Ok(None) => {
+            state.refused("runs_busy", address, "a run");
+            busy(BUSY)
+        }
         Err(error) => {
             error!(%error, "a run could not be checked");
-            Ok(failed(StatusCode::INTERNAL_SERVER_ERROR, "the run could not be checked or kept"))
+            failed(StatusCode::INTERNAL_SERVER_ERROR, "the run could not be checked or kept")
         }
     }
 }

@@ -15,6 +15,9 @@ pub const TEXT: &str = "text/plain; charset=utf-8";
 /// Level of packing: higher ones make 6 kB of scenes no smaller.
 const PACKING_LEVEL: u8 = 6;
 
+/// Seconds after which a client that was sent away comes again: most trials are over by then.
+const BUSY_RETRY: HeaderValue = HeaderValue::from_static("3");
+
 /// A response of either port.
 pub type Answer = Response<Body>;
 
@@ -73,6 +76,13 @@ pub fn accepts(headers: &HeaderMap, coding: &str) -> bool {
 /// A JSON response with an error for people.
 pub fn failed(status: StatusCode, error: &str) -> Answer {
     json(status, &json!({ "error": error }))
+}
+
+/// The response to a client for whose request there is no place at the moment.
+pub fn busy(error: &str) -> Answer {
+    let mut answer = failed(StatusCode::SERVICE_UNAVAILABLE, error);
+    answer.headers_mut().insert(header::RETRY_AFTER, BUSY_RETRY);
+    answer
 }
 
 /// The response for a path that leads nowhere.
