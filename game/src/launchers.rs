@@ -48,7 +48,7 @@ fn launch(
     match launcher.makes {
         Kind::Pack => {
             let towards = launcher.velocity.or_else(|| {
-                let target = prey.nearest_to(position, None, world)?;
+                let target = prey.nearest_to(position, None, world, roster)?;
                 Some(target - position)
             });
             packs::add(world, roster, scene, None, position, towards.unwrap_or_default());

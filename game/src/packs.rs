@@ -15,15 +15,16 @@ use glam::Vec2;
 use jostle_sim::Rng;
 use jostle_sim::collide;
 use jostle_sim::math::{atan2, clamp, clamp_length, min, rotate};
-use jostle_sim::{BodyDef, EmitterDef, Shape, Source, World};
+use jostle_sim::{BodyDef, BodyId, EmitterDef, Motion, Shape, Source, World};
 
 /// Packs look to the right when they appear (B3).
 const FRONT_AT_START: Vec2 = Vec2::X;
 
-/// The heroes that packs may chase, listed where packs act; kept between ticks for its memory.
+/// The heroes that packs may chase, listed where packs act; kept between ticks for its memory. Rules may have removed
+/// some of them since, so that each is looked up.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Prey {
-    heroes: Vec<Actor>,
+    heroes: Vec<BodyId>,
     hits_owner: bool,
 }
 
@@ -31,20 +32,32 @@ impl Prey {
     /// Lists all heroes, owned or not, in index order.
     fn list(&mut self, roster: &Roster, spec: &PackSpec) {
         self.heroes.clear();
-        self.heroes.extend(roster.actors().filter(|actor| actor.kind == Kind::Hero));
+        let heroes = roster.actors().filter(|actor| actor.kind == Kind::Hero);
+        self.heroes.extend(heroes.map(|actor| actor.id));
         self.hits_owner = roster.players.len() == 1 && spec.throw_every.is_none();
     }
 
     /// The heroes that packs of a player may burst on: all but the player's, unless that one plays alone and
     /// throws none.
-    fn of(&self, owner: Option<Seat>) -> impl Iterator<Item = &Actor> {
-        self.heroes.iter().filter(move |hero| hero.owner != owner || self.hits_owner)
+    fn of<'a>(
+        &'a self,
+        owner: Option<Seat>,
+        roster: &'a Roster,
+    ) -> impl Iterator<Item = &'a Actor> {
+        let heroes = self.heroes.iter().filter_map(|&id| roster.actor(id));
+        heroes.filter(move |hero| hero.owner != owner || self.hits_owner)
     }
 
     /// The centre of the hero nearest to a position that a pack of this player may burst on.
-    pub fn nearest_to(&self, position: Vec2, owner: Option<Seat>, world: &World) -> Option<Vec2> {
+    pub fn nearest_to(
+        &self,
+        position: Vec2,
+        owner: Option<Seat>,
+        world: &World,
+        roster: &Roster,
+    ) -> Option<Vec2> {
         let mut nearest: Option<(f32, Vec2)> = None;
-        for hero in self.of(owner) {
+        for hero in self.of(owner, roster) {
             let center = world.position(hero.id);
             let distance = (center - position).length_squared();
             if nearest.is_none_or(|(least, _)| distance < least) {
@@ -55,13 +68,13 @@ impl Prey {
     }
 
     /// The first hero that the pack touches, and where.
-    fn touched(&self, pack: Actor, world: &World) -> Option<(Actor, Vec2)> {
+    fn touched(&self, pack: Actor, world: &World, roster: &Roster) -> Option<(Actor, Vec2)> {
         let (shape, center) = (world.shape(pack.id), world.position(pack.id));
         let touched = |hero: &&Actor| {
             let (other, position) = (world.shape(hero.id), world.position(hero.id));
             collide(shape, center, other, position, (pack.id.index, hero.id.index)).is_some()
         };
-        let hero = *self.of(pack.owner).find(touched)?;
+        let hero = *self.of(pack.owner, roster).find(touched)?;
         Some((hero, nearest_point(world.shape(hero.id), world.position(hero.id), center)))
     }
 }
@@ -78,7 +91,7 @@ pub(crate) fn steer(world: &mut World, roster: &mut Roster, scene: &Scene, prey:
             continue;
         }
         let position = world.position(actor.id);
-        let front = match prey.nearest_to(position, actor.owner, world) {
+        let front = match prey.nearest_to(position, actor.owner, world, roster) {
             Some(target) => turned(front, target - position, spec.turn),
             None => front,
         };
@@ -117,9 +130,12 @@ pub(crate) fn burst(
     for index in 0..roster.actors.len() {
         let pack = roster.actors[index].filter(|actor| actor.kind == Kind::Pack);
         let Some(pack) = pack else { continue };
-        let Some((hero, point)) = prey.touched(pack, world) else { continue };
+        let Some((hero, point)) = prey.touched(pack, world, roster) else { continue };
         let victim = hero.owner;
-        if let Rule::Chase { front, .. } = pack.rule {
+        // One that stands in the scene for ever is not pushed.
+        if let Rule::Chase { front, .. } = pack.rule
+            && world.motion(hero.id) != Motion::Static
+        {
             world.set_velocity(hero.id, world.velocity(hero.id) + front * spec.push);
         }
         roster.remove(world, pack.id);

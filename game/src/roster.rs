@@ -68,10 +68,14 @@ impl Roster {
         self.actors[id.index as usize].take_if(|actor| actor.id == id)
     }
 
+    /// The role of a body; `None` if it is gone.
+    pub fn actor(&self, id: BodyId) -> Option<&Actor> {
+        self.actors.get(id.index as usize)?.as_ref().filter(|actor| actor.id == id)
+    }
+
     /// The player that a body belongs to; nobody if it is gone.
     pub fn owner_of(&self, id: BodyId) -> Option<Seat> {
-        let actor = self.actors.get(id.index as usize).copied().flatten();
-        actor.filter(|actor| actor.id == id)?.owner
+        self.actor(id)?.owner
     }
 
     /// The side of a seated player.

@@ -4,6 +4,7 @@
 mod clients;
 mod extremes;
 mod restore;
+mod vanishing;
 
 use super::*;
 use crate::{SEQ_AHEAD_MAX, SILENCE_TICKS};
