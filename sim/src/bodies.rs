@@ -139,7 +139,7 @@ impl Bodies {
     }
 
     pub fn remove(&mut self, id: BodyId) {
-        let index = self.index(id);
+        let Some(index) = self.find(id) else { return };
         self.alive[index] = false;
         self.thinnest = None;
         self.generation[index] = self.generation[index].wrapping_add(1);
@@ -158,13 +158,13 @@ impl Bodies {
         index < self.alive.len() && self.alive[index] && self.generation[index] == id.generation
     }
 
-    /// Returns the slot of an existing body; panics if it was removed.
+    /// Returns the slot of a body. To ask for one that was removed is a fault of the caller: debug builds panic, in
+    /// others it is in no slot.
     #[inline]
-    pub fn index(&self, id: BodyId) -> usize {
-        if !self.contains(id) {
-            fail_missing(id);
-        }
-        id.index as usize
+    pub fn find(&self, id: BodyId) -> Option<usize> {
+        let exists = self.contains(id);
+        debug_assert!(exists, "body {}.{} does not exist", id.index, id.generation);
+        exists.then_some(id.index as usize)
     }
 
     pub fn id(&self, slot: u32) -> BodyId {
@@ -209,13 +209,6 @@ impl Bodies {
     pub fn bounds(&self, slot: usize, margin: f32) -> Aabb {
         Aabb::around(self.center[slot], self.half[slot] + Vec2::splat(margin))
     }
-}
-
-/// Out of line, so that the check in front of every access stays small enough to inline.
-#[cold]
-#[inline(never)]
-fn fail_missing(id: BodyId) -> ! {
-    panic!("body {}.{} does not exist", id.index, id.generation);
 }
 
 /// Panics unless every field of a definition is in its documented range.

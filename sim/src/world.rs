@@ -39,6 +39,9 @@ pub enum StepPhase {
 }
 
 /// Bodies, contacts and particles.
+///
+/// To ask for a body that was removed, or to change it, is a fault of the caller. Debug builds panic; in others no
+/// room ends for it: such a body is a static circle at rest at the origin, and changes of it do nothing.
 #[derive(Clone, Debug)]
 pub struct World {
     settings: WorldSettings,
@@ -141,10 +144,10 @@ impl World {
         self.bodies.count()
     }
 
-    /// Centre in world units. Panics, like all accessors here, if the body was removed.
+    /// Centre in world units.
     #[inline]
     pub fn position(&self, id: BodyId) -> Vec2 {
-        self.bodies.center[self.bodies.index(id)]
+        self.bodies.find(id).map_or(Vec2::ZERO, |index| self.bodies.center[index])
     }
 
     /// Centre rounded to the quantum, in quanta, as clients see it.
@@ -155,59 +158,67 @@ impl World {
     /// Velocity, units/s.
     #[inline]
     pub fn velocity(&self, id: BodyId) -> Vec2 {
-        self.bodies.velocity[self.bodies.index(id)]
+        self.bodies.find(id).map_or(Vec2::ZERO, |index| self.bodies.velocity[index])
     }
 
     /// Shape.
     #[inline]
     pub fn shape(&self, id: BodyId) -> Shape {
-        self.bodies.shape[self.bodies.index(id)]
+        self.bodies.find(id).map_or(Shape::Circle { radius: 1.0 }, |index| self.bodies.shape[index])
     }
 
     /// Static, kinematic or dynamic.
     #[inline]
     pub fn motion(&self, id: BodyId) -> Motion {
-        self.bodies.motion[self.bodies.index(id)]
+        self.bodies.find(id).map_or(Motion::Static, |index| self.bodies.motion[index])
     }
 
     /// Collision group.
     #[inline]
     pub fn group(&self, id: BodyId) -> u8 {
-        self.bodies.group[self.bodies.index(id)]
+        self.bodies.find(id).map_or(0, |index| self.bodies.group[index])
     }
 
     /// 1 / mass; 0 for static and kinematic bodies.
     #[inline]
     pub fn inverse_mass(&self, id: BodyId) -> f32 {
-        self.bodies.inverse_mass[self.bodies.index(id)]
+        self.bodies.find(id).map_or(0.0, |index| self.bodies.inverse_mass[index])
     }
 
     /// Restitution, 0..=1.
     pub fn restitution(&self, id: BodyId) -> f32 {
-        self.bodies.material[self.bodies.index(id)].restitution
+        self.bodies.find(id).map_or(0.0, |index| self.bodies.material[index].restitution)
     }
 
     /// Coulomb coefficient, 0..=10.
     pub fn friction(&self, id: BodyId) -> f32 {
-        self.bodies.material[self.bodies.index(id)].friction
+        self.bodies.find(id).map_or(0.0, |index| self.bodies.material[index].friction)
     }
 
     /// Factor on the world's gravity.
     pub fn gravity_scale(&self, id: BodyId) -> f32 {
-        self.bodies.gravity_scale[self.bodies.index(id)]
+        self.bodies.find(id).map_or(0.0, |index| self.bodies.gravity_scale[index])
     }
 
     /// Drag against the air.
     pub fn drag(&self, id: BodyId) -> Drag {
-        let index = self.bodies.index(id) as u32;
-        self.forces.as_ref().map_or(Drag::NONE, |forces| forces.drag(index))
+        let forces = self.forces.as_ref().filter(|_| self.bodies.find(id).is_some());
+        forces.map_or(Drag::NONE, |forces| forces.drag(id.index))
     }
 
     /// Adds a spring; returns `false` when `springs_max` is reached. Panics on numbers outside
-    /// their documented ranges, if a body was removed, and in a world without forces.
+    /// their documented ranges, and in a world without forces.
     pub fn add_spring(&mut self, spring: Spring) -> bool {
+        let other = match spring.end {
+            SpringEnd::Body(other) => Some(other),
+            SpringEnd::Point(_) => None,
+        };
+        let exists = |id| self.bodies.find(id).is_some();
+        if !exists(spring.body) || !other.is_none_or(exists) {
+            return false;
+        }
         self.wake_around(spring.body);
-        if let SpringEnd::Body(other) = spring.end {
+        if let Some(other) = other {
             self.wake_around(other);
         }
         self.forces.as_mut().expect("a spring in a world without forces").add_spring(spring)
@@ -221,7 +232,7 @@ impl World {
     /// Sets a position. Panics unless finite.
     pub fn set_position(&mut self, id: BodyId, position: Vec2) {
         assert!(position.is_finite(), "position {position} must be finite");
-        let index = self.bodies.index(id);
+        let Some(index) = self.bodies.find(id) else { return };
         if self.settings.sleeping && self.bodies.center[index] == position {
             return;
         }
@@ -232,13 +243,14 @@ impl World {
         self.body_placed(id);
     }
 
-    /// Sets a velocity. Panics unless finite, and on a static body unless zero (C20).
+    /// Sets a velocity. Panics unless finite. A static body keeps its own, which is zero (C20): another is a fault of
+    /// the caller, as if it were removed.
     pub fn set_velocity(&mut self, id: BodyId, velocity: Vec2) {
         assert!(velocity.is_finite(), "velocity {velocity} must be finite");
-        let index = self.bodies.index(id);
+        let Some(index) = self.bodies.find(id) else { return };
         let still = self.bodies.motion[index] != Motion::Static || velocity == Vec2::ZERO;
-        assert!(still, "static body {} cannot have velocity {velocity}", id.index);
-        if self.bodies.velocity[index] != velocity {
+        debug_assert!(still, "static body {} cannot have velocity {velocity}", id.index);
+        if still && self.bodies.velocity[index] != velocity {
             self.wake_around(id);
             let stands = |velocity: Vec2| velocity == Vec2::ZERO;
             if stands(self.bodies.velocity[index]) != stands(velocity) {
@@ -252,7 +264,7 @@ impl World {
     pub fn set_mass(&mut self, id: BodyId, mass: f32) {
         assert!(mass > 0.0 && mass.is_finite(), "mass {mass} must be positive and finite");
         assert!((1.0 / mass).is_finite(), "mass {mass} is out of range");
-        let index = self.bodies.index(id);
+        let Some(index) = self.bodies.find(id) else { return };
         assert!(self.bodies.motion[index] == Motion::Dynamic, "only dynamic bodies have a mass");
         self.wake_around(id);
         self.bodies.inverse_mass[index] = 1.0 / mass;
@@ -261,7 +273,7 @@ impl World {
     /// Changes the factor on gravity. Panics unless finite.
     pub fn set_gravity_scale(&mut self, id: BodyId, scale: f32) {
         assert!(scale.is_finite(), "gravity scale {scale} must be finite");
-        let index = self.bodies.index(id);
+        let Some(index) = self.bodies.find(id) else { return };
         if self.bodies.gravity_scale[index] != scale {
             self.wake_around(id);
             self.bodies.gravity_scale[index] = scale;
@@ -459,7 +471,7 @@ impl World {
 
     /// Wakes a body that is changed from outside, with the bodies that rest on it.
     fn wake_around(&mut self, id: BodyId) {
-        let slot = self.bodies.index(id) as u32;
+        let slot = id.index;
         self.steady.readmit_body(&mut self.bodies, slot);
         if self.settings.sleeping {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
@@ -541,9 +553,9 @@ impl World {
     }
 
     /// Whether a body sleeps: it is at rest and costs nothing. Only in worlds that sleep. Its
-    /// touches are not reported. Panics if the body was removed.
+    /// touches are not reported.
     pub fn is_asleep(&self, id: BodyId) -> bool {
-        self.sleep.has(self.bodies.index(id) as u32)
+        self.bodies.find(id).is_some_and(|index| self.sleep.has(index as u32))
     }
 
     /// Starts an emitter; returns `false` if too many are running. Panics if its recipe does not

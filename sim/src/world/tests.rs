@@ -234,6 +234,36 @@ fn a_shorter_step_halves_the_error_of_a_flight() {
 }
 
 #[test]
+fn a_removed_body_stops_a_debug_build_and_is_nothing_in_others() {
+    let mut world = world(Relaxation::default(), 50.0);
+    let wall = floor(&mut world, 0.3);
+    let gone = add(&mut world, crate_at(3.0, 4.0));
+    assert!(world.remove(gone) && !world.remove(gone));
+    let other = add(&mut world, crate_at(5.0, 6.0));
+    assert_eq!(other.index, gone.index, "another body has its slot");
+    let faults: [fn(&mut World, BodyId); 6] = [
+        |world, id| assert_eq!(world.position(id), Vec2::ZERO),
+        |world, id| assert_eq!((world.velocity(id), world.inverse_mass(id)), (Vec2::ZERO, 0.0)),
+        |world, id| assert_eq!((world.motion(id), world.is_asleep(id)), (Motion::Static, false)),
+        |world, id| world.set_position(id, Vec2::ONE),
+        |world, id| world.set_velocity(id, Vec2::ONE),
+        |world, id| world.set_gravity_scale(id, 2.0),
+    ];
+    for fault in faults {
+        let before = world.hash();
+        let done =
+            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| fault(&mut world, gone)));
+        assert_eq!(done.is_err(), cfg!(debug_assertions));
+        assert_eq!(world.hash(), before);
+    }
+    let pushed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        world.set_velocity(wall, Vec2::ONE);
+    }));
+    assert_eq!(pushed.is_err(), cfg!(debug_assertions));
+    assert_eq!(world.velocity(wall), Vec2::ZERO);
+}
+
+#[test]
 #[should_panic(expected = "must be a step")]
 fn a_step_of_zero_length_is_refused() {
     World::new(WorldSettings { dt: 0.0, ..WorldSettings::default() });
