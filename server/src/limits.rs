@@ -244,6 +244,11 @@ pub const GUEST_TRIAL_PLAYERS: u16 = 8;
 pub const GUEST_TRIALS_MAX: usize = 16;
 /// Of these, of one address. A /48 has eight, so that no organisation has all.
 pub const ADDRESS_GUEST_TRIALS_MAX: usize = 2;
+/// Rooms with scenes of guests of one address, as a fraction of all of them, and at least one: four addresses are needed
+/// to take them all.
+pub const ADDRESS_GUEST_ROOMS_SHARE: usize = 4;
+/// The last of these rooms, which are for networks that have none.
+pub const GUEST_ROOMS_RESERVE: usize = 1;
 /// Niceness of the threads that play and try scenes of guests, so that all others go first.
 pub const GUEST_NICENESS: i32 = 10;
 /// Time after which a trial that can be interrupted lets others have a turn: most runs are played by then.
@@ -412,6 +417,9 @@ pub struct Waits {
     pub hearing: Duration,
     /// Time for which a room stays open without players.
     pub room_empty: Duration,
+    /// Time for which a room with a guest's scene stays open in which no seat is taken: as long as it takes to open its
+    /// link by hand. There are few such rooms.
+    pub guest_room_empty: Duration,
     /// Time for which an empty room is still recorded; a player who reconnects sooner continues the same
     /// replay.
     pub record_empty: Duration,
@@ -446,6 +454,7 @@ impl Waits {
         stall: Duration::from_secs(20),
         hearing: Duration::from_secs(20),
         room_empty: Duration::from_secs(120),
+        guest_room_empty: Duration::from_secs(15),
         record_empty: Duration::from_secs(10),
         command: Duration::from_secs(1),
         drain_notice: Duration::from_secs(2),
@@ -456,6 +465,12 @@ impl Waits {
         guest_excess: Duration::from_secs(5),
         certificate_look: Duration::from_secs(5),
     };
+
+    /// Time for which a room stays open while nobody is connected. Players who lost their sockets keep their `seats` for a
+    /// while, and find the room again.
+    pub fn empty(&self, has_guests_scene: bool, seats: usize) -> Duration {
+        if has_guests_scene && seats == 0 { self.guest_room_empty } else { self.room_empty }
+    }
 }
 
 impl Default for Waits {

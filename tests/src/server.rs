@@ -23,6 +23,7 @@ pub const PATIENT: Waits = Waits {
     stall: LONG,
     hearing: LONG,
     room_empty: LONG,
+    guest_room_empty: LONG,
     command: LONG,
     drain: LONG,
     drain_max: LONG,

@@ -8,10 +8,11 @@ use crate::host::clock::SystemClock;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
+use crate::host::room_shares::{NoRoomLeft, RoomShares};
 use crate::host::thread_time;
 use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
-use crate::limits::networks::{LEVELS, network, networks, shares};
+use crate::limits::networks::network;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Refusal, Token};
@@ -40,7 +41,7 @@ pub struct Rooms {
     /// Whether a directory decides which rooms are open here.
     in_fleet: bool,
     /// Rooms with scenes of guests that may be open.
-    guests_max: usize,
+    guests: RoomShares,
     /// Scenes of guests whose rooms the fleet's directory is about to give to this node, by their codes.
     expected: Mutex<BTreeMap<String, Expected>>,
 }
@@ -48,6 +49,7 @@ pub struct Rooms {
 /// A guest's scene whose room is about to open.
 struct Expected {
     scene: Arc<Scene>,
+    creator: IpAddr,
     since: Instant,
 }
 
@@ -88,9 +90,23 @@ pub enum CreateError {
     /// [`limits::guest_rooms_max`] rooms with scenes of guests are open.
     #[error("This server already plays as many scenes of guests as it can. Try again later.")]
     TooManyGuests,
+    /// The networks of the address have their share of these.
+    #[error(
+        "Your network already has its share of the rooms for scenes of guests open. Close one, or try again in a moment."
+    )]
+    TooManyGuestsOfAddress,
     /// No node of the fleet has room for another one.
     #[error("All servers are full at the moment. Try again later.")]
     FleetFull,
+}
+
+impl From<NoRoomLeft> for CreateError {
+    fn from(reason: NoRoomLeft) -> CreateError {
+        match reason {
+            NoRoomLeft::OfNetwork => CreateError::TooManyOfAddress,
+            NoRoomLeft::OfAll => CreateError::TooMany,
+        }
+    }
 }
 
 impl Rooms {
@@ -101,7 +117,7 @@ impl Rooms {
             scenes: scenes.iter().cloned().map(Arc::new).collect(),
             host,
             in_fleet,
-            guests_max: limits::guest_rooms_max(processors),
+            guests: RoomShares::of_guests(limits::guest_rooms_max(processors)),
             expected: Mutex::default(),
         }
     }
@@ -150,7 +166,7 @@ impl Rooms {
     ) -> Result<Created, CreateError> {
         let mut rooms = self.host.lock();
         check_created(&rooms, creator)?;
-        self.check_guests(&rooms)?;
+        self.check_guests(&rooms, creator)?;
         self.create_in(&mut rooms, scene, private, true, creator)
     }
 
@@ -164,15 +180,22 @@ impl Rooms {
         if !self.in_fleet {
             check_created(&rooms, creator)?;
         }
-        self.check_guests(&rooms)
+        self.check_guests(&rooms, creator)
     }
 
-    fn check_guests(&self, rooms: &BTreeMap<String, RoomHandle>) -> Result<(), CreateError> {
-        let open = rooms.values().filter(|room| room.info.guest).count();
-        match open + self.expected().len() < self.guests_max {
-            true => Ok(()),
-            false => Err(CreateError::TooManyGuests),
-        }
+    fn check_guests(
+        &self,
+        rooms: &BTreeMap<String, RoomHandle>,
+        creator: IpAddr,
+    ) -> Result<(), CreateError> {
+        let expected = self.expected();
+        let open = rooms.values().filter(|room| room.info.guest);
+        let creators = open.filter_map(|room| room.info.creator);
+        let creators = creators.chain(expected.values().map(|expected| expected.creator));
+        self.guests.check(creators, creator).map_err(|reason| match reason {
+            NoRoomLeft::OfNetwork => CreateError::TooManyGuestsOfAddress,
+            NoRoomLeft::OfAll => CreateError::TooManyGuests,
+        })
     }
 
     fn create_in(
@@ -272,8 +295,9 @@ impl Rooms {
     }
 
     /// Keeps a guest's scene for the room that the fleet's directory is about to give to this node.
-    pub fn expect_guest(&self, code: &str, scene: &Arc<Scene>) {
-        let expected = Expected { scene: Arc::clone(scene), since: Instant::now() };
+    pub fn expect_guest(&self, code: &str, scene: &Arc<Scene>, creator: IpAddr) {
+        let scene = Arc::clone(scene);
+        let expected = Expected { scene, creator, since: Instant::now() };
         self.expected().insert(code.to_owned(), expected);
     }
 
@@ -385,28 +409,7 @@ impl Rooms {
 /// Checks that the networks of a creator may have one more room on this server.
 fn check_created(rooms: &BTreeMap<String, RoomHandle>, creator: IpAddr) -> Result<(), CreateError> {
     let creators = rooms.values().filter_map(|room| room.info.creator);
-    check_shares(creators, limits::ROOMS_MAX, creator)
-}
-
-/// Checks that the networks of a creator may have one more room beside those of these creators. The last eighth
-/// of `rooms_max` is for networks that have none.
-pub fn check_shares(
-    created: impl Iterator<Item = IpAddr> + Clone,
-    rooms_max: usize,
-    creator: IpAddr,
-) -> Result<(), CreateError> {
-    let of = networks(creator);
-    let held: [usize; LEVELS] = std::array::from_fn(|level| {
-        created.clone().filter(|&other| networks(other)[level] == of[level]).count()
-    });
-    if held.iter().zip(shares(limits::ADDRESS_ROOMS_MAX)).any(|(&held, share)| held >= share) {
-        return Err(CreateError::TooManyOfAddress);
-    }
-    let reserve = if held[LEVELS - 1] == 0 { 0 } else { rooms_max / limits::RESERVE_SHARE };
-    match created.count() + reserve < rooms_max {
-        true => Ok(()),
-        false => Err(CreateError::TooMany),
-    }
+    Ok(RoomShares::of_rooms(limits::ROOMS_MAX).check(creators, creator)?)
 }
 
 /// Returns whether a path segment has the form of a room's code.
@@ -432,30 +435,6 @@ mod tests {
         codes.sort();
         codes.dedup();
         assert_eq!(codes.len(), 1000);
-    }
-
-    #[test]
-    fn networks_have_shares_of_the_rooms_and_the_last_are_for_those_that_have_none() {
-        let ip = |line: u16, household: u16| {
-            IpAddr::from([0x2001, 0xdb8, line, household, 0, 0, 0, 1u16])
-        };
-        let mut created = Vec::new();
-        let mut create = |creator: IpAddr| {
-            check_shares(created.iter().copied(), limits::ROOMS_MAX, creator)?;
-            created.push(network(creator));
-            Ok(())
-        };
-        let mut opened = |line, households: std::ops::Range<u16>| {
-            let wished = households.flat_map(|household| [household; 9]);
-            wished.filter(|&household| create(ip(line, household)).is_ok()).count()
-        };
-        assert_eq!(opened(1, 0..1), 8, "of a household");
-        assert_eq!(opened(1, 1..256), 8, "of a line with 256 networks, another eight");
-        assert_eq!(opened(1, 256..1024), 16, "of an organisation, 32 in all");
-        assert_eq!(opened(2, 0..1) + opened(3, 0..1) + opened(4, 0..1), 24);
-        assert_eq!(opened(5, 0..1), 1, "of the reserve");
-        assert_eq!(opened(6, 0..1), 1);
-        assert_eq!(create(ip(5, 0)), Err(CreateError::TooMany));
     }
 
     #[test]

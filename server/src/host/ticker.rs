@@ -304,7 +304,8 @@ impl Ticker {
                 return End::TooCostly;
             }
             let is_awaited = !self.abandoned || room.players() > 0;
-            let is_over = !is_awaited || empty >= self.host.waits.room_empty;
+            let most = self.host.waits.empty(self.info.guest, room.players());
+            let is_over = !is_awaited || empty >= most;
             let is_left = self.members.is_empty() && self.spectators.is_empty();
             if is_left && is_over && self.retire(room) {
                 return End::Empty;

@@ -202,6 +202,27 @@ fn an_empty_room_ends_after_its_time_and_not_a_tick_before() {
 }
 
 #[test]
+fn a_guests_room_without_a_seat_ends_after_seconds_and_keeps_the_seats_of_lost_players() {
+    let lasts = |comes: bool| {
+        let (mut ticker, outside) = room("guests", Duration::from_secs(120));
+        Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = true;
+        let (join, inbox, _outbox) = join();
+        if comes {
+            outside.joins.send(join).expect("a place");
+        }
+        // The socket is lost after an input.
+        let input = jostle_game::Input::default();
+        inbox.try_send(FromSession::Input { seq: 1, ack_tick: 0, input }).expect("a place");
+        drop(inbox);
+        let (ticks, end) = play(&mut ticker, &mut TestClock::new());
+        assert_eq!(end, End::Empty);
+        Duration::from_secs(u64::from(ticks.div_ceil(60)))
+    };
+    assert_eq!(lasts(false), Waits::USUAL.guest_room_empty);
+    assert!(lasts(true) > Duration::from_secs(44), "as long as a seat is held");
+}
+
+#[test]
 fn a_room_that_stood_still_waits_for_its_players_as_long_as_any_other() {
     let (mut ticker, outside) = room("still", Duration::from_secs(45));
     let (join, _inbox, outbox) = join();

@@ -7,7 +7,8 @@ use crate::fleet::entry::{RoomCounts, RoomFacts};
 use crate::fleet::handle::Fleet;
 use crate::host::random::random;
 use crate::host::room_handle::RoomInfo;
-use crate::host::rooms::{CreateError, Created, check_shares};
+use crate::host::room_shares::RoomShares;
+use crate::host::rooms::{CreateError, Created};
 use crate::limits;
 use crate::limits::networks::network;
 use crate::net::assets;
@@ -156,11 +157,16 @@ pub async fn create_guest_in_fleet(
 ) -> Result<Created, CreateError> {
     check_guest(creator, state)?;
     let code = state.rooms.free_code(private, |code| state.knows_room(code));
-    let creator = Some(network(creator));
-    let scene_name = scene.name.clone();
-    let facts = RoomFacts { scene: scene_name, number: random(), private, creator, guest: true };
+    let (scene_name, creator) = (scene.name.clone(), network(creator));
+    let facts = RoomFacts {
+        scene: scene_name,
+        number: random(),
+        private,
+        creator: Some(creator),
+        guest: true,
+    };
     let host_key = state.host.signer.host_key(facts.number);
-    state.rooms.expect_guest(&code, scene);
+    state.rooms.expect_guest(&code, scene, creator);
     let placed = fleet.place_here(&code, facts).await;
     let created = placed_at(placed, Created { code: code.clone(), host_key });
     if created.is_err() {
@@ -197,11 +203,8 @@ fn check_fleet_shares(creator: IpAddr, fleet: &Fleet) -> Result<(), CreateError>
     fleet.ask(|directory| {
         let creators: Vec<_> =
             directory.rooms().filter_map(|(_, entry)| entry.room.creator).collect();
-        check_shares(
-            creators.iter().copied(),
-            limits::ROOMS_MAX * directory.nodes().max(1),
-            creator,
-        )
+        let shares = RoomShares::of_rooms(limits::ROOMS_MAX * directory.nodes().max(1));
+        Ok(shares.check(creators.iter().copied(), creator)?)
     })
 }
 
@@ -220,7 +223,9 @@ fn placed_at(
 fn refused_status(error: &CreateError) -> StatusCode {
     match error {
         CreateError::NoSuchScene(_) => StatusCode::NOT_FOUND,
-        CreateError::TooManyOfAddress => StatusCode::TOO_MANY_REQUESTS,
+        CreateError::TooManyOfAddress | CreateError::TooManyGuestsOfAddress => {
+            StatusCode::TOO_MANY_REQUESTS
+        }
         CreateError::TooMany
         | CreateError::TooManyGuests
         | CreateError::NotNow

@@ -1,0 +1,112 @@
+//! How many rooms one network may have open, of those that people create and of those with scenes of guests.
+
+use crate::limits;
+use crate::limits::networks::{LEVELS, networks, shares};
+use std::net::IpAddr;
+
+/// Rooms at a time, and how networks share them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RoomShares {
+    /// Rooms at a time.
+    max: usize,
+    /// Of these, of one address; wider networks have more ([`shares`]).
+    address_max: usize,
+    /// The last ones, for networks that have none.
+    reserve: usize,
+}
+
+/// Why a network gets no more rooms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoRoomLeft {
+    /// It has its share.
+    OfNetwork,
+    /// All are taken, but perhaps for those that are kept for others.
+    OfAll,
+}
+
+impl RoomShares {
+    /// Shares of this many rooms that people create.
+    pub fn of_rooms(max: usize) -> RoomShares {
+        let address_max = limits::ADDRESS_ROOMS_MAX;
+        RoomShares { max, address_max, reserve: max / limits::RESERVE_SHARE }
+    }
+
+    /// Shares of this many rooms with scenes of guests, which are few.
+    pub fn of_guests(max: usize) -> RoomShares {
+        let address_max = (max / limits::ADDRESS_GUEST_ROOMS_SHARE).max(1);
+        RoomShares { max, address_max, reserve: limits::GUEST_ROOMS_RESERVE }
+    }
+
+    /// Checks that the networks of a creator may have one more room beside those of the creators of all.
+    pub fn check(
+        self,
+        created: impl Iterator<Item = IpAddr> + Clone,
+        creator: IpAddr,
+    ) -> Result<(), NoRoomLeft> {
+        let of = networks(creator);
+        let held: [usize; LEVELS] = std::array::from_fn(|level| {
+            created.clone().filter(|&other| networks(other)[level] == of[level]).count()
+        });
+        if held.iter().zip(shares(self.address_max)).any(|(&held, share)| held >= share) {
+            return Err(NoRoomLeft::OfNetwork);
+        }
+        let reserve = if held[LEVELS - 1] == 0 { 0 } else { self.reserve };
+        match created.count() + reserve < self.max {
+            true => Ok(()),
+            false => Err(NoRoomLeft::OfAll),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limits::networks::network;
+
+    fn ip(line: u16, household: u16) -> IpAddr {
+        IpAddr::from([0x2001, 0xdb8, line, household, 0, 0, 0, 1u16])
+    }
+
+    /// Rooms that households of a line get, each of which asks for nine.
+    fn opened(
+        shares: RoomShares,
+        created: &mut Vec<IpAddr>,
+        line: u16,
+        households: std::ops::Range<u16>,
+    ) -> usize {
+        let before = created.len();
+        for creator in households.flat_map(|household| [ip(line, household); 9]) {
+            if shares.check(created.iter().copied(), creator).is_ok() {
+                created.push(network(creator));
+            }
+        }
+        created.len() - before
+    }
+
+    #[test]
+    fn networks_have_shares_of_the_rooms_and_the_last_are_for_those_that_have_none() {
+        let (shares, mut created) = (RoomShares::of_rooms(limits::ROOMS_MAX), Vec::new());
+        let mut opened = |line, households| opened(shares, &mut created, line, households);
+        assert_eq!(opened(1, 0..1), 8, "of a household");
+        assert_eq!(opened(1, 1..256), 8, "of a line with 256 networks, another eight");
+        assert_eq!(opened(1, 256..1024), 16, "of an organisation, 32 in all");
+        assert_eq!(opened(2, 0..1) + opened(3, 0..1) + opened(4, 0..1), 24);
+        assert_eq!(opened(5, 0..1), 1, "of the reserve");
+        assert_eq!(opened(6, 0..1), 1);
+        let more = shares.check(created.iter().copied(), ip(5, 0));
+        assert_eq!(more, Err(NoRoomLeft::OfAll));
+    }
+
+    #[test]
+    fn an_address_has_a_quarter_of_the_guests_rooms_and_the_last_is_for_a_network_without_one() {
+        for (max, quarter) in [(4, 1), (8, 2), (32, 8)] {
+            let (shares, mut created) = (RoomShares::of_guests(max), Vec::new());
+            for line in 0..5 {
+                assert!(opened(shares, &mut created, line, 0..1) <= quarter, "of {max}");
+            }
+            assert_eq!(created.len(), max);
+            let last = created.last();
+            assert_eq!(created.iter().filter(|&of| Some(of) == last).count(), 1, "of {max}");
+        }
+    }
+}
