@@ -16,6 +16,7 @@ use jostle_server::guests::GuestScenes;
 use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
 use jostle_server::ops::agones;
+use jostle_server::ops::panic_log::log_panics;
 use jostle_server::replays::{Settings, days};
 use jostle_server::{Config, limits, run_with_ops};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
@@ -195,14 +196,6 @@ impl Serve {
         }
         Ok(config)
     }
-}
-
-/// Sends panics to the log: standard error itself may be a pipe that nothing reads.
-fn log_panics() {
-    std::panic::set_hook(Box::new(|panic| {
-        let backtrace = std::backtrace::Backtrace::capture();
-        tracing::error!("{panic}\n{backtrace}");
-    }));
 }
 
 async fn serve(listen: SocketAddr, ops: Option<SocketAddr>, config: Config) -> Result<(), Failure> {

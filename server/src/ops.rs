@@ -5,6 +5,7 @@ mod admin;
 pub mod agones;
 pub mod bans;
 pub mod metrics;
+pub mod panic_log;
 pub mod port;
 pub mod process;
 pub mod refusal_log;

@@ -13,6 +13,7 @@ use crate::host::thread_time;
 use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
 use crate::limits::networks::network;
+use crate::ops::panic_log::ROOM_THREAD;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Refusal, Token};
@@ -394,7 +395,7 @@ impl Rooms {
             records,
         });
         let spawned = std::thread::Builder::new()
-            .name(format!("room {}", info.code))
+            .name(format!("{ROOM_THREAD}{}", info.code))
             .spawn(move || {
                 if guest {
                     thread_time::go_after_others(limits::GUEST_NICENESS);

@@ -30,7 +30,7 @@ impl RefusalLog {
 
     /// Returns how many refusals of this reason were left out since the last logged one if one may be
     /// logged now.
-    fn admit(&self, reason: &'static str, now: Instant) -> Option<u64> {
+    pub fn admit(&self, reason: &'static str, now: Instant) -> Option<u64> {
         let mut reasons = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(logged) = reasons.get_mut(reason) else {
             reasons.insert(reason, Logged { at: now, left_out: 0 });
