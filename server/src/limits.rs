@@ -284,6 +284,10 @@ pub const REPLAY_FILE_CHARGE_MIN: u64 = 4 << 10;
 pub const CLIP_APART_TICKS: u32 = 15 * TICKS_PER_SECOND;
 /// Clips of a room in a minute. Each is a file, and up to half a second of the writer.
 pub const CLIPS_PER_MINUTE_MAX: usize = 8;
+/// Clips of one address in a minute, in all rooms: as many as those of one room, as a class that plays together asks for.
+pub const ADDRESS_CLIPS_PER_MINUTE_MAX: u32 = 8;
+/// Clips have the directory divided by this, in files and in bytes. Past it they are deleted before recordings of games.
+pub const CLIPS_SHARE: usize = 8;
 /// Clips of all rooms that wait for the writer, or are being cut. It writes all recordings, too.
 pub const CLIPS_WAITING_MAX: usize = 4;
 /// Files that are passed over in one go because they cannot be deleted.

@@ -416,11 +416,13 @@ impl Ticker {
             outbox.control(ServerMessage::Clip { kept }.encode());
         };
         let Some(recording) = &self.host.recording else { return answer(Err(ClipRefusal::Off)) };
-        if !self.clips.admit(seat, room.game().tick_count()) {
+        let asked_by = self.admission.address(seat);
+        let admitted = |address| recording.admit_clip(address, Instant::now());
+        if !self.clips.admit(seat, room.game().tick_count()) || !asked_by.is_none_or(admitted) {
             return answer(Err(ClipRefusal::TooMany));
         }
         match room.clip(recording.unix_s()) {
-            Some(records) => recording.keep_clip(records, !self.info.private, answer),
+            Some(records) => recording.keep_clip(records, !self.info.private, asked_by, answer),
             None => answer(Err(ClipRefusal::Off)),
         }
     }

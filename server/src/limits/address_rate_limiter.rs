@@ -11,7 +11,7 @@ use std::time::Instant;
 /// Token buckets of the addresses that came recently. Time is passed in.
 #[derive(Debug)]
 pub struct AddressRateLimiter {
-    per_second: u32,
+    per_second: f64,
     burst: u32,
     buckets: BTreeMap<IpAddr, TokenBucket>,
 }
@@ -19,9 +19,9 @@ pub struct AddressRateLimiter {
 impl AddressRateLimiter {
     /// Creates a limiter under which one address may come `burst` times at once, and `per_second` times a second in
     /// the long run.
-    pub fn new(per_second: u32, burst: usize) -> AddressRateLimiter {
+    pub fn new(per_second: impl Into<f64>, burst: usize) -> AddressRateLimiter {
         let burst = u32::try_from(burst).unwrap_or(u32::MAX);
-        AddressRateLimiter { per_second, burst, buckets: BTreeMap::new() }
+        AddressRateLimiter { per_second: per_second.into(), burst, buckets: BTreeMap::new() }
     }
 
     /// Returns whether this address may come now. Where more addresses come than are tracked, all of the others

@@ -27,7 +27,12 @@ pub fn network(ip: IpAddr) -> IpAddr {
     networks(ip)[0]
 }
 
-/// The same with the length of its prefix.
+/// The widest network of an address.
+pub fn widest(ip: IpAddr) -> IpAddr {
+    networks(ip)[LEVELS - 1]
+}
+
+/// The narrowest network with the length of its prefix.
 pub fn prefix(ip: IpAddr) -> IpNet {
     let ip = ip.to_canonical();
     let bits = if ip.is_ipv4() { BITS_V4[0] } else { BITS_V6[0] };

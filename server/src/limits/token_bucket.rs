@@ -13,7 +13,7 @@ pub struct TokenBucket {
 
 impl TokenBucket {
     /// Creates a full bucket.
-    pub fn new(per_second: u32, burst: u32, now: Instant) -> TokenBucket {
+    pub fn new(per_second: impl Into<f64>, burst: u32, now: Instant) -> TokenBucket {
         let burst = f64::from(burst);
         TokenBucket { per_second: per_second.into(), burst, tokens: burst, filled_at: now }
     }

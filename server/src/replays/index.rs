@@ -1,12 +1,13 @@
 //! The index of the replay directory, ordered so that a record, a deletion and a list visit a few files
 //! only, however many there are.
 
-use crate::limits::REPLAY_FILE_CHARGE_MIN;
+use super::name::is_clip;
+use crate::limits::{CLIPS_SHARE, REPLAY_FILE_CHARGE_MIN, REPLAY_FILES_MAX};
 use jostle_protocol::replay::Start;
 use jostle_sim::TICKS_PER_SECOND;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Bound;
+use std::net::IpAddr;
 use std::time::SystemTime;
 
 /// The files of the directory by name, with a running total and two orders by time.
@@ -15,6 +16,10 @@ pub struct ReplayIndex {
     files: BTreeMap<String, IndexedFile>,
     /// Finished files, the least recently written first.
     finished: BTreeSet<Stamp>,
+    /// Of these the clips, by the network that asked for them; `None` if it is not known any more.
+    clips: BTreeMap<Option<IpAddr>, BTreeSet<Stamp>>,
+    /// Number of these clips, and the sum of their [`charge`].
+    clips_held: (usize, u64),
     /// Readable files by the second in which they began.
     begun: BTreeSet<(u64, String)>,
     /// Sum of [`charge`] over all files.
@@ -35,6 +40,8 @@ pub struct IndexedFile {
     pub modified: SystemTime,
     /// Ticks played before the first recorded one.
     pub first_tick: u32,
+    /// The network that asked for a clip, if it is known.
+    pub asked_by: Option<IpAddr>,
 }
 
 /// A replay as lists show it.
@@ -88,6 +95,12 @@ impl ReplayIndex {
         self.charged_bytes += charge(file.entry.bytes);
         if !file.entry.recording {
             self.finished.insert((file.modified, name.clone()));
+            if is_clip(&name) {
+                let clips = self.clips.entry(file.asked_by).or_default();
+                clips.insert((file.modified, name.clone()));
+                self.clips_held.0 += 1;
+                self.clips_held.1 += charge(file.entry.bytes);
+            }
         }
         if file.is_readable {
             self.begun.insert((file.entry.unix_s, name.clone()));
@@ -100,7 +113,17 @@ impl ReplayIndex {
         let (name, file) = self.files.remove_entry(name)?;
         self.charged_bytes -= charge(file.entry.bytes);
         self.begun.remove(&(file.entry.unix_s, name.clone()));
-        self.finished.remove(&(file.modified, name));
+        let stamp = (file.modified, name);
+        self.finished.remove(&stamp);
+        if let Some(clips) = self.clips.get_mut(&file.asked_by)
+            && clips.remove(&stamp)
+        {
+            self.clips_held.0 -= 1;
+            self.clips_held.1 -= charge(file.entry.bytes);
+            if clips.is_empty() {
+                self.clips.remove(&file.asked_by);
+            }
+        }
         Some(file)
     }
 
@@ -142,10 +165,20 @@ impl ReplayIndex {
         }
     }
 
-    /// The least recently written finished file, among those after `passed`.
-    pub fn oldest_finished(&self, passed: Option<&Stamp>) -> Option<&Stamp> {
-        let from = passed.map_or(Bound::Unbounded, Bound::Excluded);
-        self.finished.range((from, Bound::Unbounded)).next()
+    /// The least recently written finished file that is not among `passed`.
+    pub fn oldest_finished(&self, passed: &[Stamp]) -> Option<&Stamp> {
+        self.finished.iter().find(|stamp| !passed.contains(stamp))
+    }
+
+    /// The finished file, not among `passed`, that makes room in a directory of `bytes_max`: if clips have more than their
+    /// share, the oldest one of the network that has most, and else the oldest file.
+    pub fn next_to_go(&self, bytes_max: u64, passed: &[Stamp]) -> Option<&Stamp> {
+        let (files, bytes) = self.clips_held;
+        let too_many =
+            files > REPLAY_FILES_MAX / CLIPS_SHARE || bytes > bytes_max / CLIPS_SHARE as u64;
+        let most = self.clips.values().max_by_key(|clips| clips.len()).filter(|_| too_many);
+        let clip = most.and_then(|clips| clips.iter().find(|stamp| !passed.contains(stamp)));
+        clip.or_else(|| self.oldest_finished(passed))
     }
 
     /// Readable files, the newest first.
@@ -164,7 +197,7 @@ mod tests {
     fn file(name: &str, at_s: u64, bytes: u64, recording: bool) -> IndexedFile {
         let (name, modified) = (name.to_owned(), UNIX_EPOCH + Duration::from_secs(at_s));
         let entry = Entry { name, unix_s: at_s, bytes, recording, ..Entry::default() };
-        IndexedFile { entry, is_readable: true, modified, first_tick: 0 }
+        IndexedFile { entry, is_readable: true, modified, first_tick: 0, asked_by: None }
     }
 
     fn filled(count: usize) -> ReplayIndex {
@@ -187,21 +220,19 @@ mod tests {
         index.remove("old-0");
         index.remove("old-0");
         assert_eq!(index.charged_bytes(), 50 * (4096 + 7000) - 4096 + 5000);
-        let oldest = index.oldest_finished(None).expect("a finished file").clone();
+        let oldest = index.oldest_finished(&[]).expect("a finished file").clone();
         assert_eq!(oldest.1, "old-1");
-        assert_eq!(index.oldest_finished(Some(&oldest)).expect("another").1, "old-2");
+        assert_eq!(index.oldest_finished(&[oldest]).expect("another").1, "old-2");
         let newest: Vec<_> = index.newest().take(2).map(|entry| entry.name.as_str()).collect();
         assert_eq!(newest, ["new", "old-99"]);
         for at in 1..100 {
-            assert_eq!(
-                index.oldest_finished(None).expect("a finished file").1,
-                format!("old-{at}")
-            );
+            let oldest = index.oldest_finished(&[]).expect("a finished file");
+            assert_eq!(oldest.1, format!("old-{at}"));
             index.remove(&format!("old-{at}"));
         }
-        assert_eq!(index.oldest_finished(None), None, "the last one is still written");
+        assert_eq!(index.oldest_finished(&[]), None, "the last one is still written");
         index.update("new", |file| file.entry.recording = false);
-        assert_eq!(index.oldest_finished(None).map(|(_, name)| name.as_str()), Some("new"));
+        assert_eq!(index.oldest_finished(&[]).map(|(_, name)| name.as_str()), Some("new"));
     }
 
     /// Processor time of this thread for a hundred records, deletions and new files, and ten lists; the
@@ -219,7 +250,7 @@ mod tests {
                 assert!(index.charged_bytes_with(&name, 100) > 0);
                 index.update(&name, |file| file.entry.bytes += 100);
                 index.update(&name, |file| file.entry.recording = false);
-                let (_, oldest) = index.oldest_finished(None).expect("a finished file").clone();
+                let (_, oldest) = index.next_to_go(u64::MAX, &[]).expect("a file").clone();
                 index.remove(&oldest);
                 if at % 10 == 0 {
                     assert!(index.newest().take(REPLAYS_LISTED_MAX).count() > 0);

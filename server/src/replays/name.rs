@@ -25,8 +25,18 @@ pub fn numbered(name: &str) -> impl Iterator<Item = String> + '_ {
 
 /// Returns whether this is the name of a clip of a private room. Other names end in a time.
 pub fn is_unlisted(name: &str) -> bool {
+    has_ending(name, UNLISTED_ENDING)
+}
+
+/// Returns whether this is the name of a clip of any room.
+pub fn is_clip(name: &str) -> bool {
+    is_unlisted(name) || has_ending(name, CLIP_ENDING)
+}
+
+/// Returns whether a name ends so, before its number if it has one.
+fn has_ending(name: &str, ending: &str) -> bool {
     let plain = name.trim_end_matches(|char: char| char.is_ascii_digit());
-    name.ends_with(UNLISTED_ENDING) || plain.trim_end_matches('-').ends_with(UNLISTED_ENDING)
+    name.ends_with(ending) || plain.trim_end_matches('-').ends_with(ending)
 }
 
 /// Returns whether this can be the name of a replay.
@@ -95,12 +105,14 @@ mod tests {
     }
 
     #[test]
-    fn clips_of_private_rooms_are_known_by_their_names() {
-        for (scene, room) in [("arena", "k7f3q2"), ("unlisted", "unlisted")] {
+    fn clips_are_known_by_their_names_and_so_are_those_of_private_rooms() {
+        for (scene, room) in [("arena", "k7f3q2"), ("unlisted", "unlisted"), ("a", "clip")] {
             let plain = name(scene, room, 7);
-            assert!(numbered(&plain).all(|name| !is_unlisted(&name)));
+            assert!(numbered(&plain).all(|name| !is_clip(&name)));
+            assert!(numbered(&(plain.clone() + CLIP_ENDING)).all(|name| is_clip(&name)));
             assert!(numbered(&(plain.clone() + CLIP_ENDING)).all(|name| !is_unlisted(&name)));
-            assert!(numbered(&(plain + UNLISTED_ENDING)).all(|name| is_unlisted(&name)));
+            let unlisted = plain + UNLISTED_ENDING;
+            assert!(numbered(&unlisted).all(|name| is_unlisted(&name) && is_clip(&name)));
         }
         let longest = name(&"s".repeat(32), &"r".repeat(32), 7) + UNLISTED_ENDING;
         assert!(numbered(&longest).all(|name| is_name(&name)));

@@ -2,6 +2,7 @@
 
 use jostle_protocol::ClipRefusal;
 use jostle_protocol::replay::Record;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
 
@@ -34,6 +35,8 @@ pub struct ClipJob {
     pub records: Vec<Record>,
     /// Whether lists show it.
     pub listed: bool,
+    /// The network that asked for it, if it is known.
+    pub asked_by: Option<IpAddr>,
     /// Bytes that the records take in memory.
     pub memory_bytes: usize,
     /// Is told the name of the clip, or why there is none.

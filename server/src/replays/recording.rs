@@ -6,14 +6,17 @@ use super::store::ReplayStore;
 use super::writer::Writer;
 use crate::host::random::random;
 use crate::limits;
+use crate::limits::address_rate_limiter::AddressRateLimiter;
+use crate::limits::networks::widest;
 use jostle_protocol::ClipRefusal;
 use jostle_protocol::replay::Record;
 use std::io;
+use std::net::IpAddr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, UNIX_EPOCH};
+use std::time::{Duration, Instant, UNIX_EPOCH};
 
 /// The queue to the writer, shared by all [`super::RoomRecording`]s.
 pub struct Recording {
@@ -23,7 +26,15 @@ pub struct Recording {
     pub(super) waiting_bytes: Arc<AtomicUsize>,
     /// Clips that wait, or are being cut.
     pub(super) waiting_clips: Arc<AtomicUsize>,
+    /// Limits on how many clips each address asks for.
+    pub(super) clip_rates: Mutex<AddressRateLimiter>,
     pub(super) thread: Mutex<Option<JoinHandle<()>>>,
+}
+
+/// The clips of each address, for all rooms of a server.
+pub(super) fn clip_rates() -> AddressRateLimiter {
+    let per_second = f64::from(limits::ADDRESS_CLIPS_PER_MINUTE_MAX) / 60.0;
+    AddressRateLimiter::new(per_second, limits::ADDRESS_CLIPS_PER_MINUTE_MAX as usize)
 }
 
 impl Recording {
@@ -36,7 +47,8 @@ impl Recording {
         let thread = std::thread::Builder::new().name("replays".to_owned());
         let thread = Mutex::new(Some(thread.spawn(move || writer.run())?));
         let waiting_clips = Arc::default();
-        Ok(Arc::new(Recording { store, queue, waiting_bytes, waiting_clips, thread }))
+        let clip_rates = Mutex::new(clip_rates());
+        Ok(Arc::new(Recording { store, queue, waiting_bytes, waiting_clips, clip_rates, thread }))
     }
 
     /// The replays.
@@ -83,6 +95,11 @@ impl Recording {
         sent
     }
 
+    /// Counts a clip that a client of this address asks for; `false` if there were too many in all rooms.
+    pub fn admit_clip(&self, address: IpAddr, now: Instant) -> bool {
+        self.clip_rates.lock().unwrap_or_else(PoisonError::into_inner).admit(address, now)
+    }
+
     /// Has a clip cut out of these records and kept. The answer comes from the writer's thread, or at once if it has too
     /// much to do. A clip that is not listed is a private room's: its name and its file do not tell the room's code, which
     /// lets in whom it is shown.
@@ -90,6 +107,7 @@ impl Recording {
         &self,
         mut records: Vec<Record>,
         listed: bool,
+        asked_by: Option<IpAddr>,
         answer: impl Fn(Result<String, ClipRefusal>) + Clone + Send + 'static,
     ) {
         let waiting = Arc::clone(&self.waiting_clips);
@@ -105,7 +123,9 @@ impl Recording {
             start.room = format!("{:016x}", random());
         }
         let memory_bytes = records.iter().map(memory_bytes).sum();
-        let job = ClipJob { records, listed, memory_bytes, answer: Box::new(answer.clone()) };
+        let asked_by = asked_by.map(widest);
+        let answered = Box::new(answer.clone());
+        let job = ClipJob { records, listed, asked_by, memory_bytes, answer: answered };
         if self.queue(Job::Clip(job), memory_bytes).is_err() {
             answer(Err(ClipRefusal::Failed));
         }

@@ -96,6 +96,7 @@ impl ReplayStore {
         &self,
         start: &Start,
         listed: bool,
+        asked_by: Option<IpAddr>,
         bytes: &[u8],
     ) -> io::Result<String> {
         let ending = if listed { CLIP_ENDING } else { UNLISTED_ENDING };
@@ -114,6 +115,7 @@ impl ReplayStore {
             // A clip begins later than the records that it was cut from.
             let start = Start::find(bytes);
             file.first_tick = start.map_or(file.first_tick, |start| start.first_tick);
+            file.asked_by = asked_by;
         });
         self.grow(&name, count, last_tick, players);
         self.finish(&name);
@@ -169,11 +171,13 @@ impl ReplayStore {
         self.lock().remove(name);
     }
 
-    /// Makes room for some bytes of a file: deletes the oldest finished replays if needed.
+    /// Makes room for some bytes of a file: deletes finished replays if needed.
     pub(super) fn make_room(&self, name: &str, bytes: u64) -> io::Result<()> {
         let max = self.settings.bytes_max;
         let is_full = |index: &ReplayIndex| index.charged_bytes_with(name, bytes) > max;
-        self.delete_while("the directory is full", |index, _| is_full(index));
+        self.delete_while("the directory is full", |index, passed| {
+            self.next_to_go(index, passed).filter(|_| is_full(index))
+        });
         if is_full(&self.lock()) {
             let max = max >> 20;
             let text = format!("the games being recorded alone take all {max} MB that are allowed");
@@ -184,7 +188,9 @@ impl ReplayStore {
 
     fn make_room_for_file(&self) -> io::Result<()> {
         let is_full = |index: &ReplayIndex| index.len() >= limits::REPLAY_FILES_MAX;
-        self.delete_while("too many files", |index, _| is_full(index));
+        self.delete_while("too many files", |index, passed| {
+            self.next_to_go(index, passed).filter(|_| is_full(index))
+        });
         if is_full(&self.lock()) {
             let text = format!("{} files, and none can be deleted", limits::REPLAY_FILES_MAX);
             return Err(io::Error::new(io::ErrorKind::QuotaExceeded, text));
@@ -196,14 +202,19 @@ impl ReplayStore {
     pub(super) fn look(&self, now: SystemTime) -> io::Result<()> {
         fs::create_dir_all(&self.settings.dir)?;
         let new = self.scan()?;
-        self.delete_while("too old", |_, modified| {
-            let age = now.duration_since(modified).unwrap_or_default();
-            age > self.settings.age_max
+        let age = |stamp: &Stamp| now.duration_since(stamp.0).unwrap_or_default();
+        self.delete_while("too old", |index, passed| {
+            let oldest = index.oldest_finished(passed).cloned();
+            oldest.filter(|oldest| age(oldest) > self.settings.age_max)
         });
-        self.delete_while("the directory is full", |index, _| {
-            index.charged_bytes() > self.settings.bytes_max
+        let is_full = |index: &ReplayIndex| index.charged_bytes() > self.settings.bytes_max;
+        self.delete_while("the directory is full", |index, passed| {
+            self.next_to_go(index, passed).filter(|_| is_full(index))
         });
-        self.delete_while("too many files", |index, _| index.len() > limits::REPLAY_FILES_MAX);
+        let are_many = |index: &ReplayIndex| index.len() > limits::REPLAY_FILES_MAX;
+        self.delete_while("too many files", |index, passed| {
+            self.next_to_go(index, passed).filter(|_| are_many(index))
+        });
         // Only now, so that files which go at once are not read.
         for name in new.iter().filter(|name| self.knows(name)) {
             if let Some((start, players)) = self.start_of(name) {
@@ -218,18 +229,17 @@ impl ReplayStore {
         Ok(())
     }
 
-    /// Deletes finished files, the one that was written longest ago first, as long as `is_wrong`.
-    fn delete_while(&self, reason: &str, is_wrong: impl Fn(&ReplayIndex, SystemTime) -> bool) {
+    fn next_to_go(&self, index: &ReplayIndex, passed: &[Stamp]) -> Option<Stamp> {
+        index.next_to_go(self.settings.bytes_max, passed).cloned()
+    }
+
+    /// Deletes the finished file that `next` names, as long as it names one. It is told those that cannot be deleted.
+    fn delete_while(&self, reason: &str, next: impl Fn(&ReplayIndex, &[Stamp]) -> Option<Stamp>) {
         let mut passed: Vec<Stamp> = Vec::new();
         while passed.len() < limits::REPLAY_UNDELETABLE_MAX {
-            let oldest = {
-                let index = self.lock();
-                let oldest = index.oldest_finished(passed.last());
-                oldest.filter(|(modified, _)| is_wrong(&index, *modified)).cloned()
-            };
-            let Some(oldest) = oldest else { return };
-            if !self.delete(&oldest.1, reason) {
-                passed.push(oldest);
+            let Some(next) = next(&self.lock(), &passed) else { return };
+            if !self.delete(&next.1, reason) {
+                passed.push(next);
             }
         }
     }
@@ -325,5 +335,5 @@ impl ReplayStore {
 
 /// A file of which nothing is known yet but what the directory tells.
 fn new_file(entry: Entry, modified: SystemTime) -> IndexedFile {
-    IndexedFile { entry, is_readable: false, modified, first_tick: 0 }
+    IndexedFile { entry, is_readable: false, modified, first_tick: 0, asked_by: None }
 }

@@ -346,6 +346,7 @@ fn a_writer_that_is_behind_ends_the_recording_and_delays_no_tick() {
         queue,
         waiting_bytes: Arc::default(),
         waiting_clips: Arc::default(),
+        clip_rates: Mutex::new(recording::clip_rates()),
         thread: Mutex::default(),
     });
     let mut stage = Stage::over(Arc::clone(&recording));
@@ -460,4 +461,52 @@ fn readers_past_the_limit_are_refused() {
     assert!(matches!(store.read("a", address(1)), Err(Refused::Busy)));
     readers.pop();
     assert!(store.read("a", address(1)).is_ok());
+}
+
+#[test]
+fn clips_of_one_network_push_out_few_games_and_no_clips_of_others() {
+    const FILES: usize = 64;
+    let dir = Dir::new("clip-flood");
+    for at in 0..FILES as u64 {
+        let game = format!("{}.jostle", name::name("arena", "k7f3q2", at));
+        dir.put(&game, b"a game", 9);
+    }
+    let store = ReplayStore::new(Settings { bytes_max: FILES as u64 * 4096, ..dir.settings() });
+    store.look(SystemTime::now()).expect("a directory");
+    let start = |unix_s| jostle_protocol::replay::Start {
+        scene_name: "arena".to_owned(),
+        room: "k7f3q2".to_owned(),
+        unix_s,
+        ..Default::default()
+    };
+    let clip = |unix_s, last| {
+        let asked_by = Some(IpAddr::from([203, 0, 113, last]));
+        store.keep_clip(&start(unix_s), true, asked_by, b"a clip").expect("space")
+    };
+    let honest = [clip(100, 1), clip(101, 1)];
+    (200..400).for_each(|unix_s| drop(clip(unix_s, 2)));
+    assert!(honest.iter().all(|name| store.knows(name)), "{:?}", dir.names());
+    let clips = dir.names().iter().filter(|name| name.contains("clip")).count();
+    assert_eq!((dir.names().len(), clips), (FILES, FILES / limits::CLIPS_SHARE + 1));
+    // When games need space, the clips that are left go when they are the oldest.
+    for unix_s in 1000..1020 {
+        let (game, _) = store.create(&start(unix_s)).expect("space");
+        store.make_room(&game, 1).expect("space");
+        store.grow(&game, 1, None, 1);
+        store.finish(&game);
+    }
+    assert!(honest.iter().all(|name| store.knows(name)), "{:?}", dir.names());
+}
+
+#[test]
+fn an_address_gets_few_clips_a_minute_in_all_rooms() {
+    let mut rates = recording::clip_rates();
+    let (began, address) = (Instant::now(), |last| IpAddr::from([203, 0, 113, last]));
+    let mut admitted = |last, second| {
+        rates.admit(address(last), began + Duration::from_secs(second)).then_some(second)
+    };
+    // As fast as eight rooms of eight seats allow, for ten minutes.
+    let of_one = (0..600).filter_map(|second| admitted(1, second)).count();
+    assert!((80..=88).contains(&of_one), "{of_one} in ten minutes");
+    assert!(admitted(2, 599).is_some(), "each has its own");
 }

@@ -110,9 +110,9 @@ impl Writer {
 
     fn keep_clip(&mut self, job: ClipJob) {
         self.waiting_bytes.fetch_sub(job.memory_bytes, Ordering::Relaxed);
-        let kept = clip(&job.records)
-            .map_err(io::Error::other)
-            .and_then(|(start, bytes)| self.store.keep_clip(&start, job.listed, &bytes));
+        let kept = clip(&job.records).map_err(io::Error::other).and_then(|(start, bytes)| {
+            self.store.keep_clip(&start, job.listed, job.asked_by, &bytes)
+        });
         let kept = kept.map_err(|error| {
             self.count_error(&self.store.settings().dir.clone(), &error);
             ClipRefusal::Failed
