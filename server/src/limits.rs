@@ -321,8 +321,12 @@ pub const ADDRESS_REPLAY_READERS_MAX: usize = 4;
 pub const RECORDS_MAX: usize = 10;
 /// Bytes of a run's replay: half an hour takes some 230 kB for its hashes, and a busy pointer as much again.
 pub const RUN_BYTES_MAX: usize = 1 << 20;
+/// Displaced runs of a scene that are kept, in case an operator removes better ones: two tables of them.
+pub const DISPLACED_MAX: usize = 2 * RECORDS_MAX;
+/// Seconds for which they are: thirty days, as operators may be away.
+pub const DISPLACED_KEPT_S: u64 = 30 * 24 * 60 * 60;
 /// Files of records that are played again when the server starts: those of all scenes.
-pub const RECORD_FILES_MAX: usize = SCENES_MAX * RECORDS_MAX;
+pub const RECORD_FILES_MAX: usize = SCENES_MAX * (RECORDS_MAX + DISPLACED_MAX);
 /// Replays that are checked or wait for that, a megabyte each.
 pub const RUN_TRIALS_MAX: usize = 16;
 /// Of these, of one address.

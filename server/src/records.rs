@@ -7,7 +7,7 @@
 //!
 //! **Its trip.** A page that played alone sends its replay to `POST /api/records`. Once that is whole, it waits for its turn in
 //! a [`TrialQueue`](crate::limits::trial_queue::TrialQueue), and a thread that goes after all others plays it ([`prove`]), one replay at a time, at half a processor. A proven run among the best of its scene is written under
-//! another name and renamed, and the run that it displaces is removed. `GET /api/records` lists the runs,
+//! another name and renamed, and the run that it displaces is kept as `NAME.TIME.displaced` for a while. `GET /api/records` lists the runs,
 //! `GET /records/NAME.jostle` is the file of one, which a page watches or shows as a ghost.
 //!
 //! **Limits.** Of a replay: [`limits::RUN_BYTES_MAX`](crate::limits::RUN_BYTES_MAX),

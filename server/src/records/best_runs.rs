@@ -2,6 +2,7 @@
 
 use crate::limits;
 use jostle_room::Run;
+use std::cmp::Reverse;
 
 /// A run that is kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,6 +15,8 @@ pub struct Record {
     pub unix_s: u64,
     /// Length of its file.
     pub bytes: u64,
+    /// When a better run displaced it, seconds since 1970; `None` while it is among the best.
+    pub displaced_s: Option<u64>,
 }
 
 impl Record {
@@ -23,47 +26,97 @@ impl Record {
 }
 
 /// The best runs of a scene, the best first: at most [`limits::RECORDS_MAX`], one of the same players. Of equal runs the
-/// older one is better.
+/// older one is better. Those that they displaced are kept for a while, in case the better ones are removed: at most
+/// [`limits::DISPLACED_MAX`] for [`limits::DISPLACED_KEPT_S`], those that stood longest, as runs that displace each other
+/// within minutes are a bot's.
 #[derive(Clone, Debug, Default)]
-pub struct BestRuns(Vec<Record>);
+pub struct BestRuns {
+    listed: Vec<Record>,
+    displaced: Vec<Record>,
+}
+
+/// A change that the file of a run has to follow.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Moved {
+    /// It was displaced, and is kept: its name, and when that was, seconds since 1970.
+    Displaced(String, u64),
+    /// One that had been displaced then is among the best again.
+    Listed(String, u64),
+    /// One that had been displaced then is not kept any longer.
+    Gone(String, u64),
+}
 
 impl BestRuns {
     /// The runs, the best first.
     pub fn list(&self) -> &[Record] {
-        &self.0
+        &self.listed
     }
 
     /// The rank of a run of this name, from 1.
     pub fn rank(&self, name: &str) -> Option<usize> {
-        self.0.iter().position(|record| record.name == name).map(|index| index + 1)
+        self.listed.iter().position(|record| record.name == name).map(|index| index + 1)
     }
 
     /// Returns whether a run would be among the best.
     pub fn takes(&self, new: &Record) -> bool {
         let mut with = self.clone();
-        with.enter(new.clone());
+        with.enter(new.clone(), new.unix_s);
         self.rank(&new.name).is_none() && with.rank(&new.name).is_some()
     }
 
-    /// Enters a run, and returns the names of those that have no place any more, be it the run itself.
-    pub fn enter(&mut self, new: Record) -> Vec<String> {
-        if self.rank(&new.name).is_some() {
-            return Vec::new();
+    /// Enters a run at this time, seconds since 1970, and returns what follows from that.
+    pub fn enter(&mut self, new: Record, now_s: u64) -> Vec<Moved> {
+        if self.listed.iter().chain(&self.displaced).any(|record| record.name == new.name) {
+            let again = new.displaced_s.map(|at_s| Moved::Gone(new.name, at_s));
+            return again.into_iter().collect();
         }
-        let key = |record: &Record| (record.run.rank(), record.unix_s);
-        let at = self.0.partition_point(|record| key(record) <= key(&new));
-        self.0.insert(at, new);
-        let mut displaced = Vec::new();
-        let mut kept: Vec<Record> = Vec::new();
-        for record in self.0.drain(..) {
+        self.listed.push(new);
+        self.settle(now_s)
+    }
+
+    /// Removes one of the best runs, if it has this name, and returns what follows from that.
+    pub fn remove(&mut self, name: &str, now_s: u64) -> Vec<Moved> {
+        self.listed.retain(|record| record.name != name);
+        self.settle(now_s)
+    }
+
+    fn settle(&mut self, now_s: u64) -> Vec<Moved> {
+        let mut all = std::mem::take(&mut self.listed);
+        all.append(&mut self.displaced);
+        all.sort_by_key(|record| (record.run.rank(), record.unix_s));
+        let mut moved = Vec::new();
+        for mut record in all {
             let is_same = |better: &Record| better.players().eq(record.players());
-            match kept.len() < limits::RECORDS_MAX && !kept.iter().any(is_same) {
-                true => kept.push(record),
-                false => displaced.push(record.name),
+            if self.listed.len() < limits::RECORDS_MAX && !self.listed.iter().any(is_same) {
+                let since_s = record.displaced_s.take();
+                moved.extend(since_s.map(|at_s| Moved::Listed(record.name.clone(), at_s)));
+                self.listed.push(record);
+            } else {
+                if record.displaced_s.is_none() {
+                    moved.push(Moved::Displaced(record.name.clone(), now_s));
+                }
+                record.displaced_s.get_or_insert(now_s);
+                self.displaced.push(record);
             }
         }
-        self.0 = kept;
-        displaced
+        moved.extend(self.forget(now_s));
+        moved
+    }
+
+    /// Forgets displaced runs that are too old or too many.
+    fn forget(&mut self, now_s: u64) -> Vec<Moved> {
+        let at_s = |record: &Record| record.displaced_s.unwrap_or(now_s);
+        self.displaced.sort_by_key(|record| Reverse(at_s(record).saturating_sub(record.unix_s)));
+        let mut kept = 0;
+        let (kept, gone) = std::mem::take(&mut self.displaced).into_iter().partition(|record| {
+            let is_kept = kept < limits::DISPLACED_MAX
+                && now_s.saturating_sub(at_s(record)) < limits::DISPLACED_KEPT_S;
+            kept += usize::from(is_kept);
+            is_kept
+        });
+        self.displaced = kept;
+        let gone: Vec<Record> = gone;
+        gone.into_iter().map(|record| Moved::Gone(record.name.clone(), at_s(&record))).collect()
     }
 }
 
@@ -78,25 +131,40 @@ mod tests {
         let look = Appearance::new(player, 0).expect("a name");
         let (measure, players) = (Measure::Time, vec![(Seat(0), look)]);
         let run = Run { measure, begin: 9, end: 9 + ticks, points: 1, hash: 0, players };
-        Record { name: name.to_owned(), run, unix_s, bytes: 1 }
+        Record { name: name.to_owned(), run, unix_s, bytes: 1, displaced_s: None }
     }
 
     fn names(runs: &BestRuns) -> Vec<&str> {
         runs.list().iter().map(|record| record.name.as_str()).collect()
     }
 
+    /// Names of the runs that were displaced, and of those that are among the best again.
+    fn names_of(moved: &[Moved]) -> (Vec<&str>, Vec<&str>) {
+        let (mut displaced, mut listed) = (Vec::new(), Vec::new());
+        for moved in moved {
+            match moved {
+                Moved::Displaced(name, _) => displaced.push(name.as_str()),
+                Moved::Listed(name, _) => listed.push(name.as_str()),
+                Moved::Gone(..) => {}
+            }
+        }
+        (displaced, listed)
+    }
+
     #[test]
     fn the_best_run_of_each_player_is_kept() {
         let mut runs = BestRuns::default();
-        assert!(runs.enter(record("a", "Ann", 500, 3)).is_empty());
-        assert!(runs.enter(record("b", "Bob", 400, 4)).is_empty());
-        assert_eq!(runs.enter(record("c", "Ann", 300, 5)), ["a"], "Ann was faster");
+        assert!(runs.enter(record("a", "Ann", 500, 3), 3).is_empty());
+        assert!(runs.enter(record("b", "Bob", 400, 4), 4).is_empty());
+        let moved = runs.enter(record("c", "Ann", 300, 5), 5);
+        assert_eq!(moved, [Moved::Displaced("a".to_owned(), 5)], "Ann was faster");
         assert_eq!(names(&runs), ["c", "b"]);
         assert!(!runs.takes(&record("d", "Ann", 301, 6)));
-        assert_eq!(runs.enter(record("d", "Ann", 301, 6)), ["d"]);
         assert!(!runs.takes(&record("b", "Bob", 400, 4)), "it is there");
-        assert!(runs.enter(record("b", "Bob", 400, 7)).is_empty());
-        assert_eq!((names(&runs), runs.rank("b"), runs.rank("d")), (vec!["c", "b"], Some(2), None));
+        assert!(runs.enter(record("b", "Bob", 400, 7), 7).is_empty());
+        assert_eq!((names(&runs), runs.rank("b"), runs.rank("a")), (vec!["c", "b"], Some(2), None));
+        assert_eq!(runs.remove("c", 8), [Moved::Listed("a".to_owned(), 5)]);
+        assert_eq!(names(&runs), ["b", "a"]);
     }
 
     #[test]
@@ -105,23 +173,50 @@ mod tests {
             let equal = [record("old", "Ann", 300, 5), record("new", "Bob", 300, 6)];
             let mut runs = BestRuns::default();
             for index in order {
-                assert!(runs.enter(equal[index].clone()).is_empty());
+                assert!(runs.enter(equal[index].clone(), 9).is_empty());
             }
             assert_eq!(names(&runs), ["old", "new"]);
         }
     }
 
     #[test]
-    fn there_are_only_so_and_so_many() {
+    fn runs_that_bots_displaced_come_back_as_those_are_removed() {
         let mut runs = BestRuns::default();
-        for number in 0..limits::RECORDS_MAX {
+        for number in 0..limits::RECORDS_MAX as u32 {
             let name = number.to_string();
-            assert!(runs.enter(record(&name, &name, 300, number as u64)).is_empty());
+            assert!(runs.enter(record(&name, &name, 300 + number, 10), 10).is_empty());
         }
-        assert!(!runs.takes(&record("late", "Ann", 300, 99)));
-        assert!(runs.takes(&record("good", "Ann", 299, 99)));
-        let last = (limits::RECORDS_MAX - 1).to_string();
-        assert_eq!(runs.enter(record("good", "Ann", 299, 99)), [last]);
-        assert_eq!((runs.list().len(), runs.rank("good")), (limits::RECORDS_MAX, Some(1)));
+        assert!(!runs.takes(&record("late", "Ann", 309, 99)));
+        // Bots displace all, and then each other more often than runs are kept.
+        let bots = (limits::RECORDS_MAX + 2 * limits::DISPLACED_MAX) as u32;
+        let (mut displaced, mut gone) = (0, 0);
+        for number in 0..bots {
+            let bot =
+                record(&format!("bot-{number}"), &format!("Bot {number}"), 299 - number, 5000);
+            let moved = runs.enter(bot, 5000 + u64::from(number));
+            displaced += names_of(&moved).0.len();
+            gone += moved.iter().filter(|moved| matches!(moved, Moved::Gone(..))).count();
+        }
+        assert_eq!((displaced, gone), (bots as usize, bots as usize - limits::DISPLACED_MAX));
+        assert!(names(&runs).iter().all(|name| name.starts_with("bot")));
+        while let Some(bot) = names(&runs).iter().find(|name| name.starts_with("bot")) {
+            let bot = (*bot).to_owned();
+            runs.remove(&bot, 6000);
+        }
+        assert_eq!(names(&runs).len(), limits::RECORDS_MAX);
+        assert_eq!((runs.rank("0"), runs.rank("9")), (Some(1), Some(10)));
+    }
+
+    #[test]
+    fn a_displaced_run_is_kept_for_a_while_only() {
+        let mut runs = BestRuns::default();
+        runs.enter(record("a", "Ann", 500, 3), 3);
+        runs.enter(record("b", "Ann", 400, 4), 4);
+        let late = 4 + limits::DISPLACED_KEPT_S;
+        let moved = runs.enter(record("c", "Cid", 400, late), late);
+        assert_eq!(moved, [Moved::Gone("a".to_owned(), 4)]);
+        // Its file may be read again after it was entered once more.
+        let again = Record { displaced_s: Some(9), ..record("b", "Ann", 400, 4) };
+        assert_eq!(runs.enter(again, late), [Moved::Gone("b".to_owned(), 9)]);
     }
 }

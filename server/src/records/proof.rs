@@ -26,6 +26,9 @@ pub enum NoRun {
     /// Its scene is not on offer.
     #[error("this server has no scene {0:?}")]
     NoSuchScene(String),
+    /// An operator removed it.
+    #[error("this run was removed by an operator of this server")]
+    Removed,
     /// It is not what it says, or says nothing.
     #[error("{0}")]
     Unproven(#[from] Unproven),

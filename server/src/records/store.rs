@@ -1,6 +1,6 @@
 //! The directory of records, and the thread that plays one replay at a time.
 
-use super::best_runs::{BestRuns, Record};
+use super::best_runs::{BestRuns, Moved, Record};
 use super::proof::{NoRun, prove};
 use crate::durable::write_closed;
 use crate::host::thread_time;
@@ -24,6 +24,10 @@ use tracing::{error, info, warn};
 const ENDING: &str = "jostle";
 /// Ending of a file that proves nothing any more; it is kept for a diagnosis.
 const DAMAGED: &str = "damaged";
+/// Ending of the file of a run that was displaced, after the second since 1970 in which it was.
+const DISPLACED: &str = "displaced";
+/// Ending of a file that an operator removed; its run is not taken again.
+const REMOVED: &str = "removed";
 /// Ending of a file that was not complete when the process ended.
 const NEW: &str = "new";
 
@@ -99,7 +103,7 @@ impl Records {
         Ok(())
     }
 
-    /// Files of records, in the order of their names. What was not complete is deleted.
+    /// Files of records, those of displaced runs last. What was not complete is deleted.
     fn files(&self) -> io::Result<Vec<PathBuf>> {
         let mut files = Vec::new();
         let entries = match fs::read_dir(&self.dir) {
@@ -109,12 +113,12 @@ impl Records {
         for entry in entries {
             let path = entry?.path();
             match path.extension().and_then(|ending| ending.to_str()) {
-                Some(ENDING) if path.is_file() => files.push(path),
+                Some(ENDING | DISPLACED) if path.is_file() => files.push(path),
                 Some(NEW) => drop(fs::remove_file(&path)),
                 _ => {}
             }
         }
-        files.sort();
+        files.sort_by_key(|path| (displaced_s(path), path.clone()));
         files.truncate(limits::RECORD_FILES_MAX);
         Ok(files)
     }
@@ -128,8 +132,13 @@ impl Records {
         let modified = fs::metadata(path).and_then(|metadata| metadata.modified());
         let (scene, run) = prove(bytes.clone(), &self.scenes, self.most, || true)?;
         let came = modified.unwrap_or(SystemTime::UNIX_EPOCH);
-        let record = record(scene, run, came, bytes.len());
-        let right = self.path(&record.name);
+        let record =
+            Record { displaced_s: displaced_s(path), ..record(scene, run, came, bytes.len()) };
+        let right = match record.displaced_s {
+            None => self.path(&record.name),
+            Some(at_s) => self.displaced_path(&record.name, at_s),
+        };
+        let _files = lock(&self.files);
         if path != right && fs::rename(path, &right).is_err() {
             return Ok(());
         }
@@ -170,6 +179,9 @@ impl Records {
         let name = record.name.clone();
         let path = self.path(&name);
         let _files = lock(&self.files);
+        if path.with_extension(REMOVED).exists() {
+            return Ok(Err(NoRun::Removed));
+        }
         // A file that was not played again yet since the start is never written over: it may be another's.
         if self.table(&scene.name).takes(&record) && !path.exists() {
             let made = fs::create_dir_all(&self.dir);
@@ -183,12 +195,48 @@ impl Records {
         Ok(Ok(Entered { run, name, rank }))
     }
 
-    /// Enters a run whose file is written, and removes the files of those that it displaces.
+    /// Enters a run whose file is written.
     fn enter(&self, scene: &str, record: Record) {
-        let displaced = lock(&self.tables).entry(scene.to_owned()).or_default().enter(record);
-        for name in displaced {
-            if let Err(error) = fs::remove_file(self.path(&name)) {
-                warn!(name, %error, "cannot delete a record that was beaten");
+        let moved = lock(&self.tables).entry(scene.to_owned()).or_default().enter(record, unix_s());
+        self.move_files(&moved);
+    }
+
+    /// Removes one of the best runs for good, and returns the names of those that are among the best again: `None` if there is
+    /// none of this name. It blocks.
+    pub fn remove(&self, name: &str) -> io::Result<Option<Vec<String>>> {
+        let _files = lock(&self.files);
+        let has_it = |runs: &BestRuns| runs.rank(name).is_some();
+        if !lock(&self.tables).values().any(has_it) {
+            return Ok(None);
+        }
+        let path = self.path(name);
+        fs::rename(&path, path.with_extension(REMOVED))?;
+        let mut tables = lock(&self.tables);
+        let runs = tables.values_mut().find(|runs| has_it(runs));
+        let moved = runs.map_or_else(Vec::new, |runs| runs.remove(name, unix_s()));
+        drop(tables);
+        self.move_files(&moved);
+        let back = moved.into_iter().filter_map(|moved| match moved {
+            Moved::Listed(name, _) => Some(name),
+            Moved::Displaced(..) | Moved::Gone(..) => None,
+        });
+        Ok(Some(back.collect()))
+    }
+
+    /// Has the files of runs follow the table.
+    fn move_files(&self, moved: &[Moved]) {
+        for moved in moved {
+            let done = match moved {
+                Moved::Displaced(name, at_s) => {
+                    fs::rename(self.path(name), self.displaced_path(name, *at_s))
+                }
+                Moved::Listed(name, at_s) => {
+                    fs::rename(self.displaced_path(name, *at_s), self.path(name))
+                }
+                Moved::Gone(name, at_s) => fs::remove_file(self.displaced_path(name, *at_s)),
+            };
+            if let Err(error) = done {
+                warn!(?moved, %error, "the file of a record cannot follow it");
             }
         }
     }
@@ -218,6 +266,10 @@ impl Records {
     fn path(&self, name: &str) -> PathBuf {
         self.dir.join(format!("{name}.{ENDING}"))
     }
+
+    fn displaced_path(&self, name: &str, at_s: u64) -> PathBuf {
+        self.dir.join(format!("{name}.{at_s}.{DISPLACED}"))
+    }
 }
 
 /// Too many records are being read.
@@ -225,9 +277,22 @@ impl Records {
 pub struct Busy;
 
 fn record(scene: &Scene, run: Run, came: SystemTime, bytes: usize) -> Record {
-    let since = came.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
     let name = format!("{}-{:016x}", scene.name, run.hash);
-    Record { name, run, unix_s: since.as_secs(), bytes: bytes as u64 }
+    Record { name, run, unix_s: seconds(came), bytes: bytes as u64, displaced_s: None }
+}
+
+/// When the run of this file was displaced, by its name.
+fn displaced_s(path: &Path) -> Option<u64> {
+    let stem = path.file_name()?.to_str()?.strip_suffix(DISPLACED)?.strip_suffix('.')?;
+    Some(stem.rsplit_once('.').and_then(|(_, at_s)| at_s.parse().ok()).unwrap_or_default())
+}
+
+fn unix_s() -> u64 {
+    seconds(SystemTime::now())
+}
+
+fn seconds(time: SystemTime) -> u64 {
+    time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default().as_secs()
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

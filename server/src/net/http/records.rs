@@ -42,7 +42,7 @@ pub fn list(query: Option<&str>, state: &ServerState) -> Answer {
 }
 
 fn entry(record: &Record) -> Value {
-    let Record { name, run, unix_s, bytes } = record;
+    let Record { name, run, unix_s, bytes, displaced_s: _ } = record;
     let (seat, look) = &run.players[0];
     let players: Vec<&str> = run.players.iter().map(|(_, look)| &*look.name).collect();
     json!({
