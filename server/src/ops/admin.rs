@@ -1,5 +1,5 @@
-//! The admin paths of the operators' port: list rooms, players and networks, kick a player, close a room, ban a
-//! network, drain the server. They need the operators' token; a server without one has no such paths.
+//! The admin paths of the operators' port: list rooms, players and networks, kick a player, close a room, remove a record,
+//! ban a network, drain the server. They need the operators' token; a server without one has no such paths.
 
 use crate::host::room_handle::{AdminCommand, RoomInfo};
 use crate::limits;
@@ -20,11 +20,12 @@ use std::net::IpAddr;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::oneshot;
+use tokio::task::spawn_blocking;
 use tokio::time::{Instant, timeout, timeout_at};
 use tracing::info;
 
 const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
-    POST /admin/rooms/CODE/kick/SEAT, GET /admin/networks, POST /admin/ban/ADDRESS[/BITS][?minutes=60], \
+    POST /admin/rooms/CODE/kick/SEAT, POST /admin/records/NAME/remove, GET /admin/networks, POST /admin/ban/ADDRESS[/BITS][?minutes=60], \
     DELETE /admin/ban/ADDRESS[/BITS] or POST /admin/drain\n";
 
 /// Answers a request whose path begins with `/admin/`; `rest` is what follows.
@@ -45,6 +46,7 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
         (&Method::GET, ["rooms"]) => rooms(state).await,
         (&Method::POST, ["rooms", code, "close"]) => close(code, state),
         (&Method::POST, ["rooms", code, "kick", seat]) => kick(code, seat, state).await,
+        (&Method::POST, ["records", name, "remove"]) => remove_record(name, state).await,
         (&Method::GET, ["networks"]) => networks(state),
         (&Method::POST, ["ban", network @ ..]) => ban(network, request.uri().query(), state),
         (&Method::DELETE, ["ban", network @ ..]) => lift(network, state),
@@ -128,6 +130,29 @@ async fn kick(code: &str, seat: &str, state: &ServerState) -> Answer {
         Ok(Ok(true)) => uncached(StatusCode::OK, TEXT, "kicked\n"),
         Ok(Ok(false)) => uncached(StatusCode::NOT_FOUND, TEXT, "no player in this seat\n"),
         _ => uncached(StatusCode::SERVICE_UNAVAILABLE, TEXT, "the room did not answer\n"),
+    }
+}
+
+/// Removes one of the best runs, and names those that come back in its place.
+async fn remove_record(name: &str, state: &ServerState) -> Answer {
+    let removed = match state.records.clone() {
+        Some(records) => {
+            let name = name.to_owned();
+            spawn_blocking(move || records.remove(&name)).await.map_err(io::Error::other)
+        }
+        None => Ok(Ok(None)),
+    };
+    match removed.and_then(|removed| removed) {
+        Ok(None) => uncached(StatusCode::NOT_FOUND, TEXT, "no such record\n"),
+        Ok(Some(back)) => {
+            info!(record = %name, ?back, "an operator removed a record");
+            let back = back.into_iter().map(|name| format!("{name} is among the best again\n"));
+            uncached(StatusCode::OK, TEXT, "removed\n".to_owned() + &back.collect::<String>())
+        }
+        Err(error) => {
+            let text = format!("the record cannot be removed: {error}\n");
+            uncached(StatusCode::INTERNAL_SERVER_ERROR, TEXT, text)
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Records over sockets: runs are played again, and a replay that was tampered with is refused.
 
-use crate::http::{Answer, get, raw_bytes};
+use crate::http::{Answer, get, raw, raw_bytes};
 use crate::networks::behind_a_proxy;
 use crate::replays::Dir;
 use crate::server::Server;
@@ -9,10 +9,10 @@ use jostle_protocol::replay::{Block, Record, Start};
 use jostle_server::Config;
 use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::limits::{
-    ADDRESS_LONG_BODIES_MAX, LONG_BODIES_MAX, RUN_BYTES_MAX, RUN_TRIALS_MAX, Waits,
+    ADDRESS_LONG_BODIES_MAX, LONG_BODIES_MAX, RECORDS_MAX, RUN_BYTES_MAX, RUN_TRIALS_MAX, Waits,
 };
 use jostle_tests::runs::{DASH, DASH_NAME, dash, file, race};
-use jostle_tests::server::{LONG, PATIENT, patient};
+use jostle_tests::server::{LONG, OPS_TOKEN, PATIENT, patient};
 use serde_json::Value;
 use std::fs;
 use std::net::SocketAddr;
@@ -270,4 +270,44 @@ async fn addresses_that_send_nothing_keep_no_others_from_sending_their_runs() {
     };
     timeout(LONG, sent).await.expect("a place");
     assert_eq!(players(&best(server.address).await), ["Bob", "Ann"]);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_record_that_bots_displaced_is_back_once_an_operator_removes_one_of_theirs() {
+    let dir = Dir::new("records-bots");
+    let config = || Config { ops_token: Some(OPS_TOKEN.to_owned()), ..keeping(&dir, DASH) };
+    let mut server = Server::start_with(config()).await;
+    let run = file(&dash("Ann", 90));
+    let ann = enters(server.address, &run, 1).await;
+    let mut bots = Vec::new();
+    for number in 0..RECORDS_MAX as u32 {
+        bots.push(file(&dash(&format!("Bot {number}"), 60 - number)));
+        enters(server.address, &bots[number as usize], 1).await;
+    }
+    assert_eq!(get(server.address, &format!("/records/{ann}.jostle")).await.status, 404);
+    server.stop();
+    server.ended().await;
+
+    let server = Server::start_with(config()).await;
+    let has = async |expected: &str| {
+        let listed = async {
+            while !players(&best(server.address).await).contains(&expected) {
+                sleep(Duration::from_millis(20)).await;
+            }
+        };
+        timeout(LONG, listed).await.expect("it is listed in time");
+    };
+    has("Bot 9").await;
+    let bot = best(server.address).await[0].1.clone();
+    let remove = format!(
+        "POST /admin/records/{bot}/remove HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+         Authorization: Bearer {OPS_TOKEN}\r\n\r\n"
+    );
+    assert_eq!(raw(server.ops, &remove).await.status, 200);
+    has("Ann").await;
+    assert_eq!(get(server.address, &format!("/records/{ann}.jostle")).await.body, run);
+    assert_eq!(raw(server.ops, &remove).await.status, 404, "it is gone");
+    let again = send(server.address, &bots[RECORDS_MAX - 1]).await;
+    assert_eq!(again.status, 422);
+    assert!(again.json()["error"].as_str().expect("a sentence").contains("by an operator"));
 }
