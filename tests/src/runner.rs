@@ -159,6 +159,13 @@ impl Stage {
         }
     }
 
+    /// Closes a page, which would draw until the end of the case; fails if its console shows an error.
+    pub async fn close(&self, tab: Tab) -> Result<()> {
+        self.check_consoles()?;
+        lock(&self.tabs).retain(|open| !open.is(&tab));
+        tab.close().await
+    }
+
     /// Closes all pages; fails if any of their consoles shows an error.
     pub async fn clear(&self) -> Result<()> {
         let clean = self.check_consoles();

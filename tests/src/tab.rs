@@ -52,7 +52,7 @@ const MIDDLE: &str = r#"async selector => {
     document.querySelector(selector)?.scrollIntoView({block: 'nearest'});
     let before = shown();
     for (let frame = 0; before && frame < 200; frame += 1) {
-        await new Promise(requestAnimationFrame);
+        await new Promise(everyFrame);
         const now = shown();
         const hit = now && document.elementFromPoint(...now.at);
         if (hit && now.element.contains(hit) && now.at.every((x, axis) => x === before.at[axis])) break;
@@ -60,6 +60,22 @@ const MIDDLE: &str = r#"async selector => {
     }
     return before?.at ?? null;
 }"#;
+
+/// Pages draw 20 frames a second at most: enough for all that is compared, and drawing is most of what a page without
+/// a graphics card costs. Scripts of tests may use every frame.
+const FEW_FRAMES: &str = r#"(() => {
+    const frame = window.everyFrame = window.requestAnimationFrame.bind(window);
+    let drawn = 0;
+    window.requestAnimationFrame = draw => {
+        const look = now => {
+            // All of one frame have the same time.
+            if (now !== drawn && now - drawn < 45) return frame(look);
+            drawn = now;
+            draw(now);
+        };
+        return frame(look);
+    };
+})()"#;
 
 /// A script for [`Tab::before_load`]: frames follow each other as fast as the machine can, and the page's clock runs
 /// ahead in each by nearly the most ticks that a room in the page plays at once.
@@ -94,23 +110,34 @@ pub struct Screen {
     pub height: u32,
     /// Whether it is a phone: touched, not clicked.
     pub touch: bool,
+    /// Device pixels a CSS pixel. Fewer are drawn sooner, and layout depends on CSS pixels alone.
+    pub scale: f64,
 }
 
 impl Screen {
-    /// Small, so that a software renderer keeps up.
-    pub const SMALL: Screen = Screen { width: 640, height: 360, touch: false };
+    /// Small, so that a software renderer keeps up, with all pixels: pictures of it are compared.
+    pub const SMALL: Screen = Screen { width: 640, height: 360, touch: false, scale: 1.0 };
+    /// Hardly anything to draw.
+    pub const TINY: Screen = Screen { width: 64, height: 36, touch: false, scale: 1.0 };
     /// The narrowest phone that is supported.
-    pub const PHONE: Screen = Screen { width: 360, height: 740, touch: true };
+    pub const PHONE: Screen = Screen { width: 360, height: 740, touch: true, scale: 0.5 };
     /// A phone on its side.
-    pub const PHONE_ON_SIDE: Screen = Screen { width: 640, height: 360, touch: true };
+    pub const PHONE_ON_SIDE: Screen = Screen { width: 640, height: 360, touch: true, scale: 0.5 };
     /// A laptop.
-    pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false };
+    pub const LAPTOP: Screen = Screen { width: 1280, height: 720, touch: false, scale: 0.5 };
     /// A large screen.
-    pub const LARGE: Screen = Screen { width: 3840, height: 2160, touch: false };
+    pub const LARGE: Screen = Screen { width: 3840, height: 2160, touch: false, scale: 0.25 };
+
+    /// The same screen with all pixels, for what is read off a picture.
+    pub const fn sharp(self) -> Screen {
+        Screen { scale: 1.0, ..self }
+    }
 
     fn metrics(self) -> Value {
-        let Screen { width, height, touch } = self;
-        json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch})
+        // Pictures for people show all pixels.
+        let Screen { width, height, touch, scale } =
+            if std::env::var_os("JOSTLE_PICTURES").is_some() { self.sharp() } else { self };
+        json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": touch})
     }
 }
 
@@ -147,7 +174,9 @@ impl Tab {
         ] {
             session.call(method, params).await?;
         }
-        Ok(Tab { session, screen, errors, loaded })
+        let tab = Tab { session, screen, errors, loaded };
+        tab.before_load(FEW_FRAMES).await?;
+        Ok(tab)
     }
 
     /// Goes to an address, and waits until the page is loaded.
@@ -463,6 +492,16 @@ impl Tab {
             self.keep(&format!("{name}-{}", screen.width)).await?;
         }
         Ok(())
+    }
+
+    /// Closes the page; nothing more can be asked of it.
+    pub(crate) async fn close(&self) -> Result<()> {
+        self.session.call("Page.close", json!({})).await.map(drop)
+    }
+
+    /// Whether both are the same page.
+    pub(crate) fn is(&self, other: &Tab) -> bool {
+        Arc::ptr_eq(&self.errors, &other.errors)
     }
 
     /// A screenshot, as soon as two in a row are equal: fonts and pictures are loaded.

@@ -25,8 +25,6 @@ const IDLE_TICKS: u32 = 100;
 const SEED: u64 = 7;
 /// Bots beside the player, at most.
 const BOTS: u16 = 5;
-/// Hardly anything to draw.
-const TINY: Screen = Screen { width: 64, height: 36, touch: false };
 /// A scene that is not shipped.
 const YARD: &str = r#"title = "Yard"
 size = [320, 180]
@@ -116,7 +114,7 @@ async fn check_requests(server: &FileServer, tab: &Tab) -> Result<()> {
 /// all of them, as fast as it can.
 async fn the_page_without_a_server_plays_every_scene(stage: Arc<Stage>) -> Result<()> {
     let server = host(Vec::new()).await?;
-    let tab = stage.visit_link_changed(HASTE, &server.link(BELOW), TINY).await?;
+    let tab = stage.visit_link_changed(HASTE, &server.link(BELOW), Screen::TINY).await?;
     let mut wrong = Vec::new();
     for scene in Scene::built_in() {
         let needed = scene.rules.round.as_ref().map_or(0, |round| round.players_min.max(1) - 1);
@@ -174,7 +172,8 @@ async fn the_page_without_a_server_opens_links_and_files(stage: Arc<Stage>) -> R
 async fn a_clip_of_the_page_without_a_server_verifies_there(stage: Arc<Stage>) -> Result<()> {
     let server = host(Vec::new()).await?;
     let hash = format!("{BELOW}#alone=arena&bots=2&seed={SEED}");
-    let tab = stage.visit_link(&server.link(&hash), Screen::PHONE).await?;
+    let link = server.link(&hash);
+    let tab = stage.visit_link_changed(HASTE, &link, Screen::PHONE).await?;
     let later = |s: &State| s.state == "playing" && s.hash_tick.unwrap_or(0) >= TICKS;
     tab.until("a game", later).await?;
     let keep =
@@ -206,7 +205,7 @@ async fn a_scene_is_played_alone_in_the_lobby(stage: Arc<Stage>) -> Result<()> {
     let lists = "fetch(document.documentElement.dataset.static + '/scenes.json')\
                  .then(answer => answer.text())";
     for screen in [Screen::LAPTOP, Screen::PHONE] {
-        let tab = stage.visit_link(&server.link(BELOW), screen).await?;
+        let tab = stage.visit_link_changed(HASTE, &server.link(BELOW), screen).await?;
         tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
         tab.until_true("document.documentElement.scrollWidth <= innerWidth").await?;
         tab.until_true("document.querySelector('#rooms').getBoundingClientRect().height === 0")
@@ -219,8 +218,9 @@ async fn a_scene_is_played_alone_in_the_lobby(stage: Arc<Stage>) -> Result<()> {
         tab.keep(&format!("alone-game-{}", screen.width)).await?;
 
         // Loaded again, the same game begins.
+        let loaded: f64 = tab.eval("performance.timeOrigin").await?;
         tab.eval::<bool>("(location.reload(), true)").await?;
-        tab.until("the beginning", |s| s.hash_tick.is_some_and(|tick| tick < TICKS)).await?;
+        tab.until_true(&format!("performance.timeOrigin !== {loaded}")).await?;
         compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
         tab.eval::<bool>("(history.back(), true)").await?;
         tab.until("the lobby", |s| s.state == "lobby").await?;
@@ -232,7 +232,7 @@ async fn a_scene_is_played_alone_in_the_lobby(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit_link(&server.link(BELOW), Screen::SMALL).await?;
     let without: Value = serde_json::from_str(&tab.eval::<String>(lists).await?)?;
     for screen in [Screen::LAPTOP, Screen::PHONE] {
-        let tab = stage.visit("/", screen).await?;
+        let tab = stage.visit_link_changed(HASTE, &stage.server.link("/"), screen).await?;
         tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
         let list = "fetch('/api/scenes').then(answer => answer.text())";
         let with: Value = serde_json::from_str(&tab.eval::<String>(list).await?)?;
@@ -247,6 +247,7 @@ async fn a_scene_is_played_alone_in_the_lobby(stage: Arc<Stage>) -> Result<()> {
         tab.until("a game", |s| s.state == "playing").await?;
         compare(&tab, shipped("hill")?, seed_of(&tab).await?, 3).await?;
         tab.keep(&format!("served-alone-{}", screen.width)).await?;
+        stage.close(tab).await?;
     }
     Ok(())
 }

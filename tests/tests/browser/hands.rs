@@ -23,7 +23,7 @@ const NAMELESS: &str = "[...document.querySelectorAll('button, a[href], input, s
 const FOCUSED: &str =
     "(e => e.id || `${e.dataset.action}=${e.dataset.value}`)(document.activeElement)";
 
-const NARROW: Screen = Screen { width: 360, height: 640, touch: true };
+const NARROW: Screen = Screen { width: 360, height: 640, touch: true, scale: 0.5 };
 
 pub fn cases() -> Vec<Case> {
     vec![
@@ -200,6 +200,7 @@ async fn new_screens_fit(stage: Arc<Stage>) -> Result<()> {
         ensure!(tab.eval::<bool>(inside).await?, "the wheel is cut at {width} pixels");
         tab.keep(&format!("wheel-{width}")).await?;
         tab.press("Escape").await?;
+        stage.clear().await?;
     }
     Ok(())
 }

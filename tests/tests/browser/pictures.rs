@@ -96,8 +96,10 @@ fn demo_path(scene: &str, tick: u32) -> String {
 }
 
 pub async fn the_page_plays_bit_for_bit(stage: Arc<Stage>) -> Result<()> {
+    let tab = stage.visit("/", Screen::SMALL).await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
     for (scene, tick) in [("arena", 900), ("impulse", 900), ("emitters", 300)] {
-        let tab = stage.visit(&demo_path(scene, tick), Screen::SMALL).await?;
+        tab.go_within(&demo_path(scene, tick)).await?;
         let page = tab.until("the frozen demo", |s| s.state == "frozen").await?;
         let (demo, native) = native_demo(scene, tick)?;
         let stale = "is client-web/dist built from this code? `cargo xtask web` builds it";

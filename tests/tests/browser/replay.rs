@@ -161,7 +161,7 @@ pub async fn the_page_plays_every_golden_replay(stage: Arc<Stage>) -> Result<()>
         .collect::<Result<Vec<_>>>()?;
     files.sort();
     ensure!(!files.is_empty(), "no golden replays");
-    let tab = stage.visit_changed(HASTE, "/").await?;
+    let tab = stage.visit_link_changed(HASTE, &stage.server.link("/"), Screen::TINY).await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
     let mut wrong = Vec::new();
     for path in files {

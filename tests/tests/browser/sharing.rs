@@ -42,7 +42,7 @@ fn read_code(picture: &Picture) -> Result<String> {
 }
 
 pub async fn a_room_with_the_edited_scene_is_opened(stage: Arc<Stage>) -> Result<()> {
-    let ada = open(&stage, "#edit", Screen::LAPTOP).await?;
+    let ada = open(&stage, "#edit", Screen::LAPTOP.sharp()).await?;
     ada.click_on("#tab-text").await?;
     ada.fill("#text", YARD).await?;
     ada.until_true("!document.querySelector('#edit-room').disabled").await?;
@@ -59,7 +59,7 @@ pub async fn a_room_with_the_edited_scene_is_opened(stage: Arc<Stage>) -> Result
     ada.keep_on_all_screens("sharing-code").await?;
     let link = read_code(&ada.steady_picture().await?)?;
     assert_eq!(link, ada.link().await?);
-    let bob = stage.visit_link(&link, Screen::PHONE).await?;
+    let bob = stage.visit_link(&link, Screen::PHONE.sharp()).await?;
     bob.until("two players", |s| s.plays() && s.connected() == 2).await?;
     bob.click_on("#qr-code").await?;
     bob.until_true("!document.querySelector('#notice-code').hidden").await?;
@@ -96,7 +96,7 @@ pub async fn a_scene_that_the_server_refuses_shows_why_at_its_place(
 }
 
 pub async fn the_code_of_an_edited_scene_is_its_link(stage: Arc<Stage>) -> Result<()> {
-    let tab = open(&stage, "#edit", Screen::LAPTOP).await?;
+    let tab = open(&stage, "#edit", Screen::LAPTOP.sharp()).await?;
     tab.click_on("#tab-text").await?;
     tab.fill("#text", YARD).await?;
     tab.click_on("#edit-qr").await?;

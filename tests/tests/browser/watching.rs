@@ -12,7 +12,7 @@ use jostle_tests::tab::Screen;
 use std::sync::Arc;
 
 const SCREENS: [Screen; 3] =
-    [Screen { width: 360, height: 640, touch: true }, Screen::LAPTOP, Screen::LARGE];
+    [Screen { width: 360, height: 640, touch: true, scale: 0.5 }, Screen::LAPTOP, Screen::LARGE];
 
 pub fn cases() -> Vec<Case> {
     vec![
@@ -44,6 +44,7 @@ async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
         eve.until_true(&pressed("true")).await?;
         eve.keep(&format!("watch-followed-{width}")).await?;
         if screen.touch {
+            stage.close(eve).await?;
             continue;
         }
         eve.press("1").await?;
@@ -58,6 +59,7 @@ async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
         eve.keep(&format!("watch-clean-{width}")).await?;
         eve.press("h").await?;
         eve.until_true(&format!("!({hidden})")).await?;
+        stage.close(eve).await?;
     }
     let state = ada.state().await?;
     ensure!(state.players.len() == 1, "a spectator has a seat: {:?}", state.players);
