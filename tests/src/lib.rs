@@ -13,6 +13,7 @@ pub mod program;
 pub mod runner;
 pub mod runs;
 pub mod scenes;
+pub mod scripts;
 pub mod server;
 pub mod state;
 pub mod tab;

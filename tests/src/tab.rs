@@ -5,6 +5,7 @@
 
 use crate::devtools::{Event, Session, text};
 use crate::picture::Picture;
+use crate::scripts::{FEW_FRAMES, FRAMES, MIDDLE, RECORD, STATE};
 use crate::server::LONG;
 use crate::state::{Recorded, State};
 use anyhow::{Context, Result, bail};
@@ -17,89 +18,6 @@ use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, watch};
 
 const ASK_EVERY: Duration = Duration::from_millis(30);
-
-/// The page's state as JSON text, or null if there is none yet.
-const STATE: &str = "(() => { const state = window.jostle?.state?.(); \
-    return !state ? null : typeof state === 'string' ? state : JSON.stringify(state); })()";
-
-/// Records the state in every frame, so that nothing is missed between two polls.
-const RECORD: &str = r#"(() => {
-    const recorded = window.recorded = {states: [], kinds: {}, particles: 0, emitters: 0};
-    const look = () => {
-        const said = window.jostle.state();
-        const state = typeof said === 'string' ? JSON.parse(said) : said;
-        if (!recorded.states.includes(state.state)) recorded.states.push(state.state);
-        const kinds = {};
-        for (const body of state.bodies ?? []) kinds[body.kind] = (kinds[body.kind] ?? 0) + 1;
-        for (const kind in kinds)
-            recorded.kinds[kind] = Math.max(recorded.kinds[kind] ?? 0, kinds[kind]);
-        recorded.particles = Math.max(recorded.particles, state.particles ?? 0);
-        recorded.emitters = Math.max(recorded.emitters, state.emitters ?? 0);
-        if (window.recorded === recorded) requestAnimationFrame(look);
-    };
-    look();
-    return true;
-})()"#;
-
-/// Centre of an element, or null if it is not shown, as soon as it stands still from one frame to the next and
-/// nothing covers it: a slow page may still be laid out again, and a click would miss.
-const MIDDLE: &str = r#"async selector => {
-    const shown = () => {
-        const element = document.querySelector(selector);
-        const r = element?.getBoundingClientRect();
-        return r?.width ? {element, at: [r.x + r.width / 2, r.y + r.height / 2]} : null;
-    };
-    document.querySelector(selector)?.scrollIntoView({block: 'nearest'});
-    let before = shown();
-    for (let frame = 0; before && frame < 200; frame += 1) {
-        await new Promise(everyFrame);
-        const now = shown();
-        const hit = now && document.elementFromPoint(...now.at);
-        if (hit && now.element.contains(hit) && now.at.every((x, axis) => x === before.at[axis])) break;
-        before = now;
-    }
-    return before?.at ?? null;
-}"#;
-
-/// Pages draw 20 frames a second at most: enough for all that is compared, and drawing is most of what a page without
-/// a graphics card costs. Scripts of tests may use every frame.
-const FEW_FRAMES: &str = r#"(() => {
-    const frame = window.everyFrame = window.requestAnimationFrame.bind(window);
-    let drawn = 0;
-    window.requestAnimationFrame = draw => {
-        const look = now => {
-            // All of one frame have the same time.
-            if (now !== drawn && now - drawn < 45) return frame(look);
-            drawn = now;
-            draw(now);
-        };
-        return frame(look);
-    };
-})()"#;
-
-/// A script for [`Tab::before_load`]: frames follow each other as fast as the machine can, and the page's clock runs
-/// ahead in each by nearly the most ticks that a room in the page plays at once.
-pub const HASTE: &str = r#"(() => {
-    const FRAME_MS = 80;
-    const now = performance.now.bind(performance);
-    let ahead = 0, waiting = [];
-    performance.now = () => now() + ahead;
-    const {port1, port2} = new MessageChannel();
-    port1.onmessage = () => {
-        ahead += FRAME_MS;
-        const due = waiting;
-        waiting = [];
-        for (const draw of due) draw(performance.now());
-    };
-    window.requestAnimationFrame = draw => {
-        if (waiting.push(draw) === 1) port2.postMessage(null);
-        return 0;
-    };
-})()"#;
-
-/// A slow renderer shows a page some frames later.
-const FRAMES: &str = "(async () => { for (let frame = 0; frame < 20; frame += 1) \
-    await new Promise(requestAnimationFrame); return true; })()";
 
 /// A screen size.
 #[derive(Clone, Copy, Debug)]

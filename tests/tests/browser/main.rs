@@ -80,7 +80,8 @@ fn cases() -> Vec<Case> {
         Case::new(
             "a_page_follows_its_room_to_another_server",
             fleet::a_page_follows_its_room_to_another_server,
-        ),
+        )
+        .alone(),
         Case::new(
             "a_lost_webgl_context_is_drawn_again",
             trouble::a_lost_webgl_context_is_drawn_again,

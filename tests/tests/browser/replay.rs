@@ -16,9 +16,10 @@ use jostle_server::replays::Settings;
 use jostle_sim::Vec2;
 use jostle_tests::picture::Picture;
 use jostle_tests::runner::{Stage, artifacts};
+use jostle_tests::scripts::HASTE;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::{Shown, State};
-use jostle_tests::tab::{HASTE, Screen, Tab};
+use jostle_tests::tab::{Screen, Tab};
 use std::path::Path;
 use std::sync::Arc;
 
