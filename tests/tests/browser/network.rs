@@ -36,13 +36,15 @@ struct Watched {
     told: f32,
 }
 
-/// Steers with a key on a link with 0.8 s of delay until the hero of the snapshots has moved far.
+/// Steers with a key on a link with 0.8 s of delay until the hero of the snapshots has moved far, or for five seconds:
+/// something may be in its way.
 async fn steer(tab: &Tab, key: &str) -> Result<Watched> {
     tab.until("a hero of one's own", State::plays).await?;
     tab.ticks(120).await?;
     tab.eval::<bool>(WATCH).await?;
     tab.key_down(key).await?;
-    tab.until_true("watch.told > 5").await?;
+    let end = tab.state().await?.ticks() + 300;
+    tab.until_true(&format!("watch.told > 5 || JSON.parse(jostle.state()).tick > {end}")).await?;
     tab.key_up(key).await?;
     tab.eval("window.watch").await
 }
@@ -71,7 +73,10 @@ pub async fn a_key_moves_the_hero_before_the_server_says_so(stage: Arc<Stage>) -
 
 pub async fn without_prediction_the_hero_waits(stage: Arc<Stage>) -> Result<()> {
     let tab = stage.visit("/impulse?lag=800,20&predict=0", Screen::SMALL).await?;
-    let seen = steer(&tab, "d").await?;
+    let mut seen = steer(&tab, "d").await?;
+    if seen.told <= 5.0 {
+        seen = steer(&tab, "a").await?;
+    }
     assert!(
         seen.ahead == 0.0 && seen.told > 5.0,
         "nothing moves before the server says so: {seen:?}"
