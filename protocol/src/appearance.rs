@@ -46,8 +46,7 @@ impl Appearance {
         }
         // Checked before anything is built: the text may be a pasted book.
         let mut chars = name.trim().chars();
-        if let Some(character) = chars.by_ref().take(NAME_CHARS_MAX * 8).find(|&c| is_forbidden(c))
-        {
+        if let Some(character) = first_of(chars.by_ref().take(NAME_CHARS_MAX * 8)) {
             return Err(AppearanceError::NameForbidden { character });
         }
         if chars.next().is_some() {
@@ -94,10 +93,18 @@ impl Appearance {
     }
 }
 
-/// The first character of a text that no name may have: a control, a direction mark or override, or a format
-/// character.
+/// The first character of a text that no name may have: one that is not drawn, reorders the text around it or is for
+/// private use, or a mark beyond [`MARKS_MAX`] on one letter.
 pub fn first_forbidden(text: &str) -> Option<char> {
-    text.chars().find(|&character| is_forbidden(character))
+    first_of(text.chars())
+}
+
+fn first_of(mut chars: impl Iterator<Item = char>) -> Option<char> {
+    let mut marks = 0;
+    chars.find(|&character| {
+        marks = if is_mark(character) { marks + 1 } else { 0 };
+        marks > MARKS_MAX || is_forbidden(character)
+    })
 }
 
 /// Returns whether a text has a character that is drawn.
@@ -105,17 +112,42 @@ pub fn has_visible(text: &str) -> bool {
     !text.chars().all(is_blank)
 }
 
-/// Controls, direction marks and overrides, and format characters that no name needs.
-/// Joiners (U+200C, U+200D) and variation selectors stay: Persian and emoji need them.
+/// Marks on one letter: accents, vowel signs, joiners and variation selectors. Tibetan and pointed Hebrew need three;
+/// more cover the lines above.
+const MARKS_MAX: usize = 4;
+
+/// Whether a character is drawn on the one before it. The standard library, which knows the marks of Unicode, escapes
+/// them at the beginning of a text only.
+fn is_mark(character: char) -> bool {
+    is_escaped(character.escape_debug()) && is_printable(character)
+}
+
+/// Whether Unicode assigns the character to something that is drawn, spaces but for the usual one excluded.
+fn is_printable(character: char) -> bool {
+    let text = String::from_iter(['a', character]);
+    !is_escaped(text.escape_debug().skip(1))
+}
+
+fn is_escaped(mut escape: impl Iterator<Item = char>) -> bool {
+    escape.next() == Some('\\') && escape.next() == Some('u')
+}
+
+/// Controls, direction marks and overrides, format characters, private use, what is not assigned, and letters without
+/// ink. Joiners (U+200C, U+200D) stay: Persian and emoji need them. White space is not meant.
 fn is_forbidden(character: char) -> bool {
-    let control = character.is_control() && !character.is_whitespace();
-    control
-        || matches!(
-            character,
-            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}'
-                | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'
-                | '\u{fff9}'..='\u{fffb}'
-        )
+    let blank_letter = matches!(
+        character,
+        '\u{34f}'
+            | '\u{115f}'
+            | '\u{1160}'
+            | '\u{17b4}'
+            | '\u{17b5}'
+            | '\u{2800}'
+            | '\u{3164}'
+            | '\u{ffa0}'
+    );
+    let is_kept = character.is_whitespace() || matches!(character, '\u{200c}' | '\u{200d}');
+    blank_letter || !is_kept && (character.is_control() || !is_printable(character))
 }
 
 /// Characters that are not drawn; a name needs one that is.
@@ -152,17 +184,77 @@ mod tests {
 
     #[test]
     fn names_without_a_visible_character_are_refused() {
-        for text in ["", "   ", "\u{3164}", "\u{2800} \u{2800}", "\u{200d}\u{fe0f}"] {
+        for text in ["", "   ", "\u{a0}\u{3000}", "\u{200d}\u{fe0f}"] {
             assert_eq!(name(text), Err(AppearanceError::NameEmpty), "{text:?}");
         }
     }
 
     #[test]
     fn controls_and_direction_overrides_are_refused() {
-        for character in ['\0', '\u{1b}', '\u{7f}', '\u{9f}', '\u{202e}', '\u{2067}', '\u{200f}'] {
+        for character in [
+            '\0',
+            '\u{1b}',
+            '\u{7f}',
+            '\u{9f}',
+            '\u{ad}',
+            '\u{61c}',
+            '\u{180e}',
+            '\u{200b}',
+            '\u{200f}',
+            '\u{202e}',
+            '\u{2067}',
+            '\u{feff}',
+            '\u{fff9}',
+            '\u{e0041}',
+        ] {
             let found = name(&format!("Ann{character}Lee"));
             assert_eq!(found, Err(AppearanceError::NameForbidden { character }));
         }
+    }
+
+    #[test]
+    fn what_is_blank_private_or_not_assigned_is_refused() {
+        // Letters without ink, private use, noncharacters, and codes that stand for nothing.
+        for character in [
+            '\u{2800}',
+            '\u{3164}',
+            '\u{ffa0}',
+            '\u{115f}',
+            '\u{34f}',
+            '\u{e000}',
+            '\u{f8ff}',
+            '\u{f0000}',
+            '\u{10fffd}',
+            '\u{fdd0}',
+            '\u{ffff}',
+            '\u{378}',
+            '\u{50000}',
+        ] {
+            let found = name(&format!("Ann{character}"));
+            assert_eq!(found, Err(AppearanceError::NameForbidden { character }), "{character:?}");
+        }
+    }
+
+    #[test]
+    fn few_marks_stand_on_a_letter() {
+        for text in [
+            "Việt",
+            "e\u{301}\u{323}\u{302}\u{307}e\u{301}",
+            "שָׁלוֹם",
+            "नमस्ते",
+            "ที่นี่",
+            "❤️‍🔥",
+            "1️⃣",
+            "👍🏽",
+            "བསྒྲུབས",
+        ] {
+            assert_eq!(name(text), Ok(text.to_owned()));
+        }
+        let stacked = format!("a{}", "\u{301}".repeat(19));
+        let refused = Err(AppearanceError::NameForbidden { character: '\u{301}' });
+        assert_eq!(name(&stacked), refused);
+        assert_eq!(first_forbidden(&stacked), Some('\u{301}'));
+        assert_eq!(name(&stacked[..1 + 2 * 4]).map(|name| name.len()), Ok(9));
     }
 
     #[test]

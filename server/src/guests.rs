@@ -154,6 +154,10 @@ mod tests {
             "guest.toml:1: title: found the character U+202E; allowed: visible characters, without control and \
              direction marks"
         );
-        assert!(refused("\\u3164").contains("found a text without a visible character"));
+        assert!(refused("\\u00a0").contains("found a text without a visible character"));
+        assert!(refused("Arena\\u2800").contains("found the character U+2800"));
+        assert!(refused("Pit \\ue000").contains("found the character U+E000"));
+        let stacked = refused(&format!("a{}", "\\u0301".repeat(19)));
+        assert!(stacked.contains("found the character U+0301"), "{stacked}");
     }
 }
