@@ -16,6 +16,22 @@ pub fn unmistakable<'a>(
     Arc::clone(double.unwrap_or(wanted))
 }
 
+/// The title of a guest's scene in lists: one that looks like that of a scene of the server's own says whose it is.
+pub fn guests_title<'a>(title: &str, mut own: impl Iterator<Item = &'a str>) -> String {
+    let looks = looks_of(title);
+    match own.any(|own| looks_of(own).iter().any(|look| !look.is_empty() && looks.contains(look))) {
+        true => format!("{title} (guest)"),
+        false => title.to_owned(),
+    }
+}
+
+/// The letters and digits of a title without its number, as they look and as they look in lower case.
+fn looks_of(title: &str) -> [String; 2] {
+    let base = base(title.trim());
+    [base.to_owned(), base.to_lowercase()]
+        .map(|text| skeleton(&text).filter(|character| character.is_alphanumeric()).collect())
+}
+
 /// A name without the number that a room gave it.
 fn base(name: &str) -> &str {
     match name.rsplit_once(' ') {
@@ -27,6 +43,17 @@ fn base(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_guests_title_that_looks_like_one_of_the_servers_says_whose_it_is() {
+        let title = |title: &str| guests_title(title, ["Arena", "Lock", "Tower"].into_iter());
+        for same in ["Arena", "ARENA", " Arena.", "Arena 2", "\u{410}rena", "Iock", "A r e n a"] {
+            assert_eq!(title(same), format!("{same} (guest)"));
+        }
+        for other in ["A pit", "Arenas", "My arena", "\u{4e2d}"] {
+            assert_eq!(title(other), other);
+        }
+    }
 
     #[test]
     fn a_name_that_looks_like_anothers_becomes_its_namesake() {

@@ -5,6 +5,7 @@ use super::response::{Answer, failed, json};
 use crate::fleet::directory::{Located, PlaceError};
 use crate::fleet::entry::{RoomCounts, RoomFacts};
 use crate::fleet::handle::Fleet;
+use crate::host::names::guests_title;
 use crate::host::random::random;
 use crate::host::room_handle::RoomInfo;
 use crate::host::room_shares::RoomShares;
@@ -57,10 +58,15 @@ pub fn scenes(state: &ServerState) -> Value {
 /// The body of `GET /api/rooms`: the public ones.
 pub fn rooms(state: &ServerState) -> Value {
     let entry = |info: &Arc<RoomInfo>| {
+        let own = state.rooms.scenes().iter().map(|scene| scene.title.as_str());
+        let title = match info.guest {
+            true => guests_title(&info.scene.title, own),
+            false => info.scene.title.clone(),
+        };
         json!({
             "code": info.code,
             "scene": info.scene.name,
-            "title": info.scene.title,
+            "title": title,
             "players": info.players.load(Ordering::Relaxed),
             "connected": info.connected.load(Ordering::Relaxed),
             "spectators": info.spectators.load(Ordering::Relaxed),
