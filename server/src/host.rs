@@ -6,6 +6,7 @@ pub mod admission;
 pub mod clock;
 pub mod delivery;
 pub mod inbox;
+pub mod last_tick;
 pub mod member;
 pub mod names;
 pub mod neighbours;

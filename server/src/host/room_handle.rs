@@ -3,6 +3,7 @@
 use crate::durable::RecordKeeper;
 use crate::fleet::lease::RoomLease;
 use crate::host::inbox::Inbox;
+use crate::host::last_tick::LastTick;
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
@@ -21,6 +22,7 @@ use std::sync::atomic::{AtomicU32, AtomicUsize};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Instant;
 use tokio::sync::{oneshot, watch};
 
 /// Public state of an open room.
@@ -40,6 +42,11 @@ pub struct RoomInfo {
     /// Newest tick.
     pub tick: AtomicU32,
     /// Seats taken.
+    /// When its thread last woke to play.
+    pub last_tick: LastTick,
+    /// Cancelled when the room is given up because its thread does not answer. Its sessions then end, and so does the
+    /// thread if it ever wakes.
+    pub given_up: CancellationToken,
     pub players: AtomicUsize,
     /// Of these, players who are there now.
     pub connected: AtomicUsize,
@@ -67,6 +74,8 @@ impl RoomInfo {
             guest: false,
             tick: AtomicU32::new(0),
             players: AtomicUsize::new(0),
+            last_tick: LastTick::new(Instant::now()),
+            given_up: CancellationToken::new(),
             connected: AtomicUsize::new(0),
             spectators: AtomicUsize::new(0),
             bodies: AtomicUsize::new(0),

@@ -264,6 +264,7 @@ impl Ticker {
             if let Some(end) = self.leaving.take() {
                 return end;
             }
+            self.info.last_tick.woke(now);
             if !self.may_play(now) {
                 self.stand_still(room, now);
                 // Its players are kept away meanwhile, and have their time to come back once it goes on.

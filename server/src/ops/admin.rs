@@ -111,6 +111,8 @@ fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> Value {
 
 fn close(code: &str, state: &ServerState) -> Answer {
     if !state.rooms.command(code, AdminCommand::Close) {
+        "tick": info.tick.load(Ordering::Relaxed),
+        "tick_age_seconds": info.last_tick.age(std::time::Instant::now()).as_secs_f64(),
         return no_room();
     }
     info!(room = %code, "an operator closed a room");

@@ -104,6 +104,8 @@ pub struct Gauges {
     pub spectators: i64,
     /// Bodies in all of them.
     pub bodies: i64,
+    /// Seconds since the room that woke least recently did so; 0 without rooms.
+    pub room_tick_age: f64,
     /// Bytes of replays written so far, and files given up.
     pub replays: Option<[u64; 2]>,
     /// Times that the file of a room in the state directory was given up.
@@ -276,6 +278,9 @@ fn counted_elsewhere(gauges: Gauges) -> Registry {
     registry.register("state_errors", about, ConstCounter::new(gauges.state_errors));
     let about = "Log lines dropped because the log was read too slowly";
     registry.register("log_dropped", about, ConstCounter::new(gauges.log_drops));
+    let about = "Time since the last tick of the room whose last tick is oldest";
+    let age = ConstGauge::new(gauges.room_tick_age);
+    registry.register_with_unit("room_tick_age", about, Unit::Seconds, age);
     if let Some(fleet) = gauges.fleet {
         let about = "Nodes that are registered in the fleet";
         registry.register("fleet_nodes", about, ConstGauge::new(fleet.nodes));
@@ -418,6 +423,7 @@ mod tests {
     /// Metrics and gauges that have all been counted.
     fn counted() -> (Metrics, Gauges) {
         let metrics = Metrics::default();
+            room_tick_age: 12.5,
         metrics.joined("new");
         metrics.joined("resumed");
         metrics.left("left");
@@ -452,6 +458,7 @@ mod tests {
             "jostle_ticks_total 2",
             "jostle_ticks_missed_total 1",
             "jostle_tick_play_seconds_count 2",
+            "jostle_room_tick_age_seconds 12.5",
             "jostle_tick_lateness_seconds_bucket{le=\"0.00035\"} 0",
             "jostle_tick_lateness_seconds_bucket{le=\"0.0005\"} 2",
             "jostle_tick_lateness_own_seconds_bucket{le=\"0.00005\"} 1",

@@ -20,6 +20,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use tokio::net::TcpListener;
+use std::time::Instant;
 use tokio::time::{sleep, timeout};
 use tracing::{debug, warn};
 
@@ -104,6 +105,8 @@ fn gauges(state: &ServerState) -> Gauges {
     let sum = |count: fn(&RoomInfo) -> usize| rooms.iter().map(|info| count(info) as i64).sum();
     let replays = state.replays().map(|store| {
         let counters = store.counters();
+    let now = Instant::now();
+    let oldest = rooms.iter().map(|info| info.last_tick.age(now)).max();
         [&counters.bytes, &counters.errors].map(|count| count.load(Ordering::Relaxed))
     });
     Gauges {
@@ -113,6 +116,7 @@ fn gauges(state: &ServerState) -> Gauges {
         bodies: sum(|info| info.bodies.load(Ordering::Relaxed)),
         replays,
         state_errors: state.host.state_writer.as_ref().map_or(0, |writer| writer.errors()),
+        room_tick_age: oldest.unwrap_or_default().as_secs_f64(),
         log_drops: state.config.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
         fleet: state.fleet.as_ref().map(|fleet| FleetGauges {
             nodes: fleet.ask(|directory| directory.nodes()) as i64,
