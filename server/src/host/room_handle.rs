@@ -1,6 +1,6 @@
 //! The handle of a room: everything that is known of it and sent to it from outside its thread.
 
-use crate::durable::RecordKeeper;
+use crate::durable::{RecordKeeper, RecordSink};
 use crate::fleet::lease::RoomLease;
 use crate::host::inbox::Inbox;
 use crate::host::last_tick::LastTick;
@@ -24,6 +24,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 use tokio::sync::{oneshot, watch};
+use tokio_util::sync::CancellationToken;
 
 /// Public state of an open room.
 pub struct RoomInfo {
@@ -41,12 +42,12 @@ pub struct RoomInfo {
     pub guest: bool,
     /// Newest tick.
     pub tick: AtomicU32,
-    /// Seats taken.
     /// When its thread last woke to play.
     pub last_tick: LastTick,
     /// Cancelled when the room is given up because its thread does not answer. Its sessions then end, and so does the
     /// thread if it ever wakes.
     pub given_up: CancellationToken,
+    /// Seats taken.
     pub players: AtomicUsize,
     /// Of these, players who are there now.
     pub connected: AtomicUsize,
@@ -73,9 +74,9 @@ impl RoomInfo {
             scene: Arc::clone(scene),
             guest: false,
             tick: AtomicU32::new(0),
-            players: AtomicUsize::new(0),
             last_tick: LastTick::new(Instant::now()),
             given_up: CancellationToken::new(),
+            players: AtomicUsize::new(0),
             connected: AtomicUsize::new(0),
             spectators: AtomicUsize::new(0),
             bodies: AtomicUsize::new(0),
@@ -145,8 +146,8 @@ pub enum AdminCommand {
     Kick(Seat, oneshot::Sender<bool>),
     /// Removes all players of a network.
     Evict(IpNet),
-    /// Closes the room.
-    Close,
+    /// Closes the room, and answers that it will.
+    Close(oneshot::Sender<()>),
     /// Ends the room with a last record of its whole state, from which another node goes on with it.
     Part,
     /// Ends the room without a record, because another node plays it: at this address, if it is known.
@@ -163,6 +164,8 @@ pub struct RoomHandle {
     pub commands: SyncSender<AdminCommand>,
     /// Under which it is held, in a fleet.
     pub lease: Option<RoomLease>,
+    /// Keeps what the room records, if rooms outlive the process.
+    pub records: Option<Arc<dyn RecordSink>>,
     /// The room's thread.
     pub thread: JoinHandle<()>,
 }
@@ -196,4 +199,13 @@ impl Host {
     pub fn lock(&self) -> MutexGuard<'_, BTreeMap<String, RoomHandle>> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Takes a room off the list, if it is on it: another one may have its code by now.
+pub fn take_off(
+    open: &mut BTreeMap<String, RoomHandle>,
+    info: &Arc<RoomInfo>,
+) -> Option<RoomHandle> {
+    let is_listed = open.get(&info.code).is_some_and(|room| Arc::ptr_eq(&room.info, info));
+    is_listed.then(|| open.remove(&info.code)).flatten()
 }

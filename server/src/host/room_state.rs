@@ -82,7 +82,7 @@ impl RoomState {
 
     /// Removes the file: the room is over.
     pub fn remove(self) {
-        self.writer.send(Job::Remove(new_file(&self.info)));
+        self.writer.send(Job::Remove(room_file(&self.info)));
     }
 
     /// The job that appends what is new, if anything is.
@@ -113,9 +113,9 @@ impl RoomState {
         room.record_for_restoring(env!("CARGO_PKG_VERSION"), unix.as_secs());
         let mut records = room.take_restorable(false);
         records.push(notes(&self.info, room, admission));
-        let room_file = new_file(&self.info);
-        let job = Job::Begin(Arc::clone(&room_file), records);
-        (room_file, job)
+        let file = room_file(&self.info);
+        let job = Job::Begin(Arc::clone(&file), records);
+        (file, job)
     }
 
     fn hand_over(&mut self, job: Job, room: &Room, now: Instant) {
@@ -137,7 +137,8 @@ fn notes(info: &RoomInfo, room: &Room, admission: &Admission) -> Record {
     Record::Host(serde_json::to_vec(&notes).expect("notes hold numbers, names and addresses"))
 }
 
-fn new_file(info: &RoomInfo) -> Arc<RoomFile> {
+/// The file of a room, as jobs name it.
+pub fn room_file(info: &RoomInfo) -> Arc<RoomFile> {
     let RoomInfo { ref code, number, .. } = *info;
     Arc::new(RoomFile { code: code.clone(), number, failed: AtomicBool::new(false) })
 }

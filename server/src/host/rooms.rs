@@ -1,14 +1,15 @@
 //! The list of open rooms. A code that is a scene's name is that scene's standing room and opens on
 //! demand; others are created with a random code. Rooms take themselves off the list when empty.
 
-use crate::durable::{Notes, RecordSink, SavedRoom};
+use crate::durable::{Job, Notes, RecordSink, SavedRoom};
 use crate::fleet::entry::RoomFacts;
 use crate::fleet::lease::RoomLease;
 use crate::host::clock::SystemClock;
 use crate::host::phase::Phase;
 use crate::host::random::random;
-use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo};
+use crate::host::room_handle::{AdminCommand, Host, Join, RoomHandle, RoomInfo, take_off};
 use crate::host::room_shares::{NoRoomLeft, RoomShares};
+use crate::host::room_state::room_file;
 use crate::host::thread_time;
 use crate::host::ticker::{Ends, Ticker};
 use crate::limits;
@@ -248,6 +249,22 @@ impl Rooms {
         }
     }
 
+    /// The room with this code, if it is open.
+    pub fn get(&self, code: &str) -> Option<Arc<RoomInfo>> {
+        self.host.lock().get(code).map(|room| Arc::clone(&room.info))
+    }
+
+    /// Gives up a room whose thread does not answer: its sessions end, its records are removed, and its code is free.
+    /// The thread cannot be ended from outside; it ends when it wakes. May wait for a place in the queue of records.
+    pub fn give_up(&self, info: &Arc<RoomInfo>) {
+        // First, so that a thread that wakes meanwhile begins no new file.
+        info.given_up.cancel();
+        let Some(room) = take_off(&mut self.host.lock(), info) else { return };
+        if let Some(records) = room.records {
+            records.send(Job::Remove(room_file(info)));
+        }
+    }
+
     /// Sends a command to a room; `false` if there is no such room, or its queue is full.
     pub fn command(&self, code: &str, command: AdminCommand) -> bool {
         self.host.lock().get(code).is_some_and(|room| room.commands.try_send(command).is_ok())
@@ -392,7 +409,7 @@ impl Rooms {
             joins: receiver,
             commands: commanded,
             lease: lease.clone(),
-            records,
+            records: records.clone(),
         });
         let spawned = std::thread::Builder::new()
             .name(format!("{ROOM_THREAD}{}", info.code))
@@ -403,7 +420,8 @@ impl Rooms {
                 ticker.run(&mut SystemClock::of_this_thread());
             })
             .inspect_err(|error| error!(room = %info.code, %error, "no thread for a room"));
-        Some(RoomHandle { info, joins: sender, commands, lease, thread: spawned.ok()? })
+        let thread = spawned.ok()?;
+        Some(RoomHandle { info, joins: sender, commands, lease, records, thread })
     }
 }
 

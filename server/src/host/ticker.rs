@@ -13,7 +13,7 @@ use crate::host::member::Member;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
-use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo};
+use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo, take_off};
 use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
 use crate::host::seat_rates::SeatRates;
@@ -97,6 +97,8 @@ enum End {
     Parted,
     /// Another node plays it.
     Elsewhere,
+    /// The thread did not answer, and the room was closed without it.
+    GivenUp,
 }
 
 impl Ticker {
@@ -156,6 +158,7 @@ impl Ticker {
                 match end {
                     End::Closed => Some(Refusal::RoomClosed),
                     End::TooCostly => Some(Refusal::TooCostly),
+                    End::GivenUp => Some(Refusal::RoomFailed),
                     _ => None,
                 }
             }
@@ -187,7 +190,7 @@ impl Ticker {
         if let Some(state) = state {
             match end {
                 Some(End::Closing | End::Parted) => state.close(&mut room, &self.admission),
-                Some(End::Elsewhere) => {}
+                Some(End::Elsewhere | End::GivenUp) => {}
                 Some(End::Empty | End::Closed | End::TooCostly) | None => state.remove(),
             }
         }
@@ -213,7 +216,8 @@ impl Ticker {
         }
         let recording = self.host.recording.clone().filter(|_| !self.info.private);
         let recording = recording.map(|recording| RoomRecording::start(recording, &mut room, now));
-        let state = self.records.clone().map(|records| {
+        let records = self.records.clone().filter(|_| !self.info.given_up.is_cancelled());
+        let state = records.map(|records| {
             RoomState::begin(records, Arc::clone(&self.info), &mut room, &self.admission, now)
         });
         Opened { room, recording, state }
@@ -260,11 +264,11 @@ impl Ticker {
             if due == 0 {
                 continue;
             }
+            self.info.last_tick.woke(now);
             self.run_commands(room);
             if let Some(end) = self.leaving.take() {
                 return end;
             }
-            self.info.last_tick.woke(now);
             if !self.may_play(now) {
                 self.stand_still(room, now);
                 // Its players are kept away meanwhile, and have their time to come back once it goes on.
@@ -284,6 +288,10 @@ impl Ticker {
             }
             let skipped = schedule.missed() - missed_before;
             self.host.metrics.ticks.woke(due, skipped, late, watch.laps);
+            // Its records were removed, and its name may be another room's.
+            if self.info.given_up.is_cancelled() {
+                return End::GivenUp;
+            }
             self.publish(room);
             if !self.members.is_empty() {
                 empty_since = now;
@@ -466,7 +474,10 @@ impl Ticker {
                 AdminCommand::Players(answer) => drop(answer.send(room.snapshot().players.clone())),
                 AdminCommand::Kick(seat, answer) => drop(answer.send(self.kick(room, seat))),
                 AdminCommand::Evict(network) => self.evict(room, network),
-                AdminCommand::Close => self.closed = true,
+                AdminCommand::Close(answer) => {
+                    self.closed = true;
+                    let _ = answer.send(());
+                }
                 AdminCommand::Part => self.leaving = Some(End::Parted),
                 AdminCommand::Leave(url) => {
                     (self.leaving, self.moved_to) = (Some(End::Elsewhere), url);
@@ -532,7 +543,7 @@ impl Ticker {
             self.seat(room, join, &mut None);
             return false;
         }
-        open.remove(&self.info.code);
+        take_off(&mut open, &self.info);
         true
     }
 
@@ -567,7 +578,7 @@ impl Ticker {
 
     /// Ends all sessions in the room and those waiting to join.
     fn end_all_sessions(&mut self, refusal: Refusal) {
-        self.host.lock().remove(&self.info.code);
+        take_off(&mut self.host.lock(), &self.info);
         for member in &self.members {
             member.feed.outbox.end(refusal);
         }

@@ -9,7 +9,7 @@ use crate::host::inbox::inbox;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
-use crate::host::room_handle::Join;
+use crate::host::room_handle::{Join, RoomInfo};
 use crate::host::send_queue::SendQueue;
 use crate::limits;
 use crate::net::game_socket::{End, Hello, Socket, accept, close, receive_hello};
@@ -92,7 +92,8 @@ async fn serve(socket: &mut Socket, caller: &Caller, state: &ServerState) -> End
     let seconds = state.config.waits.drain_notice.as_secs().try_into().unwrap_or(u8::MAX);
     let keeps_room = state.host.state_writer.is_some();
     let notice = ServerMessage::Draining { seconds, keeps_room };
-    follows.spawn(follow(phase, Arc::clone(&seated.outbox), notice));
+    let (info, outbox) = (Arc::clone(&seated.info), Arc::clone(&seated.outbox));
+    follows.spawn(follow(phase, info, outbox, notice));
     let mut pump = Pump::new(&seated, socket);
     let end = poll_fn(|cx| pump.poll(cx)).await;
     match seated.outbox.moved_to() {
@@ -160,12 +161,22 @@ fn seat(
     Ok(Seated { info, inbox: sender, outbox, waits: state.config.waits })
 }
 
-/// Follows the server's own end: first a notice, then the close.
-async fn follow(mut phase: watch::Receiver<Phase>, outbox: Arc<Outbox>, notice: ServerMessage) {
-    // An error means that the server is gone already, which is an end as well.
-    if phase.wait_for(|phase| *phase != Phase::Running).await.is_ok() {
-        outbox.control(notice.encode());
-        let _ = phase.wait_for(|phase| *phase == Phase::Closing).await;
+/// Follows the server's own end, first a notice and then the close, and the end of a room whose thread cannot say it.
+async fn follow(
+    mut phase: watch::Receiver<Phase>,
+    info: Arc<RoomInfo>,
+    outbox: Arc<Outbox>,
+    notice: ServerMessage,
+) {
+    let closing = async {
+        // An error means that the server is gone already, which is an end as well.
+        if phase.wait_for(|phase| *phase != Phase::Running).await.is_ok() {
+            outbox.control(notice.encode());
+            let _ = phase.wait_for(|phase| *phase == Phase::Closing).await;
+        }
+    };
+    tokio::select! {
+        () = closing => outbox.end(Refusal::Closing),
+        () = info.given_up.cancelled() => outbox.end(Refusal::RoomFailed),
     }
-    outbox.end(Refusal::Closing);
 }

@@ -17,16 +17,20 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::io;
 use std::net::IpAddr;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::sync::oneshot;
 use tokio::task::spawn_blocking;
 use tokio::time::{Instant, timeout, timeout_at};
-use tracing::info;
+use tracing::{error, info};
 
 const PATHS: &str = "GET /admin/rooms, POST /admin/rooms/CODE/close, \
     POST /admin/rooms/CODE/kick/SEAT, POST /admin/records/NAME/remove, GET /admin/networks, POST /admin/ban/ADDRESS[/BITS][?minutes=60], \
     DELETE /admin/ban/ADDRESS[/BITS] or POST /admin/drain\n";
+
+const GIVEN_UP: &str = "the room did not answer, and was closed without its thread: its players are free, and so is its \
+    link. The thread may run on until the server is restarted\n";
 
 /// Answers a request whose path begins with `/admin/`; `rest` is what follows.
 pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState) -> Answer {
@@ -44,7 +48,7 @@ pub async fn answer(request: &Request<Incoming>, rest: &str, state: &ServerState
     let words: Vec<&str> = rest.split('/').collect();
     match (request.method(), words.as_slice()) {
         (&Method::GET, ["rooms"]) => rooms(state).await,
-        (&Method::POST, ["rooms", code, "close"]) => close(code, state),
+        (&Method::POST, ["rooms", code, "close"]) => close(code, state).await,
         (&Method::POST, ["rooms", code, "kick", seat]) => kick(code, seat, state).await,
         (&Method::POST, ["records", name, "remove"]) => remove_record(name, state).await,
         (&Method::GET, ["networks"]) => networks(state),
@@ -106,17 +110,29 @@ fn entry(info: &RoomInfo, players: Option<Vec<PlayerState>>) -> Value {
         "private": info.private,
         "players": players,
         "spectators": info.spectators.load(Ordering::Relaxed),
+        "tick": info.tick.load(Ordering::Relaxed),
+        "tick_age_seconds": info.last_tick.age(std::time::Instant::now()).as_secs_f64(),
     })
 }
 
-fn close(code: &str, state: &ServerState) -> Answer {
-    if !state.rooms.command(code, AdminCommand::Close) {
-        "tick": info.tick.load(Ordering::Relaxed),
-        "tick_age_seconds": info.last_tick.age(std::time::Instant::now()).as_secs_f64(),
-        return no_room();
-    }
+/// Has a room close itself. One that does not answer is closed without its thread.
+async fn close(code: &str, state: &ServerState) -> Answer {
+    let Some(info) = state.rooms.get(code) else { return no_room() };
     info!(room = %code, "an operator closed a room");
-    uncached(StatusCode::OK, TEXT, "closing\n")
+    let (answer, closing) = oneshot::channel();
+    let asked = async {
+        state.rooms.insist(code, AdminCommand::Close(answer)).await;
+        // An error means that it has ended already.
+        let _ = closing.await;
+    };
+    if timeout(state.config.waits.command, asked).await.is_ok() {
+        return uncached(StatusCode::OK, TEXT, "closing\n");
+    }
+    error!(room = %code, "a room did not answer, and was closed without its thread, which may run on");
+    let rooms = Arc::clone(&state.rooms);
+    let given_up = spawn_blocking(move || rooms.give_up(&info)).await;
+    given_up.expect("giving a room up does not panic");
+    uncached(StatusCode::OK, TEXT, GIVEN_UP)
 }
 
 async fn kick(code: &str, seat: &str, state: &ServerState) -> Answer {

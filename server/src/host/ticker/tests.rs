@@ -333,7 +333,7 @@ async fn a_command_that_is_insisted_on_waits_for_a_place_in_the_queue() {
     commands.send(AdminCommand::Evict(network)).expect("a place");
     let (info, joins) = (Arc::clone(&ticker.info), outside.joins.clone());
     let thread = std::thread::spawn(|| {});
-    let handle = RoomHandle { info, joins, commands, lease: None, thread };
+    let handle = RoomHandle { info, joins, commands, lease: None, records: None, thread };
     ticker.host.lock().insert("full".into(), handle);
 
     let rooms = Rooms::new(&[], Arc::clone(&ticker.host), true);
