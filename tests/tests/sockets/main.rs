@@ -29,6 +29,7 @@ mod slow_reader;
 mod soak;
 mod spectators;
 mod stalled_downloads;
+mod still_rooms;
 #[cfg(unix)]
 mod supervised;
 mod tls;
