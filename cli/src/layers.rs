@@ -7,6 +7,8 @@ use crate::output::{Failure, OrFail};
 use crate::scenes::text_of;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, Command};
+use jostle_server::files::read_regular;
+use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -115,7 +117,8 @@ fn from_variable(flag: &Arg, value: &OsString) -> Result<Vec<OsString>, Failure>
 
 fn from_file(file: &Path, flags: &[&Arg]) -> Result<Vec<config_file::Entry>, Failure> {
     let name = file.display().to_string();
-    let bytes = std::fs::read(file).or_usage(format_args!("--config {name}"))?;
+    let bytes = read_regular(file, SETTINGS_FILE_BYTES_MAX);
+    let bytes = bytes.or_usage(format_args!("--config {name}"))?;
     config_file::read(&name, &text_of(&name, bytes)?, flags)
 }
 

@@ -2,6 +2,8 @@
 
 use crate::output::{Failure, OrFail};
 use jostle_game::Scene;
+use jostle_server::files::read_regular;
+use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
 use std::path::Path;
 
 /// The scene of this name: a built-in one, or the path of a TOML file.
@@ -23,8 +25,19 @@ pub fn scene_named(name: &str) -> Result<Scene, Failure> {
 pub fn scene_file(path: &Path) -> Result<Scene, Failure> {
     let file = path.display().to_string();
     let bytes = std::fs::read(path).or_usage(&file)?;
-    let source = text_of(&file, bytes)?;
-    Scene::parse(&file, &source).map_err(|error| Failure::Check(error.to_string()))
+    parsed(&file, bytes)
+}
+
+/// The same for a file that was found and not named, which may be anything.
+pub fn found_scene_file(path: &Path) -> Result<Scene, Failure> {
+    let file = path.display().to_string();
+    let bytes = read_regular(path, SETTINGS_FILE_BYTES_MAX).or_usage(&file)?;
+    parsed(&file, bytes)
+}
+
+fn parsed(file: &str, bytes: Vec<u8>) -> Result<Scene, Failure> {
+    let source = text_of(file, bytes)?;
+    Scene::parse(file, &source).map_err(|error| Failure::Check(error.to_string()))
 }
 
 /// The text of a file that people write; the error names the line that holds something else.

@@ -6,12 +6,13 @@ mod values;
 
 use crate::descriptors;
 use crate::output::{Failure, OrFail, say};
-use crate::scenes::scene_file;
+use crate::scenes::found_scene_file;
 use crate::signals;
 use crate::systemd;
 use ipnet::IpNet;
 use jostle_game::Scene;
 use jostle_server::durable::{StateSettings, Sync};
+use jostle_server::files::read_regular;
 use jostle_server::guests::GuestScenes;
 use jostle_server::net::http::host::Hosts;
 use jostle_server::net::tls::Tls;
@@ -222,8 +223,8 @@ fn ops_token(file: Option<&Path>) -> Result<Option<String>, Failure> {
     let (place, text) = match file {
         Some(file) => {
             let place = format!("--ops-token-file {}", file.display());
-            let text = std::fs::read_to_string(file).or_usage(&place)?;
-            (place, text)
+            let bytes = read_regular(file, limits::SETTINGS_FILE_BYTES_MAX).or_usage(&place)?;
+            (place, String::from_utf8_lossy(&bytes).into_owned())
         }
         None => match std::env::var(OPS_TOKEN_VARIABLE) {
             Ok(text) => (OPS_TOKEN_VARIABLE.to_owned(), text),
@@ -296,7 +297,7 @@ fn check_replays(dir: &Path) -> Result<(), Failure> {
 /// Adds the scenes of a directory in the order of their names.
 fn add_scenes(scenes: &mut Vec<Scene>, dir: &Path) -> Result<(), Failure> {
     for path in scene_paths(dir)? {
-        let scene = scene_file(&path)?;
+        let scene = found_scene_file(&path)?;
         match scenes.iter_mut().find(|known| known.name == scene.name) {
             Some(known) => *known = scene,
             None => scenes.push(scene),

@@ -12,6 +12,7 @@
 
 pub mod config;
 pub mod durable;
+pub mod files;
 pub mod fleet;
 pub mod guests;
 pub mod host;

@@ -60,8 +60,14 @@ pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
 pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 
+/// Longest file of those that people write or name, bytes: settings, a scene, certificates, a key, a token. The longest
+/// that makes sense, a scene, has 64 KiB.
+pub const SETTINGS_FILE_BYTES_MAX: usize = 1 << 20;
+
 /// Bans of operators at a time.
 pub const BANS_MAX: usize = 1024;
+/// Longest file of bans, bytes: a ban of IPv6 takes 90.
+pub const BANS_BYTES_MAX: usize = 128 * BANS_MAX;
 /// Networks that operators are shown, those that hold most.
 pub const NETWORKS_SHOWN_MAX: usize = 100;
 /// Minutes for which a ban lasts unless it says otherwise.

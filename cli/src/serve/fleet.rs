@@ -2,7 +2,9 @@
 
 use super::values::{origin, whole};
 use crate::output::{Failure, OrFail};
+use jostle_server::files::read_regular;
 use jostle_server::fleet::settings::{FleetSettings, SECRET_BYTES_MIN, secret};
+use jostle_server::limits::SETTINGS_FILE_BYTES_MAX;
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::thread::available_parallelism;
@@ -60,7 +62,7 @@ impl FleetFlags {
             return Err(Failure::Usage(text.to_owned()));
         }
         let place = format!("--secret {}", file.display());
-        let bytes = std::fs::read(file).or_usage(&place)?;
+        let bytes = read_regular(file, SETTINGS_FILE_BYTES_MAX).or_usage(&place)?;
         let secret = secret(&bytes).ok_or_else(|| {
             let found = bytes.trim_ascii().len();
             Failure::Usage(format!(

@@ -1,6 +1,7 @@
 //! The directory of `--state`: the key that seals tokens, and a file for each open room. One server at a time
 //! uses it.
 
+use crate::files::{open_regular, without_waiting};
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -61,7 +62,7 @@ impl StateDir {
 
     /// Returns whether a server uses this directory now. Errors are those of its lock's file.
     pub fn is_in_use(dir: &Path) -> io::Result<bool> {
-        let lock = match File::open(dir.join(LOCK)) {
+        let lock = match open_regular(&dir.join(LOCK)) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(false),
             opened => opened?,
         };
@@ -141,7 +142,7 @@ fn about(path: &Path, error: io::Error) -> io::Error {
 }
 
 fn lock_file(path: &Path) -> io::Result<File> {
-    let file = closed_file().open(path)?;
+    let file = without_waiting(&mut closed_file()).open(path)?;
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => {
@@ -154,7 +155,7 @@ fn lock_file(path: &Path) -> io::Result<File> {
 
 fn read_or_make_key(path: &Path) -> io::Result<[u8; KEY_BYTES]> {
     let mut key = [0; KEY_BYTES];
-    match File::open(path) {
+    match open_regular(path) {
         Ok(mut file) => {
             let bytes = file.metadata()?.len();
             if bytes != KEY_BYTES as u64 {
@@ -175,7 +176,7 @@ fn read_or_make_key(path: &Path) -> io::Result<[u8; KEY_BYTES]> {
 /// Writes a file that only its owner can read. Under its name it is complete, whenever the power goes.
 pub fn write_closed(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let new = path.with_extension("new");
-    let mut file = closed_file().truncate(true).open(&new)?;
+    let mut file = without_waiting(closed_file().truncate(true)).open(&new)?;
     file.write_all(bytes)?;
     file.sync_all()?;
     fs::rename(new, path)?;

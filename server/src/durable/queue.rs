@@ -17,7 +17,7 @@ pub struct StateWriter {
     dir: Arc<StateDir>,
     queue: SyncSender<Job>,
     thread: Mutex<Option<JoinHandle<()>>>,
-    /// Files that were given up.
+    /// Files that were given up, or set aside.
     errors: Arc<AtomicU64>,
 }
 
@@ -72,6 +72,7 @@ impl RecordSink for StateWriter {
     }
 
     fn set_aside(&self, code: &str, reason: &str) {
+        self.errors.fetch_add(1, Ordering::Relaxed);
         let to = match self.dir.set_aside(code) {
             Ok(path) => path.display().to_string(),
             Err(error) => format!("nowhere ({error})"),

@@ -1,7 +1,9 @@
 //! Rooms of the process before, as their files say.
 
 use super::notes::Notes;
+use crate::files::read_regular;
 use jostle_game::Scene;
+use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::{Change, Replay};
 use jostle_room::{Playback, Room};
 use std::path::Path;
@@ -24,7 +26,7 @@ pub struct SavedRoom {
 impl SavedRoom {
     /// Reads the file of a room. An error is a sentence that says why that is not possible.
     pub fn read(code: String, path: &Path) -> Result<SavedRoom, String> {
-        let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+        let bytes = read_regular(path, REPLAY_BYTES_MAX).map_err(|error| error.to_string())?;
         SavedRoom::from_bytes(code, bytes)
     }
 

@@ -1,6 +1,7 @@
 //! TLS on the players' port: reads the certificates and the key, again when they change, and does the handshake.
 //! TLS 1.3 only, which every browser that can draw the page speaks, and HTTP/1.1 only, which carries the WebSockets.
 
+use crate::files::read_regular;
 use crate::limits;
 use crate::net::maybe_tls_stream::{MaybeTlsStream, Socket};
 use crate::net::validity::Validity;
@@ -212,5 +213,6 @@ fn read_key(file: &Path) -> Result<PrivateKeyDer<'static>, String> {
 }
 
 fn read(file: &Path) -> Result<Vec<u8>, String> {
-    std::fs::read(file).map_err(|error| format!("no file to read ({error})"))
+    read_regular(file, limits::SETTINGS_FILE_BYTES_MAX)
+        .map_err(|error| format!("no file to read ({error})"))
 }

@@ -1,7 +1,8 @@
 //! Networks that operators have banned for a while. With a state directory bans outlive the process.
 
 use crate::durable::write_closed;
-use crate::limits::BANS_MAX;
+use crate::files::read_regular;
+use crate::limits::{BANS_BYTES_MAX, BANS_MAX};
 use ipnet::IpNet;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -35,7 +36,7 @@ impl Bans {
     /// without bans is better than none.
     pub fn open(file: Option<PathBuf>) -> Bans {
         let Some(path) = &file else { return Bans::default() };
-        let read = fs::read(path).map(|bytes| serde_json::from_slice(&bytes));
+        let read = read_regular(path, BANS_BYTES_MAX).map(|bytes| serde_json::from_slice(&bytes));
         let bans = match read {
             Ok(Ok(bans)) => bans,
             Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),

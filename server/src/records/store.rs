@@ -3,6 +3,7 @@
 use super::best_runs::{BestRuns, Moved, Record};
 use super::proof::{NoRun, prove};
 use crate::durable::write_closed;
+use crate::files::read_regular;
 use crate::host::thread_time;
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
@@ -128,7 +129,8 @@ impl Records {
         if length > limits::RUN_BYTES_MAX {
             return Err(NoRun::TooLong(length));
         }
-        let bytes = fs::read(path).map_err(|error| NoRun::File(error.to_string()))?;
+        let bytes = read_regular(path, limits::RUN_BYTES_MAX);
+        let bytes = bytes.map_err(|error| NoRun::File(error.to_string()))?;
         let modified = fs::metadata(path).and_then(|metadata| metadata.modified());
         let (scene, run) = prove(bytes.clone(), &self.scenes, self.most, || true)?;
         let came = modified.unwrap_or(SystemTime::UNIX_EPOCH);

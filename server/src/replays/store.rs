@@ -4,11 +4,12 @@
 use super::index::{Entry, IndexedFile, ReplayIndex, Stamp};
 use super::name::{CLIP_ENDING, ENDING, UNLISTED_ENDING, is_name, is_unlisted, name, numbered};
 use super::settings::{Counters, Settings};
+use crate::files::open_regular;
 use crate::limits;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use jostle_protocol::replay::{END_BYTES_MAX, PlayerCount, Record, START_BYTES_MAX, Start};
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -313,14 +314,14 @@ impl ReplayStore {
     /// The start of a file, and the players in its beginning; players who join later are not counted.
     fn start_of(&self, name: &str) -> Option<(Start, PlayerCount)> {
         let mut bytes = Vec::new();
-        let file = File::open(self.path(name)).ok()?;
+        let file = open_regular(&self.path(name)).ok()?;
         let looked_at = (START_BYTES_MAX + limits::REPLAY_BEGINNING_BYTES) as u64;
         file.take(looked_at).read_to_end(&mut bytes).ok()?;
         Some((Start::find(&bytes).ok()?, PlayerCount::of_beginning(&bytes)))
     }
 
     fn last_tick_of(&self, name: &str) -> Option<u32> {
-        let mut file = File::open(self.path(name)).ok()?;
+        let mut file = open_regular(&self.path(name)).ok()?;
         let bytes = file.metadata().ok()?.len();
         file.seek(SeekFrom::Start(bytes.saturating_sub(END_BYTES_MAX as u64))).ok()?;
         let mut tail = Vec::new();

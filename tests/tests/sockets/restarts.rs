@@ -7,16 +7,22 @@ use crate::http::get;
 use crate::power::Watch;
 use crate::process::Process;
 use crate::replays::Dir;
+use crate::server::Server;
 use futures_util::future::join_all;
 use jostle_game::Buttons;
 use jostle_protocol::replay::Replay;
 use jostle_protocol::{ServerMessage, Token, VERSION};
 use jostle_room::Playback;
+use jostle_server::Config;
+use jostle_server::durable::{StateSettings, Sync};
 use jostle_sim::{Rng, TICKS_PER_SECOND, Vec2};
+use jostle_tests::server::patient;
 use std::collections::BTreeMap;
 use std::fs;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+#[cfg(target_os = "linux")]
+use std::process::Command;
 use std::process::Stdio;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -270,4 +276,25 @@ async fn a_process_that_is_told_to_end_loses_nothing() {
     }
     let process = serve(state).await;
     play(process, &mut players, LIFE, |process| process.signal("TERM")).await;
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn pipes_and_devices_in_the_directory_do_not_hang_the_start() {
+    let dir = Dir::new("irregular");
+    let path = |name: &str| dir.path().join(name);
+    fs::create_dir_all(path("rooms")).expect("a directory");
+    for name in ["rooms/arena.jostle", "bans.json"] {
+        let made = Command::new("mkfifo").arg(path(name)).status();
+        assert!(made.expect("mkfifo starts").success());
+    }
+    std::os::unix::fs::symlink("/dev/zero", path("rooms/pile.jostle")).expect("a link");
+    let state = Some(StateSettings { dir: dir.path().to_owned(), sync: Sync::System });
+    let server = Server::start_with(Config { state, ..patient() }).await;
+    let mut ann = Client::join(server.address, "arena", "Ann").await;
+    ann.keeps_playing().await;
+    server.counts("jostle_state_errors_total", 2).await;
+    for name in ["rooms/arena.damaged", "rooms/pile.damaged", "bans.damaged"] {
+        assert!(fs::symlink_metadata(path(name)).is_ok(), "{name}");
+    }
 }

@@ -1,5 +1,6 @@
 //! Bodies of responses: bytes that all connections share, and files that are read while they are sent.
 
+use crate::files::open_regular;
 use crate::limits::HTTP_FRAME_BYTES_MAX;
 use crate::limits::connection_limits::Permit;
 use crate::replays::Readable;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use tokio::fs::File;
 use tokio::io::{AsyncRead, ReadBuf};
+use tokio::task::spawn_blocking;
 
 /// A body of known length, sent in frames of at most [`HTTP_FRAME_BYTES_MAX`], so that a connection which has
 /// to copy them, as TLS does, never copies more than a frame ahead of its peer.
@@ -47,7 +49,9 @@ impl Body {
 
     /// Opens the readable part of a replay.
     pub async fn open(readable: Readable) -> io::Result<Body> {
-        let mut file = File::open(&readable.path).await?;
+        let path = readable.path;
+        let opened = spawn_blocking(move || open_regular(&path)).await;
+        let mut file = File::from_std(opened.map_err(io::Error::other)??);
         file.set_max_buf_size(HTTP_FRAME_BYTES_MAX);
         let left = file.metadata().await?.len().min(readable.bytes);
         let chunk = vec![0; HTTP_FRAME_BYTES_MAX].into_boxed_slice();
