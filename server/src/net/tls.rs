@@ -36,6 +36,8 @@ struct Shared {
 #[derive(Clone, Debug)]
 struct Pair {
     config: Arc<ServerConfig>,
+    /// The certificates in it.
+    chain: Arc<[CertificateDer<'static>]>,
     validity: Option<Validity>,
     /// As the files were before they were read.
     stamps: Stamps,
@@ -139,7 +141,16 @@ impl Tls {
             Ok(pair) => {
                 let until =
                     pair.validity.map_or_else(|| "unknown".to_owned(), |times| date(times.until));
-                info!(valid_until = until, "the certificate was read again");
+                match pair.chain == self.pair().chain {
+                    true => info!(
+                        valid_until = until,
+                        "the certificate was read again: it is unchanged"
+                    ),
+                    false => info!(
+                        valid_until = until,
+                        "the certificate was read again: it is a new one"
+                    ),
+                }
                 *self.0.pair.write().unwrap_or_else(PoisonError::into_inner) = pair;
             }
             Err(error) => {
@@ -161,12 +172,13 @@ fn read_pair(files: &[PathBuf; 2]) -> Result<Pair, TlsError> {
         .map_err(|found| TlsError::Certificates { file: certificates.clone(), found })?;
     let validity = chain.first().and_then(Validity::of);
     let secret = read_key(key).map_err(|found| TlsError::Key { file: key.clone(), found })?;
+    let kept = chain.as_slice().into();
     let config = configured(chain, secret).map_err(|found| TlsError::Pair {
         certificates: certificates.clone(),
         key: key.clone(),
         found,
     })?;
-    Ok(Pair { config: Arc::new(config), validity, stamps })
+    Ok(Pair { config: Arc::new(config), chain: kept, validity, stamps })
 }
 
 fn stamps(files: &[PathBuf; 2]) -> Stamps {

@@ -25,6 +25,13 @@ impl Process {
         Process::start(Command::new(jostle()), more, log)
     }
 
+    /// Starts it with variables of the environment.
+    pub fn serve_with(variables: &[(String, String)], more: &[&str], log: Stdio) -> Process {
+        let mut command = Command::new(jostle());
+        command.envs(variables.iter().map(|(name, value)| (name, value)));
+        Process::start(command, more, log)
+    }
+
     /// Starts it with at most this many descriptors, by the shell's `ulimit` with these flags.
     #[cfg(unix)]
     pub fn serve_with_descriptors(flags: &str, count: u32, log: Stdio) -> Process {

@@ -8,12 +8,15 @@ use jostle_protocol::{Refusal, ServerMessage};
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_server::net::tls::{Tls, date};
+use jostle_tests::program::jostle;
 use jostle_tests::server::{BRIEF, PATIENT, patient};
 use rcgen::{CertificateParams, CertifiedKey, KeyPair, date_time_ymd, generate_simple_self_signed};
 use std::fs;
 use std::net::SocketAddr;
+#[cfg(unix)]
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -25,6 +28,8 @@ use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::ServerName;
 use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
+/// The unit that operators install.
+const UNIT: &str = include_str!("../../../deploy/jostle.service");
 /// Name of the server in the certificates.
 const NAME: &str = "jostle.example.org";
 const GET: &str = "GET / HTTP/1.1\r\nHost: jostle.example.org\r\nConnection: close\r\n\r\n";
@@ -227,7 +232,7 @@ async fn a_hangup_has_the_certificate_read_again() {
     let mut ann = old.join(process.address).await;
     // It has not changed, so nothing but the signal has it read.
     process.signal("HUP");
-    logged(&log, "the certificate was read again", 1).await;
+    logged(&log, "it is unchanged", 1).await;
     // A file that cannot serve is named, and the one of before stays.
     old.write("certificate.pem", "nonsense");
     process.signal("HUP");
@@ -238,8 +243,72 @@ async fn a_hangup_has_the_certificate_read_again() {
     old.become_of(&new);
     process.signal("HUP");
     new.is_shown(process.address).await;
+    logged(&log, "it is a new one", 1).await;
     assert!(old.connect(process.address).await.is_err(), "the certificate of before");
     ann.keeps_playing().await;
+}
+
+/// The lines with this key in the recipes of the unit's head.
+#[cfg(unix)]
+fn recipe(key: &str) -> Vec<String> {
+    let lines = UNIT.lines().filter_map(|line| line.strip_prefix("#   "));
+    lines.filter(|line| line.starts_with(&format!("{key}="))).map(str::to_owned).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn the_unit_and_its_recipe_for_tls_are_right() {
+    let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join("unit");
+    let drop_in = dir.join("jostle.service.d");
+    fs::create_dir_all(&drop_in).expect("a directory");
+    let (unit, program) = (dir.join("jostle.service"), jostle());
+    let program = program.to_str().expect("text");
+    fs::write(&unit, UNIT.replace("/usr/local/bin/jostle", program)).expect("a file");
+    let lines = [recipe("LoadCredential"), recipe("Environment")].concat();
+    assert_eq!(lines.len(), 3, "{lines:?}");
+    let text = format!("[Service]\n{}\n", lines.join("\n"));
+    fs::write(drop_in.join("override.conf"), text).expect("a file");
+    let verified = Command::new("systemd-analyze").arg("verify").arg(&unit).output();
+    // Not every machine has it.
+    let Ok(verified) = verified else { return };
+    let said = String::from_utf8_lossy(&verified.stderr);
+    assert!(verified.status.success() && !said.contains("jostle.service"), "{said}");
+}
+
+/// Credentials as systemd makes them: copies that only their owner may read, in a directory that is closed too.
+#[cfg(unix)]
+fn hand_over(identity: &Identity, name: &str, credential: &str) {
+    let dir = identity.path("credentials");
+    fs::create_dir_all(&dir).expect("a directory");
+    let copy = dir.join(credential);
+    let _ = fs::remove_file(&copy);
+    fs::copy(identity.path(name), &copy).expect("a copied file");
+    fs::set_permissions(copy, fs::Permissions::from_mode(0o400)).expect("an own file");
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn credentials_of_the_unit_serve_and_do_not_follow_a_renewal() {
+    let (old, new) = (Identity::new("credentials"), Identity::new("credentials-new"));
+    hand_over(&old, "certificate.pem", "cert");
+    hand_over(&old, "key.pem", "key");
+    let credentials = old.path("credentials");
+    let [line] = recipe("Environment").try_into().expect("one line");
+    let line = line.replace("%d", credentials.to_str().expect("text"));
+    let words = line.strip_prefix("Environment=").expect("variables").split(' ');
+    let variables: Vec<_> = words
+        .map(|word| word.split_once('=').expect("a variable"))
+        .map(|(name, value)| (name.to_owned(), value.to_owned()))
+        .collect();
+    let log = old.write("log", "");
+    let to = fs::File::create(&log).expect("a file");
+    let serve =
+        move || Process::serve_with(&variables, &["--log", "info", "--host", NAME], to.into());
+    let process = tokio::task::spawn_blocking(serve).await.expect("a server");
+    assert_eq!(old.get(process.address).await.status, 200);
+    old.become_of(&new);
+    process.signal("HUP");
+    logged(&log, "it is unchanged", 1).await;
 }
 
 #[test]
