@@ -29,12 +29,24 @@ pub fn host(text: &str) -> Result<String, String> {
     }
 }
 
+/// Shortest prefixes of a network of proxies: those of the largest private networks, 10.0.0.0/8 and fc00::/7. A wider one
+/// has public addresses.
+const PROXY_BITS_MIN: [u8; 2] = [8, 7];
+
 /// Parses a proxy's address, or a network of proxies.
 pub fn proxies(text: &str) -> Result<IpNet, String> {
     let address = || text.parse().ok().map(|ip: IpAddr| IpNet::from(ip.to_canonical()));
-    text.parse().ok().or_else(address).ok_or_else(|| {
+    let network: IpNet = text.parse().ok().or_else(address).ok_or_else(|| {
         "allowed: an IP address or a network, such as 10.0.0.9 or 10.0.0.0/8".to_owned()
-    })
+    })?;
+    let [v4, v6] = PROXY_BITS_MIN;
+    match network.prefix_len() >= if network.addr().is_ipv4() { v4 } else { v6 } {
+        true => Ok(network),
+        false => Err(format!(
+            "allowed: a network of proxies alone, such as 10.0.0.0/8, at least /{v4} (IPv6: /{v6}); a wider one \
+             has players in it, who could then pass for any address (X-Forwarded-For), past every limit and ban"
+        )),
+    }
 }
 
 /// Parses the origin of a site as browsers send it: a scheme and a host, perhaps a port.
@@ -60,9 +72,14 @@ mod tests {
         ] {
             assert_eq!(proxies(text).map(|network| network.to_string()).as_deref(), Ok(network));
         }
-        for text in ["10.0.0.0/33", "proxy", "10.0.0.9:80", ""] {
+        for text in ["10.0.0.0/33", "proxy", "10.0.0.9:80", "", "0.0.0.0/0", "128.0.0.0/1"] {
             assert!(proxies(text).is_err_and(|error| error.contains("10.0.0.0/8")), "{text:?}");
         }
+        // All of the internet, or a large part of it, as IPv6 too.
+        for text in ["0.0.0.0/0", "0.0.0.0/7", "::/0", "2000::/3", "::ffff:0.0.0.0/0"] {
+            assert!(proxies(text).is_err_and(|error| error.contains("pass for any")), "{text:?}");
+        }
+        assert!(proxies("fc00::/7").is_ok());
     }
 
     #[test]
