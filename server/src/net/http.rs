@@ -5,6 +5,7 @@ mod api;
 mod body;
 mod guests;
 pub mod host;
+pub mod once;
 mod origin;
 mod page;
 mod read;
@@ -133,6 +134,10 @@ async fn route(
     address: IpAddr,
     state: &ServerState,
 ) -> (Answer, Option<Upgrade>) {
+    if let Err(error) = once::check(request.headers()) {
+        state.refused("doubled_header", address, &error);
+        return (failed(StatusCode::BAD_REQUEST, &error), None);
+    }
     if let Err(error) = host::check(&request, &state.config.hosts) {
         let host = request.headers().get(header::HOST).map_or(&[][..], HeaderValue::as_bytes);
         state.refused("bad_host", address, Foreign(host));

@@ -8,6 +8,7 @@ use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
 use crate::net::http::builder;
 use crate::net::http::host::{self, Hosts};
+use crate::net::http::once;
 use crate::net::http::response::{Answer, TEXT, uncached};
 use crate::ops::admin;
 use crate::ops::metrics::{FleetGauges, Gauges};
@@ -19,8 +20,8 @@ use hyper_util::rt::TokioIo;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use tokio::net::TcpListener;
 use std::time::Instant;
+use tokio::net::TcpListener;
 use tokio::time::{sleep, timeout};
 use tracing::{debug, warn};
 
@@ -67,7 +68,8 @@ async fn answer(request: &Request<Incoming>, state: &ServerState) -> Answer {
         Hosts::Any => &Hosts::Listed(Vec::new()),
         listed => listed,
     };
-    if let Err(error) = host::check(request, hosts) {
+    let checked = once::check(request.headers()).and_then(|()| host::check(request, hosts));
+    if let Err(error) = checked {
         return uncached(StatusCode::BAD_REQUEST, TEXT, format!("{error}\n"));
     }
     if let Some(rest) = request.uri().path().strip_prefix("/admin/") {
@@ -103,10 +105,10 @@ fn readiness(state: &ServerState) -> Result<(), &'static str> {
 fn gauges(state: &ServerState) -> Gauges {
     let rooms = state.rooms.list();
     let sum = |count: fn(&RoomInfo) -> usize| rooms.iter().map(|info| count(info) as i64).sum();
-    let replays = state.replays().map(|store| {
-        let counters = store.counters();
     let now = Instant::now();
     let oldest = rooms.iter().map(|info| info.last_tick.age(now)).max();
+    let replays = state.replays().map(|store| {
+        let counters = store.counters();
         [&counters.bytes, &counters.errors].map(|count| count.load(Ordering::Relaxed))
     });
     Gauges {
@@ -114,9 +116,9 @@ fn gauges(state: &ServerState) -> Gauges {
         players: sum(|info| info.players.load(Ordering::Relaxed)),
         spectators: sum(|info| info.spectators.load(Ordering::Relaxed)),
         bodies: sum(|info| info.bodies.load(Ordering::Relaxed)),
+        room_tick_age: oldest.unwrap_or_default().as_secs_f64(),
         replays,
         state_errors: state.host.state_writer.as_ref().map_or(0, |writer| writer.errors()),
-        room_tick_age: oldest.unwrap_or_default().as_secs_f64(),
         log_drops: state.config.log_drops.as_ref().map_or(0, |drops| drops.dropped_lines() as u64),
         fleet: state.fleet.as_ref().map(|fleet| FleetGauges {
             nodes: fleet.ask(|directory| directory.nodes()) as i64,

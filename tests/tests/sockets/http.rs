@@ -156,6 +156,21 @@ async fn pages_of_other_sites_neither_play_nor_create_rooms() {
     server.counts("jostle_refusals_total{reason=\"foreign_page\"}", 2).await;
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn doubled_headers_that_decide_something_are_refused() {
+    let server = Server::start().await;
+    let head = "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 17\r\n";
+    let body = "{\"scene\":\"arena\"}";
+    let own = "Origin: http://localhost\r\n";
+    assert_eq!(raw(server.address, &format!("{head}{own}\r\n{body}")).await.status, 201);
+    for other in [own, "Origin: http://elsewhere\r\n"] {
+        let answer = raw(server.address, &format!("{head}{own}{other}\r\n{body}")).await;
+        let error = answer.json()["error"].as_str().expect("a reason").to_owned();
+        assert_eq!((answer.status, error.contains("2 headers origin")), (400, true), "{error}");
+    }
+    server.counts("jostle_refusals_total{reason=\"doubled_header\"}", 2).await;
+}
+
 /// The first 12 bytes of the response, from a socket that is then dropped.
 async fn status_line(address: SocketAddr, request: &str) -> String {
     let exchange = async {

@@ -17,10 +17,15 @@ pub fn is_allowed(headers: &HeaderMap, allowed: &[String]) -> bool {
         return true;
     }
     let Some((scheme, authority)) = origin.split_once("://") else { return false };
+    // Only of these is the authority a host: an extension of a browser may be named as this server is.
+    let is_secure = scheme.eq_ignore_ascii_case("https");
+    if !is_secure && !scheme.eq_ignore_ascii_case("http") {
+        return false;
+    }
     let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
     // A proxy that ends TLS passes the host on without a port, or with the default one.
     let bare = |text: &str| {
-        let port = if scheme.eq_ignore_ascii_case("https") { ":443" } else { ":80" };
+        let port = if is_secure { ":443" } else { ":80" };
         text.strip_suffix(port).unwrap_or(text).to_ascii_lowercase()
     };
     host.is_some_and(|host| bare(host) == bare(authority))
@@ -94,8 +99,16 @@ mod tests {
         assert!(welcome("Here", "https://here:443") && welcome("here:443", "https://here"));
         assert!(welcome("here", "http://HERE:80"));
         assert!(welcome("10.0.0.1:8080", "https://play.example.org"));
-        for origin in ["null", "", "http://here", "http://there:8080", "http://here:8080.evil.org"]
-        {
+        for origin in [
+            "null",
+            "",
+            "http://here",
+            "http://there:8080",
+            "http://here:8080.evil.org",
+            "chrome-extension://here:8080",
+            "ws://here:8080",
+            "://here:8080",
+        ] {
             assert!(!welcome("here:8080", origin), "{origin}");
         }
         assert!(!is_allowed(&headers(&[("origin", "http://here")]), &allowed), "no host");
