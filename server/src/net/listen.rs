@@ -214,6 +214,10 @@ where
     let served = tokio::select! {
         served = connection.as_mut() => served,
         () = draining(&mut phase) => {
+            // hyper would wait for the rest of a head.
+            if !asked.load(Ordering::Relaxed) {
+                return None;
+            }
             connection.as_mut().graceful_shutdown();
             connection.await
         }

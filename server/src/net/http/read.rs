@@ -1,6 +1,7 @@
 //! Bodies of requests: bounded in length and time.
 
 use super::response::{Answer, busy, failed};
+use crate::host::phase::Phase;
 use crate::state::ServerState;
 use http_body_util::{BodyExt, LengthLimitError, Limited};
 use hyper::body::{Bytes, Incoming};
@@ -19,6 +20,8 @@ pub enum ReadError {
     Late,
     /// Too many long ones are being received, by this network or in all.
     Busy,
+    /// The server closes.
+    Closing,
 }
 
 /// Reads a body of at most `bytes_max`.
@@ -28,7 +31,12 @@ pub async fn body(
     state: &ServerState,
 ) -> Result<Bytes, ReadError> {
     let limited = Limited::new(request.into_body(), bytes_max);
-    match timeout(state.config.waits.http_body, limited.collect()).await {
+    let mut phase = state.host.phase.clone();
+    let read = tokio::select! {
+        read = timeout(state.config.waits.http_body, limited.collect()) => read,
+        _ = phase.wait_for(|phase| *phase == Phase::Closing) => return Err(ReadError::Closing),
+    };
+    match read {
         Ok(Ok(body)) => Ok(body.to_bytes()),
         Ok(Err(error)) if error.is::<LengthLimitError>() => Err(ReadError::TooLong),
         Ok(Err(_)) => Err(ReadError::Broken),
@@ -74,6 +82,7 @@ impl ReadError {
             ReadError::Busy => {
                 busy("too much is being sent by your network or in all; try again in some seconds")
             }
+            ReadError::Closing => failed(StatusCode::SERVICE_UNAVAILABLE, "the server is closing"),
         }
     }
 }

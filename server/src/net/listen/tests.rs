@@ -65,3 +65,38 @@ async fn a_slow_response_that_makes_progress_is_not_closed() {
     }
     assert!(!stalled(&state));
 }
+
+/// A connection that has sent the beginning of a request. Returns how long the server waits for the rest once it drains.
+async fn waits_for_the_rest_of(sent: &[u8]) -> Duration {
+    let (sender, phase) = watch::channel(Phase::Running);
+    let state = Arc::new(ServerState::new(Parts::new(phase), Config::default()));
+    let (mut peer, server) = duplex(1024);
+    peer.write_all(sent).await.expect("a pipe in memory");
+    let served = tokio::spawn(async move {
+        let ip = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        let permit = Arc::new(state.connections.admit(ip).expect("the first"));
+        speak_http(server, ip, &permit, &state).await.is_none()
+    });
+    // Time stands still until everything waits: by now all that was sent is read.
+    sleep(Duration::from_millis(1)).await;
+    let began = Instant::now();
+    sender.send_replace(Phase::Draining);
+    sleep(limits::Waits::USUAL.drain_notice).await;
+    sender.send_replace(Phase::Closing);
+    assert!(served.await.expect("no panic"));
+    drop(peer);
+    began.elapsed()
+}
+
+#[tokio::test(start_paused = true)]
+async fn half_a_request_does_not_delay_the_end() {
+    let notice = limits::Waits::USUAL.drain_notice;
+    let spare = Duration::from_millis(10);
+    for half in [
+        "GET / HTTP/1.1\r\nHost: local",
+        "POST /api/rooms HTTP/1.1\r\nHost: localhost\r\nContent-Length: 20\r\n\r\n{\"scene\"",
+    ] {
+        let waited = waits_for_the_rest_of(half.as_bytes()).await;
+        assert!(waited <= notice + spare, "{half:?}: {waited:?}");
+    }
+}
