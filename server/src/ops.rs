@@ -8,6 +8,7 @@ pub mod metrics;
 pub mod panic_log;
 pub mod port;
 pub mod process;
+pub mod reasons;
 pub mod refusal_log;
 pub mod spare;
 pub mod supervisor;

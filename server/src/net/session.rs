@@ -15,7 +15,7 @@ use crate::limits;
 use crate::net::game_socket::{End, Hello, Socket, accept, close, receive_hello};
 use crate::net::maybe_tls_stream::MaybeTlsStream;
 use crate::net::pump::{Pump, Seated};
-use crate::ops::metrics::reason;
+use crate::ops::reasons;
 use crate::state::ServerState;
 use jostle_protocol::{Refusal, Role, ServerMessage, Token};
 use std::future::poll_fn;
@@ -44,7 +44,11 @@ pub async fn play(stream: MaybeTlsStream, read: Vec<u8>, caller: Caller, state: 
     match end.refusal() {
         Some((Refusal::Moved, _)) => debug!(room = %code, %address, "the session was moved"),
         Some((refusal, _)) => {
-            state.refused(reason(refusal), address, format_args!("a session in room {code:?}"));
+            state.refused(
+                reasons::of(refusal),
+                address,
+                format_args!("a session in room {code:?}"),
+            );
         }
         None => debug!(room = %code, %address, "socket closed by the peer"),
     }

@@ -3,7 +3,7 @@
 //! who plays.
 
 use crate::ops::process;
-use jostle_protocol::Refusal;
+use crate::ops::reasons;
 use jostle_room::Rate;
 use prometheus_client::encoding::text::{encode_eof, encode_registry};
 use prometheus_client::metrics::counter::{ConstCounter, Counter};
@@ -108,7 +108,7 @@ pub struct Gauges {
     pub room_tick_age: f64,
     /// Bytes of replays written so far, and files given up.
     pub replays: Option<[u64; 2]>,
-    /// Times that the file of a room in the state directory was given up.
+    /// Times that the file of a room in the state directory was given up, or could not be restored.
     pub state_errors: u64,
     /// Log lines dropped so far.
     pub log_drops: u64,
@@ -205,7 +205,7 @@ impl Default for Metrics {
                 r,
                 "refusals",
                 "Requests and sessions refused or ended, by reason",
-                Family::default(),
+                refusals(),
             ),
             rooms_failed: add(r, "rooms_failed", "Rooms ended by a panic", Counter::default()),
             agones_errors: add(
@@ -264,6 +264,13 @@ fn skips(r: &mut Registry) -> [Counter; 4] {
         .map(|reason| skips.get_or_create(&[("reason", reason)]).clone())
 }
 
+/// All reasons at zero.
+fn refusals() -> Family<Label, Counter> {
+    let family = Family::<Label, Counter>::default();
+    reasons::all().for_each(|reason| drop(family.get_or_create(&[("reason", reason)])));
+    family
+}
+
 /// Metrics that are counted elsewhere, as they are at a scrape.
 fn counted_elsewhere(gauges: Gauges) -> Registry {
     let mut registry = Registry::with_prefix("jostle");
@@ -271,16 +278,16 @@ fn counted_elsewhere(gauges: Gauges) -> Registry {
     registry.register("players", "Seats taken", ConstGauge::new(gauges.players));
     registry.register("spectators", "Spectators", ConstGauge::new(gauges.spectators));
     registry.register("bodies", "Bodies in all rooms", ConstGauge::new(gauges.bodies));
-    let [bytes, errors] = gauges.replays.unwrap_or_default().map(ConstCounter::new);
-    registry.register_with_unit("replay", "Replays written", Unit::Bytes, bytes);
-    registry.register("replay_errors", "Replay files abandoned after an error", errors);
-    let about = "Times that the file of a room in the state directory was abandoned after an error";
-    registry.register("state_errors", about, ConstCounter::new(gauges.state_errors));
-    let about = "Log lines dropped because the log was read too slowly";
-    registry.register("log_dropped", about, ConstCounter::new(gauges.log_drops));
     let about = "Time since the last tick of the room whose last tick is oldest";
     let age = ConstGauge::new(gauges.room_tick_age);
     registry.register_with_unit("room_tick_age", about, Unit::Seconds, age);
+    let [bytes, errors] = gauges.replays.unwrap_or_default().map(ConstCounter::new);
+    registry.register_with_unit("replay", "Replays written", Unit::Bytes, bytes);
+    registry.register("replay_errors", "Replay files abandoned after an error", errors);
+    let about = "Files of rooms in the state directory abandoned after an error, or not restored";
+    registry.register("state_errors", about, ConstCounter::new(gauges.state_errors));
+    let about = "Log lines dropped because the log was read too slowly";
+    registry.register("log_dropped", about, ConstCounter::new(gauges.log_drops));
     if let Some(fleet) = gauges.fleet {
         let about = "Nodes that are registered in the fleet";
         registry.register("fleet_nodes", about, ConstGauge::new(fleet.nodes));
@@ -309,32 +316,6 @@ fn of_process() -> Registry {
         registry.register_with_unit("process_cpu", "Processor time used", Unit::Seconds, cpu);
     }
     registry
-}
-
-/// Snake-case names of refusals, as values of a label.
-pub fn reason(refusal: Refusal) -> &'static str {
-    match refusal {
-        Refusal::Version => "version",
-        Refusal::RoomFull => "room_full",
-        Refusal::NoSuchRoom => "no_such_room",
-        Refusal::ServerFull => "server_full",
-        Refusal::BadHello => "bad_hello",
-        Refusal::BadMessage => "bad_message",
-        Refusal::Flood => "flood",
-        Refusal::TooManySockets => "too_many_sockets",
-        Refusal::Silent => "silent",
-        Refusal::Replaced => "replaced",
-        Refusal::Closing => "closing",
-        Refusal::RoomFailed => "room_failed",
-        Refusal::BadToken => "bad_token",
-        Refusal::Kicked => "kicked",
-        Refusal::RoomClosed => "room_closed",
-        Refusal::GaveWay => "gave_way",
-        Refusal::Moved => "moved",
-        Refusal::Moving => "moving",
-        Refusal::TooCostly => "too_costly",
-        Refusal::TooManySpectators => "too_many_spectators",
-    }
 }
 
 impl Metrics {
@@ -368,6 +349,7 @@ impl Metrics {
 
     /// Counts a refused connection, request or session.
     pub fn refused(&self, reason: &'static str) {
+        debug_assert!(reasons::all().any(|known| known == reason), "{reason} is in no list");
         self.refusals.get_or_create(&[("reason", reason)]).inc();
     }
 
@@ -423,14 +405,13 @@ mod tests {
     /// Metrics and gauges that have all been counted.
     fn counted() -> (Metrics, Gauges) {
         let metrics = Metrics::default();
-            room_tick_age: 12.5,
         metrics.joined("new");
         metrics.joined("resumed");
         metrics.left("left");
         metrics.ignored("emote");
         metrics.skipped(Skip::Queue, 3);
         metrics.lag.observe(5.0);
-        metrics.refused(reason(Refusal::Flood));
+        metrics.refused("flood");
         metrics.refused("foreign_page");
         metrics.snapshots[1].bytes.inc_by(700);
         let phases = [10, 300, 20].map(Duration::from_micros);
@@ -442,6 +423,7 @@ mod tests {
             players: 2,
             spectators: 4,
             bodies: 30,
+            room_tick_age: 12.5,
             replays: Some([4000, 1]),
             state_errors: 3,
             log_drops: 9,
@@ -458,7 +440,6 @@ mod tests {
             "jostle_ticks_total 2",
             "jostle_ticks_missed_total 1",
             "jostle_tick_play_seconds_count 2",
-            "jostle_room_tick_age_seconds 12.5",
             "jostle_tick_lateness_seconds_bucket{le=\"0.00035\"} 0",
             "jostle_tick_lateness_seconds_bucket{le=\"0.0005\"} 2",
             "jostle_tick_lateness_own_seconds_bucket{le=\"0.00005\"} 1",
@@ -472,9 +453,12 @@ mod tests {
             "jostle_leaves_total{how=\"left\"} 1",
             "jostle_refusals_total{reason=\"flood\"} 1",
             "jostle_refusals_total{reason=\"foreign_page\"} 1",
+            "jostle_refusals_total{reason=\"cannot_accept\"} 0",
+            "jostle_refusals_total{reason=\"server_full\"} 0",
             "jostle_snapshots_skipped_total{reason=\"queue\"} 3",
             "jostle_client_lag_ticks_bucket{le=\"8.0\"} 1",
             "jostle_bodies 30",
+            "jostle_room_tick_age_seconds 12.5",
             "jostle_spectators 4",
             "jostle_replay_bytes_total 4000",
             "jostle_state_errors_total 3",
