@@ -179,7 +179,8 @@ impl Serve {
         config.trusted_proxies = self.trusted_proxy.clone();
         config.address_sessions_max = self.address_sockets as usize;
         config.supervisor = systemd::supervisor();
-        self.replays.as_deref().map_or(Ok(()), check_replays)?;
+        check_directory("--replays", self.replays.as_deref())?;
+        check_directory("--state", self.state.as_deref())?;
         config.replays = self.replays.clone().map(|dir| Settings {
             bytes_max: u64::from(self.replays_mb) << 20,
             age_max: days(self.replays_days),
@@ -285,11 +286,17 @@ fn hosts(names: Vec<String>, listen: SocketAddr, has_proxy: bool) -> Hosts {
     }
 }
 
-/// Checks that a path is free or a directory.
-fn check_replays(dir: &Path) -> Result<(), Failure> {
-    if dir.exists() && !dir.is_dir() {
-        let text = format!("--replays {}: found a file; allowed: a directory", dir.display());
-        return Err(Failure::Usage(text));
+/// Checks that a path is free, or a directory that this user may read and write.
+fn check_directory(flag: &str, dir: Option<&Path>) -> Result<(), Failure> {
+    let Some(dir) = dir.filter(|dir| dir.exists()) else { return Ok(()) };
+    let place = format!("{flag} {}", dir.display());
+    if !dir.is_dir() {
+        return Err(Failure::Usage(format!("{place}: found a file; allowed: a directory")));
+    }
+    #[cfg(unix)]
+    {
+        use rustix::fs::{Access, access};
+        access(dir, Access::READ_OK | Access::WRITE_OK | Access::EXEC_OK).or_usage(place)?;
     }
     Ok(())
 }
@@ -323,14 +330,17 @@ fn scene_paths(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
 #[cfg(test)]
 mod tests {
     use super::values::host;
-    use super::{Hosts, check_replays, hosts};
+    use super::{Failure, Hosts, check_directory, hosts};
     use std::path::Path;
 
     #[test]
-    fn replays_need_a_directory_or_the_place_of_one() {
+    fn directories_are_free_paths_or_ones_that_can_be_used() {
         let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-        assert!(check_replays(package).is_ok() && check_replays(&package.join("none")).is_ok());
-        assert!(check_replays(&package.join("Cargo.toml")).is_err());
+        let check = |name: &str| check_directory("--state", Some(&package.join(name)));
+        assert!(check("src").is_ok() && check("none").is_ok());
+        assert!(check_directory("--state", None).is_ok());
+        let Err(Failure::Usage(text)) = check("Cargo.toml") else { panic!("a file was accepted") };
+        assert!(text.starts_with("--state ") && text.contains("found a file"), "{text}");
     }
 
     #[test]

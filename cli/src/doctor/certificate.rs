@@ -9,6 +9,8 @@ use std::time::{Duration, SystemTime};
 const LEFT_SHARE: u32 = 4;
 /// Or less than this, for certificates that last for years.
 const LEFT_MAX: Duration = Duration::from_secs(14 * 24 * 60 * 60);
+/// And in any case at less than this.
+const LEFT_MIN: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// Judges the certificate of a server; `None` of one whose times cannot be read.
 pub fn judge(validity: Option<Validity>, now: SystemTime) -> Finding {
@@ -26,7 +28,7 @@ pub fn judge(validity: Option<Validity>, now: SystemTime) -> Finding {
         return Finding::change(about, format!("it begins on {first}"), change);
     }
     let days = left.as_secs() / (24 * 60 * 60);
-    let is_fine = left >= LEFT_MAX.min(life / LEFT_SHARE);
+    let is_fine = left >= LEFT_MAX.min(life / LEFT_SHARE).max(LEFT_MIN);
     let change = "see why it was not renewed; the server takes up a new file by itself";
     Finding::judged(about, format!("it ends on {last}, in {days} days"), is_fine, change)
 }
@@ -46,6 +48,9 @@ mod tests {
             assert!(of(life, last_fine).is_fine(), "{life}");
             assert!(!of(life, last_fine + 1).is_fine(), "{life}");
         }
+        let half = Duration::from_secs(12 * 60 * 60);
+        let today = Validity { from: day(1000), until: day(1000) + half };
+        assert!(!judge(Some(today), day(1000)).is_fine(), "it ends today");
         assert_eq!(of(90, 0).found, "it ends on 1972-12-26, in 90 days");
         assert_eq!(of(90, 91).change.as_deref(), Some("renew it"));
         let early = judge(Some(Validity { from: day(2), until: day(92) }), day(1));
