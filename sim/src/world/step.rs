@@ -1,0 +1,164 @@
+//! The steps of a world, one for each solver.
+
+use super::{Departed, StepPhase, World, awake};
+use crate::forces::{Forces, Move, Surroundings};
+use crate::solver::settings::{Conjugate, Relaxation};
+use crate::solver::step_context::StepContext;
+use crate::solver::{Solver, as_listed};
+use crate::world::settings::WorldSettings;
+
+impl World {
+    pub(super) fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
+        match self.settings.solver {
+            Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
+            Some(Solver::Relaxation(settings)) if self.listed => self.step_listed(&settings, watch),
+            Some(Solver::Relaxation(settings)) => self.step_relaxation(Some(&settings), watch),
+            None => self.step_relaxation(None, watch),
+        }
+        self.remove_departed();
+        if self.settings.sleeping {
+            let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+            let constraints = &self.conjugate.contacts.constraints;
+            let springs = self.forces.as_ref().map_or(&[][..], Forces::springs);
+            self.sleep.fall_asleep(&mut awake, constraints, springs, &self.settings);
+        }
+    }
+
+    /// Symplectic Euler, then passes over all overlapping pairs; without settings contacts are only
+    /// detected.
+    fn step_relaxation(
+        &mut self,
+        settings: Option<&Relaxation>,
+        watch: &mut dyn FnMut(StepPhase, &mut World),
+    ) {
+        self.find_moves();
+        let moves = moves(&self.forces);
+        let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
+        self.relaxation.start(bodies, pairs, moves, settings, &self.settings);
+        self.relaxation.advance(&mut self.bodies, moves, self.settings.dt);
+        watch(StepPhase::Integrate, self);
+        self.pairs.refresh(&self.bodies, self.settings.filter());
+        self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
+        watch(StepPhase::Pairs, self);
+        let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
+        self.relaxation.solve(bodies, pairs, settings, self.features, &self.settings);
+        watch(StepPhase::Relax, self);
+        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
+    }
+
+    /// The same, as the chapter lists it.
+    fn step_listed(&mut self, settings: &Relaxation, watch: &mut dyn FnMut(StepPhase, &mut World)) {
+        let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
+        let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
+        self.relaxation.start(bodies, pairs, &[], None, &self.settings);
+        as_listed::weigh(&mut self.bodies, gravity * dt, speed_max);
+        self.relaxation.advance(&mut self.bodies, &[], dt);
+        watch(StepPhase::Integrate, self);
+        self.pairs.refresh(&self.bodies, self.settings.filter());
+        self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
+        watch(StepPhase::Pairs, self);
+        self.relaxation.drop_non_finite(&self.bodies);
+        let (constraints, pairs) = (&mut self.relaxation.constraints, &mut self.pairs.pairs);
+        self.relaxation.passes = as_listed::solve(&mut self.bodies, constraints, pairs, settings);
+        watch(StepPhase::Relax, self);
+        self.touches.report(&self.bodies, self.relaxation.overlaps(&self.bodies), &[]);
+    }
+
+    /// Impacts in the order of their times, velocities that satisfy all contacts, then positions.
+    fn step_conjugate(
+        &mut self,
+        settings: &Conjugate,
+        watch: &mut dyn FnMut(StepPhase, &mut World),
+    ) {
+        self.sleep.save_step_start(&self.bodies);
+        let leaves_out = self.leaves_out();
+        self.conjugate.begin(&mut self.bodies, &mut self.steady, leaves_out);
+        self.find_contacts(settings);
+        while self.wake_touched() {
+            self.find_contacts(settings);
+        }
+        watch(StepPhase::Pairs, self);
+        self.find_velocities(settings);
+        while self.wake_touched() {
+            self.find_contacts(settings);
+            self.find_velocities(settings);
+        }
+        self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady);
+        watch(StepPhase::Relax, self);
+        let context = StepContext::new(settings, &self.settings, self.features);
+        self.conjugate.find_positions(&mut self.bodies, &self.pairs.pairs, &context);
+        watch(StepPhase::Integrate, self);
+        self.report_touches(settings);
+    }
+
+    fn find_contacts(&mut self, settings: &Conjugate) {
+        let context = StepContext::new(settings, &self.settings, self.features);
+        self.conjugate.find_contacts(&mut self.bodies, &mut self.pairs, &self.steady, &context);
+    }
+
+    fn find_velocities(&mut self, settings: &Conjugate) {
+        self.find_moves();
+        let context = StepContext::new(settings, &self.settings, self.features);
+        let moves = moves(&self.forces);
+        self.conjugate.find_velocities(&mut self.bodies, &mut self.pairs, moves, &context);
+    }
+
+    /// Whether steps leave steady islands out: sleep counts the steps of bodies at rest, and forces may change by
+    /// themselves.
+    fn leaves_out(&self) -> bool {
+        !(self.settings.sleeping || self.forces.is_some())
+    }
+
+    /// Reports the touches of a step, and leaves what it has not changed out of the next one.
+    fn report_touches(&mut self, settings: &Conjugate) {
+        self.touches.report(&self.bodies, self.conjugate.touching(), &self.steady.touches);
+        if self.steady.is_on {
+            let context = StepContext::new(settings, &self.settings, self.features);
+            let (bodies, touches) = (&mut self.bodies, &self.touches.now);
+            let kill_zone = &self.settings.kill_zone;
+            self.conjugate.leave_out(bodies, &mut self.steady, touches, kill_zone, &context);
+        }
+    }
+
+    /// Wakes or readmits the islands that a moving body met; returns whether the step has to be repeated.
+    fn wake_touched(&mut self) -> bool {
+        if self.steady.readmit_met(&mut self.bodies, self.conjugate.contacting_pairs()) {
+            return true;
+        }
+        let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
+        self.sleep.wake_touched(&mut awake, self.conjugate.contacting_pairs())
+    }
+
+    /// Finds the moves of bodies under drag, wind and springs.
+    fn find_moves(&mut self) {
+        let WorldSettings { gravity, dt, speed_max, .. } = self.settings;
+        if let Some(forces) = &mut self.forces {
+            forces.find_moves(&self.bodies, Surroundings { gravity, dt, speed_max });
+            forces.moves.retain(|found| !self.sleep.has(found.slot));
+        }
+    }
+
+    fn remove_departed(&mut self) {
+        let Departed { bodies: departed, quarantined } = &mut self.departed;
+        departed.clear();
+        quarantined.clear();
+        for &slot in &self.bodies.moving {
+            let center = self.bodies.center[slot as usize];
+            // A body that is not finite is removed before it can touch anything (C03).
+            if !self.bodies.is_finite(slot as usize) {
+                let last = if center.is_finite() { center } else { self.settings.kill_zone.low };
+                quarantined.push(self.bodies.id(slot));
+                departed.push((self.bodies.id(slot), last));
+            } else if !self.settings.kill_zone.contains(center) {
+                departed.push((self.bodies.id(slot), center));
+            }
+        }
+        for index in 0..self.departed.bodies.len() {
+            self.remove(self.departed.bodies[index].0);
+        }
+    }
+}
+
+fn moves(forces: &Option<Forces>) -> &[Move] {
+    forces.as_ref().map_or(&[], |forces| &forces.moves)
+}
