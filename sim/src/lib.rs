@@ -45,4 +45,4 @@ pub use state::bytes::StateError;
 pub use state::{Difference, Subject};
 pub use time::{DT, STEP_MAX, TICKS_PER_SECOND};
 pub use touches::Touch;
-pub use world::{StepPhase, World, WorldSettings};
+pub use world::{StepBudget, StepPhase, World, WorldSettings};

@@ -110,6 +110,17 @@ impl Particles {
         Particles { recipes, limit, ..Particles::default() }
     }
 
+    /// Limits the memory for obstacles: cells of the grid in which they are found, counted for each obstacle that
+    /// touches them. With more of them [`Particles::is_over`] says so, and particles meet no obstacle.
+    pub fn limit_obstacle_cells(&mut self, most: usize) {
+        self.grid = ObstacleGrid::limited(most);
+    }
+
+    /// Whether obstacles touched more cells than is allowed.
+    pub fn is_over(&self) -> bool {
+        self.grid.is_over()
+    }
+
     /// Adds an emitter; it makes its first particles in the next `step`. Returns `false` if
     /// [`EMITTERS_RUNNING_MAX`] are running. Panics if its recipe does not exist.
     pub fn start(&mut self, emitter: EmitterDef) -> bool {

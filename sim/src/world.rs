@@ -7,7 +7,7 @@ mod state;
 mod step;
 
 pub use crate::body::{BodyDef, BodyId, Motion};
-pub use settings::WorldSettings;
+pub use settings::{StepBudget, WorldSettings};
 
 use crate::bodies::Bodies;
 use crate::broad_phase::pairs::PairList;
@@ -76,7 +76,7 @@ impl World {
     pub fn new(settings: WorldSettings) -> World {
         settings.check();
         World {
-            particles: Particles::new(settings.recipes.clone(), settings.particles_max),
+            particles: particles(&settings),
             forces: settings.forces.as_ref().map(Forces::new),
             features: settings.features,
             pairs: PairList::new(settings.sleeping),
@@ -346,7 +346,7 @@ impl World {
     /// Advances particles and emitters by one step, against the bodies at the present quantised
     /// positions that clients see.
     pub fn step_particles(&mut self) {
-        if !self.features.particles {
+        if !self.features.particles || self.is_over_budget() {
             return;
         }
         let quantum = self.settings.quantum;
@@ -400,6 +400,18 @@ impl World {
         }
     }
 
+    /// Whether a step needed more than its [`StepBudget`]: it was broken off, and the world stands still from then on.
+    /// Its game cannot go on. What a step needs depends on when the list of pairs was built, so that a restored world
+    /// may exceed its budget some steps earlier or later.
+    pub fn is_over_budget(&self) -> bool {
+        self.pairs.is_over() || self.conjugate.is_over() || self.particles.is_over()
+    }
+
+    /// Pairs that the last step found: what [`StepBudget::pairs`] bounds.
+    pub fn pair_count(&self) -> usize {
+        self.pairs.pairs.len()
+    }
+
     /// Whether a body sleeps: it is at rest and costs nothing. Only in worlds that sleep. Its
     /// touches are not reported.
     pub fn is_asleep(&self, id: BodyId) -> bool {
@@ -437,6 +449,13 @@ impl World {
     pub fn is_finite(&self) -> bool {
         self.bodies.slots().all(|slot| self.bodies.is_finite(slot as usize))
     }
+}
+
+/// No particles yet, in a world with these settings.
+fn particles(settings: &WorldSettings) -> Particles {
+    let mut particles = Particles::new(settings.recipes.clone(), settings.particles_max);
+    particles.limit_obstacle_cells(settings.budget.obstacle_cells);
+    particles
 }
 
 fn awake<'a>(

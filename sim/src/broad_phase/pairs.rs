@@ -80,6 +80,8 @@ pub(crate) struct Filter<'a> {
     pub meets: &'a [u32; GROUPS_MAX],
     /// Pairs of two immovable bodies are listed too: contacts are only detected.
     pub immovable: bool,
+    /// Pairs that the list may hold.
+    pub pairs_max: usize,
 }
 
 impl Filter<'_> {
@@ -101,6 +103,8 @@ pub(crate) struct PairList {
     fat: Vec<Aabb>,
     /// Bodies were added or placed elsewhere since the list was built.
     stale: bool,
+    /// There were more pairs than the list may hold: it lacks some.
+    is_over: bool,
     /// In a world that sleeps, all bodies outside the moving list.
     static_grid: Option<StaticGrid>,
     /// Slots that have outgrown their boxes; one more than [`RENEWED_MAX`] stands for any number.
@@ -171,7 +175,13 @@ impl PairList {
         self.pairs.retain(|pair| pair.a != slot && pair.b != slot);
     }
 
-    /// Makes the list complete for the present positions; returns whether it was changed.
+    /// Whether there were more pairs than the list may hold.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// Makes the list complete for the present positions; returns whether it was changed. It is not complete where
+    /// there are too many pairs.
     pub fn refresh(&mut self, bodies: &Bodies, filter: Filter) -> bool {
         if !self.stale {
             self.find_outgrown(bodies);
@@ -182,6 +192,7 @@ impl PairList {
             1..=RENEWED_MAX => self.renew(bodies, filter),
             _ => self.rebuild(bodies, filter),
         }
+        self.is_over |= self.pairs.len() > filter.pairs_max;
         true
     }
 
@@ -233,6 +244,10 @@ impl PairList {
                     self.keys.push(key(a, b));
                 }
             }
+            if self.keys.len() > filter.pairs_max {
+                self.is_over = true;
+                break;
+            }
         }
         self.find_static_pairs(bodies, &outgrown, filter);
         self.keys.sort_unstable();
@@ -258,7 +273,7 @@ impl PairList {
     }
 
     fn sweep(&mut self, bodies: &Bodies, filter: Filter) {
-        let PairList { order, sorted, found, keys, .. } = self;
+        let PairList { order, sorted, found, keys, is_over, .. } = self;
         keys.clear();
         found.resize(order.len(), 0);
         for (rank, (&a, bounds)) in order.iter().zip(sorted.iter()).enumerate() {
@@ -277,20 +292,29 @@ impl PairList {
                     keys.push(key(a as u32, b));
                 }
             }
+            if keys.len() > filter.pairs_max {
+                *is_over = true;
+                return;
+            }
         }
     }
 
     /// Pairs of some moving bodies with those that do not move.
     fn find_static_pairs(&mut self, bodies: &Bodies, moving: &[u32], filter: Filter) {
-        let Some(grid) = self.static_grid.as_ref() else { return };
+        let PairList { static_grid, fat, keys, is_over, .. } = self;
+        let Some(grid) = static_grid else { return };
         let filter = Filter { immovable: false, ..filter };
         for &a in moving {
-            let fat_a = self.fat[a as usize];
+            let fat_a = fat[a as usize];
             grid.query(&fat_a, |b| {
-                if filter.takes(bodies, a, b) && fat_a.overlaps(&self.fat[b as usize]) {
-                    self.keys.push(key(a, b));
+                if filter.takes(bodies, a, b) && fat_a.overlaps(&fat[b as usize]) {
+                    keys.push(key(a, b));
                 }
             });
+            if keys.len() > filter.pairs_max {
+                *is_over = true;
+                return;
+            }
         }
     }
 

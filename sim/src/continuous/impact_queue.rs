@@ -46,6 +46,8 @@ const IMPACTS_AMONG_MANY_MAX: u32 = 6;
 const FAST: f32 = 4.0;
 /// Depth of the search for obstructions of obstructions.
 const OBSTRUCTIONS_MAX: u32 = 8;
+/// Impacts that may wait at a time for each pair that a budget allows. Those that have become void wait too.
+const QUEUED_PER_PAIR: usize = 4;
 
 /// No body.
 const NONE: u32 = u32::MAX;
@@ -106,6 +108,8 @@ pub(crate) enum Progress {
     Done,
     /// There may be more, with bodies that were out of reach.
     BeyondReach,
+    /// They take more than the step may.
+    OverBudget,
 }
 
 impl ImpactQueue {
@@ -172,7 +176,7 @@ impl ImpactQueue {
         }
     }
 
-    /// Processes impacts in the order of their times. Except in the `last` round, a body that gets faster than
+    /// Processes impacts in the order of their times, until more than `predictions_max` were needed. Except in the `last` round, a body that gets faster than
     /// its reach waits, since the list may lack some of its pairs, and so does every body that it meets. The next
     /// round goes on with those.
     pub fn process(
@@ -181,13 +185,18 @@ impl ImpactQueue {
         pairs: &[Pair],
         context: &StepContext,
         last: bool,
+        predictions_max: u64,
     ) -> Progress {
         self.fill_queue(bodies, pairs, context);
         if self.queue.is_empty() {
             return Progress::Done;
         }
         self.list_pairs(bodies, pairs);
+        let queued_max = context.filter.pairs_max.saturating_mul(QUEUED_PER_PAIR);
         while let Some(Reverse(event)) = self.queue.pop() {
+            if self.predictions > predictions_max || self.queue.len() > queued_max {
+                return Progress::OverBudget;
+            }
             let pair = &pairs[event.pair as usize];
             if event.version != self.version(pair) {
                 continue;

@@ -85,9 +85,23 @@ pub(super) struct ObstacleGrid {
     /// First entry of each cell's list in `entries`; one more at the end.
     starts: Vec<u32>,
     entries: Vec<u32>,
+    /// Entries that it may have, if they are limited.
+    entries_max: Option<usize>,
+    /// There were more: no obstacle is found.
+    is_over: bool,
 }
 
 impl ObstacleGrid {
+    /// An empty grid that may have this many entries.
+    pub fn limited(entries_max: usize) -> ObstacleGrid {
+        ObstacleGrid { entries_max: Some(entries_max), ..ObstacleGrid::default() }
+    }
+
+    /// Whether there were more entries than it may have.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
     /// Counting sort of the obstacles into all cells that their boxes touch.
     pub fn fill(&mut self, obstacles: &[Obstacle]) {
         self.choose_cells(obstacles);
@@ -101,6 +115,11 @@ impl ObstacleGrid {
         }
         let total = self.starts[self.starts.len() - 1] as usize;
         self.entries.clear();
+        if self.entries_max.is_some_and(|most| total > most) {
+            self.is_over = true;
+            (self.columns, self.rows) = (0, 0);
+            return;
+        }
         self.entries.resize(total, 0);
         let mut entries = std::mem::take(&mut self.entries);
         for (index, obstacle) in (0u32..).zip(obstacles) {

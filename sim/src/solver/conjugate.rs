@@ -80,6 +80,10 @@ pub(crate) struct ConjugateSolver {
     pub sweeps: u32,
     /// Visits of constraints by sweeps, and predictions of impacts.
     pub work: u64,
+    /// Work that the step may still take.
+    work_left: u64,
+    /// Whether a step needed more.
+    is_over: bool,
 }
 
 /// Limits of the work on an island.
@@ -95,7 +99,14 @@ struct IslandLimits {
 
 impl ConjugateSolver {
     /// Begins a step.
-    pub fn begin(&mut self, bodies: &mut Bodies, steady: &mut Steady, leaves_out: bool) {
+    pub fn begin(
+        &mut self,
+        bodies: &mut Bodies,
+        steady: &mut Steady,
+        leaves_out: bool,
+        work_max: u64,
+    ) {
+        self.work_left = work_max;
         if is_large_world(bodies, steady) != self.is_large_world {
             // Their islands are solved in another way.
             steady.readmit_all(bodies);
@@ -103,8 +114,20 @@ impl ConjugateSolver {
         steady.begin(bodies, leaves_out);
     }
 
+    /// Whether a step needed more work than it may take.
+    pub fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// Takes work from what the step may take; returns whether there was enough.
+    fn spend(&mut self, work: u64) -> bool {
+        self.is_over |= work > self.work_left;
+        self.work_left = self.work_left.saturating_sub(work);
+        !self.is_over
+    }
+
     /// Finds the contact constraints of a step, once all bounces are done: bounces change
-    /// velocities, and with them the pairs that may touch.
+    /// velocities, and with them the pairs that may touch. Finds none where the budget is used up.
     pub fn find_contacts(
         &mut self,
         bodies: &mut Bodies,
@@ -117,21 +140,29 @@ impl ConjugateSolver {
         self.static_clamp.remember(bodies);
         let may_bounce = self.reach(bodies, context, true);
         pairs.refresh(bodies, context.filter);
-        if may_bounce {
-            for round in 1..=BOUNCE_ROUNDS_MAX {
-                let last = round == BOUNCE_ROUNDS_MAX;
-                if self.impact_queue.process(bodies, &pairs.pairs, context, last)
-                    != Progress::BeyondReach
-                {
-                    break;
-                }
-                self.impact_queue.extend_reach_of_impacted(bodies, context);
-                pairs.refresh(bodies, context.filter);
-            }
+        if may_bounce && !pairs.is_over() {
+            self.find_impacts(bodies, pairs, context);
             self.reach(bodies, context, false);
             pairs.refresh(bodies, context.filter);
         }
-        self.gather(bodies, &pairs.pairs, &steady.takes_no_part, context);
+        let work = self.impact_queue.predictions + pairs.pairs.len() as u64;
+        if self.spend(work) && !pairs.is_over() {
+            self.gather(bodies, &pairs.pairs, &steady.takes_no_part, context);
+        }
+    }
+
+    fn find_impacts(&mut self, bodies: &mut Bodies, pairs: &mut PairList, context: &StepContext) {
+        for round in 1..=BOUNCE_ROUNDS_MAX {
+            let last = round == BOUNCE_ROUNDS_MAX;
+            let (queue, work_max) = (&mut self.impact_queue, self.work_left);
+            let progress = queue.process(bodies, &pairs.pairs, context, last, work_max);
+            self.is_over |= progress == Progress::OverBudget;
+            if progress != Progress::BeyondReach || pairs.is_over() {
+                break;
+            }
+            self.impact_queue.extend_reach_of_impacted(bodies, context);
+            pairs.refresh(bodies, context.filter);
+        }
     }
 
     /// Sets the reach of each moving body; before bounces also for bodies that it may yet meet.
@@ -203,10 +234,14 @@ impl ConjugateSolver {
         for _ in 0..late_pairs::ROUNDS_MAX {
             let faster = self.late_pairs.extend_reach(bodies, context.dt);
             self.has_fast_bodies |= faster;
-            if !faster {
+            if !faster || self.is_over {
                 return;
             }
-            if pairs.refresh(bodies, context.filter) {
+            let is_new = pairs.refresh(bodies, context.filter);
+            if pairs.is_over() {
+                return;
+            }
+            if is_new {
                 late_pairs::reindex_pairs(&mut self.contacts.constraints, &pairs.pairs);
             }
             if !self.add_late_pairs(bodies, &pairs.pairs, context) {
@@ -237,6 +272,7 @@ impl ConjugateSolver {
         self.sweeps = 0;
         self.work = self.impact_queue.predictions;
         for number in 0..self.islands.count() {
+            let work_before = self.work;
             let island = &self.islands.constraints[self.islands.range(number)];
             match *island {
                 [index] if self.is_single(index) => self.solve_single(index, bodies, context),
@@ -249,6 +285,9 @@ impl ConjugateSolver {
                     }
                     self.solve_island(number, VISITS_PER_CONTACT, bodies, pairs, context);
                 }
+            }
+            if !self.spend(self.work - work_before) {
+                return;
             }
         }
     }
@@ -296,7 +335,11 @@ impl ConjugateSolver {
                 for &index in island {
                     self.contacts.infos[index as usize].correction = Correction::Thorough;
                 }
+                let work_before = self.work;
                 self.solve_island(number, LATE_VISITS_PER_CONTACT, bodies, pairs, context);
+                if !self.spend(self.work - work_before) {
+                    return false;
+                }
             }
         }
         true
@@ -386,7 +429,8 @@ impl ConjugateSolver {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
-        let work_max = context.settings.work_max / island.len() as u32;
+        let work_left = u32::try_from(self.work_left).unwrap_or(u32::MAX);
+        let work_max = context.settings.work_max.min(work_left) / island.len() as u32;
         let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
         let is_local =
             !self.is_large_world && island.len() >= LOCAL_ISLAND && mass_ratio <= LOCAL_MASS_RATIO;

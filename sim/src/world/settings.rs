@@ -43,6 +43,30 @@ pub struct WorldSettings {
     pub recipes: Vec<Recipe>,
     /// Features that steps handle from the start; others are added with the bodies that have them.
     pub features: Features,
+    /// The most that a step may take.
+    pub budget: StepBudget,
+}
+
+/// The most that a step may take, for worlds that a stranger made. A step that needs more is broken off before it
+/// allocates or solves more, and the world stands still from then on ([`World::is_over_budget`]).
+///
+/// [`World::is_over_budget`]: crate::World::is_over_budget
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepBudget {
+    /// Pairs of bodies that may come into contact: those within reach of each other, and within a margin of
+    /// that. What a step holds in memory for contacts, and what a pass of the relaxation visits.
+    pub pairs: usize,
+    /// Work of a step of the conjugate solver: visits of contacts by its sweeps, predictions of impacts, and pairs each
+    /// time that they are looked at.
+    pub work: u64,
+    /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them.
+    pub obstacle_cells: usize,
+}
+
+impl StepBudget {
+    /// No bounds.
+    pub const UNLIMITED: StepBudget =
+        StepBudget { pairs: usize::MAX, work: u64::MAX, obstacle_cells: usize::MAX };
 }
 
 impl Default for WorldSettings {
@@ -64,6 +88,7 @@ impl Default for WorldSettings {
             particles_max: 0,
             recipes: Vec::new(),
             features: Features::NONE,
+            budget: StepBudget::UNLIMITED,
         }
     }
 }
@@ -71,7 +96,8 @@ impl Default for WorldSettings {
 impl WorldSettings {
     /// Filter of the bodies that may pair.
     pub(crate) fn filter(&self) -> Filter<'_> {
-        Filter { meets: &self.meets, immovable: self.solver.is_none() }
+        let (immovable, pairs_max) = (self.solver.is_none(), self.budget.pairs);
+        Filter { meets: &self.meets, immovable, pairs_max }
     }
 
     /// Panics unless every setting is in its documented range.

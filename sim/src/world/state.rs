@@ -198,6 +198,7 @@ impl World {
         world.read_contacts(bytes)?;
         let (recipes, limit) = (world.settings.recipes.clone(), world.settings.particles_max);
         world.particles = Particles::restore(recipes, limit, bytes)?;
+        world.particles.limit_obstacle_cells(world.settings.budget.obstacle_cells);
         if let Some(settings) = &world.settings.forces {
             world.forces = Some(Forces::restore(settings, &world.bodies, bytes)?);
         }

@@ -10,13 +10,17 @@ use crate::world::settings::WorldSettings;
 impl World {
     pub(super) fn advance(&mut self, watch: &mut dyn FnMut(StepPhase, &mut World)) {
         match self.settings.solver {
+            _ if self.is_over_budget() => {}
             Some(Solver::Conjugate(settings)) => self.step_conjugate(&settings, watch),
             Some(Solver::Relaxation(settings)) if self.listed => self.step_listed(&settings, watch),
             Some(Solver::Relaxation(settings)) => self.step_relaxation(Some(&settings), watch),
             None => self.step_relaxation(None, watch),
         }
+        if self.is_over_budget() {
+            self.touches.now.clear();
+        }
         self.remove_departed();
-        if self.settings.sleeping {
+        if self.settings.sleeping && !self.is_over_budget() {
             let mut awake = awake(&mut self.bodies, &mut self.pairs, &mut self.touches);
             let constraints = &self.conjugate.contacts.constraints;
             let springs = self.forces.as_ref().map_or(&[][..], Forces::springs);
@@ -38,6 +42,9 @@ impl World {
         self.relaxation.advance(&mut self.bodies, moves, self.settings.dt);
         watch(StepPhase::Integrate, self);
         self.pairs.refresh(&self.bodies, self.settings.filter());
+        if self.pairs.is_over() {
+            return;
+        }
         self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
         watch(StepPhase::Pairs, self);
         let (bodies, pairs) = (&mut self.bodies, &mut self.pairs.pairs);
@@ -55,6 +62,9 @@ impl World {
         self.relaxation.advance(&mut self.bodies, &[], dt);
         watch(StepPhase::Integrate, self);
         self.pairs.refresh(&self.bodies, self.settings.filter());
+        if self.pairs.is_over() {
+            return;
+        }
         self.relaxation.gather(&self.bodies, &self.pairs.pairs, self.features);
         watch(StepPhase::Pairs, self);
         self.relaxation.drop_non_finite(&self.bodies);
@@ -72,16 +82,25 @@ impl World {
     ) {
         self.sleep.save_step_start(&self.bodies);
         let leaves_out = self.leaves_out();
-        self.conjugate.begin(&mut self.bodies, &mut self.steady, leaves_out);
+        let work_max = self.settings.budget.work;
+        self.conjugate.begin(&mut self.bodies, &mut self.steady, leaves_out, work_max);
         self.find_contacts(settings);
-        while self.wake_touched() {
+        while !self.is_over_budget() && self.wake_touched() {
             self.find_contacts(settings);
+        }
+        if self.is_over_budget() {
+            return;
         }
         watch(StepPhase::Pairs, self);
         self.find_velocities(settings);
-        while self.wake_touched() {
+        while !self.is_over_budget() && self.wake_touched() {
             self.find_contacts(settings);
-            self.find_velocities(settings);
+            if !self.is_over_budget() {
+                self.find_velocities(settings);
+            }
+        }
+        if self.is_over_budget() {
+            return;
         }
         self.conjugate.store(&self.bodies, &mut self.pairs.pairs, &self.steady);
         watch(StepPhase::Relax, self);

@@ -2,6 +2,7 @@
 //! (A2.7 to A2.11, A2.29), and the defects of solver and loop (C08 to C20, C22a to C22m, C23a).
 
 mod as_listed;
+mod budget;
 mod contacts;
 mod quarantine;
 mod squeezed;

@@ -1,0 +1,118 @@
+//! A step that needs more than its budget is broken off before it takes it.
+
+use super::*;
+use crate::{Conjugate, EmitterDef, Recipe, Source, StepBudget};
+
+fn solvers() -> [Solver; 2] {
+    let relaxation = Relaxation { iterations: 30, ..Relaxation::default() };
+    [Solver::Relaxation(relaxation), Solver::Conjugate(Conjugate::default())]
+}
+
+/// Bouncing discs of this radius around one point, and walls around them.
+fn heap(solver: Solver, count: u32, radius: f32, budget: StepBudget) -> World {
+    let settings = WorldSettings { solver: Some(solver), budget, ..WorldSettings::default() };
+    let mut world = World::new(settings);
+    for (x, y, width, height) in [(0.0, -30.0, 80.0, 4.0), (-40.0, 0.0, 4.0, 80.0)] {
+        let shape = Shape::rect(width, height);
+        let position = Vec2::new(x, y);
+        add(&mut world, BodyDef { shape, position, motion: Motion::Static, ..BodyDef::default() });
+    }
+    let mut rng = crate::Rng::new(5, 0);
+    for _ in 0..count {
+        let mut random = |most: f32| Vec2::new(rng.range(-most, most), rng.range(-most, most));
+        let (shape, position, velocity) = (Shape::circle(radius), random(8.0), random(40.0));
+        let def = BodyDef { shape, position, velocity, restitution: 0.9, ..BodyDef::default() };
+        add(&mut world, def);
+    }
+    world
+}
+
+#[test]
+fn too_many_pairs_end_a_step_before_they_are_listed() {
+    let budget = StepBudget { pairs: 2000, ..StepBudget::UNLIMITED };
+    for solver in solvers() {
+        let mut world = heap(solver, 400, 12.0, budget);
+        world.step();
+        assert!(world.is_over_budget());
+        let list = world.pair_list();
+        let held = list.pairs.capacity();
+        assert!(held <= 2 * (budget.pairs + 400), "room for {held} pairs");
+        assert_eq!((world.touches().len(), world.constraint_count()), (0, 0));
+        let positions = world.body_arrays().center.clone();
+        world.step();
+        assert_eq!(world.body_arrays().center, positions, "the world stands still");
+    }
+}
+
+#[test]
+fn a_heap_that_grows_ends_at_the_same_step_each_time() {
+    let budget = StepBudget { pairs: 300, ..StepBudget::UNLIMITED };
+    for solver in solvers() {
+        let ends = || {
+            let mut world = heap(solver, 0, 1.0, budget);
+            let steps = (0..300).find(|step| {
+                let position = Vec2::new((step % 5) as f32, 10.0);
+                let def = BodyDef { shape: Shape::circle(1.0), position, ..BodyDef::default() };
+                add(&mut world, def);
+                world.step();
+                world.is_over_budget()
+            });
+            (steps, world.hash())
+        };
+        let (steps, hash) = ends();
+        assert!(steps.is_some_and(|steps| steps > 20), "it ended at {steps:?}");
+        assert_eq!(ends(), (steps, hash));
+    }
+}
+
+#[test]
+fn impacts_and_sweeps_take_no_more_work_than_the_budget_has() {
+    let budget = StepBudget { work: 20_000, ..StepBudget::UNLIMITED };
+    let mut world = heap(solvers()[1], 400, 3.0, budget);
+    world.step();
+    assert!(world.is_over_budget());
+    let mut free = heap(solvers()[1], 400, 3.0, StepBudget::UNLIMITED);
+    free.step();
+    assert!(free.pair_solves() > 10 * budget.work, "{} without a budget", free.pair_solves());
+    assert!(world.pair_solves() < 2 * budget.work, "{} with one", world.pair_solves());
+}
+
+#[test]
+fn a_budget_that_is_kept_changes_nothing() {
+    let budget = StepBudget { pairs: 5000, work: 1_000_000, obstacle_cells: 1 };
+    for solver in solvers() {
+        let mut world = heap(solver, 60, 1.0, budget);
+        let mut free = heap(solver, 60, 1.0, StepBudget::UNLIMITED);
+        for _ in 0..120 {
+            world.step();
+            free.step();
+        }
+        assert!(!world.is_over_budget());
+        assert_eq!(world.hash(), free.hash());
+    }
+}
+
+#[test]
+fn obstacles_that_cover_each_other_end_a_world_before_their_cells_are_listed() {
+    let budget = StepBudget { obstacle_cells: 10_000, ..StepBudget::UNLIMITED };
+    let mut world = World::new(WorldSettings {
+        recipes: vec![Recipe::default()],
+        particles_max: 10,
+        budget,
+        ..WorldSettings::default()
+    });
+    let cover = |world: &mut World, count| {
+        for _ in 0..count {
+            let shape = Shape::rect(100.0, 100.0);
+            add(world, BodyDef { shape, motion: Motion::Static, ..BodyDef::default() });
+        }
+    };
+    let emitter = EmitterDef { recipe: 0, count: 5, seed: 1, source: Source::Point(Vec2::ZERO) };
+    assert!(world.start_emitter(emitter));
+    cover(&mut world, 2);
+    (0..9).for_each(|_| world.step_particles());
+    assert!(!world.is_over_budget());
+    cover(&mut world, 1);
+    world.step_particles();
+    assert!(world.is_over_budget());
+}
