@@ -193,6 +193,9 @@ impl Game {
         let Game { scene, world, roster, rngs, events, prey, rules, .. } = self;
         let tick = self.ticks;
         events.clear();
+        if world.is_over_budget() {
+            return;
+        }
         events.append(&mut self.pending);
 
         if let Some(rules) = rules {
@@ -226,6 +229,10 @@ impl Game {
         if !rules.as_ref().is_some_and(Rules::stands_still) {
             step(world, watch);
         }
+        if world.is_over_budget() {
+            events.clear();
+            return;
+        }
 
         impacts::report(world, scene, &mut self.hard_touches, events);
         heroes::report_departed(world, roster, events);
@@ -245,6 +252,12 @@ impl Game {
         world.step_particles();
         watch(Phase::Particles, world);
         self.ticks += 1;
+    }
+
+    /// Whether a tick needed more than the scene's [`StepBudget`](jostle_sim::StepBudget). That tick was broken off, and
+    /// none is played any more.
+    pub fn is_over_budget(&self) -> bool {
+        self.world.is_over_budget()
     }
 
     /// Reports of the last tick, and joins and leaves since the one before, in order.

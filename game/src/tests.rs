@@ -1,6 +1,7 @@
 //! The rules of a game, on small scenes made for each.
 
 mod bodies;
+mod budget;
 mod games;
 mod heroes;
 mod packs;
