@@ -12,6 +12,9 @@ use crate::{emitters, placing};
 use glam::Vec2;
 use jostle_sim::{BodyId, EmitterDef, Motion, Source};
 
+/// Occurrences on which rules act in a tick, those of the first rules; further ones have no effect. A heap in which all
+/// bodies touch has as many for each rule as the square of its bodies.
+const OCCURRENCES_MAX: usize = 4096;
 /// Particles of a splash.
 const SPLASH_PARTICLES: u16 = 40;
 
@@ -36,7 +39,8 @@ impl Rules {
             {
                 table.events.push(Event::Said { rule: index, it: player, by });
             }
-            found.extend(of_rule.iter().map(|&occurrence| (rule, occurrence)));
+            let left = OCCURRENCES_MAX - found.len();
+            found.extend(of_rule.iter().take(left).map(|&occurrence| (rule, occurrence)));
         }
         for (rule, occurrence) in &found {
             self.act(rule, occurrence, table);

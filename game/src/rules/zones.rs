@@ -40,9 +40,9 @@ impl Rules {
             if let Some(take) = spec.take {
                 state.update_holder(take, alone(&changes.inside, table.roster));
             }
-            let came = changes.inside.iter().filter(|id| !state.inside.contains(id));
+            let came = changes.inside.iter().filter(|id| !has(&state.inside, **id));
             changes.entered.extend(came.map(|&id| (index, id)));
-            let gone = state.inside.iter().filter(|id| !changes.inside.contains(id));
+            let gone = state.inside.iter().filter(|id| !has(&changes.inside, **id));
             changes.left.extend(gone.map(|&id| (index, id)));
             std::mem::swap(&mut state.inside, &mut changes.inside);
         }
@@ -98,6 +98,12 @@ impl ZoneState {
             self.holder = None;
         }
     }
+}
+
+/// Whether a list in id order has a body.
+fn has(inside: &[BodyId], id: BodyId) -> bool {
+    let found = inside.binary_search_by_key(&id.index, |other| other.index);
+    found.is_ok_and(|at| inside[at] == id)
 }
 
 /// Whose heroes are in a zone.
