@@ -18,6 +18,7 @@ mod limits;
 mod locate;
 mod marks;
 mod name;
+mod overlaps;
 mod parse;
 mod path;
 mod plan;

@@ -126,7 +126,10 @@ impl Budget {
         }
         let found =
             format!("a worst tick of {:.1} ms by its limits, most of it from here", worst.ms);
-        let allowed = format!("at most {} ms; fewer bodies, or a cheaper solver", self.tick_ms);
+        let allowed = format!(
+            "at most {} ms; fewer bodies, none in each other at the start, or a cheaper solver",
+            self.tick_ms
+        );
         Err(SceneError::in_scene(scene, &worst.field, found, allowed))
     }
 }

@@ -6,6 +6,7 @@
 //! Intel Xeon server, shared with other work, and belong to the worst of 1200 to 3600 ticks with 8 to
 //! 64 bots. Sending snapshots comes on top.
 
+use super::overlaps::Overlaps;
 use super::plan::{self, Bodies};
 use super::spec::Scene;
 use jostle_sim::math::max;
@@ -23,6 +24,9 @@ const CONJUGATE_BODY_US: f32 = 15.0;
 const BOUNCING_BODY_US: f32 = 25.0;
 /// Microseconds of a particle: the 4096 of `emitters` took 0.33 ms with all else in that scene.
 const PARTICLE_US: f32 = 0.08;
+
+/// Contacts of a body in a heap, of which its time consists. Each one more that bodies have at the start takes as much.
+const CONTACTS_PER_BODY: u32 = 3;
 
 /// An upper estimate of a tick.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +51,7 @@ impl WorstTick {
             movers.iter().map(|alike| (body_us(scene, &movers, &alike.def), alike)).collect();
         // Beyond the limit of bodies the cheap ones are left out.
         costs.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let dearest = costs.first().map_or(0.0, |(cost, _)| *cost);
         let mut room = scene.world.bodies_max as u32;
         let mut shares: Vec<Share> = Vec::new();
         for (cost, alike) in costs {
@@ -57,6 +62,13 @@ impl WorstTick {
                 Some(share) => share.us += us,
                 None => shares.push(Share { us, field }),
             }
+        }
+        let moving = scene.world.bodies_max as u32 - room;
+        let overlaps = Overlaps::at_start(scene);
+        let beyond = overlaps.count.saturating_sub(CONTACTS_PER_BODY * moving);
+        if beyond > 0 {
+            let us = dearest / CONTACTS_PER_BODY as f32 * beyond as f32;
+            shares.push(Share { us, field: overlaps.field });
         }
         if emits(scene) {
             let us = PARTICLE_US * scene.world.particles_max as f32;
@@ -171,6 +183,27 @@ mod tests {
         few.world.bodies_max = 100;
         let saved = WorstTick::of(&arena).ms - WorstTick::of(&few).ms;
         assert!((saved - (all - 100) as f32 * 0.004).abs() < 1e-3, "{saved} of {all} bodies");
+    }
+
+    #[test]
+    fn bodies_that_lie_in_each_other_at_the_start_cost_their_contacts() {
+        let exact = "exact = true\ngrid = [40, 25]";
+        assert_eq!(ms("", exact), 4.0, "two units apart");
+        let heap = |radius: f32| {
+            let text = format!(
+                "title = \"Heap\"\nsize = [100, 100]\ngroups = [\"block\"]\npairs = [[\"block\", \"block\"]]\n\
+                 [[layouts]]\nkind = \"block\"\ncount = 1000\narea = [[46, 46], [54, 54]]\n\
+                 radius = {radius}\nexact = true\ngrid = [40, 25]\n"
+            );
+            WorstTick::of(
+                &Scene::parse("heap.toml", &text).unwrap_or_else(|error| panic!("{error}")),
+            )
+        };
+        assert_eq!(heap(0.09).ms, 4.0, "none touch");
+        let all = heap(12.0);
+        assert!(all.ms > 600.0, "{} ms for 499,500 contacts", all.ms);
+        assert_eq!(all.field, "layouts[0].count");
+        assert!(heap(1.0).ms > 20.0, "{} ms", heap(1.0).ms);
     }
 
     #[test]
