@@ -74,11 +74,8 @@ pub struct Moment {
 
 impl Moment {
     /// The state before the first tick of a replay.
-    fn first(replay: &Replay) -> Result<Moment, PlaybackError> {
-        let start = replay.start();
-        let file = format!("{}.toml", start.scene_name);
-        let scene = Scene::parse(&file, &start.scene).map_err(PlaybackError::Scene)?;
-        let game = Game::new(Arc::new(scene), start.seed);
+    fn first(replay: &Replay, scene: Arc<Scene>) -> Result<Moment, PlaybackError> {
+        let game = Game::new(scene, replay.start().seed);
         let moment = Moment { game, members: BTreeMap::new() };
         match keyframe_before(replay, replay.first_tick())? {
             Some(keyframe) => moment.at(&keyframe),
@@ -134,7 +131,15 @@ impl Moment {
 impl Playback {
     /// Starts before the first tick.
     pub fn new(replay: Arc<Replay>) -> Result<Playback, PlaybackError> {
-        let moment = Moment::first(&replay)?;
+        let start = replay.start();
+        let file = format!("{}.toml", start.scene_name);
+        let scene = Scene::parse(&file, &start.scene).map_err(PlaybackError::Scene)?;
+        Playback::of_scene(replay, Arc::new(scene))
+    }
+
+    /// The same with the replay's scene, which was parsed before, and perhaps given a budget.
+    pub fn of_scene(replay: Arc<Replay>, scene: Arc<Scene>) -> Result<Playback, PlaybackError> {
+        let moment = Moment::first(&replay, scene)?;
         Ok(Playback { replay, moment, block: None, marks: BTreeMap::new() })
     }
 
@@ -204,7 +209,7 @@ impl Playback {
             Some(mark) => self.moment.at(mark)?,
             None => match keyframe_before(&self.replay, tick)? {
                 Some(keyframe) => self.moment.at(&keyframe)?,
-                None => Moment::first(&self.replay)?,
+                None => Moment::first(&self.replay, Arc::clone(self.game().scene()))?,
             },
         };
         Ok(())

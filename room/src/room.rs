@@ -257,13 +257,17 @@ impl Room {
         })
     }
 
-    /// Plays one tick, with one input per player in seat order, and encodes its snapshot.
+    /// Plays one tick, with one input per player in seat order, and encodes its snapshot. A tick over the budget of a
+    /// guest's scene ([`Game::is_over_budget`]) is neither recorded nor sent; the room cannot go on.
     pub fn tick(&mut self) {
         self.free_abandoned_seats();
         self.seat_bots();
         let changes = self.apply_changes();
         self.take_inputs();
         self.game.tick(&self.inputs);
+        if self.game.is_over_budget() {
+            return;
+        }
         self.record_tick(changes);
         self.capture();
         self.resize_areas();
