@@ -48,7 +48,7 @@ impl GuestScenes {
     }
 }
 
-/// Parses a guest's scene, and checks that it keeps to its budget.
+/// Parses a guest's scene, checks that it keeps to its budget, and bounds its steps.
 pub fn read(text: &[u8]) -> Result<Scene, SceneError> {
     let text = std::str::from_utf8(text).map_err(|error| {
         let valid = &text[..error.valid_up_to()];
@@ -58,9 +58,10 @@ pub fn read(text: &[u8]) -> Result<Scene, SceneError> {
     if text.len() > limits::GUEST_SCENE_BYTES_MAX {
         return Err(too_long(format!("{} bytes", text.len())));
     }
-    let scene = Scene::parse(FILE, text)?;
+    let mut scene = Scene::parse(FILE, text)?;
     limits::GUEST_BUDGET.check(&scene)?;
     check_texts(&scene)?;
+    scene.world.budget = limits::GUEST_STEP;
     Ok(scene)
 }
 

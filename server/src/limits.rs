@@ -13,7 +13,7 @@ use jostle_game::scene::{Budget, FOLLOWERS_MAX};
 use jostle_protocol::limits::{
     CLIENT_MESSAGE_BYTES_MAX, REPLAY_BYTES_MAX, REPLAY_RECORD_BYTES_MAX, SERVER_MESSAGE_BYTES_MAX,
 };
-use jostle_sim::TICKS_PER_SECOND;
+use jostle_sim::{StepBudget, TICKS_PER_SECOND};
 use std::time::Duration;
 
 // Sockets.
@@ -237,13 +237,26 @@ pub const GUEST_BUDGET: Budget = Budget {
     // One in each tick.
     launched_per_s: 60,
 };
+/// What a step of a guest's scene takes at most; a room that needs more is closed. The budget of a scene counts its bodies,
+/// not where players, forces and launchers pile them up.
+pub const GUEST_STEP: StepBudget = StepBudget {
+    // Five times what a heap of all bodies has; 30 iterations over them take some 25 ms. They take some 5 MB.
+    pairs: 16_000,
+    // Some 50 ms; the largest tower that is shipped needs a fiftieth.
+    work: 1_000_000,
+    // Sixteen obstacles that cover everything, half a megabyte.
+    obstacle_cells: 65_536,
+};
 /// A room with a guest's scene has one processor divided by this in the long run: two milliseconds of each tick, as most
 /// scenes take far less.
 pub const GUEST_SHARE: u32 = 8;
 /// All of them together have the processors divided by this, so that at least as much is left to other rooms.
 pub const GUESTS_SHARE: usize = 2;
-/// Ticks that are tried before a room opens: its bodies have fallen, and each key was pressed many times.
+/// Ticks that are tried at a time before a room opens: its bodies have fallen, and each key was pressed many times.
 pub const GUEST_TRIAL_TICKS: u32 = 2 * TICKS_PER_SECOND;
+/// Times that as much is tried, one after the other, as far as the processor time of the first two suffices: launchers
+/// have filled a scene by then, and what falls together has fallen.
+pub const GUEST_TRIAL_PARTS: u32 = 10;
 /// Players in such a trial, who press all keys at random.
 pub const GUEST_TRIAL_PLAYERS: u16 = 8;
 /// Scenes of guests that are tried or wait for that.
@@ -445,13 +458,16 @@ pub struct Waits {
     pub drain: Duration,
     /// Time from the beginning of the end to the end, in every case: the files have what is left of it.
     pub drain_max: Duration,
-    /// Processor time in which a guest's scene is read and plays its trial: twice a room's share, as the trial is livelier
+    /// Processor time in which a guest's scene is read and plays each part of its trial: twice a room's share, as the trial is livelier
     /// than players are.
     pub guest_trial: Duration,
     /// Processor time in which a replay of a run is played again: half an hour of a scene takes a few seconds.
     pub run_trial: Duration,
     /// Processor time that a room with a guest's scene may take beyond its share before it is closed.
     pub guest_excess: Duration,
+    /// Processor time that a single tick of such a room may take before it is closed: six ticks, twice what a step
+    /// within [`GUEST_STEP`] takes.
+    pub guest_tick: Duration,
     /// Time between two looks at the files of the certificate. A change is taken up once it has lasted for one.
     pub certificate_look: Duration,
 }
@@ -477,6 +493,7 @@ impl Waits {
         guest_trial: Duration::from_millis(500),
         run_trial: Duration::from_secs(10),
         guest_excess: Duration::from_secs(5),
+        guest_tick: Duration::from_millis(100),
         certificate_look: Duration::from_secs(5),
     };
 

@@ -27,6 +27,7 @@ pub const PATIENT: Waits = Waits {
     command: LONG,
     drain: LONG,
     drain_max: LONG,
+    guest_tick: LONG,
     ..Waits::USUAL
 };
 

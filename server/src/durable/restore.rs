@@ -2,6 +2,7 @@
 
 use super::notes::Notes;
 use crate::files::read_regular;
+use crate::limits;
 use jostle_game::Scene;
 use jostle_protocol::limits::REPLAY_BYTES_MAX;
 use jostle_protocol::replay::{Change, Replay};
@@ -38,10 +39,13 @@ impl SavedRoom {
             return Err(format!("it is the file of room {:?}", start.room));
         }
         let scene = Scene::parse(&format!("{}.toml", start.scene_name), &start.scene);
-        let scene = scene.map_err(|error| error.to_string())?;
+        let mut scene = scene.map_err(|error| error.to_string())?;
         let (noted_tick, json) =
             replay.host().ok_or("it has no notes on the players and their seats")?;
         let mut notes: Notes = serde_json::from_slice(json).map_err(|error| error.to_string())?;
+        if notes.guest {
+            scene.world.budget = limits::GUEST_STEP;
+        }
         forget_changed_seats(&mut notes, &replay, noted_tick);
         Ok(SavedRoom { code, scene: Arc::new(scene), notes, replay: Arc::new(replay) })
     }
@@ -52,13 +56,17 @@ impl SavedRoom {
     }
 
     /// Plays the game up to its last recorded tick. The caller begins a new epoch of claims
-    /// ([`Room::begin_epoch`]). An error is a sentence that says why that is not possible.
-    pub fn restore(&self) -> Result<Room, String> {
+    /// ([`Room::begin_epoch`]). An error is a sentence that says why that is not possible. `None` if the game needs more
+    /// than its budget, or `may_go_on`, which is asked before each tick, says no.
+    pub fn restore(&self, may_go_on: impl Fn() -> bool) -> Result<Option<Room>, String> {
         let began = Instant::now();
-        let mut playback =
-            Playback::new(Arc::clone(&self.replay)).map_err(|error| error.to_string())?;
+        let mut playback = Playback::of_scene(Arc::clone(&self.replay), Arc::clone(&self.scene))
+            .map_err(|error| error.to_string())?;
         let mut diverged = None;
         while let Some(played) = playback.step().map_err(|error| error.to_string())? {
+            if playback.game().is_over_budget() || !may_go_on() {
+                return Ok(None);
+            }
             if !played.agrees {
                 diverged.get_or_insert(played.tick);
             }
@@ -78,7 +86,7 @@ impl SavedRoom {
         let ms = began.elapsed().as_millis() as u64;
         info!(room = %code, tick, played, ms, "room restored");
         let moment = playback.into_moment();
-        Ok(Room::restore(code, self.seed(), moment, &self.notes.members))
+        Ok(Some(Room::restore(code, self.seed(), moment, &self.notes.members)))
     }
 
     /// Whether nothing but an end record is missing, which such files never have.

@@ -9,24 +9,27 @@ use std::time::{Duration, Instant};
 pub struct Share {
     left: Duration,
     max: Duration,
+    /// Work that may be spent at a time.
+    tick_max: Duration,
     last: Option<(Instant, Duration)>,
 }
 
 impl Share {
-    /// A full bucket that holds `excess`.
-    pub fn new(excess: Duration) -> Share {
-        Share { left: excess, max: excess, last: None }
+    /// A full bucket that holds `excess`, of which a tick may take `tick_max`.
+    pub fn new(excess: Duration, tick_max: Duration) -> Share {
+        Share { left: excess, max: excess, tick_max, last: None }
     }
 
     /// Takes the work since the last call from the bucket: `worked` is the processor time that the room's thread has
-    /// taken in all. Returns whether there was enough; the first call only begins to count.
+    /// taken in all. Returns whether there was enough, and that was no more than a tick may take; the first call only
+    /// begins to count.
     pub fn spend(&mut self, now: Instant, worked: Duration) -> bool {
         let Some((then, worked_before)) = self.last.replace((now, worked)) else { return true };
         let gained = now.saturating_duration_since(then) / GUEST_SHARE;
         let spent = worked.saturating_sub(worked_before);
         let left = self.left.saturating_add(gained).min(self.max).checked_sub(spent);
         self.left = left.unwrap_or_default();
-        left.is_some()
+        left.is_some() && spent <= self.tick_max
     }
 }
 
@@ -38,7 +41,7 @@ mod tests {
 
     /// Ticks that a room lasts whose ticks take `cost` each, at most 100,000.
     fn lasts(cost: Duration) -> u32 {
-        let mut share = Share::new(Duration::from_secs(5));
+        let mut share = Share::new(Duration::from_secs(5), TICK);
         let began = Instant::now();
         (0..100_000).find(|&tick| !share.spend(began + TICK * tick, cost * tick)).unwrap_or(100_000)
     }
@@ -51,8 +54,17 @@ mod tests {
     }
 
     #[test]
+    fn a_single_tick_that_takes_too_long_ends_a_room_that_has_saved_up() {
+        let mut share = Share::new(Duration::from_secs(5), 6 * TICK);
+        let began = Instant::now();
+        assert!(share.spend(began, Duration::ZERO));
+        assert!(share.spend(began, 6 * TICK));
+        assert!(!share.spend(began, 13 * TICK));
+    }
+
+    #[test]
     fn time_that_was_not_used_is_saved_up_to_the_excess_only() {
-        let mut share = Share::new(Duration::from_secs(1));
+        let mut share = Share::new(Duration::from_secs(1), Duration::MAX);
         let began = Instant::now();
         assert!(share.spend(began, Duration::from_secs(7)), "the first call only begins to count");
         assert!(share.spend(began + Duration::from_secs(3600), Duration::from_secs(8)));

@@ -1,9 +1,11 @@
 //! A guest's scene is read and played for a moment before its room opens, so that one that is too slow is refused with
 //! the field that costs most.
 
-use crate::limits::{GUEST_TRIAL_PLAYERS, GUEST_TRIAL_TICKS};
+use crate::limits::{GUEST_STEP, GUEST_TRIAL_PARTS, GUEST_TRIAL_PLAYERS, GUEST_TRIAL_TICKS};
 use jostle_game::scene::{SceneError, WorstTick};
-use jostle_game::{Buttons, Game, Input, Scene, Seat};
+use jostle_game::{Buttons, Input, Scene, Seat};
+use jostle_protocol::Appearance;
+use jostle_room::{Rate, Room};
 use jostle_sim::{Rng, Vec2};
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,66 +15,104 @@ const SEED: u64 = 1;
 /// Ticks after which a player presses other keys, at the mean.
 const HELD_TICKS: u32 = 6;
 
-/// Plays the beginning of a scene with players who press every key. `worked` returns the processor time of this thread,
-/// of which `most` may be taken; `rest` is told after each tick how long that took.
+/// Plays a room of this scene with players who press every key, and with its bots: the first two seconds, and then
+/// from one later moment after the other. `worked` returns the processor time of this thread, of which each part may
+/// take `most`, and all together twice as much; `rest` is called after each tick with the time that it took.
 pub fn play(
     scene: &Arc<Scene>,
     most: Duration,
     worked: impl Fn() -> Duration,
     mut rest: impl FnMut(Duration),
 ) -> Result<(), SceneError> {
-    let began = worked();
-    let mut game = Game::new(Arc::clone(scene), SEED);
-    let players = scene.players_max.min(GUEST_TRIAL_PLAYERS);
-    (0..players).for_each(|seat| game.join(Seat(seat)));
-    let mut keys = Keys::new(scene.size, players);
-    let mut before = worked();
+    let mut began = worked();
+    let mut players = Players::join(&without_waits(scene));
+    let (mut before, mut spent) = (worked(), Duration::ZERO);
     rest(before - began);
-    for tick in 1..=GUEST_TRIAL_TICKS {
-        game.tick(keys.press());
-        let now = worked();
-        if now - began > most {
-            return Err(too_slow(scene, tick, now - began, most));
+    for _ in 0..GUEST_TRIAL_PARTS {
+        for ticks in 1..=GUEST_TRIAL_TICKS {
+            players.play();
+            if players.room.game().is_over_budget() {
+                return Err(too_large(scene));
+            }
+            let now = worked();
+            if now - began > most {
+                return Err(too_slow(scene, ticks, now - began, most));
+            }
+            rest(now - before);
+            before = worked();
         }
-        rest(now - before);
-        before = worked();
+        spent += before - began;
+        if spent >= most * 2 {
+            break;
+        }
+        began = before;
     }
     Ok(())
+}
+
+/// The scene with rounds that begin at once, with the players of a trial: nothing moves until they begin.
+fn without_waits(scene: &Arc<Scene>) -> Arc<Scene> {
+    let mut scene = Arc::clone(scene);
+    if scene.rules.round.is_some() {
+        let round = Arc::make_mut(&mut scene).rules.round.as_mut();
+        round.into_iter().for_each(|round| (round.countdown, round.players_min) = (0, 1));
+    }
+    scene
 }
 
 fn too_slow(scene: &Scene, ticks: u32, took: Duration, most: Duration) -> SceneError {
     let field = WorstTick::of(scene).field;
     let took = took.as_secs_f32() * 1000.0;
     let mean = most.as_secs_f32() * 1000.0 / GUEST_TRIAL_TICKS as f32;
-    let found = format!("a slow scene: its first {ticks} ticks took {took:.0} ms");
+    let found = format!("a slow scene: {ticks} of its ticks took {took:.0} ms");
     let allowed =
         format!("at most {mean:.1} ms a tick; most time goes into what this field brings");
     SceneError::in_scene(scene, &field, found, allowed)
 }
 
-/// Random keys and pointers of all players.
-struct Keys {
+fn too_large(scene: &Scene) -> SceneError {
+    let field = WorstTick::of(scene).field;
+    let found = "a heap: too many bodies come together in a trial of the scene".to_owned();
+    let pairs = GUEST_STEP.pairs;
+    let allowed = format!("at most {pairs} pairs of bodies near each other, and as much work");
+    SceneError::in_scene(scene, &field, found, allowed)
+}
+
+/// A room, and players with random keys and pointers in it.
+struct Players {
+    room: Room,
     rng: Rng,
     size: Vec2,
     held: Vec<(Seat, Input)>,
+    ticks: u32,
 }
 
-impl Keys {
-    fn new(size: Vec2, players: u16) -> Keys {
-        let held = (0..players).map(|seat| (Seat(seat), Input::default())).collect();
-        Keys { rng: Rng::new(SEED, 0), size, held }
+impl Players {
+    /// As many as a trial has.
+    fn join(scene: &Arc<Scene>) -> Players {
+        let mut room = Room::new("trial", Arc::clone(scene), SEED);
+        let wanted = scene.players_max.min(GUEST_TRIAL_PLAYERS);
+        let appearance = Appearance { name: "Player".into(), color: 0 };
+        let joined = (0..wanted).filter_map(|_| room.join(appearance.clone(), None).ok());
+        let held: Vec<_> = joined.map(|welcome| (welcome.claim.seat, Input::default())).collect();
+        for &(seat, _) in &held {
+            drop(room.subscribe_view(seat, Rate::Full));
+        }
+        Players { room, rng: Rng::new(SEED, 0), size: scene.size, held, ticks: 0 }
     }
 
-    /// The inputs of the next tick.
-    fn press(&mut self) -> &[(Seat, Input)] {
-        for (_, input) in &mut self.held {
+    /// Plays a tick with the inputs of all.
+    fn play(&mut self) {
+        self.ticks += 1;
+        for (seat, input) in &mut self.held {
             if self.rng.below(HELD_TICKS) == 0 {
                 let (x, y) = (self.rng.range(0.0, self.size.x), self.rng.range(0.0, self.size.y));
                 let buttons = Buttons(self.rng.next_u32() as u16 & Buttons::ALL.0);
                 *input = Input { buttons, pointer: Some(Vec2::new(x, y)) };
             }
+            self.room.input(*seat, self.ticks, *input);
         }
-        &self.held
+        self.room.tick();
     }
 }
 
@@ -100,14 +140,19 @@ mod tests {
     #[test]
     fn a_trial_rests_for_as_long_as_it_works_and_ends_in_time() {
         let pile = built_in("pile");
-        let (played, rested) = trial(&pile, Duration::from_secs(1));
+        let (played, rested) = trial(&pile, Duration::from_secs(2));
         assert_eq!(played, Ok(()));
-        assert_eq!(rested, Duration::from_millis(u64::from(GUEST_TRIAL_TICKS) + 1));
+        let ticks = u64::from(GUEST_TRIAL_TICKS * GUEST_TRIAL_PARTS);
+        assert_eq!(rested, Duration::from_millis(ticks + 1));
+        // A part takes a quarter of a second on this clock, so that three use up all that a trial may take.
+        let (played, rested) = trial(&pile, Duration::from_millis(242));
+        assert_eq!(played, Ok(()));
+        assert!(rested <= Duration::from_millis(3 * u64::from(GUEST_TRIAL_TICKS) + 1));
         let (played, _) = trial(&pile, Duration::from_millis(60));
         let error = played.expect_err("it took longer");
         assert_eq!(
             error.to_string(),
-            "pile.toml:11: limits.dumb: found a slow scene: its first 31 ticks took 62 ms; allowed: at most \
+            "pile.toml:11: limits.dumb: found a slow scene: 31 of its ticks took 62 ms; allowed: at most \
              0.5 ms a tick; most time goes into what this field brings"
         );
     }
@@ -115,8 +160,25 @@ mod tests {
     #[test]
     fn each_shipped_scene_plays_through_a_trial() {
         for scene in Scene::built_in() {
-            let (played, _) = trial(&Arc::new(scene), Duration::from_secs(1));
+            let (played, _) = trial(&Arc::new(scene), Duration::from_millis(242));
             assert_eq!(played, Ok(()));
         }
+    }
+
+    #[test]
+    fn a_countdown_is_not_what_a_trial_sees() {
+        let text = "title = \"Heap\"\nsize = [100, 100]\ngroups = [\"block\"]\npairs = [[\"block\", \"block\"]]\n\
+                    limits = { players = 9 }\n[round]\ntask = \"Wait\"\ncountdown = 30\nplayers_min = 9\n\
+                    [[layouts]]\nkind = \"block\"\ncount = 300\nradius = 10\narea = [[49, 49], [51, 51]]\n\
+                    exact = true\ngrid = [20, 15]\n";
+        let mut scene = Scene::parse("heap.toml", text).unwrap_or_else(|error| panic!("{error}"));
+        scene.world.budget = GUEST_STEP;
+        let (played, _) = trial(&Arc::new(scene), Duration::from_secs(1));
+        let error = played.expect_err("it is a heap");
+        assert_eq!(
+            error.to_string(),
+            "heap.toml:12: layouts[0].count: found a heap: too many bodies come together in a trial of the scene; \
+             allowed: at most 16000 pairs of bodies near each other, and as much work"
+        );
     }
 }

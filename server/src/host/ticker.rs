@@ -2,6 +2,7 @@
 //! the sessions' outboxes. It waits for nothing but the time of the next tick.
 
 mod joining;
+mod opening;
 mod timing;
 
 use crate::durable::{RecordSink, SavedRoom};
@@ -14,19 +15,18 @@ use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo, take_off};
-use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
 use crate::host::seat_rates::SeatRates;
 use crate::host::spectators::Spectators;
 use crate::limits;
 use crate::ops::metrics::Late;
-use crate::replays::RoomRecording;
 use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Seat;
 use jostle_protocol::{ClipRefusal, Refusal, ServerMessage};
 use jostle_room::Room;
 use jostle_sim::TICKS_PER_SECOND;
+use opening::Opened;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -148,9 +148,9 @@ impl Ticker {
         let code = self.info.code.clone();
         // Kept out here, it survives a panic, and the last ticks before it can still be recorded.
         let mut opened = None;
-        let played = catch_unwind(AssertUnwindSafe(|| {
-            let opened = opened.insert(self.open(clock.now()));
-            self.play(opened, clock)
+        let played = catch_unwind(AssertUnwindSafe(|| match self.open(clock) {
+            Some(open) => self.play(opened.insert(open), clock),
+            None => End::TooCostly,
         }));
         let refusal = match &played {
             Ok(end) => {
@@ -171,7 +171,13 @@ impl Ticker {
         refusal.into_iter().for_each(|refusal| self.end_all_sessions(refusal));
         match (opened, &self.records) {
             (Some(opened), _) => self.end(opened, played.as_ref().ok(), clock.now()),
-            (None, Some(records)) => records.give_up(&code, "the room failed as it was restored"),
+            (None, Some(records)) => {
+                let reason = match &played {
+                    Ok(_) => "its scene takes too much of the server",
+                    Err(_) => "the room failed as it was restored",
+                };
+                records.give_up(&code, reason);
+            }
             (None, None) => {}
         }
         match played {
@@ -197,52 +203,10 @@ impl Ticker {
         if let Some(recording) = recording {
             // A tick that failed halfway is left out.
             let last = match end {
+                Some(End::TooCostly) | None => room.break_off_recording(),
                 Some(_) => room.stop_recording(),
-                None => room.break_off_recording(),
             };
             recording.end(&mut room, last, now);
-        }
-    }
-
-    fn open(&mut self, now: Instant) -> Opened {
-        let is_saved = self.saved.is_some();
-        let mut room = self.restore().unwrap_or_else(|| self.new_room());
-        if is_saved {
-            // Also one that begins again under the same number: old tokens name it.
-            room.begin_epoch(random() as u32);
-        }
-        if self.host.recording.is_some() {
-            room.keep_clips(env!("CARGO_PKG_VERSION"));
-        }
-        let recording = self.host.recording.clone().filter(|_| !self.info.private);
-        let recording = recording.map(|recording| RoomRecording::start(recording, &mut room, now));
-        let records = self.records.clone().filter(|_| !self.info.given_up.is_cancelled());
-        let state = records.map(|records| {
-            RoomState::begin(records, Arc::clone(&self.info), &mut room, &self.admission, now)
-        });
-        Opened { room, recording, state }
-    }
-
-    fn new_room(&self) -> Room {
-        let (code, seed) = (&self.info.code, self.seed);
-        info!(room = %code, scene = %self.info.scene.name, seed, "room opened");
-        Room::new(code, Arc::clone(&self.info.scene), seed)
-    }
-
-    /// The room of the process before. One that cannot be restored begins anew, under the same link.
-    fn restore(&mut self) -> Option<Room> {
-        let saved = self.saved.take()?;
-        match saved.restore() {
-            Ok(room) => {
-                (self.seed, self.admission) = (saved.seed(), saved.notes.admission);
-                Some(room)
-            }
-            Err(reason) => {
-                if let Some(records) = &self.records {
-                    records.set_aside(&self.info.code, &reason);
-                }
-                None
-            }
         }
     }
 
@@ -251,7 +215,9 @@ impl Ticker {
         let mut empty_since = clock.now();
         let mut schedule = Schedule::new(empty_since);
         let mut missed = Missed::default();
-        let mut share = self.info.guest.then(|| Share::new(self.host.waits.guest_excess));
+        let waits = &self.host.waits;
+        let mut share = self.info.guest.then(|| Share::new(waits.guest_excess, waits.guest_tick));
+        let mut spend = |now, worked| share.as_mut().is_none_or(|share| share.spend(now, worked));
         loop {
             let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
             let queued = clock.sleep_until(awaited);
@@ -278,13 +244,23 @@ impl Ticker {
             self.admit(room);
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start(clock.now());
+            if !spend(now, clock.worked()) {
+                return End::TooCostly;
+            }
             for _ in 0..due {
                 self.empty_inboxes(room);
                 watch.lap(0, clock.now());
                 room.tick();
                 watch.lap(1, clock.now());
+                // A tick over its budget is not sent.
+                if room.game().is_over_budget() {
+                    return End::TooCostly;
+                }
                 self.feed(room);
                 watch.lap(2, clock.now());
+                if !spend(now, clock.worked()) {
+                    return End::TooCostly;
+                }
             }
             let skipped = schedule.missed() - missed_before;
             self.host.metrics.ticks.woke(due, skipped, late, watch.laps);
@@ -308,9 +284,6 @@ impl Ticker {
             }
             if self.closed {
                 return End::Closed;
-            }
-            if share.as_mut().is_some_and(|share| !share.spend(now, clock.worked())) {
-                return End::TooCostly;
             }
             let is_awaited = !self.abandoned || room.players() > 0;
             let most = self.host.waits.empty(self.info.guest, room.players());
@@ -587,13 +560,6 @@ impl Ticker {
             join.outbox.end(refusal);
         }
     }
-}
-
-/// An open room and its files.
-struct Opened {
-    room: Room,
-    recording: Option<RoomRecording>,
-    state: Option<RoomState>,
 }
 
 #[cfg(test)]

@@ -101,7 +101,11 @@ fn saved(dir: &TestDir) -> SavedRoom {
 }
 
 fn restored(dir: &TestDir) -> Room {
-    saved(dir).restore().expect("a room")
+    played_up(&saved(dir))
+}
+
+fn played_up(saved: &SavedRoom) -> Room {
+    saved.restore(|| true).expect("a room").expect("it keeps to its budget")
 }
 
 fn file(dir: &TestDir, name: &str) -> PathBuf {
@@ -121,7 +125,7 @@ fn a_closed_room_loses_no_tick_and_a_killed_one_half_a_second_at_most() {
         assert!(saved.notes.guest, "its share outlives the process too");
         assert_eq!(saved.notes.creator, Some([10, 0, 0, 1].into()));
         assert_eq!(saved.seed(), 5);
-        let mut room = saved.restore().expect("a room");
+        let mut room = played_up(&saved);
         assert_eq!((room.game().tick_count(), room.game().hash()), (tick, hash));
         let comes_back = room.join(Appearance::new("Ann", 0).expect("a name"), Some(ann));
         assert_eq!(comes_back.is_ok(), ticks > 0, "who joined in no tick was never there");
@@ -322,7 +326,7 @@ fn a_restored_room_is_written_and_restored_again() {
     for _ in 0..3 {
         let saved = saved(&dir);
         let info = Arc::new(RoomInfo::new("oak", 77, true, None, &saved.scene));
-        let room = saved.restore().expect("a room");
+        let room = played_up(&saved);
         let mut written = Written::of(&dir, info, room, saved.notes.admission);
         let look = Appearance::new("Ann", 0).expect("a name");
         let welcome = written.room.join(look, Some(claim)).expect("the seat is held");
@@ -332,4 +336,40 @@ fn a_restored_room_is_written_and_restored_again() {
         written.kill();
     }
     assert_eq!(restored(&dir).players(), 1);
+}
+
+/// 200 bodies in one place, of which each touches each.
+const HEAP: &str = "title = \"Heap\"\nsize = [100, 100]\ngroups = [\"block\"]\npairs = [[\"block\", \"block\"]]\n\
+                    [[layouts]]\nkind = \"block\"\ncount = 200\nradius = 10\narea = [[49, 49], [51, 51]]\n\
+                    exact = true\ngrid = [20, 10]\n";
+
+#[test]
+fn a_guests_room_whose_scene_takes_too_much_is_not_restored() {
+    for (guest, is_restored) in [(false, true), (true, false)] {
+        let dir = TestDir::new("heap");
+        let scene = Arc::new(Scene::parse("guest.toml", HEAP).expect("a scene"));
+        let info = RoomInfo::new("oak", 77, true, None, &scene);
+        let info = Arc::new(RoomInfo { guest, ..info });
+        // As a program wrote it that did not know of the budget.
+        let mut written = Written::of(&dir, info, Room::new("oak", scene, 5), Admission::default());
+        written.play(40);
+        written.kill();
+        let room = saved(&dir).restore(|| true).expect("a whole file");
+        assert_eq!(room.is_some(), is_restored, "a guest's: {guest}");
+    }
+}
+
+#[test]
+fn a_room_is_restored_as_long_as_it_may_take() {
+    let dir = TestDir::new("long");
+    let mut written = Written::new(&dir, "oak");
+    written.play(200);
+    written.kill();
+    let asked = std::cell::Cell::new(0);
+    let room = saved(&dir).restore(|| {
+        asked.set(asked.get() + 1);
+        asked.get() < 50
+    });
+    assert!(room.expect("a whole file").is_none());
+    assert_eq!(asked.get(), 50);
 }

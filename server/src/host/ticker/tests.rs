@@ -14,6 +14,7 @@ use bytes::Bytes;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
 use jostle_protocol::{Appearance, Role};
+use std::cell::Cell;
 use std::net::IpAddr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU32};
@@ -139,6 +140,9 @@ struct TestClock {
     sleeps: u32,
     /// Processor time of all between two sleeps.
     cost: Duration,
+    /// Processor time from one look at it to the next, and the looks so far.
+    tick_cost: Duration,
+    looks: Cell<u32>,
     /// Makes the sleep of this number longer.
     stall: Option<(u32, Duration)>,
     /// Closes the server in the sleep of this number.
@@ -153,6 +157,8 @@ impl TestClock {
             now: Instant::now(),
             sleeps: 0,
             cost: Duration::ZERO,
+            tick_cost: Duration::ZERO,
+            looks: Cell::new(0),
             stall: None,
             closes: None,
             renews: None,
@@ -181,13 +187,14 @@ impl Clock for TestClock {
     }
 
     fn worked(&self) -> Duration {
-        self.cost * self.sleeps
+        self.looks.set(self.looks.get() + 1);
+        self.cost * self.sleeps + self.tick_cost * self.looks.get()
     }
 }
 
 /// Plays a room to its end; returns the ticks played and the reason.
 fn play(ticker: &mut Ticker, clock: &mut TestClock) -> (u32, End) {
-    let mut opened = ticker.open(clock.now);
+    let mut opened = ticker.open(clock).expect("it opens");
     let end = ticker.play(&mut opened, clock);
     (opened.room.game().tick_count(), end)
 }
@@ -249,7 +256,7 @@ fn a_guests_room_that_takes_more_than_its_share_for_long_is_closed_and_says_so()
         let closes = Some((3000, outside.phase));
         let cost = Duration::from_micros(cost_us);
         let mut clock = TestClock { cost, closes, ..TestClock::new() };
-        let mut opened = ticker.open(clock.now);
+        let mut opened = ticker.open(&clock).expect("it opens");
         let end = ticker.play(&mut opened, &mut clock);
         (end, clock.sleeps, outbox)
     };
@@ -264,6 +271,39 @@ fn a_guests_room_that_takes_more_than_its_share_for_long_is_closed_and_says_so()
     let (join, _inbox, outbox) = join();
     outside.joins.send(join).expect("a place");
     ticker.run(&mut TestClock { cost: Duration::from_millis(100), ..TestClock::new() });
+    assert_eq!(end_of(&outbox), Refusal::TooCostly);
+}
+
+#[test]
+fn a_guests_room_is_closed_after_the_first_tick_that_takes_too_long() {
+    let play_guest = |tick_cost_ms, stall_s| {
+        let (mut ticker, _outside) = room("dear", Duration::from_secs(60));
+        Arc::get_mut(&mut ticker.info).expect("not shared yet").guest = true;
+        let tick_cost = Duration::from_millis(tick_cost_ms);
+        let stall = Some((1, Duration::from_secs(stall_s)));
+        play(&mut ticker, &mut TestClock { tick_cost, stall, ..TestClock::new() })
+    };
+    // The stall makes five ticks due at once.
+    assert_eq!(play_guest(101, 1), (1, End::TooCostly));
+    // The share is asked after each of them, too: five seconds pay for some 25 wakeups.
+    let (ticks, end) = play_guest(99, 1);
+    assert_eq!(end, End::TooCostly);
+    assert!((20..40).contains(&ticks), "{ticks} ticks");
+}
+
+#[test]
+fn a_tick_over_the_budget_of_a_step_closes_a_room_before_it_is_sent() {
+    let (mut ticker, outside) = room("heap", Duration::from_secs(60));
+    let text = "title = \"Heap\"\nsize = [100, 100]\ngroups = [\"block\"]\npairs = [[\"block\", \"block\"]]\n\
+                [[layouts]]\nkind = \"block\"\ncount = 200\nradius = 10\narea = [[49, 49], [51, 51]]\n\
+                exact = true\ngrid = [20, 10]\n";
+    let mut scene = Scene::parse("guest.toml", text).expect("a scene");
+    scene.world.budget = limits::GUEST_STEP;
+    let info = Arc::get_mut(&mut ticker.info).expect("not shared yet");
+    (info.guest, info.scene) = (true, Arc::new(scene));
+    let (join, _inbox, outbox) = join();
+    outside.joins.send(join).expect("a place");
+    assert_eq!(records_of(ticker), (1, 0));
     assert_eq!(end_of(&outbox), Refusal::TooCostly);
 }
 
@@ -326,7 +366,7 @@ fn ticks_of_a_long_stall_are_missed_and_the_next_ones_are_on_time() {
 #[tokio::test(start_paused = true)]
 async fn a_command_that_is_insisted_on_waits_for_a_place_in_the_queue() {
     let (mut ticker, outside) = room("full", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let (commands, receiver) = sync_channel(1);
     ticker.commands = receiver;
     let network = IpNet::from(IpAddr::from([127, 0, 0, 1]));
@@ -416,7 +456,7 @@ fn a_room_that_fails_while_it_feeds_wakes_those_fed_before() {
 #[test]
 fn a_host_kicks_players_but_no_host() {
     let (mut ticker, _outside) = room("hosts", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let people = [Some(1), Some(1), None].map(|hosted| {
         let (join, inbox, outbox) = join();
         ticker.seat(&mut room, Join { hosted, ..join }, &mut None);
@@ -438,7 +478,7 @@ fn a_host_kicks_players_but_no_host() {
 #[test]
 fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
     let (mut ticker, _outside) = room("queue", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let (joins, receiver) = sync_channel(limits::JOINS_WAITING_MAX);
     ticker.joins = receiver;
     let waiting: Vec<_> = (0..limits::JOINS_PER_WAKEUP + 1)
@@ -458,7 +498,7 @@ fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
 #[test]
 fn all_see_an_emote_and_the_next_of_its_player_two_seconds_later() {
     let (mut ticker, _outside) = room("emotes", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let people = [(); 2].map(|()| {
         let (join, inbox, outbox) = join();
         ticker.seat(&mut room, join, &mut None);
@@ -481,7 +521,7 @@ fn all_see_an_emote_and_the_next_of_its_player_two_seconds_later() {
 /// hash of each tick and what was ignored.
 fn hashes(watched: bool) -> (Vec<u64>, String) {
     let (mut ticker, _outside) = room("watched", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let (player, inbox, _outbox) = join();
     ticker.seat(&mut room, player, &mut None);
     let spectators: Vec<_> = (0..if watched { 3 } else { 0 })
@@ -534,7 +574,7 @@ fn a_spectator_changes_nothing() {
 #[test]
 fn a_room_has_a_limit_of_spectators_and_of_each_network() {
     let (mut ticker, _outside) = room("crowd", Duration::MAX);
-    let Opened { mut room, .. } = ticker.open(Instant::now());
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let mut kept = Vec::new();
     let mut watch = |host: [u8; 4]| {
         let (join, inbox, outbox) = join();
