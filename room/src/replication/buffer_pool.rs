@@ -9,10 +9,12 @@ use std::sync::Arc;
 /// Messages whose memory is kept for reuse. Beyond this the oldest leaves the pool and is freed by its
 /// last holder.
 const MESSAGES_MAX: usize = 1024;
+/// Bytes of the messages whose memory is kept: a megabyte serves 64 players of a large world that are sent 500 bytes
+/// each and lag by half a second. Buffers grow by doubling, so that the pool holds at most twice as much.
+const BYTES_MAX: usize = 1 << 20;
 /// Messages that are tried for reuse before new memory is allocated.
 const TRIES: usize = 4;
-/// Longest message whose memory is kept, bytes; a larger one is rare, and freed by its last holder. The
-/// pool holds at most `MESSAGES_MAX` times twice this, because buffers grow by doubling.
+/// Longest message whose memory is kept, bytes; a larger one is rare, and freed by its last holder.
 const KEPT_BYTES_MAX: usize = 16 << 10;
 /// Capacity of a new buffer, bytes: most messages fit.
 const USUAL_BYTES: usize = 512;
@@ -23,6 +25,8 @@ pub struct BufferPool {
     scratch: EncodeScratch,
     /// Messages that were encoded, the oldest first.
     messages: VecDeque<Bytes>,
+    /// Bytes of these.
+    bytes: usize,
 }
 
 impl BufferPool {
@@ -40,22 +44,32 @@ impl BufferPool {
         if message.len() > KEPT_BYTES_MAX {
             return message;
         }
-        if self.messages.len() == MESSAGES_MAX {
-            self.messages.pop_front();
-        }
+        self.bytes += message.len();
         self.messages.push_back(message.clone());
+        while self.messages.len() > MESSAGES_MAX || self.bytes > BYTES_MAX {
+            self.pop_oldest();
+        }
         message
+    }
+
+    fn pop_oldest(&mut self) -> Option<Bytes> {
+        let message = self.messages.pop_front()?;
+        self.bytes -= message.len();
+        Some(message)
     }
 
     /// The buffer of a message that is no longer in use, or a new one.
     fn free_buffer(&mut self) -> BytesMut {
         for _ in 0..TRIES.min(self.messages.len()) {
-            match self.messages.pop_front().map(Bytes::try_into_mut) {
+            match self.pop_oldest().map(Bytes::try_into_mut) {
                 Some(Ok(mut buffer)) => {
                     buffer.clear();
                     return buffer;
                 }
-                Some(Err(in_use)) => self.messages.push_back(in_use),
+                Some(Err(in_use)) => {
+                    self.bytes += in_use.len();
+                    self.messages.push_back(in_use);
+                }
                 None => {}
             }
         }
@@ -112,5 +126,28 @@ mod tests {
             .collect();
         assert_eq!(pool.messages.len(), MESSAGES_MAX);
         assert_eq!(held.iter().filter(|message| message.is_unique()).count(), 9);
+    }
+
+    #[test]
+    fn the_pool_keeps_a_megabyte_however_many_messages_are_held() {
+        let (mut pool, mut stream) = (BufferPool::default(), SnapshotStream::new(1));
+        let body = |index| jostle_protocol::SnapshotBody {
+            id: jostle_sim::BodyId { index, generation: 0 },
+            kind: jostle_game::Kind::Block,
+            owner: None,
+            group: 0,
+            shape: jostle_sim::Shape::circle(1.0),
+            quanta: [7 * index as i32, 7],
+        };
+        let crowd = Snapshot { bodies: (0..1000).map(body).collect(), ..Snapshot::default() };
+        let held: Vec<Bytes> = (1..=900)
+            .map(|tick| {
+                // A keyframe each time.
+                stream = SnapshotStream::new(1);
+                pool.encode(&mut stream, &Arc::new(Snapshot { tick, ..crowd.clone() }), &[])
+            })
+            .collect();
+        assert!(held.iter().map(Bytes::len).sum::<usize>() > 2 * BYTES_MAX);
+        assert!(pool.messages.iter().map(Bytes::len).sum::<usize>() <= BYTES_MAX);
     }
 }
