@@ -7,6 +7,8 @@
 
 mod share;
 mod trial;
+#[cfg(test)]
+mod worst;
 
 pub use share::Share;
 

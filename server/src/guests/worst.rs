@@ -1,0 +1,304 @@
+//! Scenes that cost more than their plans say: each is refused, ends in time, or stays within the bounds of a step.
+//! None of the outcomes depends on the speed of the machine.
+
+use super::*;
+use jostle_game::{Buttons, Input};
+use jostle_protocol::Appearance;
+use jostle_room::{Rate, Room};
+use jostle_sim::Vec2;
+use std::cell::Cell;
+use std::fmt::Write;
+
+/// What becomes of a scene.
+#[derive(Debug, PartialEq, Eq)]
+enum Fate {
+    /// Its file is refused, with this field.
+    Refused(String),
+    /// Its trial is over the budget of a step.
+    FailsTrial,
+    /// Its room is over that budget later.
+    Ends,
+    /// Every step keeps to the budget; what it takes of a processor is bounded by that, and paid from the room's share.
+    Bounded,
+}
+
+const REFUSED_COUNT: &str = "layouts[0].count";
+/// Players of a room that a crowd attacks.
+const CROWD: u16 = 64;
+/// Ticks for which a room that passed its trial is played.
+const TICKS: u32 = 900;
+
+/// A world of 60 x 60 with these lines at the top and at the end.
+fn scene(top: &str, rest: &str) -> String {
+    format!(
+        "title = \"Worst\"\nsize = [60, 60]\ngroups = [\"hero\", \"ball\", \"wall\", \"pack\"]\n\
+         pairs = [[\"ball\", \"wall\"], [\"ball\", \"ball\"], [\"pack\", \"pack\"], [\"hero\", \"wall\"]]\n{top}\n{rest}\n"
+    )
+}
+
+fn layout(count: u32, shape: &str, more: &str) -> String {
+    format!("[[layouts]]\nkind = \"block\"\ngroup = \"ball\"\ncount = {count}\n{shape}\n{more}\n")
+}
+
+/// All in one place.
+const STACKED: &str = "area = [[29, 29], [31, 31]]\nexact = true\ngrid = [40, 25]";
+const FLOOR: &str = "[[bodies]]\nkind = \"wall\"\nposition = [30, 1]\nsize = [60, 2]\n";
+
+/// Bodies in rows, and springs that pull them all to one point.
+fn pulled_together(count: u32) -> String {
+    let mut rest = String::new();
+    for index in 0..count {
+        let (x, y) = (2 + index % 14 * 4, 2 + index / 14 * 4);
+        writeln!(
+            rest,
+            "[[bodies]]\nkind=\"block\"\ngroup=\"ball\"\nradius=1.9\nposition=[{x},{y}]\nname=\"b{index}\"\n\
+             [[springs]]\nbody=\"b{index}\"\nto=[30,30]\nlength=0\nstiffness=90000"
+        )
+        .expect("a String takes any text");
+    }
+    scene("limits = { bodies = 300 }\nspeed_max = 1000", &rest)
+}
+
+/// A press that squeezes all bodies into a line once the trial is over.
+fn late_press() -> String {
+    let press = "[[bodies]]\nkind = \"platform\"\ngroup = \"wall\"\nsize = [60, 60]\npath = [[30, 91], [30, 90], [30, 31.5]]\n\
+                 period = 8\n";
+    let walls = "[[bodies]]\nkind = \"wall\"\nposition = [-2, 30]\nsize = [4, 60]\n\
+                 [[bodies]]\nkind = \"wall\"\nposition = [62, 30]\nsize = [4, 60]\n";
+    let balls =
+        layout(900, "radius = 0.6", "area = [[2, 4], [58, 58]]\nexact = true\ngrid = [30, 30]");
+    scene("relaxation = { iterations = 30 }", &format!("{FLOOR}{walls}{press}{balls}"))
+}
+
+fn cases() -> Vec<(&'static str, String, Fate)> {
+    let refused = |field: &str| Fate::Refused(field.to_owned());
+    let balls = |count, radius: f32| layout(count, &format!("radius = {radius}"), STACKED);
+    let listed =
+        "[[bodies]]\nkind=\"block\"\ngroup=\"ball\"\nradius=9\nposition=[30,30]\n".repeat(400);
+    let boxes = layout(500, "size = [24, 24]", STACKED);
+    let launcher = "[[launchers]]\nposition = [30, 30]\nevery = 0.0625\nlimit = 250\n";
+    let packs = |life| {
+        format!(
+            "[pack]\nradius = 8\nspeed = 0\nturn = 0\nburst = 0\nlife_ticks = {life}\ngroup = \"pack\"\n"
+        )
+    };
+    let hero = "[hero]\nspawns = [[30, 30]]\n";
+    let covers = "[[layouts]]\nkind = \"wall\"\ncount = 40\nsize = [60, 60]\narea = [[29, 29], [31, 31]]\nexact = true\n\
+                  grid = [8, 5]\n[[emitters]]\nrecipe = \"fire\"\ncount = 60\nevery = 2\nposition = [30, 30]\n";
+    let touch_rules =
+        "[[rules]]\ntouch = [\"ball\", \"ball\"]\nto = \"all\"\nscore = 1\nsplash = \"fire\"\n"
+            .repeat(60);
+    let zones = (0..32).fold(String::new(), |text, zone| {
+        format!("{text}[[zones]]\nname = \"z{zone}\"\nwho = [\"ball\"]\n[[rules]]\nenter = \"z{zone}\"\nback = true\n")
+    });
+    let loose = |count, radius: f32| {
+        layout(
+            count,
+            &format!("radius = {radius}\nrestitution = 1"),
+            "area = [[4, 4], [56, 56]]\ngap = 0.01",
+        )
+    };
+    let round = "[round]\ntask = \"Again\"\ntime = 1\npause = 0\ncountdown = 0\n";
+    let spawns = "[hero]\nspawns = [".to_owned() + &"[30, 30], ".repeat(256) + "]\n";
+    vec![
+        (
+            "discs in one place before a round",
+            scene(
+                "relaxation = { iterations = 30 }",
+                &format!("[round]\ntask = \"Wait\"\n{}", balls(999, 12.0)),
+            ),
+            refused(REFUSED_COUNT),
+        ),
+        ("boxes in one place", scene("solver = \"conjugate\"", &boxes), refused(REFUSED_COUNT)),
+        ("bodies one by one in one place", scene("", &listed), refused("bodies")),
+        ("few enough to be within the plan", scene("", &balls(60, 12.0)), Fate::Bounded),
+        ("springs that pull to a point", pulled_together(190), Fate::FailsTrial),
+        (
+            "a launcher that fills one place",
+            scene("limits = { packs = 1 }", &(packs(100_000) + launcher)),
+            Fate::FailsTrial,
+        ),
+        (
+            "packs that a crowd makes",
+            scene(
+                "tools = [\"launch\"]\nlimits = { players = 64, packs = 12 }",
+                &(packs(3000) + hero),
+            ),
+            Fate::Ends,
+        ),
+        ("a press that comes down late", late_press(), Fate::Bounded),
+        (
+            "walls that cover each other under a fire",
+            scene("particles_meet = [\"wall\"]", covers),
+            Fate::FailsTrial,
+        ),
+        (
+            "rules about each touch",
+            scene("", &format!("{}{touch_rules}{FLOOR}", loose(900, 0.9))),
+            Fate::Bounded,
+        ),
+        (
+            "zones that everybody is in",
+            scene("", &format!("{}{zones}{FLOOR}", loose(900, 0.9))),
+            Fate::Bounded,
+        ),
+        (
+            "a gas that bounces without end",
+            scene(
+                "solver = \"conjugate\"\ngravity = [0, -900]\nspeed_max = 10000",
+                &format!("{}{FLOOR}", loose(310, 0.9)),
+            ),
+            Fate::Bounded,
+        ),
+        (
+            "rounds that begin again and again",
+            scene("", &format!("{round}{}", loose(900, 0.9))),
+            Fate::Bounded,
+        ),
+        (
+            "heroes that find no place",
+            scene(
+                "limits = { players = 64 }",
+                &format!(
+                    "{spawns}{}",
+                    layout(900, "radius = 0.9", "area = [[4, 4], [56, 56]]\ngap = 0.01")
+                ),
+            ),
+            Fate::Bounded,
+        ),
+    ]
+}
+
+/// Reads, tries and plays a scene.
+fn fate(name: &str, text: &str) -> Fate {
+    let scene = match read(text.as_bytes()) {
+        Ok(scene) => Arc::new(scene),
+        Err(error) if error.found.contains("worst tick") => return Fate::Refused(error.field),
+        Err(error) => panic!("{name}: {error}"),
+    };
+    // Each look at the time finds a millisecond more, so that the trial does not depend on the machine.
+    let time = Cell::new(0);
+    let worked = || {
+        time.set(time.get() + 1);
+        Duration::from_millis(time.get())
+    };
+    match trial::play(&scene, Duration::from_millis(242), worked, |_| {}) {
+        Err(error) if error.found.contains("a heap") => return Fate::FailsTrial,
+        Err(error) => panic!("{name}: {error}"),
+        Ok(()) => {}
+    }
+    let mut room = crowded(&scene);
+    for tick in 1..=TICKS {
+        press(&mut room, &scene, tick);
+        room.tick();
+        if room.game().is_over_budget() {
+            return Fate::Ends;
+        }
+        let world = room.game().world();
+        assert!(world.pair_count() <= limits::GUEST_STEP.pairs, "{name}");
+    }
+    Fate::Bounded
+}
+
+/// A room with as many players as the scene admits.
+fn crowded(scene: &Arc<Scene>) -> Room {
+    let mut room = Room::new("worst", Arc::clone(scene), 1);
+    let appearance = Appearance { name: "Ann".into(), color: 0 };
+    let players = scene.players_max.min(CROWD);
+    for _ in 0..players {
+        let seat = room.join(appearance.clone(), None).expect("a seat").claim.seat;
+        drop(room.subscribe_view(seat, Rate::Full));
+    }
+    room
+}
+
+/// All players press the button at about the same place, in every other tick.
+fn press(room: &mut Room, scene: &Scene, tick: u32) {
+    let buttons = if tick.is_multiple_of(2) { Buttons::FIRE } else { Buttons::default() };
+    for seat in 0..scene.players_max.min(CROWD) {
+        let off = Vec2::new(f32::from(seat % 8), f32::from(seat / 8)) * 0.1;
+        let input = Input { buttons, pointer: Some(Vec2::splat(30.0) + off) };
+        room.input(jostle_game::Seat(seat), tick, input);
+    }
+}
+
+#[test]
+fn scenes_made_to_cost_more_than_their_plan_are_refused_or_end_or_stay_bounded() {
+    let mut wrong = String::new();
+    for (name, text, expected) in cases() {
+        let found = fate(name, &text);
+        if found != expected {
+            writeln!(wrong, "{name}: {found:?} instead of {expected:?}").expect("a String");
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// Bytes of memory that a guest's room may take at its worst.
+#[cfg(target_os = "linux")]
+const ROOM_BYTES_MAX: usize = 10 << 20;
+
+/// Peak of the memory of this process so far, bytes.
+#[cfg(target_os = "linux")]
+fn peak_bytes() -> usize {
+    let status = std::fs::read_to_string("/proc/self/status").expect("Linux has it");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).expect("it has a peak");
+    let kib = line.split_whitespace().nth(1).and_then(|kib| kib.parse::<usize>().ok());
+    kib.expect("a number") << 10
+}
+
+/// Plays a heap with as many pairs as a step may have, with all that a room keeps beside it: a crowd that
+/// watches, particles, clips and the record from which it is restored.
+#[cfg(target_os = "linux")]
+fn play_worst(solver: &str) -> Room {
+    let more = "[[emitters]]\nrecipe = \"fire\"\ncount = 130\nevery = 2\nposition = [30, 30]\n";
+    let top = format!(
+        "{solver}\ncamera = {{ follow = 20 }}\ngravity = [0, 0]\nlimits = {{ players = 64, particles = 8192, bodies = 1000 }}\n"
+    );
+    // 174 discs have 15,051 pairs; the others lie still.
+    let heap = layout(174, "radius = 12\nrestitution = 0.9", STACKED);
+    let rest =
+        layout(760, "radius = 0.2", "area = [[70, 2], [88, 58]]\nexact = true\ngrid = [20, 38]");
+    let text = scene(&top, &format!("[hero]\nspawns = [[5, 5]]\n{heap}{rest}{more}"));
+    let mut scene = Scene::parse(FILE, &text).unwrap_or_else(|error| panic!("{error}"));
+    scene.world.budget = limits::GUEST_STEP;
+    let scene = Arc::new(scene);
+    let mut room = crowded(&scene);
+    room.keep_clips("test");
+    room.record_for_restoring("test", 0);
+    for tick in 1..=150 {
+        press(&mut room, &scene, tick);
+        room.tick();
+        drop(room.take_restorable(false));
+        if tick == 1 {
+            let pairs = room.game().world().pair_count();
+            assert!(pairs > limits::GUEST_STEP.pairs * 9 / 10, "{pairs} pairs");
+        }
+    }
+    assert!(!room.game().is_over_budget());
+    room
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most() {
+    const ALONE: &str = "JOSTLE_TEST_ALONE";
+    let name = "guests::worst::all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most";
+    if std::env::var_os(ALONE).is_none() {
+        // In a process of its own, since tests beside it would count.
+        let program = std::env::current_exe().expect("the test's own program");
+        let mut child = std::process::Command::new(program);
+        let ended = child.args(["--exact", name, "--nocapture"]).env(ALONE, "1").status();
+        assert!(ended.expect("it starts").success(), "see its output");
+        return;
+    }
+    let before = peak_bytes();
+    let solvers =
+        ["relaxation = { iterations = 30 }", "solver = \"conjugate\""].into_iter().cycle();
+    let rooms: Vec<_> =
+        solvers.take(8).map(|solver| std::thread::spawn(|| play_worst(solver))).collect();
+    let rooms: Vec<Room> = rooms.into_iter().map(|room| room.join().expect("it plays")).collect();
+    let each = (peak_bytes() - before) / rooms.len();
+    println!("{} KiB a room", each >> 10);
+    assert!(each <= ROOM_BYTES_MAX, "{} KiB a room", each >> 10);
+}
