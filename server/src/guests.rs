@@ -13,15 +13,14 @@ mod worst;
 pub use share::Share;
 
 use crate::host::thread_time;
-use crate::limits;
 use crate::limits::trial_queue::TrialQueue;
+use crate::limits::{self, Waits};
 use jostle_game::Scene;
 use jostle_game::scene::SceneError;
 use jostle_protocol::{first_forbidden, has_visible};
 use std::io;
 use std::net::IpAddr;
 use std::sync::Arc;
-use std::time::Duration;
 
 /// Name of each guest's scene. Its file is `guest.toml` in errors.
 pub const NAME: &str = "guest";
@@ -94,17 +93,18 @@ fn check_texts(scene: &Scene) -> Result<(), SceneError> {
 /// outer kind are those of the server.
 pub async fn try_out(
     text: Vec<u8>,
-    most: Duration,
+    waits: Waits,
     address: IpAddr,
     trials: &Arc<TrialQueue>,
 ) -> io::Result<Option<Result<Arc<Scene>, SceneError>>> {
-    trials.run(address, "trial", move |_| try_here(&text, most)).await
+    trials.run(address, "trial", move |_| try_here(&text, &waits)).await
 }
 
-fn try_here(text: &[u8], most: Duration) -> Result<Arc<Scene>, SceneError> {
+fn try_here(text: &[u8], waits: &Waits) -> Result<Arc<Scene>, SceneError> {
     let scene = Arc::new(read(text)?);
     // It takes half a processor, also where nothing else is to go first.
-    trial::play(&scene, most, thread_time::taken, std::thread::sleep)?;
+    let times = [waits.guest_trial, waits.guest_trial_later];
+    trial::play(&scene, times, thread_time::taken, std::thread::sleep)?;
     Ok(scene)
 }
 

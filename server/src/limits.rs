@@ -240,8 +240,8 @@ pub const GUEST_BUDGET: Budget = Budget {
 /// What a step of a guest's scene takes at most; a room that needs more is closed. The budget of a scene counts its bodies,
 /// not where players, forces and launchers pile them up.
 pub const GUEST_STEP: StepBudget = StepBudget {
-    // Five times what a heap of all bodies has; 30 iterations over them take some 25 ms. They take some 5 MB.
-    pairs: 16_000,
+    // Four times what a heap of all bodies has; 30 iterations over them take some 17 ms, and they some 4 MB.
+    pairs: 12_000,
     // Some 50 ms; the largest tower that is shipped needs a fiftieth.
     work: 1_000_000,
     // Sixteen obstacles that cover everything, half a megabyte.
@@ -254,7 +254,7 @@ pub const GUEST_SHARE: u32 = 8;
 pub const GUESTS_SHARE: usize = 2;
 /// Ticks that are tried at a time before a room opens: its bodies have fallen, and each key was pressed many times.
 pub const GUEST_TRIAL_TICKS: u32 = 2 * TICKS_PER_SECOND;
-/// Times that as much is tried, one after the other, as far as the processor time of the first two suffices: launchers
+/// Times that as much is tried at most, one after the other ([`Waits::guest_trial_later`]): launchers
 /// have filled a scene by then, and what falls together has fallen.
 pub const GUEST_TRIAL_PARTS: u32 = 10;
 /// Players in such a trial, who press all keys at random.
@@ -461,6 +461,8 @@ pub struct Waits {
     /// Processor time in which a guest's scene is read and plays each part of its trial: twice a room's share, as the trial is livelier
     /// than players are.
     pub guest_trial: Duration,
+    /// Processor time for which a trial goes on after its first part.
+    pub guest_trial_later: Duration,
     /// Processor time in which a replay of a run is played again: half an hour of a scene takes a few seconds.
     pub run_trial: Duration,
     /// Processor time that a room with a guest's scene may take beyond its share before it is closed.
@@ -491,6 +493,7 @@ impl Waits {
         drain: Duration::from_secs(3),
         drain_max: Duration::from_millis(6500),
         guest_trial: Duration::from_millis(500),
+        guest_trial_later: Duration::from_millis(250),
         run_trial: Duration::from_secs(10),
         guest_excess: Duration::from_secs(5),
         guest_tick: Duration::from_millis(100),

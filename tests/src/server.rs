@@ -28,6 +28,7 @@ pub const PATIENT: Waits = Waits {
     drain: LONG,
     drain_max: LONG,
     guest_tick: LONG,
+    guest_trial_later: Duration::ZERO,
     ..Waits::USUAL
 };
 

@@ -67,7 +67,7 @@ async fn try_out(
 ) -> Result<Arc<Scene>, Answer> {
     // Before the work, which would be for nothing. What has changed after it is checked again.
     api::check_guest(address, state).map_err(|error| no_room(&error, address, state))?;
-    match guests::try_out(text, state.config.waits.guest_trial, address, &state.trials).await {
+    match guests::try_out(text, state.config.waits, address, &state.trials).await {
         Ok(Some(Ok(scene))) => Ok(scene),
         Ok(Some(Err(error))) => Err(scene_refused(&error, address, state)),
         Ok(None) => {
