@@ -15,18 +15,19 @@ use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
 use crate::host::random::random;
 use crate::host::room_handle::{AdminCommand, FromSession, Host, Join, RoomInfo, take_off};
+use crate::host::room_state::RoomState;
 use crate::host::schedule::Schedule;
 use crate::host::seat_rates::SeatRates;
 use crate::host::spectators::Spectators;
 use crate::limits;
 use crate::ops::metrics::Late;
+use crate::replays::RoomRecording;
 use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Seat;
 use jostle_protocol::{ClipRefusal, Refusal, ServerMessage};
 use jostle_room::Room;
 use jostle_sim::TICKS_PER_SECOND;
-use opening::Opened;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -245,7 +246,7 @@ impl Ticker {
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start(clock.now());
             if !spend(now, clock.worked()) {
-                return End::TooCostly;
+                return self.too_costly();
             }
             for _ in 0..due {
                 self.empty_inboxes(room);
@@ -254,12 +255,12 @@ impl Ticker {
                 watch.lap(1, clock.now());
                 // A tick over its budget is not sent.
                 if room.game().is_over_budget() {
-                    return End::TooCostly;
+                    return self.too_costly();
                 }
                 self.feed(room);
                 watch.lap(2, clock.now());
                 if !spend(now, clock.worked()) {
-                    return End::TooCostly;
+                    return self.too_costly();
                 }
             }
             let skipped = schedule.missed() - missed_before;
@@ -293,6 +294,11 @@ impl Ticker {
                 return End::Empty;
             }
         }
+    }
+
+    /// The end of a guest's room that takes too much, unless it was given up before: then its name may be another room's.
+    fn too_costly(&self) -> End {
+        if self.info.given_up.is_cancelled() { End::GivenUp } else { End::TooCostly }
     }
 
     /// A server that was dropped instead of being shut down is gone as well, and its phase with it.
@@ -560,6 +566,13 @@ impl Ticker {
             join.outbox.end(refusal);
         }
     }
+}
+
+/// An open room and its files.
+struct Opened {
+    room: Room,
+    recording: Option<RoomRecording>,
+    state: Option<RoomState>,
 }
 
 #[cfg(test)]

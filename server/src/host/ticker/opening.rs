@@ -1,6 +1,6 @@
 //! Opens a room, or restores that of the process before.
 
-use super::Ticker;
+use super::{Opened, Ticker};
 use crate::durable::SavedRoom;
 use crate::host::clock::Clock;
 use crate::host::random::random;
@@ -9,13 +9,6 @@ use crate::replays::RoomRecording;
 use jostle_room::Room;
 use std::sync::Arc;
 use tracing::info;
-
-/// An open room and its files.
-pub(super) struct Opened {
-    pub room: Room,
-    pub recording: Option<RoomRecording>,
-    pub state: Option<RoomState>,
-}
 
 impl Ticker {
     /// Opens a new room, or that of the process before; `None` if that takes too much of the server.
