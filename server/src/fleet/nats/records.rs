@@ -65,6 +65,8 @@ pub struct Tail {
     pub sequence: Sequence,
     /// Its writer's number of it.
     pub writer: Option<u64>,
+    /// The epoch under which it was written.
+    pub epoch: u64,
 }
 
 /// The messages of rooms, as their owners write them. An error of the last two: no answer came, it may be done or not.
@@ -179,8 +181,11 @@ impl RecordStream for Records {
 
     async fn tail(&self, code: &str) -> Result<Tail, String> {
         let last = self.last(code).await?;
-        let tail =
-            |last: StreamMessage| Tail { sequence: last.sequence, writer: number(&last, WRITER) };
+        let tail = |last: StreamMessage| Tail {
+            sequence: last.sequence,
+            writer: number(&last, WRITER),
+            epoch: number(&last, EPOCH).unwrap_or(0),
+        };
         Ok(last.map_or(Tail::default(), tail))
     }
 

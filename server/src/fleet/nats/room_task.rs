@@ -75,6 +75,8 @@ pub struct RoomTask<S> {
     from: Sequence,
     /// Whether another node has begun to play the room.
     shut_out: bool,
+    /// Whether the stream has forgotten a part of the file that was begun.
+    forgotten: bool,
     /// Why the last attempt failed.
     reason: String,
 }
@@ -98,6 +100,7 @@ impl<S: RecordStream> RoomTask<S> {
             sent: Vec::new(),
             from: 0,
             shut_out: false,
+            forgotten: false,
             reason: String::new(),
         }
     }
@@ -181,6 +184,14 @@ impl<S: RecordStream> RoomTask<S> {
                     // The attempt before may be on its way to the copies of the stream.
                     Ok(tail) if tail.sequence == self.last => sleep(RETRY).await,
                     Ok(tail) if self.is_own(tail) => self.last = tail.sequence,
+                    Ok(tail) if self.is_forgotten(tail) => {
+                        self.last = tail.sequence;
+                        // The first message of a file needs none before it.
+                        if part.is_none_or(|(number, ..)| number > 1) {
+                            self.forgotten = true;
+                            return None;
+                        }
+                    }
                     Ok(_) => self.is_shut_out(),
                     Err(_) => sleep(RETRY).await,
                 },
@@ -218,7 +229,7 @@ impl<S: RecordStream> RoomTask<S> {
 
     async fn try_remove(&mut self) -> Result<(), String> {
         let tail = self.stream.tail(&self.code).await?;
-        if tail.sequence != 0 && !self.is_own(tail) {
+        if tail.sequence != 0 && !self.is_own(tail) && !self.is_forgotten(tail) {
             self.is_shut_out();
             return Ok(());
         }
@@ -234,16 +245,25 @@ impl<S: RecordStream> RoomTask<S> {
         tail.sequence == self.last || tail.writer.is_some_and(was_sent)
     }
 
+    /// Returns whether the stream has forgotten messages of this task: its disk was lost, or what was not synced.
+    /// What another node has written since would be of a later epoch, or after the last message.
+    fn is_forgotten(&self, tail: Tail) -> bool {
+        tail.sequence < self.last && tail.epoch <= self.epoch
+    }
+
     /// Gives a file up after an error: its room begins a new one after a while.
-    fn note(&self, file: Arc<RoomFile>, is_kept: bool) -> Option<Arc<RoomFile>> {
+    fn note(&mut self, file: Arc<RoomFile>, is_kept: bool) -> Option<Arc<RoomFile>> {
         if is_kept {
             return Some(file);
         }
         self.shared.errors.fetch_add(1, Ordering::Relaxed);
-        if !file.failed.swap(true, Ordering::Relaxed) && !self.shut_out {
+        let is_first = !file.failed.swap(true, Ordering::Relaxed);
+        if std::mem::take(&mut self.forgotten) {
+            warn!(room = %self.code, "NATS has forgotten records of a room; they are written again");
+        } else if is_first && !self.shut_out {
             error!(
                 room = %self.code, reason = %self.reason, retry_s = limits::STATE_RETRY.as_secs(),
-                "CANNOT KEEP A ROOM: the game goes on, but another node would not know what is played from here on"
+                "CANNOT KEEP A ROOM: another node would not know what is played from here on"
             );
         }
         None

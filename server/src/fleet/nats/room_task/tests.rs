@@ -8,18 +8,19 @@ const CODE: &str = "k7f3q2";
 /// Number of the first message that the task sends.
 const FIRST_WRITER: u64 = 100;
 /// The message of the node itself by which it took the room over.
-const TAKEN_OVER: Kept = Kept { sequence: 1, writer: FIRST_WRITER - 1 };
+const TAKEN_OVER: Kept = Kept { sequence: 1, writer: FIRST_WRITER - 1, epoch: 1 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Kept {
     sequence: Sequence,
     writer: u64,
+    epoch: u64,
 }
 
 /// A request to the stream.
 #[derive(Clone, Copy, Debug)]
 enum Request {
-    Write { writer: u64, last: Sequence },
+    Write { writer: u64, epoch: u64, last: Sequence },
     Purge { before: Sequence },
 }
 
@@ -41,16 +42,20 @@ struct State {
 
 impl State {
     fn last(&self) -> Tail {
-        let tail = |kept: &Kept| Tail { sequence: kept.sequence, writer: Some(kept.writer) };
+        let tail = |kept: &Kept| Tail {
+            sequence: kept.sequence,
+            writer: Some(kept.writer),
+            epoch: kept.epoch,
+        };
         self.kept.last().map_or(Tail::default(), tail)
     }
 
     fn carry_out(&mut self, request: Request) -> Published {
         match request {
             Request::Write { last, .. } if last != self.last().sequence => Published::Refused,
-            Request::Write { writer, .. } => {
+            Request::Write { writer, epoch, .. } => {
                 self.sequences += 1;
-                self.kept.push(Kept { sequence: self.sequences, writer });
+                self.kept.push(Kept { sequence: self.sequences, writer, epoch });
                 Published::Done(self.sequences)
             }
             Request::Purge { before } => {
@@ -107,7 +112,8 @@ impl Stream {
 
 impl RecordStream for Stream {
     async fn publish(&self, _: &str, message: &Message, last: Sequence) -> Published {
-        self.with(|state| state.take(Request::Write { writer: message.writer, last }))
+        let Message { writer, epoch, .. } = *message;
+        self.with(|state| state.take(Request::Write { writer, epoch, last }))
     }
 
     async fn tail(&self, _: &str) -> Result<Tail, String> {
@@ -204,9 +210,9 @@ async fn a_message_of_another_node_shuts_the_task_out() {
     stream.cut_off();
     room.does(Job::Begin(Arc::clone(&begun), Vec::new())).await;
     until(|| begun.failed.load(Ordering::Relaxed)).await;
-    let other = Kept { sequence: 2, writer: 7 };
+    let other = Kept { sequence: 2, writer: 7, epoch: 2 };
     stream.comes_back(|state| {
-        state.carry_out(Request::Write { writer: other.writer, last: TAKEN_OVER.sequence });
+        state.carry_out(Request::Write { writer: 7, epoch: 2, last: TAKEN_OVER.sequence });
     });
     room.does(Job::Begin(file(), Vec::new())).await;
     assert_eq!(room.ends().await, [Outcome::Fenced]);
@@ -235,10 +241,31 @@ async fn a_removal_that_arrives_late_leaves_the_records_of_the_next_node() {
     stream.with(|state| state.falls_silent = true);
     room.does(Job::Remove(file())).await;
     until(|| stream.with(|state| !state.waiting.is_empty())).await;
-    let other = Kept { sequence: 2, writer: 7 };
+    let other = Kept { sequence: 2, writer: 7, epoch: 2 };
     stream.comes_back(|state| {
-        state.carry_out(Request::Write { writer: other.writer, last: TAKEN_OVER.sequence });
+        state.carry_out(Request::Write { writer: 7, epoch: 2, last: TAKEN_OVER.sequence });
     });
     assert_eq!(room.ends().await, [Outcome::Fenced]);
     assert_eq!(stream.kept(), [other]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn records_that_the_stream_has_forgotten_are_written_again() {
+    for forgotten in [Vec::new(), vec![TAKEN_OVER]] {
+        let stream = Stream::new();
+        let room = Room::begin(&stream);
+        let files = [file(), file()];
+        room.does(Job::Begin(Arc::clone(&files[0]), Vec::new())).await;
+        until(|| stream.kept().len() == 1 && stream.kept()[0] != TAKEN_OVER).await;
+        stream.with(|state| {
+            state.sequences = forgotten.last().map_or(0, |kept| kept.sequence);
+            state.kept = forgotten;
+        });
+        room.does(Job::Append(Arc::clone(&files[0]), Vec::new())).await;
+        until(|| files[0].failed.load(Ordering::Relaxed)).await;
+        room.does(Job::Begin(Arc::clone(&files[1]), Vec::new())).await;
+        room.does(Job::Close(Arc::clone(&files[1]))).await;
+        assert_eq!(room.ends().await, [Outcome::Parted]);
+        assert_eq!(stream.kept().last().map(|kept| kept.writer), Some(FIRST_WRITER + 2));
+    }
 }
