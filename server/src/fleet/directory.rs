@@ -6,6 +6,7 @@
 //! stand still [`HELD_FOR`] after a renewal was sent, and its entry is gone [`LEASE_TTL`] after the renewal was
 //! written, so that no other node can begin before. The rooms of a node that is gone are claimed by the others.
 
+mod connection;
 mod lease;
 mod missing;
 mod placement;
@@ -19,7 +20,7 @@ mod tests;
 pub use terms::*;
 
 use super::entry::{Entry, Key, Owner, Revision, RoomCounts, RoomEntry, RoomFacts};
-use state::{Held, Look, Membership, Missing, Operation, Peer, Phase};
+use state::{Connection, Held, Look, Membership, Missing, Operation, Peer, Phase};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One node's copy of the directory, and its part in it.
@@ -27,6 +28,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub struct Directory {
     node: NodeSettings,
     membership: Membership,
+    connection: Connection,
     load: Load,
     nodes: BTreeMap<String, Peer>,
     entries: BTreeMap<String, (RoomEntry, Revision)>,
@@ -40,6 +42,8 @@ pub struct Directory {
     looks: BTreeMap<Key, Look>,
     /// Owners of rooms that are not among the nodes.
     missing: BTreeMap<Owner, Missing>,
+    /// Newer epochs that the records of rooms have than their entries.
+    newer_epochs: BTreeMap<String, u64>,
     /// Rooms that are to be looked at again.
     unsettled: BTreeSet<String>,
     nodes_synced: bool,
@@ -53,6 +57,7 @@ impl Directory {
     pub fn new(node: NodeSettings) -> Directory {
         Directory {
             membership: Membership::default(),
+            connection: Connection::default(),
             node,
             load: Load::default(),
             nodes: BTreeMap::new(),
@@ -63,6 +68,7 @@ impl Directory {
             operations: BTreeMap::new(),
             looks: BTreeMap::new(),
             missing: BTreeMap::new(),
+            newer_epochs: BTreeMap::new(),
             unsettled: BTreeSet::new(),
             nodes_synced: false,
             rooms_synced: false,
@@ -106,6 +112,9 @@ impl Directory {
                 }
                 if self.entries.get(&code).is_some_and(|(_, known)| *known < revision) {
                     self.forget(&code);
+                    self.connection.missed.remove(&code);
+                    self.newer_epochs.remove(&code);
+                    self.stop_removed(&code);
                     self.settle(&code, now);
                 }
             }
@@ -126,11 +135,9 @@ impl Directory {
         let is_gone = |code: &String| !present.contains(&Key::Room(code.clone()));
         self.removed.retain(|code, _| !is_gone(code));
         let gone: Vec<String> = self.entries.keys().filter(|code| is_gone(code)).cloned().collect();
-        for code in gone {
-            self.forget(&code);
-            self.settle(&code, now);
-        }
+        gone.iter().for_each(|code| self.forget(code));
         self.rooms_synced = true;
+        self.rooms_are_known(gone);
         self.settle_all(now);
     }
 
@@ -177,6 +184,9 @@ impl Directory {
                 {
                     self.removed.insert(code.clone(), revision);
                     self.forget(&code);
+                    if now < self.connection.doubtful_until {
+                        self.connection.missed.insert(code.clone());
+                    }
                     self.settle(&code, now);
                 }
             }
@@ -196,6 +206,9 @@ impl Directory {
     /// times a second.
     pub fn poll(&mut self, now: Time) {
         self.poll_lease(now);
+        if now >= self.connection.doubtful_until {
+            self.connection.missed.clear();
+        }
         if !self.has_synced() {
             return;
         }
@@ -284,6 +297,7 @@ impl Directory {
                 }
                 _ => Located::Lost,
             },
+            (None, None) if self.connection.missed.contains(code) => Located::Lost,
             (None, None) => Located::Unknown,
         }
     }
@@ -310,6 +324,10 @@ impl Directory {
         }
         self.forget(&code);
         self.removed.remove(&code);
+        self.connection.missed.remove(&code);
+        if self.newer_epochs.get(&code).is_some_and(|newer| *newer < entry.epoch) {
+            self.newer_epochs.remove(&code);
+        }
         self.rooms_of.entry(entry.owner.clone()).or_default().insert(code.clone());
         self.entries.insert(code.clone(), (entry, revision));
         self.settle(&code, now);

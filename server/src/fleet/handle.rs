@@ -95,17 +95,29 @@ impl Fleet {
         result
     }
 
+    /// Passes on an answer that came over the connection of this number, if that is still the present one.
+    pub fn tell_over(&self, connection: u64, event: impl FnOnce(&mut Directory, Time)) {
+        self.tell(|directory, now| {
+            if directory.connection() == connection {
+                event(directory, now);
+            }
+        });
+    }
+
     /// Looks something up in the directory.
     pub fn ask<R>(&self, question: impl FnOnce(&Directory) -> R) -> R {
         question(&self.lock().directory)
     }
 
-    /// Waits until the directory has something to do, and takes it.
-    pub async fn actions(&self) -> Vec<Action> {
+    /// Waits until the directory has something to do, and takes it, with the number of the connection that it is for.
+    pub async fn actions(&self) -> (u64, Vec<Action>) {
         loop {
-            let actions = self.lock().directory.take_actions();
-            if !actions.is_empty() {
-                return actions;
+            let taken = {
+                let directory = &mut self.lock().directory;
+                (directory.connection(), directory.take_actions())
+            };
+            if !taken.1.is_empty() {
+                return taken;
             }
             self.due.notified().await;
         }
@@ -157,22 +169,22 @@ impl Fleet {
 
     /// Places a new room, and waits until its node is known.
     pub async fn place(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
-        self.place_by(code, |directory| directory.place(code, facts.clone())).await
+        self.place_by(code, |directory, now| directory.place(code, facts.clone(), now)).await
     }
 
     /// The same for a room that only this node can open.
     pub async fn place_here(&self, code: &str, facts: RoomFacts) -> Result<Located, PlaceError> {
-        self.place_by(code, |directory| directory.place_here(code, facts.clone())).await
+        self.place_by(code, |directory, _| directory.place_here(code, facts.clone())).await
     }
 
     async fn place_by(
         &self,
         code: &str,
-        place: impl Fn(&mut Directory) -> Result<(), PlaceError>,
+        place: impl Fn(&mut Directory, Time) -> Result<(), PlaceError>,
     ) -> Result<Located, PlaceError> {
         let until = tokio::time::Instant::now() + limits::FLEET_FIND;
         // A node that has just started does not know the others yet.
-        while let Err(error) = self.tell(|directory, _| place(directory)) {
+        while let Err(error) = self.tell(&place) {
             if error != PlaceError::NotNow || tokio::time::Instant::now() >= until {
                 return Err(error);
             }

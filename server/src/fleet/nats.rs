@@ -2,6 +2,7 @@
 
 mod driver;
 mod follower;
+mod link;
 mod publisher;
 mod records;
 mod room_sink;

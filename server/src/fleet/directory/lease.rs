@@ -4,13 +4,17 @@ use super::state::Peer;
 use super::{Action, Answer, Directory, HELD_FOR, RENEW_EVERY, RETRY, Time};
 use crate::fleet::entry::{Entry, Key, NodeEntry, Owner, Revision};
 use jostle_protocol::is_origin;
-use std::time::Duration;
 use tracing::{info, warn};
 
 impl Directory {
     /// Returns whether this node is registered.
     pub fn is_registered(&self) -> bool {
         self.membership.revision.is_some()
+    }
+
+    /// Returns whether the store was found to have the entry of this incarnation.
+    pub(super) fn is_confirmed(&self) -> bool {
+        self.is_registered() && !self.membership.unsure
     }
 
     pub(super) fn renew_at(&mut self, at: Time) {
@@ -27,7 +31,7 @@ impl Directory {
             // A look that is on its way already may have been answered before the write.
             self.membership.is_looking = self.look(key);
             self.membership.asked_at = self.membership.is_looking.then_some(now);
-        } else {
+        } else if membership.revision.is_none() || !self.has_doubts() {
             let expected = membership.revision.unwrap_or(membership.replaces);
             self.actions.push(Action::Write(key, Entry::Node(self.entry()), expected));
             self.membership.asked_at = Some(now);
@@ -39,7 +43,7 @@ impl Directory {
     pub fn leave(&mut self) {
         self.draining = true;
         self.membership.has_left = true;
-        self.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
+        self.lease_is_over();
         // Otherwise the revision is not known yet.
         if self.membership.asked_at.is_none() {
             self.remove_entry(self.membership.revision);
@@ -79,8 +83,9 @@ impl Directory {
             Answer::Done(revision) => {
                 let is_new = self.membership.revision.replace(revision).is_none();
                 self.membership.next_at = asked_at + RENEW_EVERY;
-                self.actions.push(Action::Lease(self.node.incarnation, asked_at + HELD_FOR));
+                self.lease_lasts(asked_at + HELD_FOR, now);
                 if is_new {
+                    self.connection.has_registered = true;
                     info!(node = %self.node.name, "registered in the fleet");
                 }
                 if self.peer_of(&self.me()).is_none() {
@@ -154,7 +159,7 @@ impl Directory {
         }
         self.membership.lost += 1;
         self.node.incarnation = self.node.incarnation.wrapping_add(1);
-        self.actions.push(Action::Lease(self.node.incarnation, Duration::ZERO));
+        self.lease_is_over();
         self.unsettled.extend(self.held.keys().cloned());
     }
 

@@ -1,13 +1,17 @@
 //! Where rooms go: to the node with the most ticks left.
 
 use super::state::{Operation, Peer};
-use super::{Action, Directory, PlaceError, ROOM_COST};
+use super::{Action, Directory, PlaceError, ROOM_COST, Time};
 use crate::fleet::entry::{Entry, Key, Owner, RoomEntry, RoomFacts};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 impl Directory {
     /// Places a room that there is not yet. [`Directory::locate`] tells where, once it is placed.
-    pub fn place(&mut self, code: &str, room: RoomFacts) -> Result<(), PlaceError> {
+    pub fn place(&mut self, code: &str, room: RoomFacts, now: Time) -> Result<(), PlaceError> {
+        // A standing room has the code of the one before it, which another node may play.
+        if room.creator.is_none() && now < self.connection.doubtful_until {
+            return Err(PlaceError::NotNow);
+        }
         self.place_at(code, room, |_| true)
     }
 
@@ -23,7 +27,8 @@ impl Directory {
         room: RoomFacts,
         allowed: impl Fn(&str) -> bool,
     ) -> Result<(), PlaceError> {
-        if self.entries.contains_key(code) || self.operations.contains_key(code) {
+        let is_held = self.held.contains_key(code);
+        if is_held || self.entries.contains_key(code) || self.operations.contains_key(code) {
             return Err(PlaceError::Taken);
         }
         if !self.has_synced() || !self.is_registered() {

@@ -1,6 +1,6 @@
 //! The rooms that this node holds, and its writes that are on their way.
 
-use super::state::{Operation, Phase};
+use super::state::{Doubt, Operation, Phase};
 use super::{Action, Answer, Change, Directory, RETRY, Time};
 use crate::fleet::entry::{Entry, Key, Owner, RoomEntry};
 
@@ -50,6 +50,14 @@ impl Directory {
         }
     }
 
+    /// The records of a room that this node is to open were continued in a later epoch. If that is another node's, its
+    /// entry is about to be heard of; if not, the directory has forgotten it, and the room goes on after it.
+    pub fn outdated(&mut self, code: &str, epoch: u64, now: Time) {
+        let newest = self.newer_epochs.entry(code.to_owned()).or_default();
+        *newest = epoch.max(*newest);
+        self.fenced(code, now);
+    }
+
     /// The entry of a room may be another: asks for it, and waits a moment before anything is begun.
     fn ask_again(&mut self, code: &str, now: Time) {
         self.look(Key::Room(code.to_owned()));
@@ -65,6 +73,15 @@ impl Directory {
         let url = peer.and_then(|owner| Some(self.peer_of(&owner)?.entry.url.clone()));
         self.held.remove(code);
         self.actions.push(Action::Stop(code.to_owned(), url));
+    }
+
+    /// A room was removed from the directory, which ends it here too. The removal of one that this node still played
+    /// when the store came back is of a room before it.
+    pub(super) fn stop_removed(&mut self, code: &str) {
+        let held = self.held.get(code);
+        if held.is_some_and(|held| held.phase != Phase::Over && held.doubt != Doubt::Kept) {
+            self.stop(code);
+        }
     }
 
     pub(super) fn room_answered(&mut self, code: &str, answer: Answer, now: Time) {
@@ -94,10 +111,18 @@ impl Directory {
 
     /// Writes an entry that names this owner, if the entry is still as it is known.
     pub(super) fn give(&mut self, code: &str, owner: Owner) {
-        let Some((entry, revision)) = self.entries.get(code) else { return };
-        let to = RoomEntry { owner, epoch: entry.epoch + 1, room: entry.room.clone() };
+        let (known, held) = (self.entries.get(code), self.held.get(code));
+        let Some(room) = known.map(|(entry, _)| &entry.room).or(held.map(|held| &held.room)) else {
+            return;
+        };
+        let (known_epoch, revision) =
+            known.map_or((0, 0), |(entry, revision)| (entry.epoch, *revision));
+        let held_epoch = held.map_or(0, |held| held.epoch);
+        let newer_epoch = self.newer_epochs.get(code).copied().unwrap_or(0);
+        let epoch = known_epoch.max(held_epoch).max(newer_epoch) + 1;
+        let to = RoomEntry { owner, epoch, room: room.clone() };
         let (key, value) = (Key::Room(code.to_owned()), Entry::Room(to.clone()));
-        self.actions.push(Action::Write(key, value, *revision));
+        self.actions.push(Action::Write(key, value, revision));
         self.operations.insert(code.to_owned(), Operation::Change { to });
     }
 

@@ -1,6 +1,6 @@
 //! What follows from a room's entry for this node.
 
-use super::state::{Held, Operation, Phase};
+use super::state::{Doubt, Held, Operation, Phase};
 use super::{Action, CLAIM_STEP, Directory, ROOMS_PER_PARTING, Time};
 use crate::fleet::entry::Owner;
 
@@ -14,6 +14,10 @@ impl Directory {
                 self.operations.remove(code);
             }
         }
+        if !self.rooms_synced {
+            self.unsettled.insert(code.to_owned());
+            return;
+        }
         let held = self.held.get(code).cloned();
         let owner = self.entries.get(code).map(|(entry, _)| entry.owner.clone());
         match (owner, held) {
@@ -21,44 +25,79 @@ impl Directory {
             (None, Some(held)) if held.phase == Phase::Over => {
                 self.held.remove(code);
             }
-            (None, Some(_)) => self.stop(code),
-            (Some(owner), None) if self.is_me(&owner) => self.open(code),
+            (None, Some(held)) if held.doubt == Doubt::None => self.stop(code),
+            (None, Some(held)) => self.take_back(code, held.doubt, now),
+            (Some(owner), None) if self.is_me(&owner) => self.open(code, now),
             (Some(owner), None) => self.claim_if_lost(code, &owner, now),
-            (Some(_), Some(held)) => self.settle_held(code, &held, now),
+            (Some(_), Some(held)) => self.settle_held(code, held, now),
         }
     }
 
-    fn open(&mut self, code: &str) {
+    /// Opens a room whose entry names this node. An entry that may have been written over before the store forgot it
+    /// has to be written again first, when no other node can play the room any more.
+    fn open(&mut self, code: &str, now: Time) {
+        let Some((entry, revision)) = self.entries.get(code).cloned() else { return };
+        let is_outdated = self.newer_epochs.get(code).is_some_and(|epoch| *epoch > entry.epoch);
+        let is_new = self.is_of_this_store(revision);
         if self.operations.contains_key(code) {
             self.unsettled.insert(code.to_owned());
-            return;
+        } else if is_outdated || !is_new {
+            let doubt = if is_new { Doubt::None } else { Doubt::Lapsed };
+            self.take_back(code, doubt, now);
+        } else {
+            let incarnation = entry.owner.incarnation;
+            let (epoch, room) = (entry.epoch, entry.room.clone());
+            let phase = Phase::Opening;
+            let held = Held { epoch, phase, room, incarnation, doubt: Doubt::None };
+            self.held.insert(code.to_owned(), held);
+            self.actions.push(Action::Open(code.to_owned(), entry));
         }
-        let Some((entry, _)) = self.entries.get(code).cloned() else { return };
-        self.held.insert(code.to_owned(), Held { epoch: entry.epoch, phase: Phase::Opening });
-        self.actions.push(Action::Open(code.to_owned(), entry));
     }
 
-    fn settle_held(&mut self, code: &str, held: &Held, now: Time) {
-        let Some((entry, _)) = self.entries.get(code).cloned() else { return };
-        let is_own = entry.owner.node == self.node.name;
-        if is_own && self.is_me(&entry.owner) && entry.epoch == held.epoch + 1 {
+    /// Writes an entry that names this node, once it may.
+    fn take_back(&mut self, code: &str, doubt: Doubt, now: Time) {
+        let may_write = self.is_confirmed() && !self.operations.contains_key(code);
+        if may_write && self.may_take_back(doubt, now) {
+            self.give(code, self.me());
+        } else {
+            self.unsettled.insert(code.to_owned());
+        }
+    }
+
+    fn settle_held(&mut self, code: &str, held: Held, now: Time) {
+        let Some((entry, revision)) = self.entries.get(code).cloned() else { return };
+        let (is_own, is_me) = (entry.owner.node == self.node.name, self.is_me(&entry.owner));
+        if is_me && entry.epoch == held.epoch + 1 {
             // Claimed again after the lease was lost, and no other node had it in between.
-            self.held.insert(code.to_owned(), Held { epoch: entry.epoch, ..held.clone() });
+            let incarnation = entry.owner.incarnation;
+            let held = Held { epoch: entry.epoch, incarnation, doubt: Doubt::None, ..held };
+            self.held.insert(code.to_owned(), held);
             self.actions.push(Action::Resume(code.to_owned()));
             return self.settle(code, now);
         }
-        if !is_own || entry.epoch != held.epoch {
+        // An entry that was written since is that of a node which may play the room.
+        let is_behind = entry.epoch < held.epoch && !self.is_newer_than_known(revision);
+        if is_behind && held.doubt == Doubt::Kept {
+            return self.take_back(code, held.doubt, now);
+        }
+        let is_another = is_me && entry.owner.incarnation != held.incarnation;
+        if !is_own || is_another || entry.epoch != held.epoch {
             self.stop(code);
             // It may have come back since.
             return self.settle(code, now);
         }
-        if self.operations.contains_key(code) || !self.is_registered() {
+        let may_go_on = match held.doubt {
+            Doubt::None => self.is_registered(),
+            Doubt::Kept | Doubt::Lapsed => self.is_confirmed(),
+        };
+        if self.operations.contains_key(code) || !may_go_on {
             self.unsettled.insert(code.to_owned());
             return;
         }
-        if !self.is_me(&entry.owner) {
-            return self.give(code, self.me());
+        if !is_me {
+            return self.take_back(code, held.doubt, now);
         }
+        self.held.get_mut(code).expect("held").doubt = Doubt::None;
         self.go_on_with(code, held.phase, now);
     }
 
@@ -106,7 +145,12 @@ impl Directory {
         }
         self.unsettled.insert(code.to_owned());
         let Some(since) = self.gone_since(owner, now) else { return };
-        if self.draining || !self.is_registered() || self.operations.contains_key(code) {
+        let since = since.max(self.connection.claims_from);
+        if now < since
+            || self.draining
+            || !self.is_registered()
+            || self.operations.contains_key(code)
+        {
             return;
         }
         let attempts = (now - since).as_millis() / CLAIM_STEP.as_millis() + 1;

@@ -1,7 +1,8 @@
 //! What a node keeps of itself, of the others and of the rooms that it holds.
 
 use super::terms::Time;
-use crate::fleet::entry::{NodeEntry, Revision, RoomEntry};
+use crate::fleet::entry::{NodeEntry, Revision, RoomEntry, RoomFacts};
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 /// This node's membership of the fleet.
@@ -23,6 +24,8 @@ pub struct Membership {
     pub is_looking: bool,
     /// When the next one is due.
     pub next_at: Time,
+    /// When the lease ends.
+    pub held_until: Time,
     /// Whether it was logged that the name is taken.
     pub said_taken: bool,
     /// Whether it leaves for good.
@@ -40,10 +43,29 @@ impl Default for Membership {
             asked_at: None,
             is_looking: false,
             next_at: Duration::ZERO,
+            held_until: Duration::ZERO,
             said_taken: false,
             has_left: false,
         }
     }
+}
+
+/// The present connection to the store.
+#[derive(Debug, Default)]
+pub struct Connection {
+    /// Number of the connection, from 1; 0 before the first.
+    pub number: u64,
+    /// Time from which rooms of other nodes may be claimed.
+    pub claims_from: Time,
+    /// Until then, the store may have forgotten who plays a room that is played.
+    pub doubtful_until: Time,
+    /// The newest revision of a room's entry when the rooms were first known in a store that may have forgotten.
+    /// Until that, the greatest there is.
+    pub known_revision: Revision,
+    /// Whether the present incarnation of this node was registered since.
+    pub has_registered: bool,
+    /// Rooms that there were before, and of which the store knows nothing.
+    pub missed: BTreeSet<String>,
 }
 
 /// A node, this one among them, as its entry says.
@@ -92,6 +114,24 @@ pub struct Held {
     pub epoch: u64,
     /// How far it is.
     pub phase: Phase,
+    /// What its entry says of the room.
+    pub room: RoomFacts,
+    /// The incarnation of this node under which it is held.
+    pub incarnation: u64,
+    /// Whether the store may have forgotten that this node holds it.
+    pub doubt: Doubt,
+}
+
+/// A doubt whether a held room is still this node's, after the store may have forgotten writes. It ends with an entry
+/// that names this node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubt {
+    /// There is none.
+    None,
+    /// The lease lasted when the store was back: no other node has claimed the room, so its entry is written again.
+    Kept,
+    /// The lease was over: another node may play the room, and the store may have forgotten that.
+    Lapsed,
 }
 
 /// The phase of a held room.

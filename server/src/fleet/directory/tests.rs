@@ -1,5 +1,7 @@
 //! Each rule by itself: a directory of node `a` among others, to which the test is store and driver.
 
+mod reconnecting;
+
 use super::*;
 use crate::fleet::entry::NodeEntry;
 use std::time::Duration;
@@ -57,16 +59,18 @@ fn unregistered() -> Directory {
         secret_mark: 0,
     });
     directory.measured(Load { used: 0.0, rooms_left: 10, rooms: Vec::new() });
+    directory.connected(false, s(0.0));
     directory.synced_nodes(&BTreeSet::new(), s(0.0));
     directory.synced_rooms(&BTreeSet::new(), s(0.0));
     directory
 }
 
-/// The same, registered by revision 1.
+/// The same, registered by revision 1 for so long that it may claim rooms.
 fn registered() -> Directory {
     let mut directory = unregistered();
     directory.poll(s(0.0));
     directory.answered(node_key("a"), Answer::Done(1), s(0.0));
+    directory.connection.claims_from = s(0.0);
     directory.take_actions();
     directory
 }
@@ -97,7 +101,11 @@ fn claim(incarnation: u64, epoch: u64, revision: Revision) -> Action {
 /// The actions of a poll, without renewals of the own lease.
 fn polled(directory: &mut Directory, now: Time) -> Vec<Action> {
     directory.poll(now);
-    let own = |action: &Action| matches!(action, Action::Write(key, ..) if *key == node_key("a"));
+    let own = |action: &Action| match action {
+        Action::Write(key, ..) => *key == node_key("a"),
+        Action::Lease(..) => true,
+        _ => false,
+    };
     directory.take_actions().into_iter().filter(|action| !own(action)).collect()
 }
 
@@ -365,7 +373,7 @@ fn rooms_go_where_most_is_left_and_nowhere_when_all_are_full() {
     directory.changed(written(node_key("c"), node(8, 1, 0.97), 3), s(0.0));
     let mut placed = Vec::new();
     for number in 0..20 {
-        if directory.place(&format!("r{number}"), facts()).is_ok() {
+        if directory.place(&format!("r{number}"), facts(), s(0.0)).is_ok() {
             placed.push(());
         }
     }
@@ -378,8 +386,8 @@ fn rooms_go_where_most_is_left_and_nowhere_when_all_are_full() {
     owners.sort();
     assert_eq!(owners.concat(), "aaaaaaaaaabbc");
     assert_eq!(placed.len(), 13);
-    assert_eq!(directory.place("r0", facts()), Err(PlaceError::Taken));
-    assert_eq!(directory.place("r99", facts()), Err(PlaceError::Full));
+    assert_eq!(directory.place("r0", facts(), s(0.0)), Err(PlaceError::Taken));
+    assert_eq!(directory.place("r99", facts(), s(0.0)), Err(PlaceError::Full));
 }
 
 #[test]

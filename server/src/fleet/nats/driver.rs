@@ -1,12 +1,12 @@
 //! Carries out what the directory decides, and tells it what it hears of.
 
-use super::follower::Follower;
+use super::link::Link;
 use super::publisher::Publisher;
 use super::records::{Message, Published, RecordStream, Records, RoomRecords};
-use super::store::{Kind, Store};
+use super::store::Store;
 use crate::durable::{Job, RoomFile, SavedRoom};
-use crate::fleet::directory::{Action, RETRY};
-use crate::fleet::entry::{Key, RoomCounts, RoomEntry};
+use crate::fleet::directory::{Action, Answer, RETRY};
+use crate::fleet::entry::{RoomCounts, RoomEntry};
 use crate::fleet::handle::Fleet;
 use crate::fleet::lease::RoomLease;
 use crate::fleet::settings::FleetSettings;
@@ -15,8 +15,6 @@ use crate::host::rooms::{Adopted, Rooms};
 use crate::limits;
 use async_nats::jetstream::Context;
 use bytes::Bytes;
-use futures_util::StreamExt;
-use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -43,6 +41,7 @@ pub struct Driver {
 /// The driver with its connection.
 #[derive(Clone)]
 struct Connected {
+    link: Arc<Link>,
     store: Store,
     records: Records,
     fleet: Arc<Fleet>,
@@ -64,8 +63,11 @@ impl Driver {
 
     /// Takes part in the fleet by this connection, until the task is dropped.
     pub async fn run(self, context: Context) {
-        let (store, records) = self.open(&context).await;
+        let link = Link::new(context, self.settings.clone(), Arc::clone(&self.fleet));
+        let (store, records) = link.open().await;
+        store.warn_of_one_copy();
         let connected = Connected {
+            link: Arc::new(link),
             store,
             records,
             fleet: Arc::clone(&self.fleet),
@@ -74,30 +76,11 @@ impl Driver {
         };
         // They end with this task.
         let mut tasks = JoinSet::new();
-        tasks.spawn(connected.clone().follow(Kind::Nodes));
-        tasks.spawn(connected.clone().follow(Kind::Rooms));
-        tasks.spawn(connected.clone().act());
+        let follows = connected.clone();
+        tasks.spawn(async move { follows.link.follow(&follows.store).await });
+        tasks.spawn(connected.act());
         tasks.spawn(self.poll());
         tasks.join_all().await;
-    }
-
-    /// Opens the buckets and the stream, as soon as NATS lets it.
-    async fn open(&self, context: &Context) -> (Store, Records) {
-        let mut said = false;
-        loop {
-            let opened = async {
-                let store = Store::open(context, &self.settings).await?;
-                Ok::<_, String>((store, Records::open(context, &self.settings).await?))
-            };
-            match opened.await {
-                Ok(opened) => return opened,
-                Err(reason) if !std::mem::replace(&mut said, true) => {
-                    warn!(nats = %self.settings.nats, reason, "NATS cannot be used yet; trying again");
-                }
-                Err(_) => {}
-            }
-            sleep(RETRY).await;
-        }
     }
 
     /// Lets time pass for the directory, and measures the load.
@@ -138,51 +121,16 @@ impl Driver {
 }
 
 impl Connected {
-    /// Follows a bucket, and begins again from all that is there when the connection was lost for too long.
-    async fn follow(self, kind: Kind) {
-        let mut follower = Follower::default();
-        loop {
-            follower.begin();
-            if let Err(reason) = self.follow_once(kind, &mut follower).await {
-                warn!(?kind, reason, "the directory is followed from its beginning again");
-            }
-            sleep(RETRY).await;
-        }
-    }
-
-    async fn follow_once(&self, kind: Kind, follower: &mut Follower) -> Result<(), String> {
-        let mut watch = self.store.watch(kind).await?;
-        while let Some(heard) = watch.next().await {
-            let heard = heard.map_err(|error| error.to_string())?;
-            let change = kind
-                .key(&heard.key)
-                .and_then(|key| follower.hear(key, heard.operation, &heard.value, heard.revision));
-            change.into_iter().for_each(|change| self.fleet.heard(change));
-            if heard.seen_current
-                && let Some(present) = follower.take_initial()
-            {
-                self.synced(kind, &present);
-            }
-        }
-        Err("the watcher ended".to_owned())
-    }
-
-    fn synced(&self, kind: Kind, present: &BTreeSet<Key>) {
-        self.fleet.tell(|directory, now| match kind {
-            Kind::Nodes => directory.synced_nodes(present, now),
-            Kind::Rooms => directory.synced_rooms(present, now),
-        });
-    }
-
     async fn act(self) {
         loop {
-            for action in self.fleet.actions().await {
-                self.carry_out(action);
+            let (connection, actions) = self.fleet.actions().await;
+            for action in actions {
+                self.carry_out(action, connection);
             }
         }
     }
 
-    fn carry_out(&self, action: Action) {
+    fn carry_out(&self, action: Action, connection: u64) {
         match action {
             Action::Lease(incarnation, until) => self.fleet.lease().set(incarnation, until),
             Action::Resume(code) => {
@@ -195,26 +143,44 @@ impl Connected {
             Action::Part(code) => self.insist(code, AdminCommand::Part),
             Action::Open(code, entry) => drop(tokio::spawn(self.clone().open(code, entry))),
             Action::Write(..) | Action::Remove(..) | Action::Look(_) => {
-                tokio::spawn(self.clone().exchange(action));
+                tokio::spawn(self.clone().exchange(action, connection));
             }
         }
     }
 
-    /// Writes, removes or reads an entry.
-    async fn exchange(self, action: Action) {
+    /// Writes, removes or reads an entry over the connection of this number. An answer over a later one would be
+    /// that of a store which may have forgotten what this one said.
+    async fn exchange(self, action: Action, connection: u64) {
+        let (store, is_current) = (&self.store, self.link.is_current(connection));
         match action {
             Action::Write(key, entry, expected) => {
-                let answer = self.store.write(&key, &entry, expected).await;
-                self.fleet.tell(|directory, now| directory.answered(key, answer, now));
+                let answer = match is_current {
+                    true => store.write(&key, &entry, expected).await,
+                    false => Answer::Unknown,
+                };
+                self.fleet.tell_over(connection, |directory, now| {
+                    directory.answered(key, answer, now);
+                });
             }
             Action::Remove(key, expected) => {
-                let answer = self.store.remove(&key, expected).await;
-                self.fleet.tell(|directory, now| directory.answered(key, answer, now));
+                let answer = match is_current {
+                    true => store.remove(&key, expected).await,
+                    false => Answer::Unknown,
+                };
+                self.fleet.tell_over(connection, |directory, now| {
+                    directory.answered(key, answer, now);
+                });
             }
-            Action::Look(key) => match self.store.look(&key).await {
-                Ok(found) => self.fleet.tell(|directory, now| directory.looked(key, found, now)),
-                Err(_) => self.fleet.tell(|directory, now| directory.look_failed(&key, now)),
-            },
+            Action::Look(key) => {
+                let found = match is_current {
+                    true => store.look(&key).await.ok(),
+                    false => None,
+                };
+                self.fleet.tell_over(connection, |directory, now| match found {
+                    Some(found) => directory.looked(key, found, now),
+                    None => directory.look_failed(&key, now),
+                });
+            }
             _ => {}
         }
     }
@@ -289,7 +255,7 @@ impl Connected {
         loop {
             if let Ok(records) = self.records.read(code).await {
                 if records.epoch > epoch {
-                    self.fleet.tell(|directory, now| directory.fenced(code, now));
+                    self.fleet.tell(|directory, now| directory.outdated(code, records.epoch, now));
                     return Err("another node has begun to play it".to_owned());
                 }
                 let message = Message {

@@ -24,6 +24,9 @@ const REMOVAL_TTL: Duration = Duration::from_secs(24 * 60 * 60);
 /// Error of the store, in words.
 pub type StoreError = String;
 
+/// When the two buckets were made, nanoseconds since 1970 by the clock of NATS.
+pub type Born = [i128; 2];
+
 /// The two buckets.
 #[derive(Clone)]
 pub struct Store {
@@ -44,6 +47,21 @@ impl Store {
         match rooms.create(FORMAT, FORMAT_VALUE.into()).await {
             Err(error) if error.kind() != CreateErrorKind::AlreadyExists => Err(error.to_string()),
             _ => Ok(Store { nodes, rooms, removals_expire }),
+        }
+    }
+
+    /// When the buckets were made: others have other revisions.
+    pub fn born(&self) -> Born {
+        let born = |bucket: &Bucket| bucket.stream.cached_info().created.unix_timestamp_nanos();
+        [born(&self.nodes), born(&self.rooms)]
+    }
+
+    /// Says in the log what one copy of everything means.
+    pub fn warn_of_one_copy(&self) {
+        if self.rooms.stream.cached_info().config.num_replicas == 1 {
+            warn!(
+                "NATS keeps one copy of the directory and of the rooms' records, on one disk: if its machine loses power,                  it forgets what it had not synced, which is up to two minutes unless it is configured with                  sync_interval: always"
+            );
         }
     }
 

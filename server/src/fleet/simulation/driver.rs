@@ -5,10 +5,13 @@ use super::queue::{Event, NodeEvent, Process, Reply, Request};
 use super::settings::Violation;
 use super::store::Tail;
 use super::{POLL_EVERY, RECORD_EVERY, Simulation};
-use crate::fleet::directory::{Action, Directory, Load, NodeSettings, ROOM_COST};
+use crate::fleet::directory::{Action, Directory, LEASE_TTL, Load, NodeSettings, ROOM_COST};
 use crate::fleet::entry::{RoomCounts, RoomEntry, RoomFacts};
 use std::collections::BTreeMap;
 use std::time::Duration;
+
+/// Time after which a room ends that is over and was begun again.
+const OVER_AFTER: Duration = Duration::from_secs(3);
 
 impl Simulation {
     /// Starts a node that is not alive.
@@ -36,6 +39,7 @@ impl Simulation {
             rooms: BTreeMap::new(),
             requests: BTreeMap::new(),
             watch: Watch::default(),
+            store: self.store.forgot(),
             is_cut: false,
             standstill: None,
             backlog: Vec::new(),
@@ -44,7 +48,7 @@ impl Simulation {
             measures_at: Duration::ZERO,
             ended: BTreeMap::new(),
         });
-        self.watch(process);
+        self.connected(process);
         self.queue.push(self.now, Event::At(process, NodeEvent::Poll));
     }
 
@@ -57,6 +61,7 @@ impl Simulation {
         }
         match event {
             NodeEvent::Poll => self.poll(process),
+            NodeEvent::Connected => self.connected(process),
             NodeEvent::Deliver(bucket, round) => self.deliver(process, bucket, round),
             NodeEvent::TimeLimit(number) => {
                 if let Some(request) = node.requests.remove(&number) {
@@ -156,9 +161,14 @@ impl Simulation {
             Action::Lease(incarnation, until) => node.lease = (incarnation, until),
             Action::Resume(code) => {
                 let incarnation = node.lease.0;
-                if let Some(room) = node.rooms.get_mut(&code) {
-                    room.held_under = incarnation;
-                    room.epoch += 1;
+                let Some(room) = node.rooms.get_mut(&code) else { return Ok(()) };
+                room.held_under = incarnation;
+                room.epoch += 1;
+                let number = room.number;
+                if self.ended.contains(&code) {
+                    // One that nobody is in, written back by a node that did not hear of its end.
+                    let over = NodeEvent::Over(code, number);
+                    self.queue.push(self.now + OVER_AFTER, Event::At(process, over));
                 }
             }
             Action::Open(code, entry) => return self.open(process, code, &entry),
@@ -188,6 +198,7 @@ impl Simulation {
             epoch: entry.epoch,
             held_under: entry.owner.incarnation,
             state: RoomState::Opening,
+            last: 0,
         };
         let is_full = node.rooms.len() >= rooms_max;
         node.rooms.insert(code.clone(), room);
@@ -206,7 +217,7 @@ impl Simulation {
         let clock = node.clock(now);
         let Some(room) = node.room(&code, number) else { return };
         if tail.is_some_and(|tail| tail.epoch > room.epoch) {
-            node.directory.fenced(&code, clock);
+            node.directory.outdated(&code, tail.map_or(0, |tail| tail.epoch), clock);
             return;
         }
         let sequence = tail.map_or(0, |tail| tail.sequence);
@@ -214,15 +225,15 @@ impl Simulation {
         self.send(process, append);
     }
 
-    fn appended(&mut self, process: Process, code: String, number: u64, accepted: bool) {
+    fn appended(&mut self, process: Process, code: String, number: u64, accepted: Option<u64>) {
         let at = self.now + self.seconds(0.05, 1.0);
         let now = self.now;
         let Some(node) = self.node(process) else { return };
         let clock = node.clock(now);
         let Some(room) = node.room(&code, number) else { return };
-        if !accepted {
-            node.directory.fenced(&code, clock);
-        } else if room.state == RoomState::Opening {
+        let Some(sequence) = accepted else { return node.directory.fenced(&code, clock) };
+        room.last = sequence;
+        if room.state == RoomState::Opening {
             let opened = NodeEvent::Opened(code, number, true);
             self.queue.push(at, Event::At(process, opened));
         }
@@ -252,9 +263,8 @@ impl Simulation {
         if let Some(lost_at) = self.lost_at.remove(&code) {
             self.gaps.push(now - lost_at);
         }
-        let soon = now + Duration::from_secs(3);
         if is_over {
-            self.queue.push(soon, Event::At(process, NodeEvent::Over(code, number)));
+            self.queue.push(now + OVER_AFTER, Event::At(process, NodeEvent::Over(code, number)));
         } else {
             let record = NodeEvent::Record(code, number);
             self.queue.push(now + RECORD_EVERY, Event::At(process, record));
@@ -278,10 +288,9 @@ impl Simulation {
         let Some(node) = self.node(process) else { return };
         let plays = node.plays(&code, now, ignores);
         let Some(room) = node.room(&code, number) else { return };
-        let epoch = room.epoch;
+        let (epoch, last) = (room.epoch, room.last);
         if plays {
-            // The number before does not matter to the room that wrote it.
-            self.send(process, Request::Append(code.clone(), u64::MAX, number, epoch));
+            self.send(process, Request::Append(code.clone(), last, number, epoch));
         }
         let next = now + RECORD_EVERY;
         self.queue.push(next, Event::At(process, NodeEvent::Record(code, number)));
@@ -317,7 +326,8 @@ impl Simulation {
 
     /// Opens a room at some node, until there is one of this code.
     pub(super) fn place(&mut self, code: String) -> Result<(), Violation> {
-        if self.epochs.contains_key(&code) {
+        let is_there = |epoch: &u64| *epoch > 0;
+        if self.epochs.get(&code).is_some_and(is_there) || self.ended.contains(&code) {
             return Ok(());
         }
         let at = self.now + self.seconds(1.0, 3.0);
@@ -330,9 +340,15 @@ impl Simulation {
             creator: None,
             guest: false,
         };
+        let (now, forgot) = (self.now, self.store.forgot() > 0);
         let Some(node) = self.node(process) else { return Ok(()) };
+        // A process that has just started does not know that the store may have forgotten a standing room.
+        if forgot && now < node.born + LEASE_TTL.mul_f64(1.1) {
+            return Ok(());
+        }
+        let clock = node.clock(now);
         // If it cannot be placed now, it is tried elsewhere soon.
-        let _ = node.directory.place(&code, facts);
+        let _ = node.directory.place(&code, facts, clock);
         self.drive(process)
     }
 

@@ -2,14 +2,24 @@
 
 use super::Simulation;
 use super::node::Standstill;
-use super::queue::{Event, Fault, Process};
+use super::queue::{Event, Fault, NodeEvent, Process};
 use super::settings::Violation;
-use super::store::BUCKETS;
+use super::store::{BUCKETS, FORGOTTEN_MAX};
+use crate::fleet::directory::LEASE_TTL;
+use crate::fleet::entry::Entry;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 /// All kinds.
-const FAULTS: [Fault; 6] =
-    [Fault::Cut, Fault::Outage, Fault::Freeze, Fault::Stall, Fault::Death, Fault::Drain];
+const FAULTS: [Fault; 7] = [
+    Fault::Cut,
+    Fault::Outage,
+    Fault::Forget,
+    Fault::Freeze,
+    Fault::Stall,
+    Fault::Death,
+    Fault::Drain,
+];
 
 impl Simulation {
     /// Schedules starts, rooms and the first faults.
@@ -38,6 +48,7 @@ impl Simulation {
         let rate = match fault {
             Fault::Cut => faults.cuts,
             Fault::Outage => faults.outages,
+            Fault::Forget => faults.forgets,
             Fault::Freeze => faults.freezes,
             Fault::Stall => faults.stalls,
             Fault::Death => faults.deaths,
@@ -59,6 +70,10 @@ impl Simulation {
             self.store_back_at = self.now + self.seconds(4.0, 7.0);
             return Ok(());
         }
+        if fault == Fault::Forget {
+            self.forget();
+            return Ok(());
+        }
         let first = if fault == Fault::Drain { self.settings.lasting } else { 0 };
         let Some(process) = self.some_node(first) else { return Ok(()) };
         match fault {
@@ -67,7 +82,7 @@ impl Simulation {
             Fault::Stall => self.stand_still(process, Standstill::Directory),
             Fault::Death => self.die_for_a_while(process.node),
             Fault::Drain => return self.drain(process.node),
-            Fault::Outage => {}
+            Fault::Outage | Fault::Forget => {}
         }
         Ok(())
     }
@@ -103,18 +118,57 @@ impl Simulation {
         }
     }
 
-    /// A node is in reach again: its watchers go on, or are made again.
+    /// A node is in reach again: its watchers go on, or it connects again.
     pub(super) fn cut_ends(&mut self, process: Process) {
         let again = self.rng.below(2) == 0;
+        let forgot = self.store.forgot();
         let Some(node) = self.node(process) else { return };
         if !std::mem::replace(&mut node.is_cut, false) {
             return;
         }
-        if again {
-            self.watch(process);
+        if again || node.store != forgot {
+            self.queue.push(self.now, Event::At(process, NodeEvent::Connected));
         } else {
             for bucket in BUCKETS {
                 self.wake(process.node, bucket);
+            }
+        }
+    }
+
+    /// The store fails, all connections with it, and is back with its last writes forgotten, or all.
+    fn forget(&mut self) {
+        if self.chance(300) {
+            self.store.lose_all();
+        } else {
+            let mut count = || self.rng.below(FORGOTTEN_MAX as u32) as usize;
+            let (writes, records) = ([count(), count() / 5], count());
+            self.store.lose(writes, records);
+        }
+        self.store_back_at = self.now + self.seconds(0.1, 8.0);
+        self.queue.lose_requests();
+        for index in 0..self.nodes.len() {
+            let back_at = self.store_back_at + self.seconds(0.0, 3.0);
+            let Some(node) = &mut self.nodes[index] else { continue };
+            node.is_cut = true;
+            node.watch.next = [None; 2];
+            // A room that was over may be there again.
+            node.ended.clear();
+            self.queue.push(back_at, Event::CutEnds(node.process));
+        }
+        self.epochs_are_forgotten();
+    }
+
+    /// Rooms that the store has forgotten are placed again, unless they are written back.
+    fn epochs_are_forgotten(&mut self) {
+        let rooms = self.store.rooms().filter_map(|(code, entry)| match entry {
+            Entry::Room(entry) => Some((code.to_owned(), entry.epoch)),
+            Entry::Node(_) => None,
+        });
+        let known: BTreeMap<String, u64> = rooms.collect();
+        for (code, epoch) in &mut self.epochs {
+            *epoch = known.get(code).copied().unwrap_or(0);
+            if *epoch == 0 {
+                self.queue.push(self.now + LEASE_TTL, Event::Place(code.clone()));
             }
         }
     }

@@ -18,13 +18,16 @@ impl Simulation {
         let lost = self.chance(self.settings.faults.lost);
         // What is on its way when the connection breaks may arrive once it is back.
         let late = self.chance(100).then(|| self.seconds(0.0, 10.0));
+        let forgot = self.store.forgot();
         let Some(node) = self.node(process) else { return };
-        let is_cut = node.is_cut;
+        let (is_cut, is_connected) = (node.is_cut, node.store == forgot);
         let limit = node.after(now, TIME_LIMIT);
         node.requests.insert(number, request.clone());
         self.queue.push(limit, Event::At(process, NodeEvent::TimeLimit(number)));
         let arrives = Event::Arrives(process, number, request);
         match (is_cut || lost, late) {
+            // A driver sends nothing over a connection that is gone.
+            _ if !is_connected => {}
             (false, _) => self.queue.push(now + delay, arrives),
             (true, Some(late)) => self.queue.push(now + late, arrives),
             (true, None) => {}
@@ -128,8 +131,23 @@ impl Simulation {
         }
     }
 
+    /// A node has a new connection to the store, in which it asks again for what its rooms wait for.
+    pub(super) fn connected(&mut self, process: Process) {
+        let (now, forgot) = (self.now, self.store.forgot());
+        let Some(node) = self.node(process) else { return };
+        let unanswered = std::mem::take(&mut node.requests);
+        let is_other = std::mem::replace(&mut node.store, forgot) != forgot;
+        node.directory.connected(is_other, node.clock(now));
+        self.watch(process);
+        for request in unanswered.into_values() {
+            if matches!(request, Request::ReadTail(..) | Request::Append(..)) {
+                self.timed_out(process, request);
+            }
+        }
+    }
+
     /// Makes new watchers for a node.
-    pub(super) fn watch(&mut self, process: Process) {
+    fn watch(&mut self, process: Process) {
         let Some(node) = self.node(process) else { return };
         node.watch.round += 1;
         node.watch.next = [None; 2];
@@ -151,7 +169,9 @@ impl Simulation {
         let now = self.now;
         let Some(node) = self.node(process) else { return };
         let clock = node.clock(now);
-        let present: BTreeSet<Key> = found.iter().map(|written| written.key.clone()).collect();
+        let is_there = |written: &&Written| written.entry.is_some();
+        let present = found.iter().filter(is_there).map(|written| written.key.clone());
+        let present: BTreeSet<Key> = present.collect();
         for written in found {
             node.directory.changed(written.change(), clock);
         }

@@ -24,6 +24,8 @@ pub struct Node {
     pub requests: BTreeMap<u64, Request>,
     /// Its watchers.
     pub watch: Watch,
+    /// Times that the store had forgotten something when the node connected to it.
+    pub store: u64,
     /// Whether it is cut off from the store.
     pub is_cut: bool,
     /// How it stands still.
@@ -60,6 +62,8 @@ pub struct PlayedRoom {
     pub held_under: u64,
     /// How far it is.
     pub state: RoomState,
+    /// Number of the last record that it knows.
+    pub last: u64,
 }
 
 /// How far a room is.

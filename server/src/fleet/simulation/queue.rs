@@ -44,6 +44,8 @@ pub enum Fault {
     Cut,
     /// The store does not answer.
     Outage,
+    /// The store fails, and forgets.
+    Forget,
     /// A node stands still.
     Freeze,
     /// A node's directory stands still.
@@ -59,6 +61,8 @@ pub enum Fault {
 pub enum NodeEvent {
     /// Its directory is polled.
     Poll,
+    /// It has connected to the store.
+    Connected,
     /// Its watcher of a bucket is sent the writes so far.
     Deliver(Bucket, u32),
     /// The answer to a request.
@@ -101,8 +105,8 @@ pub enum Reply {
     Watching(Vec<Written>, u64),
     /// The newest record.
     Tail(Option<Tail>),
-    /// Whether a record was accepted.
-    Appended(bool),
+    /// The number of a record, if it was accepted.
+    Appended(Option<u64>),
 }
 
 #[derive(Debug)]
@@ -125,6 +129,11 @@ impl Queue {
     pub fn push(&mut self, at: Duration, event: Event) {
         self.count += 1;
         self.due.push(Due { at, order: self.count, event });
+    }
+
+    /// Nothing that is on its way to the store arrives.
+    pub fn lose_requests(&mut self) {
+        self.due.retain(|due| !matches!(due.event, Event::Arrives(..)));
     }
 
     /// Takes the first event that is due by this time.

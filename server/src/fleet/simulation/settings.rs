@@ -36,6 +36,8 @@ pub struct Faults {
     pub cuts: f32,
     /// Times a minute that the store does not answer, for 4 to 7 s.
     pub outages: f32,
+    /// Times a minute that the store fails, and is back with its last writes or all of them forgotten.
+    pub forgets: f32,
     /// Times a minute that a whole node stands still, for up to 30 s.
     pub freezes: f32,
     /// Times a minute that a node's directory stands still for up to 30 s, while its rooms go on.
@@ -57,6 +59,7 @@ impl Faults {
             lost: 10,
             cuts: 2.0,
             outages: 0.5,
+            forgets: 0.5,
             freezes: 1.0,
             stalls: 1.0,
             deaths: 1.0,

@@ -79,8 +79,33 @@ struct Log {
     writes: VecDeque<Written>,
     /// Number of the first of these.
     first: u64,
+    /// The newest writes: keys, and what was there before.
+    journal: VecDeque<(Key, Option<Written>)>,
     traffic: Traffic,
 }
+
+impl Log {
+    /// Undoes this many writes. Their revisions are used again.
+    fn undo(&mut self, writes: usize) {
+        for _ in 0..writes {
+            let Some((key, before)) = self.journal.pop_back() else { break };
+            self.revision -= 1;
+            match before {
+                Some(before) => self.entries.insert(key, before),
+                None => self.entries.remove(&key),
+            };
+        }
+    }
+
+    /// Watchers have to begin again.
+    fn end_watches(&mut self) {
+        self.first += self.writes.len() as u64;
+        self.writes.clear();
+    }
+}
+
+/// Most writes of a bucket that the store may forget: those of a minute or two.
+pub const FORGOTTEN_MAX: usize = 200;
 
 /// The newest record of a room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,13 +123,56 @@ pub struct Tail {
 pub struct Store {
     logs: [Log; 2],
     records: BTreeMap<String, Tail>,
+    /// The newest records: rooms, and what was there before.
+    journal: VecDeque<(String, Option<Tail>)>,
+    /// Times that it has forgotten something.
+    forgot: u64,
     flaws: Flaws,
 }
 
 impl Store {
     /// A store without entries.
     pub fn new(flaws: Flaws) -> Store {
-        Store { logs: [Log::default(), Log::default()], records: BTreeMap::new(), flaws }
+        Store {
+            logs: [Log::default(), Log::default()],
+            records: BTreeMap::new(),
+            journal: VecDeque::new(),
+            forgot: 0,
+            flaws,
+        }
+    }
+
+    /// Times that it has forgotten something.
+    pub fn forgot(&self) -> u64 {
+        self.forgot
+    }
+
+    /// Forgets the last writes of each bucket, and the last records.
+    pub fn lose(&mut self, writes: [usize; 2], records: usize) {
+        self.forgot += 1;
+        for (log, writes) in self.logs.iter_mut().zip(writes) {
+            log.undo(writes);
+            log.end_watches();
+        }
+        for _ in 0..records {
+            let Some((code, before)) = self.journal.pop_back() else { break };
+            match before {
+                Some(before) => self.records.insert(code, before),
+                None => self.records.remove(&code),
+            };
+        }
+    }
+
+    /// Forgets everything.
+    pub fn lose_all(&mut self) {
+        self.lose([0; 2], 0);
+        for log in &mut self.logs {
+            log.revision = 0;
+            log.entries.clear();
+            log.journal.clear();
+        }
+        self.records.clear();
+        self.journal.clear();
     }
 
     /// The traffic of a bucket so far.
@@ -146,16 +214,18 @@ impl Store {
         let written = Written { key: key.clone(), entry, revision, at: now, bytes };
         log.traffic.writes += 1;
         log.traffic.written_bytes += bytes;
-        log.entries.insert(key.clone(), written.clone());
+        let before = log.entries.insert(key.clone(), written.clone());
+        keep(&mut log.journal, (key.clone(), before));
         log.writes.push_back(written);
         Answer::Done(revision)
     }
 
-    /// All present entries of a bucket, and the number of the next write.
+    /// All entries of a bucket, and the number of the next write. Of a removed room it is told that.
     pub fn snapshot(&mut self, bucket: Bucket, now: Duration) -> (Vec<Written>, u64) {
         let log = &self.logs[bucket as usize];
-        let present = |written: &&Written| self.get(&written.key, now).is_some();
-        let found: Vec<Written> = log.entries.values().filter(present).cloned().collect();
+        let told =
+            |written: &&Written| written.entry.is_none() || self.get(&written.key, now).is_some();
+        let found: Vec<Written> = log.entries.values().filter(told).cloned().collect();
         let next = self.end(bucket);
         self.deliver(bucket, &found);
         (found, next)
@@ -203,25 +273,38 @@ impl Store {
         self.records.get(code).copied()
     }
 
-    /// Appends a record if the newest is the expected one, or one by the same writer.
-    pub fn append(&mut self, code: &str, expected: u64, writer: u64, epoch: u64) -> bool {
+    /// Appends a record if the newest is the expected one, one by the same writer, or one before it: then the store
+    /// has forgotten what came after that. Returns its number.
+    pub fn append(&mut self, code: &str, expected: u64, writer: u64, epoch: u64) -> Option<u64> {
         let tail = self.tail(code);
         let sequence = tail.map_or(0, |tail| tail.sequence);
-        let accepted = sequence == expected || tail.is_some_and(|tail| tail.writer == writer);
-        if accepted {
+        let is_by_another = tail.is_some_and(|tail| tail.epoch > epoch);
+        let accepted = sequence == expected
+            || tail.is_some_and(|tail| tail.writer == writer)
+            || (sequence < expected && !is_by_another);
+        accepted.then(|| {
             let tail = Tail { sequence: sequence + 1, writer, epoch };
-            self.records.insert(code.to_owned(), tail);
-        }
-        accepted
+            let before = self.records.insert(code.to_owned(), tail);
+            keep(&mut self.journal, (code.to_owned(), before));
+            tail.sequence
+        })
     }
 
     /// Removes the records of a room.
     pub fn forget_records(&mut self, code: &str) {
-        self.records.remove(code);
+        let before = self.records.remove(code);
+        keep(&mut self.journal, (code.to_owned(), before));
     }
 
     fn log(&self, key: &Key) -> &Log {
         &self.logs[Bucket::of(key) as usize]
+    }
+}
+
+fn keep<T>(journal: &mut VecDeque<T>, write: T) {
+    journal.push_back(write);
+    if journal.len() > FORGOTTEN_MAX {
+        journal.pop_front();
     }
 }
 

@@ -1,0 +1,171 @@
+//! The connection to NATS. It is made again in the background; whenever it is, the buckets and the stream are made if
+//! they are missing, and the directory begins again from all entries: NATS may be another server, or may have
+//! forgotten what it acknowledged.
+
+use super::follower::Follower;
+use super::records::Records;
+use super::store::{Born, Kind, Store};
+use crate::fleet::directory::RETRY;
+use crate::fleet::entry::Key;
+use crate::fleet::handle::Fleet;
+use crate::fleet::settings::FleetSettings;
+use async_nats::connection::State;
+use async_nats::jetstream::Context;
+use async_nats::{Client, Statistics};
+use futures_util::StreamExt;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+use tokio::sync::Notify;
+use tokio::time::sleep;
+use tracing::warn;
+
+/// Time between two looks whether the connection is still the same.
+const LINK_LOOK: Duration = Duration::from_millis(50);
+
+/// The connection of a node.
+pub struct Link {
+    context: Context,
+    client: Client,
+    statistics: Arc<Statistics>,
+    settings: FleetSettings,
+    fleet: Arc<Fleet>,
+    /// The connections that were made when the directory began again.
+    begun_at: AtomicU64,
+    /// Wakes the look at the buckets: one could not be followed.
+    failed: Notify,
+}
+
+impl Link {
+    /// The connection of this context.
+    pub fn new(context: Context, settings: FleetSettings, fleet: Arc<Fleet>) -> Link {
+        let client = context.client();
+        let (statistics, failed) = (client.statistics(), Notify::new());
+        Link { context, client, statistics, settings, fleet, begun_at: AtomicU64::new(0), failed }
+    }
+
+    /// Opens the buckets and the stream, as soon as NATS lets it. They are made if they are missing.
+    pub async fn open(&self) -> (Store, Records) {
+        let mut said = false;
+        loop {
+            let opened = async {
+                let store = Store::open(&self.context, &self.settings).await?;
+                Ok::<_, String>((store, Records::open(&self.context, &self.settings).await?))
+            };
+            match opened.await {
+                Ok(opened) => return opened,
+                Err(reason) if !std::mem::replace(&mut said, true) => {
+                    let version = self.client.server_info().version;
+                    warn!(
+                        nats = %self.settings.nats, version, reason,
+                        "NATS cannot be used yet, of which version 2.11 or newer is needed; trying again"
+                    );
+                }
+                Err(_) => {}
+            }
+            sleep(RETRY).await;
+        }
+    }
+
+    /// Returns whether the connection of this number, as the directory counts, is still there. What is sent after that
+    /// would wait in the client for the next one, and arrive at a NATS that may have forgotten what it is about.
+    pub fn is_current(&self, number: u64) -> bool {
+        self.fleet.ask(|directory| directory.connection()) == number
+            && self.connects() == self.begun_at.load(Ordering::Relaxed)
+            && self.client.connection_state() == State::Connected
+    }
+
+    /// Follows the buckets of this store, over one connection after another.
+    pub async fn follow(&self, store: &Store) {
+        let (mut known_server, mut known_born) = (String::new(), store.born());
+        loop {
+            while self.client.connection_state() != State::Connected {
+                sleep(LINK_LOOK).await;
+            }
+            let (connects, server) = (self.connects(), self.client.server_info().server_id);
+            let is_other_server = server != known_server;
+            known_server = server;
+            self.begin(connects, is_other_server);
+            loop {
+                tokio::select! {
+                    () = self.ended(connects) => break,
+                    born = self.other_buckets(known_born) => {
+                        known_born = born;
+                        self.begin(connects, true);
+                    }
+                    () = self.follow_bucket(store, Kind::Nodes) => {}
+                    () = self.follow_bucket(store, Kind::Rooms) => {}
+                }
+            }
+        }
+    }
+
+    fn connects(&self) -> u64 {
+        self.statistics.connects.load(Ordering::Relaxed)
+    }
+
+    fn begin(&self, connects: u64, may_have_forgotten: bool) {
+        self.fleet.tell(|directory, now| directory.connected(may_have_forgotten, now));
+        self.begun_at.store(connects, Ordering::Relaxed);
+    }
+
+    async fn ended(&self, connects: u64) {
+        while self.connects() == connects && self.client.connection_state() == State::Connected {
+            sleep(LINK_LOOK).await;
+        }
+    }
+
+    /// Makes what is missing, now and when a bucket cannot be followed, and returns once the buckets are other ones.
+    async fn other_buckets(&self, known: Born) -> Born {
+        loop {
+            let born = self.open().await.0.born();
+            if born != known {
+                return born;
+            }
+            self.failed.notified().await;
+        }
+    }
+
+    /// Follows a bucket, and begins again from all that is there if its watcher ends.
+    async fn follow_bucket(&self, store: &Store, kind: Kind) {
+        let mut follower = Follower::default();
+        loop {
+            follower.begin();
+            if let Err(reason) = self.follow_once(store, kind, &mut follower).await {
+                warn!(?kind, reason, "the directory is followed from its beginning again");
+            }
+            self.failed.notify_one();
+            sleep(RETRY).await;
+        }
+    }
+
+    async fn follow_once(
+        &self,
+        store: &Store,
+        kind: Kind,
+        follower: &mut Follower,
+    ) -> Result<(), String> {
+        let mut watch = store.watch(kind).await?;
+        while let Some(heard) = watch.next().await {
+            let heard = heard.map_err(|error| error.to_string())?;
+            let change = kind
+                .key(&heard.key)
+                .and_then(|key| follower.hear(key, heard.operation, &heard.value, heard.revision));
+            change.into_iter().for_each(|change| self.fleet.heard(change));
+            if heard.seen_current
+                && let Some(present) = follower.take_initial()
+            {
+                self.synced(kind, &present);
+            }
+        }
+        Err("the watcher ended".to_owned())
+    }
+
+    fn synced(&self, kind: Kind, present: &BTreeSet<Key>) {
+        self.fleet.tell(|directory, now| match kind {
+            Kind::Nodes => directory.synced_nodes(present, now),
+            Kind::Rooms => directory.synced_rooms(present, now),
+        });
+    }
+}
