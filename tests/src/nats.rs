@@ -137,6 +137,12 @@ impl Cluster {
         self.servers[index].kill();
     }
 
+    /// Kills a server, and removes everything that it kept.
+    pub fn lose(&mut self, index: usize) -> Result<()> {
+        self.kill(index);
+        fs::remove_dir_all(self.file(index, "store")).context("the files of a NATS server")
+    }
+
     /// Starts a killed server again at the same ports with the files that it left, and waits until it answers.
     /// [`Cluster::ready`] waits until the cluster does.
     pub async fn restart(&mut self, index: usize) -> Result<()> {

@@ -1,6 +1,6 @@
 //! A fleet with players in all of its rooms.
 
-use crate::node::{Dir, Node};
+use crate::node::{Dir, LOOK_EVERY, Node};
 use crate::player::{Player, Stay};
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_tests::nats::Cluster;
@@ -12,7 +12,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 
 /// Rooms of a fleet under test; every third is private.
 pub const ROOMS: usize = 6;
@@ -57,7 +57,7 @@ impl Games {
         Games::start_with(cluster, NODES, nats).await
     }
 
-    /// The same with a cluster that is there, and this number of nodes; NATS keeps as many copies.
+    /// The same with a cluster that is there, and this number of nodes.
     pub async fn start_with(
         cluster: Cluster,
         count: usize,
@@ -65,9 +65,10 @@ impl Games {
     ) -> Games {
         let dir = Dir::new();
         let mut nodes = Vec::new();
+        let copies = cluster.addresses().len();
         for index in 0..count {
-            let mut node =
-                Node::with_replicas(&dir, &format!("node-{index}"), &nats(&cluster, index), count);
+            let (name, nats) = (format!("node-{index}"), nats(&cluster, index));
+            let mut node = Node::with_replicas(&dir, &name, &nats, copies);
             node.start().await;
             nodes.push(node);
         }
@@ -114,6 +115,21 @@ impl Games {
             (player.room.as_str(), node.expect("a node"))
         });
         seen.collect()
+    }
+
+    /// Times that the logs of all nodes say this.
+    pub fn count(&self, text: &str) -> usize {
+        self.nodes.iter().map(|node| node.count(text)).sum()
+    }
+
+    /// Waits until the logs of all nodes together say this as often.
+    pub async fn say(&self, text: &str, times: usize) {
+        let said = async {
+            while self.count(text) < times {
+                sleep(LOOK_EVERY).await;
+            }
+        };
+        timeout(LONG, said).await.unwrap_or_else(|_| panic!("not {text:?} in time"));
     }
 
     /// Waits until no player's room is at this node.

@@ -12,7 +12,7 @@ use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
 /// Time between two looks at whether something has happened.
-const LOOK_EVERY: Duration = Duration::from_millis(20);
+pub const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Numbers the directories of this process.
 static MADE: AtomicU64 = AtomicU64::new(0);
 

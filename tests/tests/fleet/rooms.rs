@@ -3,13 +3,16 @@
 use crate::games::{Games, NODES, ROOMS, number, percentiles};
 use crate::joints::verify_joints;
 use crate::node::Node;
+use crate::wire::Wire;
 use jostle_server::fleet::directory::HELD_FOR;
 use jostle_server::limits;
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_tests::nats::Cluster;
 use jostle_tests::nats::proxy::Proxy;
+use jostle_tests::server::LONG;
+use serde_json::Value;
 use std::time::{Duration, Instant};
-use tokio::time::sleep;
+use tokio::time::{sleep, timeout};
 
 /// Streams of the directory and the records.
 const STREAMS: [&str; 3] = ["KV_jostle_nodes", "KV_jostle_rooms", "jostle_records"];
@@ -141,16 +144,28 @@ async fn a_node_without_the_directory_stands_still_before_another_plays() {
     assert!(lost <= held_ticks + LOST_TICKS_MAX, "{lost} ticks");
 }
 
+/// Waits until a stream is as the test expects.
+async fn stream_is(cluster: &Cluster, stream: &str, is_so: impl Fn(&Value) -> bool) {
+    let waited = async {
+        let mut wire = Wire::connect(cluster.addresses()[0]).await;
+        while !is_so(&wire.state_of(stream).await) {
+            sleep(Duration::from_millis(50)).await;
+        }
+    };
+    timeout(LONG, waited).await.unwrap_or_else(|_| panic!("{stream} is not so in time"));
+}
+
 #[cfg(unix)]
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn the_rooms_of_the_only_node_go_on_where_they_stood_when_nats_is_back() {
+async fn rooms_stay_where_they_were_when_nats_is_back_after_all_leases_have_ended() {
     let cluster = Cluster::start(1).await.expect("a server");
     let proxy = Proxy::start(cluster.addresses()).await.expect("a proxy");
-    let mut games = Games::start_with(cluster, 1, |_, _| proxy.url()).await;
-    let opened = games.nodes[0].count("the room is played here");
+    let mut games = Games::start_with(cluster, 2, |_, _| proxy.url()).await;
+    let opened = games.count("the room is played here");
     proxy.stall();
-    games.nodes[0].says("the room stands still", ROOMS).await;
-    games.nodes[0].says("CANNOT KEEP A ROOM", ROOMS).await;
+    games.say("the room stands still", ROOMS).await;
+    games.say("CANNOT KEEP A ROOM", ROOMS).await;
+    stream_is(&games.cluster, "KV_jostle_nodes", |state| state["messages"] == 0).await;
     // The connection has kept records that were given up, and they arrive late.
     proxy.resume();
     games.all_play().await;
@@ -158,8 +173,32 @@ async fn the_rooms_of_the_only_node_go_on_where_they_stood_when_nats_is_back() {
     for _ in 0..=limits::STATE_RETRY.as_secs() {
         games.all_play().await;
     }
-    assert_eq!(games.nodes[0].count("records were refused"), 0);
-    assert_eq!(games.nodes[0].count("the room is played here"), opened);
+    assert_eq!(games.count("records were refused"), 0);
+    assert_eq!(games.count("the room is played here"), opened);
+    let lost = games.end().await.lost_ticks_max();
+    assert!(lost <= 0, "{lost} ticks were played twice");
+}
+
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn rooms_are_played_on_and_kept_again_when_nats_comes_back_empty() {
+    let cluster = Cluster::start(1).await.expect("a server");
+    let mut games = Games::start_with(cluster, 2, direct).await;
+    let opened = games.count("the room is played here");
+    games.cluster.lose(0).expect("a server without files");
+    games.cluster.restart(0).await.expect("a NATS server");
+    let subjects = |state: &Value| state["subjects"].as_object().map_or(0, |all| all.len());
+    // One more is the bucket's own.
+    stream_is(&games.cluster, "KV_jostle_rooms", |state| subjects(state) > ROOMS).await;
+    stream_is(&games.cluster, "jostle_records", |state| subjects(state) == ROOMS).await;
+    games.all_play().await;
+    assert_eq!(games.count("the room is played here"), opened);
+    // The rooms can go elsewhere as before.
+    let (node, _) = fullest(&games);
+    games.nodes[node].signal("TERM");
+    games.nodes[node].ended().await;
+    games.leave(games.nodes[node].address).await;
+    games.all_play().await;
     let lost = games.end().await.lost_ticks_max();
     assert!(lost <= 0, "{lost} ticks were played twice");
 }

@@ -137,6 +137,12 @@ impl Wire {
         self.ask(&format!("$JS.API.STREAM.CREATE.{name}"), &body).await;
     }
 
+    /// The state of a stream, with the count of messages of each subject; null if there is no such stream.
+    pub async fn state_of(&mut self, stream: &str) -> Value {
+        let subject = format!("$JS.API.STREAM.INFO.{stream}");
+        self.request(&subject, "", r#"{"subjects_filter":">"}"#).await["state"].take()
+    }
+
     /// Messages that a stream keeps.
     pub async fn count_of(&mut self, stream: &str) -> u64 {
         let answer = self.request(&format!("$JS.API.STREAM.INFO.{stream}"), "", "").await;
