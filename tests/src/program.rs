@@ -20,7 +20,8 @@ fn build() -> PathBuf {
     let profile_dir = test.ancestors().nth(2).expect("target/PROFILE/deps/test");
     let target_dir = profile_dir.parent().expect("target/PROFILE");
     let mut cargo = Command::new(env!("CARGO"));
-    cargo.args(["build", "--quiet", "--workspace", "--exclude", "xtask-web", "--bin", "jostle"]);
+    cargo.args(["build", "--quiet", "--bin", "jostle", "--workspace"]);
+    cargo.args(["--exclude", "xtask-web", "--exclude", "jostle-picture"]);
     cargo.arg("--target-dir").arg(target_dir);
     if profile_dir.ends_with("release") {
         cargo.arg("--release");

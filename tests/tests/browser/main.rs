@@ -160,10 +160,7 @@ fn cases() -> Vec<Case> {
             "a_server_lists_its_replays_and_links_to_them",
             replay::a_server_lists_its_replays_and_links_to_them,
         ),
-        Case::new(
-            "a_paused_replay_looks_as_it_does_natively",
-            replay::a_paused_replay_looks_as_it_does_natively,
-        ),
+        Case::new("a_paused_replay_looks_as_it_did", replay::a_paused_replay_looks_as_it_did),
     ]);
     cases
 }

@@ -17,11 +17,11 @@ use std::sync::Arc;
 const SEED: u64 = 7;
 const BOTS: u8 = 2;
 /// Another version of the software renderer may round differently, and edges differ by a lot.
-pub const MEAN_MAX: f64 = 0.5;
+const MEAN_MAX: f64 = 0.5;
 /// Difference of a channel above which a pixel counts as different.
-pub const CHANNEL_MAX: u8 = 8;
+const CHANNEL_MAX: u8 = 8;
 /// Largest share of such pixels.
-pub const OUTLIERS_MAX: f64 = 0.001;
+const OUTLIERS_MAX: f64 = 0.001;
 
 /// One page shows all scenes, one after another.
 pub async fn every_frozen_scene_looks_as_it_did(stage: Arc<Stage>) -> Result<()> {
@@ -60,7 +60,8 @@ fn picture_tick(scene: &str) -> u32 {
     }
 }
 
-fn check(stage: &Stage, scene: &str, picture: &Picture) -> Result<()> {
+/// Compares a picture with the golden one of that name, or updates that.
+pub fn check(stage: &Stage, scene: &str, picture: &Picture) -> Result<()> {
     let golden_path = goldens().join(format!("{scene}.png"));
     if std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1") {
         stage.note(format!("took {}", golden_path.display()));

@@ -1,11 +1,7 @@
 //! Replays on the page: dropped, played, sought, compared tick by tick, and drawn as natively.
 
-use super::pictures::{CHANNEL_MAX, MEAN_MAX, OUTLIERS_MAX, goldens};
+use super::pictures::{check, goldens};
 use anyhow::{Context, Result, anyhow, ensure};
-use jostle_client_web::replay::player::ReplayPlayer;
-use jostle_client_web::view::draw::DrawList;
-use jostle_client_web::view::frame::View;
-use jostle_client_web::view::render::headless::Headless;
 use jostle_client_web::world::room_in_page::scripted_input;
 use jostle_game::Scene;
 use jostle_protocol::Appearance;
@@ -13,9 +9,7 @@ use jostle_protocol::replay::{Record, Replay, header};
 use jostle_room::{Playback, Room};
 use jostle_server::Config;
 use jostle_server::replays::Settings;
-use jostle_sim::Vec2;
-use jostle_tests::picture::Picture;
-use jostle_tests::runner::{Stage, artifacts};
+use jostle_tests::runner::Stage;
 use jostle_tests::scripts::HASTE;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::{Shown, State};
@@ -26,6 +20,9 @@ use std::sync::Arc;
 /// Ten seconds.
 const TICKS: u32 = 600;
 const NAMES: [&str; 3] = ["Ada", "Grace", "Alan"];
+/// Tick and view (centre, height and pixels) of the golden picture.
+const PICTURE_TICK: u32 = 240;
+const PICTURE_VIEW: ([f32; 2], f32, [u32; 2]) = ([160.0, 44.1], 275.4, [640, 360]);
 /// Hides everything in front of the world.
 const HIDE_HUD: &str = "(() => { const style = document.createElement('style'); \
     style.textContent = '.hud, #tags, .deck { visibility: hidden !important }'; \
@@ -275,8 +272,9 @@ pub async fn a_server_lists_its_replays_and_links_to_them(stage: Arc<Stage>) -> 
     std::fs::remove_dir_all(dir).context("the replays")
 }
 
-pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Result<()> {
-    let bytes = file(&records()?);
+/// `jostle-picture` draws this tick natively, in the same view, and compares it with the same golden picture.
+pub async fn a_paused_replay_looks_as_it_did(stage: Arc<Stage>) -> Result<()> {
+    let bytes = std::fs::read(goldens().join("replays/arena.jostle"))?;
     let tab = watch(&stage, &bytes, Screen::SMALL).await?;
     tab.eval::<bool>(HIDE_HUD).await?;
     until(&tab, "something to see", |shown| shown.tick > 200).await?;
@@ -285,43 +283,15 @@ pub async fn a_paused_replay_looks_as_it_does_natively(stage: Arc<Stage>) -> Res
     let played = tab.steady_picture().await?;
     slide_to(&tab, 10).await?;
     slide_to(&tab, shown.tick).await?;
-    let sought = tab.steady_picture().await?;
     // While it plays it may be drawn at a lower resolution than after a frame at rest.
-    let shown = until(&tab, "the same tick", |again| again.tick == shown.tick).await?;
+    let sought = tab.steady_picture().await?;
     let apart = played.compare(&sought, 0)?;
-    assert_eq!(apart.max, 0, "sought as played, tick {}: {apart:?}", shown.tick);
-    match native_picture(bytes, &shown) {
-        Ok(native) => compare(&sought, &native, shown.tick),
-        Err(error) if std::env::var_os("JOSTLE_NEEDS_GPU").is_none() => {
-            stage.note(format!("SKIPPED the native picture: {error:#}"));
-            Ok(())
-        }
-        Err(error) => Err(error),
-    }
-}
-
-/// The same tick in the same view, drawn natively in this process.
-fn native_picture(bytes: Vec<u8>, shown: &Shown) -> Result<Picture> {
-    let mut headless = Headless::open()?;
-    let mut player = ReplayPlayer::open(bytes)?;
-    player.seek(shown.tick);
-    let [x, y] = shown.view.center;
-    let pixels = shown.view.pixels;
-    let view = View { center: Vec2::new(x, y), height: shown.view.height, pixels };
-    let mut list = DrawList::new();
-    list.fill(&player.frame(view));
-    let drawn = headless.picture(pixels, &list)?;
-    let rgb = drawn.rgba.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
-    Ok(Picture { width: pixels[0], height: pixels[1], rgb })
-}
-
-fn compare(page: &Picture, native: &Picture, tick: u32) -> Result<()> {
-    let apart = page.compare(native, CHANNEL_MAX)?;
-    let outliers = apart.outliers as f64 / page.rgb.len() as f64;
-    if apart.mean < MEAN_MAX && outliers < OUTLIERS_MAX {
-        return Ok(());
-    }
-    page.save(&artifacts().join("replay-page.png"))?;
-    native.save(&artifacts().join("replay-native.png"))?;
-    Err(anyhow!("page and native program differ at tick {tick}: {apart:?}"))
+    ensure!(apart.max == 0, "sought as played, tick {}: {apart:?}", shown.tick);
+    let shown = slide_to(&tab, PICTURE_TICK).await?;
+    let (center, height, pixels) = PICTURE_VIEW;
+    let far = |shown: f32, wanted: f32| (shown - wanted).abs() > 1e-3;
+    let view = shown.view;
+    let differs = far(view.center[0], center[0]) || far(view.center[1], center[1]);
+    ensure!(!differs && !far(view.height, height) && view.pixels == pixels, "{view:?}");
+    check(&stage, "replay", &tab.steady_picture().await?)
 }

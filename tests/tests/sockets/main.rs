@@ -17,6 +17,8 @@ mod http;
 mod log;
 mod networks;
 mod ops;
+#[path = "../particles/clients.rs"]
+mod particles;
 mod play;
 mod power;
 mod process;

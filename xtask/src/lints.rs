@@ -1,14 +1,15 @@
 //! What must not stand in the simulation is refused by clippy, with its place: each line is
 //! planted in a file of its own and checked under the settings of `sim`.
 
+use crate::shell::{root, target_dir};
 use std::fs;
-use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Runs clippy on a source file as if it belonged to `sim`; whether it passed, and what it said.
 fn clippy(name: &str, source: &str) -> (bool, String) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+    let root = root();
+    let dir = target_dir().join("lints");
+    fs::create_dir_all(&dir).expect("the target directory can be written to");
     let file = dir.join(format!("{name}.rs"));
     fs::write(&file, source).expect("the test directory can be written to");
     let output = Command::new("clippy-driver")

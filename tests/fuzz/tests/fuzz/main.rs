@@ -1,0 +1,5 @@
+//! What must hold for any bytes, tried with the corpus and thousands of mutations.
+
+mod editor;
+mod mutations;
+mod properties;
