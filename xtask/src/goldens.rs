@@ -5,6 +5,7 @@
 use crate::apt;
 use crate::shell::{Skipped, cargo, in_path, output_of, root, run, say, target_dir};
 use crate::traces;
+use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
 use std::fs;
 use std::path::PathBuf;
@@ -52,7 +53,7 @@ pub fn check_aarch64() -> Result<()> {
 
 /// Plays and keeps all of them anew.
 pub fn update() -> Result<()> {
-    run(&mut program(&["--workspace", "--exclude", "xtask-web"]))?;
+    run(&mut program(&USUAL_CRATES))?;
     let mut record = Command::new(target_dir().join("debug").join(PROGRAM));
     record.args(["record", REPLAYS]).args(files(SCENES, "toml")?).current_dir(root());
     run(&mut record)?;

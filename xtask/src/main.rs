@@ -10,6 +10,8 @@ mod fleet;
 mod fuzz;
 mod goldens;
 mod latency;
+#[cfg(test)]
+mod lints;
 mod load;
 mod nats;
 mod pictures;

@@ -3,6 +3,7 @@
 //! builds verify the replays with the golden ones.
 
 use crate::shell::{cargo, output_of, root, run, say, target_dir};
+use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -43,7 +44,7 @@ pub fn check() -> Result<()> {
 
 /// Plays every built-in scene and writes the golden hashes anew.
 pub fn update() -> Result<()> {
-    run(&mut cargo(&["build", "--workspace", "--exclude", "xtask-web", "--bin", "jostle"]))?;
+    run(cargo(&["build", "--bin", "jostle"]).args(USUAL_CRATES))?;
     let lines = play_all()?;
     let path = root().join(HASHES);
     fs::write(&path, format!("{HEADER}{}\n", lines.join("\n")))

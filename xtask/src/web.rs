@@ -58,14 +58,20 @@ fn build_with(profile: Profile, more: &[&OsStr]) -> Result<()> {
     add_target()?;
     say("web", &format!("compile the client to wasm (profile {})", profile.names()[0]));
     let wasm = compile(profile)?;
-    // In the page's own target directory too: other calls of cargo may run meanwhile.
-    let mut make = cargo(&["run", "--quiet", "--package", "xtask-web", "--target-dir"]);
-    make.arg(target_dir()).arg("--").arg("--root").arg(root()).arg("--wasm").arg(wasm);
+    let mut make = maker("run");
+    make.args(["--quiet", "--"]).arg("--root").arg(root()).arg("--wasm").arg(wasm);
     make.arg("--bound").arg(target_dir().join("bound")).args(["--effort", profile.effort()]);
     if profile != Profile::Dev {
         make.args(["--program-bytes-max", &PROGRAM_BYTES_MAX.to_string()]);
     }
     run(make.args(more))
+}
+
+/// A cargo command on the program that makes the page, in the page's own target directory too.
+pub fn maker(command: &str) -> Command {
+    let mut cargo = cargo(&[command, "--package", "xtask-web", "--target-dir"]);
+    cargo.arg(target_dir());
+    cargo
 }
 
 /// Adds the wasm target when the toolchain lacks it.

@@ -5,6 +5,11 @@ use anyhow::{Context, Result};
 use serde::Deserialize;
 use std::path::PathBuf;
 
+/// Selects all crates but those that other steps compile: the maker of the page, and native drawing, which takes long.
+/// One selection everywhere, since another has other features of shared dependencies, and compiles those again.
+pub const USUAL_CRATES: [&str; 5] =
+    ["--workspace", "--exclude", "xtask-web", "--exclude", "jostle-picture"];
+
 /// A crate of the workspace.
 #[derive(Deserialize)]
 pub struct Package {

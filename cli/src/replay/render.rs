@@ -70,7 +70,7 @@ impl Render {
 
     #[cfg(not(feature = "render"))]
     fn draw(self, _: Replay, _: &[u32]) -> Result<(), Failure> {
-        let text = "this program was built without its renderer; `cargo build --release` has it";
+        let text = "this program was built without its renderer; `cargo build --release --features render` has it";
         Err(Failure::Check(text.to_owned()))
     }
 

@@ -3,18 +3,6 @@
 //!
 //! The picture at a tick depends on the replay and that tick alone, however it was reached: flashes and
 //! springs are rebuilt by playing the [`LEAD_TICKS`] before it unseen.
-//!
-//! ```no_run
-//! # use jostle_client_web::{replay::player::ReplayPlayer, view::draw::DrawList, view::render::headless::Headless};
-//! # fn picture(bytes: Vec<u8>) -> Result<(), Box<dyn std::error::Error>> {
-//! let mut film = ReplayPlayer::open(bytes)?;
-//! film.seek(738);
-//! let mut list = DrawList::new();
-//! list.fill(&film.frame(film.still_view([1280, 720], 0)));
-//! let picture = Headless::open()?.picture([1280, 720], &list)?;
-//! # Ok(())
-//! # }
-//! ```
 
 use super::chapters::Chapters;
 use super::checks::Checks;

@@ -2,6 +2,7 @@
 //! compiles, and the steps of the other lane would wait for that.
 
 use crate::shell::{cargo, line_of, run, target_dir};
+use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -26,11 +27,10 @@ pub struct Binary {
     program: PathBuf,
 }
 
-/// Compiles all test programs and all programs of the workspace, without the one that `web` builds for itself.
+/// Compiles all test programs and all programs of the workspace.
 pub fn compile() -> Result<()> {
-    let selection = ["--workspace", "--exclude", "xtask-web"];
     let mut build = cargo(&["test", "--no-run", "--message-format", "json-render-diagnostics"]);
-    build.args(selection).args(["--lib", "--bins", "--tests"]);
+    build.args(USUAL_CRATES).args(["--lib", "--bins", "--tests"]);
     let output = build.stderr(Stdio::inherit()).output().context("cannot start cargo")?;
     if !output.status.success() {
         bail!("`{}` failed ({})", line_of(&build), output.status);
@@ -40,7 +40,7 @@ pub fn compile() -> Result<()> {
     let found: Vec<Binary> = found.into_iter().flatten().collect();
     fs::write(list(), serde_json::to_vec(&found)?).context("cannot write the list of tests")?;
     println!("{} test programs", found.len());
-    run(cargo(&["build", "--bins"]).args(selection))
+    run(cargo(&["build", "--bins"]).args(USUAL_CRATES))
 }
 
 /// A line of what cargo says: a test program, or something else.

@@ -3,6 +3,7 @@
 use super::binaries::{self, Binary};
 use super::changes::Change;
 use crate::shell::{cargo, cargo_of_bench, run};
+use crate::workspace::USUAL_CRATES;
 use crate::{chromium, goldens, nats, python, tidy, traces, web};
 use anyhow::{Result, bail};
 
@@ -70,7 +71,7 @@ const PAGE_PATHS: [&str; 4] = ["client-web/", "shaders/", "assets/", "tests/test
 const FLEET_PATHS: [&str; 2] = ["server/src/fleet/", "tests/tests/fleet/"];
 
 /// In the order of each lane. What takes longest comes first where nothing else decides.
-pub const STEPS: [Step; 18] = [
+pub const STEPS: [Step; 19] = [
     Step { name: "tidy", run: |_| tidy::tidy(), ..STEP },
     Step { name: "format", run: |_| format(), ..STEP },
     Step { name: COMPILE, run: |_| binaries::compile(), concerns: compiles, ..STEP },
@@ -88,13 +89,7 @@ pub const STEPS: [Step; 18] = [
         run: |_| chromium::provide(),
         ..STEP
     },
-    Step {
-        name: WEB,
-        lane: TestLane::Page,
-        concerns: is_of_page,
-        run: |_| web::build_static(web::Profile::Small),
-        ..STEP
-    },
+    Step { name: WEB, lane: TestLane::Page, concerns: is_of_page, run: |_| web_client(), ..STEP },
     Step {
         name: "clippy, wasm",
         lane: TestLane::Page,
@@ -128,6 +123,14 @@ pub const STEPS: [Step; 18] = [
         programs: "Chromium and Mesa",
         concerns: is_of_page,
         run: |_| browser_tests(),
+    },
+    Step {
+        name: "drawing tests",
+        from: Extent::All,
+        programs: "Mesa's drivers",
+        concerns: |change| change.touches(&["picture/"]),
+        run: |_| drawing_tests(),
+        ..STEP
     },
     Step {
         name: "golden replays, other builds",
@@ -200,7 +203,13 @@ fn format() -> Result<()> {
 }
 
 fn clippy_native() -> Result<()> {
-    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "--deny", "warnings"]))
+    let mut command = cargo(&["clippy", "--all-targets"]);
+    run(command.args(USUAL_CRATES).args(["--", "--deny", "warnings"]))
+}
+
+fn web_client() -> Result<()> {
+    web::build_static(web::Profile::Small)?;
+    run(&mut web::maker("test"))
 }
 
 /// With the page's profile, so that the programs that take part in its build are compiled once.
@@ -213,15 +222,14 @@ fn clippy_wasm() -> Result<()> {
 }
 
 fn documentation() -> Result<()> {
-    let mut command = cargo(&["doc", "--workspace", "--no-deps"]);
+    let mut command = cargo(&["doc", "--no-deps"]);
     // The map at the top of a module may name what is private in it.
     let flags = "--deny warnings --allow rustdoc::private-intra-doc-links";
-    run(command.env("RUSTDOCFLAGS", flags))
+    run(command.args(USUAL_CRATES).env("RUSTDOCFLAGS", flags))
 }
 
 fn doc_tests() -> Result<()> {
-    let tests = ["test", "--workspace", "--exclude", "xtask-web", "--no-fail-fast", "--doc"];
-    run(&mut cargo(&tests))
+    run(cargo(&["test", "--no-fail-fast", "--doc"]).args(USUAL_CRATES))
 }
 
 /// Everything inside the crates, and what lies in their own `tests` directories.
@@ -253,6 +261,16 @@ fn fleet_tests() -> Result<()> {
 
 fn browser_tests() -> Result<()> {
     integration(BROWSER_TEST, &[])
+}
+
+/// Native drawing, the program that draws replays with it, and the lints of the maker of the page.
+fn drawing_tests() -> Result<()> {
+    chromium::provide()?;
+    let selection = ["--package", "jostle-picture", "--package", "jostle-cli"];
+    let features = ["--features", "jostle-cli/render", "--all-targets"];
+    run(cargo(&["clippy"]).args(selection).args(features).args(["--", "--deny", "warnings"]))?;
+    run(&mut cargo(&["test", "--package", "jostle-picture"]))?;
+    run(web::maker("clippy").args(["--all-targets", "--", "--deny", "warnings"]))
 }
 
 /// The bench workspace without the peers; its tests include the sizes of recorded traffic.

@@ -4,12 +4,13 @@ use super::finding::Finding;
 use crate::workspace::Package;
 
 /// The crates that are shipped. Each may depend on those of earlier layers, its tests included.
-const LAYERS: [&[&str]; 6] = [
+const LAYERS: [&[&str]; 7] = [
     &["jostle-sim"],
     &["jostle-game"],
     &["jostle-protocol"],
     &["jostle-room"],
     &["jostle-server", "jostle-client-web"],
+    &["jostle-picture"],
     &["jostle-cli"],
 ];
 /// Crates that may use all others, and that no shipped crate may use.

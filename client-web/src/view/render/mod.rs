@@ -5,8 +5,6 @@
 //! saturate (A3.5) in the page as in pictures. Destination alpha stays 1.
 
 mod buffers;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod headless;
 mod quads;
 mod shared;
 

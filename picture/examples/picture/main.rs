@@ -1,5 +1,5 @@
 //! Draws the lobby's pictures, of every scene, into `assets/pictures`, without a window:
-//! `cargo run -p jostle-client-web --example picture`.
+//! `cargo run -p jostle-picture --example picture`.
 //!
 //! Players are scripted: they fly about and shoot, or are the bots of the room. The pictures are the same each
 //! time.
@@ -9,8 +9,8 @@ mod cast;
 use jostle_client_web::replay::player::ReplayPlayer;
 use jostle_client_web::view::draw::DrawList;
 use jostle_client_web::view::frame::View;
-use jostle_client_web::view::render::headless::Headless;
 use jostle_game::Scene;
+use jostle_picture::Headless;
 use jostle_protocol::Appearance;
 use jostle_protocol::limits::COLORS;
 use jostle_protocol::replay::header;

@@ -1,8 +1,21 @@
 //! Drawing without a window, for pictures and tests: a software or hardware adapter, a target in
 //! memory, and its pixels. It asks for the limits of WebGL2, so that what works here works in the page.
+//!
+//! ```no_run
+//! # use jostle_client_web::{replay::player::ReplayPlayer, view::draw::DrawList};
+//! # use jostle_picture::Headless;
+//! # fn picture(bytes: Vec<u8>) -> Result<(), Box<dyn std::error::Error>> {
+//! let mut player = ReplayPlayer::open(bytes)?;
+//! player.seek(738);
+//! let mut list = DrawList::new();
+//! list.fill(&player.frame(player.still_view([1280, 720], 0)));
+//! let picture = Headless::open()?.picture([1280, 720], &list)?;
+//! # Ok(())
+//! # }
+//! ```
 
-use super::Renderer;
-use crate::view::draw::DrawList;
+use jostle_client_web::view::draw::DrawList;
+use jostle_client_web::view::render::Renderer;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
@@ -160,3 +173,6 @@ fn wait<F: Future>(future: F) -> F::Output {
         std::thread::yield_now();
     }
 }
+
+#[cfg(test)]
+mod tests;
