@@ -134,36 +134,3 @@ impl Picture {
         Picture { width: self.width, height: self.height, rgb }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn picture(rgb: &[[u8; 3]]) -> Picture {
-        Picture { width: rgb.len() as u32, height: 1, rgb: rgb.to_vec() }
-    }
-
-    #[test]
-    fn a_picture_survives_a_png() {
-        let original = picture(&[[1, 2, 3], [250, 0, 128]]);
-        let png = original.encode().unwrap();
-        assert_eq!(Picture::decode(&png).unwrap(), original);
-        assert!(Picture::decode(&png[..20]).is_err());
-    }
-
-    #[test]
-    fn differences_are_measured() {
-        let (left, right) = (picture(&[[0; 3], [10, 10, 10]]), picture(&[[0; 3], [10, 13, 22]]));
-        let difference = left.compare(&right, 8).unwrap();
-        assert_eq!(difference, Difference { mean: 15.0 / 6.0, max: 12, outliers: 1 });
-        assert!(left.compare(&picture(&[[0; 3]]), 8).is_err());
-    }
-
-    #[test]
-    fn pixels_are_counted_around_a_point() {
-        let row = picture(&[[255; 3], [0; 3], [255; 3], [255; 3]]);
-        assert_eq!(row.count_near(0.5, 0.5, 2.0, |pixel| pixel[0] == 255), 2);
-        assert_eq!(row.colors(), 2);
-        assert_eq!(row.pixel(1.2, 9.0), [0; 3]);
-    }
-}

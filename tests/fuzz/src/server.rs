@@ -104,7 +104,7 @@ pub fn run(mut bytes: &[u8]) {
     static SCENES: OnceLock<Vec<Arc<Scene>>> = OnceLock::new();
     let scenes = SCENES
         .get_or_init(|| vec![Arc::new(Scene::parse("hop.toml", RUN_SCENE).expect("a scene"))]);
-    let prove = || records::prove(file.clone(), scenes, Duration::from_secs(1));
+    let prove = || records::prove(file.clone(), scenes, Duration::from_secs(1), || true);
     match prove() {
         Ok((scene, run)) => {
             assert_eq!(scene.source, RUN_SCENE);

@@ -1,7 +1,7 @@
 //! A fleet with players in all of its rooms.
 
-use crate::node::{Dir, LOOK_EVERY, Node};
-use crate::player::{Player, Stay};
+use super::node::{Dir, LOOK_EVERY, Node};
+use super::player::{Player, Stay};
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_tests::nats::Cluster;
 use jostle_tests::server::LONG;
@@ -115,21 +115,6 @@ impl Games {
             (player.room.as_str(), node.expect("a node"))
         });
         seen.collect()
-    }
-
-    /// Times that the logs of all nodes say this.
-    pub fn count(&self, text: &str) -> usize {
-        self.nodes.iter().map(|node| node.count(text)).sum()
-    }
-
-    /// Waits until the logs of all nodes together say this as often.
-    pub async fn say(&self, text: &str, times: usize) {
-        let said = async {
-            while self.count(text) < times {
-                sleep(LOOK_EVERY).await;
-            }
-        };
-        timeout(LONG, said).await.unwrap_or_else(|_| panic!("not {text:?} in time"));
     }
 
     /// Waits until no player's room is at this node.

@@ -1,7 +1,7 @@
 //! The replays of a fleet, in which rooms went on at another node.
 
-use crate::games::Seen;
-use crate::node::Node;
+use super::games::Seen;
+use super::node::Node;
 use jostle_protocol::replay::Replay;
 use jostle_room::Playback;
 use std::fs;

@@ -1,6 +1,6 @@
 //! The servers and the network of these tests are what the others take them for.
 
-use crate::wire::Wire;
+use super::wire::Wire;
 use jostle_tests::nats::Cluster;
 use jostle_tests::nats::proxy::Proxy;
 use jostle_tests::server::LONG;

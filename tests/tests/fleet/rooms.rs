@@ -1,9 +1,9 @@
 //! Rooms that outlive their nodes: drained, killed, cut off, or without the leader of the directory.
 
-use crate::games::{Games, NODES, ROOMS, number, percentiles};
-use crate::joints::verify_joints;
-use crate::node::Node;
-use crate::wire::Wire;
+use super::games::{Games, NODES, ROOMS, number, percentiles};
+use super::joints::verify_joints;
+use super::node::{LOOK_EVERY, Node};
+use super::wire::Wire;
 use jostle_server::fleet::directory::HELD_FOR;
 use jostle_server::limits;
 use jostle_sim::TICKS_PER_SECOND;
@@ -35,6 +35,23 @@ fn fullest(games: &Games) -> (usize, usize) {
 
 fn direct(cluster: &Cluster, _: usize) -> String {
     cluster.url()
+}
+
+impl Games {
+    /// Times that the logs of all nodes say this.
+    fn count(&self, text: &str) -> usize {
+        self.nodes.iter().map(|node| node.count(text)).sum()
+    }
+
+    /// Waits until the logs of all nodes together say this as often.
+    async fn say(&self, text: &str, times: usize) {
+        let said = async {
+            while self.count(text) < times {
+                sleep(LOOK_EVERY).await;
+            }
+        };
+        timeout(LONG, said).await.unwrap_or_else(|_| panic!("not {text:?} in time"));
+    }
 }
 
 #[cfg(unix)]

@@ -1,6 +1,6 @@
 //! The directory in NATS.
 
-use crate::wire::Wire;
+use super::wire::Wire;
 use jostle_server::fleet::directory::Answer;
 use jostle_server::fleet::entry::{Entry, Key, Owner, RoomEntry, RoomFacts};
 use jostle_server::fleet::nats::{Store, connect};

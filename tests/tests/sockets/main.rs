@@ -10,7 +10,10 @@ mod close_codes;
 mod ending;
 mod examples;
 mod faults;
+#[path = "../fleet/cases.rs"]
+mod fleet;
 mod guests;
+mod helpers;
 mod hosts;
 mod http;
 #[cfg(unix)]

@@ -8,8 +8,9 @@ use crate::{chromium, goldens, nats, python, tidy, traces, web};
 use anyhow::{Result, bail};
 
 const BROWSER_TEST: &str = "browser";
-const FLEET_TEST: &str = "fleet";
 const SOCKET_TEST: &str = "sockets";
+/// Tests of fleets are in the same program, below this.
+const FLEET_TESTS: &str = "fleet::";
 /// They wait most of the time, so that more of them fit than there are processors.
 const SOCKET_TEST_THREADS: &str = "6";
 /// Each has up to three NATS servers of its own.
@@ -236,7 +237,7 @@ fn doc_tests() -> Result<()> {
 fn unit_tests(packages: Option<&[String]>) -> Result<()> {
     let all = binaries::all()?;
     let is_one = |binary: &&Binary| {
-        let is_step = [BROWSER_TEST, FLEET_TEST, SOCKET_TEST].contains(&binary.name.as_str());
+        let is_step = [BROWSER_TEST, SOCKET_TEST].contains(&binary.name.as_str());
         !is_step && packages.is_none_or(|packages| packages.contains(&binary.package))
     };
     binaries::run_all(&all.iter().filter(is_one).collect::<Vec<_>>(), &[])
@@ -250,13 +251,13 @@ fn integration(name: &str, args: &[&str]) -> Result<()> {
 
 fn socket_tests() -> Result<()> {
     python::provide()?;
-    integration(SOCKET_TEST, &["--test-threads", SOCKET_TEST_THREADS])
+    integration(SOCKET_TEST, &["--skip", FLEET_TESTS, "--test-threads", SOCKET_TEST_THREADS])
 }
 
 /// With NATS servers.
 fn fleet_tests() -> Result<()> {
     nats::provide()?;
-    integration(FLEET_TEST, &["--test-threads", FLEET_TEST_THREADS])
+    integration(SOCKET_TEST, &[FLEET_TESTS, "--test-threads", FLEET_TEST_THREADS])
 }
 
 fn browser_tests() -> Result<()> {
