@@ -1,6 +1,6 @@
 //! A fleet with players in all of its rooms.
 
-use super::node::{Dir, LOOK_EVERY, Node};
+use super::node::{Dir, Node};
 use super::player::{Player, Stay};
 use jostle_sim::TICKS_PER_SECOND;
 use jostle_tests::nats::Cluster;
@@ -12,7 +12,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
-use tokio::time::{sleep, timeout};
+use tokio::time::timeout;
 
 /// Rooms of a fleet under test; every third is private.
 pub const ROOMS: usize = 6;
