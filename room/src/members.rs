@@ -19,6 +19,8 @@ pub struct Member {
     pub serial_before: Option<u64>,
     /// Whether any session of the seat has sent an input.
     pub played: bool,
+    /// Tick after which the player took the seat. Coming back to it changes nothing.
+    pub joined_tick: u32,
     /// Tick at which the socket was lost; `None` with a socket.
     pub lost_tick: Option<u32>,
     /// The newest input, and the tick in which it became so.
@@ -40,6 +42,7 @@ impl Member {
             serial,
             serial_before: None,
             played: false,
+            joined_tick: 0,
             lost_tick: None,
             intent: (Input::default(), 0),
             inputs,
@@ -56,8 +59,8 @@ impl Member {
     /// Hands the seat to a new session, which came with the claim `serial_before`.
     pub fn resume(&mut self, appearance: Appearance, serial_before: u64, serial: u64) {
         let serial_before = Some(serial_before);
-        let played = self.played;
-        *self = Member { serial_before, played, ..Member::new(appearance, serial) };
+        let Member { played, joined_tick, .. } = *self;
+        *self = Member { serial_before, played, joined_tick, ..Member::new(appearance, serial) };
     }
 
     /// The player as the others see it.

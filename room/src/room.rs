@@ -141,7 +141,9 @@ impl Room {
                 self.note_look(seat);
             }
             _ => {
-                self.members.seats.insert(seat, Member::new(appearance, self.serial));
+                let joined_tick = self.game.tick_count();
+                let member = Member { joined_tick, ..Member::new(appearance, self.serial) };
+                self.members.seats.insert(seat, member);
                 self.changes.push(Change::Join(seat));
             }
         }
@@ -565,6 +567,12 @@ impl Room {
     pub fn idle_ticks(&self, seat: Seat) -> Option<u32> {
         let member = self.members.seats.get(&seat).filter(|_| !self.is_bot(seat))?;
         Some(self.game.tick_count().saturating_sub(member.intent.1))
+    }
+
+    /// Tick after which a player took the seat; `None` for a free seat and for a bot's.
+    pub fn joined_tick(&self, seat: Seat) -> Option<u32> {
+        let member = self.members.seats.get(&seat).filter(|_| !self.is_bot(seat))?;
+        Some(member.joined_tick)
     }
 
     /// Number of seats with a socket.

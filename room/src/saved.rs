@@ -20,6 +20,9 @@ pub struct SavedSeat {
     pub serial: u64,
     /// Serial of the claim before, while that is good too.
     pub serial_before: Option<u64>,
+    /// Tick after which its player took it; 0 in files of an older version.
+    #[serde(default)]
+    pub joined_tick: u32,
     /// Tick at which its player's socket was lost.
     pub lost_tick: Option<u32>,
     /// Whether a bot has it.

@@ -167,11 +167,11 @@ pub const SCENES_MAX: usize = 64;
 pub const ROOMS_MAX: usize = 64;
 /// Rooms created from one address, at a time.
 pub const ADDRESS_ROOMS_MAX: usize = 8;
-/// Held seats of one address in a room, as a fraction of its seats: of an address that has more, the
-/// longest-lost may be given to any newcomer once the room is full.
-pub const HELD_SHARE: usize = 4;
-/// Ticks for which a player has done nothing after which the seat may go to a newcomer in a full room, where the
-/// player's network has more than its share of the seats: no player loses a seat in the middle of playing.
+/// Seats of a room that one network keeps against newcomers of others, as a fraction of all: of one that has more, a seat
+/// goes to a newcomer once the room is full. Four networks can fill a room, and one alone as long as no other wants in.
+pub const SEATS_SHARE: usize = 4;
+/// Ticks for which a player has done nothing after which the seat goes before that of the network's newest player, where
+/// the network has more than its share.
 pub const IDLE_MOMENT_TICKS: u32 = 5 * TICKS_PER_SECOND;
 /// Ticks for which a player has done nothing after which the seat goes to a newcomer if the room is full.
 pub const IDLE_SEAT_TICKS: u32 = 90 * TICKS_PER_SECOND;

@@ -36,6 +36,7 @@ impl Room {
             seat: seat.0,
             serial: member.serial,
             serial_before: member.serial_before,
+            joined_tick: member.joined_tick,
             lost_tick: member.lost_tick,
             is_bot: self.is_bot(seat),
         });
@@ -73,6 +74,7 @@ impl Room {
             };
             let member = Member {
                 serial_before: saved.serial_before,
+                joined_tick: saved.joined_tick,
                 lost_tick: (!is_bot).then(|| saved.lost_tick.unwrap_or(tick).min(tick)),
                 played: true,
                 intent: (Input::default(), tick),

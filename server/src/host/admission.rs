@@ -1,7 +1,7 @@
 //! Admission to a room: seats for newcomers in a full room, and the addresses of kicked players.
 
 use crate::limits::networks::{LEVELS, network, networks};
-use crate::limits::{HELD_SHARE, IDLE_MOMENT_TICKS, IDLE_SEAT_TICKS, KICKED_MAX, KICKED_TICKS};
+use crate::limits::{IDLE_MOMENT_TICKS, IDLE_SEAT_TICKS, KICKED_MAX, KICKED_TICKS, SEATS_SHARE};
 use jostle_game::Seat;
 use jostle_room::Room;
 use serde::{Deserialize, Serialize};
@@ -80,37 +80,45 @@ impl Admission {
         for &(_, address) in &seats {
             *count_by_address.entry(address).or_default() += 1;
         }
-        let share = (usize::from(room.scene().players_max) / HELD_SHARE).max(1);
-        Held { seats, count_by_address, share }
+        Held { seats, count_by_address, share: share(room) }
     }
 
-    /// The connected seat that a newcomer of this address may have in a full room where none is held: the most
-    /// idle one of a network that has more than its share and is not the newcomer's, if its player has done nothing
-    /// for a moment, and else the most idle of all, if its player has done nothing for a while. `seats` are those that may be given away.
-    pub fn idle(
+    /// The connected seat that a newcomer of this address may have in a full room where none is held. A network with more
+    /// than its share of the seats, and with more than the newcomer's would then have, gives that of its most idle player,
+    /// if idle for a moment, and else that of its newest. Otherwise the most idle player of all loses the seat, if
+    /// idle for a while. `seats` are those that may be given away.
+    pub fn displaced(
         &self,
         room: &Room,
         seats: impl Iterator<Item = Seat>,
         newcomer: IpAddr,
     ) -> Option<Seat> {
-        let widest = |ip: IpAddr| networks(ip)[LEVELS - 1];
-        let share = (usize::from(room.scene().players_max) / HELD_SHARE).max(2);
-        let idle = seats.filter_map(|seat| {
-            Some((room.idle_ticks(seat)?, seat, self.address(seat).map(widest)))
-        });
-        let mut idle: Vec<_> = idle.collect();
-        idle.sort_unstable_by_key(|&(ticks, seat, _)| (Reverse(ticks), seat));
-        let mut count_by_network: BTreeMap<_, usize> = BTreeMap::new();
-        for &(.., network) in &idle {
-            *count_by_network.entry(network).or_default() += 1;
+        let count_by_network = self.count_by_network(room);
+        let count = |network: IpAddr| count_by_network.get(&network).copied().unwrap_or(0);
+        // More than the newcomer's network would have: else two that have many would take seats from each other in turn.
+        let kept = share(room).max(1 + count(widest(newcomer)));
+        let of_network = |seat| self.address(seat).map_or(0, |address| count(widest(address)));
+        let seats = seats.filter_map(|seat| Some((room.idle_ticks(seat)?, seat)));
+        let mut idle: Vec<_> = seats.collect();
+        idle.sort_unstable_by_key(|&(ticks, seat)| (Reverse(ticks), seat));
+        let crowd = || idle.iter().filter(|&&(_, seat)| of_network(seat) > kept);
+        let idle_of_crowd = crowd().find(|&&(ticks, _)| ticks >= IDLE_MOMENT_TICKS);
+        let newest_of_crowd =
+            || crowd().max_by_key(|&&(_, seat)| (of_network(seat), room.joined_tick(seat), seat));
+        let idle_of_all = || idle.first().filter(|&&(ticks, _)| ticks >= IDLE_SEAT_TICKS);
+        let displaced = idle_of_crowd.or_else(newest_of_crowd).or_else(idle_of_all);
+        displaced.map(|&(_, seat)| seat)
+    }
+
+    /// The seats of people, held ones included, of each network: the widest, as one person may have all of its addresses.
+    fn count_by_network(&self, room: &Room) -> BTreeMap<IpAddr, usize> {
+        let seats = (0..room.scene().players_max).map(Seat);
+        let taken = seats.filter(|&seat| room.joined_tick(seat).is_some());
+        let mut count_by_network = BTreeMap::new();
+        for address in taken.filter_map(|seat| self.address(seat)) {
+            *count_by_network.entry(widest(address)).or_default() += 1;
         }
-        let own = Some(widest(newcomer));
-        let has_many = |network| network != own && count_by_network[&network] > share;
-        let of_many = idle
-            .iter()
-            .find(|&&(ticks, _, network)| ticks >= IDLE_MOMENT_TICKS && has_many(network));
-        let long = || idle.first().filter(|&&(ticks, ..)| ticks >= IDLE_SEAT_TICKS);
-        of_many.or_else(long).map(|&(_, seat, _)| seat)
+        count_by_network
     }
 
     fn of(&self, seat: Seat) -> Option<&(IpAddr, String)> {
@@ -127,6 +135,16 @@ impl Kicked {
     fn holds(&self, tick: u32) -> bool {
         tick.saturating_sub(self.tick) < KICKED_TICKS
     }
+}
+
+/// Seats of a room that one network keeps against newcomers of others.
+fn share(room: &Room) -> usize {
+    (usize::from(room.scene().players_max) / SEATS_SHARE).max(1)
+}
+
+/// The widest network of an address.
+fn widest(address: IpAddr) -> IpAddr {
+    networks(address)[LEVELS - 1]
 }
 
 /// The held seats of a room, valid until a player joins, leaves or is lost. Counted once for all
@@ -197,7 +215,7 @@ mod tests {
 
     #[test]
     fn an_address_with_more_than_its_share_gives_way_to_any_newcomer() {
-        let share = full(&[]).0.players() / HELD_SHARE;
+        let share = full(&[]).0.players() / SEATS_SHARE;
         let mut lost = vec![9; share + 1];
         lost.insert(0, 1);
         let (room, admission) = full(&lost);
@@ -211,47 +229,81 @@ mod tests {
         (1..room.scene().players_max).map(Seat)
     }
 
-    #[test]
-    fn the_most_idle_seat_of_a_network_with_many_goes_to_a_newcomer_of_another() {
-        let (mut room, mut admission) = full(&[]);
-        for seat in 0..room.scene().players_max {
-            // One each but for a network with more than its share.
-            let of = if seat < 20 { [10, 0, 7, 1] } else { [10, 1, seat as u8, 1] };
-            admission.seated(Seat(seat), of.into(), "Ann");
-        }
-        for seq in 2..IDLE_MOMENT_TICKS + 40 {
-            for seat in (0..room.scene().players_max).filter(|&seat| seat != 5 || seq < 20) {
+    /// Plays with all keys at work but those of one seat.
+    fn play(room: &mut Room, ticks: u32, idle: Option<u16>) {
+        for _ in 0..ticks {
+            for seat in (0..room.scene().players_max).filter(|&seat| Some(seat) != idle) {
+                let seq = room.game().tick_count() + 2;
                 let buttons = jostle_game::Buttons(seq as u16 & 1);
                 room.input(Seat(seat), seq, Input { buttons, pointer: None });
             }
             room.tick();
         }
-        let idle = |newcomer: [u8; 4]| admission.idle(&room, given_away(&room), newcomer.into());
-        assert_eq!(idle([10, 9, 9, 9]), Some(Seat(5)));
-        assert_eq!(idle([10, 0, 7, 200]), None, "a neighbour of theirs");
-        assert_eq!(admission.idle(&room, std::iter::empty(), [10, 9, 9, 9].into()), None);
+    }
+
+    /// A full room in which each seat is of the network that `of` says, and all play.
+    fn busy(of: impl Fn(u16) -> [u8; 4]) -> (Room, Admission) {
+        let (mut room, mut admission) = full(&[]);
+        for seat in 0..room.scene().players_max {
+            admission.seated(Seat(seat), of(seat).into(), "Ann");
+        }
+        play(&mut room, 20, None);
+        (room, admission)
+    }
+
+    #[test]
+    fn the_most_idle_seat_of_a_network_with_many_goes_to_a_newcomer_of_another() {
+        // One each but for a network with more than its share.
+        let of = |seat: u16| if seat < 20 { [10, 0, 7, 1] } else { [10, 1, seat as u8, 1] };
+        let (mut room, admission) = busy(of);
+        play(&mut room, IDLE_MOMENT_TICKS, Some(5));
+        let displaced =
+            |newcomer: [u8; 4]| admission.displaced(&room, given_away(&room), newcomer.into());
+        assert_eq!(displaced([10, 9, 9, 9]), Some(Seat(5)));
+        assert_eq!(displaced([10, 0, 7, 200]), None, "a neighbour of theirs");
+        assert_eq!(admission.displaced(&room, std::iter::empty(), [10, 9, 9, 9].into()), None);
+    }
+
+    #[test]
+    fn a_network_with_many_gives_its_newest_seats_until_it_has_its_share() {
+        let (mut room, mut admission) = busy(|_| [10, 0, 7, 1]);
+        let (seats, mut taken) = (room.scene().players_max, Vec::new());
+        // One of them leaves and comes back later, to a low seat.
+        room.leave(Seat(3));
+        play(&mut room, 1, Some(3));
+        let newest = room.join(Appearance { name: "Ann".into(), color: 0 }, None);
+        assert_eq!(newest.expect("a free seat").claim.seat, Seat(3));
+        for newcomer in 1..=u16::MAX {
+            play(&mut room, 1, None);
+            let address = [10, 1, newcomer as u8, 1].into();
+            let Some(seat) = admission.displaced(&room, given_away(&room), address) else { break };
+            room.leave(seat);
+            room.join(Appearance { name: "Bob".into(), color: 0 }, None).expect("a free seat");
+            admission.seated(seat, address, "Bob");
+            taken.push(seat.0);
+        }
+        let newest_first: Vec<_> = [3].into_iter().chain((seats / 4..seats).rev()).collect();
+        // The newcomers are newer than all of the crowd, and none of them loses the seat again.
+        assert_eq!(taken, newest_first[..usize::from(seats - seats / 4)]);
+    }
+
+    #[test]
+    fn two_networks_with_many_take_no_seats_from_each_other_in_turn() {
+        let (room, admission) = busy(|seat| [10, (seat % 2) as u8, 7, 1]);
+        let displaced =
+            |newcomer: [u8; 4]| admission.displaced(&room, given_away(&room), newcomer.into());
+        assert_eq!(displaced([10, 0, 7, 1]), None);
+        assert_eq!(displaced([10, 1, 7, 1]), None);
+        assert!(displaced([10, 2, 7, 1]).is_some());
     }
 
     #[test]
     fn an_idle_player_gives_way_in_a_full_room() {
-        let (mut room, mut admission) = full(&[]);
-        for seat in 0..room.scene().players_max {
-            admission.seated(Seat(seat), [10, 1, seat as u8, 1].into(), "Ann");
-        }
-        let play = |room: &mut Room, ticks: u32, idle: u16| {
-            for _ in 0..ticks {
-                for seat in (0..room.scene().players_max).filter(|&seat| seat != idle) {
-                    let seq = room.game().tick_count() + 2;
-                    let buttons = jostle_game::Buttons(seq as u16 & 1);
-                    room.input(Seat(seat), seq, Input { buttons, pointer: None });
-                }
-                room.tick();
-            }
-        };
-        let idle = |room: &Room| admission.idle(room, given_away(room), [10, 9, 9, 9].into());
-        play(&mut room, IDLE_SEAT_TICKS - 10, 3);
+        let (mut room, admission) = busy(|seat| [10, 1, seat as u8, 1]);
+        let idle = |room: &Room| admission.displaced(room, given_away(room), [10, 9, 9, 9].into());
+        play(&mut room, IDLE_SEAT_TICKS - 10, Some(3));
         assert_eq!(idle(&room), None);
-        play(&mut room, 10, 3);
+        play(&mut room, 10, Some(3));
         assert_eq!(idle(&room), Some(Seat(3)));
     }
 

@@ -12,6 +12,7 @@ use std::net::SocketAddr;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async_with_config};
@@ -69,12 +70,12 @@ impl Client {
 
 impl<S: AsyncRead + AsyncWrite + Unpin> Client<S> {
     /// An upgraded socket that has not said hello, over a stream to a server.
-    pub async fn upgraded(stream: S, url: &str) -> Client<S> {
+    pub async fn upgraded(stream: S, request: impl IntoClientRequest + Unpin) -> Client<S> {
         let config = WebSocketConfig::default()
             .max_message_size(Some(SERVER_MESSAGE_BYTES_MAX))
             .read_buffer_size(4096);
         let (socket, _) =
-            client_async_with_config(url, stream, Some(config)).await.expect("an upgrade");
+            client_async_with_config(request, stream, Some(config)).await.expect("an upgrade");
         let newest = Snapshot::default();
         let stream = SnapshotStream::default();
         let token = Token([0; TOKEN_BYTES]);

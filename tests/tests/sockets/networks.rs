@@ -5,6 +5,7 @@ use crate::client::{Client, LONG};
 use crate::http::{Answer, raw};
 use crate::replays::Dir;
 use crate::server::Server;
+use jostle_game::{Buttons, Scene};
 use jostle_protocol::{Refusal, ServerMessage, VERSION};
 use jostle_server::Config;
 use jostle_server::limits::{ADDRESS_REPLAY_READERS_MAX, ADDRESS_ROOMS_MAX, REQUESTS_BURST_MAX};
@@ -13,10 +14,10 @@ use jostle_tests::scenes::SMALL;
 use jostle_tests::server::patient;
 use std::fs;
 use std::net::SocketAddr;
-use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::{TcpSocket, TcpStream};
-use tokio::time::{sleep, timeout};
+use tokio::net::TcpStream;
+use tokio::time::timeout;
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 
 /// A server behind a proxy, which is this machine.
 pub async fn behind_a_proxy(config: Config) -> Server {
@@ -157,41 +158,46 @@ async fn a_flood_of_requests_slows_its_own_client_only() {
     assert!(answers.rfind("HTTP/1.1 200") > answers.rfind("HTTP/1.1 429"), "another client");
 }
 
-#[cfg(target_os = "linux")]
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_crowd_of_one_network_leaves_room_for_newcomers() {
-    let server = Server::start_with_scene("small", SMALL).await;
-    let mut crowd = Vec::new();
-    for number in 0..4 {
-        let mut client = from([127, 7, 0, 1], server.address).await;
-        client.hello(VERSION, &format!("Crowd {number}"), None).await;
-        assert!(matches!(client.message().await, ServerMessage::Welcome { .. }));
-        crowd.push(client);
-    }
-    let mut neighbour = from([127, 7, 0, 9], server.address).await;
-    neighbour.hello(VERSION, "Neighbour", None).await;
-    neighbour.is_refused(Refusal::RoomFull).await;
-    // Nobody loses a seat in the middle of playing; after a moment the most idle one does.
-    let enters = async {
-        loop {
-            let mut ann = from([127, 8, 0, 1], server.address).await;
-            ann.hello(VERSION, "Ann", None).await;
-            match ann.message().await {
-                ServerMessage::Welcome { .. } => return ann,
-                _ => sleep(Duration::from_millis(100)).await,
-            }
-        }
-    };
-    let ann = timeout(LONG, enters).await.expect("a seat in time");
-    server.counts("jostle_leaves_total{how=\"displaced\"}", 1).await;
-    server.counts("jostle_refusals_total{reason=\"gave_way\"}", 1).await;
-    drop(ann);
+/// A client in the small room, as a proxy passes it on, and the answer to its hello.
+async fn says_hello(server: SocketAddr, own: &str, name: &str) -> (Client, ServerMessage) {
+    let stream = TcpStream::connect(server).await.expect("a connection");
+    let mut request = format!("ws://{server}/small").into_client_request().expect("a request");
+    request.headers_mut().insert("x-forwarded-for", own.parse().expect("a value"));
+    let mut client = Client::upgraded(stream, request).await;
+    client.hello(VERSION, name, None).await;
+    let answer = client.message().await;
+    (client, answer)
 }
 
-/// A client with this local address.
-#[cfg(target_os = "linux")]
-async fn from(own: [u8; 4], server: SocketAddr) -> Client {
-    let socket = TcpSocket::new_v4().expect("a socket");
-    socket.bind(SocketAddr::new(own.into(), 0)).expect("an address of this machine");
-    Client::connect_over(socket, server, "small").await
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_crowd_of_one_network_that_plays_leaves_room_for_newcomers() {
+    let mut config = patient();
+    config.scenes.push(Scene::parse("small.toml", SMALL).expect("a scene"));
+    let server = behind_a_proxy(config).await;
+    let seated = |answer| matches!(answer, ServerMessage::Welcome { .. });
+    let mut crowd = Vec::new();
+    // With no others about, all four seats are theirs.
+    for number in 0..4 {
+        let (mut client, answer) =
+            says_hello(server.address, "203.0.113.7", &format!("Crowd {number}")).await;
+        assert!(seated(answer));
+        client.input(Buttons::RIGHT, None).await;
+        crowd.push(client);
+    }
+    let (_, answer) = says_hello(server.address, "203.0.113.9", "Neighbour").await;
+    assert_eq!(answer, ServerMessage::Refused { refusal: Refusal::RoomFull });
+    let mut newcomers = Vec::new();
+    for number in 1..4 {
+        let own = format!("198.51.{number}.1");
+        let (newcomer, answer) = says_hello(server.address, &own, "Newcomer").await;
+        assert!(seated(answer), "{own}");
+        newcomers.push(newcomer);
+    }
+    for displaced in crowd.split_off(1) {
+        let mut displaced = displaced;
+        displaced.is_refused(Refusal::GaveWay).await;
+    }
+    server.counts("jostle_leaves_total{how=\"displaced\"}", 3).await;
+    let (_, answer) = says_hello(server.address, "198.51.4.1", "Late").await;
+    assert_eq!(answer, ServerMessage::Refused { refusal: Refusal::RoomFull }, "one seat each");
 }

@@ -113,7 +113,7 @@ impl Ticker {
                 let displaced = held.displaced(join.address).or_else(|| {
                     // A host stays: the room is theirs.
                     let guests = self.members.iter().filter(|member| !member.host);
-                    self.admission.idle(room, guests.map(|member| member.seat), join.address)
+                    self.admission.displaced(room, guests.map(|member| member.seat), join.address)
                 });
                 let displaced = displaced.ok_or(Refusal::RoomFull)?;
                 self.host.metrics.left("displaced");
