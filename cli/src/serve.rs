@@ -95,6 +95,11 @@ pub struct Serve {
     #[arg(long, value_name = "N", default_value_t = limits::ADDRESS_SESSIONS_MAX as u32,
         value_parser = whole(1, limits::CONNECTIONS_MAX as u32))]
     address_sockets: u32,
+    /// Megabits a second that this machine may send. One address is sent a quarter of them at most, and all rooms with scene
+    /// files of players together another: beyond it they get fewer snapshots a second
+    #[arg(long, value_name = "N", default_value_t = limits::UPLINK_MEGABITS,
+        value_parser = whole(1, limits::UPLINK_MEGABITS_MAX))]
+    uplink: u32,
     /// Record every room but the private ones into this directory, which is made if it is missing. The page lists what
     /// is in it, and plays it
     #[arg(long, value_name = "DIR")]
@@ -178,6 +183,7 @@ impl Serve {
         config.hosts = hosts(self.host.clone(), self.listen, !self.trusted_proxy.is_empty());
         config.trusted_proxies = self.trusted_proxy.clone();
         config.address_sessions_max = self.address_sockets as usize;
+        config.uplink_megabits = self.uplink;
         config.supervisor = systemd::supervisor();
         check_directory("--replays", self.replays.as_deref())?;
         check_directory("--state", self.state.as_deref())?;

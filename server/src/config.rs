@@ -35,6 +35,9 @@ pub struct Config {
     pub connections_max: usize,
     /// Game sockets of one address, at most [`limits::CONNECTIONS_MAX`].
     pub address_sessions_max: usize,
+    /// Megabits a second that the server may send: of these one address is sent a part, and rooms with scenes of guests
+    /// together send one ([`limits::uplink`]).
+    pub uplink_megabits: u32,
     /// Token that operators need for the admin paths; `None` closes these.
     pub ops_token: Option<String>,
     /// Certificate and key of the players' port; `None` serves it without TLS.
@@ -77,6 +80,7 @@ impl Default for Config {
             trusted_proxies: Vec::new(),
             connections_max: limits::CONNECTIONS_MAX,
             address_sessions_max: limits::ADDRESS_SESSIONS_MAX,
+            uplink_megabits: limits::UPLINK_MEGABITS,
             ops_token: None,
             tls: None,
             log_drops: None,

@@ -7,6 +7,7 @@ pub mod networks;
 pub mod rate_limited_stream;
 pub mod token_bucket;
 pub mod trial_queue;
+pub mod uplink;
 
 use jostle_game::SEATS_MAX;
 use jostle_game::scene::{Budget, FOLLOWERS_MAX};
@@ -149,6 +150,24 @@ pub const CLOSE_WAIT: Duration = Duration::from_secs(2);
 pub const CLOSE_DISCARD_BYTES_MAX: usize = 1 << 20;
 /// Bytes read from a session's socket at a time, which are cleared before: some ten inputs.
 pub const READ_BUFFER_BYTES: usize = 512;
+
+// Bytes.
+
+/// Megabits a second that the server may send, unless `--uplink` says otherwise: the least that machines are rented with.
+pub const UPLINK_MEGABITS: u32 = 100;
+/// The most that `--uplink` may say, which no machine reaches.
+pub const UPLINK_MEGABITS_MAX: u32 = 30_000;
+/// Of these, the part that one address is sent (IPv6: one /64). A quarter of 100 Mbit/s is 24 kB/s for each of
+/// [`ADDRESS_SESSIONS_MAX`], where a player in a pile of 900 boxes is sent 7 on the wire.
+pub const ADDRESS_UPLINK_SHARE: u32 = 4;
+/// The part that rooms with scenes of guests send together. Such a scene can be one that sends 178 kB/s to each client.
+pub const GUESTS_UPLINK_SHARE: u32 = 4;
+/// Seconds of a budget that may be sent at once: the welcomes and keyframes of a class that comes in together.
+pub const UPLINK_BURST_SECONDS: u32 = 2;
+/// Part of a bucket that spectators leave to players.
+pub const UPLINK_RESERVE: f64 = 0.5;
+/// Part of a bucket above which rates rise again.
+pub const UPLINK_ROOMY: f64 = 0.75;
 
 // The log.
 

@@ -12,6 +12,7 @@ use crate::limits;
 use crate::limits::address_rate_limiter::AddressRateLimiter;
 use crate::limits::connection_limits::{ConnectionLimits, Permit};
 use crate::limits::trial_queue::TrialQueue;
+use crate::limits::uplink::Uplink;
 use crate::ops::bans::Bans;
 use crate::ops::metrics::Metrics;
 use crate::ops::refusal_log::RefusalLog;
@@ -106,6 +107,7 @@ impl ServerState {
             send_queues: (0..threads).map(|_| Arc::default()).collect(),
             // As many as it may have sockets at all.
             address_spectators_max: address_max,
+            uplink: Uplink::new(config.uplink_megabits, Instant::now()),
             metrics: Arc::new(Metrics::default()),
             signer,
             open: Mutex::default(),

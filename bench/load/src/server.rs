@@ -26,7 +26,8 @@ impl Server {
         let mut command = Command::new(program);
         command.args(["serve", "--listen", "127.0.0.1:0", "--ops", "127.0.0.1:0", "--log", "warn"]);
         // More than play, since a socket that was just lost may still count.
-        command.args(["--address-sockets", &(2 * clients).to_string(), "--scenes"]).arg(scenes);
+        command.args(["--address-sockets", &(2 * clients).to_string(), "--uplink", "30000"]);
+        command.arg("--scenes").arg(scenes);
         let mut process = command
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())

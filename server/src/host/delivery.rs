@@ -1,9 +1,10 @@
-//! What one socket is sent: its snapshots, the lower rate of a slow client, and whether the client still
-//! acknowledges them.
+//! What one socket is sent: its snapshots, the lower rate of a slow client or of one whose address is sent too much, and
+//! whether the client still acknowledges them.
 
 use crate::host::ack_lag::AckLag;
 use crate::host::outbox::Outbox;
 use crate::limits;
+use crate::limits::uplink::Allowance;
 use crate::ops::metrics::{Metrics, Skip};
 use bytes::Bytes;
 use jostle_game::Seat;
@@ -11,6 +12,7 @@ use jostle_protocol::Refusal;
 use jostle_room::{Rate, Room, Subscriber};
 use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// The snapshots of one socket.
 pub struct Delivery {
@@ -23,29 +25,62 @@ pub struct Delivery {
     /// Whether it was sent a keyframe.
     subscribed: bool,
     rate: Rate,
-    /// Tick at which it was last found to be far behind.
+    /// Tick at which it was last found to be far behind, or its budget used up.
     late_tick: u32,
+    /// Bytes that it may be sent.
+    allowance: Allowance,
+    /// Whether its next keyframe waits for the budget.
+    held_back: bool,
 }
 
 impl Delivery {
     /// The feed of a client that was just welcomed.
-    pub fn new(seat: Option<Seat>, outbox: Arc<Outbox>, tick: u32) -> Delivery {
-        let (lag, rate) = (AckLag::new(tick), Rate::default());
-        let (subscriber, subscribed) = (None, false);
-        Delivery { seat, outbox, lag, subscriber, subscribed, rate, late_tick: tick }
+    pub fn new(
+        seat: Option<Seat>,
+        outbox: Arc<Outbox>,
+        allowance: Allowance,
+        tick: u32,
+    ) -> Delivery {
+        let (lag, rate, late_tick) = (AckLag::new(tick), Rate::default(), tick);
+        // Else one that comes again and again would be sent as many keyframes.
+        let (subscriber, subscribed, held_back) = (None, false, true);
+        Delivery {
+            seat,
+            outbox,
+            lag,
+            subscriber,
+            subscribed,
+            rate,
+            late_tick,
+            allowance,
+            held_back,
+        }
+    }
+
+    /// Queues the welcome.
+    pub fn welcome(&self, welcome: Vec<u8>, now: Instant) {
+        self.allowance.charge(welcome.len(), now);
+        self.outbox.control(welcome);
     }
 
     /// Queues the snapshot of the newest tick. A client that is too far behind gets a keyframe and a lower
-    /// rate, and a higher one after it kept up for long enough. A client that acknowledges nothing for
-    /// `silent_ticks_max` ticks is disconnected. Returns whether anything was queued.
-    pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) -> bool {
+    /// rate, and a higher one after it kept up for long enough; one whose budget is used up gets both once there is some left. A
+    /// client that acknowledges nothing for `silent_ticks_max` ticks is disconnected. Returns whether anything was queued.
+    pub fn feed(
+        &mut self,
+        room: &mut Room,
+        silent_ticks_max: u32,
+        now: Instant,
+        metrics: &Metrics,
+    ) -> bool {
         let tick = room.game().tick_count();
         // First: a keyframe of a tick that was queued already would repeat its events.
-        self.choose_rate(tick, metrics);
-        let mut queued = self.hand_over(room, tick, metrics);
-        if self.subscriber.is_none() {
+        self.choose_rate(tick, now, metrics);
+        let mut queued = self.hand_over(room, tick, now, metrics);
+        if self.subscriber.is_none() && self.may_subscribe(tick, now, metrics) {
             let (subscriber, keyframe) = self.subscribe(room);
             metrics.sent(self.rate, keyframe.len());
+            self.allowance.charge(keyframe.len(), now);
             let dropped = self.outbox.keyframe(keyframe);
             metrics.skipped(Skip::Lag, dropped);
             self.lag.sent(subscriber.keyframe_tick);
@@ -61,6 +96,20 @@ impl Delivery {
         queued
     }
 
+    /// Returns whether the next keyframe may be sent. One that waited for the budget is sent at a tick of its rate, for the
+    /// same reason for which the rate only falls at one.
+    fn may_subscribe(&mut self, tick: u32, now: Instant, metrics: &Metrics) -> bool {
+        if !self.held_back {
+            return true;
+        }
+        let is_due = tick.is_multiple_of(self.rate.every().into());
+        self.held_back = !is_due || !self.allowance.has_some(now);
+        if self.held_back {
+            metrics.skipped(if is_due { Skip::Uplink } else { Skip::Rate }, 1);
+        }
+        !self.held_back
+    }
+
     fn subscribe(&mut self, room: &mut Room) -> (Subscriber, Bytes) {
         let again = std::mem::replace(&mut self.subscribed, true);
         match self.seat {
@@ -70,13 +119,19 @@ impl Delivery {
         }
     }
 
-    fn hand_over(&mut self, room: &Room, tick: u32, metrics: &Metrics) -> bool {
+    fn hand_over(&mut self, room: &Room, tick: u32, now: Instant, metrics: &Metrics) -> bool {
         let Some(subscriber) = &self.subscriber else { return false };
         let Some(message) = room.message(subscriber) else {
             let due = tick.is_multiple_of(u32::from(self.rate.every()));
             metrics.skipped(if due { Skip::Quiet } else { Skip::Rate }, 1);
             return false;
         };
+        if !self.allowance.take(message.len(), now) {
+            metrics.skipped(Skip::Uplink, 1);
+            self.held_back = true;
+            self.lower_rate(tick);
+            return false;
+        }
         match self.outbox.snapshot(message) {
             0 => {
                 metrics.sent(self.rate, message.len());
@@ -85,13 +140,14 @@ impl Delivery {
             }
             dropped => {
                 metrics.skipped(Skip::Queue, dropped);
-                self.lower_rate(tick, metrics);
+                metrics.late.inc();
+                self.lower_rate(tick);
                 false
             }
         }
     }
 
-    fn choose_rate(&mut self, tick: u32, metrics: &Metrics) {
+    fn choose_rate(&mut self, tick: u32, now: Instant, metrics: &Metrics) {
         // Only at a tick of the lower rate: between two of them its keyframe is of the one before, and
         // events since then, which may have been sent already, would be sent again.
         let lower = self.rate.lower();
@@ -99,11 +155,14 @@ impl Delivery {
             self.lag.restart(tick);
             self.late_tick = tick;
             if lower != self.rate {
-                self.lower_rate(tick, metrics);
+                metrics.late.inc();
+                self.lower_rate(tick);
             }
         }
-        let keeps_up =
-            || tick - self.late_tick >= limits::RATE_RISE_TICKS && self.outbox.is_drained();
+        let keeps_up = || {
+            let is_long = tick - self.late_tick >= limits::RATE_RISE_TICKS;
+            is_long && self.outbox.is_drained() && self.allowance.is_roomy(now)
+        };
         if self.rate != Rate::Full && keeps_up() {
             self.subscriber = None;
             self.rate = self.rate.higher();
@@ -112,12 +171,21 @@ impl Delivery {
     }
 
     /// Makes its next snapshot a keyframe, at a lower rate.
-    fn lower_rate(&mut self, tick: u32, metrics: &Metrics) {
-        metrics.late.inc();
+    fn lower_rate(&mut self, tick: u32) {
         self.subscriber = None;
         self.rate = self.rate.lower();
         self.late_tick = tick;
     }
+}
+
+/// All sessions of a room, another one first each time that the slowest are due: the first has the best chances with a
+/// budget that is almost used up.
+pub fn in_turn<T>(sessions: &mut [T], tick: u32) -> impl Iterator<Item = &mut T> {
+    // Multiplied by the golden ratio, so that neighbours in the list take turns far apart.
+    let turn = (tick / u32::from(Rate::Twelfth.every())).wrapping_mul(0x9E37_79B9);
+    let first = turn as usize % sessions.len().max(1);
+    let (last, rest) = sessions.split_at_mut(first);
+    rest.iter_mut().chain(last)
 }
 
 #[cfg(test)]

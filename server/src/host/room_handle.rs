@@ -10,6 +10,7 @@ use crate::host::phase::Phase;
 use crate::host::send_queue::SendQueue;
 use crate::host::token_signer::{SeatClaim, TokenSigner};
 use crate::limits::Waits;
+use crate::limits::uplink::Uplink;
 use crate::ops::metrics::Metrics;
 use crate::replays::Recording;
 use ipnet::IpNet;
@@ -186,6 +187,8 @@ pub struct Host {
     pub send_queues: Vec<Arc<SendQueue>>,
     /// Spectators of one address in a room at a time.
     pub address_spectators_max: usize,
+    /// Budgets of bytes that sessions are sent.
+    pub uplink: Arc<Uplink>,
     /// The server's metrics.
     pub metrics: Arc<Metrics>,
     /// Signs and verifies tokens.

@@ -1,20 +1,23 @@
 //! The spectators of a room. They hold no seat, and the room does not know them: they read what it sends to all that see
 //! the whole world, and nothing that they send reaches it.
 
-use crate::host::delivery::Delivery;
+use crate::host::delivery::{Delivery, in_turn};
 use crate::host::member::Spectator;
 use crate::host::outbox::Outbox;
 use crate::host::room_handle::{FromSession, Join};
 use crate::limits;
 use crate::limits::connection_limits::ConnectionLimits;
+use crate::limits::uplink::Allowance;
 use crate::ops::metrics::Metrics;
 use bytes::Bytes;
 use ipnet::IpNet;
 use jostle_game::Input;
 use jostle_protocol::Refusal;
 use jostle_room::Room;
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
+use std::time::Instant;
 
 /// The spectators of a room.
 pub struct Spectators {
@@ -40,13 +43,19 @@ impl Spectators {
     }
 
     /// Welcomes a session as a spectator, or says why not.
-    pub fn admit(&mut self, room: &Room, join: Join) -> Result<(), (Refusal, Arc<Outbox>)> {
+    pub fn admit(
+        &mut self,
+        room: &Room,
+        join: Join,
+        allowance: impl FnOnce(IpAddr) -> Allowance,
+        now: Instant,
+    ) -> Result<(), (Refusal, Arc<Outbox>)> {
         let Join { address, inbox, outbox, .. } = join;
         let Some(permit) = self.limits.admit(address) else {
             return Err((Refusal::TooManySpectators, outbox));
         };
-        outbox.control(room.welcome(None));
-        let feed = Delivery::new(None, outbox, room.game().tick_count());
+        let feed = Delivery::new(None, outbox, allowance(address), room.game().tick_count());
+        feed.welcome(room.welcome(None), now);
         self.present.push(Spectator { address, inbox, feed, _permit: permit });
         Ok(())
     }
@@ -76,9 +85,15 @@ impl Spectators {
     }
 
     /// Queues the snapshot of the newest tick for all of them. See [`Delivery::feed`].
-    pub fn feed(&mut self, room: &mut Room, silent_ticks_max: u32, metrics: &Metrics) {
-        for Spectator { feed, .. } in &mut self.present {
-            if feed.feed(room, silent_ticks_max, metrics) {
+    pub fn feed(
+        &mut self,
+        room: &mut Room,
+        silent_ticks_max: u32,
+        now: Instant,
+        metrics: &Metrics,
+    ) {
+        for Spectator { feed, .. } in in_turn(&mut self.present, room.game().tick_count()) {
+            if feed.feed(room, silent_ticks_max, now, metrics) {
                 feed.outbox.send_soon();
             }
         }

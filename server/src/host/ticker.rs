@@ -10,6 +10,7 @@ use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::Admission;
 use crate::host::clock::Clock;
+use crate::host::delivery::in_turn;
 use crate::host::member::Member;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
@@ -242,7 +243,7 @@ impl Ticker {
                 empty_since = now;
                 continue;
             }
-            self.admit(room);
+            self.admit(room, now);
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start(clock.now());
             if !spend(now, clock.worked()) {
@@ -257,7 +258,7 @@ impl Ticker {
                 if room.game().is_over_budget() {
                     return self.too_costly();
                 }
-                self.feed(room);
+                self.feed(room, clock.now());
                 watch.lap(2, clock.now());
                 if !spend(now, clock.worked()) {
                     return self.too_costly();
@@ -290,7 +291,7 @@ impl Ticker {
             let most = self.host.waits.empty(self.info.guest, room.players());
             let is_over = !is_awaited || empty >= most;
             let is_left = self.members.is_empty() && self.spectators.is_empty();
-            if is_left && is_over && self.retire(room) {
+            if is_left && is_over && self.retire(room, now) {
                 return End::Empty;
             }
         }
@@ -478,17 +479,17 @@ impl Ticker {
         }
     }
 
-    fn feed(&mut self, room: &mut Room) {
+    fn feed(&mut self, room: &mut Room, now: Instant) {
         // First: no pong is to name a tick before one that its client has seen.
         self.info.tick.store(room.game().tick_count(), Ordering::Relaxed);
         let silent_ticks_max =
             (self.host.waits.hearing.as_secs_f64() * f64::from(TICKS_PER_SECOND)) as u32;
-        for member in &mut self.members {
-            if member.feed.feed(room, silent_ticks_max, &self.host.metrics) {
+        for member in in_turn(&mut self.members, room.game().tick_count()) {
+            if member.feed.feed(room, silent_ticks_max, now, &self.host.metrics) {
                 member.feed.outbox.send_soon();
             }
         }
-        self.spectators.feed(room, silent_ticks_max, &self.host.metrics);
+        self.spectators.feed(room, silent_ticks_max, now, &self.host.metrics);
         self.host.send_queues.iter().for_each(|queue| queue.request());
         self.tell_neighbours();
     }
@@ -514,12 +515,12 @@ impl Ticker {
     }
 
     /// Takes the room off the list, unless a session joins at this moment.
-    fn retire(&mut self, room: &mut Room) -> bool {
+    fn retire(&mut self, room: &mut Room, now: Instant) -> bool {
         // Sessions join under this lock, so none can slip in between the check and the removal.
         let mut open = self.host.lock();
         if let Ok(join) = self.joins.try_recv() {
             drop(open);
-            self.seat(room, join, &mut None);
+            self.seat(room, join, &mut None, now);
             return false;
         }
         take_off(&mut open, &self.info);

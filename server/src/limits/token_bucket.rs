@@ -31,13 +31,36 @@ impl TokenBucket {
     /// Takes `count` tokens; `false`, and none is taken, when fewer are left.
     pub fn take_many(&mut self, count: usize, now: Instant) -> bool {
         let count = count as f64;
-        self.tokens = (self.tokens + self.gained(now)).min(self.burst);
-        self.filled_at = now;
+        self.refill(now);
         let allowed = self.tokens >= count;
         if allowed {
             self.tokens -= count;
         }
         allowed
+    }
+
+    /// Takes `count` tokens, on credit if fewer are left: at most a burst of them is owed.
+    pub fn charge(&mut self, count: usize, now: Instant) {
+        self.refill(now);
+        self.tokens = (self.tokens - count as f64).max(-self.burst);
+    }
+
+    /// The part of the burst that is left; below 0 where tokens are owed.
+    pub fn fill(&mut self, now: Instant) -> f64 {
+        self.refill(now);
+        self.tokens / self.burst
+    }
+
+    /// Changes the rate and the burst from now on.
+    pub fn set_rate(&mut self, per_second: u32, burst: u32, now: Instant) {
+        self.refill(now);
+        (self.per_second, self.burst) = (per_second.into(), f64::from(burst).max(1.0));
+        self.tokens = self.tokens.clamp(-self.burst, self.burst);
+    }
+
+    fn refill(&mut self, now: Instant) {
+        self.tokens = (self.tokens + self.gained(now)).min(self.burst);
+        self.filled_at = now;
     }
 
     fn gained(&self, now: Instant) -> f64 {

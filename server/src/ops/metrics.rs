@@ -36,7 +36,7 @@ pub struct Metrics {
     /// Calls of Agones' sidecar that failed.
     pub agones_errors: Counter,
     /// In the order of [`Skip`].
-    skips: [Counter; 4],
+    skips: [Counter; 5],
     messages_ignored: Family<Label, Counter>,
     joins: Family<Label, Counter>,
     leaves: Family<Label, Counter>,
@@ -91,6 +91,8 @@ pub enum Skip {
     Queue,
     /// The newest snapshot that it acknowledged is too old.
     Lag,
+    /// Its address, or the rooms with scenes of guests, are sent as much as they may be.
+    Uplink,
 }
 
 /// Values at the moment of a scrape.
@@ -257,10 +259,10 @@ fn snapshots(r: &mut Registry) -> [Snapshots; Rate::ALL.len()] {
     })
 }
 
-fn skips(r: &mut Registry) -> [Counter; 4] {
+fn skips(r: &mut Registry) -> [Counter; 5] {
     let family = Family::<Label, Counter>::default();
     let skips = add(r, "snapshots_skipped", "Snapshots not sent to a client, by reason", family);
-    ["quiet", "rate", "queue", "lag"]
+    ["quiet", "rate", "queue", "lag", "uplink"]
         .map(|reason| skips.get_or_create(&[("reason", reason)]).clone())
 }
 

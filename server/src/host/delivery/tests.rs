@@ -1,5 +1,6 @@
 use super::*;
 use crate::host::outbox::Next;
+use crate::limits::uplink::Uplink;
 use jostle_game::{Event, Scene};
 use jostle_protocol::{Appearance, ServerMessage, SnapshotStream};
 
@@ -26,7 +27,9 @@ fn a_lower_rate_repeats_no_event() {
         // The lower rates have a subscriber already: else they would begin with the newest tick.
         Rate::ALL.into_iter().for_each(|rate| drop(room.subscribe(rate)));
         let outbox = Arc::new(Outbox::default());
-        let mut feed = Delivery::new(Some(seat), Arc::clone(&outbox), 0);
+        let now = Instant::now();
+        let allowance = Uplink::new(1, now).open([10, 0, 0, 1].into(), false, false, now);
+        let mut feed = Delivery::new(Some(seat), Arc::clone(&outbox), allowance, 0);
         let (mut stream, mut events) = (SnapshotStream::default(), Vec::new());
         let mut other = None;
         for tick in 1..=400 {
@@ -37,7 +40,7 @@ fn a_lower_rate_repeats_no_event() {
             }
             room.tick();
             feed.lag.acked(tick.min(stuck) as u16, tick);
-            feed.feed(&mut room, u32::MAX, &Metrics::default());
+            feed.feed(&mut room, u32::MAX, now, &Metrics::default());
             listen(&outbox, &mut stream, &mut events);
         }
         assert_eq!(feed.rate, Rate::Twelfth);

@@ -14,22 +14,29 @@ use jostle_game::Seat;
 use jostle_protocol::{Appearance, Refusal, Role, WelcomeSeat};
 use jostle_room::{Room, Welcome};
 use std::sync::Arc;
+use std::time::Instant;
 use tracing::{debug, info};
 
 impl Ticker {
     /// Takes the sessions that ask to come in, some at a time.
-    pub(super) fn admit(&mut self, room: &mut Room) {
+    pub(super) fn admit(&mut self, room: &mut Room, now: Instant) {
         let mut held = None;
         for _ in 0..limits::JOINS_PER_WAKEUP {
             let Ok(join) = self.joins.try_recv() else { return };
-            self.seat(room, join, &mut held);
+            self.seat(room, join, &mut held, now);
         }
     }
 
     /// Seats a player, or ends the session with the reason. `held` caches the held seats once a join needed them.
-    pub(super) fn seat(&mut self, room: &mut Room, join: Join, held: &mut Option<Held>) {
+    pub(super) fn seat(
+        &mut self,
+        room: &mut Room,
+        join: Join,
+        held: &mut Option<Held>,
+        now: Instant,
+    ) {
         if join.role == Role::Spectator {
-            return self.admit_spectator(room, join);
+            return self.admit_spectator(room, join, now);
         }
         let own = join.claim.map(|signed| signed.claim.seat);
         let others = room.snapshot().players.iter().filter(|player| Some(player.seat) != own);
@@ -51,11 +58,12 @@ impl Ticker {
                     "player joined"
                 );
                 let token = self.host.signer.seat_token(SeatClaim { room: own, claim });
-                join.outbox.control(room.welcome(Some(WelcomeSeat { seat, host, token })));
-                self.name_neighbours(&join.outbox);
+                let allowance = self.host.uplink.open(address, self.info.guest, false, now);
                 let tick = room.game().tick_count();
+                let feed = Delivery::new(Some(seat), join.outbox, allowance, tick);
+                feed.welcome(room.welcome(Some(WelcomeSeat { seat, host, token })), now);
+                self.name_neighbours(&feed.outbox);
                 self.abandoned &= !host;
-                let feed = Delivery::new(Some(seat), join.outbox, tick);
                 self.members.push(Member { seat, host, inbox: join.inbox, feed });
             }
             Err(refusal) => join.outbox.end(refusal),
@@ -63,13 +71,15 @@ impl Ticker {
     }
 
     /// Lets a session watch, or ends it with the reason.
-    fn admit_spectator(&mut self, room: &Room, join: Join) {
+    fn admit_spectator(&mut self, room: &Room, join: Join, now: Instant) {
         let address = join.address;
         if self.admission.is_shut(address, &join.appearance.name, room.game().tick_count()) {
             return join.outbox.end(Refusal::Kicked);
         }
         let outbox = Arc::clone(&join.outbox);
-        match self.spectators.admit(room, join) {
+        let (uplink, guest) = (&self.host.uplink, self.info.guest);
+        let allowance = |address| uplink.open(address, guest, true, now);
+        match self.spectators.admit(room, join, allowance, now) {
             Ok(()) => {
                 self.name_neighbours(&outbox);
                 self.host.metrics.joined("spectator");

@@ -10,6 +10,7 @@ use crate::host::room_handle::RoomHandle;
 use crate::host::rooms::Rooms;
 use crate::host::token_signer::TokenSigner;
 use crate::limits::Waits;
+use crate::limits::uplink::Uplink;
 use bytes::Bytes;
 use jostle_game::Scene;
 use jostle_protocol::limits::ROOM_CODE_BYTES_MAX;
@@ -45,6 +46,7 @@ fn room(code: &str, empty_grace: Duration) -> (Ticker, Outside) {
             neighbours: Neighbours::default(),
             send_queues: vec![Arc::default()],
             address_spectators_max: limits::SPECTATORS_MAX / 2,
+            uplink: Uplink::new(limits::UPLINK_MEGABITS, Instant::now()),
             metrics: Arc::default(),
             signer: TokenSigner::new(&[7; 32]),
             open: Mutex::default(),
@@ -84,7 +86,9 @@ fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
 }
 
 fn member(seat: Seat, inbox: Inbox<FromSession>, outbox: Arc<Outbox>) -> Member {
-    Member { seat, host: false, inbox, feed: Delivery::new(Some(seat), outbox, 0) }
+    let uplink = Uplink::new(limits::UPLINK_MEGABITS, Instant::now());
+    let allowance = uplink.open(IpAddr::from([127, 0, 0, 1]), false, false, Instant::now());
+    Member { seat, host: false, inbox, feed: Delivery::new(Some(seat), outbox, allowance, 0) }
 }
 
 fn end_of(outbox: &Outbox) -> Refusal {
@@ -459,7 +463,7 @@ fn a_host_kicks_players_but_no_host() {
     let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let people = [Some(1), Some(1), None].map(|hosted| {
         let (join, inbox, outbox) = join();
-        ticker.seat(&mut room, Join { hosted, ..join }, &mut None);
+        ticker.seat(&mut room, Join { hosted, ..join }, &mut None, Instant::now());
         (inbox, outbox)
     });
     room.tick();
@@ -489,9 +493,9 @@ fn joins_beyond_the_limit_of_a_tick_are_answered_in_the_next() {
         })
         .collect();
     let last = &waiting[limits::JOINS_PER_WAKEUP].1;
-    ticker.admit(&mut room);
+    ticker.admit(&mut room, Instant::now());
     assert!(room.players() == limits::JOINS_PER_WAKEUP && control_messages(last).is_empty());
-    ticker.admit(&mut room);
+    ticker.admit(&mut room, Instant::now());
     assert_eq!((room.players(), control_messages(last).len()), (limits::JOINS_PER_WAKEUP + 1, 1));
 }
 
@@ -501,7 +505,7 @@ fn all_see_an_emote_and_the_next_of_its_player_two_seconds_later() {
     let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let people = [(); 2].map(|()| {
         let (join, inbox, outbox) = join();
-        ticker.seat(&mut room, join, &mut None);
+        ticker.seat(&mut room, join, &mut None, Instant::now());
         (inbox, outbox)
     });
     people.iter().for_each(|(_, outbox)| drop(control_messages(outbox)));
@@ -523,11 +527,16 @@ fn hashes(watched: bool) -> (Vec<u64>, String) {
     let (mut ticker, _outside) = room("watched", Duration::MAX);
     let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
     let (player, inbox, _outbox) = join();
-    ticker.seat(&mut room, player, &mut None);
+    ticker.seat(&mut room, player, &mut None, Instant::now());
     let spectators: Vec<_> = (0..if watched { 3 } else { 0 })
         .map(|_| {
             let (join, inbox, outbox) = join();
-            ticker.seat(&mut room, Join { role: Role::Spectator, ..join }, &mut None);
+            ticker.seat(
+                &mut room,
+                Join { role: Role::Spectator, ..join },
+                &mut None,
+                Instant::now(),
+            );
             (inbox, outbox)
         })
         .collect();
@@ -551,7 +560,7 @@ fn hashes(watched: bool) -> (Vec<u64>, String) {
         }
         ticker.empty_inboxes(&mut room);
         room.tick();
-        ticker.feed(&mut room);
+        ticker.feed(&mut room, Instant::now());
         room.game().hash()
     });
     let hashes = hashes.collect();
@@ -579,7 +588,7 @@ fn a_room_has_a_limit_of_spectators_and_of_each_network() {
     let mut watch = |host: [u8; 4]| {
         let (join, inbox, outbox) = join();
         let join = Join { role: Role::Spectator, address: IpAddr::from(host), ..join };
-        ticker.seat(&mut room, join, &mut None);
+        ticker.seat(&mut room, join, &mut None, Instant::now());
         kept.push((inbox, Arc::clone(&outbox)));
         outbox.end_reason()
     };
@@ -591,3 +600,5 @@ fn a_room_has_a_limit_of_spectators_and_of_each_network() {
     assert_eq!(admitted, limits::SPECTATORS_MAX / 2);
     assert_eq!(ticker.spectators.len(), limits::SPECTATORS_MAX);
 }
+
+mod uplink;

@@ -1,0 +1,116 @@
+//! Bytes that sessions are sent by a clock of the test's own.
+
+use super::*;
+use crate::limits::{ADDRESS_UPLINK_SHARE, GUESTS_UPLINK_SHARE, UPLINK_BURST_SECONDS};
+use jostle_protocol::{ServerMessage, SnapshotStream};
+
+/// Bodies that never rest between two walls.
+const RESTLESS: &str = r#"title = "Restless"
+size = [400, 200]
+gravity = [0, -40]
+groups = ["block", "platform"]
+pairs = [["block", "platform"], ["block", "block"]]
+limits = { players = 8, bodies = 320 }
+
+[[bodies]]
+kind = "wall"
+position = [200, -5]
+size = [420, 10]
+
+[[layouts]]
+kind = "block"
+count = 300
+area = [[10, 10], [390, 190]]
+radius = 2
+velocity = [0, 40]
+restitution = 1
+friction = 0
+"#;
+const SECONDS: u32 = 10;
+/// Sessions that read what they are sent; of the others only bytes are counted.
+const READERS: usize = 6;
+
+/// A session, and what it was sent.
+struct Session {
+    _inbox: InboxSender<FromSession>,
+    outbox: Arc<Outbox>,
+    stream: SnapshotStream,
+    bytes: usize,
+    snapshots: u32,
+}
+
+impl Session {
+    fn join(ticker: &mut Ticker, room: &mut Room, role: Role, own: [u8; 4], now: Instant) -> Self {
+        let (join, inbox, outbox) = join();
+        ticker.seat(room, Join { role, address: own.into(), ..join }, &mut None, now);
+        let stream = SnapshotStream::default();
+        Session { _inbox: inbox, outbox, stream, bytes: 0, snapshots: 0 }
+    }
+
+    /// Receives what waits, and has to be able to decode it.
+    fn receive(&mut self, reads: bool) {
+        while let Next::Message(bytes) = self.outbox.take() {
+            self.bytes += bytes.len();
+            self.snapshots += 1;
+            if !reads {
+                continue;
+            }
+            if let Ok(ServerMessage::Snapshot(coded)) = ServerMessage::decode(&bytes) {
+                self.stream.decode(&coded).expect("a snapshot");
+            }
+        }
+        assert_eq!(self.outbox.end_reason(), None);
+    }
+}
+
+/// Plays a guest's room with 120 spectators of two addresses and a player of a third, with this uplink. Returns bytes a
+/// second of all, the messages to the player, and the least to a spectator.
+fn crowd(megabits: u32) -> (usize, u32, u32) {
+    let (mut ticker, _outside) = room("crowd", Duration::MAX);
+    let began = Instant::now();
+    let scene = Arc::new(Scene::parse("restless.toml", RESTLESS).expect("a scene"));
+    let info = RoomInfo::new("crowd", 1, false, None, &scene);
+    ticker.info = Arc::new(RoomInfo { guest: true, ..info });
+    Arc::get_mut(&mut ticker.host).expect("one room").uplink = Uplink::new(megabits, began);
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let player = Session::join(&mut ticker, &mut room, Role::Player, [10, 0, 0, 9], began);
+    let mut sessions = vec![player];
+    for number in 0..120 {
+        let own = [10, 0, 0, 1 + number % 2];
+        sessions.push(Session::join(&mut ticker, &mut room, Role::Spectator, own, began));
+    }
+    for tick in 0..SECONDS * TICKS_PER_SECOND {
+        room.tick();
+        ticker.feed(&mut room, began + Duration::from_secs(tick.into()) / TICKS_PER_SECOND);
+        for (index, session) in sessions.iter_mut().enumerate() {
+            session.receive(index < READERS);
+        }
+    }
+    let least = sessions.iter().map(|session| session.snapshots).min().unwrap_or_default();
+    let newest = |session: &Session| session.stream.newest().map_or(0, |newest| newest.tick);
+    let oldest = sessions[..READERS].iter().map(newest).min().unwrap_or_default();
+    let age = room.game().tick_count() - oldest;
+    assert!(age < 5 * TICKS_PER_SECOND, "{age} ticks");
+    let bytes: usize = sessions.iter().map(|session| session.bytes).sum();
+    (bytes / SECONDS as usize, sessions[0].snapshots, least)
+}
+
+#[test]
+fn a_crowd_in_a_guests_room_is_sent_what_the_uplink_allows_and_a_player_everything() {
+    let ticks = SECONDS * TICKS_PER_SECOND;
+    let (unlimited, of_player, least) = crowd(100_000);
+    // And the welcome.
+    assert_eq!((of_player, least), (ticks + 1, ticks + 1));
+    let megabits = 20;
+    let (sent, of_player, least) = crowd(megabits);
+    println!(
+        "{unlimited} B/s without a limit, {sent} with {megabits} Mbit/s; {least} snapshots at least"
+    );
+    let allowed =
+        (megabits * 1_000_000 / 8 / GUESTS_UPLINK_SHARE.min(ADDRESS_UPLINK_SHARE)) as usize;
+    let burst = allowed * UPLINK_BURST_SECONDS as usize / SECONDS as usize;
+    assert!(unlimited > 2 * allowed, "{unlimited} B/s");
+    assert!(sent < allowed + burst, "{sent} B/s");
+    assert_eq!(of_player, ticks + 1);
+    assert!(least > SECONDS, "{least} snapshots");
+}
