@@ -40,6 +40,9 @@ pub const OPS_TOKEN: &str = "correct-horse-battery";
 /// A short wait for a test: it can be sat out, and a client that means well is in time on a slow machine too.
 pub const BRIEF: Duration = Duration::from_secs(5);
 
+/// A wait that no client has to keep to: on a busy machine one that means well may miss it.
+pub const SOON: Duration = Duration::from_millis(500);
+
 /// The server as shipped, but patient.
 pub fn patient() -> Config {
     Config { waits: PATIENT, ..Config::default() }

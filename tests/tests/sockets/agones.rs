@@ -9,7 +9,7 @@ use jostle_protocol::Refusal;
 use jostle_server::Config;
 use jostle_server::limits::Waits;
 use jostle_server::ops::agones::Settings;
-use jostle_tests::server::{BRIEF, LONG, OPS_TOKEN, PATIENT, patient};
+use jostle_tests::server::{LONG, OPS_TOKEN, PATIENT, SOON, patient};
 use std::net::SocketAddr;
 use std::process::Stdio;
 use std::time::Duration;
@@ -118,7 +118,7 @@ async fn a_game_server_waits_for_players_who_are_on_their_way_to_it() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_game_server_to_which_no_players_come_in_time_ends() {
     let sidecar = Sidecar::start();
-    let waits = Waits { room_empty: BRIEF, ..PATIENT };
+    let waits = Waits { room_empty: SOON, ..PATIENT };
     let agones = Some(settings(sidecar.address));
     let server = Server::start_with(Config { agones, waits, ..patient() }).await;
     sidecar.hears(READY).await;

@@ -67,10 +67,8 @@ impl Watch {
 
 impl Growth {
     /// Truncates each file at a random byte of those that the disk may not have had at that moment: what was written
-    /// since the last sync. A file was synced before it got its name. Returns by how many ticks the machine was
-    /// late to write the file that it wrote latest, beyond what an idle one is.
-    pub fn cut_power(&self, killed: Instant, rng: &mut Rng) -> u32 {
-        let mut late = 0;
+    /// since the last sync. A file was synced before it got its name.
+    pub fn cut_power(&self, killed: Instant, rng: &mut Rng) {
         for (path, inode, length) in files(&self.rooms) {
             let Some(seen) = self.lengths.get(&(path.clone(), inode)) else { continue };
             let synced = synced(seen, killed);
@@ -79,9 +77,14 @@ impl Growth {
             let file = File::options().write(true).open(&path).expect("a file");
             file.set_len(kept).expect("a shorter file");
             println!("{}: {synced} bytes synced, {kept} of {length} kept", path.display());
-            late = late.max(lateness(seen, killed));
         }
-        late
+    }
+
+    /// Ticks by which the machine was late to write the file that it wrote latest, beyond what an idle one is.
+    pub fn lateness(&self, killed: Instant) -> u32 {
+        let seen = files(&self.rooms).into_iter();
+        let seen = seen.filter_map(|(path, inode, _)| self.lengths.get(&(path, inode)));
+        seen.map(|seen| lateness(seen, killed)).max().unwrap_or_default()
     }
 }
 

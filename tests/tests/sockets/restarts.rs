@@ -218,14 +218,18 @@ async fn kill_again_and_again(name: &str, without_power: bool) {
     let mut rng = Rng::new(seed(&process), 0);
     for kill in 0..kills() {
         let life = LIFE + Duration::from_millis(rng.below(LIFE_MORE).into());
-        let watch = without_power.then(|| Watch::start(state));
+        let watch = Watch::start(state);
         let mut killed = Instant::now();
         play(process, &mut players, life, |process| {
             killed = Instant::now();
             process.signal("KILL");
         })
         .await;
-        let late = watch.map_or(0, |watch| watch.end().cut_power(killed, &mut rng));
+        let growth = watch.end();
+        let late = growth.lateness(killed);
+        if without_power {
+            growth.cut_power(killed, &mut rng);
+        }
         let kept: BTreeMap<String, Vec<u8>> = files(state)
             .into_iter()
             .map(|(code, path)| (code, fs::read(path).expect("a file")))

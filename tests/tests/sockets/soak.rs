@@ -30,7 +30,7 @@ use tokio::time::{Instant, sleep, timeout};
 
 /// Time for which peers cause their faults before the machine does, and for which a tab is in the
 /// background, unless `JOSTLE_SOAK_SECONDS` says otherwise.
-const SECONDS: u64 = 15;
+const SECONDS: u64 = 5;
 /// Snapshots that a player receives before the faults of the machine, and after them.
 const SNAPSHOTS: usize = 600;
 /// Rows of faults that peers cause, over and over. Row 11 comes with row 10.
@@ -104,6 +104,10 @@ async fn repeat(row: &str, stage: Arc<Stage>, stop: Arc<AtomicBool>) -> u32 {
             "8" => None,
             _ => Some(stage.machine.read().await),
         };
+        // The machine's faults may have been the last.
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
         fault(row, &stage).await;
         drop(quiet);
         rounds += 1;
@@ -198,9 +202,9 @@ async fn faults_change_no_game_except_by_accepted_inputs() {
         machine::clock_steps(&stage, &mut host).await;
         let failed_tick = machine::room_panics(&stage).await;
         machine::disk_fails(&stage, &mut host).await;
+        stop.store(true, Ordering::Relaxed);
         failed_tick
     };
-    stop.store(true, Ordering::Relaxed);
     for (row, peer) in peers {
         let rounds = timeout(seconds + LONG, peer).await;
         let rounds = rounds.unwrap_or_else(|_| panic!("row {row} does not end"));
