@@ -5,4 +5,5 @@ pub mod draw;
 pub mod frame;
 pub mod palette;
 pub mod quality;
+#[cfg(any(target_arch = "wasm32", feature = "native"))]
 pub mod render;

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::view::frame::{Effect, EffectKind, FrameBody};
-use jostle_game::Kind;
+use jostle_game::scene::Plan;
+use jostle_game::{Kind, Scene};
 use jostle_sim::{BodyId, EmitterDef, Recipe, Shape, Source};
 
 const VIEW: View = View { center: Vec2::new(100.0, 56.25), height: 112.5, pixels: [1280, 720] };
@@ -362,7 +363,7 @@ fn icons_are_small_squares() {
 #[test]
 fn every_scene_has_a_picture() {
     let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/pictures"));
-    for scene in jostle_game::Scene::built_in() {
+    for scene in Scene::built_in() {
         let path = folder.join(format!("{}.webp", scene.name));
         let file = std::fs::read(&path).expect("run the example `picture` to draw it");
         let bytes = file.len();
@@ -383,4 +384,15 @@ fn heroes_are_drawn_over_the_heap_that_they_stand_in() {
     let last = list.solids().iter().rposition(|quad| quad.center == [52.0, 50.0]);
     let first = list.solids().iter().position(|quad| quad.kind == SolidKind::MatteBox as u32);
     assert!(last < first, "{last:?} and {first:?}");
+}
+
+#[test]
+fn the_plan_of_a_scene_decides_which_resources_are_created() {
+    for scene in Scene::built_in() {
+        let needed = Plan::of(&scene).features.particles;
+        let lacks =
+            ["bounds", "impulse", "pile", "roundup", "lamp", "bounce", "planets", "listing"];
+        let lacks = lacks.contains(&scene.name.as_str());
+        assert_eq!(needed, !lacks, "{}", scene.name);
+    }
 }

@@ -154,6 +154,3 @@ fn ground_pipeline(
         },
     )
 }
-
-#[cfg(test)]
-mod tests;
