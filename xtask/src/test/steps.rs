@@ -90,7 +90,13 @@ pub const STEPS: [Step; 19] = [
         run: |_| chromium::provide(),
         ..STEP
     },
-    Step { name: WEB, lane: TestLane::Page, concerns: is_of_page, run: |_| web_client(), ..STEP },
+    Step {
+        name: WEB,
+        lane: TestLane::Page,
+        concerns: is_of_page,
+        run: |_| web::build_static(web::Profile::Small),
+        ..STEP
+    },
     Step {
         name: "clippy, wasm",
         lane: TestLane::Page,
@@ -126,7 +132,7 @@ pub const STEPS: [Step; 19] = [
         run: |_| browser_tests(),
     },
     Step {
-        name: "drawing tests",
+        name: "drawing and packing tests",
         from: Extent::All,
         programs: "Mesa's drivers",
         concerns: |change| change.touches(&["picture/"]),
@@ -208,11 +214,6 @@ fn clippy_native() -> Result<()> {
     run(command.args(USUAL_CRATES).args(["--", "--deny", "warnings"]))
 }
 
-fn web_client() -> Result<()> {
-    web::build_static(web::Profile::Small)?;
-    run(&mut web::maker("test"))
-}
-
 /// With the page's profile, so that the programs that take part in its build are compiled once.
 fn clippy_wasm() -> Result<()> {
     let mut command = web::cargo_for_page("clippy", web::Profile::Small);
@@ -264,13 +265,14 @@ fn browser_tests() -> Result<()> {
     integration(BROWSER_TEST, &[])
 }
 
-/// Native drawing, the program that draws replays with it, and the lints of the maker of the page.
+/// Native drawing, the program that draws replays with it, and the maker of the page.
 fn drawing_tests() -> Result<()> {
     chromium::provide()?;
     let selection = ["--package", "jostle-picture", "--package", "jostle-cli"];
     let features = ["--features", "jostle-cli/render", "--all-targets"];
     run(cargo(&["clippy"]).args(selection).args(features).args(["--", "--deny", "warnings"]))?;
     run(&mut cargo(&["test", "--package", "jostle-picture"]))?;
+    run(&mut web::maker("test"))?;
     run(web::maker("clippy").args(["--all-targets", "--", "--deny", "warnings"]))
 }
 
