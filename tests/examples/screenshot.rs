@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// Names, colours and screens of the players; the first player's screen is photographed.
 const PLAYERS: [(&str, u8, Screen); 3] =
-    [("Ada", 1, Screen::LAPTOP), ("Grace", 2, Screen::SMALL), ("Alan", 0, Screen::SMALL)];
+    [("Ada", 1, Screen::LAPTOP.sharp()), ("Grace", 2, Screen::SMALL), ("Alan", 0, Screen::SMALL)];
 /// Rounds of play. The liveliest of the pictures taken after the first few rounds is kept.
 const ROUNDS: usize = 26;
 const QUIET_ROUNDS: usize = 10;

@@ -2,6 +2,7 @@
 //! their names as they end. A case that fails leaves pictures of its pages in `target/browser`.
 
 use crate::browser::{Browser, Visitor};
+use crate::scripts::FEW_FRAMES;
 use crate::server::{LONG, Server, patient};
 use crate::tab::{Screen, Tab};
 use anyhow::{Context, Result, anyhow, bail};
@@ -122,6 +123,7 @@ impl Stage {
 
     async fn open(&self, visitor: &Visitor, screen: Screen) -> Result<Tab> {
         let tab = self.browser.open(visitor, screen).await?;
+        tab.before_load(FEW_FRAMES).await?;
         lock(&self.tabs).push(tab.clone());
         Ok(tab)
     }

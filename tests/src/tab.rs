@@ -5,7 +5,7 @@
 
 use crate::devtools::{Event, Session, text};
 use crate::picture::Picture;
-use crate::scripts::{FEW_FRAMES, FRAMES, MIDDLE, RECORD, STATE};
+use crate::scripts::{FRAMES, MIDDLE, RECORD, STATE};
 use crate::server::LONG;
 use crate::state::{Recorded, State};
 use anyhow::{Context, Result, bail};
@@ -92,9 +92,7 @@ impl Tab {
         ] {
             session.call(method, params).await?;
         }
-        let tab = Tab { session, screen, errors, loaded };
-        tab.before_load(FEW_FRAMES).await?;
-        Ok(tab)
+        Ok(Tab { session, screen, errors, loaded })
     }
 
     /// Goes to an address, and waits until the page is loaded.

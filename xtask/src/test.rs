@@ -19,7 +19,8 @@ pub fn test(extent: Extent, since: Option<&str>) -> Result<bool> {
     let change = since.map(Change::since).transpose()?;
     let steps = steps::chosen(extent, change.as_ref());
     steps::say_needs(&steps);
-    Ok(lanes::run(&steps, change.as_ref()))
+    let how = lanes::How { packages: change.map(|change| change.packages), extent };
+    Ok(lanes::run(&steps, &how))
 }
 
 /// Runs one step in this process; its exit status.

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -29,6 +30,11 @@ pub struct Binary {
 
 /// Compiles all test programs, and the programs that tests start.
 pub fn compile() -> Result<()> {
+    // Where it fails, no step may take the programs of an earlier run for these.
+    fs::remove_file(list()).or_else(|error| match error.kind() {
+        ErrorKind::NotFound => Ok(()),
+        _ => Err(error),
+    })?;
     let mut build = cargo(&["test", "--no-run", "--message-format", "json-render-diagnostics"]);
     build.args(USUAL_CRATES).arg("--tests");
     let output = build.stderr(Stdio::inherit()).output().context("cannot start cargo")?;

@@ -8,14 +8,20 @@ use std::path::Path;
 use std::process::Command;
 
 /// Files outside of the crates that are compiled into one.
-const DATA: [(&str, &str); 4] = [
+const DATA: [(&str, &str); 9] = [
     ("shaders/", "jostle-client-web"),
     ("assets/scenes/", "jostle-game"),
     ("assets/", "jostle-client-web"),
-    ("docs/examples/", "jostle-tests"),
+    ("deploy/", "jostle-server"),
+    ("docs/scenes.md", "jostle-game"),
+    ("docs/protocol.md", "jostle-protocol"),
+    ("docs/examples/", "jostle-cli"),
+    ("tests/scenes/", "jostle-game"),
+    ("tests/inputs/", "jostle-game"),
 ];
 /// Files that every crate depends on.
-const SHARED: [&str; 4] = ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml", "clippy.toml"];
+const SHARED: [&str; 5] =
+    ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml", "clippy.toml", ".cargo/config.toml"];
 
 /// The difference between a revision and the working tree.
 pub struct Change {
@@ -29,7 +35,7 @@ impl Change {
     /// Asks git what differs from a revision.
     pub fn since(revision: &str) -> Result<Change> {
         let git = |args: &[&str]| output_of(Command::new("git").args(args).current_dir(root()));
-        let changed = git(&["diff", "--name-only", revision, "--"])
+        let changed = git(&["diff", "--name-only", "--no-renames", revision, "--"])
             .with_context(|| format!("--since {revision}: no such revision"))?;
         let new = git(&["ls-files", "--others", "--exclude-standard"])?;
         let paths: Vec<String> = changed.lines().chain(new.lines()).map(str::to_owned).collect();
@@ -81,7 +87,7 @@ fn touched<'a>(paths: &[String], directories: &[(String, &'a str)]) -> BTreeSet<
     paths.iter().filter_map(owner).collect()
 }
 
-/// These crates and all that depend on them, whatever for.
+/// These crates and all that depend on them, with any kind of dependency.
 fn above<'a>(touched: &BTreeSet<&'a str>, packages: &'a [Package]) -> BTreeSet<&'a str> {
     let mut found = touched.clone();
     loop {

@@ -1,17 +1,27 @@
 //! Runs steps in two lanes, each in its order; a step waits for those of the other lane that it needs.
 
-use super::changes::Change;
-use super::steps::{Step, TestLane};
+use super::steps::{Extent, Step, TestLane};
 use crate::shell::{Skipped, target_dir};
 use anyhow::{Context, Result};
 use std::fs::{self, File};
+use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Condvar, Mutex};
+use std::sync::{Condvar, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// Exit status of a step that cannot run on this machine, as automake has it.
 const SKIPPED_STATUS: i32 = 77;
+
+/// Read by tests that have more to do before a release.
+const LONG: &str = "JOSTLE_LONG";
+
+/// What all steps are told.
+pub struct How {
+    /// The crates to which a step is cut that can be.
+    pub packages: Option<Vec<String>>,
+    pub extent: Extent,
+}
 
 /// How a step ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,14 +38,14 @@ pub struct Ended {
     outcome: Outcome,
 }
 
-/// What both lanes know.
+/// State shared by the two lanes.
 struct Board {
     ended: Mutex<Vec<Ended>>,
     changed: Condvar,
 }
 
 /// Runs all steps and prints their output and a table; whether none failed.
-pub fn run(steps: &[&Step], change: Option<&Change>) -> bool {
+pub fn run(steps: &[&Step], how: &How) -> bool {
     let began = Instant::now();
     let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
     thread::scope(|scope| {
@@ -43,7 +53,7 @@ pub fn run(steps: &[&Step], change: Option<&Change>) -> bool {
             let board = &board;
             scope.spawn(move || {
                 for step in steps.iter().filter(|step| step.lane == lane) {
-                    run_step(step, steps, board, change);
+                    run_step(step, steps, board, how);
                 }
             });
         }
@@ -72,7 +82,7 @@ fn counts(ended: &[Ended]) -> String {
     format!("{passed} passed, {failed} failed, {skipped} skipped")
 }
 
-fn run_step(step: &Step, steps: &[&Step], board: &Board, change: Option<&Change>) {
+fn run_step(step: &Step, steps: &[&Step], board: &Board, how: &How) {
     let needed = |name: &&str| steps.iter().any(|step| step.name == *name);
     let needs: Vec<&str> = step.needs.iter().copied().filter(needed).collect();
     let unmet = board.wait_for(&needs);
@@ -81,7 +91,7 @@ fn run_step(step: &Step, steps: &[&Step], board: &Board, change: Option<&Change>
         Some(name) => Outcome::Failed(format!("{name:?}, which it needs, did not pass")),
         None => {
             println!("--- {} begins", step.name);
-            process(step, change).unwrap_or_else(|error| Outcome::Failed(format!("{error:#}")))
+            process(step, how).unwrap_or_else(|error| Outcome::Failed(format!("{error:#}")))
         }
     };
     let ended = Ended { name: step.name, took: begin.elapsed(), outcome };
@@ -106,15 +116,18 @@ impl Board {
 }
 
 /// Runs a step as a process, and prints what it said once it has ended.
-fn process(step: &Step, change: Option<&Change>) -> Result<Outcome> {
+fn process(step: &Step, how: &How) -> Result<Outcome> {
     let dir = target_dir().join("test");
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
     let path = dir.join(format!("{}.log", step.name.replace([' ', ','], "-")));
     let log = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-    let mut command = Command::new(std::env::current_exe()?);
+    let mut command = Command::new(own_program()?);
     command.args(["test-step", step.name]);
-    if let Some(change) = change {
-        command.args(["--packages", &change.packages.join(",")]);
+    if let Some(packages) = &how.packages {
+        command.args(["--packages", &packages.join(",")]);
+    }
+    if how.extent == Extent::All {
+        command.env(LONG, "1");
     }
     let begin = Instant::now();
     let status = command.stdout(log.try_clone()?).stderr(log).status()?;
@@ -126,6 +139,17 @@ fn process(step: &Step, change: Option<&Change>) -> Result<Outcome> {
         Some(SKIPPED_STATUS) => Outcome::Skipped(last),
         _ => Outcome::Failed(last),
     })
+}
+
+/// A copy of this program: cargo may replace it meanwhile.
+fn own_program() -> Result<&'static Path> {
+    static COPY: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let copy = || {
+        let copy = target_dir().join("test/xtask");
+        fs::copy(std::env::current_exe().ok()?, &copy).ok()?;
+        Some(copy)
+    };
+    COPY.get_or_init(copy).as_deref().context("cannot copy xtask into target/test")
 }
 
 /// The exit status with which a step's process reports its result, after saying why it is not 0.
@@ -157,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_waits_for_what_it_needs_and_hears_of_failures() {
+    fn a_step_waits_for_what_it_needs_and_reports_what_is_unmet() {
         let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
         let push = |name, outcome| {
             board.ended.lock().expect("not poisoned").push(ended(name, outcome));

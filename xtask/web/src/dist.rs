@@ -31,12 +31,13 @@ pub fn write_changed(dist: &Path, files: &Files, effort: Effort) -> Result<()> {
         let path = dist.join(name);
         let packed = packed_name(&path);
         let same = fs::read(&path).is_ok_and(|old| old == *content);
-        if !same {
-            write(&path, content)?;
-        }
         let is_packed = same && packed.exists() && effort != Effort::Release;
+        // First: a file that is there as it should be says that its variant is too.
         if compressible(name) && !is_packed {
             write(&packed, &compress(content, effort)?)?;
+        }
+        if !same {
+            write(&path, content)?;
         }
     }
     Ok(())
