@@ -1,7 +1,9 @@
 //! The browser outside of the document: window, timers, storage, console.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use wasm_bindgen::closure::Closure;
+use wasm_bindgen::prelude::wasm_bindgen;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{Storage, Window};
 
@@ -61,4 +63,34 @@ pub fn stored(storage: Option<&Storage>) -> BTreeMap<String, String> {
 /// Writes a line for developers.
 pub fn warn(text: &str) {
     web_sys::console::warn_1(&JsValue::from_str(text));
+}
+
+thread_local! {
+    static IN_ATTEMPT: Cell<bool> = const { Cell::new(false) };
+}
+
+#[wasm_bindgen]
+extern "C" {
+    #[wasm_bindgen(catch, js_namespace = Reflect)]
+    fn apply(
+        work: &mut dyn FnMut(),
+        this: &JsValue,
+        arguments: &js_sys::Array,
+    ) -> Result<(), JsValue>;
+}
+
+/// Does work that may panic by no mistake of the page; `None` if it did. A panic is a trap, which ends the calls up to
+/// the nearest JavaScript: here that is within. What the work owned is leaked, as it may be half changed.
+pub fn attempt<R>(work: impl FnOnce() -> R) -> Option<R> {
+    let (mut work, mut result) = (Some(work), None);
+    IN_ATTEMPT.set(true);
+    let mut call = || result = work.take().map(|work| work());
+    let ended = apply(&mut call, &JsValue::NULL, &js_sys::Array::new());
+    IN_ATTEMPT.set(false);
+    ended.ok().and(result)
+}
+
+/// Whether a panic now would end an [`attempt`] alone.
+pub fn is_in_attempt() -> bool {
+    IN_ATTEMPT.get()
 }

@@ -69,13 +69,20 @@ pub struct Panels {
 /// State of the drawing context.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GraphicsStatus {
-    /// The browser offers none.
-    pub missing: bool,
+    /// The browser offers none, or none that works.
+    pub failed: bool,
     /// When the browser took it, until it gives it back.
     pub lost_ms: Option<f64>,
 }
 
 /// Facts about the browser when the page is opened.
+impl GraphicsStatus {
+    /// Whether drawing may be tried.
+    pub fn is_good(&self) -> bool {
+        !self.failed && self.lost_ms.is_none()
+    }
+}
+
 #[derive(Clone, Debug, Default)]
 pub struct Startup {
     /// Values of earlier visits.
@@ -253,9 +260,9 @@ impl App {
             }
             Event::Copied(copied) => self.note_copied(copied),
             Event::CopyShown => self.copied = None,
-            Event::GraphicsMissing => self.graphics.missing = true,
+            Event::GraphicsFailed => self.graphics.failed = true,
             Event::ContextLost => self.lose_context(),
-            Event::ContextRestored => self.graphics.lost_ms = None,
+            Event::ContextRestored => self.graphics = GraphicsStatus::default(),
             Event::SeekChosen(tick) => self.with_replay(|player| player.aim(tick)),
             Event::SpeedChosen(speed) => self.with_replay(|player| player.set_speed(speed)),
             Event::PredictionChosen(on) => {

@@ -166,8 +166,8 @@ pub enum Event {
     Copied(bool),
     /// The copy button shows its own label again.
     CopyShown,
-    /// The browser cannot draw the game.
-    GraphicsMissing,
+    /// Nothing can be drawn: drawing could not be set up, or failed.
+    GraphicsFailed,
     /// The browser took the drawing context.
     ContextLost,
     /// The browser gave the drawing context back.

@@ -72,8 +72,10 @@ fn main() {
     // good: only what needs no page works from here on.
     std::panic::set_hook(Box::new(|info| {
         web_sys::console::error_1(&JsValue::from_str(&info.to_string()));
-        queue::crash();
-        dom::dialogs::show_crash();
+        if !browser::is_in_attempt() {
+            queue::crash();
+            dom::dialogs::show_crash();
+        }
     }));
     let query = browser::window().location().search().unwrap_or_default();
     let files = Files(dom::root().get_attribute("data-static"));
@@ -245,7 +247,7 @@ impl Page {
                 });
             }
             Effect::FocusText(at) => self.views.focus_text = Some(at),
-            Effect::DropGraphics => self.views.stage.graphics = None,
+            Effect::DropGraphics => self.views.stage.drop_graphics(),
             Effect::FetchLanguage(language) => fetch_language(events, language),
             Effect::FullScreen(wanted) => settings::full_screen(wanted),
             Effect::Sound(task) => self.sound(&task),

@@ -71,9 +71,7 @@ impl App {
     /// The value of `data-state`. A frozen picture counts once it is drawn.
     pub fn state(&self) -> &'static str {
         match &self.activity {
-            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_)
-                if self.graphics.missing =>
-            {
+            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_) if self.graphics.failed => {
                 "unsupported"
             }
             Activity::Edit(_) => "editing",
@@ -98,9 +96,7 @@ impl App {
         match &self.activity {
             Activity::Fetching { .. } => Some(strings::FETCHING),
             Activity::FetchingScene(_) => Some(strings::connecting(0)),
-            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_)
-                if self.graphics.missing =>
-            {
+            Activity::Game(_) | Activity::Replay(_) | Activity::Edit(_) if self.graphics.failed => {
                 Some(strings::NO_WEBGL2)
             }
             Activity::Edit(_) if lost => Some(strings::GRAPHICS_LOST),

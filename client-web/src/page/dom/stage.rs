@@ -13,8 +13,8 @@ use crate::view::render::Renderer;
 use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
-use wasm_bindgen::JsValue;
-use web_sys::HtmlCanvasElement;
+use wasm_bindgen::{JsCast, JsValue};
+use web_sys::{HtmlCanvasElement, WebGl2RenderingContext};
 
 /// Blending is specified on encoded values, so the format must not convert.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -25,7 +25,7 @@ const PIXEL_RATIO_MAX: f64 = 3.0;
 pub struct Stage {
     events: Events,
     /// Dropped with a lost context; the next frame makes them again.
-    pub graphics: Option<Graphics>,
+    pub graphics: Option<Box<Graphics>>,
     quality: Quality,
     /// All pixels are drawn, however long they take (`?sharp=1`).
     sharp: bool,
@@ -50,9 +50,8 @@ impl Stage {
         if app.game().is_none() && app.replay().is_none() && app.edit_screen().is_none() {
             return None;
         }
-        if self.graphics.is_none() {
-            self.set_up(app);
-        }
+        let in_page = app.game().is_some_and(|game| game.is_in_page());
+        self.keep_pixels |= in_page || app.edit_screen().is_some();
         let still = match (app.game(), app.replay()) {
             (Some(game), _) => game.is_frozen(),
             (_, Some(replay)) => !replay.player.playing,
@@ -61,33 +60,53 @@ impl Stage {
         // A still picture has the time to be sharp.
         let full = still || self.sharp;
         let share = if full { 1.0 } else { self.quality.frame(browser::now_ms()) };
-        let pixels = self.graphics.as_mut()?.fit(share)?;
+        let pixels = self.with_graphics(app, |graphics| graphics.fit(share))??;
         let [top, bottom] = covered_css.map(|css| (css / css_per_pixel(pixels)) as u32);
         let css_width = dom::html("stage").client_width().max(0) as u32;
-        app.graphics.lost_ms.is_none().then_some(Canvas { pixels, top, bottom, css_width })
-    }
-
-    fn set_up(&mut self, app: &App) {
-        let in_page = app.game().is_some_and(|game| game.is_in_page());
-        self.keep_pixels |= in_page || app.edit_screen().is_some();
-        if app.graphics.missing || app.graphics.lost_ms.is_some() {
-            return;
-        }
-        self.graphics = Graphics::new(self.keep_pixels);
-        if self.graphics.is_none() {
-            self.events.push(Event::GraphicsMissing);
-        }
+        Some(Canvas { pixels, top, bottom, css_width })
     }
 
     /// Draws what has changed: `None` if nothing has, `false` if there was nothing to draw on.
     pub fn draw(&mut self, app: &App) -> Option<bool> {
         let frame = app.frame()?;
         let particles = app.replica().is_some_and(|replica| replica.plan.features.particles);
-        let graphics = self.graphics.as_mut()?;
-        let Graphics { renderer, device, queue, .. } = graphics;
-        // Pipelines of earlier scenes are kept.
-        renderer.prepare(device, queue, particles);
-        Some(graphics.draw(&frame))
+        self.with_graphics(app, |graphics| {
+            let Graphics { renderer, device, queue, .. } = graphics;
+            // Pipelines of earlier scenes are kept.
+            renderer.prepare(device, queue, particles);
+            graphics.draw(&frame)
+        })
+    }
+
+    /// Does something with what draws, which is set up for it if need be; `None` if nothing can be drawn. A context can be lost
+    /// at any moment, also while it is set up, and then answers nothing that wgpu asks for, which panics. Neither that nor
+    /// anything else that a graphics card does ends more than the drawing.
+    fn with_graphics<R>(&mut self, app: &App, work: impl FnOnce(&mut Graphics) -> R) -> Option<R> {
+        if !app.graphics.is_good() {
+            return None;
+        }
+        let graphics = self.graphics.take();
+        let done = browser::attempt(|| {
+            let mut graphics = match graphics {
+                Some(graphics) => graphics,
+                None => Box::new(Graphics::new(self.keep_pixels)?),
+            };
+            let result = work(&mut graphics);
+            Some((graphics, result))
+        });
+        let Some((graphics, result)) = done.flatten() else {
+            let lost = is_context_lost();
+            self.events.push(if lost { Event::ContextLost } else { Event::GraphicsFailed });
+            return None;
+        };
+        self.graphics = Some(graphics);
+        Some(result)
+    }
+
+    /// The context is lost: everything that was made with it is worthless.
+    pub fn drop_graphics(&mut self) {
+        let graphics = self.graphics.take();
+        browser::attempt(|| drop(graphics));
     }
 }
 
@@ -108,7 +127,7 @@ pub struct Graphics {
 }
 
 impl Graphics {
-    /// Sets up drawing on the page's canvas; `None` without WebGL 2.
+    /// Sets up drawing on the page's canvas; `None` without WebGL 2, or while its context is lost.
     fn new(keep_pixels: bool) -> Option<Graphics> {
         let canvas: HtmlCanvasElement = dom::by_id("stage");
         claim_context(&canvas, keep_pixels)?;
@@ -188,7 +207,15 @@ fn claim_context(canvas: &HtmlCanvasElement, keep_pixels: bool) -> Option<()> {
         js_sys::Reflect::set(&attributes, &name.into(), &JsValue::from_bool(value)).ok()?;
     }
     let context = canvas.get_context_with_context_options("webgl2", &attributes).ok()??;
-    context.is_object().then_some(())
+    let context: WebGl2RenderingContext = context.dyn_into().ok()?;
+    (!context.is_context_lost()).then_some(())
+}
+
+/// Whether the canvas has a context that was lost.
+fn is_context_lost() -> bool {
+    let context = dom::by_id::<HtmlCanvasElement>("stage").get_context("webgl2").ok().flatten();
+    let context = context.and_then(|context| context.dyn_into::<WebGl2RenderingContext>().ok());
+    context.is_some_and(|context| context.is_context_lost())
 }
 
 /// The result of a future that is ready at once, as wgpu's are on WebGL.

@@ -393,7 +393,8 @@ fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
     assert_eq!(browser.title(), strings::GRAPHICS_LOST.title);
     browser.say(Event::ContextRestored);
     assert_eq!(browser.title(), "");
-    browser.say(Event::GraphicsMissing);
+    // Drawing that fails ends neither the game nor its hope.
+    let done = browser.say(Event::GraphicsFailed);
     assert_eq!((browser.app.state(), browser.title()), ("unsupported", strings::NO_WEBGL2.title));
 }
 
@@ -401,6 +402,10 @@ fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
 fn the_copy_button_shows_its_result_for_a_moment() {
     let mut browser = Browser::playing();
     assert!(has(&browser.click("copy"), "CopyAddress"));
+    assert!(!has(&done, "Disconnect"), "{done:?}");
+    browser.wait(400);
+    browser.say(Event::ContextRestored);
+    assert_eq!((browser.app.state(), browser.title()), ("playing", ""));
     assert!(has(&browser.say(Event::Copied(true)), "After(1500, CopyShown)"));
     assert_eq!(browser.app.copied, Some(true));
     browser.say(Event::CopyShown);
