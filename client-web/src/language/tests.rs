@@ -11,8 +11,13 @@ use std::path::{Path, PathBuf};
 /// The languages, by the names of their files in `web`.
 const LANGUAGES: [(&str, &str); 1] = [("de", include_str!("../../web/de.txt"))];
 /// Files of which every literal is a sentence.
-const ALL_SENTENCES: [&str; 4] =
-    ["page/strings.rs", "page/tools.rs", "editor/strings.rs", "replay/error.rs"];
+const ALL_SENTENCES: [&str; 5] = [
+    "page/strings.rs",
+    "page/strings/scenes.rs",
+    "page/tools.rs",
+    "editor/strings.rs",
+    "replay/error.rs",
+];
 /// Attributes of the document that are read out or shown, the last three by the style sheet.
 const ATTRIBUTES: [&str; 7] =
     ["aria-label", "title", "placeholder", "alt", "data-more", "data-first", "data-last"];

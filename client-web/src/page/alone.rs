@@ -1,7 +1,7 @@
 //! Playing alone: a room inside the page, for a scene of the site, of a link or of a file, and the part of the
 //! address after `#` that asks for it. Nothing of that part is ever sent.
 
-use crate::net::api::{self, Request, SceneCard, query_value};
+use crate::net::api::{Request, SceneCard, query_value};
 use crate::net::report::Fetched;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
@@ -32,16 +32,6 @@ fn text_of(file: &str, bytes: Vec<u8>) -> Result<String, SceneError> {
         let text = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = text.iter().filter(|&&byte| byte == b'\n').count() + 1;
         SceneError { line, ..file_error(file, "bytes that are not UTF-8", "UTF-8 text") }
-    })
-}
-
-/// Bots beside one player: those that a round needs to begin, and those that the scene wants.
-fn bots_beside_one(scene: &Scene) -> [u16; 2] {
-    let round = scene.rules.round.as_ref();
-    let (fill, players_min) = round.map_or((0, 1), |round| (round.fill, round.players_min));
-    [0, fill].map(|fill| {
-        let seats = [fill, players_min, scene.players_max].map(u32::from);
-        api::bots_beside_one(scene.hero.is_some(), seats) as u16
     })
 }
 
@@ -119,7 +109,7 @@ impl App {
             Ok((scene, text)) => {
                 self.end_screen();
                 self.show_hash(format!("{}{}", scene_link::HASH, scene_link::encode(&text)));
-                self.play_alone(Arc::new(scene), Wish::default());
+                self.play_foreign(Arc::new(scene), Wish::default());
                 self.ctx.request(Effect::FocusStage);
             }
             Err(error) => {
@@ -137,15 +127,40 @@ impl App {
 
     fn play_text(&mut self, file: &str, source: &str, wish: Wish) {
         match Scene::parse(file, source) {
-            Ok(scene) => self.play_alone(Arc::new(scene), wish),
+            Ok(scene) => self.play_foreign(Arc::new(scene), wish),
             Err(error) => self.dialogs.card = Some(strings::bad_linked_scene(&error)),
+        }
+    }
+
+    /// Plays a scene that is not of the site alone. The player is asked first if it may be too heavy for the page.
+    fn play_foreign(&mut self, scene: Arc<Scene>, wish: Wish) {
+        match wish.heavy_tick(&scene) {
+            None => self.play_alone(scene, wish),
+            Some(worst) => {
+                self.dialogs.card = Some(strings::heavy_scene(&worst, false));
+                self.heavy = Some((scene, wish));
+            }
+        }
+    }
+
+    /// Plays the scene that the player was asked about.
+    pub(super) fn play_heavy(&mut self) {
+        self.dialogs.card = None;
+        match self.heavy.take() {
+            Some((scene, wish)) => {
+                self.play_alone(scene, wish);
+                self.ctx.request(Effect::FocusStage);
+            }
+            None => {
+                self.with_editor(|screen, _| screen.may_be_heavy = true);
+                self.toggle_edit();
+            }
         }
     }
 
     /// Begins a game in a room inside the page.
     pub(super) fn play_alone(&mut self, scene: Arc<Scene>, wish: Wish) {
-        let [needed, wanted] = bots_beside_one(&scene);
-        let bots = wish.bots.unwrap_or(wanted).max(needed);
+        let bots = wish.bots_in(&scene);
         let ghost = wish.ghost.map(|ghost| (ghost, ghost.file(&scene.name)));
         let room = RoomInPage::alone(scene, wish.seed.unwrap_or(1), bots);
         let appearance = self.appearance.clone();

@@ -115,6 +115,8 @@ pub struct App {
     /// The colour that the page wears.
     pub own_color: u8,
     /// The editor whose scene is played now.
+    /// A scene that may be too heavy, while the player is asked.
+    pub(super) heavy: Option<(Arc<Scene>, Wish)>,
     pub(super) edited: Option<Box<EditScreen>>,
     /// Open cards.
     pub dialogs: Dialogs,
@@ -164,6 +166,7 @@ impl App {
             edited: None,
             screen: 0,
             lobby: Lobby::default(),
+            heavy: None,
             records: Records::default(),
             own_color: appearance.color,
             appearance,
@@ -383,6 +386,7 @@ impl App {
         self.news = NewsLog::default();
         self.fingers = Fingers::default();
         self.touch_scene = None;
+        self.heavy = None;
         self.panels.network = false;
         self.panels.clean = false;
         self.wheel = None;

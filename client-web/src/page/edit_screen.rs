@@ -51,6 +51,10 @@ pub struct EditScreen {
     css_per_pixel: f32,
     /// Revision of the text that was kept for the next visit.
     pub kept: u32,
+    /// The kept draft that the text was made from.
+    pub base: Option<String>,
+    /// The player wants to play it although it may be too heavy for the page.
+    pub may_be_heavy: bool,
     /// A room with it is being opened.
     pub opening: bool,
 }
@@ -73,6 +77,8 @@ impl EditScreen {
             first_touch: None,
             css_per_pixel: 1.0,
             kept,
+            base: None,
+            may_be_heavy: false,
             opening: false,
         };
         screen.draw_scene();

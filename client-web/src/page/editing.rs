@@ -60,7 +60,13 @@ impl App {
                 screen.editor.error.as_ref().map_or(String::new(), |e| e.to_string());
             return self.go_to_error();
         };
-        let seed = Some(screen.seed);
+        let wish = Wish { seed: Some(screen.seed), ..Wish::default() };
+        if !screen.may_be_heavy
+            && let Some(worst) = wish.heavy_tick(&scene)
+        {
+            self.dialogs.card = Some(strings::heavy_scene(&worst, true));
+            return;
+        }
         let edits = std::mem::replace(&mut self.activity, Activity::Lobby);
         self.play_alone(scene, Wish { seed, ..Wish::default() });
         // It takes its seat at once: nothing is to be waited for.

@@ -3,6 +3,7 @@
 
 use crate::net::meter::Meter;
 use crate::page::event::Canvas;
+use crate::page::game::stalled;
 use crate::page::strings::{self, Card};
 use crate::replay::player::ReplayPlayer;
 use crate::sound::cue::Cue;
@@ -61,6 +62,8 @@ pub struct OpenReplay {
     /// The view of the last frame.
     pub view: View,
     framed_ms: f64,
+    /// A frame took this long to play, and the replay stands still since then, milliseconds.
+    pub stalled_ms: Option<f64>,
     /// The frame on the canvas.
     pub drawn: Option<Drawn>,
     /// Jumps after which the news was read.
@@ -97,6 +100,7 @@ impl OpenReplay {
             meter: Meter::default(),
             view: View { center: Vec2::ZERO, height: 1.0, pixels: [1, 1] },
             framed_ms: now_ms,
+            stalled_ms: None,
             drawn: None,
             news_jumps: 0,
             cue_jumps: 0,
@@ -115,7 +119,10 @@ impl OpenReplay {
     ) {
         let elapsed_s = ((now_ms - self.framed_ms) / 1000.0).clamp(0.0, FRAME_S_MAX);
         self.framed_ms = now_ms;
-        if self.player.is_seeking() {
+        let began_ms = clock();
+        if self.stalled_ms.is_some() {
+            // The player decides whether it goes on.
+        } else if self.player.is_seeking() {
             self.player.work(within(clock, SEEK_MS));
         } else {
             if plays {
@@ -124,6 +131,7 @@ impl OpenReplay {
             let ahead_ms = if self.player.playing { AHEAD_MS } else { AHEAD_STILL_MS };
             self.player.look_ahead(within(clock, ahead_ms));
         }
+        self.stalled_ms = self.stalled_ms.or(stalled(clock() - began_ms));
         if let Some(canvas) = canvas {
             self.aim(canvas, elapsed_s as f32);
         }

@@ -100,8 +100,20 @@ impl App {
                 Some(strings::NO_WEBGL2)
             }
             Activity::Edit(_) if lost => Some(strings::GRAPHICS_LOST),
-            Activity::Game(game) => game_notice(game, lost).or_else(|| self.dialogs.card.clone()),
+            Activity::Edit(_) => {
+                let card = self.dialogs.card.clone();
+                card.or_else(|| self.other_draft().map(|_| strings::OTHER_DRAFT))
+            }
+            Activity::Game(game) => {
+                let card = game_notice(game, lost).or_else(|| self.dialogs.card.clone());
+                let stalled_ms = game.status.stalled_ms;
+                card.or_else(|| Some(strings::stalled(stalled_ms?, self.edited.is_some())))
+            }
             Activity::Replay(_) if lost => Some(strings::GRAPHICS_LOST),
+            Activity::Replay(replay) => {
+                let card = self.dialogs.card.clone();
+                card.or_else(|| Some(strings::stalled(replay.stalled_ms?, false)))
+            }
             _ => self.dialogs.card.clone(),
         }
     }

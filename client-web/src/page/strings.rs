@@ -1,6 +1,11 @@
 //! The texts of the page, in English. Every literal here is a sentence that each file of another language has
 //! too (`web/de.txt`); a test names those that are missing.
 
+mod scenes;
+
+pub use crate::page::card::{Card, CardAction};
+pub use scenes::*;
+
 use crate::input::action::Action;
 use crate::language::{fill, say};
 use crate::net::api::{Posted, RecordCard, RecordTable};

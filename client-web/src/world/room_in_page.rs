@@ -14,6 +14,8 @@ use std::sync::Arc;
 
 /// Ticks that a late page plays at once; the rest is skipped, as on the server.
 const CATCH_UP_TICKS_MAX: f64 = 5.0;
+/// Time that the ticks of a frame may take, milliseconds: past it the next frame goes on, so that the page answers.
+const FRAME_MS: f64 = 100.0;
 /// Milliseconds of one tick.
 const TICK_MS: f64 = 1000.0 / TICKS_PER_SECOND as f64;
 
@@ -143,15 +145,20 @@ impl RoomInPage {
         }
     }
 
-    /// Plays the ticks that are due at `now_ms`.
-    pub fn advance(&mut self, now_ms: f64) {
+    /// Plays the ticks that are due at `now_ms`, and returns how long that took, milliseconds.
+    pub fn advance(&mut self, now_ms: f64, clock: fn() -> f64) -> f64 {
+        let began_ms = clock();
         let started = *self.started_ms.get_or_insert(now_ms);
         let due = (now_ms - started) / TICK_MS;
         self.played = self.played.max(due - CATCH_UP_TICKS_MAX);
         while self.played + 1.0 <= due {
             self.played += 1.0;
             self.tick();
+            if clock() - began_ms > FRAME_MS {
+                break;
+            }
         }
+        clock() - began_ms
     }
 
     /// Plays one tick and leaves its snapshot in the outbox.

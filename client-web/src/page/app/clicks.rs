@@ -83,6 +83,14 @@ impl App {
             Some(CardAction::File) => self.ctx.request(Effect::ChooseFile),
             Some(CardAction::Stay) => self.dialogs.card = None,
             Some(CardAction::Edit) => self.edit_linked(),
+            Some(CardAction::Draft) => self.take_other_draft(),
+            Some(CardAction::Unplay) => self.toggle_edit(),
+            Some(CardAction::PlayHeavy) => self.play_heavy(),
+            Some(CardAction::Resume) => match &mut self.activity {
+                Activity::Game(game) => game.status.stalled_ms = None,
+                Activity::Replay(replay) => replay.stalled_ms = None,
+                _ => {}
+            },
             Some(CardAction::Refetch) => self.route(self.address.clone()),
             Some(CardAction::Again) => self.with_game(|game, ctx| {
                 if game.status.state == State::Refused { game.connect(ctx) } else { game.hurry() }

@@ -35,6 +35,10 @@ const UNSEEN_MS: f64 = 500.0;
 /// Code of a room in the page that is played alone; any other is a demo's.
 pub const ALONE: &str = "alone";
 
+/// Time for the ticks of one frame past which a game in the page stands still until the player decides, milliseconds: a
+/// tab that stands still for much longer can hardly be closed.
+const STALL_MS: f64 = 1000.0;
+
 /// Time that a frame may take to play a ghost, milliseconds.
 const GHOST_MS: f64 = 4.0;
 
@@ -43,6 +47,11 @@ pub enum GhostSlot {
     /// Its replay is awaited from this address.
     Awaited(GhostWish, String),
     Here(Box<Ghost>),
+}
+
+/// The time that a frame took for ticks, if that is too long for a page to go on without asking.
+pub fn stalled(taken_ms: f64) -> Option<f64> {
+    Some(taken_ms).filter(|taken_ms| *taken_ms > STALL_MS)
 }
 
 pub struct GameScreen {
@@ -291,8 +300,10 @@ impl GameScreen {
         let elapsed_s = ((now_ms - self.view.framed_ms) / 1000.0).clamp(0.0, 0.25) as f32;
         self.view.framed_ms = now_ms;
         if !self.is_frozen() {
-            if let Link::InPage(room) = &mut self.link {
-                room.advance(now_ms);
+            if let Link::InPage(room) = &mut self.link
+                && self.status.stalled_ms.is_none()
+            {
+                self.status.stalled_ms = stalled(room.advance(now_ms, ctx.clock));
             }
             self.receive_in_page(ctx);
             self.move_display(now_ms);

@@ -43,6 +43,8 @@ pub struct Status {
     pub joined_ms: Option<f64>,
     /// When the room began to move to another server, if it does.
     pub moved_ms: f64,
+    /// A tick in the page took this long, and the game stands still since then, milliseconds.
+    pub stalled_ms: Option<f64>,
     /// When the server will close.
     pub closing_ms: Option<f64>,
     /// The server closed, and is tried until it is back.

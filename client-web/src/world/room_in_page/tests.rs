@@ -86,9 +86,9 @@ fn a_late_page_skips_what_it_cannot_catch_up() {
     let scene = Arc::new(Scene::built_in().swap_remove(0));
     let mut demo = RoomInPage::new(scene, 1, 0, false);
     demo.receive(&hello());
-    demo.advance(0.0);
-    demo.advance(10_000.0);
+    demo.advance(0.0, || 0.0);
+    demo.advance(10_000.0, || 0.0);
     assert_eq!(demo.tick, 5);
-    demo.advance(10_000.0 + 2.0 * TICK_MS + 0.001);
+    demo.advance(10_000.0 + 2.0 * TICK_MS + 0.001, || 0.0);
     assert_eq!(demo.tick, 7);
 }

@@ -25,7 +25,7 @@ fn at(hash: &str) -> Address {
 /// A page without a server in the folder `/jostle/`, in its lobby.
 fn static_page() -> Browser {
     let startup = Startup { seed: 1, is_static: true, ..Startup::default() };
-    let mut browser = Browser { app: App::new(&startup), ..Browser::open("/", "") };
+    let mut browser = Browser { app: App::new(startup), ..Browser::open("/", "") };
     browser.effects.clear();
     let path = "/jostle/".to_owned();
     browser.say(Event::Navigated(Address { path, ..Address::default() }));
@@ -211,6 +211,82 @@ fn a_page_without_a_server_asks_for_nothing_but_its_scenes() {
     browser.app.lobby.scenes.clear();
     browser.say(Event::Answered(Request::Scenes, None));
     assert_eq!(browser.app.lobby.note.text, strings::NO_SCENES);
+}
+
+/// A clock that goes on by seconds whenever it is looked at, as if each tick took as long.
+fn slow_clock() -> f64 {
+    use std::cell::Cell;
+    thread_local!(static NOW: Cell<f64> = const { Cell::new(0.0) });
+    NOW.set(NOW.get() + 3000.0);
+    NOW.get()
+}
+
+#[test]
+fn a_tick_that_takes_seconds_pauses_the_game_until_the_player_decides() {
+    let mut browser = Browser::open("/", "");
+    browser.say(scene_file(YARD));
+    browser.wait(200);
+    browser.app.set_clock(slow_clock);
+    browser.wait(40);
+    let card = browser.app.notice().expect("a card");
+    assert_eq!((card.title, card.button), ("Paused", "Back to the lobby"));
+    let paused = hash(&browser);
+    browser.wait(400);
+    assert_eq!(hash(&browser), paused, "it stands still");
+    browser.app.set_clock(|| 0.0);
+    browser.click("notice-other");
+    browser.wait(400);
+    assert_eq!(browser.title(), "");
+    assert!(hash(&browser).map(|(tick, _)| tick) > paused.map(|(tick, _)| tick));
+    // While it is edited the way back leads there.
+    browser.press("KeyE", "e");
+    browser.press("KeyE", "e");
+    browser.app.set_clock(slow_clock);
+    browser.wait(40);
+    browser.click("notice");
+    assert_eq!((browser.app.state(), browser.title()), ("editing", ""));
+}
+
+#[test]
+fn a_heavy_scene_of_a_stranger_is_played_after_a_question() {
+    let balls = "[[layouts]]\nkind = \"block\"\ngroup = \"hero\"\ncount = 4000\nradius = 1\n\
+                 area = [[5, 5], [315, 175]]\nrestitution = 0.9\n";
+    let heavy = format!("solver = \"conjugate\"\n{YARD}\n{balls}{balls}");
+    let link = format!("#scene={}", scene_link::encode(&heavy));
+    let asks = |browser: &Browser| browser.title() == "This scene is heavy";
+    let mut browser = Browser::open("/", "");
+    browser.say(Event::Navigated(at(&link)));
+    assert!(asks(&browser) && browser.app.game().is_none());
+    let detail = browser.app.notice().map(|card| card.detail).unwrap_or_default();
+    assert!(detail.contains("layouts[1].count"), "{detail}");
+    browser.click("notice-other");
+    assert_eq!((browser.app.state(), browser.address.as_str()), ("lobby", "/"));
+
+    browser.say(scene_file(&heavy));
+    assert!(asks(&browser) && browser.app.game().is_none());
+    browser.click("notice");
+    assert!(browser.app.game().is_some_and(GameScreen::is_alone) && !asks(&browser));
+    // The editor asks once.
+    browser.wait(20);
+    browser.press("KeyE", "e");
+    browser.press("KeyE", "e");
+    assert!(asks(&browser) && browser.app.state() == "editing");
+    browser.click("notice");
+    assert!(browser.app.game().is_some());
+    browser.wait(20);
+    browser.press("KeyE", "e");
+    browser.press("KeyE", "e");
+    assert!(browser.app.game().is_some() && !asks(&browser));
+}
+
+#[test]
+fn no_shipped_scene_is_heavy() {
+    for scene in Scene::built_in() {
+        let mut browser = Browser::open("/", "");
+        let link = format!("#scene={}", scene_link::encode(&scene.source));
+        browser.say(Event::Navigated(at(&link)));
+        assert_ne!(browser.title(), "This scene is heavy", "{}", scene.name);
+    }
 }
 
 proptest! {

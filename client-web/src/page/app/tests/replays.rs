@@ -178,3 +178,25 @@ fn replay_news_is_shown_unless_it_was_skipped() {
     browser.wait(40);
     assert_eq!(browser.app.news.lines.len(), 1);
 }
+
+#[test]
+fn a_replay_of_a_scene_that_takes_seconds_a_tick_is_paused() {
+    fn slow_clock() -> f64 {
+        use std::cell::Cell;
+        thread_local!(static NOW: Cell<f64> = const { Cell::new(0.0) });
+        NOW.set(NOW.get() + 3000.0);
+        NOW.get()
+    }
+    let mut browser = watching();
+    browser.wait(100);
+    browser.app.set_clock(slow_clock);
+    browser.wait(40);
+    assert_eq!(browser.title(), "Paused");
+    let paused = player(&browser).tick();
+    browser.wait(400);
+    assert_eq!(player(&browser).tick(), paused);
+    browser.app.set_clock(|| 0.0);
+    browser.click("notice-other");
+    browser.wait(400);
+    assert!(browser.title().is_empty() && player(&browser).tick() > paused);
+}
