@@ -7,9 +7,9 @@ use crate::input::touch::Fingers;
 use crate::net::api::{self, Request, query_value};
 use crate::net::report::Fetched;
 use crate::net::simulated_link::NetworkConditions;
-use crate::page::awaited::Awaited;
+use crate::page::awaited::{Awaited, Wish};
 use crate::page::best_runs::Records;
-use crate::page::context::{Context, Remembered};
+use crate::page::context::Context;
 use crate::page::dialogs::Dialogs;
 use crate::page::edit_screen::{self, EditScreen};
 use crate::page::emotes::Wheel;
@@ -21,6 +21,7 @@ use crate::page::news_log::NewsLog;
 use crate::page::replay_screen::{OpenReplay, Opening};
 use crate::page::settings::Settings;
 use crate::page::sound_desk::SoundDesk;
+use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::{name, tools};
 use crate::world::replica::{News, Replica};
@@ -66,7 +67,7 @@ pub struct Panels {
     pub clean: bool,
 }
 
-/// State of the drawing context.
+/// State of the drawing context. One that comes back is good until it is tried.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GraphicsStatus {
     /// The browser offers none, or none that works.
@@ -75,7 +76,6 @@ pub struct GraphicsStatus {
     pub lost_ms: Option<f64>,
 }
 
-/// Facts about the browser when the page is opened.
 impl GraphicsStatus {
     /// Whether drawing may be tried.
     pub fn is_good(&self) -> bool {
@@ -83,10 +83,11 @@ impl GraphicsStatus {
     }
 }
 
-#[derive(Clone, Debug, Default)]
+/// Facts about the browser when the page is opened.
+#[derive(Debug, Default)]
 pub struct Startup {
-    /// Values of earlier visits.
-    pub remembered: Remembered,
+    /// Values of earlier visits, and of other tabs.
+    pub storage: Storage,
     /// From `?` on.
     pub query: String,
     /// Seed of everything that is left to chance.
@@ -114,9 +115,9 @@ pub struct App {
     pub appearance: Appearance,
     /// The colour that the page wears.
     pub own_color: u8,
-    /// The editor whose scene is played now.
     /// A scene that may be too heavy, while the player is asked.
     pub(super) heavy: Option<(Arc<Scene>, Wish)>,
+    /// The editor whose scene is played now.
     pub(super) edited: Option<Box<EditScreen>>,
     /// Open cards.
     pub dialogs: Dialogs,
@@ -147,16 +148,17 @@ pub struct App {
 
 impl App {
     /// A page that shows nothing yet: the first event says where it is.
-    pub fn new(startup: &Startup) -> App {
-        let Startup { remembered, query, seed, calm, is_static, origin, language } = startup;
-        let predicts = remembered.predicts(query_value(query, "predict"));
-        let mut ctx = Context::new(remembered.clone(), predicts, *seed);
-        ctx.is_static = *is_static;
-        let mut settings = Settings::new(remembered, language, *calm);
+    pub fn new(startup: Startup) -> App {
+        let Startup { storage, query, seed, calm, is_static, origin, language } = startup;
+        let predicts = storage.predicts(query_value(&query, "predict"));
+        let mut ctx = Context::new(storage, predicts, seed);
+        ctx.is_static = is_static;
+        let mut settings = Settings::new(&ctx.storage, &language, calm);
         settings.ask_language(&mut ctx);
-        let appearance = recall(&mut ctx, remembered);
+        let appearance = recall(&mut ctx);
+        let sound = SoundDesk::new(&ctx.storage);
         // For tests, and for links to a bad network: `?lag=150,30` or `?lag=300,100,stalls`.
-        let conditions = query_value(query, "lag").and_then(NetworkConditions::parse);
+        let conditions = query_value(&query, "lag").and_then(NetworkConditions::parse);
         let conditions = conditions.unwrap_or(NetworkConditions::OFF);
         ctx.request(Effect::SetConditions(conditions));
         App {
@@ -164,9 +166,9 @@ impl App {
             activity: Activity::Lobby,
             opening: None,
             edited: None,
+            heavy: None,
             screen: 0,
             lobby: Lobby::default(),
-            heavy: None,
             records: Records::default(),
             own_color: appearance.color,
             appearance,
@@ -174,7 +176,7 @@ impl App {
             news: NewsLog::default(),
             fingers: Fingers::default(),
             panels: Panels::default(),
-            sound: SoundDesk::new(remembered),
+            sound,
             conditions,
             graphics: GraphicsStatus::default(),
             drawn_frames: 0,
@@ -182,7 +184,7 @@ impl App {
             copied: None,
             frozen_hud: None,
             address: Address::default(),
-            origin: origin.clone(),
+            origin,
             settings,
             wheel: None,
             touch_scene: None,
@@ -200,7 +202,7 @@ impl App {
         let gesture = self.gesture(&event);
         self.handle(event);
         self.settle_sound(gesture);
-        std::mem::take(&mut self.ctx.effects)
+        self.ctx.take_effects()
     }
 
     fn handle(&mut self, event: Event) {
@@ -269,8 +271,8 @@ impl App {
             Event::SeekChosen(tick) => self.with_replay(|player| player.aim(tick)),
             Event::SpeedChosen(speed) => self.with_replay(|player| player.set_speed(speed)),
             Event::PredictionChosen(on) => {
-                self.ctx.remember_prediction(on);
-                self.with_game(|game, _| game.set_prediction(on));
+                self.ctx.storage.keep_flag(storage::PREDICT, on);
+                self.set_prediction(on);
             }
             Event::ConditionsChosen(conditions) => {
                 self.conditions = conditions;
@@ -278,6 +280,8 @@ impl App {
             }
             Event::Sound(event) => self.on_sound(event),
             Event::Settings(event) => self.set(event),
+            Event::StoredElsewhere(key, value) => self.take_stored(&key, value),
+            Event::DraftKept(draft, kept) => self.note_draft(draft, kept),
         }
     }
 
@@ -360,7 +364,7 @@ impl App {
         self.release_input();
         self.keep_draft();
         if let Activity::Game(game) = &self.activity {
-            self.ctx.leave_seat_behind(&game.code);
+            self.ctx.storage.leave_seat_behind(&game.code);
         }
         self.with_game(|game, ctx| game.drop_socket(ctx));
     }
@@ -382,11 +386,11 @@ impl App {
     pub(super) fn begin_screen(&mut self) {
         self.screen += 1;
         self.own_color = self.appearance.color;
+        self.heavy = None;
         self.dialogs = Dialogs::default();
         self.news = NewsLog::default();
         self.fingers = Fingers::default();
         self.touch_scene = None;
-        self.heavy = None;
         self.panels.network = false;
         self.panels.clean = false;
         self.wheel = None;
@@ -519,7 +523,7 @@ impl App {
     pub(super) fn read_form(&mut self, form: &Form) -> bool {
         self.own_color = form.color;
         let Some(appearance) = self.lobby.read(form) else { return false };
-        self.ctx.remember_player(&appearance.name, appearance.color);
+        self.ctx.storage.keep_player(&appearance.name, appearance.color);
         self.appearance = appearance;
         true
     }
@@ -560,14 +564,15 @@ impl App {
 }
 
 /// The remembered player, or a random name and colour that are remembered from now on.
-fn recall(ctx: &mut Context, remembered: &Remembered) -> Appearance {
-    let (name, color) = remembered.player();
+fn recall(ctx: &mut Context) -> Appearance {
+    let (name, color) = ctx.storage.player();
+    let name = name.to_owned();
     let color = color
         .filter(|color| *color < limits::COLORS)
         .unwrap_or_else(|| (ctx.random_bits() % u32::from(limits::COLORS)) as u8);
-    Appearance::new(name::finished(name), color).unwrap_or_else(|_| {
+    Appearance::new(name::finished(&name), color).unwrap_or_else(|_| {
         let name = name::friendly_name(ctx.random_bits());
-        ctx.remember_player(&name, color);
+        ctx.storage.keep_player(&name, color);
         Appearance { name: name.into(), color }
     })
 }

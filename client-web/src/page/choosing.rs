@@ -3,12 +3,12 @@
 use crate::input::bindings::Bindings;
 use crate::input::pad::{self, PadBindings, PadState};
 use crate::language::{fill, say};
-use crate::page::app::App;
+use crate::page::app::{Activity, App};
 use crate::page::choices::{Choice, SettingsEvent};
-use crate::page::context::Remembered;
 use crate::page::event::{Effect, Key};
 use crate::page::layers::Layer;
-use crate::page::strings;
+use crate::page::{storage, strings};
+use jostle_protocol::Appearance;
 
 impl App {
     pub(super) fn set(&mut self, event: SettingsEvent) {
@@ -16,13 +16,13 @@ impl App {
         match event {
             SettingsEvent::Language(language) => {
                 settings.language = language;
-                self.ctx.remember(Remembered::LANGUAGE, &settings.language);
+                self.ctx.storage.keep(storage::LANGUAGE, &settings.language);
                 settings.ask_language(&mut self.ctx);
             }
             SettingsEvent::LanguageCame(language, file) => settings.take_language(&language, file),
             SettingsEvent::Calm(calm) => {
                 settings.calm = calm;
-                self.ctx.remember(Remembered::CALM, if calm { "1" } else { "0" });
+                self.ctx.storage.keep_flag(storage::CALM, calm);
             }
             SettingsEvent::FullScreen(is_full) => settings.is_full = is_full,
             SettingsEvent::Layout(labels) => {
@@ -41,6 +41,41 @@ impl App {
                 self.keep_pad();
             }
         }
+    }
+
+    /// Takes over what another tab has written.
+    pub(super) fn take_stored(&mut self, key: &str, value: Option<String>) {
+        self.ctx.storage.take(key, value);
+        let storage = &self.ctx.storage;
+        let (name, color) = storage.player();
+        let predicts = storage.predicts(None);
+        if let Ok(appearance) = Appearance::new(name, color.unwrap_or(self.appearance.color)) {
+            self.take_player(appearance);
+        }
+        self.sound.recall(&self.ctx.storage);
+        self.set_gain();
+        self.settings.recall(&self.ctx.storage);
+        self.settings.ask_language(&mut self.ctx);
+        if key == storage::PREDICT {
+            self.set_prediction(predicts);
+        }
+    }
+
+    /// Another tab has renamed the player: the next game here is begun as that one, and the form says so.
+    fn take_player(&mut self, appearance: Appearance) {
+        if self.appearance == appearance {
+            return;
+        }
+        self.appearance = appearance;
+        if let Activity::Lobby = self.activity {
+            self.own_color = self.appearance.color;
+            self.screen += 1;
+        }
+    }
+
+    pub(super) fn set_prediction(&mut self, on: bool) {
+        self.ctx.predicts = on;
+        self.with_game(|game, _| game.set_prediction(on));
     }
 
     pub(super) fn toggle_settings(&mut self) {
@@ -68,13 +103,13 @@ impl App {
         self.settings.pad = PadBindings::default();
         self.settings.choice = None;
         self.settings.note = say(strings::RESET).to_owned();
-        self.ctx.remember(Remembered::KEYS, "");
+        self.ctx.storage.keep(storage::KEYS, "");
         self.keep_pad();
     }
 
     fn keep_pad(&mut self) {
         let text = self.settings.pad.text();
-        self.ctx.remember(Remembered::PAD, &text);
+        self.ctx.storage.keep(storage::PAD, &text);
     }
 
     pub(super) fn toggle_full_screen(&mut self) {
@@ -100,7 +135,7 @@ impl App {
                     self.settings.choose_key(action, key);
                     self.settings.choice = None;
                     let text = self.settings.keys.text();
-                    self.ctx.remember(Remembered::KEYS, &text);
+                    self.ctx.storage.keep(storage::KEYS, &text);
                 }
             }
             _ if is_escape => self.toggle_settings(),

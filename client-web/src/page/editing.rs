@@ -8,6 +8,7 @@ use crate::net::api::Request;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
 use crate::page::awaited::{Awaited, Wish};
+use crate::page::drafts::{self, Draft};
 use crate::page::edit_screen::{EditScreen, SEED};
 use crate::page::event::{Effect, Focus, Key};
 use crate::page::layers::Layer;
@@ -27,7 +28,7 @@ pub fn requested(hash: &str) -> Option<Option<&str>> {
 impl App {
     /// Opens the editor that an address asks for: with the draft of it, if there is one.
     pub(super) fn open_editor(&mut self, origin: Option<&str>) {
-        match (self.ctx.draft(origin).cloned(), origin) {
+        match (self.ctx.storage.draft(origin).map(str::to_owned), origin) {
             (Some(text), _) => self.edit(text, origin, SEED),
             (None, Some(name)) => self.await_scene(Awaited::Edit(name.to_owned())),
             (None, None) => self.edit(String::new(), None, SEED),
@@ -37,8 +38,12 @@ impl App {
     /// Opens the editor with a text.
     pub(super) fn edit(&mut self, text: String, origin: Option<&str>, seed: u64) {
         let file = origin.map(|name| format!("{name}.toml"));
+        // A text from elsewhere was not made from the draft, and is not written over it.
+        let base = self.ctx.storage.draft(origin).filter(|draft| *draft == text);
+        let base = base.map(str::to_owned);
         let editor = Editor::open(text, file.as_deref());
-        let screen = EditScreen::new(editor, origin.map(str::to_owned), seed);
+        let mut screen = EditScreen::new(editor, origin.map(str::to_owned), seed);
+        screen.base = base;
         self.activity = Activity::Edit(Box::new(screen));
         self.ctx.request(Effect::FocusStage);
     }
@@ -68,7 +73,7 @@ impl App {
             return;
         }
         let edits = std::mem::replace(&mut self.activity, Activity::Lobby);
-        self.play_alone(scene, Wish { seed, ..Wish::default() });
+        self.play_alone(scene, wish);
         // It takes its seat at once: nothing is to be waited for.
         self.with_game(|game, ctx| game.advance(ctx, None));
         if let Activity::Edit(screen) = edits {
@@ -146,7 +151,46 @@ impl App {
             return;
         }
         screen.kept = screen.editor.revision;
-        self.ctx.keep_draft(screen.origin.as_deref(), screen.editor.text());
+        let (origin, base) = (screen.origin.as_deref(), screen.base.as_deref());
+        self.ctx.storage.keep_draft(origin, screen.editor.text(), base);
+    }
+
+    /// A draft was kept. As that of another scene if there was one already that it was not made from: both are there then, and
+    /// the editor goes on with the new one.
+    pub(super) fn note_draft(&mut self, draft: Draft, kept: Option<Option<String>>) {
+        let Some(origin) = kept else { return };
+        self.ctx.storage.take(&drafts::key(origin.as_deref()), draft.text.clone());
+        let Some(screen) = self.edited_mut().filter(|screen| screen.origin == draft.origin) else {
+            return;
+        };
+        screen.base = draft.text;
+        if screen.origin != origin {
+            screen.origin = origin;
+            let name = screen.origin.clone().unwrap_or_default();
+            screen.editor.rename(&name);
+            let hash = screen.hash();
+            self.dialogs.card = Some(strings::second_draft(&name));
+            self.show_hash(hash);
+        }
+    }
+
+    /// The kept draft of the scene that is edited, if the text was not made from that.
+    pub fn other_draft(&self) -> Option<&str> {
+        let screen = self.edit_screen()?;
+        let kept = self.ctx.storage.draft(screen.origin.as_deref())?;
+        Some(kept)
+            .filter(|kept| Some(*kept) != screen.base.as_deref() && *kept != screen.editor.text())
+    }
+
+    /// Puts that draft in the place of the text, as a step that can be undone.
+    pub(super) fn take_other_draft(&mut self) {
+        let Some(text) = self.other_draft().map(str::to_owned) else { return };
+        self.with_editor(|screen, _| {
+            screen.base = Some(text.clone());
+            let file = screen.editor.file.clone();
+            screen.editor.replace(text, Some(&file));
+            screen.kept = screen.editor.revision;
+        });
     }
 
     /// A scene file was dropped or chosen: its text takes the place of the one that is edited.

@@ -6,6 +6,7 @@ use crate::net::api::Request;
 use crate::net::report::{Fetched, SocketEvent};
 use crate::net::simulated_link::NetworkConditions;
 use crate::page::choices::SettingsEvent;
+use crate::page::drafts::Draft;
 use crate::sound::task::{SoundEvent, SoundTask};
 use jostle_game::Buttons;
 use jostle_game::scene::SceneError;
@@ -181,6 +182,10 @@ pub enum Event {
     ConditionsChosen(NetworkConditions),
     Sound(SoundEvent),
     Settings(SettingsEvent),
+    /// Another tab wrote a value into the browser's storage, or forgot it: the key, and what is there now.
+    StoredElsewhere(String, Option<String>),
+    /// A draft was kept as that of the scene with this name, or of one's own; not at all if the storage is full or forbidden.
+    DraftKept(Draft, Option<Option<String>>),
     /// Something was done to the scene that is edited.
     Edited(Deed),
     /// The controls of a field of the editor's form changed: its path, and their values.
@@ -228,6 +233,8 @@ pub enum Effect {
     StoreLocal(String, Option<String>),
     /// Remembers a value for this tab, or forgets it.
     StoreSession(String, Option<String>),
+    /// Keeps the draft of a scene.
+    StoreDraft(Draft),
     /// Drops everything that was made with the lost drawing context.
     DropGraphics,
     Sound(SoundTask),

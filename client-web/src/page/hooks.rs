@@ -3,13 +3,13 @@
 use crate::net::meter::Meter;
 use crate::net::timeline::Sample;
 use crate::page::app::App;
-use crate::page::context::Remembered;
 use crate::page::dom::{self, stage, views};
 use crate::page::event::Event;
 use crate::page::game::GameScreen;
 use crate::page::replay_screen::OpenReplay;
 use crate::page::shell::{self, Page};
 use crate::page::sound_desk::SoundDesk;
+use crate::page::storage::Storage;
 use crate::replay::player::ReplayPlayer;
 use crate::sound::player;
 use crate::sound::witness::voices_of;
@@ -78,7 +78,7 @@ fn sound(page: &Page) -> JsValue {
 #[wasm_bindgen]
 pub fn rendered_sound(replay: Vec<u8>, seconds: u32) -> Result<js_sys::Promise, JsValue> {
     let player = ReplayPlayer::open(replay).map_err(|error| error.to_string())?;
-    let gain = SoundDesk::new(&Remembered::default()).gain();
+    let gain = SoundDesk::new(&Storage::default()).gain();
     player::rendered(&voices_of(player, seconds), seconds, gain)
 }
 

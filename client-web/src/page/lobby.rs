@@ -1,8 +1,9 @@
 //! The lobby: the player's form, open rooms, scenes and replays, and the note under the form.
 
 use crate::net::api::{self, Posted, ReplayCard, Replays, Request, Room, Rooms, SceneCard, Scenes};
-use crate::page::context::{Context, Secret};
+use crate::page::context::Context;
 use crate::page::event::{Effect, Form};
+use crate::page::storage::Secret;
 use crate::page::{name, strings};
 use jostle_protocol::{Appearance, Token};
 use serde::de::DeserializeOwned;
@@ -168,7 +169,7 @@ impl Lobby {
 pub fn take_room(ctx: &mut Context, answer: Option<&str>) -> Result<String, Box<Posted>> {
     let opened = parse(answer).unwrap_or_default();
     if let Posted { code: Some(code), host_key: Some(host_key), .. } = opened {
-        ctx.set_secret(Secret::Host, &code, Token::parse(&host_key));
+        ctx.storage.set_secret(Secret::Host, &code, Token::parse(&host_key));
         return Ok(code);
     }
     Err(Box::new(opened))

@@ -5,8 +5,9 @@ use crate::input::bindings::{Bindings, Layout};
 use crate::input::pad::{PadBindings, PadState};
 use crate::language::{self, say};
 use crate::page::choices::Choice;
-use crate::page::context::{Context, Remembered};
+use crate::page::context::Context;
 use crate::page::event::{Effect, Key};
+use crate::page::storage::{self, Storage};
 use crate::page::strings;
 use crate::page::tools::Cap;
 
@@ -37,22 +38,33 @@ pub struct Settings {
 
 impl Settings {
     /// As they were left, or as the browser is set up: it prefers a language, and less motion or not.
-    pub fn new(remembered: &Remembered, preferred: &str, calm: bool) -> Settings {
-        let chosen = remembered.setting(Remembered::LANGUAGE).unwrap_or(preferred);
-        let language = LANGUAGES.into_iter().find(|known| is_of(chosen, known)).unwrap_or("en");
-        Settings {
-            keys: Bindings::parse(remembered.setting(Remembered::KEYS).unwrap_or_default()),
+    pub fn new(storage: &Storage, preferred: &str, calm: bool) -> Settings {
+        let mut settings = Settings {
+            keys: Bindings::default(),
             layout: Layout::default(),
-            pad: PadBindings::parse(remembered.setting(Remembered::PAD).unwrap_or_default()),
-            calm: remembered.setting(Remembered::CALM).map_or(calm, |word| word == "1"),
+            pad: PadBindings::default(),
+            calm,
             is_full: false,
-            language: language.to_owned(),
+            language: language_of(preferred).to_owned(),
             spoken: "en".to_owned(),
             has_pad: false,
             choice: None,
             note: String::new(),
             pad_state: PadState::default(),
             pad_actions: 0,
+        };
+        settings.recall(storage);
+        settings
+    }
+
+    /// Takes what is kept.
+    pub fn recall(&mut self, storage: &Storage) {
+        let kept = |key| storage.get(key);
+        self.keys = kept(storage::KEYS).map_or(self.keys.clone(), Bindings::parse);
+        self.pad = kept(storage::PAD).map_or(self.pad.clone(), PadBindings::parse);
+        self.calm = kept(storage::CALM).map_or(self.calm, |word| word == "1");
+        if let Some(chosen) = kept(storage::LANGUAGE) {
+            language_of(chosen).clone_into(&mut self.language);
         }
     }
 
@@ -123,6 +135,11 @@ impl Settings {
             self.note += &strings::swapped(other, button);
         }
     }
+}
+
+/// The language of the page for a tag.
+fn language_of(tag: &str) -> &'static str {
+    LANGUAGES.into_iter().find(|known| is_of(tag, known)).unwrap_or("en")
 }
 
 /// Whether a tag of the browser (`de-AT`) is of a language.

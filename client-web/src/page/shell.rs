@@ -9,14 +9,15 @@ use crate::net::report::SocketEvent;
 use crate::net::socket::{Conditions, Socket};
 use crate::page::app::{App, Startup};
 use crate::page::choices::SettingsEvent;
-use crate::page::context::Remembered;
 use crate::page::dom;
 use crate::page::dom::editor;
 use crate::page::dom::listeners;
 use crate::page::dom::settings;
 use crate::page::dom::views::Views;
+use crate::page::drafts::Store;
 use crate::page::event::{Address, Effect, Event};
 use crate::page::queue::{self, Arrival, Events};
+use crate::page::storage::Storage;
 use crate::sound::player::{Player, Silence};
 use crate::sound::task::{SoundEvent, SoundTask};
 use std::cell::RefCell;
@@ -80,9 +81,10 @@ fn main() {
     let query = browser::window().location().search().unwrap_or_default();
     let files = Files(dom::root().get_attribute("data-static"));
     let startup = Startup {
-        remembered: Remembered {
+        storage: Storage {
             local: browser::stored(browser::local_storage().as_ref()),
             session: browser::stored(browser::session_storage().as_ref()),
+            writes: Vec::new(),
         },
         seed: (js_sys::Math::random() * 2f64.powi(53)) as u64,
         calm: browser::media("(prefers-reduced-motion: reduce)"),
@@ -91,7 +93,7 @@ fn main() {
         language: browser::window().navigator().language().unwrap_or_default(),
         query,
     };
-    let mut app = App::new(&startup);
+    let mut app = App::new(startup);
     app.set_clock(browser::now_ms);
     let events = Events::new(drain);
     let views = Views::new(events, &app);
@@ -239,6 +241,10 @@ impl Page {
             Effect::StoreSession(key, value) => {
                 store(browser::session_storage(), &key, value.as_deref());
             }
+            Effect::StoreDraft(draft) => {
+                let kept = browser::local_storage().and_then(|mut store| draft.keep(&mut store));
+                events.push(Event::DraftKept(draft, kept));
+            }
             Effect::SaveFile(name, text) => editor::save(&name, &text),
             Effect::SaveClip(bytes) => editor::save_bytes("clip.jostle", &bytes),
             Effect::CopyLink(link) => {
@@ -300,13 +306,23 @@ fn call(events: Events, files: &Files, request: Request) {
     });
 }
 
+/// Writes a value. A full or forbidden storage only means that the next visit does not know it.
 fn store(storage: Option<web_sys::Storage>, key: &str, value: Option<&str>) {
-    let Some(storage) = storage else { return };
-    // A full or forbidden storage only means that the next visit remembers nothing.
-    let _ = match value {
-        Some(value) => storage.set_item(key, value),
-        None => storage.remove_item(key),
-    };
+    storage.into_iter().for_each(|mut storage| _ = storage.write(key, value));
+}
+
+impl Store for web_sys::Storage {
+    fn read(&self, key: &str) -> Option<String> {
+        self.get_item(key).ok().flatten()
+    }
+
+    fn write(&mut self, key: &str, value: Option<&str>) -> bool {
+        let done = match value {
+            Some(value) => self.set_item(key, value),
+            None => self.remove_item(key),
+        };
+        done.is_ok()
+    }
 }
 
 /// Shows whether a dragged file would be taken.

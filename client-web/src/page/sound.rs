@@ -4,21 +4,28 @@ use crate::page::app::{Activity, App};
 use crate::page::captions::Captions;
 use crate::page::event::{Effect, Event, PointerChange};
 use crate::page::sound_desk::Gesture;
+use crate::page::storage;
 use crate::sound::mixer::{Ear, Mixer};
 use crate::sound::task::{SoundEvent, SoundTask};
 
 impl App {
     pub(super) fn on_sound(&mut self, event: SoundEvent) {
-        let desk = &mut self.sound;
+        let (desk, storage) = (&mut self.sound, &mut self.ctx.storage);
         match event {
             SoundEvent::VolumeChosen(volume) => {
                 desk.volume = volume.min(100);
                 desk.muted = false;
+                storage.keep(storage::VOLUME, &desk.volume.to_string());
+                storage.keep_flag(storage::MUTED, false);
             }
-            SoundEvent::MuteChosen(muted) => desk.muted = muted,
+            SoundEvent::MuteChosen(muted) => {
+                desk.muted = muted;
+                storage.keep_flag(storage::MUTED, muted);
+            }
             SoundEvent::CaptionsChosen(on) => {
                 desk.captioned = on;
                 desk.captions = Captions::default();
+                storage.keep_flag(storage::CAPTIONS, on);
             }
             SoundEvent::Hidden(hidden) => {
                 desk.hidden = hidden;
@@ -33,10 +40,13 @@ impl App {
                 return;
             }
         }
-        desk.remember(&mut self.ctx);
-        let gain = desk.gain();
-        if desk.awake && desk.is_on() {
-            self.ctx.request(Effect::Sound(SoundTask::Gain(gain)));
+        self.set_gain();
+    }
+
+    /// Plays as loudly as is chosen.
+    pub(super) fn set_gain(&mut self) {
+        if self.sound.awake && self.sound.is_on() {
+            self.ctx.request(Effect::Sound(SoundTask::Gain(self.sound.gain())));
         }
     }
 

@@ -1,7 +1,7 @@
 //! The state of sound: how loud it is, whether there is some, and captions.
 
 use crate::page::captions::Captions;
-use crate::page::context::{Context, Remembered};
+use crate::page::storage::Storage;
 use crate::sound::cue::Cue;
 use crate::sound::mixer::{Ear, Mixer, Voice};
 
@@ -37,19 +37,27 @@ pub enum Gesture {
 
 impl SoundDesk {
     /// As it was left at the last visit.
-    pub fn new(remembered: &Remembered) -> SoundDesk {
-        let (volume, muted, captioned) = remembered.sound();
-        SoundDesk {
-            volume: volume.filter(|volume| *volume <= 100).unwrap_or(VOLUME),
-            muted,
-            captioned,
+    pub fn new(storage: &Storage) -> SoundDesk {
+        let mut desk = SoundDesk {
+            volume: VOLUME,
+            muted: false,
+            captioned: false,
             missing: false,
             captions: Captions::default(),
             mixer: Mixer::default(),
             hidden: false,
             allowed: false,
             awake: false,
-        }
+        };
+        desk.recall(storage);
+        desk
+    }
+
+    /// Takes what is kept.
+    pub fn recall(&mut self, storage: &Storage) {
+        let (volume, muted, captioned) = storage.sound();
+        self.volume = volume.filter(|volume| *volume <= 100).unwrap_or(self.volume);
+        (self.muted, self.captioned) = (muted, captioned);
     }
 
     /// Amplitude of the volume. Loudness is heard in ratios, so that an even scale needs the square.
@@ -61,10 +69,6 @@ impl SoundDesk {
     /// Whether anything is to be heard, as far as the player decides it.
     pub fn is_on(&self) -> bool {
         !self.muted && self.volume > 0 && !self.missing
-    }
-
-    pub fn remember(&self, ctx: &mut Context) {
-        ctx.remember_sound(self.volume, self.muted, self.captioned);
     }
 
     /// The voices of a frame. Their captions are kept.

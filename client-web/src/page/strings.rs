@@ -9,77 +9,12 @@ pub use scenes::*;
 use crate::input::action::Action;
 use crate::language::{fill, say};
 use crate::net::api::{Posted, RecordCard, RecordTable};
-use crate::net::scene_link::SceneLinkError;
-use crate::page::qr_code;
+use crate::page::card::{card, card_or, passing};
 use crate::replay::error::ReplayLoadError;
 use crate::sound::cue::Sound;
-use jostle_game::scene::SceneError;
 use jostle_protocol::replay::ReplayError;
 use jostle_protocol::{BAD_MESSAGE_CODES, ClipRefusal, Refusal};
 use jostle_sim::TICKS_PER_SECOND;
-use std::borrow::Cow;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CardAction {
-    /// Back to the lobby.
-    Lobby,
-    /// Watches the room.
-    Watch,
-    /// Connects again.
-    Again,
-    /// Loads the page again.
-    Reload,
-    /// Into a game.
-    Play,
-    /// Takes the card away.
-    Stay,
-    /// Asks for a replay file.
-    File,
-    /// Asks the server again.
-    Refetch,
-    /// Edits the scene of the link.
-    Edit,
-}
-
-/// A card in the middle of the page that says what happened and what to do.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Card {
-    /// Two or three words.
-    pub title: &'static str,
-    /// One sentence or two.
-    pub text: Cow<'static, str>,
-    /// A line about exactly what was found, or empty.
-    pub detail: String,
-    pub button: &'static str,
-    pub action: CardAction,
-    /// A second, less inviting button and its action.
-    pub other: Option<(&'static str, CardAction)>,
-    /// Goes away by itself; the button need not have the focus.
-    pub passing: bool,
-    /// A link that is shown as a QR code.
-    pub code: Option<String>,
-}
-
-const fn card(
-    title: &'static str,
-    text: &'static str,
-    button: &'static str,
-    action: CardAction,
-) -> Card {
-    let text = Cow::Borrowed(text);
-    let detail = String::new();
-    Card { title, text, detail, button, action, other: None, passing: false, code: None }
-}
-
-const fn passing(mut card: Card) -> Card {
-    card.passing = true;
-    card
-}
-
-const fn card_or(mut card: Card, label: &'static str, action: CardAction) -> Card {
-    card.other = Some((label, action));
-    card
-}
 
 const fn elsewhere(title: &'static str, text: &'static str) -> Card {
     card_or(card(title, text, "Play", CardAction::Play), "All rooms", CardAction::Lobby)
@@ -208,48 +143,6 @@ pub fn bad_replay(error: &ReplayLoadError, watching: bool) -> Card {
     let (title, text) = error.title_and_advice();
     let card = card(title, text, "Open another file", CardAction::File);
     Card { detail: error.to_string(), ..card_or(card, label, action) }
-}
-
-/// The card for a scene that cannot be played, while a game or a replay is on or not.
-pub fn bad_scene(error: &SceneError, playing: bool) -> Card {
-    let (label, action) = match playing {
-        true => ("Keep going", CardAction::Stay),
-        false => ("Back to the lobby", CardAction::Lobby),
-    };
-    let text = "It can be played once this is corrected:";
-    let card = card("The scene has an error", text, "Open another file", CardAction::File);
-    Card { detail: error.to_string(), ..card_or(card, label, action) }
-}
-
-/// The card for a scene link whose scene cannot be played.
-pub fn bad_linked_scene(error: &SceneError) -> Card {
-    let card = Card { button: "Edit", action: CardAction::Edit, ..bad_scene(error, false) };
-    Card { text: "It can be played once this is corrected.".into(), ..card }
-}
-
-/// The card with the QR code of a link.
-pub fn link_code(link: String) -> Card {
-    let text = "Point the camera of a phone at the code to open the link there.";
-    let card = card("QR code", text, "Done", CardAction::Stay);
-    match qr_code::draw(&link) {
-        Some(_) => Card { code: Some(link), ..card },
-        None => Card { text: LONG_LINK.into(), ..card },
-    }
-}
-const LONG_LINK: &str = "This scene is too long for a QR code. Copy its link instead.";
-
-/// The card for a scene link that cannot be read.
-pub fn bad_link(error: &SceneLinkError) -> Card {
-    let text = "This link holds no scene that can be played. Ask for the link again, or for the scene's file.";
-    let card = card("Broken scene link", text, "Back to the lobby", CardAction::Lobby);
-    Card { detail: error.to_string(), ..card }
-}
-
-/// The card for a scene of which no room was opened, for a reason that is not its text's.
-pub fn no_room(reason: &str) -> Card {
-    let text = "You can go on editing, and nothing is lost.";
-    let card = card("No room was opened", text, "Keep going", CardAction::Stay);
-    Card { detail: reason.to_owned(), ..card }
 }
 
 /// Words for the bots of a game that is played alone.

@@ -368,3 +368,26 @@ fn stage_scene(name: &str) -> Result<String> {
     let found = Scene::built_in().into_iter().find(|scene| scene.name == name);
     Ok(found.with_context(|| format!("{name} is shipped"))?.source)
 }
+
+/// Two tabs of one visitor edit the same scene: an hour of work in one, then a key in the other.
+pub async fn two_tabs_keep_a_draft_each(stage: Arc<Stage>) -> Result<()> {
+    let a = open(&stage, "#edit", Screen::LAPTOP).await?;
+    let visitor = stage.last_visitor().context("a visitor")?;
+    let b = stage.visit_as(&visitor, "/#edit", Screen::SMALL).await?;
+    b.until("the editor", |s| s.state == "editing").await?;
+    for tab in [&a, &b] {
+        tab.click_on("#tab-text").await?;
+    }
+    let work = r#"title = "Work""#;
+    b.fill("#text", work).await?;
+    a.until_true(&format!("localStorage['jostle.draft'] === '{work}'")).await?;
+    a.until_true("document.querySelector('#notice-button').textContent === 'Open it here'").await?;
+    a.keep("other-draft").await?;
+    a.fill("#text", "size").await?;
+    a.until_true("localStorage['jostle.draft.my-scene-2'] === 'size'").await?;
+    assert_eq!(a.link().await?, stage.server.link("/#edit=my-scene-2"));
+    a.keep("second-draft").await?;
+    let kept: String = a.eval("localStorage['jostle.draft']").await?;
+    assert_eq!((kept.as_str(), text(&b).await?.as_str()), (work, work));
+    Ok(())
+}

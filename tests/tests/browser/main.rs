@@ -166,7 +166,7 @@ fn cases() -> Vec<Case> {
 }
 
 /// The scene editor.
-fn editor_cases() -> [Case; 8] {
+fn editor_cases() -> [Case; 9] {
     [
         Case::new(
             "a_scene_is_built_from_nothing_played_undone_and_shared",
@@ -188,6 +188,7 @@ fn editor_cases() -> [Case; 8] {
         Case::new("a_scene_is_built_by_keys", editor::a_scene_is_built_by_keys),
         Case::new("a_form_writes_into_the_text_of_a_scene", editor::a_form_writes_into_the_text),
         Case::new("a_scene_is_dropped_and_saved_as_a_file", editor::a_scene_is_a_file_too),
+        Case::new("two_tabs_keep_a_draft_each", editor::two_tabs_keep_a_draft_each),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! What the buttons of the page and of its cards do.
 
-use super::App;
+use super::{Activity, App};
 use crate::input::action::Action;
 use crate::net::api;
 use crate::page::choices::Choice;

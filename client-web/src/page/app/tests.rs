@@ -1,9 +1,13 @@
 use super::*;
 use crate::net::api::Request;
 use crate::net::report::SocketEvent;
+use crate::page::drafts::Store;
 use crate::page::event::{Focus, Key};
 use jostle_game::Buttons;
 use jostle_protocol::{ClientMessage, ServerMessage};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
 
 mod alone;
 mod editing;
@@ -25,6 +29,24 @@ struct Browser {
     sent: Vec<ClientMessage>,
     /// The address as the page set it.
     address: String,
+    /// The browser's storage, which tabs share.
+    store: Shared,
+}
+
+type Shared = Rc<RefCell<BTreeMap<String, String>>>;
+
+impl Store for BTreeMap<String, String> {
+    fn read(&self, key: &str) -> Option<String> {
+        BTreeMap::get(self, key).cloned()
+    }
+
+    fn write(&mut self, key: &str, value: Option<&str>) -> bool {
+        match value {
+            Some(value) => self.insert(key.to_owned(), value.to_owned()),
+            None => self.remove(key),
+        };
+        true
+    }
 }
 
 const CANVAS: Canvas = Canvas { pixels: [800, 600], top: 0, bottom: 0, css_width: 800 };
@@ -40,21 +62,23 @@ impl Browser {
     fn open(path: &str, query: &str) -> Browser {
         let local = [("jostle.name", "Ann"), ("jostle.color", "3")];
         let local = local.map(|(key, value)| (key.to_owned(), value.to_owned()));
-        Browser::open_with(path, query, Remembered { local: local.into(), ..Default::default() })
+        Browser::open_with(path, query, Storage { local: local.into(), ..Default::default() })
     }
 
-    fn open_with(path: &str, query: &str, remembered: Remembered) -> Browser {
+    fn open_with(path: &str, query: &str, storage: Storage) -> Browser {
+        let store = Rc::new(RefCell::new(storage.local.clone()));
         let (query, origin) = (query.to_owned(), "http://play.example".to_owned());
         let startup =
-            Startup { remembered, query: query.clone(), seed: 1, origin, ..Startup::default() };
+            Startup { storage, query: query.clone(), seed: 1, origin, ..Startup::default() };
         let mut browser = Browser {
-            app: App::new(&startup),
+            app: App::new(startup),
             now_ms: 0.0,
             effects: Vec::new(),
             session: 0,
             room: None,
             sent: Vec::new(),
             address: path.to_owned(),
+            store,
         };
         browser.say(Event::Navigated(Address {
             path: path.to_owned(),
@@ -77,14 +101,25 @@ impl Browser {
                     self.room.as_mut().expect("an open socket").receive(bytes);
                 }
                 Effect::PushAddress(address) => self.address.clone_from(address),
+                Effect::StoreLocal(key, value) => {
+                    self.store.borrow_mut().write(key, value.as_deref());
+                }
                 _ => {}
             }
         }
+        let draft = effects.iter().find_map(|effect| match effect {
+            Effect::StoreDraft(draft) => Some(draft.clone()),
+            _ => None,
+        });
         let fetched = effects.iter().find_map(|effect| match effect {
             Effect::FetchScene(name) => Some(name.clone()),
             _ => None,
         });
         self.effects.extend(effects);
+        if let Some(draft) = draft {
+            let kept = draft.keep(&mut *self.store.borrow_mut());
+            self.say(Event::DraftKept(draft, kept));
+        }
         if let Some(name) = fetched {
             let event = scene_fetched(&name);
             self.say(event);
@@ -119,6 +154,30 @@ impl Browser {
 
     fn server_says(&mut self, message: &ServerMessage) -> Vec<String> {
         self.socket(SocketEvent::Message(message.encode()))
+    }
+
+    /// Another tab of the same browser, at a part of the address after `#`.
+    fn beside(&self, hash: &str) -> Browser {
+        let local = self.store.borrow().clone();
+        let mut tab = Browser::open_with("/", "", Storage { local, ..Default::default() });
+        tab.store = Rc::clone(&self.store);
+        tab.say(Event::Navigated(Address {
+            path: "/".to_owned(),
+            hash: hash.to_owned(),
+            ..Address::default()
+        }));
+        tab
+    }
+
+    /// Hears what another tab has written.
+    fn hear(&mut self, key: &str) -> Vec<String> {
+        let value = self.store.borrow().get(key).cloned();
+        self.say(Event::StoredElsewhere(key.to_owned(), value))
+    }
+
+    /// What is kept under a key for all tabs.
+    fn stored(&self, key: &str) -> Option<String> {
+        self.store.borrow().get(key).cloned()
     }
 
     /// Lets time pass, with ticks, frames and pulses.

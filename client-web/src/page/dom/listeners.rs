@@ -9,7 +9,7 @@ use crate::page::event::{Event, Focus, Key, Pointer, PointerChange};
 use crate::page::queue::Events;
 use crate::sound::task::SoundEvent;
 use jostle_sim::Vec2;
-use web_sys::{KeyboardEvent, MouseEvent, PointerEvent, WheelEvent};
+use web_sys::{KeyboardEvent, MouseEvent, PointerEvent, StorageEvent, WheelEvent};
 
 /// Starts all listeners.
 pub fn all(events: Events) {
@@ -38,6 +38,11 @@ fn window(events: Events) {
     });
     dom::listen(&dom::document(), "visibilitychange", move |_: web_sys::Event| {
         events.push(Event::Sound(SoundEvent::Hidden(dom::document().hidden())));
+    });
+    dom::listen(&browser::window(), "storage", move |event: StorageEvent| {
+        if let Some(key) = event.key() {
+            events.push(Event::StoredElsewhere(key, event.new_value()));
+        }
     });
     dom::listen(&browser::window(), "online", move |_: web_sys::Event| events.push(Event::Online));
     let stage = dom::html("stage");

@@ -5,8 +5,9 @@ use super::GameScreen;
 use super::link::Link;
 use super::status::State;
 use crate::net::report::SocketEvent;
-use crate::page::context::{Context, Secret};
+use crate::page::context::Context;
 use crate::page::event::Effect;
+use crate::page::storage::Secret;
 use crate::page::strings::{self, Card};
 use jostle_protocol::Refusal;
 
@@ -63,7 +64,7 @@ impl GameScreen {
     pub fn leave(self, ctx: &mut Context) {
         if let Link::Server(_) = self.link {
             if !self.watches() {
-                ctx.set_secret(Secret::Seat, &self.code, None);
+                ctx.storage.set_secret(Secret::Seat, &self.code, None);
             }
             ctx.request(Effect::Disconnect { leaving: true });
         }
@@ -119,16 +120,16 @@ impl GameScreen {
     fn forget(&self, ctx: &mut Context, refusal: Refusal) {
         let closed = matches!(refusal, Refusal::RoomClosed | Refusal::TooCostly);
         if closed || matches!(refusal, Refusal::Kicked | Refusal::GaveWay) {
-            ctx.set_secret(Secret::Seat, &self.code, None);
+            ctx.storage.set_secret(Secret::Seat, &self.code, None);
         }
         if closed || refusal == Refusal::NoSuchRoom {
-            ctx.set_secret(Secret::Host, &self.code, None);
+            ctx.storage.set_secret(Secret::Host, &self.code, None);
         }
     }
 
     /// The seat is lost to this page: it silently asks for another at once.
     fn join_again(&mut self, ctx: &mut Context) {
-        ctx.set_secret(Secret::Seat, &self.code, None);
+        ctx.storage.set_secret(Secret::Seat, &self.code, None);
         if let Link::Server(connection) = &mut self.link {
             connection.open = false;
             connection.lost(ctx.now_ms, 0.0);

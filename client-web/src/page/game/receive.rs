@@ -5,8 +5,9 @@ use super::link::Link;
 use super::membership::Membership;
 use super::status::State;
 use crate::net::meter::Traffic;
-use crate::page::context::{Context, Secret};
+use crate::page::context::Context;
 use crate::page::event::Effect;
+use crate::page::storage::Secret;
 use crate::page::strings;
 use crate::world::replica::Replica;
 use jostle_game::{Buttons, RoundPhase, Scene, Seat};
@@ -35,7 +36,7 @@ impl GameScreen {
                 match Scene::parse(&format!("{scene_name}.toml"), &scene) {
                     Ok(scene) => {
                         if let Some(own) = seat.filter(|_| !self.is_in_page()) {
-                            ctx.set_secret(Secret::Seat, &self.code, Some(own.token));
+                            ctx.storage.set_secret(Secret::Seat, &self.code, Some(own.token));
                         }
                         self.status.host = seat.is_some_and(|own| own.host);
                         let seat = seat.map_or(NO_PLAYER, |own| own.seat);

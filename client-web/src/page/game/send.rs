@@ -5,8 +5,9 @@ use super::link::Link;
 use super::membership::GameView;
 use super::status::State;
 use crate::net::meter::Traffic;
-use crate::page::context::{Context, Secret};
+use crate::page::context::Context;
 use crate::page::event::Effect;
+use crate::page::storage::Secret;
 use crate::page::strings;
 use jostle_game::{Input, Seat};
 use jostle_protocol::limits::VIEW_MAX;
@@ -23,7 +24,10 @@ impl GameScreen {
             connection.heard_ms = ctx.now_ms;
         }
         if !self.is_in_page() && !self.watches() {
-            secrets = (ctx.secret(Secret::Seat, &self.code), ctx.secret(Secret::Host, &self.code));
+            secrets = (
+                ctx.storage.secret(Secret::Seat, &self.code),
+                ctx.storage.secret(Secret::Host, &self.code),
+            );
         }
         let (token, host_key) = secrets;
         let appearance = self.appearance.clone();

@@ -7,8 +7,8 @@ use jostle_sim::Vec2;
 
 fn browser_at(hash: &str, local: &[(&str, &str)]) -> Browser {
     let local = local.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
-    let remembered = Remembered { local: local.collect(), ..Default::default() };
-    let mut browser = Browser::open_with("/", "", remembered);
+    let storage = Storage { local: local.collect(), ..Default::default() };
+    let mut browser = Browser::open_with("/", "", storage);
     browser.say(Event::Navigated(Address {
         path: "/".to_owned(),
         query: String::new(),
@@ -44,9 +44,9 @@ fn what_is_edited_is_kept_and_comes_back() {
     let mut browser = browser_at("#edit", &[]);
     assert_eq!((browser.app.state(), text(&browser).as_str()), ("editing", ""));
     browser.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
-    let effects = browser.say(Event::Pulse { hidden: false });
-    assert!(has(&effects, "StoreLocal(\"jostle.draft\""), "{effects:?}");
+    browser.say(PULSE);
     let kept = text(&browser);
+    assert_eq!(browser.stored("jostle.draft").as_ref(), Some(&kept));
     let again = browser_at("#edit", &[("jostle.draft", &kept)]);
     assert_eq!(text(&again), kept);
     // That of another scene is not taken for this one.
@@ -57,12 +57,81 @@ fn what_is_edited_is_kept_and_comes_back() {
         browser_at("#edit=pile", &[("jostle.draft", &kept), ("jostle.draft.pile", "size = 3")]);
     assert_eq!(text(&pile), "size = 3");
     pile.say(Event::Clicked("edit-place".to_owned(), "block".to_owned()));
-    let effects = pile.say(Event::Pulse { hidden: false });
-    assert!(has(&effects, "StoreLocal(\"jostle.draft.pile\", Some"), "{effects:?}");
+    pile.say(PULSE);
+    assert_eq!(pile.stored("jostle.draft.pile"), Some(text(&pile)));
     // Without a text there is none: the shipped scene is edited again.
     pile.say(Event::Clicked("edit-new".to_owned(), String::new()));
-    let effects = pile.say(Event::Pulse { hidden: false });
-    assert!(has(&effects, "StoreLocal(\"jostle.draft.pile\", None"), "{effects:?}");
+    pile.say(PULSE);
+    assert_eq!(pile.stored("jostle.draft.pile"), None);
+}
+
+const PULSE: Event = Event::Pulse { hidden: false };
+
+/// Types a text, which is kept within a moment.
+fn type_text(browser: &mut Browser, text: &str) {
+    browser.say(Event::Edited(Deed::Typed(text.to_owned())));
+    browser.say(PULSE);
+}
+
+#[test]
+fn two_tabs_of_one_scene_never_overwrite_each_others_draft() {
+    for (hash, key, second) in
+        [("#edit", "jostle.draft", "my-scene-2"), ("#edit=pile", "jostle.draft.pile", "pile-2")]
+    {
+        for hears in [true, false] {
+            let mut a = browser_at(hash, &[(key, "title = \"Old\"")]);
+            let mut b = a.beside(hash);
+            type_text(&mut b, "title = \"An hour of work\"");
+            if hears {
+                a.hear(key);
+                assert_eq!(a.title(), strings::OTHER_DRAFT.title, "the tab notices");
+            }
+            type_text(&mut a, "title = \"Old!\"");
+            assert_eq!(a.stored(key).as_deref(), Some("title = \"An hour of work\""));
+            let second_key = format!("jostle.draft.{second}");
+            assert_eq!(a.stored(&second_key).as_deref(), Some("title = \"Old!\""));
+            // The tab says so, and goes on there.
+            assert_eq!(a.address, format!("/#edit={second}"));
+            assert_eq!(a.title(), strings::second_draft("").title);
+            type_text(&mut a, "title = \"Older\"");
+            assert_eq!(a.stored(&second_key).as_deref(), Some("title = \"Older\""));
+            b.hear(&second_key);
+            type_text(&mut b, "title = \"More work\"");
+            assert_eq!(a.stored(key).as_deref(), Some("title = \"More work\""));
+            assert_eq!(text(&a.beside(&format!("#edit={second}"))), "title = \"Older\"");
+        }
+    }
+}
+
+#[test]
+fn a_tab_can_take_over_the_draft_of_another_and_undo_that() {
+    let mut a = browser_at("#edit", &[("jostle.draft", "size = 1")]);
+    let mut b = a.beside("#edit");
+    type_text(&mut b, "size = 2");
+    a.hear("jostle.draft");
+    a.click("notice");
+    assert_eq!((a.title(), text(&a).as_str()), ("", "size = 2"));
+    type_text(&mut a, "size = 3");
+    assert_eq!(a.stored("jostle.draft").as_deref(), Some("size = 3"));
+    a.say(Event::Edited(Deed::Undone));
+    a.say(Event::Edited(Deed::Undone));
+    assert_eq!(text(&a), "size = 1");
+    // What a tab leaves in the last moment is kept too.
+    b.say(Event::Edited(Deed::Typed("size = 4".to_owned())));
+    b.say(Event::Closing);
+    assert_eq!(b.stored("jostle.draft").as_deref(), Some("size = 3"));
+    assert_eq!(b.stored("jostle.draft.my-scene-2").as_deref(), Some("size = 4"));
+}
+
+#[test]
+fn a_scene_that_is_played_or_linked_is_not_edited_over_an_earlier_draft() {
+    let mut browser = browser_at("#alone=pile", &[("jostle.draft.pile", "size = 1")]);
+    browser.wait(200);
+    browser.press("KeyE", "e");
+    assert_eq!(browser.title(), strings::OTHER_DRAFT.title);
+    type_text(&mut browser, "size = 2");
+    assert_eq!(browser.stored("jostle.draft.pile").as_deref(), Some("size = 1"));
+    assert_eq!(browser.stored("jostle.draft.pile-2").as_deref(), Some("size = 2"));
 }
 
 #[test]

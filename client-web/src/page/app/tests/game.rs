@@ -1,8 +1,8 @@
 //! Games: joining, input, lost connections, refusals, hosts, dialogs, addresses.
 
 use super::*;
-use crate::page::context::Secret;
 use crate::page::event::{Pointer, PointerChange};
+use crate::page::storage::Secret;
 use crate::view::frame::View;
 use crate::world::replica::News;
 use jostle_protocol::{Refusal, Token};
@@ -51,8 +51,7 @@ fn the_page_wears_the_colour_of_its_team() {
 fn a_seat_is_reclaimed_after_a_reload() {
     let token = Token([7; limits::TOKEN_BYTES]);
     let session = BTreeMap::from([("jostle.seat.arena".to_owned(), token.text())]);
-    let mut browser =
-        Browser::open_with("/arena", "", Remembered { session, ..Default::default() });
+    let mut browser = Browser::open_with("/arena", "", Storage { session, ..Default::default() });
     browser.accept("arena");
     assert!(matches!(&browser.sent[0], ClientMessage::Hello { token: Some(t), .. } if *t == token));
 }
@@ -61,7 +60,7 @@ fn a_seat_is_reclaimed_after_a_reload() {
 fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
     let mut browser = Browser::playing();
     let token = Token([7; limits::TOKEN_BYTES]).text();
-    browser.app.ctx.set_secret(Secret::Seat, "arena", Token::parse(&token));
+    browser.app.ctx.storage.set_secret(Secret::Seat, "arena", Token::parse(&token));
     let key = "jostle.seat.arena".to_owned();
     let done = browser.say(Event::Closing);
     assert!(browser.effects.contains(&Effect::StoreLocal(key.clone(), Some(token.clone()))));
@@ -69,12 +68,19 @@ fn a_seat_of_a_closed_tab_is_taken_by_the_next_one_and_by_no_third() {
     assert_eq!(browser.app.state(), "reconnecting", "in case the browser shows the page again");
 
     let local = BTreeMap::from([(key.clone(), token.clone())]);
-    let mut browser = Browser::open_with("/arena", "", Remembered { local, ..Default::default() });
+    let mut browser = Browser::open_with("/arena", "", Storage { local, ..Default::default() });
     browser.accept("arena");
     let claims = |message: &ClientMessage| matches!(message, ClientMessage::Hello { token: Some(claim), .. } if claim.text() == token);
     assert!(claims(&browser.sent[0]), "{:?}", browser.sent[0]);
     // With the welcome.
-    assert!(browser.effects.contains(&Effect::StoreLocal(key, None)));
+    assert!(browser.effects.contains(&Effect::StoreLocal(key.clone(), None)));
+    // Neither does a tab that was open all the while.
+    let local = BTreeMap::from([(key.clone(), token.clone())]);
+    let mut open = Browser::open_with("/", "", Storage { local, ..Default::default() });
+    open.say(Event::StoredElsewhere(key, None));
+    open.say(Event::Clicked("go".into(), "arena".into()));
+    open.accept("arena");
+    assert!(!claims(&open.sent[0]), "{:?}", open.sent[0]);
 }
 
 #[test]
@@ -396,16 +402,16 @@ fn a_lost_drawing_context_is_reported_unless_it_returns_soon() {
     // Drawing that fails ends neither the game nor its hope.
     let done = browser.say(Event::GraphicsFailed);
     assert_eq!((browser.app.state(), browser.title()), ("unsupported", strings::NO_WEBGL2.title));
+    assert!(!has(&done, "Disconnect"), "{done:?}");
+    browser.wait(400);
+    browser.say(Event::ContextRestored);
+    assert_eq!((browser.app.state(), browser.title()), ("playing", ""));
 }
 
 #[test]
 fn the_copy_button_shows_its_result_for_a_moment() {
     let mut browser = Browser::playing();
     assert!(has(&browser.click("copy"), "CopyAddress"));
-    assert!(!has(&done, "Disconnect"), "{done:?}");
-    browser.wait(400);
-    browser.say(Event::ContextRestored);
-    assert_eq!((browser.app.state(), browser.title()), ("playing", ""));
     assert!(has(&browser.say(Event::Copied(true)), "After(1500, CopyShown)"));
     assert_eq!(browser.app.copied, Some(true));
     browser.say(Event::CopyShown);

@@ -87,10 +87,36 @@ fn a_server_that_refuses_a_room_says_why_in_the_lobby() {
 
 #[test]
 fn a_new_visitor_gets_a_name_that_is_remembered() {
-    let browser = Browser::open_with("/", "", Remembered::default());
+    let browser = Browser::open_with("/", "", Storage::default());
     let name = &browser.app.appearance.name;
     assert!(name.contains(' '), "{name}");
     assert!(
         browser.effects.contains(&Effect::StoreLocal("jostle.name".into(), Some(name.to_string())))
     );
+}
+
+#[test]
+fn settings_of_one_tab_reach_the_others_and_are_not_undone_by_them() {
+    use crate::page::choices::SettingsEvent;
+    use crate::sound::task::SoundEvent;
+    let mut a = Browser::open("/", "");
+    let mut b = a.beside("");
+    b.say(Event::Sound(SoundEvent::VolumeChosen(90)));
+    b.say(Event::Settings(SettingsEvent::Calm(true)));
+    b.say(Event::PredictionChosen(false));
+    b.say(Event::FormChanged(form("Bea")));
+    // A tab that has not heard of it writes no more than what was changed in it.
+    a.say(Event::Sound(SoundEvent::CaptionsChosen(true)));
+    a.say(Event::Settings(SettingsEvent::DeadZone(30)));
+    for (key, value) in [("volume", "90"), ("captions", "1"), ("calm", "1"), ("name", "Bea")] {
+        assert_eq!(a.stored(&format!("jostle.{key}")).as_deref(), Some(value), "{key}");
+    }
+    let screen = a.app.screen;
+    for key in ["volume", "calm", "predict", "name", "color"] {
+        a.hear(&format!("jostle.{key}"));
+    }
+    assert_eq!((a.app.sound.volume, a.app.settings.calm, a.app.predicts()), (90, true, false));
+    assert_eq!((&*a.app.appearance.name, a.app.own_color), ("Bea", 5));
+    assert!(a.app.screen > screen, "the form is filled again");
+    assert_eq!(a.app.settings.pad.dead_zone, 30, "its own choice stays");
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::net::clock::TICK_MS;
-use crate::page::context::Secret;
+use crate::page::storage::Secret;
 use jostle_protocol::{Refusal, Token};
 
 const B: &str = "http://b:8081";
@@ -108,7 +108,7 @@ impl Browser {
 fn the_picture_goes_on_where_it_was_when_the_room_moved() {
     let mut browser = Browser::running();
     let (copy, display, key) = (browser.copy(), browser.display(), Token([9; limits::TOKEN_BYTES]));
-    browser.app.ctx.set_secret(Secret::Host, "arena", Some(key));
+    browser.app.ctx.storage.set_secret(Secret::Host, "arena", Some(key));
     let (room, asked) = browser.move_to(B);
     assert_eq!(asked.as_deref(), Some(B));
     browser.run(20);

@@ -9,7 +9,6 @@ use crate::world::room_in_page::scripted_input;
 use jostle_protocol::replay::header;
 use jostle_room::Room;
 use jostle_sim::Vec2;
-use std::collections::BTreeMap;
 
 impl Browser {
     /// The tasks for the player since the last call.
@@ -154,17 +153,13 @@ fn volume_mute_and_captions_are_remembered() {
     );
     browser.says(SoundEvent::CaptionsChosen(true));
     browser.says(SoundEvent::MuteChosen(true));
-    let stored = browser.effects.iter().filter_map(|effect| match effect {
-        Effect::StoreLocal(key, Some(value)) => Some((key.clone(), value.clone())),
-        _ => None,
-    });
-    let local: BTreeMap<String, String> = stored.collect();
-    let next = Browser::open_with("/", "", Remembered { local, ..Default::default() });
+    let local = browser.store.borrow().clone();
+    let next = Browser::open_with("/", "", Storage { local, ..Default::default() });
     let desk = &next.app.sound;
     assert_eq!((desk.volume, desk.muted, desk.captioned), (70, true, true));
 
     let nonsense = [("jostle.volume".to_owned(), "200".to_owned())].into();
-    let next = Browser::open_with("/", "", Remembered { local: nonsense, ..Default::default() });
+    let next = Browser::open_with("/", "", Storage { local: nonsense, ..Default::default() });
     assert_eq!((next.app.sound.volume, next.app.sound.muted), (40, false));
 }
 

@@ -1,0 +1,142 @@
+//! Everything that the browser keeps for the page. Tabs share it, by one rule: a value is written when this tab changes
+//! it, so that one with old values overwrites nothing; what another tab writes is taken over; and a text is only
+//! written over the one that it was made from ([`Draft`]).
+
+use crate::page::drafts::{self, Draft};
+use crate::page::event::Effect;
+use jostle_game::scene::SCENE_BYTES_MAX;
+use jostle_protocol::Token;
+use std::collections::BTreeMap;
+
+/// Keys of settings and of the player.
+pub const LANGUAGE: &str = "jostle.language";
+pub const CALM: &str = "jostle.calm";
+pub const KEYS: &str = "jostle.keys";
+pub const PAD: &str = "jostle.pad";
+pub const PREDICT: &str = "jostle.predict";
+pub const VOLUME: &str = "jostle.volume";
+pub const MUTED: &str = "jostle.muted";
+pub const CAPTIONS: &str = "jostle.captions";
+const NAME: &str = "jostle.name";
+const COLOR: &str = "jostle.color";
+
+/// The kinds of secrets that a tab keeps for a room.
+#[derive(Clone, Copy, Debug)]
+pub enum Secret {
+    /// Gives a seat back.
+    Seat,
+    /// Makes its holder the host.
+    Host,
+}
+
+/// Values that the browser keeps, as this tab last read or wrote them.
+#[derive(Debug, Default)]
+pub struct Storage {
+    /// Of all tabs and visits.
+    pub local: BTreeMap<String, String>,
+    /// Of this tab.
+    pub session: BTreeMap<String, String>,
+    /// Values to be written.
+    pub writes: Vec<Effect>,
+}
+
+impl Storage {
+    /// The value under a key.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.local.get(key).map(String::as_str)
+    }
+
+    /// Keeps a value for all visits, if it is another one.
+    pub fn keep(&mut self, key: &str, value: &str) {
+        if self.get(key) != Some(value) {
+            self.local.insert(key.to_owned(), value.to_owned());
+            self.writes.push(Effect::StoreLocal(key.to_owned(), Some(value.to_owned())));
+        }
+    }
+
+    /// Keeps whether something is on.
+    pub fn keep_flag(&mut self, key: &str, on: bool) {
+        self.keep(key, if on { "1" } else { "0" });
+    }
+
+    /// Another tab wrote or forgot a value.
+    pub fn take(&mut self, key: &str, value: Option<String>) {
+        match value {
+            Some(value) => self.local.insert(key.to_owned(), value),
+            None => self.local.remove(key),
+        };
+    }
+
+    /// The name and the colour of the player.
+    pub fn player(&self) -> (&str, Option<u8>) {
+        (self.get(NAME).unwrap_or_default(), self.get(COLOR).and_then(|color| color.parse().ok()))
+    }
+
+    pub fn keep_player(&mut self, name: &str, color: u8) {
+        self.keep(NAME, name);
+        self.keep(COLOR, &color.to_string());
+    }
+
+    /// Whether prediction is on, by the address or by an earlier choice; on by default.
+    pub fn predicts(&self, asked: Option<&str>) -> bool {
+        asked.or_else(|| self.get(PREDICT)).is_none_or(|word| word != "0")
+    }
+
+    /// The volume in percent, whether sound is off, and whether captions are on.
+    pub fn sound(&self) -> (Option<u8>, bool, bool) {
+        let is_on = |key| self.get(key) == Some("1");
+        (self.get(VOLUME).and_then(|volume| volume.parse().ok()), is_on(MUTED), is_on(CAPTIONS))
+    }
+
+    /// The draft of a shipped scene, or of a scene of one's own (`None`).
+    pub fn draft(&self, origin: Option<&str>) -> Option<&str> {
+        self.get(&drafts::key(origin))
+    }
+
+    /// Keeps a draft that was made from `base`. An empty text is forgotten, so that the shipped scene is edited again;
+    /// one that can be no scene, because it is too long, is not kept.
+    pub fn keep_draft(&mut self, origin: Option<&str>, text: &str, base: Option<&str>) {
+        if text.len() <= SCENE_BYTES_MAX {
+            let text = Some(text).filter(|text| !text.is_empty());
+            let [origin, text, base] = [origin, text, base].map(|part| part.map(str::to_owned));
+            self.writes.push(Effect::StoreDraft(Draft { origin, text, base }));
+        }
+    }
+
+    /// A secret of this tab for a room, or of one that was closed.
+    pub fn secret(&self, kind: Secret, room: &str) -> Option<Token> {
+        let key = kind.key(room);
+        Token::parse(self.session.get(&key).or_else(|| self.local.get(&key))?)
+    }
+
+    /// Leaves the seat in a room behind for the next tab that comes to it.
+    pub fn leave_seat_behind(&mut self, room: &str) {
+        let key = Secret::Seat.key(room);
+        if let Some(token) = self.session.get(&key).cloned() {
+            self.keep(&key, &token);
+        }
+    }
+
+    /// Remembers a secret of this tab for a room, or forgets it.
+    pub fn set_secret(&mut self, kind: Secret, room: &str, token: Option<Token>) {
+        let (key, text) = (kind.key(room), token.map(|token| token.text()));
+        match &text {
+            Some(text) => self.session.insert(key.clone(), text.clone()),
+            None => self.session.remove(&key),
+        };
+        // Once it is taken, or given up, no other tab may come with it.
+        if self.local.remove(&key).is_some() {
+            self.writes.push(Effect::StoreLocal(key.clone(), None));
+        }
+        self.writes.push(Effect::StoreSession(key, text));
+    }
+}
+
+impl Secret {
+    fn key(self, room: &str) -> String {
+        match self {
+            Secret::Seat => format!("jostle.seat.{room}"),
+            Secret::Host => format!("jostle.host.{room}"),
+        }
+    }
+}
