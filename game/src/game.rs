@@ -69,7 +69,7 @@ pub struct Game {
     pub(crate) pending: Vec<Event>,
     /// Scratch memory of a tick.
     prey: Prey,
-    hard_touches: Vec<u32>,
+    hard_touches: Vec<u64>,
     nearby: Vec<BodyId>,
 }
 

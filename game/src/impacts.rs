@@ -11,22 +11,21 @@ pub(crate) const IMPACTS_PER_TICK_MAX: usize = 32;
 
 /// Reports contacts that began harder than the scene's report speed, hardest first. `hard` is
 /// scratch memory.
-pub(crate) fn report(world: &World, scene: &Scene, hard: &mut Vec<u32>, events: &mut Vec<Event>) {
+pub(crate) fn report(world: &World, scene: &Scene, hard: &mut Vec<u64>, events: &mut Vec<Event>) {
     if scene.world.solver.is_none() {
         return;
     }
     let touches = world.touches();
     let is_hard = |touch: &Touch| touch.began && touch.closing > scene.impact_speed;
     hard.clear();
-    hard.extend((0u32..).zip(touches).filter(|(_, touch)| is_hard(touch)).map(|(index, _)| index));
-    let closing = |index: u32| touches[index as usize].closing;
     // Of equally hard ones those with the lower ids stay.
-    hard.sort_unstable_by(|&one, &other| {
-        closing(other).total_cmp(&closing(one)).then(one.cmp(&other))
-    });
+    let key =
+        |(index, touch): (u64, &Touch)| u64::from(!math::ordered_bits(touch.closing)) << 32 | index;
+    hard.extend((0u64..).zip(touches).filter(|(_, touch)| is_hard(touch)).map(key));
+    hard.sort_unstable();
     hard.truncate(IMPACTS_PER_TICK_MAX);
-    events.extend(hard.iter().map(|&index| {
-        let touch = &touches[index as usize];
+    events.extend(hard.iter().map(|&key| {
+        let touch = &touches[key as u32 as usize];
         let point = contact_point(world, touch);
         Event::Impact { a: touch.a, b: touch.b, point, speed: touch.closing }
     }));

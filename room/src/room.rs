@@ -558,9 +558,10 @@ impl Room {
     pub fn held(&self) -> Vec<Seat> {
         let lost =
             self.members.seats.iter().filter_map(|(&seat, member)| Some((member.lost_tick?, seat)));
-        let mut held: Vec<_> = lost.collect();
+        let keys = lost.map(|(tick, seat)| u64::from(tick) << 16 | u64::from(seat.0));
+        let mut held: Vec<u64> = keys.collect();
         held.sort_unstable();
-        held.into_iter().map(|(_, seat)| seat).collect()
+        held.into_iter().map(|key| Seat(key as u16)).collect()
     }
 
     /// Ticks for which a player has pressed, released and moved nothing; `None` for a free seat and for a bot's.

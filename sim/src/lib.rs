@@ -15,6 +15,7 @@ mod integrate;
 mod material;
 pub mod math;
 mod narrow_phase;
+pub mod order;
 pub mod particles;
 mod rng;
 mod shape;

@@ -3,6 +3,7 @@
 use super::number::written;
 use super::text::{Extent, Number, Piece, Place, Point, Sheet, line_end, line_start};
 use jostle_sim::Vec2;
+use jostle_sim::order::sort_few;
 use std::ops::Range;
 
 /// Bytes of a text, and what comes in their place.
@@ -28,7 +29,8 @@ impl Splice {
 
 /// The text after some splices, in any order. Of two that overlap the first takes the bytes of both.
 pub fn apply(text: &str, mut splices: Vec<Splice>) -> String {
-    splices.sort_by_key(|splice| (splice.at.start, splice.at.end));
+    let place = |splice: &Splice| (splice.at.start, splice.at.end);
+    sort_few(&mut splices, |one, other| place(one) < place(other));
     let mut new = String::with_capacity(text.len() + 64);
     let mut from = 0;
     for Splice { at, with } in splices {

@@ -10,6 +10,7 @@ use super::state::Editor;
 use super::strings;
 use super::text::{PieceId, Sheet};
 use jostle_sim::Vec2;
+use jostle_sim::order::sort_few;
 
 /// Nudges with a shorter pause between them are one step of the history, milliseconds.
 const NUDGE_MS: f64 = 700.0;
@@ -157,7 +158,7 @@ impl Editor {
             return self.wait();
         }
         let mut ids = self.selection.clone();
-        ids.sort();
+        sort_few(&mut ids, |one, other| one < other);
         ids.retain(|id| self.sheet.piece(*id).is_some_and(|piece| !piece.scattered));
         let splices = ids.iter().filter_map(|id| edit::copied(&self.text, self.sheet.piece(*id)?));
         let mut text = apply(&self.text, splices.collect());

@@ -5,6 +5,7 @@ use jostle_game::scene::{AtTime, Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_protocol::PlayerState;
 use jostle_sim::TICKS_PER_SECOND;
+use jostle_sim::order::sort_few;
 
 /// Ticks for which the page says that a round has begun.
 const GO_TICKS: f64 = TICKS_PER_SECOND as f64;
@@ -211,7 +212,8 @@ impl Looked<'_> {
         };
         let mut sides: Vec<SideView> = sides;
         let won = |side: &SideView| self.round.winners.contains(&side.side);
-        sides.sort_by_key(|side| std::cmp::Reverse((won(side), side.score, side.lives)));
+        let weight = |side: &SideView| (won(side), side.score, side.lives);
+        sort_few(&mut sides, |one, other| weight(one) > weight(other));
         let stars = spec.stars.filter(|_| sides.len() == 1 && won(&sides[0])).map(|stars| {
             let points = sides[0].score.unwrap_or_default();
             stars.iter().filter(|&&star| points >= star).count()

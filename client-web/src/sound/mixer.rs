@@ -4,6 +4,7 @@
 use super::cue::{Cue, Sound};
 use super::patch;
 use crate::view::frame::View;
+use jostle_sim::math::ordered_bits;
 use jostle_sim::{BodyId, Vec2};
 
 /// Voices that sound at a time.
@@ -126,17 +127,20 @@ impl Mixer {
         }
         self.resting.retain(|&(_, until_s)| until_s > now_s);
         let mut waiting = std::mem::take(&mut self.waiting);
-        let order = |cue: &Cue| (cue.sound.rank(), loudness(cue, ear));
-        waiting.sort_by(|one, other| {
-            let ((rank_1, gain_1), (rank_2, gain_2)) = (order(one), order(other));
-            rank_2.cmp(&rank_1).then(gain_2.total_cmp(&gain_1))
+        // Rank and loudness take 40 bits, and few wait.
+        let keys = waiting.iter().zip(0u64..).map(|(cue, index)| {
+            let gain = u64::from(ordered_bits(loudness(cue, ear)));
+            let weight = u64::from(cue.sound.rank()) << 32 | gain;
+            !weight << 24 | index
         });
+        let mut order: Vec<u64> = keys.collect();
+        order.sort_unstable();
         let mut voices = Vec::new();
-        for cue in waiting.drain(..) {
+        for key in order {
             if voices.len() == STARTS_A_FRAME_MAX {
                 break;
             }
-            voices.extend(self.start(&cue, now_s, ear));
+            voices.extend(self.start(&waiting[(key & 0xFF_FFFF) as usize], now_s, ear));
         }
         // Its memory serves the next frame.
         waiting.clear();

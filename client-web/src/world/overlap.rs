@@ -2,8 +2,8 @@
 //! Only the bounds view asks.
 
 use crate::net::timeline::Sample;
-use jostle_sim::Aabb;
-use jostle_sim::collide;
+use jostle_sim::math::ordered_bits;
+use jostle_sim::{Aabb, collide};
 
 /// Calls `report(i, j)` for each pair of bodies that overlap and for which `meets(i, j)` holds.
 pub fn pairs(
@@ -13,10 +13,13 @@ pub fn pairs(
 ) {
     let boxes: Vec<Aabb> =
         bodies.iter().map(|b| Aabb::around(b.center, b.shape.half_extent())).collect();
-    let mut order: Vec<usize> = (0..bodies.len()).collect();
-    order.sort_by(|&i, &j| boxes[i].low.x.total_cmp(&boxes[j].low.x));
-    for (place, &i) in order.iter().enumerate() {
-        for &j in &order[place + 1..] {
+    let keys = boxes.iter().zip(0u64..);
+    let keys = keys.map(|(around, i)| u64::from(ordered_bits(around.low.x)) << 32 | i);
+    let mut order: Vec<u64> = keys.collect();
+    order.sort_unstable();
+    let body = |key: u64| key as u32 as usize;
+    for (place, i) in order.iter().map(|&key| body(key)).enumerate() {
+        for j in order[place + 1..].iter().map(|&key| body(key)) {
             if boxes[j].low.x >= boxes[i].high.x {
                 break;
             }

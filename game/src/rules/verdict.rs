@@ -5,6 +5,7 @@ use super::clock::RoundPhase;
 use crate::roster::Roster;
 use crate::scene::{AtTime, RoundSpec};
 use crate::side::{Side, Standing};
+use jostle_sim::order::sort_few;
 
 impl Rules {
     /// Ends the round if something decides it: a claim, the goal, lives, then time. No order of rules or
@@ -56,7 +57,7 @@ impl Rules {
     fn by_claims(&mut self, standings: &[(Side, Standing)]) -> Option<Vec<Side>> {
         let claims = &mut self.scratch.claims;
         if !claims.won.is_empty() {
-            claims.won.sort_unstable();
+            sort_few(&mut claims.won, |one, other| one < other);
             claims.won.dedup();
             return Some(claims.won.clone());
         }

@@ -9,7 +9,7 @@
 use super::overlaps::Overlaps;
 use super::plan::{self, Bodies};
 use super::spec::Scene;
-use jostle_sim::math::max;
+use jostle_sim::math::{max, ordered_bits};
 use jostle_sim::{BodyDef, DT, Motion, Relaxation, Solver};
 
 /// Microseconds of a dynamic body with the relaxation, or with contacts that are only found: 3000
@@ -47,17 +47,20 @@ impl WorstTick {
     /// The worst tick of this scene.
     pub fn of(scene: &Scene) -> WorstTick {
         let movers = movers(scene);
-        let mut costs: Vec<(f32, &Bodies)> =
-            movers.iter().map(|alike| (body_us(scene, &movers, &alike.def), alike)).collect();
+        let cost = |alike: &Bodies| body_us(scene, &movers, &alike.def);
+        let keys = movers.iter().zip(0u64..);
+        let keys = keys.map(|(alike, index)| u64::from(!ordered_bits(cost(alike))) << 32 | index);
+        let mut order: Vec<u64> = keys.collect();
         // Beyond the limit of bodies the cheap ones are left out.
-        costs.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let dearest = costs.first().map_or(0.0, |(cost, _)| *cost);
+        order.sort_unstable();
+        let dearest = order.first().map_or(0.0, |&key| cost(&movers[key as u32 as usize]));
         let mut room = scene.world.bodies_max as u32;
         let mut shares: Vec<Share> = Vec::new();
-        for (cost, alike) in costs {
+        for key in order {
+            let alike = &movers[key as u32 as usize];
             let count = alike.total(scene.players_max).min(room);
             room -= count;
-            let (us, field) = (cost * count as f32, alike.count_field());
+            let (us, field) = (cost(alike) * count as f32, alike.count_field());
             match shares.iter_mut().find(|share| share.field == field) {
                 Some(share) => share.us += us,
                 None => shares.push(Share { us, field }),

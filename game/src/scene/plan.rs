@@ -202,12 +202,12 @@ fn meeting<'a>(
 fn pairs(scene: &Scene, sources: &[Bodies]) -> Vec<[u8; 2]> {
     let groups = |(a, b): (&Bodies, &Bodies)| {
         let (a, b) = (a.def.group, b.def.group);
-        [a.min(b), a.max(b)]
+        u64::from(a.min(b)) << 8 | u64::from(a.max(b))
     };
-    let mut pairs: Vec<[u8; 2]> = meeting(scene, sources).map(groups).collect();
+    let mut pairs: Vec<u64> = meeting(scene, sources).map(groups).collect();
     pairs.sort_unstable();
     pairs.dedup();
-    pairs
+    pairs.into_iter().map(|pair| [(pair >> 8) as u8, pair as u8]).collect()
 }
 
 /// The field that launches dye packs.

@@ -4,6 +4,7 @@ use super::limits::{RECIPES_MAX, SCENE_NAME_BYTES_MAX};
 use super::name::{NAME_ALLOWED, is_name};
 use super::table::{Document, Field, Range, Table, one_of};
 use jostle_sim::Recipe;
+use jostle_sim::order::sort_few;
 use toml::de::DeTable;
 
 /// Longest life of a particle, ticks.
@@ -75,7 +76,7 @@ impl Recipes {
     fn known(&self) -> String {
         let all = self.list.iter().cloned().chain(presets());
         let mut names: Vec<String> = all.map(|recipe| recipe.name).collect();
-        names.sort();
+        sort_few(&mut names, |one, other| one < other);
         names.dedup();
         one_of(names)
     }

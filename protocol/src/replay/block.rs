@@ -155,12 +155,12 @@ impl Block {
 
     /// Writes the columns of each seat.
     fn write_inputs(&self, columns: &mut Writer, moves: &mut BitWriter) {
-        let mut seats: Vec<Seat> =
-            self.ticks.iter().flat_map(|tick| tick.inputs.iter().map(|&(seat, _)| seat)).collect();
+        let inputs = self.ticks.iter().flat_map(|tick| tick.inputs.iter());
+        let mut seats: Vec<u64> = inputs.map(|&(seat, _)| seat.0.into()).collect();
         seats.sort_unstable();
         seats.dedup();
         columns.count(seats.len());
-        for seat in seats {
+        for seat in seats.into_iter().map(|seat| Seat(seat as u16)) {
             let inputs: Vec<Option<Input>> =
                 self.ticks.iter().map(|tick| input_of(&tick.inputs, seat)).collect();
             write_seat(columns, seat);

@@ -23,6 +23,7 @@ use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
     Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotStream, TimedEvent,
 };
+use jostle_sim::order::sort_few;
 use jostle_sim::particles::{Obstacle, dequantise, quantise};
 use jostle_sim::{BodyId, EmitterDef, Particles, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
@@ -444,7 +445,7 @@ impl Replica {
     /// The same players by their scores, the best first.
     pub fn ranking(&self) -> Vec<&PlayerState> {
         let mut order: Vec<_> = self.players().iter().collect();
-        order.sort_unstable_by_key(|player| (std::cmp::Reverse(player.score), player.seat));
+        sort_few(&mut order, |one, other| one.score > other.score);
         order
     }
 

@@ -26,10 +26,10 @@ impl Replica {
     /// Of two bodies that meet the movable one sounds, and of two of those the smaller.
     pub(super) fn hear_impact(&mut self, tick: u32, ids: [BodyId; 2], point: Vec2, speed: f32) {
         let mut movable = ids.map(|id| self.sampled(id).copied().filter(is_movable));
-        movable.sort_by(|one, other| {
-            let size = |sample: &Option<Sample>| sample.as_ref().map_or(f32::MAX, size);
-            size(one).total_cmp(&size(other))
-        });
+        let [one, other] = movable.map(|sample| sample.as_ref().map_or(f32::MAX, size));
+        if other < one {
+            movable.swap(0, 1);
+        }
         let Some(sample) = &movable[0] else { return };
         let cue = Cue {
             sound: material(&self.scene, sample),
