@@ -83,11 +83,14 @@ extern "C" {
 /// the nearest JavaScript: here that is within. What the work owned is leaked, as it may be half changed.
 pub fn attempt<R>(work: impl FnOnce() -> R) -> Option<R> {
     let (mut work, mut result) = (Some(work), None);
+    ends_well(&mut || result = work.take().map(|work| work())).then_some(result)?
+}
+
+fn ends_well(work: &mut dyn FnMut()) -> bool {
     IN_ATTEMPT.set(true);
-    let mut call = || result = work.take().map(|work| work());
-    let ended = apply(&mut call, &JsValue::NULL, &js_sys::Array::new());
+    let ended = apply(&mut || work(), &JsValue::NULL, &js_sys::Array::new());
     IN_ATTEMPT.set(false);
-    ended.ok().and(result)
+    ended.is_ok()
 }
 
 /// Whether a panic now would end an [`attempt`] alone.

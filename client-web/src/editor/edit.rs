@@ -3,7 +3,7 @@
 use super::number::written;
 use super::text::{Extent, Number, Piece, Place, Point, Sheet, line_end, line_start};
 use jostle_sim::Vec2;
-use jostle_sim::order::sort_few;
+use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
 
 /// Bytes of a text, and what comes in their place.

@@ -10,7 +10,7 @@ use super::state::Editor;
 use super::strings;
 use super::text::{PieceId, Sheet};
 use jostle_sim::Vec2;
-use jostle_sim::order::sort_few;
+use jostle_sim::short_sort::sort_few;
 
 /// Nudges with a shorter pause between them are one step of the history, milliseconds.
 const NUDGE_MS: f64 = 700.0;

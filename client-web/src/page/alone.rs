@@ -134,7 +134,7 @@ impl App {
 
     /// Plays a scene that is not of the site alone. The player is asked first if it may be too heavy for the page.
     fn play_foreign(&mut self, scene: Arc<Scene>, wish: Wish) {
-        match wish.heavy_tick(&scene) {
+        match Wish::heavy_tick(&scene) {
             None => self.play_alone(scene, wish),
             Some(worst) => {
                 self.dialogs.card = Some(strings::heavy_scene(&worst, false));

@@ -63,10 +63,8 @@ impl Wish {
         self.bots.unwrap_or(wanted).max(needed)
     }
 
-    /// The worst tick of such a game, if it may be too heavy for the page.
-    pub fn heavy_tick(&self, scene: &Scene) -> Option<WorstTick> {
-        let players = self.bots_in(scene).saturating_add(1).min(scene.players_max);
-        let worst = WorstTick::of(&Scene { players_max: players, ..scene.clone() });
-        Some(worst).filter(|worst| worst.ms > HEAVY_TICK_MS)
+    /// The worst tick of a scene, if it may be too heavy for the page.
+    pub fn heavy_tick(scene: &Scene) -> Option<WorstTick> {
+        Some(WorstTick::of(scene)).filter(|worst| worst.ms > HEAVY_TICK_MS)
     }
 }

@@ -67,7 +67,7 @@ impl App {
         };
         let wish = Wish { seed: Some(screen.seed), ..Wish::default() };
         if !screen.may_be_heavy
-            && let Some(worst) = wish.heavy_tick(&scene)
+            && let Some(worst) = Wish::heavy_tick(&scene)
         {
             self.dialogs.card = Some(strings::heavy_scene(&worst, true));
             return;

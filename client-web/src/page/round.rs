@@ -5,7 +5,7 @@ use jostle_game::scene::{AtTime, Each, RoundSpec};
 use jostle_game::{RoundInfo, RoundPhase, Scene, Seat, Side, SideInfo};
 use jostle_protocol::PlayerState;
 use jostle_sim::TICKS_PER_SECOND;
-use jostle_sim::order::sort_few;
+use jostle_sim::short_sort::sort_few;
 
 /// Ticks for which the page says that a round has begun.
 const GO_TICKS: f64 = TICKS_PER_SECOND as f64;

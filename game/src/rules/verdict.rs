@@ -5,7 +5,7 @@ use super::clock::RoundPhase;
 use crate::roster::Roster;
 use crate::scene::{AtTime, RoundSpec};
 use crate::side::{Side, Standing};
-use jostle_sim::order::sort_few;
+use jostle_sim::short_sort::sort_few;
 
 impl Rules {
     /// Ends the round if something decides it: a claim, the goal, lives, then time. No order of rules or

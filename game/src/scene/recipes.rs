@@ -4,7 +4,7 @@ use super::limits::{RECIPES_MAX, SCENE_NAME_BYTES_MAX};
 use super::name::{NAME_ALLOWED, is_name};
 use super::table::{Document, Field, Range, Table, one_of};
 use jostle_sim::Recipe;
-use jostle_sim::order::sort_few;
+use jostle_sim::short_sort::sort_few;
 use toml::de::DeTable;
 
 /// Longest life of a particle, ticks.

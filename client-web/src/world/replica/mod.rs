@@ -23,8 +23,8 @@ use jostle_game::{Event, Kind, RoundInfo, SEATS_MAX, Scene, Seat, Tools};
 use jostle_protocol::{
     Appearance, DecodeError, Decoded, PlayerState, Snapshot, SnapshotStream, TimedEvent,
 };
-use jostle_sim::order::sort_few;
 use jostle_sim::particles::{Obstacle, dequantise, quantise};
+use jostle_sim::short_sort::sort_few;
 use jostle_sim::{BodyId, EmitterDef, Particles, TICKS_PER_SECOND, Vec2};
 use std::collections::VecDeque;
 use std::sync::Arc;

@@ -5,7 +5,7 @@ use crate::editor::update::Deed;
 use crate::page::dom;
 use crate::page::event::Event;
 use crate::page::queue::Events;
-use jostle_sim::order::sort_few;
+use jostle_sim::short_sort::sort_few;
 use std::ops::Range;
 use web_sys::{Element, HtmlElement, HtmlTextAreaElement};
 
