@@ -429,11 +429,16 @@ impl ConjugateSolver {
         let constraints = &self.contacts.constraints;
         let island = &self.islands.constraints[self.islands.range(number)];
         let (tolerance, mass_ratio) = tolerance(constraints, island, velocity, context);
-        let work_left = u32::try_from(self.work_left).unwrap_or(u32::MAX);
-        let work_max = context.settings.work_max.min(work_left) / island.len() as u32;
-        let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
         let is_local =
             !self.is_large_world && island.len() >= LOCAL_ISLAND && mass_ratio <= LOCAL_MASS_RATIO;
+        let mut work_max = context.settings.work_max / island.len() as u32;
+        if !is_local {
+            // One sweep more than the step may still take: an island that needs it is over the budget, rather than solved
+            // less well than without one. The visits of local sweeps are bounded by their contacts.
+            let work_left = self.work_left / island.len() as u64 + 1;
+            work_max = work_max.min(u32::try_from(work_left).unwrap_or(u32::MAX));
+        }
+        let sweeps_max = work_max.max(SWEEPS_MIN).min(context.settings.sweeps_max);
         let friction = context.features.takes_friction();
         let (rounding, sequence) = (self.rounding(island, velocity, context), Sequence::Forests);
         let sweeps = SweepLimits { tolerance, rounding, sweeps_max, sequence, friction };

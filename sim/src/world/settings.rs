@@ -56,8 +56,8 @@ pub struct StepBudget {
     /// Pairs of bodies that may come into contact: those within reach of each other, and within a margin of
     /// that. What a step holds in memory for contacts, and what a pass of the relaxation visits.
     pub pairs: usize,
-    /// Work of a step of the conjugate solver: visits of contacts by its sweeps, predictions of impacts, and pairs each
-    /// time that they are looked at.
+    /// Work of a step of the conjugate solver: visits of contacts by its sweeps, predictions of impacts, and each
+    /// visit of a pair. The last island may exceed it, by a sweep or by the visits that local sweeps have for each contact.
     pub work: u64,
     /// Cells of the grid in which particles find obstacles, counted for each obstacle that touches them.
     pub obstacle_cells: usize,

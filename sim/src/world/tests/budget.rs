@@ -77,6 +77,44 @@ fn impacts_and_sweeps_take_no_more_work_than_the_budget_has() {
     assert!(world.pair_solves() < 2 * budget.work, "{} with one", world.pair_solves());
 }
 
+/// Crates on top of each other, which fall a little, and columns of them beside.
+fn columns(height: u32, columns: u32, work: u64) -> World {
+    let budget = StepBudget { work, ..StepBudget::UNLIMITED };
+    let mut world = heap(solvers()[1], 0, 1.0, budget);
+    for (column, row) in (0..columns).flat_map(|column| (0..height).map(move |row| (column, row))) {
+        let position = Vec2::new(column as f32 * 1.98 - 20.0, row as f32 * 1.99 - 27.0);
+        let velocity = Vec2::new(0.0, -0.5 * row as f32);
+        add(
+            &mut world,
+            BodyDef { shape: Shape::rect(2.0, 2.0), position, velocity, ..BodyDef::default() },
+        );
+    }
+    world
+}
+
+#[test]
+fn an_island_that_needs_more_than_the_budget_is_over_and_never_solved_less_well() {
+    // A column, and a heap that is solved by local sweeps.
+    for (height, count) in [(20, 1), (12, 10)] {
+        let mut free = columns(height, count, u64::MAX);
+        free.step();
+        let needed = free.pair_solves() + 2 * u64::from(height * count) * 8;
+        let (mut over, mut kept) = (0, 0);
+        for part in 1..=200 {
+            let mut world = columns(height, count, needed * part / 200);
+            world.step();
+            match world.is_over_budget() {
+                true => over += 1,
+                false => {
+                    kept += 1;
+                    assert_eq!(world.hash(), free.hash(), "{part}/200 of {needed}, {height} high");
+                }
+            }
+        }
+        assert!(over > 10 && kept > 10, "{over} over, {kept} kept, {height} high");
+    }
+}
+
 #[test]
 fn a_budget_that_is_kept_changes_nothing() {
     let budget = StepBudget { pairs: 5000, work: 1_000_000, obstacle_cells: 1 };
