@@ -3,6 +3,7 @@
 use jostle_protocol::replay::Record;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use tokio_util::sync::CancellationToken;
 
 /// One room's file, shared by the room and the writer.
 #[derive(Debug)]
@@ -13,6 +14,16 @@ pub struct RoomFile {
     pub number: u64,
     /// Whether the writer gave it up.
     pub failed: AtomicBool,
+    /// Cancelled once the room is given up: its code may be another room's, whose file it must not replace.
+    pub room_given_up: CancellationToken,
+}
+
+impl RoomFile {
+    /// The file of a room that is never given up.
+    pub fn new(code: String, number: u64) -> RoomFile {
+        let (failed, room_given_up) = (AtomicBool::new(false), CancellationToken::new());
+        RoomFile { code, number, failed, room_given_up }
+    }
 }
 
 /// A job of the writer. Those of one room are done in order.

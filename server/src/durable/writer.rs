@@ -56,6 +56,8 @@ impl Writer {
 
     fn work(&mut self, job: Job) {
         match job {
+            // The thread of a room that was given up may have sent this when it woke.
+            Job::Begin(room_file, _) if room_file.room_given_up.is_cancelled() => {}
             Job::Begin(room_file, records) => {
                 let begun = self.begin(&room_file, &records);
                 self.note(&room_file, begun);

@@ -8,7 +8,7 @@ use crate::limits;
 use jostle_protocol::replay::Record;
 use jostle_room::Room;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tracing::warn;
 
@@ -139,8 +139,8 @@ fn notes(info: &RoomInfo, room: &Room, admission: &Admission) -> Record {
 
 /// The file of a room, as jobs name it.
 pub fn room_file(info: &RoomInfo) -> Arc<RoomFile> {
-    let RoomInfo { ref code, number, .. } = *info;
-    Arc::new(RoomFile { code: code.clone(), number, failed: AtomicBool::new(false) })
+    let file = RoomFile::new(info.code.clone(), info.number);
+    Arc::new(RoomFile { room_given_up: info.given_up.clone(), ..file })
 }
 
 fn revision(room: &Room, admission: &Admission) -> Revision {

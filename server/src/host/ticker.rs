@@ -173,14 +173,14 @@ impl Ticker {
         refusal.into_iter().for_each(|refusal| self.end_all_sessions(refusal));
         match (opened, &self.records) {
             (Some(opened), _) => self.end(opened, played.as_ref().ok(), clock.now()),
-            (None, Some(records)) => {
+            (None, Some(records)) if !self.info.given_up.is_cancelled() => {
                 let reason = match &played {
                     Ok(_) => "its scene takes too much of the server",
                     Err(_) => "the room failed as it was restored",
                 };
                 records.give_up(&code, reason);
             }
-            (None, None) => {}
+            (None, _) => {}
         }
         match played {
             Ok(End::Parted) => {
@@ -192,10 +192,11 @@ impl Ticker {
         }
     }
 
-    /// Ends the files of a room, which failed if `end` is `None`.
+    /// Ends the files of a room, which failed if `end` is `None`. The records of one that was given up are removed, and those
+    /// under its name may be another room's.
     fn end(&self, opened: Opened, end: Option<&End>, now: Instant) {
         let Opened { mut room, recording, state } = opened;
-        if let Some(state) = state {
+        if let Some(state) = state.filter(|_| !self.info.given_up.is_cancelled()) {
             match end {
                 Some(End::Closing | End::Parted) => state.close(&mut room, &self.admission),
                 Some(End::Elsewhere | End::GivenUp) => {}
@@ -219,11 +220,18 @@ impl Ticker {
         let mut missed = Missed::default();
         let waits = &self.host.waits;
         let mut share = self.info.guest.then(|| Share::new(waits.guest_excess, waits.guest_tick));
-        let mut spend = |now, worked| share.as_mut().is_none_or(|share| share.spend(now, worked));
+        // Only a room with a share asks for its processor time, which is a call of the system.
+        let mut spend = |now, clock: &_| {
+            share.as_mut().is_none_or(|share| share.spend(now, Clock::worked(clock)))
+        };
         loop {
             let (awaited, missed_before) = (schedule.next_at(), schedule.missed());
             let queued = clock.sleep_until(awaited);
             let now = clock.now();
+            // Its records were removed, and its name may be another room's.
+            if self.info.given_up.is_cancelled() {
+                return End::GivenUp;
+            }
             let due = schedule.due(now);
             missed.report(&self.info.code, schedule.missed(), now);
             if self.is_closing() {
@@ -246,8 +254,8 @@ impl Ticker {
             self.admit(room, now);
             let late = Late { raw: now.saturating_duration_since(awaited), queued };
             let mut watch = Stopwatch::start(clock.now());
-            if !spend(now, clock.worked()) {
-                return self.too_costly();
+            if !spend(now, clock) {
+                return End::TooCostly;
             }
             for _ in 0..due {
                 self.empty_inboxes(room);
@@ -256,17 +264,17 @@ impl Ticker {
                 watch.lap(1, clock.now());
                 // A tick over its budget is not sent.
                 if room.game().is_over_budget() {
-                    return self.too_costly();
+                    return End::TooCostly;
                 }
                 self.feed(room, clock.now());
                 watch.lap(2, clock.now());
-                if !spend(now, clock.worked()) {
-                    return self.too_costly();
+                if !spend(now, clock) {
+                    return End::TooCostly;
                 }
             }
             let skipped = schedule.missed() - missed_before;
             self.host.metrics.ticks.woke(due, skipped, late, watch.laps);
-            // Its records were removed, and its name may be another room's.
+            // It may have stood still in a tick.
             if self.info.given_up.is_cancelled() {
                 return End::GivenUp;
             }
@@ -295,11 +303,6 @@ impl Ticker {
                 return End::Empty;
             }
         }
-    }
-
-    /// The end of a guest's room that takes too much, unless it was given up before: then its name may be another room's.
-    fn too_costly(&self) -> End {
-        if self.info.given_up.is_cancelled() { End::GivenUp } else { End::TooCostly }
     }
 
     /// A server that was dropped instead of being shut down is gone as well, and its phase with it.
@@ -407,7 +410,8 @@ impl Ticker {
         let Some(recording) = &self.host.recording else { return answer(Err(ClipRefusal::Off)) };
         let asked_by = self.admission.address(seat);
         let admitted = |address| recording.admit_clip(address, Instant::now());
-        if !self.clips.admit(seat, room.game().tick_count()) || !asked_by.is_none_or(admitted) {
+        // The address first: a refusal does not count for the seat.
+        if !asked_by.is_none_or(admitted) || !self.clips.admit(seat, room.game().tick_count()) {
             return answer(Err(ClipRefusal::TooMany));
         }
         match room.clip(recording.unix_s()) {

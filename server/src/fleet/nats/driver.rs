@@ -16,7 +16,7 @@ use crate::limits;
 use async_nats::jetstream::Context;
 use bytes::Bytes;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 use tokio::task::{JoinSet, spawn_blocking};
 use tokio::time::{Instant, interval, sleep, timeout};
@@ -242,7 +242,7 @@ impl Connected {
             }
             Adopted::Over => {
                 let (code, number) = (code.to_owned(), entry.room.number);
-                let file = RoomFile { code, number, failed: AtomicBool::new(false) };
+                let file = RoomFile::new(code, number);
                 sink.try_send(Job::Remove(Arc::new(file)));
             }
             Adopted::Open => {}

@@ -2,7 +2,7 @@
 
 use crate::durable::{Job, RecordSink, RoomFile};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use tokio::sync::mpsc;
 use tracing::error;
 
@@ -39,7 +39,7 @@ impl RecordSink for RoomSink {
     /// Ends the room in the whole fleet: every node would restore it from the same records.
     fn give_up(&self, code: &str, reason: &str) {
         error!(room = %code, reason, "a room cannot be restored from its records, and is removed");
-        let file = RoomFile { code: code.to_owned(), number: 0, failed: AtomicBool::new(false) };
+        let file = RoomFile::new(code.to_owned(), 0);
         self.send(Job::Remove(Arc::new(file)));
     }
 }

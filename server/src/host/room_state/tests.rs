@@ -219,6 +219,25 @@ fn a_room_that_is_over_leaves_no_file_and_not_that_of_the_next_room() {
     assert_eq!(fs::read_dir(dir.0.join("rooms")).expect("a directory").count(), 0);
 }
 
+#[test]
+fn a_room_that_was_given_up_writes_nothing_over_the_file_of_the_next() {
+    let dir = TestDir::new("given-up");
+    let scene = Arc::new(Scene::built_in().swap_remove(0));
+    let info = Arc::new(RoomInfo::new("oak", 77, false, None, &scene));
+    let new_room = || Room::new("oak", Arc::clone(&scene), 5);
+    let written = Written::of(&dir, Arc::clone(&info), new_room(), Admission::default());
+    let Written { writer, mut room, admission, state, now } = written;
+    info.given_up.cancel();
+    writer.send(Job::Remove(room_file(&info)));
+    let next = Arc::new(RoomInfo::new("oak", 78, false, None, &scene));
+    let mut next_room = new_room();
+    RoomState::begin(Arc::clone(&writer) as _, next, &mut next_room, &admission, now);
+    state.close(&mut room, &admission);
+    writer.close();
+    drop(writer);
+    assert_eq!(saved(&dir).notes.number, 78);
+}
+
 /// A queue that takes no job that can be refused, as if it were full.
 struct FullQueue(Arc<StateWriter>);
 

@@ -52,7 +52,9 @@ impl Ticker {
             }
             Ok(None) => None,
             Err(reason) => {
-                if let Some(records) = &self.records {
+                if let Some(records) = &self.records
+                    && !self.info.given_up.is_cancelled()
+                {
                     records.set_aside(&self.info.code, &reason);
                 }
                 Some(self.new_room())

@@ -100,14 +100,18 @@ fn end_of(outbox: &Outbox) -> Refusal {
 struct Sink {
     removed: AtomicU32,
     given_up: AtomicU32,
+    /// Jobs of any kind.
+    jobs: AtomicU32,
 }
 
 impl RecordSink for Sink {
     fn try_send(&self, _: Job) -> bool {
+        self.jobs.fetch_add(1, Ordering::Relaxed);
         true
     }
 
     fn send(&self, job: Job) {
+        self.jobs.fetch_add(1, Ordering::Relaxed);
         let is_removal = matches!(job, Job::Remove(_));
         self.removed.fetch_add(u32::from(is_removal), Ordering::Relaxed);
     }
@@ -153,6 +157,8 @@ struct TestClock {
     closes: Option<(u32, watch::Sender<Phase>)>,
     /// Renews a lease for an hour in the sleep of this number.
     renews: Option<(u32, Arc<Lease>)>,
+    /// Gives the room up in the sleep of this number.
+    gives_up: Option<(u32, Arc<RoomInfo>)>,
 }
 
 impl TestClock {
@@ -166,6 +172,7 @@ impl TestClock {
             stall: None,
             closes: None,
             renews: None,
+            gives_up: None,
         }
     }
 }
@@ -186,6 +193,9 @@ impl Clock for TestClock {
         }
         if let Some((_, lease)) = self.renews.take_if(|(sleep, _)| *sleep == self.sleeps) {
             lease.set(INCARNATION, HOUR);
+        }
+        if let Some((_, info)) = self.gives_up.take_if(|(sleep, _)| *sleep == self.sleeps) {
+            info.given_up.cancel();
         }
         Some(Duration::ZERO)
     }
@@ -601,4 +611,5 @@ fn a_room_has_a_limit_of_spectators_and_of_each_network() {
     assert_eq!(ticker.spectators.len(), limits::SPECTATORS_MAX);
 }
 
+mod given_up;
 mod uplink;

@@ -1,7 +1,6 @@
 //! The task of a room against a stream whose network is at the hands of the test.
 
 use super::*;
-use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 const CODE: &str = "k7f3q2";
@@ -171,7 +170,7 @@ impl Room {
 }
 
 fn file() -> Arc<RoomFile> {
-    Arc::new(RoomFile { code: CODE.to_owned(), number: 0, failed: AtomicBool::new(false) })
+    Arc::new(RoomFile::new(CODE.to_owned(), 0))
 }
 
 /// Waits until a condition holds. The time of these tests stands still but while all tasks wait.

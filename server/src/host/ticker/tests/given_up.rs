@@ -1,0 +1,35 @@
+//! Rooms whose thread wakes after they were given up.
+
+use super::*;
+
+#[test]
+fn a_room_that_was_given_up_leaves_the_records_of_its_name_alone() {
+    // Its thread wakes as it plays, as the server closes, or as it stands still without a lease.
+    for (closes, has_lease) in [(false, true), (true, true), (false, false)] {
+        let (mut ticker, outside) = room("given-up", Duration::MAX);
+        let sink = Arc::new(Sink::default());
+        ticker.records = Some(Arc::clone(&sink) as _);
+        let lease = Arc::new(Lease::new(Instant::now()));
+        ticker.lease = (!has_lease).then(|| RoomLease::new(lease, INCARNATION));
+        let mut clock = TestClock {
+            gives_up: Some((1, Arc::clone(&ticker.info))),
+            // Else it would stand still for ever.
+            closes: Some((if closes { 1 } else { 100 }, outside.phase.clone())),
+            ..TestClock::new()
+        };
+        ticker.run(&mut clock);
+        assert_eq!((clock.sleeps, sink.jobs.load(Ordering::Relaxed)), (1, 1), "the first file");
+    }
+}
+
+#[test]
+fn a_room_that_was_given_up_before_it_failed_leaves_the_records_of_its_name_alone() {
+    for given_up in [false, true] {
+        // This code makes it panic before it has played.
+        let (ticker, _outside) = room(&"x".repeat(ROOM_CODE_BYTES_MAX + 1), Duration::MAX);
+        if given_up {
+            ticker.info.given_up.cancel();
+        }
+        assert_eq!(records_of(ticker), (0, u32::from(!given_up)));
+    }
+}
