@@ -116,10 +116,14 @@ pub fn has_visible(text: &str) -> bool {
 /// more cover the lines above.
 const MARKS_MAX: usize = 4;
 
-/// Whether a character is drawn on the one before it. The standard library, which knows the marks of Unicode, escapes
+/// Whether a character is drawn on the one before it, or joins it to the next. The standard library, which knows the marks of Unicode, escapes
 /// them at the beginning of a text only.
 fn is_mark(character: char) -> bool {
-    is_escaped(character.escape_debug()) && is_printable(character)
+    is_joiner(character) || is_escaped(character.escape_debug()) && is_printable(character)
+}
+
+fn is_joiner(character: char) -> bool {
+    matches!(character, '\u{200c}' | '\u{200d}')
 }
 
 /// Whether Unicode assigns the character to something that is drawn, spaces but for the usual one excluded.
@@ -146,7 +150,7 @@ fn is_forbidden(character: char) -> bool {
             | '\u{3164}'
             | '\u{ffa0}'
     );
-    let is_kept = character.is_whitespace() || matches!(character, '\u{200c}' | '\u{200d}');
+    let is_kept = character.is_whitespace() || is_joiner(character);
     blank_letter || !is_kept && (character.is_control() || !is_printable(character))
 }
 
@@ -255,6 +259,11 @@ mod tests {
         assert_eq!(name(&stacked), refused);
         assert_eq!(first_forbidden(&stacked), Some('\u{301}'));
         assert_eq!(name(&stacked[..1 + 2 * 4]).map(|name| name.len()), Ok(9));
+        for joiner in ['\u{200c}', '\u{200d}'] {
+            let marks = "\u{301}".repeat(4);
+            let refused = Err(AppearanceError::NameForbidden { character: joiner });
+            assert_eq!(name(&format!("a{marks}{joiner}{marks}")), refused, "{joiner:?}");
+        }
     }
 
     #[test]
