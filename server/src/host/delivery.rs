@@ -128,7 +128,6 @@ impl Delivery {
         };
         if !self.allowance.take(message.len(), now) {
             metrics.skipped(Skip::Uplink, 1);
-            self.held_back = true;
             self.lower_rate(tick);
             return false;
         }
@@ -170,9 +169,9 @@ impl Delivery {
         }
     }
 
-    /// Makes its next snapshot a keyframe, at a lower rate.
+    /// Makes its next snapshot a keyframe, at a lower rate, once the budget allows it.
     fn lower_rate(&mut self, tick: u32) {
-        self.subscriber = None;
+        (self.subscriber, self.held_back) = (None, true);
         self.rate = self.rate.lower();
         self.late_tick = tick;
     }

@@ -16,6 +16,37 @@ fn listen(outbox: &Outbox, stream: &mut SnapshotStream, events: &mut Vec<u32>) {
 }
 
 #[test]
+fn a_keyframe_for_late_acknowledgements_waits_for_the_budget() {
+    // Plays until the rate falls; the budget is used up just before this tick.
+    let falls = |used_up_at: u32| {
+        let scene = Arc::new(Scene::built_in().swap_remove(0));
+        let mut room = Room::new("late", scene, 1);
+        let (outbox, now) = (Arc::new(Outbox::default()), Instant::now());
+        let address = [10, 0, 0, 1].into();
+        let uplink = Uplink::new(1000, now);
+        let (other, allowance) =
+            (uplink.open(address, false, false, now), uplink.open(address, false, false, now));
+        let mut feed = Delivery::new(None, Arc::clone(&outbox), allowance, 0);
+        for tick in 1..=400 {
+            room.tick();
+            if tick == used_up_at {
+                other.charge(usize::MAX / 2, now);
+            }
+            feed.lag.acked(tick.min(5) as u16, tick);
+            let sent = feed.feed(&mut room, u32::MAX, now, &Metrics::default());
+            if feed.rate != Rate::Full {
+                return (tick, sent);
+            }
+            while let Next::Message(_) = outbox.take() {}
+        }
+        panic!("it never falls");
+    };
+    let (tick, sent) = falls(u32::MAX);
+    assert!(sent, "the budget is there");
+    assert_eq!(falls(tick), (tick, false));
+}
+
+#[test]
 fn a_lower_rate_repeats_no_event() {
     let whole = |scene: &Scene| scene.camera.sees_all();
     let scene = Scene::built_in().into_iter().find(|scene| whole(scene) && scene.players_max > 1);
