@@ -1,6 +1,6 @@
 //! Admission to a room: seats for newcomers in a full room, and the addresses of kicked players.
 
-use crate::limits::networks::{LEVELS, network, networks};
+use crate::limits::networks::{network, widest};
 use crate::limits::{IDLE_MOMENT_TICKS, IDLE_SEAT_TICKS, KICKED_MAX, KICKED_TICKS, SEATS_SHARE};
 use jostle_game::Seat;
 use jostle_room::Room;
@@ -140,11 +140,6 @@ impl Kicked {
 /// Seats of a room that one network keeps against newcomers of others.
 fn share(room: &Room) -> usize {
     (usize::from(room.scene().players_max) / SEATS_SHARE).max(1)
-}
-
-/// The widest network of an address.
-fn widest(address: IpAddr) -> IpAddr {
-    networks(address)[LEVELS - 1]
 }
 
 /// The held seats of a room, valid until a player joins, leaves or is lost. Counted once for all

@@ -1,7 +1,7 @@
 //! The sidecar of Agones hears of the server's life, and costs no player anything, whatever it does.
 
 use crate::client::Client;
-use crate::http::raw;
+use crate::http::admin;
 use crate::process::Process;
 use crate::server::Server;
 use crate::sidecar::{Absent, Mood, Sidecar};
@@ -40,15 +40,13 @@ async fn start(settings: Settings) -> Server {
     Server::start_with(Config { agones: Some(settings), ops_token, ..patient() }).await
 }
 
-async fn admin(server: &Server, path: &str) {
-    let head = format!("POST /admin/{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n");
-    let request = format!("{head}Authorization: Bearer {OPS_TOKEN}\r\n\r\n");
-    assert_eq!(raw(server.ops, &request).await.status, 200, "{path}");
+async fn command(server: &Server, path: &str) {
+    assert_eq!(admin(server.ops, "POST", path).await.status, 200, "{path}");
 }
 
 /// Closes a room, whose player has to go.
 async fn close(server: &Server, room: &str, mut player: Client) {
-    admin(server, &format!("rooms/{room}/close")).await;
+    command(server, &format!("rooms/{room}/close")).await;
     player.is_refused(Refusal::RoomClosed).await;
 }
 
@@ -139,7 +137,7 @@ async fn a_game_server_that_was_not_allocated_goes_on_after_its_last_room() {
     sidecar.hears("GET /gameserver").await;
     sidecar.hears_after(sidecar.count_of(HEALTH) + 3, HEALTH).await;
     assert_eq!(sidecar.count_of(SHUTDOWN), 0);
-    admin(&server, "drain").await;
+    command(&server, "drain").await;
     server.ended().await;
     assert_eq!(sidecar.count_of(SHUTDOWN), 1);
 }

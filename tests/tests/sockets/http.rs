@@ -7,7 +7,7 @@ use jostle_protocol::Refusal;
 use jostle_server::net::assets;
 use jostle_server::{Config, limits};
 use jostle_tests::scenes::DUEL;
-use jostle_tests::server::patient;
+use jostle_tests::server::{OPS_TOKEN, patient};
 use serde_json::Value;
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -94,6 +94,19 @@ pub async fn get_at_last(address: SocketAddr, path: &str) -> Answer {
 
 fn get_request(path: &str) -> String {
     format!("GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+}
+
+/// Sends an operator's request to this path below `/admin/`, with the token of the tests.
+pub async fn admin(ops: SocketAddr, method: &str, path: &str) -> Answer {
+    raw(ops, &admin_request(method, path)).await
+}
+
+/// The request of [`admin`].
+pub fn admin_request(method: &str, path: &str) -> String {
+    format!(
+        "{method} /admin/{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+         Authorization: Bearer {OPS_TOKEN}\r\n\r\n"
+    )
 }
 
 pub async fn post(address: SocketAddr, path: &str, body: &str) -> Answer {

@@ -1,6 +1,6 @@
 //! Records over sockets: runs are played again, and a replay that was tampered with is refused.
 
-use crate::http::{Answer, get, raw, raw_bytes};
+use crate::http::{Answer, admin, get, raw_bytes};
 use crate::networks::behind_a_proxy;
 use crate::replays::Dir;
 use crate::server::Server;
@@ -299,14 +299,11 @@ async fn a_record_that_bots_displaced_is_back_once_an_operator_removes_one_of_th
     };
     has("Bot 9").await;
     let bot = best(server.address).await[0].1.clone();
-    let remove = format!(
-        "POST /admin/records/{bot}/remove HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
-         Authorization: Bearer {OPS_TOKEN}\r\n\r\n"
-    );
-    assert_eq!(raw(server.ops, &remove).await.status, 200);
+    let remove = format!("records/{bot}/remove");
+    assert_eq!(admin(server.ops, "POST", &remove).await.status, 200);
     has("Ann").await;
     assert_eq!(get(server.address, &format!("/records/{ann}.jostle")).await.body, run);
-    assert_eq!(raw(server.ops, &remove).await.status, 404, "it is gone");
+    assert_eq!(admin(server.ops, "POST", &remove).await.status, 404, "it is gone");
     let again = send(server.address, &bots[RECORDS_MAX - 1]).await;
     assert_eq!(again.status, 422);
     assert!(again.json()["error"].as_str().expect("a sentence").contains("by an operator"));

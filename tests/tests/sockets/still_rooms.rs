@@ -1,7 +1,7 @@
 //! A room whose thread stands still among others that play: it is seen, its players stay, and it can be closed.
 
 use crate::client::{Client, LONG};
-use crate::http::{get, raw};
+use crate::http::{admin, get};
 use crate::replays::Dir;
 use crate::server::Server;
 use jostle_game::{Buttons, Scene};
@@ -108,18 +108,8 @@ fn config(state: &Dir) -> Config {
     Config { waits, state, ops_token: Some(OPS_TOKEN.to_owned()), ..config }
 }
 
-async fn admin(server: &Server, method: &str, path: &str) -> (u16, Vec<u8>) {
-    let request = format!(
-        "{method} /admin/{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
-         Authorization: Bearer {OPS_TOKEN}\r\n\r\n"
-    );
-    let answer = raw(server.ops, &request).await;
-    (answer.status, answer.body)
-}
-
 async fn listed(server: &Server, code: &str) -> Option<Value> {
-    let (_, body) = admin(server, "GET", "rooms").await;
-    let rooms: Value = serde_json::from_slice(&body).expect("JSON");
+    let rooms = admin(server.ops, "GET", "rooms").await.json();
     let mut rooms = rooms["rooms"].as_array().expect("a list").iter();
     rooms.find(|room| room["code"] == code).cloned()
 }
@@ -159,9 +149,9 @@ async fn a_room_that_stands_still_is_seen_keeps_its_players_and_can_be_closed() 
     assert!(still["players"].is_null() && age(&still) > age(&arena), "{still} {arena}");
     assert!(oldest_tick(&server).await >= age(&still), "the metric is that of the room");
 
-    let (status, text) = admin(&server, "POST", &format!("rooms/{ROOM}/close")).await;
-    let text = String::from_utf8_lossy(&text);
-    assert!(status == 200 && text.contains("did not answer"), "{text}");
+    let answer = admin(server.ops, "POST", &format!("rooms/{ROOM}/close")).await;
+    let text = String::from_utf8_lossy(&answer.body);
+    assert!(answer.status == 200 && text.contains("did not answer"), "{text}");
     ann.is_refused(Refusal::RoomFailed).await;
     bob.is_refused(Refusal::RoomFailed).await;
     assert!(listed(&server, ROOM).await.is_none());

@@ -4,10 +4,10 @@
 use super::stage::Stage;
 use crate::client::{Client, LONG};
 use crate::faults::refusals;
-use crate::http::{Answer, exchange, raw_over};
+use crate::http::{Answer, admin_request, exchange, raw_over};
 use jostle_protocol::{PlayerState, Refusal, ServerMessage, Snapshot, VERSION};
 use jostle_server::limits::ADDRESS_ROOMS_MAX;
-use jostle_tests::server::{OPS_TOKEN, PROXY};
+use jostle_tests::server::PROXY;
 use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -222,10 +222,7 @@ async fn flood(stage: &Stage) -> usize {
 }
 
 async fn ban(stage: &Stage, method: &str, network: &str) -> u16 {
-    let request = format!(
-        "{method} /admin/ban/{network} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
-         Authorization: Bearer {OPS_TOKEN}\r\n\r\n"
-    );
+    let request = admin_request(method, &format!("ban/{network}"));
     // The port may be at its limit of connections (row 23).
     let asking = async {
         loop {
