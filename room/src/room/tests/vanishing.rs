@@ -6,8 +6,8 @@ use jostle_game::Input;
 use jostle_sim::Rng;
 use std::fmt::Write;
 
-/// Scenes that a run plays. In a release build it is worth to wait for more.
-const SCENES: u64 = if cfg!(debug_assertions) { 60 } else { 40_000 };
+/// Scenes that a run plays.
+const SCENES: u64 = 60;
 /// Ticks of each: packs have hit, rounds have ended, players have come back.
 const TICKS: u32 = 240;
 
