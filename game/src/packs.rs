@@ -132,7 +132,7 @@ pub(crate) fn burst(
         let Some(pack) = pack else { continue };
         let Some((hero, point)) = prey.touched(pack, world, roster) else { continue };
         let victim = hero.owner;
-        // One that stands in the scene for ever is not pushed.
+        // A static hero is not pushed.
         if let Rule::Chase { front, .. } = pack.rule
             && world.motion(hero.id) != Motion::Static
         {

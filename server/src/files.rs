@@ -27,7 +27,7 @@ pub fn read_regular(path: &Path, bytes_max: usize) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Has a pipe opened, or refused, at once: without this the system waits for its other end.
+/// Opens or refuses a pipe at once: without this the system waits for its other end.
 pub fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
     #[cfg(unix)]
     {

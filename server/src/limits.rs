@@ -61,7 +61,7 @@ pub const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// cover bandwidth times round trip: 64 KiB is 320 KiB/s at 200 ms, and Linux doubles it.
 pub const SEND_BUFFER_BYTES: usize = 64 << 10;
 
-/// Longest file of those that people write or name, bytes: settings, a scene, certificates, a key, a token. The longest
+/// Maximum size of files written or named by people, bytes: settings, a scene, certificates, a key, a token. The longest
 /// that makes sense, a scene, has 64 KiB.
 pub const SETTINGS_FILE_BYTES_MAX: usize = 1 << 20;
 
@@ -157,10 +157,10 @@ pub const READ_BUFFER_BYTES: usize = 512;
 pub const UPLINK_MEGABITS: u32 = 100;
 /// The most that `--uplink` may say, which no machine reaches.
 pub const UPLINK_MEGABITS_MAX: u32 = 30_000;
-/// Of these, the part that one address is sent (IPv6: one /64). A quarter of 100 Mbit/s is 24 kB/s for each of
+/// Of these, the part that may be sent to one address (IPv6: one /64). A quarter of 100 Mbit/s is 24 kB/s for each of
 /// [`ADDRESS_SESSIONS_MAX`], where a player in a pile of 900 boxes is sent 7 on the wire.
 pub const ADDRESS_UPLINK_SHARE: u32 = 4;
-/// The part that rooms with scenes of guests send together. Such a scene can be one that sends 178 kB/s to each client.
+/// The part that all rooms with guests' scenes may send together. Such a scene can be one that sends 178 kB/s to each client.
 pub const GUESTS_UPLINK_SHARE: u32 = 4;
 /// Seconds of a budget that may be sent at once: the welcomes and keyframes of a class that comes in together.
 pub const UPLINK_BURST_SECONDS: u32 = 2;

@@ -38,8 +38,8 @@ pub enum StepPhase {
 
 /// Bodies, contacts and particles.
 ///
-/// To ask for a body that was removed, or to change it, is a fault of the caller. Debug builds panic; in others no
-/// room ends for it: such a body is a static circle at rest at the origin, and changes of it do nothing.
+/// Using a removed body is a caller bug. Debug builds panic; release builds treat it as a static circle at rest at the
+/// origin, and ignore changes of it.
 #[derive(Clone, Debug)]
 pub struct World {
     settings: WorldSettings,

@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// The time at which a room's thread last woke for a tick, or at first the time at which the room opened.
+/// The time at which a room's thread last woke for a tick. Starts at the time the room opens.
 #[derive(Debug)]
 pub struct LastTick {
     opened: Instant,

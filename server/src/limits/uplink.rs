@@ -1,4 +1,4 @@
-//! Budgets of bytes: what one address is sent, and what all rooms with scenes of guests send together. A session beyond
+//! Bytes sent to one address, and bytes sent by all rooms with guests' scenes: each has a budget. A session beyond
 //! one gets fewer snapshots a second; see `Delivery` in `host`. Time is passed in.
 //!
 //! When the guests' budget is used up, an address that takes no more than an equal part of it is still sent everything. The parts

@@ -127,8 +127,8 @@ impl<'a> Pump<'a> {
     fn pass_on(&self, message: FromSession) -> Result<(), End> {
         match self.seated.inbox.try_send(message) {
             Ok(()) => Ok(()),
-            // The bucket sees to floods. An inbox that is full all the same is of a room that stands still, which is no
-            // fault of the player's; what it does not take is dropped.
+            // The token bucket limits floods. A full inbox means that the room's thread is stalled, which is no fault of
+            // the player's; what does not fit is dropped.
             Err(TrySendError::Full(_)) => Ok(()),
             // The room dropped this session; the reason is in the outbox.
             Err(TrySendError::Disconnected(_)) => Ok(()),

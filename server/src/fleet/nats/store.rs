@@ -60,7 +60,9 @@ impl Store {
     pub fn warn_of_one_copy(&self) {
         if self.rooms.stream.cached_info().config.num_replicas == 1 {
             warn!(
-                "NATS keeps one copy of the directory and of the rooms' records, on one disk: if its machine loses power,                  it forgets what it had not synced, which is up to two minutes unless it is configured with                  sync_interval: always"
+                "NATS keeps one copy of the directory and of the rooms' records, on one disk: if its machine loses power, \
+                 it forgets what it had not synced, which is up to two minutes unless it is configured with \
+                 sync_interval: always"
             );
         }
     }

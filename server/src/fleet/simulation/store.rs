@@ -220,7 +220,7 @@ impl Store {
         Answer::Done(revision)
     }
 
-    /// All entries of a bucket, and the number of the next write. Of a removed room it is told that.
+    /// All entries of a bucket, and the number of the next write. Removed rooms are included, marked as removed.
     pub fn snapshot(&mut self, bucket: Bucket, now: Duration) -> (Vec<Written>, u64) {
         let log = &self.logs[bucket as usize];
         let told =
