@@ -55,6 +55,8 @@ pub struct Simulation {
     ended: BTreeSet<String>,
     /// Epochs of the rooms' entries, 0 for one that is removed.
     epochs: BTreeMap<String, u64>,
+    /// Rooms of which the store has forgotten epochs; nodes may still know of those.
+    forgotten: BTreeSet<String>,
     /// Requests and opened rooms so far.
     numbers: u64,
     /// When rooms lost their node, until they are played again.
@@ -77,6 +79,7 @@ impl Simulation {
             playing: BTreeMap::new(),
             ended: BTreeSet::new(),
             epochs: BTreeMap::new(),
+            forgotten: BTreeSet::new(),
             numbers: 0,
             lost_at: BTreeMap::new(),
             gaps: Vec::new(),

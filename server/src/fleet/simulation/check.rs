@@ -33,8 +33,8 @@ impl Simulation {
         opened.filter(plays).collect()
     }
 
-    /// An entry of a room that was written is a new room, or the next epoch of one, or a later one if the store has
-    /// forgotten some; only rooms that are over are removed.
+    /// An entry of a room that was written is a new room, or the next epoch of one, or a later one if the
+    /// store has forgotten some of this room; only rooms that are over are removed.
     pub(super) fn check_write(
         &mut self,
         key: &Key,
@@ -44,8 +44,8 @@ impl Simulation {
         match entry {
             Some(Entry::Room(entry)) => {
                 let before = self.epochs.insert(code.clone(), entry.epoch).unwrap_or(0);
-                let forgot = self.store.forgot() > 0;
-                if entry.epoch != before + 1 && (entry.epoch <= before || !forgot) {
+                let may_jump = self.forgotten.contains(code);
+                if entry.epoch != before + 1 && (entry.epoch <= before || !may_jump) {
                     let what = format!("{code} has epoch {} after {before}", entry.epoch);
                     return Err(self.violation(what));
                 }

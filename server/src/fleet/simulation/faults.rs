@@ -166,7 +166,11 @@ impl Simulation {
         });
         let known: BTreeMap<String, u64> = rooms.collect();
         for (code, epoch) in &mut self.epochs {
-            *epoch = known.get(code).copied().unwrap_or(0);
+            let before = std::mem::replace(epoch, known.get(code).copied().unwrap_or(0));
+            // Also where it is higher: the store may have forgotten a removal and the epochs before that.
+            if *epoch != before {
+                self.forgotten.insert(code.clone());
+            }
             if *epoch == 0 {
                 self.queue.push(self.now + LEASE_TTL, Event::Place(code.clone()));
             }
