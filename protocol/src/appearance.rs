@@ -3,6 +3,7 @@
 use crate::error::{DecodeError, check};
 use crate::limits::{COLORS, NAME_BYTES_MAX, NAME_CHARS_MAX};
 use crate::wire::{Reader, Writer};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Name and colour of a player, as others see them.
@@ -100,8 +101,13 @@ pub fn first_forbidden(text: &str) -> Option<char> {
 }
 
 fn first_of(mut chars: impl Iterator<Item = char>) -> Option<char> {
-    let mut marks = 0;
+    let (mut marks, mut tags_left) = (0, 0);
     chars.find(|&character| {
+        if tags_left > 0 && FLAG_TAGS.contains(&character) {
+            tags_left -= 1;
+            return false;
+        }
+        tags_left = if character == BLACK_FLAG { FLAG_TAGS_MAX } else { 0 };
         marks = if is_mark(character) { marks + 1 } else { 0 };
         marks > MARKS_MAX || is_forbidden(character)
     })
@@ -112,6 +118,11 @@ pub fn has_visible(text: &str) -> bool {
     !text.chars().all(is_blank)
 }
 
+/// Begins the flags of England, Scotland and Wales: tags follow that spell a region, and one that ends it.
+const BLACK_FLAG: char = '\u{1f3f4}';
+const FLAG_TAGS: RangeInclusive<char> = '\u{e0020}'..='\u{e007f}';
+/// `gbeng` and the end.
+const FLAG_TAGS_MAX: usize = 6;
 /// Marks on one letter: accents, vowel signs, joiners and variation selectors. Tibetan and pointed Hebrew need three;
 /// more cover the lines above.
 const MARKS_MAX: usize = 4;
@@ -253,6 +264,11 @@ mod tests {
             "བསྒྲུབས",
         ] {
             assert_eq!(name(text), Ok(text.to_owned()));
+        }
+        let tags = "\u{e0067}\u{e0062}\u{e0073}\u{e0063}\u{e0074}\u{e007f}";
+        assert!(name(&format!("Isla {BLACK_FLAG}{tags}")).is_ok(), "the flag of Scotland");
+        for hidden in [format!("Isla{tags}"), format!("{BLACK_FLAG}{tags}\u{e007f}")] {
+            assert!(name(&hidden).is_err(), "tags that belong to no flag");
         }
         let stacked = format!("a{}", "\u{301}".repeat(19));
         let refused = Err(AppearanceError::NameForbidden { character: '\u{301}' });
