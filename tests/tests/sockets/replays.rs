@@ -44,12 +44,11 @@ impl Dir {
         self.0.to_str().expect("a path of plain characters")
     }
 
-    /// All replays in it; a file that was created this very moment is not readable yet. The directory of records,
-    /// which a round that was won makes, is passed over.
+    /// All replays in it, none before the server has made it; a file that was created this very moment is not readable
+    /// yet. The directory of records, which a round that was won makes, is passed over.
     pub fn replays(&self) -> Vec<Arc<Replay>> {
-        let paths = fs::read_dir(&self.0)
-            .expect("a directory")
-            .map(|entry| entry.expect("an entry").path());
+        let Ok(entries) = fs::read_dir(&self.0) else { return Vec::new() };
+        let paths = entries.map(|entry| entry.expect("an entry").path());
         let bytes = paths.filter(|path| !path.is_dir()).map(|path| fs::read(path).expect("a file"));
         bytes.filter_map(|bytes| Some(Arc::new(Replay::read(bytes).ok()?))).collect()
     }
