@@ -1,7 +1,8 @@
 //! Debian's packages: installed where that is possible, else named with the command that does.
 
-use crate::shell::{in_path, output_of, run, say};
-use anyhow::{Result, bail};
+use crate::shell::{in_path, output_of, run, say, target_dir};
+use anyhow::{Context, Result, bail};
+use std::fs::File;
 use std::process::{Command, Stdio};
 
 /// Installs packages. `what` needs them, for the person who has to do it.
@@ -16,6 +17,9 @@ pub fn provide(what: &str, packages: &[&str]) -> Result<()> {
     if !is_root()? {
         bail!("{what} need packages that are not installed; run: sudo {install}");
     }
+    // Steps of the tests that run side by side may all lack something; the second would find the package lists locked.
+    let lock = File::create(target_dir().join("apt.lock")).context("target/apt.lock")?;
+    lock.lock().context("target/apt.lock")?;
     say("packages", &install);
     run(apt().arg("update"))?;
     run(apt().args(["install", "--yes", "--no-install-recommends"]).args(packages))

@@ -1,5 +1,5 @@
 //! The test programs: compiled once by cargo, then started without it. Cargo holds a lock on its directory while it
-//! compiles, and the steps of the other lane would wait for that.
+//! compiles, and steps of other lanes would wait for that.
 
 use crate::shell::{cargo, line_of, run, target_dir};
 use crate::workspace::USUAL_CRATES;

@@ -1,6 +1,6 @@
-//! Runs steps in two lanes, each in its order; a step waits for those of the other lane that it needs.
+//! Runs steps in lanes, each in its order; a step waits for those of other lanes that it needs.
 
-use super::steps::{Extent, Step, TestLane};
+use super::steps::{Extent, LANES, Step};
 use crate::shell::{Skipped, target_dir};
 use anyhow::{Context, Result};
 use std::fs::{self, File};
@@ -38,7 +38,7 @@ pub struct Ended {
     outcome: Outcome,
 }
 
-/// State shared by the two lanes.
+/// State shared by the lanes.
 struct Board {
     ended: Mutex<Vec<Ended>>,
     changed: Condvar,
@@ -49,7 +49,7 @@ pub fn run(steps: &[&Step], how: &How) -> bool {
     let began = Instant::now();
     let board = Board { ended: Mutex::new(Vec::new()), changed: Condvar::new() };
     thread::scope(|scope| {
-        for lane in [TestLane::Native, TestLane::Page] {
+        for lane in LANES {
             let board = &board;
             scope.spawn(move || {
                 for step in steps.iter().filter(|step| step.lane == lane) {
@@ -68,7 +68,7 @@ pub fn run(steps: &[&Step], how: &How) -> bool {
         };
         println!("{:32}{:>8.1} s  {text}", step.name, step.took.as_secs_f32());
     }
-    println!("{:32}{:>8.1} s", "all, in two lanes", began.elapsed().as_secs_f32());
+    println!("{:32}{:>8.1} s", "all, in three lanes", began.elapsed().as_secs_f32());
     println!("{}", counts(&ended));
     !ended.iter().any(|step| matches!(step.outcome, Outcome::Failed(_)))
 }

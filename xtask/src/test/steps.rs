@@ -37,9 +37,14 @@ pub enum Extent {
 pub enum TestLane {
     /// Native compilers and what they make.
     Native,
-    /// The page, and what waits more than it works.
+    /// The page, from its compiler to the browser that shows it.
     Page,
+    /// Tests of servers, which wait for clocks and each other most of the time.
+    Servers,
 }
+
+/// All lanes.
+pub const LANES: [TestLane; 3] = [TestLane::Native, TestLane::Page, TestLane::Servers];
 
 /// A part of the run, with a process of its own.
 pub struct Step {
@@ -120,21 +125,21 @@ pub const STEPS: [Step; 19] = [
         ..STEP
     },
     Step {
-        name: "socket tests",
-        lane: TestLane::Page,
-        needs: &[COMPILE, WEB],
-        programs: "Python 3",
-        concerns: |change| change.affects(&["jostle-server", "jostle-tests"]),
-        run: |_| socket_tests(),
-        ..STEP
-    },
-    Step {
         name: "fleet tests",
-        lane: TestLane::Page,
+        lane: TestLane::Servers,
         needs: &[COMPILE],
         programs: "nats-server, or Go to build it",
         concerns: |change| change.touches(&FLEET_PATHS),
         run: |_| fleet_tests(),
+        ..STEP
+    },
+    Step {
+        name: "socket tests",
+        lane: TestLane::Servers,
+        needs: &[COMPILE, WEB],
+        programs: "Python 3",
+        concerns: |change| change.affects(&["jostle-server", "jostle-tests"]),
+        run: |_| socket_tests(),
         ..STEP
     },
     Step {
@@ -316,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_step_needs_is_a_step_of_the_other_lane_or_an_earlier_one() {
+    fn what_a_step_needs_is_a_step_of_another_lane_or_an_earlier_one() {
         for (at, step) in STEPS.iter().enumerate() {
             for need in step.needs {
                 let found = STEPS.iter().position(|other| other.name == *need);
