@@ -55,6 +55,8 @@ impl Directory {
     }
 
     fn doubt(&mut self, now: Time) {
+        // No node claims before that, so what was this node's at the doubt before still is.
+        let doubts_go_on = now < self.connection.doubtful_until;
         self.connection.doubtful_until = self.connection.claims_from;
         self.connection.known_revision = Revision::MAX;
         self.connection.has_registered = false;
@@ -66,7 +68,8 @@ impl Directory {
         self.held.retain(|_, held| !matches!(held.phase, Phase::Parted | Phase::Failed(_)));
         let (lasts, incarnation) = (now < self.membership.held_until, self.node.incarnation);
         for held in self.held.values_mut() {
-            let is_kept = lasts && held.incarnation == incarnation;
+            let is_kept = lasts && held.incarnation == incarnation
+                || doubts_go_on && held.doubt == Doubt::Kept;
             held.doubt = if is_kept { Doubt::Kept } else { Doubt::Lapsed };
         }
     }

@@ -54,6 +54,22 @@ fn a_room_whose_lease_was_over_is_written_back_after_others_had_time_to() {
     assert!(directory.take_actions().contains(&Action::Stop("y".into(), None)));
 }
 
+/// A new connection to an empty store begins twice: once for the other server, once for its new buckets.
+#[test]
+fn a_second_doubt_right_after_the_first_takes_no_room_away() {
+    let mut directory = playing();
+    connect(&mut directory, true, &[], s(5.0));
+    directory.poll(s(5.1));
+    directory.looked(node_key("a"), None, s(5.1));
+    connect(&mut directory, true, &[], s(5.2));
+    register_again(&mut directory, s(5.3));
+    let actions = polled(&mut directory, s(5.9));
+    assert!(
+        matches!(&actions[..], [Action::Write(key, _, 0)] if *key == room_key("y")),
+        "{actions:?}"
+    );
+}
+
 #[test]
 fn an_entry_that_went_back_to_another_node_is_written_again_before_the_lease_is_renewed() {
     let mut directory = playing();
