@@ -17,7 +17,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::Duration;
 use tokio::time::timeout;
 
@@ -25,8 +25,11 @@ use tokio::time::timeout;
 pub struct Dir(PathBuf);
 
 impl Dir {
+    /// Also where another test of this program has chosen the same name.
     pub fn new(test: &str) -> Dir {
-        let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("replays-{test}"));
+        static MADE: AtomicU32 = AtomicU32::new(0);
+        let name = format!("replays-{test}-{}", MADE.fetch_add(1, Ordering::Relaxed));
+        let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         let _ = fs::remove_dir_all(&dir);
         fs::create_dir_all(&dir).expect("a directory");
         Dir(dir)
@@ -44,12 +47,12 @@ impl Dir {
         self.0.to_str().expect("a path of plain characters")
     }
 
-    /// All replays in it, none before the server has made it; a file that was created this very moment is not readable
-    /// yet. The directory of records, which a round that was won makes, is passed over.
+    /// All replays in it; a file that was created this very moment is not readable yet.
     pub fn replays(&self) -> Vec<Arc<Replay>> {
-        let Ok(entries) = fs::read_dir(&self.0) else { return Vec::new() };
-        let paths = entries.map(|entry| entry.expect("an entry").path());
-        let bytes = paths.filter(|path| !path.is_dir()).map(|path| fs::read(path).expect("a file"));
+        let paths = fs::read_dir(&self.0)
+            .expect("a directory")
+            .map(|entry| entry.expect("an entry").path());
+        let bytes = paths.map(|path| fs::read(path).expect("a file"));
         bytes.filter_map(|bytes| Some(Arc::new(Replay::read(bytes).ok()?))).collect()
     }
 }
