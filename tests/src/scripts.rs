@@ -43,7 +43,7 @@ pub const MIDDLE: &str = r#"async selector => {
     return before?.at ?? null;
 }"#;
 
-/// Pages draw 20 frames a second at most: enough for all that is compared, and drawing is most of what a page without
+/// Pages draw 10 frames a second at most: enough for all that is compared, and drawing is most of what a page without
 /// a graphics card costs. Scripts of tests may use every frame.
 pub const FEW_FRAMES: &str = r#"(() => {
     const frame = window.everyFrame = window.requestAnimationFrame.bind(window);
@@ -51,7 +51,7 @@ pub const FEW_FRAMES: &str = r#"(() => {
     window.requestAnimationFrame = draw => {
         const look = now => {
             // All of one frame have the same time.
-            if (now !== drawn && now - drawn < 45) return frame(look);
+            if (now !== drawn && now - drawn < 90) return frame(look);
             drawn = now;
             draw(now);
         };
