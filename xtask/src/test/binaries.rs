@@ -6,6 +6,7 @@ use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -28,32 +29,76 @@ pub struct Binary {
     program: PathBuf,
 }
 
-/// Compiles all test programs, and the programs that tests start.
+/// Compiles all test programs, and the programs that tests start, and keeps what clippy says meanwhile.
+///
+/// Clippy's driver is a compiler with more lints: one pass gives both, where `cargo clippy` would read every
+/// dependency a second time.
 pub fn compile() -> Result<()> {
-    // Where it fails, no step may take the programs of an earlier run for these.
-    fs::remove_file(list()).or_else(|error| match error.kind() {
-        ErrorKind::NotFound => Ok(()),
-        _ => Err(error),
-    })?;
-    let mut build = cargo(&["test", "--no-run", "--message-format", "json-render-diagnostics"]);
-    build.args(USUAL_CRATES).arg("--tests");
+    // Where it fails, no step may take the results of an earlier run for these.
+    for path in [list(), warnings()] {
+        fs::remove_file(path).or_else(|error| match error.kind() {
+            ErrorKind::NotFound => Ok(()),
+            _ => Err(error),
+        })?;
+    }
+    // Those that tests start, by name. Not xtask itself: a program that runs must not be replaced.
+    let targets = ["--tests", "--examples", "--bin", "jostle", "--bin", "jostle-goldens"];
+    let mut build = cargo(&["build", "--message-format", "json"]);
+    build.args(USUAL_CRATES).args(targets).env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver");
     let output = build.stderr(Stdio::inherit()).output().context("cannot start cargo")?;
+    let text = String::from_utf8(output.stdout).context("cargo printed no UTF-8")?;
+    let said = text.lines().map(parse).collect::<Result<Vec<_>>>()?;
+    let mut found = Vec::new();
+    // What a library says twice, with its tests and without, is said once.
+    let mut warned = BTreeSet::new();
+    for said in said.into_iter().flatten() {
+        match said {
+            Said::Test(binary) => found.push(binary),
+            Said::Warning(text) => drop(warned.insert(text)),
+            Said::Error(text) => println!("{text}"),
+        }
+    }
     if !output.status.success() {
         bail!("`{}` failed ({})", line_of(&build), output.status);
     }
-    let text = String::from_utf8(output.stdout).context("cargo printed no UTF-8")?;
-    let found = text.lines().map(parse).collect::<Result<Vec<_>>>()?;
-    let found: Vec<Binary> = found.into_iter().flatten().collect();
     fs::write(list(), serde_json::to_vec(&found)?).context("cannot write the list of tests")?;
-    println!("{} test programs", found.len());
-    // Those that tests start. Not xtask itself: a program that runs must not be replaced.
-    run(cargo(&["build", "--bin", "jostle", "--bin", "jostle-goldens"]).args(USUAL_CRATES))
+    let warned: Vec<String> = warned.into_iter().collect();
+    fs::write(warnings(), warned.concat()).context("cannot write what clippy says")?;
+    println!("{} test programs, {} warnings", found.len(), warned.len());
+    Ok(())
 }
 
-/// A line of what cargo says: a test program, or something else.
-fn parse(line: &str) -> Result<Option<Binary>> {
+/// Fails with the warnings of the compiler and of clippy that [`compile`] met.
+pub fn check_warnings() -> Result<()> {
+    let path = warnings();
+    let text = fs::read_to_string(&path).with_context(|| format!("no {}", path.display()))?;
+    if !text.is_empty() {
+        bail!("{text}\nwarnings are not allowed");
+    }
+    Ok(())
+}
+
+/// What is of interest in a message of cargo.
+enum Said {
+    Test(Binary),
+    /// As the compiler prints it.
+    Warning(String),
+    Error(String),
+}
+
+/// A line of what cargo says: a test program, a warning, or something else.
+fn parse(line: &str) -> Result<Option<Said>> {
     let message: Value = serde_json::from_str(line).context("a message of cargo")?;
-    let is_test = message["profile"]["test"] == true;
+    if let Some(text) = message["message"]["rendered"].as_str() {
+        // Sums such as "3 warnings emitted" have no place.
+        let has_place = message["message"]["spans"].as_array().is_some_and(|all| !all.is_empty());
+        return Ok(match message["message"]["level"].as_str() {
+            Some("warning") if has_place => Some(Said::Warning(text.to_owned())),
+            Some("error" | "error: internal compiler error") => Some(Said::Error(text.to_owned())),
+            _ => None,
+        });
+    }
+    let is_test = message["profile"]["test"] == true && message["target"]["kind"][0] != "example";
     let Some(program) = message["executable"].as_str().filter(|_| is_test) else {
         return Ok(None);
     };
@@ -63,13 +108,13 @@ fn parse(line: &str) -> Result<Option<Binary>> {
     let package = text.lines().find_map(|line| line.strip_prefix("name = "));
     let package = package.context("a manifest without a name")?.trim_matches('"');
     let target = &message["target"];
-    Ok(Some(Binary {
+    Ok(Some(Said::Test(Binary {
         package: package.to_owned(),
         name: target["name"].as_str().context("no name")?.to_owned(),
         is_integration: target["kind"][0] == "test",
         dir: dir.to_owned(),
         program: program.into(),
-    }))
+    })))
 }
 
 /// The programs that [`compile`] made.
@@ -81,6 +126,10 @@ pub fn all() -> Result<Vec<Binary>> {
 
 fn list() -> PathBuf {
     target_dir().join("test/binaries.json")
+}
+
+fn warnings() -> PathBuf {
+    target_dir().join("test/warnings.txt")
 }
 
 /// Runs each to its end, also after one has failed.
@@ -106,24 +155,40 @@ pub fn run_all(binaries: &[&Binary], args: &[&str]) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::parse;
+    use super::{Said, parse};
 
     #[test]
     fn only_test_programs_are_kept() {
-        let line = |test: bool, executable: &str| {
+        let line = |test: bool, kind: &str, executable: &str| {
             format!(
                 r#"{{"manifest_path": "{}/Cargo.toml", "profile": {{"test": {test}}}, "executable": {executable},
-                "target": {{"name": "lints", "kind": ["test"]}}}}"#,
+                "target": {{"name": "lints", "kind": ["{kind}"]}}}}"#,
                 env!("CARGO_MANIFEST_DIR")
             )
         };
-        let found = parse(&line(true, r#""target/debug/deps/lints-1""#)).expect("a message");
-        let found = found.expect("a test program");
+        let found = parse(&line(true, "test", r#""target/debug/deps/lints-1""#));
+        let Ok(Some(Said::Test(found))) = found else { panic!("a test program") };
         assert_eq!((found.package.as_str(), found.name.as_str()), ("xtask", "lints"));
         assert!(found.is_integration);
-        assert!(parse(&line(false, r#""target/debug/xtask""#)).expect("a message").is_none());
-        assert!(parse(&line(true, "null")).expect("a message").is_none());
-        assert!(parse(r#"{"reason": "build-finished"}"#).expect("a message").is_none());
+        let other = |line: &str| parse(line).expect("a message").is_none();
+        assert!(other(&line(false, "bin", r#""target/debug/xtask""#)));
+        assert!(other(&line(true, "example", r#""target/debug/examples/icons""#)));
+        assert!(other(&line(true, "lib", "null")));
+        assert!(other(r#"{"reason": "build-finished"}"#));
         assert!(parse("{").is_err());
+    }
+
+    #[test]
+    fn warnings_with_a_place_are_kept() {
+        let line = |level: &str, spans: &str| {
+            format!(
+                r#"{{"message": {{"rendered": "unused", "level": "{level}", "spans": [{spans}]}}}}"#
+            )
+        };
+        let said = |level, spans| parse(&line(level, spans)).expect("a message");
+        assert!(matches!(said("warning", "{}"), Some(Said::Warning(text)) if text == "unused"));
+        assert!(said("warning", "").is_none());
+        assert!(matches!(said("error", "{}"), Some(Said::Error(text)) if text == "unused"));
+        assert!(said("note", "{}").is_none());
     }
 }

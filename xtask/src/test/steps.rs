@@ -99,9 +99,23 @@ pub const STEPS: [Step; 19] = [
         concerns: plays,
         ..STEP
     },
-    Step { name: "clippy, native", run: |_| clippy_native(), concerns: compiles, ..STEP },
+    Step {
+        name: "clippy, native",
+        needs: &[COMPILE],
+        run: |_| binaries::check_warnings(),
+        concerns: compiles,
+        ..STEP
+    },
     Step { name: "documentation", run: |_| documentation(), concerns: is_whole, ..STEP },
     Step { name: "documentation tests", run: |_| doc_tests(), concerns: is_whole, ..STEP },
+    Step {
+        name: "clippy, wasm",
+        // The same target directory.
+        needs: &[WEB],
+        concerns: |change| change.affects(&["jostle-client-web"]),
+        run: |_| clippy_wasm(),
+        ..STEP
+    },
     Step {
         name: BROWSER,
         lane: TestLane::Page,
@@ -115,13 +129,6 @@ pub const STEPS: [Step; 19] = [
         lane: TestLane::Page,
         concerns: is_of_page,
         run: |_| web::build_static(web::Profile::Small),
-        ..STEP
-    },
-    Step {
-        name: "clippy, wasm",
-        lane: TestLane::Page,
-        concerns: |change| change.affects(&["jostle-client-web"]),
-        run: |_| clippy_wasm(),
         ..STEP
     },
     Step {
@@ -227,11 +234,6 @@ fn is_of_page(change: &Change) -> bool {
 fn format() -> Result<()> {
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
     run(&mut cargo_of_bench(&["fmt", "--check"]))
-}
-
-fn clippy_native() -> Result<()> {
-    let mut command = cargo(&["clippy", "--all-targets"]);
-    run(command.args(USUAL_CRATES).args(["--", "--deny", "warnings"]))
 }
 
 /// With the page's profile, so that the programs that take part in its build are compiled once.
