@@ -97,7 +97,7 @@ fn check(text: &str, acts: &[Act]) {
 fn any_text_can_be_edited_and_undone() {
     let texts = texts();
     let config = Config {
-        cases: 2000,
+        cases: crate::cases(2000) as u32,
         rng_seed: RngSeed::Fixed(0x4544_4954),
         failure_persistence: None,
         ..Config::default()

@@ -3,3 +3,8 @@
 mod editor;
 mod mutations;
 mod properties;
+
+/// So many before a release, for which `JOSTLE_LONG` is set, and a quarter of them otherwise.
+fn cases(all: u64) -> u64 {
+    if std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1") { all } else { all / 4 }
+}

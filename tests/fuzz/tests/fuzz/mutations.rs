@@ -34,11 +34,12 @@ fn a_replay_without_its_last_bytes_verifies_up_to_its_last_record() {
 #[test]
 fn mutated_replays_are_refused_or_play_as_far_as_they_go() {
     let bases = bases();
-    let tally = run(&bases, 0..4000, |_| {});
-    assert_eq!(tally.count(), 4000);
+    let count = crate::cases(4000);
+    let tally = run(&bases, 0..count, |_| {});
+    assert_eq!(tally.count(), count);
     // Every outcome occurs.
-    for count in [tally.refused, tally.equal, tally.stopped, tally.differs] {
-        assert!(count > 40, "{tally:?}");
+    for outcome in [tally.refused, tally.equal, tally.stopped, tally.differs] {
+        assert!(outcome > count / 100, "{tally:?}");
     }
-    assert!(tally.ticks > 10_000, "{tally:?}");
+    assert!(tally.ticks > 5 * count / 2, "{tally:?}");
 }
