@@ -180,6 +180,11 @@ impl Stage {
     }
 }
 
+/// Whether `JOSTLE_LONG` asks for what is done only before a release.
+pub fn is_long() -> bool {
+    std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1")
+}
+
 /// Directory for the pictures of failures.
 pub fn artifacts() -> PathBuf {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, watch};
 
-const ASK_EVERY: Duration = Duration::from_millis(30);
+const ASK_EVERY: Duration = Duration::from_millis(50);
 
 /// A screen size.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +33,8 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Small, so that a software renderer keeps up, with all pixels: pictures of it are compared.
-    pub const SMALL: Screen = Screen { width: 640, height: 360, touch: false, scale: 1.0 };
+    /// Small, so that a software renderer keeps up.
+    pub const SMALL: Screen = Screen { width: 640, height: 360, touch: false, scale: 0.5 };
     /// Hardly anything to draw.
     pub const TINY: Screen = Screen { width: 64, height: 36, touch: false, scale: 1.0 };
     /// The narrowest phone that is supported.
@@ -109,6 +109,15 @@ impl Tab {
             loaded.with_context(|| format!("{link} is not loaded"))?.context("the page is gone")?;
         }
         Ok(())
+    }
+
+    /// Loads the page again, and waits until it is loaded.
+    pub async fn reload(&self) -> Result<()> {
+        let mut loaded = self.loaded.clone();
+        loaded.mark_unchanged();
+        self.session.call("Page.reload", json!({})).await?;
+        let again = tokio::time::timeout(LONG, loaded.changed()).await;
+        again.context("the page is not loaded again")?.context("the page is gone")
     }
 
     /// Goes to a path as a link within the page does: nothing is loaded again.

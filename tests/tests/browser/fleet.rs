@@ -3,7 +3,7 @@
 use crate::games::{Games, Seen, number, percentiles};
 use crate::trouble::network_noise;
 use anyhow::Result;
-use jostle_tests::runner::Stage;
+use jostle_tests::runner::{Stage, is_long};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::sync::Arc;
@@ -27,7 +27,7 @@ const WATCH: &str = r#"(() => {
 /// Moves of the room; `JOSTLE_FLEET_TIMES` may ask for more.
 const MOVES: usize = 2;
 
-/// A page in a room among players in all rooms of a fleet. Nodes drain, and in the end one is killed.
+/// A page in a room among players in all rooms of a fleet. Nodes drain, and before a release one is killed.
 pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Result<()> {
     let mut games = Games::start(|cluster, _| cluster.url()).await;
     let room = games.rooms[0].clone();
@@ -41,9 +41,12 @@ pub async fn a_page_follows_its_room_to_another_server(stage: Arc<Stage>) -> Res
     }
     let still = stood_still(&tab).await?;
     stage.note(format!("nodes drained: the picture stood still for {still:?} at most"));
-    take_away(&mut games, &room, "KILL", &tab, &before).await?;
-    let still = stood_still(&tab).await?;
-    stage.note(format!("a node killed: the picture stood still for {still:?}"));
+    // The others wait for the end of its lease, 20 s. That they do is shown without a browser each time.
+    if is_long() {
+        take_away(&mut games, &room, "KILL", &tab, &before).await?;
+        let still = stood_still(&tab).await?;
+        stage.note(format!("a node killed: the picture stood still for {still:?}"));
+    }
     assert_eq!(tab.eval::<f64>("performance.timeOrigin").await?, loaded, "no reload");
     let seen = games.end().await;
     let ([p50, p99, max], lost) = (percentiles(&seen.gaps()), seen.lost_ticks_max());

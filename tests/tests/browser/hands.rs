@@ -32,7 +32,9 @@ pub fn cases() -> Vec<Case> {
         Case::new("a_gamepad_moves_the_hero", a_gamepad_moves_the_hero),
         Case::new("an_emote_is_seen_by_others", an_emote_is_seen_by_others),
         Case::new("the_page_speaks_german", the_page_speaks_german),
-        Case::new("new_screens_fit_phones_and_large_screens", new_screens_fit),
+        Case::new("new_screens_fit_phones", |stage| new_screens_fit(stage, NARROW)),
+        Case::new("new_screens_fit_laptops", |stage| new_screens_fit(stage, Screen::LAPTOP)),
+        Case::new("new_screens_fit_large_screens", |stage| new_screens_fit(stage, Screen::LARGE)),
     ]
 }
 
@@ -178,29 +180,26 @@ async fn the_page_speaks_german(stage: Arc<Stage>) -> Result<()> {
     tab.until_true("document.querySelector('#play').textContent === 'Play'").await
 }
 
-async fn new_screens_fit(stage: Arc<Stage>) -> Result<()> {
-    for screen in [NARROW, Screen::LAPTOP, Screen::LARGE] {
-        let width = screen.width;
-        let lobby = stage.visit("/", screen).await?;
-        lobby.until("the lobby", |s| s.state == "lobby").await?;
-        let wide = "document.documentElement.scrollWidth > innerWidth";
-        ensure!(!lobby.eval::<bool>(wide).await?, "the lobby is too wide for {width} pixels");
-        lobby.keep(&format!("lobby-{width}")).await?;
-        let tab = stage.play("arena", screen).await?;
-        tab.click_on("#settings-button").await?;
-        tab.until_true("!document.querySelector('#settings').hidden").await?;
-        let wide = "document.querySelector('.settings').scrollWidth > document.querySelector('.settings').clientWidth";
-        ensure!(!tab.eval::<bool>(wide).await?, "the settings are too wide for {width} pixels");
-        tab.keep(&format!("settings-{width}")).await?;
-        tab.click_on("#settings-close").await?;
-        tab.click_on("#emote-button").await?;
-        tab.until_true("!document.querySelector('#wheel').hidden").await?;
-        let inside = "[...document.querySelectorAll('#wheel button')].map(b => b.getBoundingClientRect()) \
+async fn new_screens_fit(stage: Arc<Stage>, screen: Screen) -> Result<()> {
+    let width = screen.width;
+    let lobby = stage.visit("/", screen).await?;
+    lobby.until("the lobby", |s| s.state == "lobby").await?;
+    let wide = "document.documentElement.scrollWidth > innerWidth";
+    ensure!(!lobby.eval::<bool>(wide).await?, "the lobby is too wide for {width} pixels");
+    lobby.keep(&format!("lobby-{width}")).await?;
+    let tab = stage.play("arena", screen).await?;
+    tab.click_on("#settings-button").await?;
+    tab.until_true("!document.querySelector('#settings').hidden").await?;
+    let wide = "document.querySelector('.settings').scrollWidth > document.querySelector('.settings').clientWidth";
+    ensure!(!tab.eval::<bool>(wide).await?, "the settings are too wide for {width} pixels");
+    tab.keep(&format!("settings-{width}")).await?;
+    tab.click_on("#settings-close").await?;
+    tab.click_on("#emote-button").await?;
+    tab.until_true("!document.querySelector('#wheel').hidden").await?;
+    let inside = "[...document.querySelectorAll('#wheel button')].map(b => b.getBoundingClientRect()) \
             .every(r => r.left >= 0 && r.top >= 0 && r.right <= innerWidth && r.bottom <= innerHeight)";
-        ensure!(tab.eval::<bool>(inside).await?, "the wheel is cut at {width} pixels");
-        tab.keep(&format!("wheel-{width}")).await?;
-        tab.press("Escape").await?;
-        stage.clear().await?;
-    }
+    ensure!(tab.eval::<bool>(inside).await?, "the wheel is cut at {width} pixels");
+    tab.keep(&format!("wheel-{width}")).await?;
+    tab.press("Escape").await?;
     Ok(())
 }

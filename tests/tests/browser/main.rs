@@ -60,6 +60,14 @@ fn cases() -> Vec<Case> {
             rounds::a_round_is_counted_down_played_and_won,
         ),
         Case::new(
+            "the_end_of_a_round_is_watched_once_more",
+            rounds::the_end_of_a_round_is_watched_once_more,
+        ),
+        Case::new(
+            "the_next_round_begins_when_both_want_it",
+            rounds::the_next_round_begins_when_both_want_it,
+        ),
+        Case::new(
             "a_key_moves_the_hero_before_the_server_says_so",
             network::a_key_moves_the_hero_before_the_server_says_so,
         ),
@@ -128,10 +136,12 @@ fn cases() -> Vec<Case> {
     cases.extend(editor_cases());
     cases.extend(sharing_cases());
     cases.extend([
-        Case::new(
-            "every_frozen_scene_looks_as_it_did",
-            pictures::every_frozen_scene_looks_as_it_did,
-        ),
+        Case::new("every_second_frozen_scene_looks_as_it_did", |stage| {
+            pictures::frozen_scenes_look_as_they_did(stage, 0)
+        }),
+        Case::new("the_other_frozen_scenes_look_as_they_did", |stage| {
+            pictures::frozen_scenes_look_as_they_did(stage, 1)
+        }),
         Case::new(
             "the_page_plays_a_scene_bit_for_bit_as_the_native_program_does",
             pictures::the_page_plays_bit_for_bit,
@@ -150,7 +160,15 @@ fn cases() -> Vec<Case> {
     cases.extend(hands::cases());
     cases.extend(watching::cases());
     cases.extend([
-        Case::new("the_page_plays_every_golden_replay", replay::the_page_plays_every_golden_replay),
+        Case::new("the_page_plays_a_third_of_the_golden_replays", |stage| {
+            replay::the_page_plays_golden_replays(stage, 0)
+        }),
+        Case::new("the_page_plays_another_third_of_the_golden_replays", |stage| {
+            replay::the_page_plays_golden_replays(stage, 1)
+        }),
+        Case::new("the_page_plays_the_last_third_of_the_golden_replays", |stage| {
+            replay::the_page_plays_golden_replays(stage, 2)
+        }),
         Case::new(
             "a_wrong_hash_turns_the_mark_of_a_replay_red",
             replay::a_wrong_hash_turns_the_mark_red,

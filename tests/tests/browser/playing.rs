@@ -49,7 +49,7 @@ pub async fn two_tabs_of_one_visitor_are_two_players(stage: Arc<Stage>) -> Resul
 }
 
 pub async fn a_pack_reaches_the_hero_and_bursts(stage: Arc<Stage>) -> Result<()> {
-    let tab = stage.play("emitters", Screen::SMALL).await?;
+    let tab = stage.play("emitters", Screen::SMALL.sharp()).await?;
     let [x, y] = resting_hero(&tab).await?;
     let at = tab.to_page([x, y]).await?;
     let saturated = |picture: &Picture| {
@@ -285,7 +285,7 @@ pub async fn bounds_by_touch(stage: Arc<Stage>) -> Result<()> {
 }
 
 pub async fn bounds_colors(stage: Arc<Stage>) -> Result<()> {
-    let tab = stage.visit("/bounds", Screen::SMALL).await?;
+    let tab = stage.visit("/bounds", Screen::SMALL.sharp()).await?;
     tab.until("the scene", |s| s.state == "playing" && s.bodies.len() >= 15).await?;
     // The hero selected by H and the platform selected by P overlap at first.
     let [x, y] = tab.to_page([20.0, 30.0]).await?;

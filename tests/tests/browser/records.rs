@@ -6,6 +6,7 @@ use jostle_server::Config;
 use jostle_server::durable::{StateSettings, Sync};
 use jostle_tests::runner::{Case, Stage, artifacts};
 use jostle_tests::runs::{DASH, DASH_NAME, dash, file, race};
+use jostle_tests::scripts::HASTE;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
@@ -45,7 +46,7 @@ async fn records(tab: &Tab, scene: &str) -> Result<Vec<Value>> {
 async fn a_record_is_raced_as_a_ghost(stage: Arc<Stage>) -> Result<()> {
     let (server, dir) = keeping("ghost", &[file(&race())]).await?;
     for screen in [Screen::LAPTOP, Screen::PHONE] {
-        let tab = stage.visit_link(&server.link("/"), screen).await?;
+        let tab = stage.visit_link_changed(HASTE, &server.link("/"), screen).await?;
         let card = "[...document.querySelectorAll('#game-list li')].find(li => li.querySelector('[data-value=race]'))";
         tab.until_true(&format!("{card} && {card}.querySelector('.best').offsetWidth > 0")).await?;
         let best: String =

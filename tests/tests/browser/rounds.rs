@@ -16,20 +16,33 @@ async fn text(tab: &Tab, id: &str) -> Result<String> {
     tab.eval(&format!("document.getElementById('{id}').textContent.trim()")).await
 }
 
+/// How many lives each side has left, joined by a comma.
+const LIVES: &str =
+    "[...document.querySelectorAll('#sides .lives')].map(l => l.textContent.length).join()";
+
+/// A server with the duel, in which each side has so many lives.
+async fn dueling(lives: u8) -> Result<Server> {
+    let duel = DUEL.replace("lives = 3", &format!("lives = {lives}"));
+    // Nobody has to follow the ball.
+    let duel = duel.replace("velocity = [90, 0]", "velocity = [150, 0]");
+    let duel = Scene::parse("duel.toml", &duel).map_err(|error| anyhow!("{error}"))?;
+    Server::start(Config { scenes: vec![duel], ..patient() }).await
+}
+
+async fn duelist(stage: &Stage, server: &Server, screen: Screen) -> Result<Tab> {
+    let tab = stage.visit_link(&server.link("/duel"), screen).await?;
+    tab.until("a hero of one's own", State::plays).await?;
+    Ok(tab)
+}
+
 /// Nobody defends: the ball flies to the right, and the right side loses its lives.
 pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result<()> {
-    let duel = Scene::parse("duel.toml", DUEL).map_err(|error| anyhow!("{error}"))?;
-    let server = Server::start(Config { scenes: vec![duel], ..patient() }).await?;
-    let join = async |screen| {
-        let tab = stage.visit_link(&server.link("/duel"), screen).await?;
-        tab.until("a hero of one's own", State::plays).await?;
-        anyhow::Ok(tab)
-    };
-    let ada = join(Screen::SMALL).await?;
+    let server = dueling(2).await?;
+    let ada = duelist(&stage, &server, Screen::SMALL).await?;
     let waits = "Waiting for players: 1 of 2. Send the link to a friend";
     ada.until_true(&format!("document.getElementById('round-task').textContent === '{waits}'"))
         .await?;
-    let bob = join(Screen::PHONE).await?;
+    let bob = duelist(&stage, &server, Screen::PHONE).await?;
     for tab in [&ada, &bob] {
         tab.until_true("/^[123]$/.test(document.getElementById('round-large').textContent)")
             .await?;
@@ -41,9 +54,7 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
             "[...document.querySelectorAll('#sides i')].map(i => i.dataset.emblem).join()";
         assert_eq!(tab.eval::<String>(emblems).await?, "0,1");
     }
-    let lives =
-        "[...document.querySelectorAll('#sides .lives')].map(l => l.textContent.length).join()";
-    ada.until_true(&format!("{lives} === '3,2'")).await?;
+    ada.until_true(&format!("{LIVES} === '2,1'")).await?;
     for (tab, title) in [(&ada, "Left won!"), (&bob, "Left won")] {
         tab.until_true("!document.getElementById('result').hidden").await?;
         assert_eq!(text(tab, "result-title").await?, title);
@@ -52,7 +63,15 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
                       return r.left >= 0 && r.right <= innerWidth && r.top >= 0 && r.bottom <= innerHeight; })()";
         assert!(tab.eval::<bool>(inside).await?, "the result is on the screen");
     }
-    // The end once more, in place of the result.
+    Ok(())
+}
+
+/// In place of the result.
+pub async fn the_end_of_a_round_is_watched_once_more(stage: Arc<Stage>) -> Result<()> {
+    let server = dueling(1).await?;
+    let ada = duelist(&stage, &server, Screen::SMALL).await?;
+    let _bob = duelist(&stage, &server, Screen::TINY).await?;
+    ada.until_true("!document.getElementById('result').hidden").await?;
     ada.click_on("#highlights").await?;
     ada.until_true("document.getElementById('highlight').textContent === 'Highlight 1 of 1'")
         .await?;
@@ -61,13 +80,22 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
     ada.keep_on_all_screens("highlight").await?;
     ada.key_down("Escape").await?;
     ada.key_up("Escape").await?;
-    ada.until_true(result).await?;
-    // The next round begins when both go on, by button and by key.
+    ada.until_true(result).await
+}
+
+pub async fn the_next_round_begins_when_both_want_it(stage: Arc<Stage>) -> Result<()> {
+    let server = dueling(1).await?;
+    let ada = duelist(&stage, &server, Screen::SMALL).await?;
+    let bob = duelist(&stage, &server, Screen::PHONE).await?;
+    for tab in [&ada, &bob] {
+        tab.until_true("!document.getElementById('result').hidden").await?;
+    }
+    // By button and by key.
     ada.click_on("#again").await?;
     ada.until_true("document.getElementById('again').disabled").await?;
     bob.key_down("Enter").await?;
     bob.key_up("Enter").await?;
-    ada.until_true(&format!("document.getElementById('result').hidden && {lives} === '3,3'"))
+    ada.until_true(&format!("document.getElementById('result').hidden && {LIVES} === '1,1'"))
         .await?;
     let emblem = "document.querySelector('#players .own i').dataset.emblem";
     ada.until_true(&format!("{emblem} === '0'")).await?;

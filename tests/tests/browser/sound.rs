@@ -11,7 +11,7 @@ use jostle_game::Scene;
 use jostle_protocol::Appearance;
 use jostle_protocol::replay::header;
 use jostle_room::Room;
-use jostle_tests::runner::Stage;
+use jostle_tests::runner::{Stage, is_long};
 use jostle_tests::state::State;
 use jostle_tests::tab::{Screen, Tab};
 use std::fmt::Write;
@@ -176,10 +176,8 @@ pub async fn a_page_without_sound_says_so(stage: Arc<Stage>) -> Result<()> {
 
 /// Seconds that are computed: all if `JOSTLE_LONG` is set, and where the golden levels are updated.
 fn seconds() -> u32 {
-    let is_long = ["JOSTLE_LONG", "JOSTLE_UPDATE_GOLDENS"]
-        .iter()
-        .any(|name| std::env::var_os(name).is_some_and(|value| value == "1"));
-    if is_long { MINUTE_S } else { HEARD_S }
+    let is_updated = std::env::var_os("JOSTLE_UPDATE_GOLDENS").is_some_and(|value| value == "1");
+    if is_long() || is_updated { MINUTE_S } else { HEARD_S }
 }
 
 pub async fn a_golden_minute_sounds_as_it_did(stage: Arc<Stage>) -> Result<()> {

@@ -131,7 +131,7 @@ const LOSE: &str = "(() => {
 })()";
 
 pub async fn a_lost_webgl_context_is_drawn_again(stage: Arc<Stage>) -> Result<()> {
-    let tab = stage.visit("/?demo=arena&seed=3&ticks=200&bots=3", Screen::SMALL).await?;
+    let tab = stage.visit("/?demo=arena&seed=3&ticks=200&bots=3", Screen::SMALL.sharp()).await?;
     tab.until("the frozen demo", |s| s.state == "frozen").await?;
     let before = tab.steady_picture().await?;
     assert!(before.colors() > 100, "{} colours", before.colors());

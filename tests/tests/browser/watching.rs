@@ -11,19 +11,26 @@ use jostle_tests::state::State;
 use jostle_tests::tab::Screen;
 use std::sync::Arc;
 
-const SCREENS: [Screen; 3] =
-    [Screen { width: 360, height: 640, touch: true, scale: 0.5 }, Screen::LAPTOP, Screen::LARGE];
+const PHONE: Screen = Screen { width: 360, height: 640, touch: true, scale: 0.5 };
 
 pub fn cases() -> Vec<Case> {
     vec![
-        Case::new("a_room_is_watched_without_a_seat", a_room_is_watched_without_a_seat),
+        Case::new("a_room_is_watched_without_a_seat", |stage| {
+            a_room_is_watched_without_a_seat(stage, &[PHONE, Screen::LAPTOP])
+        }),
+        Case::new("a_room_is_watched_on_a_large_screen", |stage| {
+            a_room_is_watched_without_a_seat(stage, &[Screen::LARGE])
+        }),
         Case::new("the_link_of_a_clip_plays_it", the_link_of_a_clip_plays_it),
     ]
 }
 
-async fn a_room_is_watched_without_a_seat(stage: Arc<Stage>) -> Result<()> {
+async fn a_room_is_watched_without_a_seat(
+    stage: Arc<Stage>,
+    screens: &'static [Screen],
+) -> Result<()> {
     let ada = stage.play("hall", Screen::SMALL).await?;
-    for screen in SCREENS {
+    for &screen in screens {
         let width = screen.width;
         let eve = stage.visit("/hall?watch=1", screen).await?;
         let sees = |s: &State| s.state == "playing" && s.seat.is_none() && s.players.len() == 1;
