@@ -23,8 +23,6 @@ const LIVES: &str =
 /// A server with the duel, in which each side has so many lives.
 async fn dueling(lives: u8) -> Result<Server> {
     let duel = DUEL.replace("lives = 3", &format!("lives = {lives}"));
-    // Nobody has to follow the ball.
-    let duel = duel.replace("velocity = [90, 0]", "velocity = [150, 0]");
     let duel = Scene::parse("duel.toml", &duel).map_err(|error| anyhow!("{error}"))?;
     Server::start(Config { scenes: vec![duel], ..patient() }).await
 }
@@ -47,6 +45,8 @@ pub async fn a_round_is_counted_down_played_and_won(stage: Arc<Stage>) -> Result
         tab.until_true("/^[123]$/.test(document.getElementById('round-large').textContent)")
             .await?;
         assert_eq!(text(tab, "round-task").await?, "Keep the ball out of your side");
+    }
+    for tab in [&ada, &bob] {
         tab.until_true("document.getElementById('round-large').hidden").await?;
         // Both sides, with an emblem each, and their lives.
         tab.until_true("document.querySelectorAll('#sides li').length === 2").await?;
