@@ -16,7 +16,7 @@ mod path;
 mod sketch;
 pub mod snap;
 pub mod state;
-mod strings;
+pub mod strings;
 pub mod text;
 pub mod update;
 

@@ -4,6 +4,9 @@ use crate::language::{fill, say};
 
 /// Pieces are not changed while the text is no TOML.
 pub const BROKEN: &str = "The text has an error: mend it first.";
+/// The browser's storage is full or forbidden.
+pub const NOT_KEPT: &str =
+    "This browser cannot keep the draft: save it as a file before you leave.";
 /// There is no text.
 pub const EMPTY: &str = "Drag a piece into the picture to begin.";
 /// The place of a piece is relative to that of a body.

@@ -51,6 +51,8 @@ pub struct EditScreen {
     css_per_pixel: f32,
     /// Revision of the text that was kept for the next visit.
     pub kept: u32,
+    /// The browser did not take the last draft, and the visitor was told.
+    pub is_refused: bool,
     /// The kept draft that the text was made from.
     pub base: Option<String>,
     /// The player wants to play it although it may be too heavy for the page.
@@ -77,6 +79,7 @@ impl EditScreen {
             first_touch: None,
             css_per_pixel: 1.0,
             kept,
+            is_refused: false,
             base: None,
             may_be_heavy: false,
             opening: false,

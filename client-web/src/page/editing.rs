@@ -2,8 +2,10 @@
 
 use crate::editor::palette::Make;
 use crate::editor::state::Editor;
+use crate::editor::strings::NOT_KEPT;
 use crate::editor::update::Deed;
 use crate::input::action::Action;
+use crate::language::say;
 use crate::net::api::Request;
 use crate::net::scene_link;
 use crate::page::app::{Activity, App};
@@ -119,7 +121,7 @@ impl App {
         self.edit_screen().or(self.edited.as_deref())
     }
 
-    fn edited_mut(&mut self) -> Option<&mut EditScreen> {
+    pub(super) fn edited_mut(&mut self) -> Option<&mut EditScreen> {
         match &mut self.activity {
             Activity::Edit(screen) => Some(screen),
             _ => self.edited.as_deref_mut(),
@@ -158,11 +160,12 @@ impl App {
     /// A draft was kept. As that of another scene if there was one already that it was not made from: both are there then, and
     /// the editor goes on with the new one.
     pub(super) fn note_draft(&mut self, draft: Draft, kept: Option<Option<String>>) {
-        let Some(origin) = kept else { return };
+        let Some(origin) = kept else { return self.note_refused_draft(&draft) };
         self.ctx.storage.take(&drafts::key(origin.as_deref()), draft.text.clone());
         let Some(screen) = self.edited_mut().filter(|screen| screen.origin == draft.origin) else {
             return;
         };
+        screen.is_refused = false;
         screen.base = draft.text;
         if screen.origin != origin {
             screen.origin = origin;
@@ -171,6 +174,21 @@ impl App {
             let hash = screen.hash();
             self.dialogs.card = Some(strings::second_draft(&name));
             self.show_hash(hash);
+        }
+    }
+
+    /// The browser did not take a draft: it is offered again, and the visitor is told once.
+    fn note_refused_draft(&mut self, draft: &Draft) {
+        let Some(screen) = self.edited_mut().filter(|screen| screen.origin == draft.origin) else {
+            return;
+        };
+        // Nothing is no draft, and nothing is lost.
+        if draft.text.is_none() {
+            return;
+        }
+        screen.kept = screen.editor.revision.wrapping_sub(1);
+        if !std::mem::replace(&mut screen.is_refused, true) {
+            screen.editor.said = say(NOT_KEPT).to_owned();
         }
     }
 

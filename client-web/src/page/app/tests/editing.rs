@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::editor::update::Deed;
+use crate::page::drafts::Draft;
 use crate::page::event::{Pointer, PointerChange};
 use jostle_sim::Vec2;
 
@@ -101,6 +102,24 @@ fn two_tabs_of_one_scene_never_overwrite_each_others_draft() {
             assert_eq!(text(&a.beside(&format!("#edit={second}"))), "title = \"Older\"");
         }
     }
+}
+
+#[test]
+fn a_draft_that_the_browser_does_not_take_is_told_and_offered_again() {
+    let mut browser = browser_at("#edit", &[]);
+    type_text(&mut browser, "size = 1");
+    let refuse = |browser: &mut Browser| {
+        let (text, base) = (Some("size = 2".to_owned()), Some("size = 1".to_owned()));
+        let draft = Draft { origin: None, text, base };
+        browser.say(Event::DraftKept(draft, None));
+        std::mem::take(&mut browser.app.edited_mut().expect("the editor").editor.said)
+    };
+    assert!(refuse(&mut browser).contains("save it as a file"));
+    assert_eq!(refuse(&mut browser), "", "once");
+    browser.store.borrow_mut().remove("jostle.draft");
+    browser.say(PULSE);
+    assert_eq!(browser.stored("jostle.draft").as_deref(), Some("size = 1"), "offered again");
+    assert!(refuse(&mut browser).contains("save it as a file"), "taken meanwhile");
 }
 
 #[test]
