@@ -160,15 +160,7 @@ fn cases() -> Vec<Case> {
     cases.extend(hands::cases());
     cases.extend(watching::cases());
     cases.extend([
-        Case::new("the_page_plays_a_third_of_the_golden_replays", |stage| {
-            replay::the_page_plays_golden_replays(stage, 0)
-        }),
-        Case::new("the_page_plays_another_third_of_the_golden_replays", |stage| {
-            replay::the_page_plays_golden_replays(stage, 1)
-        }),
-        Case::new("the_page_plays_the_last_third_of_the_golden_replays", |stage| {
-            replay::the_page_plays_golden_replays(stage, 2)
-        }),
+        Case::new("the_page_plays_golden_replays", replay::the_page_plays_golden_replays),
         Case::new(
             "a_wrong_hash_turns_the_mark_of_a_replay_red",
             replay::a_wrong_hash_turns_the_mark_red,

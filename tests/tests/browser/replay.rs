@@ -9,7 +9,7 @@ use jostle_protocol::replay::{Record, Replay, header};
 use jostle_room::{Playback, Room};
 use jostle_server::Config;
 use jostle_server::replays::Settings;
-use jostle_tests::runner::Stage;
+use jostle_tests::runner::{Stage, is_long};
 use jostle_tests::scripts::HASTE;
 use jostle_tests::server::{Server, patient};
 use jostle_tests::state::{Shown, State};
@@ -152,8 +152,9 @@ pub async fn a_dropped_replay_plays_and_every_tick_is_equal(stage: Arc<Stage>) -
     tab.until("the lobby", |s| s.state == "lobby").await.map(drop)
 }
 
-/// One page plays every third file, from this one on, one after another, as fast as it can.
-pub async fn the_page_plays_golden_replays(stage: Arc<Stage>, first: usize) -> Result<()> {
+/// One page plays one file after another, as fast as it can: all before a release, and every fourth otherwise. All are
+/// played natively each time, and every scene is played in the page and natively.
+pub async fn the_page_plays_golden_replays(stage: Arc<Stage>) -> Result<()> {
     let mut files = std::fs::read_dir(goldens().join("replays"))?
         .map(|entry| Ok(entry?.path()))
         .collect::<Result<Vec<_>>>()?;
@@ -162,7 +163,7 @@ pub async fn the_page_plays_golden_replays(stage: Arc<Stage>, first: usize) -> R
     let tab = stage.visit_link_changed(HASTE, &stage.server.link("/"), Screen::TINY).await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
     let mut wrong = Vec::new();
-    for path in files.into_iter().skip(first).step_by(3) {
+    for path in files.into_iter().step_by(if is_long() { 1 } else { 4 }) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if let Err(error) = the_page_plays_a_golden_replay(&tab, &path, &name).await {
             stage.note(format!("{name}: {error:#}"));
