@@ -13,6 +13,8 @@ const SOCKET_TEST: &str = "sockets";
 const FLEET_TESTS: &str = "fleet::";
 /// They wait most of the time, so that more of them fit than there are processors.
 const SOCKET_TEST_THREADS: &str = "6";
+const CUT_SOCKET_TEST_THREADS: &str = "16";
+const SOAK_TESTS: &str = "soak::";
 /// Each has up to three NATS servers of its own.
 const FLEET_TEST_THREADS: &str = "2";
 
@@ -146,7 +148,7 @@ pub const STEPS: [Step; 19] = [
         needs: &[COMPILE, WEB],
         programs: "Python 3",
         concerns: |change| change.affects(&["jostle-server", "jostle-tests"]),
-        run: |_| socket_tests(),
+        run: socket_tests,
         ..STEP
     },
     Step {
@@ -277,9 +279,14 @@ fn integration(name: &str, args: &[&str]) -> Result<()> {
     binaries::run_all(&all.iter().filter(is_it).collect::<Vec<_>>(), args)
 }
 
-fn socket_tests() -> Result<()> {
+/// With `--since` without the soak, which takes a minute, and more at a time: nothing else tests servers meanwhile.
+fn socket_tests(packages: Option<&[String]>) -> Result<()> {
     python::provide()?;
-    integration(SOCKET_TEST, &["--skip", FLEET_TESTS, "--test-threads", SOCKET_TEST_THREADS])
+    let is_cut = packages.is_some();
+    let threads = if is_cut { CUT_SOCKET_TEST_THREADS } else { SOCKET_TEST_THREADS };
+    let skipped = if is_cut { SOAK_TESTS } else { FLEET_TESTS };
+    let args = ["--skip", FLEET_TESTS, "--skip", skipped, "--test-threads", threads];
+    integration(SOCKET_TEST, &args)
 }
 
 /// With NATS servers.
