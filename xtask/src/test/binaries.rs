@@ -1,7 +1,7 @@
 //! The test programs: compiled once by cargo, then started without it. Cargo holds a lock on its directory while it
 //! compiles, and steps of other lanes would wait for that.
 
-use crate::shell::{cargo, line_of, run, target_dir};
+use crate::shell::{cargo, line_of, target_dir};
 use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
@@ -11,6 +11,8 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::thread;
 
 /// Read by tests that start the program `jostle`, which would otherwise build it.
 const PROGRAM_VARIABLE: &str = "JOSTLE_PROGRAM";
@@ -132,23 +134,42 @@ fn warnings() -> PathBuf {
     target_dir().join("test/warnings.txt")
 }
 
-/// Runs each to its end, also after one has failed.
+/// Runs each to its end, also after one has failed, two at a time: most end with a test or two that take long.
 pub fn run_all(binaries: &[&Binary], args: &[&str]) -> Result<()> {
     if binaries.is_empty() {
         bail!("no such tests were compiled");
     }
-    let mut failed = Vec::new();
-    for binary in binaries {
-        println!("\n{} of {}", binary.name, binary.package);
-        let mut command = Command::new(&binary.program);
-        command.args(args).current_dir(&binary.dir).env("CARGO_MANIFEST_DIR", &binary.dir);
-        command.env(PROGRAM_VARIABLE, target_dir().join("debug/jostle"));
-        if run(&mut command).is_err() {
-            failed.push(binary.name.as_str());
+    let (left, failed) = (Mutex::new(binaries.iter()), Mutex::new(Vec::new()));
+    let next = || left.lock().expect("no test program panics here").next();
+    let work = || {
+        while let Some(binary) = next() {
+            if let Err(error) = run_one(binary, args) {
+                println!("{error:#}");
+                failed.lock().expect("no test program panics here").push(binary.name.as_str());
+            }
         }
-    }
+    };
+    thread::scope(|scope| {
+        scope.spawn(work);
+        work();
+    });
+    let failed = failed.into_inner().expect("no test program panics here");
     if !failed.is_empty() {
         bail!("failed: {}", failed.join(", "));
+    }
+    Ok(())
+}
+
+/// Runs one, and prints what it said once it has ended.
+fn run_one(binary: &Binary, args: &[&str]) -> Result<()> {
+    let mut command = Command::new(&binary.program);
+    command.args(args).current_dir(&binary.dir).env("CARGO_MANIFEST_DIR", &binary.dir);
+    command.env(PROGRAM_VARIABLE, target_dir().join("debug/jostle"));
+    let output = command.output().with_context(|| format!("cannot start {}", line_of(&command)))?;
+    let said = [output.stdout, output.stderr].concat();
+    println!("\n{} of {}\n{}", binary.name, binary.package, String::from_utf8_lossy(&said));
+    if !output.status.success() {
+        bail!("`{}` failed ({})", line_of(&command), output.status);
     }
     Ok(())
 }

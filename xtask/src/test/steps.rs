@@ -41,7 +41,7 @@ pub enum TestLane {
     Native,
     /// The page, from its compiler to the browser that shows it.
     Page,
-    /// Tests of servers, which wait for clocks and each other most of the time.
+    /// Tests of servers, which wait for clocks and each other most of the time, and what is played again.
     Servers,
 }
 
@@ -93,14 +93,6 @@ pub const STEPS: [Step; 19] = [
     Step { name: "format", run: |_| format(), ..STEP },
     Step { name: COMPILE, run: |_| binaries::compile(), concerns: compiles, ..STEP },
     Step { name: "unit tests", needs: &[COMPILE], run: unit_tests, concerns: compiles, ..STEP },
-    Step { name: TRACES, needs: &[COMPILE], run: |_| traces::check(), concerns: plays, ..STEP },
-    Step {
-        name: "golden replays",
-        needs: &[COMPILE, TRACES],
-        run: |_| goldens::check(),
-        concerns: plays,
-        ..STEP
-    },
     Step {
         name: "clippy, native",
         needs: &[COMPILE],
@@ -149,6 +141,22 @@ pub const STEPS: [Step; 19] = [
         programs: "Python 3",
         concerns: |change| change.affects(&["jostle-server", "jostle-tests"]),
         run: socket_tests,
+        ..STEP
+    },
+    Step {
+        name: TRACES,
+        lane: TestLane::Servers,
+        needs: &[COMPILE],
+        concerns: plays,
+        run: |_| traces::check(),
+        ..STEP
+    },
+    Step {
+        name: "golden replays",
+        lane: TestLane::Servers,
+        needs: &[COMPILE, TRACES],
+        run: |_| goldens::check(),
+        concerns: plays,
         ..STEP
     },
     Step {
