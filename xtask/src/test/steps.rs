@@ -89,8 +89,8 @@ const FLEET_PATHS: [&str; 3] = ["server/src/fleet/", "tests/tests/fleet/", "test
 
 /// In the order of each lane. What takes longest comes first where nothing else decides.
 pub const STEPS: [Step; 19] = [
-    Step { name: "tidy", run: |_| tidy::tidy(), ..STEP },
-    Step { name: "format", run: |_| format(), ..STEP },
+    Step { name: "tidy", lane: TestLane::Servers, run: |_| tidy::tidy(), ..STEP },
+    Step { name: "format", lane: TestLane::Servers, run: |_| format(), ..STEP },
     Step { name: COMPILE, run: |_| binaries::compile(), concerns: compiles, ..STEP },
     Step { name: "unit tests", needs: &[COMPILE], run: unit_tests, concerns: compiles, ..STEP },
     Step {
