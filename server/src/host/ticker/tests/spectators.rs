@@ -1,0 +1,83 @@
+//! Spectators: what they may do, and how many there may be.
+
+use super::*;
+
+/// Plays a room with a player for some ticks, with or without spectators who send all that there is; returns the state
+/// hash of each tick and what was ignored.
+fn hashes(watched: bool) -> (Vec<u64>, String) {
+    let (mut ticker, _outside) = room("watched", Duration::MAX);
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let (player, inbox, _outbox) = join();
+    ticker.seat(&mut room, player, &mut None, Instant::now());
+    let spectators: Vec<_> = (0..if watched { 3 } else { 0 })
+        .map(|_| {
+            let (join, inbox, outbox) = join();
+            ticker.seat(
+                &mut room,
+                Join { role: Role::Spectator, ..join },
+                &mut None,
+                Instant::now(),
+            );
+            (inbox, outbox)
+        })
+        .collect();
+    let hashes = (1..=200u32).map(|seq| {
+        let input = |buttons| {
+            let input = jostle_game::Input { buttons, pointer: None };
+            FromSession::Input { seq, ack_tick: 0, input }
+        };
+        inbox.try_send(input(jostle_game::Buttons((seq / 20) as u16 % 32))).expect("a place");
+        for (spectator, _) in &spectators {
+            for message in [
+                input(jostle_game::Buttons::ALL),
+                FromSession::View { size: jostle_sim::Vec2::splat(40.0) },
+                FromSession::Kick { seat: Seat(0) },
+                FromSession::CloseRoom,
+                FromSession::Clip,
+                FromSession::Emote { emote: 1 },
+            ] {
+                spectator.try_send(message).expect("a place");
+            }
+        }
+        ticker.empty_inboxes(&mut room);
+        room.tick();
+        ticker.feed(&mut room, Instant::now());
+        room.game().hash()
+    });
+    let hashes = hashes.collect();
+    assert!(!ticker.closed && room.players() == 1);
+    for (_, outbox) in &spectators {
+        assert!(outbox.end_reason().is_none());
+    }
+    (hashes, ticker.host.metrics.text(Default::default()))
+}
+
+#[test]
+fn a_spectator_changes_nothing() {
+    let (watched, metrics) = hashes(true);
+    assert_eq!(watched, hashes(false).0);
+    // Of six messages all but the view.
+    let ignored = "jostle_messages_ignored_total{kind=\"spectator\"} 3000";
+    assert!(metrics.contains(ignored), "{metrics}");
+}
+
+#[test]
+fn a_room_has_a_limit_of_spectators_and_of_each_network() {
+    let (mut ticker, _outside) = room("crowd", Duration::MAX);
+    let Opened { mut room, .. } = ticker.open(&TestClock::new()).expect("it opens");
+    let mut kept = Vec::new();
+    let mut watch = |host: [u8; 4]| {
+        let (join, inbox, outbox) = join();
+        let join = Join { role: Role::Spectator, address: IpAddr::from(host), ..join };
+        ticker.seat(&mut room, join, &mut None, Instant::now());
+        kept.push((inbox, Arc::clone(&outbox)));
+        outbox.end_reason()
+    };
+    for _ in 0..limits::SPECTATORS_MAX / 2 {
+        assert_eq!(watch([127, 0, 0, 1]), None);
+    }
+    assert_eq!(watch([127, 0, 0, 1]), Some(Refusal::TooManySpectators));
+    let admitted = (0..=255).filter(|&net| watch([10, net, 0, 1]).is_none()).count();
+    assert_eq!(admitted, limits::SPECTATORS_MAX / 2);
+    assert_eq!(ticker.spectators.len(), limits::SPECTATORS_MAX);
+}
