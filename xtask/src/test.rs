@@ -1,8 +1,8 @@
 //! `cargo xtask test`: what continuous integration runs, step by step, each named and timed.
 //!
 //! Three lanes run side by side, since most steps wait for one core, for a clock or for each other: one compiles and
-//! tests natively, one builds the page and drives it in a browser, one tests servers. Each step is a process of its own,
-//! whose output is printed when it has ended. A failed step does not stop the next: one run shows everything that is wrong.
+//! tests natively, one builds the page and drives it in a browser, one tests servers. Each step runs in
+//! a separate process, whose output is printed when it has ended. A failed step does not stop the next: one run shows everything that is wrong.
 
 mod binaries;
 mod changes;

@@ -20,7 +20,7 @@ async fn text(tab: &Tab, id: &str) -> Result<String> {
 const LIVES: &str =
     "[...document.querySelectorAll('#sides .lives')].map(l => l.textContent.length).join()";
 
-/// A server with the duel, in which each side has so many lives.
+/// A server with the duel, in which each side begins with this number of lives.
 async fn dueling(lives: u8) -> Result<Server> {
     let duel = DUEL.replace("lives = 3", &format!("lives = {lives}"));
     let duel = Scene::parse("duel.toml", &duel).map_err(|error| anyhow!("{error}"))?;

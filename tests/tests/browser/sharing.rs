@@ -104,7 +104,7 @@ pub async fn the_code_of_an_edited_scene_is_its_link(stage: Arc<Stage>) -> Resul
     tab.keep("sharing-code-scene").await?;
     let link = read_code(&tab.steady_picture().await?)?;
     assert_eq!(link, stage.server.link(&format!("/#scene={}", scene_link::encode(YARD))));
-    let other = stage.visit_link(&link, Screen::SMALL.sharp()).await?;
+    let other = stage.visit_link(&link, Screen::SMALL).await?;
     other.until("the scene, played", |s| s.state == "playing" && s.ticks() > 5).await?;
     Ok(())
 }

@@ -80,7 +80,7 @@ pub fn check_warnings() -> Result<()> {
     Ok(())
 }
 
-/// What is of interest in a message of cargo.
+/// A message of cargo that matters here.
 enum Said {
     Test(Binary),
     /// As the compiler prints it.

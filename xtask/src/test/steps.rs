@@ -13,7 +13,9 @@ const SOCKET_TEST: &str = "sockets";
 const FLEET_TESTS: &str = "fleet::";
 /// They wait most of the time, so that more of them fit than there are processors.
 const SOCKET_TEST_THREADS: &str = "6";
+/// With `--since`, where little else runs beside them.
 const CUT_SOCKET_TEST_THREADS: &str = "16";
+/// They take a minute.
 const SOAK_TESTS: &str = "soak::";
 /// Each has up to three NATS servers of its own.
 const FLEET_TEST_THREADS: &str = "2";
@@ -104,7 +106,7 @@ pub const STEPS: [Step; 19] = [
     Step { name: "documentation tests", run: |_| doc_tests(), concerns: is_whole, ..STEP },
     Step {
         name: "clippy, wasm",
-        // The same target directory.
+        // Both lock the page's target directory.
         needs: &[WEB],
         concerns: |change| change.affects(&["jostle-client-web"]),
         run: |_| clippy_wasm(),
@@ -287,13 +289,14 @@ fn integration(name: &str, args: &[&str]) -> Result<()> {
     binaries::run_all(&all.iter().filter(is_it).collect::<Vec<_>>(), args)
 }
 
-/// With `--since` without the soak, which takes a minute, and more at a time: nothing else tests servers meanwhile.
+/// All of them, or with `--since` all but the soak.
 fn socket_tests(packages: Option<&[String]>) -> Result<()> {
     python::provide()?;
-    let is_cut = packages.is_some();
-    let threads = if is_cut { CUT_SOCKET_TEST_THREADS } else { SOCKET_TEST_THREADS };
-    let skipped = if is_cut { SOAK_TESTS } else { FLEET_TESTS };
-    let args = ["--skip", FLEET_TESTS, "--skip", skipped, "--test-threads", threads];
+    let mut args = vec!["--skip", FLEET_TESTS, "--test-threads"];
+    match packages {
+        Some(_) => args.extend([CUT_SOCKET_TEST_THREADS, "--skip", SOAK_TESTS]),
+        None => args.push(SOCKET_TEST_THREADS),
+    }
     integration(SOCKET_TEST, &args)
 }
 

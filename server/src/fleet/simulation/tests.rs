@@ -24,7 +24,7 @@ fn two_play(violation: &str) -> bool {
     violation.contains("is played by [") && !violation.ends_with("[]")
 }
 
-/// So many before a release, for which `JOSTLE_LONG` is set, and a quarter of them otherwise.
+/// All of them before a release, for which `JOSTLE_LONG` is set, and otherwise a quarter.
 fn seeds(all: u64) -> u64 {
     if std::env::var_os("JOSTLE_LONG").is_some_and(|value| value == "1") { all } else { all / 4 }
 }
