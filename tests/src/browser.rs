@@ -15,7 +15,7 @@ use tokio::time::timeout;
 /// Names of the program; `JOSTLE_CHROMIUM` takes precedence.
 const PROGRAMS: [&str; 4] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-const FLAGS: [&str; 22] = [
+const FLAGS: [&str; 23] = [
     "--headless=new",
     "--remote-debugging-port=0",
     "--no-sandbox",
@@ -24,6 +24,9 @@ const FLAGS: [&str; 22] = [
     "--ignore-gpu-blocklist",
     // Pages are put together without it: a fifth of the browser's time less.
     "--disable-gpu-compositing",
+    // The address bar's suggestions are two pages of their own for each window, which nobody sees here. They take more
+    // time than a light page of ours.
+    "--disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup",
     "--force-color-profile=srgb",
     "--hide-scrollbars",
     "--lang=en_US",
