@@ -107,7 +107,7 @@ fn wrong_bytes_are_refused_and_never_panic() {
         for length in (0..whole.len().min(2000)).step_by(every) {
             assert!(Game::restore(Arc::clone(game.scene()), &whole[..length]).is_err());
         }
-        let flipped = if is_large(&game) { 300 } else { 3000 };
+        let flipped = if is_large(&game) { 200 } else { 1000 };
         for _ in 0..flipped {
             let mut bytes = whole.clone();
             let place = rng.below(bytes.len() as u32) as usize;

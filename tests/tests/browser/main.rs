@@ -135,13 +135,8 @@ fn cases() -> Vec<Case> {
     ];
     cases.extend(editor_cases());
     cases.extend(sharing_cases());
+    cases.extend(pictures::cases());
     cases.extend([
-        Case::new("every_second_frozen_scene_looks_as_it_did", |stage| {
-            pictures::frozen_scenes_look_as_they_did(stage, 0)
-        }),
-        Case::new("the_other_frozen_scenes_look_as_they_did", |stage| {
-            pictures::frozen_scenes_look_as_they_did(stage, 1)
-        }),
         Case::new(
             "the_page_plays_a_scene_bit_for_bit_as_the_native_program_does",
             pictures::the_page_plays_bit_for_bit,

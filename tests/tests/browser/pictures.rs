@@ -9,7 +9,7 @@ use jostle_client_web::world::room_in_page::RoomInPage;
 use jostle_game::Scene;
 use jostle_protocol::{Appearance, ClientMessage, Role, ServerMessage, VERSION};
 use jostle_tests::picture::Picture;
-use jostle_tests::runner::{Stage, artifacts};
+use jostle_tests::runner::{Case, Stage, artifacts};
 use jostle_tests::tab::{Screen, Tab};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,12 +23,22 @@ const CHANNEL_MAX: u8 = 8;
 /// Largest share of such pixels.
 const OUTLIERS_MAX: f64 = 0.001;
 
-/// One page shows every second scene, from this one on, one after another.
-pub async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>, first: usize) -> Result<()> {
+/// Cases among which the scenes are dealt out.
+const PARTS: usize = 4;
+
+pub fn cases() -> impl Iterator<Item = Case> {
+    (0..PARTS).map(|part| {
+        let name = format!("frozen_scenes_look_as_they_did_{}_of_{PARTS}", part + 1);
+        Case::new(name, move |stage| frozen_scenes_look_as_they_did(stage, part))
+    })
+}
+
+/// One page shows the scenes of a part, one after another.
+async fn frozen_scenes_look_as_they_did(stage: Arc<Stage>, part: usize) -> Result<()> {
     let tab = stage.visit("/", Screen::SMALL.sharp()).await?;
     tab.until("the lobby", |s| s.state == "lobby").await?;
     let mut wrong = Vec::new();
-    for scene in Scene::built_in().into_iter().skip(first).step_by(2) {
+    for scene in Scene::built_in().into_iter().skip(part).step_by(PARTS) {
         if let Err(error) = a_frozen_scene_looks_as_it_did(&stage, &tab, &scene.name).await {
             stage.note(format!("{}: {error:#}", scene.name));
             wrong.push(scene.name);
