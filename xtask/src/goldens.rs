@@ -1,10 +1,10 @@
 //! Golden replays: every shipped scene and those of `tests/scenes`, played once and kept with the
-//! hash of each tick; and the replays of the traces. Every build of the simulation must play them
+//! hash of each tick; and the replays of the golden hashes. Every build of the simulation must play them
 //! again bit for bit; where one does not, the tick, the phase, the body and the field are named.
 
 use crate::apt;
+use crate::hashes;
 use crate::shell::{Skipped, cargo, in_path, output_of, root, run, say, target_dir};
-use crate::traces;
 use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
 use std::fs;
@@ -81,7 +81,7 @@ fn verify_with(name: &str, place: &str, runner: &[&str]) -> Result<()> {
     if replays.is_empty() {
         bail!("no replays in {REPLAYS}; `cargo xtask test --update-hashes` records them");
     }
-    replays.extend(traces::replays()?);
+    replays.extend(hashes::replays()?);
     output_of(command.arg("verify").args(&replays).current_dir(root())).with_context(|| {
         format!(
             "{name}: a golden replay differs (if this is a wanted change, \

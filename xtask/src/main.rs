@@ -9,6 +9,7 @@ mod dist;
 mod fleet;
 mod fuzz;
 mod goldens;
+mod hashes;
 mod latency;
 #[cfg(test)]
 mod lints;
@@ -21,7 +22,6 @@ mod report;
 mod shell;
 mod test;
 mod tidy;
-mod traces;
 mod web;
 mod workspace;
 
@@ -160,7 +160,7 @@ fn run(task: Task) -> Result<bool> {
         Task::Play { listen, no_open } => play::play(listen, !no_open)?,
         Task::Test { update_hashes: true, .. } => {
             goldens::update()?;
-            traces::update()?;
+            hashes::update()?;
         }
         Task::Test { quick, all, since, .. } => {
             let extent = match (quick, all) {

@@ -4,7 +4,7 @@ use super::binaries::{self, Binary};
 use super::changes::Change;
 use crate::shell::{cargo, cargo_of_bench, run};
 use crate::workspace::USUAL_CRATES;
-use crate::{chromium, goldens, nats, python, tidy, traces, web};
+use crate::{chromium, goldens, hashes, nats, python, tidy, web};
 use anyhow::{Result, bail};
 
 const BROWSER_TEST: &str = "browser";
@@ -21,7 +21,7 @@ const SOAK_TESTS: &str = "soak::";
 const FLEET_TEST_THREADS: &str = "2";
 
 const COMPILE: &str = "tests, compiled";
-const TRACES: &str = "traces, each played twice";
+const HASHES: &str = "golden hashes";
 const BROWSER: &str = "browser, found or installed";
 const WEB: &str = "web client";
 
@@ -146,17 +146,17 @@ pub const STEPS: [Step; 19] = [
         ..STEP
     },
     Step {
-        name: TRACES,
+        name: HASHES,
         lane: TestLane::Servers,
         needs: &[COMPILE],
         concerns: plays,
-        run: |_| traces::check(),
+        run: |_| hashes::check(),
         ..STEP
     },
     Step {
         name: "golden replays",
         lane: TestLane::Servers,
-        needs: &[COMPILE, TRACES],
+        needs: &[COMPILE, HASHES],
         run: |_| goldens::check(),
         concerns: plays,
         ..STEP
