@@ -6,7 +6,6 @@ use crate::shell::{cargo, output_of, root, run, say, target_dir};
 use crate::workspace::USUAL_CRATES;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
-use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
