@@ -14,6 +14,7 @@ use tokio::net::TcpStream;
 use tokio::sync::{mpsc, oneshot};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::Message;
+use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
 
 /// Commands to the browser or to one of its pages; clones share the connection.
 #[derive(Clone)]
@@ -47,7 +48,10 @@ impl Session {
         let host = address.strip_prefix("ws://").and_then(|rest| rest.split('/').next());
         let host = host.with_context(|| format!("{address} is no address of a browser"))?;
         let stream = TcpStream::connect(host).await?;
-        let (socket, _) = tokio_tungstenite::client_async(address, stream).await?;
+        // The usual buffer of 128 KiB is cleared at each read.
+        let config = WebSocketConfig::default().read_buffer_size(8192);
+        let (socket, _) =
+            tokio_tungstenite::client_async_with_config(address, stream, Some(config)).await?;
         let (commands, queued) = mpsc::unbounded_channel();
         let pending = Arc::default();
         tokio::spawn(exchange(socket, queued, Arc::clone(&pending)));

@@ -12,7 +12,8 @@ use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::time::{interval, sleep, timeout, timeout_at};
 use tokio_tungstenite::tungstenite::Message;
-use tokio_tungstenite::{WebSocketStream, client_async};
+use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
+use tokio_tungstenite::{WebSocketStream, client_async_with_config};
 
 type Socket = WebSocketStream<TcpStream>;
 
@@ -204,7 +205,10 @@ async fn connect(node: SocketAddr, room: &str) -> Option<Socket> {
     let connected = async {
         let stream = TcpStream::connect(node).await.ok()?;
         stream.set_nodelay(true).ok()?;
-        Some(client_async(format!("ws://{node}/{room}"), stream).await.ok()?.0)
+        // The usual buffer of 128 KiB is cleared at each read.
+        let config = Some(WebSocketConfig::default().read_buffer_size(4096));
+        let url = format!("ws://{node}/{room}");
+        Some(client_async_with_config(url, stream, config).await.ok()?.0)
     };
     timeout(SILENCE, connected).await.ok()?
 }
