@@ -2,7 +2,7 @@
 //! bit as a native room does, opens scene links and replays, and asks for nothing outside of its folder.
 
 use super::replay::{drop_file, file, records, until};
-use anyhow::{Context, Result, anyhow, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use jostle_client_web::net::scene_link;
 use jostle_game::{Input, Scene};
 use jostle_protocol::Appearance;
@@ -214,56 +214,55 @@ async fn seed_of(tab: &Tab) -> Result<u64> {
 
 async fn a_scene_is_played_alone_in_a_lobby_without_a_server(stage: Arc<Stage>) -> Result<()> {
     let server = host(Vec::new()).await?;
-    for screen in [Screen::LAPTOP, Screen::PHONE] {
-        let tab = stage.visit_link_changed(HASTE, &server.link(BELOW), screen).await?;
-        tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
-        tab.until_true("document.documentElement.scrollWidth <= innerWidth").await?;
-        tab.until_true("document.querySelector('#rooms').getBoundingClientRect().height === 0")
-            .await?;
-        tab.keep(&format!("alone-lobby-{}", screen.width)).await?;
-        tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
-        tab.keep(&format!("alone-scenes-{}", screen.width)).await?;
-        tab.click_on("#game-list [data-value=hockey]").await?;
-        compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
-        tab.keep(&format!("alone-game-{}", screen.width)).await?;
+    let tab = stage.visit_link_changed(HASTE, &server.link(BELOW), Screen::PHONE).await?;
+    tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
+    tab.until_true("document.documentElement.scrollWidth <= innerWidth").await?;
+    tab.until_true("document.querySelector('#rooms').getBoundingClientRect().height === 0").await?;
+    tab.keep_on_all_screens("alone-lobby").await?;
+    tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
+    tab.keep_on_all_screens("alone-scenes").await?;
+    tab.click_on("#game-list [data-value=hockey]").await?;
+    compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
+    tab.keep_on_all_screens("alone-game").await?;
 
-        // Loaded again, the same game begins.
-        tab.reload().await?;
-        compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
-        tab.eval::<bool>("(history.back(), true)").await?;
-        tab.until("the lobby", |s| s.state == "lobby").await?;
-        check_requests(&server, &tab).await?;
-        stage.clear().await?;
-    }
-    Ok(())
+    // Loaded again, the same game begins.
+    tab.reload().await?;
+    compare(&tab, shipped("hockey")?, seed_of(&tab).await?, 3).await?;
+    tab.eval::<bool>("(history.back(), true)").await?;
+    tab.until("the lobby", |s| s.state == "lobby").await?;
+    check_requests(&server, &tab).await
 }
 
 /// It has the same scenes as one without.
 async fn a_scene_is_played_alone_in_the_lobby_of_a_server(stage: Arc<Stage>) -> Result<()> {
-    let server = host(Vec::new()).await?;
-    let lists = "fetch(document.documentElement.dataset.static + '/scenes.json')\
-                 .then(answer => answer.text())";
-    let tab = stage.visit_link(&server.link(BELOW), Screen::SMALL).await?;
-    let without: Value = serde_json::from_str(&tab.eval::<String>(lists).await?)?;
-    for screen in [Screen::LAPTOP, Screen::PHONE] {
-        let tab = stage.visit_link_changed(HASTE, &stage.server.link("/"), screen).await?;
-        tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
-        let list = "fetch('/api/scenes').then(answer => answer.text())";
-        let with: Value = serde_json::from_str(&tab.eval::<String>(list).await?)?;
-        assert_eq!(without_pictures(with), without_pictures(without.clone()));
-        tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
-        tab.keep(&format!("served-lobby-{}", screen.width)).await?;
-        // By the keyboard.
-        let button = "document.querySelector('#game-list .alone[data-value=hill]')";
-        tab.eval::<bool>(&format!("({button}.focus(), true)")).await?;
-        tab.key_down(" ").await?;
-        tab.key_up(" ").await?;
-        tab.until("a game", |s| s.state == "playing").await?;
-        compare(&tab, shipped("hill")?, seed_of(&tab).await?, 3).await?;
-        tab.keep(&format!("served-alone-{}", screen.width)).await?;
-        stage.close(tab).await?;
+    let tab = stage.visit_changed(HASTE, "/").await?;
+    tab.until_true("document.querySelectorAll('#scenes li').length >= 20").await?;
+    let without: Value = serde_json::from_slice(&scenes_of_the_static_page()?)?;
+    let list = "fetch('/api/scenes').then(answer => answer.text())";
+    let with: Value = serde_json::from_str(&tab.eval::<String>(list).await?)?;
+    assert_eq!(without_pictures(with), without_pictures(without));
+    tab.eval::<bool>("(document.querySelector('#scenes').scrollIntoView(), true)").await?;
+    tab.keep_on_all_screens("served-lobby").await?;
+    // By the keyboard.
+    let button = "document.querySelector('#game-list .alone[data-value=hill]')";
+    tab.eval::<bool>(&format!("({button}.focus(), true)")).await?;
+    tab.key_down(" ").await?;
+    tab.key_up(" ").await?;
+    tab.until("a game", |s| s.state == "playing").await?;
+    compare(&tab, shipped("hill")?, seed_of(&tab).await?, 3).await?;
+    tab.keep_on_all_screens("served-alone").await
+}
+
+/// The list of scenes beside the page; the name of its directory has a hash.
+fn scenes_of_the_static_page() -> Result<Vec<u8>> {
+    let assets = static_page().join("assets");
+    for entry in std::fs::read_dir(&assets).with_context(|| assets.display().to_string())? {
+        let list = entry?.path().join("scenes.json");
+        if list.is_file() {
+            return std::fs::read(&list).with_context(|| list.display().to_string());
+        }
     }
-    Ok(())
+    bail!("no scenes.json below {}", assets.display())
 }
 
 /// The scenes of a list, without the addresses of their pictures.

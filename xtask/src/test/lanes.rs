@@ -1,7 +1,7 @@
 //! Runs steps in lanes, each in its order; a step waits for those of other lanes that it needs.
 
 use super::steps::{Extent, LANES, Step};
-use crate::shell::{Skipped, target_dir};
+use crate::shell::{Skipped, in_path, target_dir};
 use anyhow::{Context, Result};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -12,6 +12,9 @@ use std::time::{Duration, Instant};
 
 /// Exit status of a step that cannot run on this machine, as automake has it.
 const SKIPPED_STATUS: i32 = 77;
+
+/// Starts a program that leaves the processors to others.
+const NICE: &str = "nice";
 
 /// Read by tests that have more to do before a release.
 const LONG: &str = "JOSTLE_LONG";
@@ -121,7 +124,12 @@ fn process(step: &Step, how: &How) -> Result<Outcome> {
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
     let path = dir.join(format!("{}.log", step.name.replace([' ', ','], "-")));
     let log = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-    let mut command = Command::new(own_program()?);
+    let program = own_program()?;
+    let mut command = Command::new(&program);
+    if step.yields && in_path(NICE) {
+        command = Command::new(NICE);
+        command.args(["-n", "10"]).arg(&program);
+    }
     command.args(["test-step", step.name]);
     if let Some(packages) = &how.packages {
         command.args(["--packages", &packages.join(",")]);

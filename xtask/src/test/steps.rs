@@ -58,6 +58,9 @@ pub struct Step {
     pub needs: &'static [&'static str],
     /// The smallest extent of which it is part.
     from: Extent,
+    /// Whether it leaves the processors to others that want them: those wait for servers and pages, which answer late
+    /// on a busy machine.
+    pub yields: bool,
     /// Programs without which it cannot run, for the person who waits.
     programs: &'static str,
     /// Whether a change asks for it.
@@ -70,6 +73,7 @@ const STEP: Step = Step {
     name: "",
     lane: TestLane::Native,
     needs: &[],
+    yields: false,
     from: Extent::Quick,
     programs: "",
     concerns: |_| true,
@@ -94,7 +98,14 @@ pub const STEPS: [Step; 19] = [
     Step { name: "tidy", lane: TestLane::Servers, run: |_| tidy::tidy(), ..STEP },
     Step { name: "format", lane: TestLane::Servers, run: |_| format(), ..STEP },
     Step { name: COMPILE, run: |_| binaries::compile(), concerns: compiles, ..STEP },
-    Step { name: "unit tests", needs: &[COMPILE], run: unit_tests, concerns: compiles, ..STEP },
+    Step {
+        name: "unit tests",
+        needs: &[COMPILE],
+        yields: true,
+        run: unit_tests,
+        concerns: compiles,
+        ..STEP
+    },
     Step {
         name: "clippy, native",
         needs: &[COMPILE],
@@ -102,8 +113,20 @@ pub const STEPS: [Step; 19] = [
         concerns: compiles,
         ..STEP
     },
-    Step { name: "documentation", run: |_| documentation(), concerns: is_whole, ..STEP },
-    Step { name: "documentation tests", run: |_| doc_tests(), concerns: is_whole, ..STEP },
+    Step {
+        name: "documentation",
+        yields: true,
+        run: |_| documentation(),
+        concerns: is_whole,
+        ..STEP
+    },
+    Step {
+        name: "documentation tests",
+        yields: true,
+        run: |_| doc_tests(),
+        concerns: is_whole,
+        ..STEP
+    },
     Step {
         name: "clippy, wasm",
         // Both lock the page's target directory.
@@ -169,6 +192,7 @@ pub const STEPS: [Step; 19] = [
         programs: "Chromium and Mesa, and what fleet tests need",
         concerns: is_of_page,
         run: |_| browser_tests(),
+        ..STEP
     },
     Step {
         name: "drawing and packing tests",
