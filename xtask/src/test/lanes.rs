@@ -124,11 +124,11 @@ fn process(step: &Step, how: &How) -> Result<Outcome> {
     fs::create_dir_all(&dir).with_context(|| format!("cannot make {}", dir.display()))?;
     let path = dir.join(format!("{}.log", step.name.replace([' ', ','], "-")));
     let log = File::create(&path).with_context(|| format!("cannot write {}", path.display()))?;
-    let program = own_program()?;
-    let mut command = Command::new(&program);
+    let own = own_program()?;
+    let mut command = Command::new(own);
     if step.yields && in_path(NICE) {
         command = Command::new(NICE);
-        command.args(["-n", "10"]).arg(&program);
+        command.args(["-n", "19"]).arg(own);
     }
     command.args(["test-step", step.name]);
     if let Some(packages) = &how.packages {
