@@ -107,6 +107,8 @@ impl Records {
     /// Files of records, those of displaced runs last. What was not complete is deleted.
     fn files(&self) -> io::Result<Vec<PathBuf>> {
         let mut files = Vec::new();
+        // No run that comes meanwhile is among what was not complete.
+        let _files = lock(&self.files);
         let entries = match fs::read_dir(&self.dir) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(files),
             entries => entries?,
@@ -299,4 +301,29 @@ fn seconds(time: SystemTime) -> u64 {
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_that_comes_while_files_are_played_again_keeps_its_file() {
+        let name = format!("jostle-records-{:016x}", crate::host::random::random());
+        let dir = std::env::temp_dir().join(name);
+        fs::create_dir_all(&dir).expect("a directory");
+        let records = Records::open(dir.clone(), &[], Duration::from_secs(1));
+        let new = dir.join(format!("run.{NEW}"));
+        let reload = {
+            let _files = lock(&records.files);
+            fs::write(&new, "half").expect("a file");
+            let reload = records.reload().expect("a thread");
+            // Time for that thread to do harm; it waits for the lock.
+            std::thread::sleep(Duration::from_millis(50));
+            fs::rename(&new, dir.join("run.whole")).expect("the file is there");
+            reload
+        };
+        reload.join().expect("no panic");
+        fs::remove_dir_all(dir).expect("the directory");
+    }
 }
