@@ -472,6 +472,13 @@ impl Room {
         self.replication.subscribe(rate, &self.newest, None)
     }
 
+    /// The next keyframe of a player's client holds no live particles, even if it is its first.
+    pub fn spare_particles(&mut self, seat: Seat) {
+        if let Some(member) = self.members.seats.get_mut(&seat) {
+            member.subscribed = true;
+        }
+    }
+
     /// Subscribes a player's client, which in a world larger than its view gets what the camera can see.
     /// This ends the player's earlier subscription to an interest area.
     ///

@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(
             error.to_string(),
             "heap.toml:12: layouts[0].count: found a heap: too many bodies come together in a trial of the scene; \
-             allowed: at most 12000 pairs of bodies near each other, and as much work"
+             allowed: at most 10000 pairs of bodies near each other, and as much work"
         );
     }
 }

@@ -13,6 +13,18 @@ use jostle_room::{Rate, Room, Subscriber};
 use jostle_sim::TICKS_PER_SECOND;
 use std::sync::Arc;
 use std::time::Instant;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+
+/// A room's places for first keyframes that wait for their sockets. Others hold no particles, which are for the eye and
+/// take a hundred kilobytes: else a crowd that comes at once and reads nothing would fill the memory with them.
+#[derive(Clone, Debug)]
+pub struct ParticlePlaces(Arc<Semaphore>);
+
+impl Default for ParticlePlaces {
+    fn default() -> ParticlePlaces {
+        ParticlePlaces(Arc::new(Semaphore::new(limits::PARTICLE_KEYFRAMES_MAX)))
+    }
+}
 
 /// The snapshots of one socket.
 pub struct Delivery {
@@ -24,6 +36,9 @@ pub struct Delivery {
     subscriber: Option<Subscriber>,
     /// Whether it was sent a keyframe.
     subscribed: bool,
+    places: ParticlePlaces,
+    /// Its place while a keyframe with particles waits.
+    place: Option<OwnedSemaphorePermit>,
     rate: Rate,
     /// Tick at which it was last found to be far behind, or its budget used up.
     late_tick: u32,
@@ -39,6 +54,7 @@ impl Delivery {
         seat: Option<Seat>,
         outbox: Arc<Outbox>,
         allowance: Allowance,
+        places: ParticlePlaces,
         tick: u32,
     ) -> Delivery {
         let (lag, rate, late_tick) = (AckLag::new(tick), Rate::default(), tick);
@@ -50,6 +66,8 @@ impl Delivery {
             lag,
             subscriber,
             subscribed,
+            places,
+            place: None,
             rate,
             late_tick,
             allowance,
@@ -74,6 +92,9 @@ impl Delivery {
         metrics: &Metrics,
     ) -> bool {
         let tick = room.game().tick_count();
+        if self.place.is_some() && self.outbox.is_drained() {
+            self.place = None;
+        }
         // First: a keyframe of a tick that was queued already would repeat its events.
         self.choose_rate(tick, now, metrics);
         let mut queued = self.hand_over(room, tick, now, metrics);
@@ -112,10 +133,17 @@ impl Delivery {
 
     fn subscribe(&mut self, room: &mut Room) -> (Subscriber, Bytes) {
         let again = std::mem::replace(&mut self.subscribed, true);
-        match self.seat {
-            Some(seat) => room.subscribe_view(seat, self.rate),
-            None if again => room.subscribe_again(self.rate),
-            None => room.subscribe(self.rate),
+        let place = || Arc::clone(&self.places.0).try_acquire_owned().ok();
+        self.place = if again { None } else { place() };
+        if let Some(seat) = self.seat {
+            if self.place.is_none() {
+                room.spare_particles(seat);
+            }
+            return room.subscribe_view(seat, self.rate);
+        }
+        match self.place {
+            Some(_) => room.subscribe(self.rate),
+            None => room.subscribe_again(self.rate),
         }
     }
 

@@ -10,7 +10,7 @@ use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::Admission;
 use crate::host::clock::Clock;
-use crate::host::delivery::in_turn;
+use crate::host::delivery::{ParticlePlaces, in_turn};
 use crate::host::member::Member;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
@@ -66,6 +66,7 @@ pub struct Ticker {
     /// Players with a socket.
     members: Vec<Member>,
     spectators: Spectators,
+    places: ParticlePlaces,
     admission: Admission,
     emotes: SeatRates,
     clips: SeatRates,
@@ -108,7 +109,8 @@ impl Ticker {
     pub fn new(ends: Ends, seed: u64) -> Ticker {
         let Ends { host, info, joins, commands, lease, records } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
-        let spectators = Spectators::new(host.address_spectators_max);
+        let places = ParticlePlaces::default();
+        let spectators = Spectators::new(host.address_spectators_max, places.clone());
         Ticker {
             host,
             info,
@@ -118,6 +120,7 @@ impl Ticker {
             saved: None,
             members,
             spectators,
+            places,
             admission,
             emotes: SeatRates::new(
                 limits::EMOTE_TICKS,
