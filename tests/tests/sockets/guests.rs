@@ -6,20 +6,22 @@ use crate::networks::{behind_a_proxy, passed_on};
 use crate::replays::Dir;
 use crate::server::Server;
 use jostle_game::scene::Budget;
-use jostle_protocol::{ClientMessage, Refusal, Token, VERSION};
+use jostle_protocol::{Appearance, ClientMessage, Refusal, Role, Token, VERSION};
 use jostle_server::Config;
 use jostle_server::durable::{StateSettings, Sync};
 use jostle_server::guests::GuestScenes;
 use jostle_server::limits::{
-    ADDRESS_ROOMS_MAX, GUEST_BUDGET, GUEST_SCENE_BYTES_MAX, PRIVATE_CODE_CHARS, Waits,
-    guest_rooms_max,
+    ADDRESS_ROOMS_MAX, GUEST_BUDGET, GUEST_SCENE_BYTES_MAX, GUESTS_UPLINK_SHARE,
+    PRIVATE_CODE_CHARS, UPLINK_BURST_SECONDS, Waits, guest_rooms_max,
 };
 use jostle_tests::guest_scenes::{DEAR, random_scene};
 use jostle_tests::server::{LONG, PATIENT, patient};
 use serde_json::Value;
 use std::net::SocketAddr;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+use tokio::net::TcpSocket;
 use tokio::sync::mpsc;
+use tokio::task::JoinSet;
 use tokio::time::timeout;
 
 const ROUTE: &str = "/api/guest-rooms";
@@ -284,4 +286,50 @@ async fn slow_scenes_of_some_networks_delay_a_newcomer_by_one_trial() {
     // The order is that of `TrialQueue`; how many trials end before the newcomer is in it depends on the machine.
     assert!(tried.len() < 7, "all were tried first");
     is_about(&newcomer, &text, "title", "title");
+}
+
+/// Balls that bounce for as long as anybody watches.
+const HAIL: &str = "title = \"Hail\"\nsize = [60, 60]\ngroups = [\"ball\", \"wall\"]\n\
+    pairs = [[\"ball\", \"wall\"], [\"ball\", \"ball\"]]\n\
+    [[bodies]]\nkind = \"wall\"\ngroup = \"wall\"\nposition = [30, 1]\nsize = [60, 2]\n\
+    [[layouts]]\nkind = \"block\"\ngroup = \"ball\"\ncount = 300\nradius = 0.8\nrestitution = 1\n\
+    area = [[4, 4], [56, 56]]\ngap = 0.01\n";
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_crowd_of_two_addresses_is_sent_the_guests_part_of_the_uplink() {
+    const MEGABITS: u32 = 20;
+    const CROWD: u8 = 120;
+    let began = Instant::now();
+    let config = Config { uplink_megabits: MEGABITS, ..hospitable(GuestScenes::Private) };
+    let server = Server::start_with(config).await;
+    let (code, _) = open(server.address, ROUTE, HAIL).await;
+    let mut crowd = JoinSet::new();
+    for number in 0..CROWD {
+        let socket = TcpSocket::new_v4().expect("a socket");
+        let from = SocketAddr::from(([127, 0, 0, 2 + number % 2], 0));
+        socket.bind(from).expect("an address of this machine");
+        let mut eye = Client::connect_over(socket, server.address, &code).await;
+        let appearance = Appearance { name: "Eye".into(), color: 1 };
+        let (token, host_key, role) = (None, None, Role::Spectator);
+        let version = VERSION;
+        eye.send(&ClientMessage::Hello { version, appearance, token, host_key, role }).await;
+        crowd.spawn(async move {
+            let mut sent = 0;
+            let watched = async {
+                while let Some(Ok(message)) = eye.frame().await {
+                    sent += message.len();
+                }
+            };
+            drop(timeout(Duration::from_secs(4), watched).await);
+            sent
+        });
+    }
+    let sent = crowd.join_all().await;
+    // The server's clock began later, so a busy machine only sends less.
+    let seconds = began.elapsed().as_secs_f64() + f64::from(UPLINK_BURST_SECONDS);
+    let most = f64::from(MEGABITS * 125_000 / GUESTS_UPLINK_SHARE) * seconds;
+    let all: usize = sent.iter().sum();
+    println!("{:.2} MB/s, {most:.0} bytes at most", all as f64 / 4e6);
+    assert!(all as f64 <= most, "{all} bytes in {seconds} s, {most} at most");
+    assert!(sent.iter().all(|&sent| sent > 1000), "not all see the game: {sent:?}");
 }
