@@ -103,24 +103,8 @@ impl Bot {
         loop {
             let silent_at = servers.has_others().then(|| player.heard_at + SILENCE);
             let end = tokio::select! {
-                message = next(&mut player.arrival.socket) => match message {
-                    Ok(None) => continue,
-                    Ok(Some(bytes)) => match player.receive(&bytes, &mut servers, report) {
-                        Ok(()) => continue,
-                        Err(end) => end,
-                    },
-                    Err(end) => end,
-                },
-                _ = player.inputs.tick() => {
-                    // A socket that is closed says why when it is read.
-                    let _ = player.send_input(report).await;
-                    continue;
-                }
-                () = sleep_until_some(silent_at) => SessionEnd::Lost("silence".to_owned()),
-                () = sleep_until_some(loss_at) => {
-                    loss_at = losses.next().map(|after| report.began() + after);
-                    SessionEnd::Dropped
-                }
+                // The measurement begins and ends on time, and inputs are sent in step, however much there is to read.
+                biased;
                 changed = self.stage.changed() => {
                     let stage = *self.stage.borrow_and_update();
                     match stage {
@@ -134,6 +118,24 @@ impl Bot {
                     if changed.is_err() { break }
                     continue;
                 }
+                _ = player.inputs.tick() => {
+                    // A socket that is closed says why when it is read.
+                    let _ = player.send_input(report).await;
+                    continue;
+                }
+                () = sleep_until_some(loss_at) => {
+                    loss_at = losses.next().map(|after| report.began() + after);
+                    SessionEnd::Dropped
+                }
+                message = next(&mut player.arrival.socket) => match message {
+                    Ok(None) => continue,
+                    Ok(Some(bytes)) => match player.receive(&bytes, &mut servers, report) {
+                        Ok(()) => continue,
+                        Err(end) => end,
+                    },
+                    Err(end) => end,
+                },
+                () = sleep_until_some(silent_at) => SessionEnd::Lost("silence".to_owned()),
             };
             match self.resume(player, end, &mut servers, report).await? {
                 Some(back) => player = back,
