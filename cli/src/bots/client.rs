@@ -23,15 +23,26 @@ const PING_EVERY_INPUTS: u32 = 30;
 const JOIN_EVERY: Duration = Duration::from_millis(4);
 /// Between two attempts to come back.
 const RETRY_EVERY: Duration = Duration::from_millis(250);
-/// Time for an attempt while another server was not asked yet.
-const UNTRIED_WAIT: Duration = Duration::from_secs(2);
-/// Silence after which a server of a fleet is given up for another.
-const SILENCE: Duration = Duration::from_secs(6);
 /// Time in which a bot comes back to its room: a server that died has been replaced by then.
 const RETURN_WAIT: Duration = Duration::from_secs(60);
 /// Kind and keyframe bit of a coded snapshot, and where the low byte of a delta's tick is.
 const SNAPSHOT: u8 = 0x80;
 const KEYFRAME: u8 = 0x40;
+
+/// How long a bot waits for a server of a fleet before it asks another.
+#[derive(Clone, Copy, Debug)]
+pub struct Waits {
+    /// For the answer to an attempt while another server was not asked yet.
+    pub answer: Duration,
+    /// For a snapshot.
+    pub silence: Duration,
+}
+
+impl Default for Waits {
+    fn default() -> Waits {
+        Waits { answer: Duration::from_secs(2), silence: Duration::from_secs(6) }
+    }
+}
 
 /// The stage of all bots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +67,8 @@ pub struct Bot {
     pub decodes: bool,
     /// Times since the start of the measurement at which it loses its socket.
     pub losses: Vec<Duration>,
+    /// How long it waits for servers.
+    pub waits: Waits,
     /// The stage that it follows.
     pub stage: watch::Receiver<Stage>,
     /// Notified once it has a seat, or has failed to get one.
@@ -101,7 +114,7 @@ impl Bot {
         let mut losses = std::mem::take(&mut self.losses).into_iter();
         let mut loss_at = None;
         loop {
-            let silent_at = servers.has_others().then(|| player.heard_at + SILENCE);
+            let silent_at = servers.has_others().then(|| player.heard_at + self.waits.silence);
             let end = tokio::select! {
                 // The measurement begins and ends on time, and inputs are sent in step, however much there is to read.
                 biased;
@@ -201,7 +214,7 @@ impl Bot {
         let no_tls = || SessionEnd::Lost(format!("no way to {}", servers.current()));
         let target = self.target.at(servers.current()).ok_or_else(no_tls)?;
         if servers.has_untried() {
-            return connect_within(UNTRIED_WAIT, &target, self.appearance(), token).await;
+            return connect_within(self.waits.answer, &target, self.appearance(), token).await;
         }
         connect(&target, self.appearance(), token).await
     }

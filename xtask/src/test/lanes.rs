@@ -128,7 +128,7 @@ fn process(step: &Step, how: &How) -> Result<Outcome> {
     let mut command = Command::new(own);
     if step.yields && in_path(NICE) {
         command = Command::new(NICE);
-        command.args(["-n", "19"]).arg(own);
+        command.args(["-n", "5"]).arg(own);
     }
     command.args(["test-step", step.name]);
     if let Some(packages) = &how.packages {

@@ -12,6 +12,9 @@ use tokio_tungstenite::tungstenite::Message;
 
 const TOKEN: Token = Token([7; jostle_protocol::limits::TOKEN_BYTES]);
 
+/// Longer than a starved machine takes for anything.
+const LONG: Duration = Duration::from_secs(120);
+
 /// The answer of a server to a hello, after which it closes the socket.
 #[derive(Clone, Debug)]
 enum Answer {
@@ -104,6 +107,7 @@ async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Tok
         target: target.clone(),
         decodes: true,
         losses: Vec::new(),
+        waits: Waits { answer: LONG, silence: LONG },
         stage: watched,
         seated,
         snapshots: Some(sender),
@@ -113,7 +117,7 @@ async fn followed(nodes: Vec<Node>, until: usize) -> (Report, Vec<Vec<Option<Tok
     // Marked as seen when the bot came: this is the change that begins the measurement.
     stage.send_replace(Stage::Playing(Instant::now()));
     for _ in 0..until {
-        let snapshot = timeout(Duration::from_secs(20), snapshots.recv()).await.expect("in time");
+        let snapshot = timeout(LONG, snapshots.recv()).await.expect("in time");
         if snapshot.is_none() {
             break;
         }
