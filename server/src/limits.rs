@@ -134,8 +134,9 @@ pub const FRAMES_BYTES_KEPT: usize = 4096;
 pub const FRAMES_BYTES_MAX: usize = SERVER_MESSAGE_BYTES_MAX + READ_BUFFER_BYTES;
 /// Snapshots that wait for the socket: past half a second of them it gets a keyframe instead.
 pub const OUTBOX_SNAPSHOTS_MAX: usize = 32;
-/// First keyframes with live particles that wait for their sockets at a time in a room, of 130 kB at most each.
-pub const PARTICLE_KEYFRAMES_MAX: usize = 8;
+/// First keyframes with live particles that wait for their sockets at a time in a room: 165 kB each in a guest's room,
+/// up to 0.4 MB elsewhere.
+pub const PARTICLE_KEYFRAMES_MAX: usize = 4;
 /// Ticks for which a client has to keep up before its rate rises again.
 pub const RATE_RISE_TICKS: u32 = 600;
 /// Ticks by which a client may be further behind than at its recent best: more is not explained by the round trip.

@@ -2,7 +2,7 @@
 //! None of the outcomes depends on the speed of the machine.
 
 use super::*;
-use crate::host::delivery::{Delivery, ParticlePlaces};
+use crate::host::delivery::{Delivery, ParticlePermits};
 use crate::limits::uplink::Uplink;
 use crate::ops::metrics::Metrics;
 use jostle_game::{Buttons, Input};
@@ -22,7 +22,7 @@ enum Fate {
     FailsTrial,
     /// Its room is over that budget later.
     Ends,
-    /// Every step keeps to the budget: it does not cost more than it says after all. What it takes of a processor is
+    /// Every step keeps to the budget: the scene costs no more than its plan says. What it takes of a processor is
     /// bounded by that, and paid from the room's share.
     Bounded,
 }
@@ -244,7 +244,7 @@ fn a_crowd_that_comes_after_the_longest_trial_ends_its_room() {
     assert_eq!(fate("a patient crowd", &crowd_with_packs(), TRIAL_TICKS), Fate::Ends);
 }
 
-/// Ticks that are played. With 1500, after which clips are as long as they get, a room takes 1.2 MB more.
+/// Ticks that are played.
 #[cfg(target_os = "linux")]
 const WORST_TICKS: u32 = 160;
 /// When the crowd comes: there are nearly as many particles as there can be, and newcomers are sent them.
@@ -253,7 +253,10 @@ const CROWD_TICK: u32 = 120;
 
 /// Bytes of memory that a guest's room may take at its worst.
 #[cfg(target_os = "linux")]
-const ROOM_BYTES_MAX: usize = 10 << 20;
+const ROOM_BYTES_MAX: usize = 10_000_000;
+/// Bytes that clips take once they are as long as they get, which needs 1500 ticks: measured with so many below.
+#[cfg(target_os = "linux")]
+const FULL_CLIPS_BYTES: usize = 1_400_000;
 
 /// Peak of the memory of this process so far, bytes.
 #[cfg(target_os = "linux")]
@@ -264,7 +267,7 @@ fn peak_bytes() -> usize {
     kib.expect("a number") << 10
 }
 
-/// Plays a heap with as many pairs as a step may have, with all that a room keeps beside it: a crowd that
+/// Plays a heap with nearly as many pairs as a step may have, with all that a room keeps beside it: a crowd that
 /// comes at once and reads nothing, particles, clips and the record from which it is restored.
 #[cfg(target_os = "linux")]
 fn play_worst(solver: &str) -> (Room, Vec<Delivery>) {
@@ -285,13 +288,13 @@ fn play_worst(solver: &str) -> (Room, Vec<Delivery>) {
     room.record_for_restoring("test", 0);
     let now = Instant::now();
     let (uplink, metrics) = (Uplink::new(limits::UPLINK_MEGABITS, now), Metrics::default());
-    let (places, mut unread) = (ParticlePlaces::default(), Vec::new());
+    let (permits, mut unread) = (ParticlePermits::default(), Vec::new());
     for tick in 1..=WORST_TICKS {
         if tick == CROWD_TICK {
             unread.extend((0..crowd(&mut room, &scene)).map(|seat| {
                 let allowance = uplink.open([10, 0, seat as u8, 1].into(), true, false, now);
                 let (seat, outbox) = (Some(jostle_game::Seat(seat)), Arc::default());
-                Delivery::new(seat, outbox, allowance, places.clone(), tick)
+                Delivery::new(seat, outbox, allowance, permits.clone(), tick)
             }));
         }
         press(&mut room, &scene, tick);
@@ -333,5 +336,5 @@ fn all_rooms_of_guests_at_their_worst_take_ten_megabytes_each_at_most() {
     let rooms: Vec<_> = rooms.into_iter().map(|room| room.join().expect("it plays")).collect();
     let each = (peak_bytes() - before) / rooms.len();
     println!("{} KiB a room", each >> 10);
-    assert!(each <= ROOM_BYTES_MAX, "{} KiB a room", each >> 10);
+    assert!(each + FULL_CLIPS_BYTES <= ROOM_BYTES_MAX, "{} KiB a room", each >> 10);
 }

@@ -15,14 +15,14 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// A room's places for first keyframes that wait for their sockets. Others hold no particles, which are for the eye and
-/// take a hundred kilobytes: else a crowd that comes at once and reads nothing would fill the memory with them.
+/// Limits the first keyframes with particles that are in memory for the sockets of a room. Beyond it a newcomer gets a
+/// keyframe without particles, which are only decoration: otherwise a crowd that reads nothing would fill the memory.
 #[derive(Clone, Debug)]
-pub struct ParticlePlaces(Arc<Semaphore>);
+pub struct ParticlePermits(Arc<Semaphore>);
 
-impl Default for ParticlePlaces {
-    fn default() -> ParticlePlaces {
-        ParticlePlaces(Arc::new(Semaphore::new(limits::PARTICLE_KEYFRAMES_MAX)))
+impl Default for ParticlePermits {
+    fn default() -> ParticlePermits {
+        ParticlePermits(Arc::new(Semaphore::new(limits::PARTICLE_KEYFRAMES_MAX)))
     }
 }
 
@@ -36,9 +36,7 @@ pub struct Delivery {
     subscriber: Option<Subscriber>,
     /// Whether it was sent a keyframe.
     subscribed: bool,
-    places: ParticlePlaces,
-    /// Its place while a keyframe with particles waits.
-    place: Option<OwnedSemaphorePermit>,
+    permits: ParticlePermits,
     rate: Rate,
     /// Tick at which it was last found to be far behind, or its budget used up.
     late_tick: u32,
@@ -54,7 +52,7 @@ impl Delivery {
         seat: Option<Seat>,
         outbox: Arc<Outbox>,
         allowance: Allowance,
-        places: ParticlePlaces,
+        permits: ParticlePermits,
         tick: u32,
     ) -> Delivery {
         let (lag, rate, late_tick) = (AckLag::new(tick), Rate::default(), tick);
@@ -66,8 +64,7 @@ impl Delivery {
             lag,
             subscriber,
             subscribed,
-            places,
-            place: None,
+            permits,
             rate,
             late_tick,
             allowance,
@@ -92,17 +89,16 @@ impl Delivery {
         metrics: &Metrics,
     ) -> bool {
         let tick = room.game().tick_count();
-        if self.place.is_some() && self.outbox.is_drained() {
-            self.place = None;
-        }
         // First: a keyframe of a tick that was queued already would repeat its events.
         self.choose_rate(tick, now, metrics);
         let mut queued = self.hand_over(room, tick, now, metrics);
         if self.subscriber.is_none() && self.may_subscribe(tick, now, metrics) {
-            let (subscriber, keyframe) = self.subscribe(room);
+            let permit = self.particle_permit(room);
+            let (subscriber, keyframe) = self.subscribe(room, permit.is_some());
             metrics.sent(self.rate, keyframe.len());
             self.allowance.charge(keyframe.len(), now);
             let dropped = self.outbox.keyframe(keyframe);
+            permit.into_iter().for_each(|permit| self.outbox.keep(permit));
             metrics.skipped(Skip::Lag, dropped);
             self.lag.sent(subscriber.keyframe_tick);
             self.subscriber = Some(subscriber);
@@ -131,18 +127,23 @@ impl Delivery {
         !self.held_back
     }
 
-    fn subscribe(&mut self, room: &mut Room) -> (Subscriber, Bytes) {
+    /// A permit for a first keyframe with particles, if there are any and not too many such keyframes wait.
+    fn particle_permit(&mut self, room: &Room) -> Option<OwnedSemaphorePermit> {
         let again = std::mem::replace(&mut self.subscribed, true);
-        let place = || Arc::clone(&self.places.0).try_acquire_owned().ok();
-        self.place = if again { None } else { place() };
-        if let Some(seat) = self.seat {
-            if self.place.is_none() {
-                room.spare_particles(seat);
-            }
-            return room.subscribe_view(seat, self.rate);
+        if again || room.game().world().particles().is_empty() {
+            return None;
         }
-        match self.place {
-            Some(_) => room.subscribe(self.rate),
+        Arc::clone(&self.permits.0).try_acquire_owned().ok()
+    }
+
+    fn subscribe(&self, room: &mut Room, particles: bool) -> (Subscriber, Bytes) {
+        match self.seat {
+            Some(seat) if particles => room.subscribe_view(seat, self.rate),
+            Some(seat) => {
+                room.spare_particles(seat);
+                room.subscribe_view(seat, self.rate)
+            }
+            None if particles => room.subscribe(self.rate),
             None => room.subscribe_again(self.rate),
         }
     }

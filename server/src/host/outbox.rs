@@ -14,6 +14,7 @@ use jostle_protocol::Refusal;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
+use tokio::sync::OwnedSemaphorePermit;
 
 /// Snapshots that may wait whatever their size: fewer are no sign of a slow reader.
 const LATE_SNAPSHOTS_MIN: usize = 4;
@@ -47,6 +48,10 @@ struct State {
     /// Bytes of `snapshots`, and of the newest keyframe.
     waiting_bytes: usize,
     keyframe_bytes: usize,
+    /// For the particles of the keyframe that waits, which is the first of `snapshots`.
+    permit: Option<OwnedSemaphorePermit>,
+    /// The same of the keyframe that was taken last, until the socket asks for more: it has sent that one by then.
+    permit_sending: Option<OwnedSemaphorePermit>,
     end: Option<Refusal>,
     /// Where the room goes on, if it ends for that reason.
     moved_to: Option<Arc<str>>,
@@ -86,6 +91,7 @@ impl Outbox {
             || state.snapshots.len() >= OUTBOX_SNAPSHOTS_MAX
         {
             state.waiting_bytes = 0;
+            state.permit = None;
             return 1 + state.snapshots.drain(..).count();
         }
         state.waiting_bytes = waiting;
@@ -99,9 +105,15 @@ impl Outbox {
         let mut state = self.lock();
         state.keyframe_bytes = bytes.len();
         state.waiting_bytes = bytes.len();
+        state.permit = None;
         let dropped = state.snapshots.drain(..).count();
         state.snapshots.push_back(bytes);
         dropped
+    }
+
+    /// Keeps a permit for as long as the keyframe that was just queued is in memory.
+    pub fn keep(&self, permit: OwnedSemaphorePermit) {
+        self.lock().permit = Some(permit);
     }
 
     /// An outbox for a socket, on the thread with this queue.
@@ -148,6 +160,7 @@ impl Outbox {
     /// Takes what comes next for the socket: the end before all else, control messages before snapshots.
     pub fn take(&self) -> Next {
         let mut state = self.lock();
+        state.permit_sending = None;
         if let Some(refusal) = state.end {
             return Next::End(refusal);
         }
@@ -156,6 +169,7 @@ impl Outbox {
         }
         let Some(bytes) = state.snapshots.pop_front() else { return Next::Nothing };
         state.waiting_bytes -= bytes.len();
+        state.permit_sending = state.permit.take();
         Next::Message(bytes)
     }
 

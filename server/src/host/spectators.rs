@@ -1,7 +1,7 @@
 //! The spectators of a room. They hold no seat, and the room does not know them: they read what it sends to all that see
 //! the whole world, and nothing that they send reaches it.
 
-use crate::host::delivery::{Delivery, ParticlePlaces, in_turn};
+use crate::host::delivery::{Delivery, ParticlePermits, in_turn};
 use crate::host::member::Spectator;
 use crate::host::outbox::Outbox;
 use crate::host::room_handle::{FromSession, Join};
@@ -23,14 +23,14 @@ use std::time::Instant;
 pub struct Spectators {
     present: Vec<Spectator>,
     limits: Arc<ConnectionLimits>,
-    places: ParticlePlaces,
+    permits: ParticlePermits,
 }
 
 impl Spectators {
-    /// No spectators; one address may have `address_max` of the room's at most. They share `places` with its players.
-    pub fn new(address_max: usize, places: ParticlePlaces) -> Spectators {
+    /// No spectators; one address may have `address_max` of the room's at most. They share `permits` with its players.
+    pub fn new(address_max: usize, permits: ParticlePermits) -> Spectators {
         let limits = ConnectionLimits::new(limits::SPECTATORS_MAX, address_max);
-        Spectators { present: Vec::new(), limits, places }
+        Spectators { present: Vec::new(), limits, permits }
     }
 
     /// Number of spectators.
@@ -55,8 +55,8 @@ impl Spectators {
         let Some(permit) = self.limits.admit(address) else {
             return Err((Refusal::TooManySpectators, outbox));
         };
-        let (places, tick) = (self.places.clone(), room.game().tick_count());
-        let feed = Delivery::new(None, outbox, allowance(address), places, tick);
+        let (permits, tick) = (self.permits.clone(), room.game().tick_count());
+        let feed = Delivery::new(None, outbox, allowance(address), permits, tick);
         feed.welcome(room.welcome(None), now);
         self.present.push(Spectator { address, inbox, feed, _permit: permit });
         Ok(())

@@ -10,7 +10,7 @@ use crate::fleet::lease::RoomLease;
 use crate::guests::Share;
 use crate::host::admission::Admission;
 use crate::host::clock::Clock;
-use crate::host::delivery::{ParticlePlaces, in_turn};
+use crate::host::delivery::{ParticlePermits, in_turn};
 use crate::host::member::Member;
 use crate::host::outbox::Outbox;
 use crate::host::phase::Phase;
@@ -66,7 +66,7 @@ pub struct Ticker {
     /// Players with a socket.
     members: Vec<Member>,
     spectators: Spectators,
-    places: ParticlePlaces,
+    permits: ParticlePermits,
     admission: Admission,
     emotes: SeatRates,
     clips: SeatRates,
@@ -109,8 +109,8 @@ impl Ticker {
     pub fn new(ends: Ends, seed: u64) -> Ticker {
         let Ends { host, info, joins, commands, lease, records } = ends;
         let (members, admission) = (Vec::new(), Admission::default());
-        let places = ParticlePlaces::default();
-        let spectators = Spectators::new(host.address_spectators_max, places.clone());
+        let permits = ParticlePermits::default();
+        let spectators = Spectators::new(host.address_spectators_max, permits.clone());
         Ticker {
             host,
             info,
@@ -120,7 +120,7 @@ impl Ticker {
             saved: None,
             members,
             spectators,
-            places,
+            permits,
             admission,
             emotes: SeatRates::new(
                 limits::EMOTE_TICKS,

@@ -41,7 +41,7 @@ pub struct Records {
     most: Duration,
     /// By the name of the scene.
     tables: Mutex<BTreeMap<String, BestRuns>>,
-    /// Held while files are written, so that none is entered twice.
+    /// Held while files are written, so that none is entered twice, and while half-written ones are deleted.
     files: Mutex<()>,
     trials: Arc<TrialQueue>,
     readers: Arc<ConnectionLimits>,
@@ -107,7 +107,7 @@ impl Records {
     /// Files of records, those of displaced runs last. What was not complete is deleted.
     fn files(&self) -> io::Result<Vec<PathBuf>> {
         let mut files = Vec::new();
-        // No run that comes meanwhile is among what was not complete.
+        // Held so that a file that is just being written is not taken for a leftover.
         let _files = lock(&self.files);
         let entries = match fs::read_dir(&self.dir) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(files),

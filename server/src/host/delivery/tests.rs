@@ -27,7 +27,7 @@ fn a_keyframe_for_late_acknowledgements_waits_for_the_budget() {
         let (other, allowance) =
             (uplink.open(address, false, false, now), uplink.open(address, false, false, now));
         let mut feed =
-            Delivery::new(None, Arc::clone(&outbox), allowance, ParticlePlaces::default(), 0);
+            Delivery::new(None, Arc::clone(&outbox), allowance, ParticlePermits::default(), 0);
         for tick in 1..=400 {
             room.tick();
             if tick == used_up_at {
@@ -61,8 +61,13 @@ fn a_lower_rate_repeats_no_event() {
         let outbox = Arc::new(Outbox::default());
         let now = Instant::now();
         let allowance = Uplink::new(1, now).open([10, 0, 0, 1].into(), false, false, now);
-        let mut feed =
-            Delivery::new(Some(seat), Arc::clone(&outbox), allowance, ParticlePlaces::default(), 0);
+        let mut feed = Delivery::new(
+            Some(seat),
+            Arc::clone(&outbox),
+            allowance,
+            ParticlePermits::default(),
+            0,
+        );
         let (mut stream, mut events) = (SnapshotStream::default(), Vec::new());
         let mut other = None;
         for tick in 1..=400 {
@@ -85,28 +90,32 @@ fn a_lower_rate_repeats_no_event() {
 fn of_a_crowd_that_reads_nothing_few_are_sent_particles() {
     let scene = Scene::built_in().into_iter().find(|scene| scene.name == "arena");
     let mut room = Room::new("crowd", Arc::new(scene.expect("a scene")), 1);
+    let look = Appearance::new("Ann", 0).expect("a name");
+    let seat = room.join(look, None).expect("a seat").claim.seat;
     let now = Instant::now();
     let uplink = Uplink::new(1000, now);
     (0..60).for_each(|_| room.tick());
-    let places = ParticlePlaces::default();
-    let keyframe = |room: &mut Room| {
+    let permits = ParticlePermits::default();
+    let newcomer = |room: &mut Room, seat: Option<Seat>| {
         let allowance = uplink.open([10, 0, 0, 1].into(), false, false, now);
         let outbox = Arc::new(Outbox::default());
-        let mut feed = Delivery::new(None, Arc::clone(&outbox), allowance, places.clone(), 60);
+        let mut feed = Delivery::new(seat, Arc::clone(&outbox), allowance, permits.clone(), 60);
         feed.feed(room, u32::MAX, now, &Metrics::default());
-        (feed, outbox)
+        outbox
     };
-    let mut crowd: Vec<_> =
-        (0..=limits::PARTICLE_KEYFRAMES_MAX).map(|_| keyframe(&mut room)).collect();
     let bytes = |outbox: &Outbox| match outbox.take() {
         Next::Message(message) => message.len(),
         other => panic!("{other:?} instead of a keyframe"),
     };
-    let (_, last) = crowd.pop().expect("the last one");
-    let (first, outbox) = &mut crowd[0];
-    let most = bytes(outbox);
-    assert!(bytes(&last) < most / 2, "particles for the last one");
-    // What was read makes place for another.
-    first.feed(&mut room, u32::MAX, now, &Metrics::default());
-    assert_eq!(bytes(&keyframe(&mut room).1), most);
+    let crowd: Vec<_> =
+        (0..limits::PARTICLE_KEYFRAMES_MAX).map(|_| newcomer(&mut room, None)).collect();
+    let late = [None, Some(seat)].map(|seat| bytes(&newcomer(&mut room, seat)));
+    let first = bytes(&crowd[0]);
+    assert!(late.iter().all(|&bytes| bytes < first / 2), "{late:?} beside {first}");
+    // It was handed to a socket, which may have sent a part of it only.
+    assert!(bytes(&newcomer(&mut room, None)) < first / 2);
+    // The socket asks for more: it has sent all of it.
+    assert_eq!(crowd[0].take(), Next::Nothing);
+    assert_eq!(bytes(&newcomer(&mut room, None)), first);
+    assert!(crowd[1..].iter().all(|outbox| bytes(outbox) == first));
 }

@@ -2,7 +2,7 @@ use super::*;
 use crate::durable::Job;
 use crate::fleet::lease::Lease;
 use crate::host::clock::SystemClock;
-use crate::host::delivery::{Delivery, ParticlePlaces};
+use crate::host::delivery::{Delivery, ParticlePermits};
 use crate::host::inbox::{Inbox, InboxSender, inbox};
 use crate::host::neighbours::Neighbours;
 use crate::host::outbox::{Next, Outbox};
@@ -88,7 +88,7 @@ fn join() -> (Join, InboxSender<FromSession>, Arc<Outbox>) {
 fn member(seat: Seat, inbox: Inbox<FromSession>, outbox: Arc<Outbox>) -> Member {
     let uplink = Uplink::new(limits::UPLINK_MEGABITS, Instant::now());
     let allowance = uplink.open(IpAddr::from([127, 0, 0, 1]), false, false, Instant::now());
-    let feed = Delivery::new(Some(seat), outbox, allowance, ParticlePlaces::default(), 0);
+    let feed = Delivery::new(Some(seat), outbox, allowance, ParticlePermits::default(), 0);
     Member { seat, host: false, inbox, feed }
 }
 
