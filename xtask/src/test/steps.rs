@@ -58,8 +58,8 @@ pub struct Step {
     pub needs: &'static [&'static str],
     /// The smallest extent of which it is part.
     from: Extent,
-    /// Whether it leaves the processors to others that want them: those wait for servers and pages, which answer late
-    /// on a busy machine.
+    /// Whether it runs at a lower priority, because the other lanes wait for servers and pages that answer late on a
+    /// busy machine.
     pub yields: bool,
     /// Programs without which it cannot run, for the person who waits.
     programs: &'static str,
